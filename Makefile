@@ -1,0 +1,50 @@
+# Everything runs in .venv, made with plain pip from pinned constraints. PYTHON picks the interpreter (>= 3.11).
+PYTHON ?= python3
+V := .venv/bin
+STAMP := .venv/.installed
+
+.PHONY: demo test test-fast check format lint types docs examples bench clean
+
+demo: $(STAMP)  ## run the main job in this terminal
+	$(V)/vegrip demo
+
+test: $(STAMP)  ## pass all tests
+	$(V)/python -m pytest -q
+
+test-fast: $(STAMP)
+	$(V)/python -m pytest -q -m "not slow"
+
+check: lint types test docs examples  ## what CI runs
+
+format: $(STAMP)
+	$(V)/ruff format .
+	$(V)/ruff check --fix .
+
+lint: $(STAMP)
+	$(V)/ruff format --check .
+	$(V)/ruff check .
+
+# mypy wants to see one package, laid out as the wheel lays it out
+types: $(STAMP)
+	rm -rf build/types && mkdir -p build/types/vegrip
+	ln -s $(CURDIR)/vegrip/* build/types/vegrip/
+	for d in nodes proto launch; do ln -s $(CURDIR)/$$d build/types/vegrip/$$d; done
+	cd build/types && ../../$(V)/mypy --config-file ../../pyproject.toml -p vegrip
+
+docs: $(STAMP)
+	$(V)/python docs/check.py
+
+examples: $(STAMP)
+	$(V)/python examples/run_all.py
+
+bench: $(STAMP)
+	$(V)/vegrip bench
+
+$(STAMP): pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.exit("vegrip needs Python >= 3.11, set PYTHON=..." if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv .venv
+	$(V)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	touch $@
+
+clean:
+	rm -rf .venv build dist *.egg-info

@@ -1,0 +1,1 @@
+"""Launch files, one per situation."""

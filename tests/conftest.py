@@ -1,0 +1,22 @@
+"""What all tests share."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+DATA = Path(os.environ.get("VEGRIP_DATA", Path(__file__).parents[2] / "shared" / "data"))
+
+
+@pytest.fixture(scope="session")
+def measured() -> Callable[[str], Path]:
+    """Give the folder of a set of measured recordings, or skip: they are not part of the project."""
+
+    def folder(name: str) -> Path:
+        path = DATA / name
+        if not path.is_dir():
+            pytest.skip(f"measured recordings {path} are absent (set VEGRIP_DATA)")
+        return path
+
+    return folder

@@ -1,0 +1,50 @@
+"""Clocks: integer nanoseconds, monotonic; the simulated one makes tests and replays run without waiting."""
+
+import time
+from typing import Protocol
+
+NS = 1_000_000_000
+"""Nanoseconds in a second."""
+
+
+class Clock(Protocol):
+    """What a loop needs from time."""
+
+    def now(self) -> int:
+        """Return the present time in nanoseconds; never runs backwards."""
+
+    def sleep_until(self, deadline: int) -> None:
+        """Return at ``deadline`` [ns], at once when it has passed."""
+
+
+class WallClock:
+    """The monotonic clock of this machine (``CLOCK_MONOTONIC``: the same in all its processes)."""
+
+    def now(self) -> int:
+        """Return ``time.monotonic_ns()``."""
+        return time.monotonic_ns()
+
+    def sleep_until(self, deadline: int) -> None:
+        """Sleep until ``deadline`` [ns]."""
+        remaining = deadline - time.monotonic_ns()
+        if remaining > 0:
+            time.sleep(remaining / NS)
+
+
+class SimulatedClock:
+    """A clock that moves only when told to; sleeping is instantaneous."""
+
+    def __init__(self, start: int = 0) -> None:
+        self._now = start
+
+    def now(self) -> int:
+        """Return the simulated time in nanoseconds."""
+        return self._now
+
+    def sleep_until(self, deadline: int) -> None:
+        """Jump to ``deadline`` [ns]; a deadline in the past leaves the clock as it is."""
+        self._now = max(self._now, deadline)
+
+    def advance(self, seconds: float) -> None:
+        """Move forward by ``seconds``."""
+        self._now += round(seconds * NS)

@@ -1,0 +1,144 @@
+"""Configuration: typed, bounded parameters with units, built from TOML, refused in one clear sentence.
+
+A group of parameters is a frozen dataclass whose fields are declared with :func:`parameter`. The same
+declaration serves the configuration file, the help text and ``vegrip param`` on a running node.
+
+>>> @dataclass(frozen=True)
+... class Grip:
+...     wanted_margin: float = parameter(0.3, unit="1", low=0.05, high=0.9, doc="slip margin to keep")
+>>> build(Grip, {"wanted_margin": 0.4}, "hand.toml [grip]").wanted_margin
+0.4
+"""
+
+import dataclasses
+import math
+import tomllib
+import typing
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from vegrip.errors import ConfigError
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """What is declared of one parameter besides its type and default."""
+
+    unit: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    doc: str = ""
+    live: bool = True  # may be changed while the node runs
+    choices: tuple[str, ...] = ()
+
+
+def parameter(
+    default: Any = MISSING,
+    *,
+    unit: str = "",
+    low: float = -math.inf,
+    high: float = math.inf,
+    doc: str = "",
+    live: bool = True,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """Declare a dataclass field as a parameter; without ``default`` the key is required."""
+    declared = {"parameter": Declaration(unit, low, high, doc, live, choices)}
+    if isinstance(default, (list, dict, set)):
+        return dataclasses.field(default_factory=lambda: type(default)(default), metadata=declared)
+    return dataclasses.field(default=default, metadata=declared)
+
+
+def declaration(cls: type[Any] | Any, name: str) -> Declaration:
+    """Return what is declared of the parameter ``name`` of ``cls``."""
+    for field in dataclasses.fields(cls):
+        if field.name == name:
+            declared: Declaration = field.metadata.get("parameter", Declaration())
+            return declared
+    raise ConfigError(f"there is no parameter {name!r}; there are {', '.join(_names(cls))}")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file; a missing or broken one raises :class:`ConfigError` with the line."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: there is no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: cannot be read ({error})") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{path}: is not valid TOML: {error}") from None
+
+
+def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
+    """Make a ``cls`` from ``table``; ``where`` names the file and section in complaints.
+
+    Raises:
+        ConfigError: unknown or missing key, wrong type, value out of bounds.
+
+    """
+    fields = {f.name: f for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
+    for key in table:
+        if key not in fields:
+            raise ConfigError(f"{where}: unknown key {key!r}; known are {', '.join(fields)}")
+    for name, field in fields.items():
+        if name not in table and field.default is MISSING and field.default_factory is MISSING:
+            raise ConfigError(f"{where}: the key {name!r} is missing{_hint(cls, name)}")
+    hints = typing.get_type_hints(cls)
+    values = {key: _checked(cls, key, value, hints[key], where) for key, value in table.items()}
+    return cls(**values)
+
+
+def replace(group: T, name: str, value: Any, where: str = "parameter") -> T:
+    """Return ``group`` with the parameter ``name`` set to ``value``, checked as in :func:`build`."""
+    declaration(group, name)
+    hint = typing.get_type_hints(type(group))[name]
+    checked = _checked(type(group), name, value, hint, where)
+    replaced: T = dataclasses.replace(group, **{name: checked})  # type: ignore[type-var]
+    return replaced
+
+
+def _checked(cls: type[Any], name: str, value: Any, hint: Any, where: str) -> Any:
+    if dataclasses.is_dataclass(hint) and isinstance(value, Mapping):
+        return build(typing.cast("type[Any]", hint), value, f"{where}.{name}")
+    declared = declaration(cls, name)
+    value = _typed(value, hint, f"{where}: {name!r}", declared.unit)
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        _check_bounds(value, declared, f"{where}: {name!r}")
+    if declared.choices and value not in declared.choices:
+        raise ConfigError(f"{where}: {name!r} is {value!r}; it must be one of {', '.join(declared.choices)}")
+    return value
+
+
+def _typed(value: Any, hint: Any, what: str, unit: str) -> Any:
+    wanted = typing.get_origin(hint) or hint
+    if wanted is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if wanted is tuple and isinstance(value, (list, tuple)):
+        return tuple(value)
+    if not isinstance(wanted, type) or (
+        isinstance(value, wanted) and (wanted is bool) == isinstance(value, bool)
+    ):
+        return value
+    of = f" in {unit}" if unit and unit != "1" else ""
+    raise ConfigError(f"{what} is {value!r}; it must be a {wanted.__name__}{of}")
+
+
+def _check_bounds(value: float, declared: Declaration, what: str) -> None:
+    if not declared.low <= value <= declared.high:  # NaN fails too
+        bounds = f"{declared.low:g} .. {declared.high:g} {declared.unit}".rstrip()
+        raise ConfigError(f"{what} is {value:g}; it must lie in {bounds}")
+
+
+def _hint(cls: type[Any], name: str) -> str:
+    declared = declaration(cls, name)
+    text = ", ".join(part for part in (declared.doc, declared.unit and f"in {declared.unit}") if part)
+    return f" ({text})" if text else ""
+
+
+def _names(cls: type[Any] | Any) -> list[str]:
+    return [field.name for field in dataclasses.fields(cls)]

@@ -1,0 +1,188 @@
+"""The messages of vegrip: what goes in, what comes out, frozen and stamped.
+
+Rules shared by all of them:
+
+* SI units; temperature in degrees Celsius; compression positive; contact frame right-handed with z the
+  outward normal of the fingertip.
+* ``stamp`` is an integer number of nanoseconds of a monotonic clock, ``seq`` a counter that the sender
+  raises by one with every message of that kind and finger (it wraps on the wire, never here).
+* A quantity that was not measured is NaN; it is never zero and never the last value.
+* Every estimate leaves as :class:`Estimate`: value, standard deviation, validity and age.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum, IntFlag
+from typing import Final
+
+NAN: Final = math.nan
+VERSION: Final = 1
+"""Version of the message set. Raised when a field is removed, renamed or changes its meaning."""
+
+
+class Lifecycle(IntEnum):
+    """States of a managed node (ROS 2); the values are vegrip's own, CANopen NMT is mapped in the codec."""
+
+    UNCONFIGURED = 0
+    INACTIVE = 1
+    ACTIVE = 2
+    FINALIZED = 3
+
+
+class Channel(IntFlag):
+    """Which measurements an estimate rests on."""
+
+    NONE = 0
+    FORCE = 1  # normal force
+    POSITION = 2  # displacement
+    RADIUS = 4  # contact radius (camera, tactile array)
+    TANGENTIAL = 8  # tangential force (both components)
+    TORQUE = 16  # torque about the contact normal
+    SLIP = 32  # slip flag
+
+
+class Condition(IntEnum):
+    """What is wrong with a finger's input; the worst one found is reported."""
+
+    OK = 0
+    DEGRADED = 1  # some channel missing, the rest is good
+    STALE = 2  # no state within the time-out
+    MISSING = 3  # no state ever, or no usable channel
+    OUT_OF_RANGE = 4
+    FROZEN = 5  # counter runs, values do not
+    REPLAYED = 6  # counter or stamp runs backwards or stands still
+    CORRUPT = 7  # checksum or format
+
+
+class Reason(IntEnum):
+    """Why a force command has the value it has; the last stage that changed it wins."""
+
+    HOLD = 0  # the wanted margin is met
+    RAISE = 1  # more force for the wanted margin
+    LOWER = 2  # less force suffices
+    SLIP = 3  # slip was felt
+    FORECAST = 4  # the relaxing contact would slip within the horizon
+    RATE_LIMIT = 5
+    MIN_LIMIT = 6
+    MAX_LIMIT = 7
+    INPUT_HOLD = 8  # bad input: the last safe command is held
+    FAIL_SAFE = 9  # bad input for long: ramp to the fail-safe grip
+    UNTRUSTED = 10  # the estimate is not valid: never below the last safe command
+    INACTIVE = 11  # the node is not active: no control
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """One estimated quantity."""
+
+    value: float = NAN
+    std: float = math.inf
+    valid: bool = False
+    age: float = math.inf  # [s] since the last measurement that informed it
+
+
+UNKNOWN: Final = Estimate()
+
+
+@dataclass(frozen=True, slots=True)
+class FingertipState:
+    """What one fingertip senses at one instant. Any subset of the quantities may be NaN."""
+
+    stamp: int  # [ns]
+    finger: str
+    seq: int
+    normal_force: float = NAN  # [N] compression positive
+    tangential_force_x: float = NAN  # [N]
+    tangential_force_y: float = NAN  # [N]
+    torque_z: float = NAN  # [N m]
+    displacement: float = NAN  # [m] indentation direction, zero at first touch
+    temperature: float = NAN  # [degrees Celsius]
+    slip: float = NAN  # 1 sliding, 0 sticking, NaN not sensed
+    slip_speed: float = NAN  # [m/s]
+    contact_radius: float = NAN  # [m]
+
+
+@dataclass(frozen=True, slots=True)
+class ContactEstimate:
+    """The contact as the estimator sees it."""
+
+    stamp: int
+    finger: str
+    seq: int
+    in_contact: bool = False
+    channels: Channel = Channel.NONE
+    indentation: Estimate = UNKNOWN  # [m]
+    normal_force: Estimate = UNKNOWN  # [N]
+    contact_radius: Estimate = UNKNOWN  # [m]
+    pressure_exponent: Estimate = UNKNOWN  # [-]
+    friction_coefficient: Estimate = UNKNOWN  # [-]
+    limit_force: Estimate = UNKNOWN  # [N] mu N
+    limit_torque: Estimate = UNKNOWN  # [N m] pure torsion
+    limit_radius: Estimate = UNKNOWN  # [N] distance to the limit surface along the present load
+
+
+@dataclass(frozen=True, slots=True)
+class SlipMargin:
+    """How far the contact is from slipping, now and in time."""
+
+    stamp: int
+    finger: str
+    seq: int
+    margin: Estimate = UNKNOWN  # [-] 1 - |load| / limit_radius, 0 = on the limit surface
+    lower_bound: float = NAN  # [-] of the margin, at `confidence`
+    confidence: float = NAN  # [-] one-sided probability, e.g. 0.95
+    force_reserve: float = NAN  # [N] normal force that could be lost before slip, at `confidence`
+    time_to_slip: float = NAN  # [s] under the present hold; inf = never
+    earliest_slip: float = NAN  # [s] its lower bound at `confidence`
+
+
+@dataclass(frozen=True, slots=True)
+class ForceCommand:
+    """The grip force a finger shall apply."""
+
+    stamp: int
+    finger: str
+    seq: int
+    normal_force: float  # [N]
+    adjustment: float  # [N] against the previous command
+    reason: Reason
+    expires: int  # [ns] the receiver must not use it later than this
+
+
+@dataclass(frozen=True, slots=True)
+class ModelHealth:
+    """Whether the model still explains what is measured."""
+
+    stamp: int
+    finger: str
+    seq: int
+    condition: Condition = Condition.MISSING
+    nis: float = NAN  # [-] normalised innovation squared, mean per measurement; 1 = consistent
+    consistent: bool = False  # nis inside its band
+    channel: str = ""  # the channel that fails most, "" = none
+    regime: str = ""  # and where: "loading", "hold", "unloading", "air", ...
+    suspect: str = ""  # leading missing effect, "" = not known
+    rejected: int = 0  # measurements refused by the outlier gate since activation
+
+
+@dataclass(frozen=True, slots=True)
+class NodeStatus:
+    """How a node is doing."""
+
+    stamp: int
+    node: str
+    seq: int
+    state: Lifecycle
+    rate_in: float = NAN  # [Hz] states per second over the last period
+    rate_out: float = NAN  # [Hz] commands per second
+    latency_p50: float = NAN  # [us] state in -> command out
+    latency_p99: float = NAN  # [us]
+    latency_max: float = NAN  # [us]
+    lateness_max: float = NAN  # [us] the loop behind its schedule, worst of the last period
+    deadline_misses: int = 0
+    dropped: int = 0  # telemetry dropped by the bounded queue
+    rejected: Mapping[str, int] = field(default_factory=dict)  # named decoding failures
+
+
+Message = FingertipState | ContactEstimate | SlipMargin | ForceCommand | ModelHealth | NodeStatus
