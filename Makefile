@@ -25,11 +25,11 @@ lint: $(STAMP)
 	$(V)/ruff check .
 
 # mypy wants to see one package, laid out as the wheel lays it out
+TYPES ?= build/types
 types: $(STAMP)
-	rm -rf build/types && mkdir -p build/types/vegrip
-	ln -s $(CURDIR)/vegrip/* build/types/vegrip/
-	for d in nodes proto launch; do ln -s $(CURDIR)/$$d build/types/vegrip/$$d; done
-	cd build/types && ../../$(V)/mypy --config-file ../../pyproject.toml -p vegrip
+	mkdir -p $(TYPES)/vegrip && find $(TYPES)/vegrip -type l -delete
+	ln -s $(CURDIR)/vegrip/* $(CURDIR)/nodes $(CURDIR)/proto $(CURDIR)/launch $(TYPES)/vegrip/
+	cd $(TYPES) && $(CURDIR)/$(V)/mypy --config-file $(CURDIR)/pyproject.toml -p vegrip
 
 docs: $(STAMP)
 	$(V)/python docs/check.py
