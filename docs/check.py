@@ -1,0 +1,110 @@
+"""Check the documents: links and pictures resolve, commands exist, Python blocks and docstring examples run.
+
+Run it with ``make docs``; it prints what is wrong with file and line, and fails.
+"""
+
+import doctest
+import importlib
+import pkgutil
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import vegrip
+from vegrip.cli import COMMANDS
+
+ROOT = Path(__file__).parents[1]
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+COMMAND = re.compile(r"^\s*(?:\.venv/bin/)?vegrip ([a-z][\w-]*)", re.MULTILINE)
+CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]_")
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def documents() -> list[Path]:
+    """Every page of the project."""
+    pages = [
+        *ROOT.glob("*.md"),
+        *ROOT.glob("docs/**/*.md"),
+        *ROOT.glob("proto/*.md"),
+        *ROOT.glob("examples/**/*.md"),
+    ]
+    return sorted(pages)
+
+
+def broken_links(page: Path, text: str) -> Iterator[str]:
+    """Links to files that are not there."""
+    for match in LINK.finditer(text):
+        target = match[1].split("#")[0]
+        if target and "://" not in target and not (page.parent / target).exists():
+            yield f"{page.relative_to(ROOT)}:{line_of(text, match.start())}: no such file: {match[1]}"
+
+
+def unknown_commands(page: Path, text: str) -> Iterator[str]:
+    """Commands shown in a page that the program does not have."""
+    for fence in FENCE.finditer(text):
+        if fence[1] in ("", "sh", "bash", "console"):
+            for match in COMMAND.finditer(fence[2]):
+                if match[1] not in COMMANDS:
+                    line = line_of(text, fence.start(2) + match.start())
+                    yield f"{page.relative_to(ROOT)}:{line}: no such command: vegrip {match[1]}"
+
+
+def failing_blocks(page: Path, text: str) -> Iterator[str]:
+    """Python blocks that do not run as they stand."""
+    for fence in FENCE.finditer(text):
+        if fence[1] == "python":
+            try:
+                exec(compile(fence[2], str(page), "exec"), {"__name__": "__main__"})  # noqa: S102
+            except Exception as error:  # noqa: BLE001
+                line = line_of(text, fence.start())
+                yield f"{page.relative_to(ROOT)}:{line}: the example fails: {error!r}"
+
+
+def unresolved_citations() -> Iterator[str]:
+    """Citation keys used in the code that docs/references.md does not explain."""
+    known = (ROOT / "docs" / "references.md").read_text(encoding="utf-8")
+    for source in sorted([*ROOT.glob("vegrip/**/*.py"), *ROOT.glob("nodes/*.py")]):
+        for key in set(CITATION.findall(source.read_text(encoding="utf-8"))):
+            if f"[{key}]" not in known:
+                yield f"{source.relative_to(ROOT)}: citation [{key}] is not in docs/references.md"
+
+
+def failing_doctests() -> Iterator[str]:
+    """Examples in docstrings that do not give what they say."""
+    for info in pkgutil.walk_packages(vegrip.__path__, "vegrip."):
+        if ">>>" in (source_of(info.name) or ""):
+            failed, _ = doctest.testmod(importlib.import_module(info.name))
+            if failed:
+                yield f"{info.name}: {failed} docstring examples fail"
+
+
+def source_of(module: str) -> str | None:
+    """The text of one of our modules, without importing it."""
+    path = ROOT.joinpath(*module.split("."))
+    for candidate in (path.with_suffix(".py"), path / "__init__.py"):
+        if candidate.exists():
+            return candidate.read_text(encoding="utf-8")
+    return None
+
+
+def line_of(text: str, position: int) -> int:
+    """The line number of a position in a text."""
+    return text.count("\n", 0, position) + 1
+
+
+def main() -> int:
+    """Check everything; return how many things are wrong."""
+    wrong: list[str] = []
+    for page in documents():
+        text = page.read_text(encoding="utf-8")
+        wrong += [*broken_links(page, text), *unknown_commands(page, text), *failing_blocks(page, text)]
+    wrong += [*unresolved_citations(), *failing_doctests()]
+    for complaint in wrong:
+        print(complaint, file=sys.stderr)  # noqa: T201
+    print(f"{len(documents())} pages checked, {len(wrong)} things wrong")  # noqa: T201
+    return min(len(wrong), 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
