@@ -1,0 +1,33 @@
+"""What a node sees of the outside: messages come in, messages go out."""
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from vegrip.messages import Message
+
+
+class Endpoint(Protocol):
+    """One place on a bus or network. Owned by one thread; nothing here raises once it is open.
+
+    Opening may raise :class:`~vegrip.errors.DeviceError`; afterwards whatever goes wrong is counted by
+    name in :attr:`rejected`, and a lost bus is reopened by the endpoint itself.
+    """
+
+    stamped_on_arrival: bool
+    """Whether ``message.stamp`` is when the message arrived here (CAN), or the sender's own time."""
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """Everything that went wrong so far: refused, lost, unsent messages, counted by name."""
+
+    def receive(self, timeout: float) -> Sequence[Message]:
+        """Wait up to ``timeout`` [s] for a message, then take what is there without waiting more."""
+
+    def send(self, message: Message) -> None:
+        """Send now or drop and count; never waits."""
+
+    def bus_load(self) -> float:
+        """Return the share of the last second for which the bus was busy, NaN if not known."""
+
+    def close(self) -> None:
+        """Release the bus; further calls do nothing."""
