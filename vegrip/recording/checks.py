@@ -1,0 +1,75 @@
+"""What a table of measurements must satisfy to be a recording, and what makes its units doubtful."""
+
+from bisect import bisect_left
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.recording.channels import CHANNELS
+from vegrip.recording.report import Kind, LoadReport
+from vegrip.recording.table import report_if
+
+SLOWEST: Final = 60.0
+"""[s] A fingertip sampled more rarely than this has its time in another unit."""
+FASTEST: Final = 1e-6
+"""[s] And so has one sampled more often."""
+
+Array = NDArray[np.float64]
+Lines = NDArray[np.int64]
+
+
+def usable_rows(t: Array, lines: Lines, report: LoadReport) -> NDArray[np.bool_]:
+    """Return which rows have a time stamp that is a number and later than the one before.
+
+    Kept is the longest strictly increasing run through the file: one wild stamp costs one row, and a clock
+    set back costs the shorter part, never everything after it.
+    """
+    stamped = ~np.isnan(t)
+    report_if(report, Kind.NO_TIME, "", lines[~stamped])
+    keep = np.zeros(len(t), dtype=bool)
+    keep[np.flatnonzero(stamped)[longest_increasing(t[stamped])]] = True
+    left_out = stamped & ~keep
+    twice = left_out & np.isin(t, t[keep])
+    report_if(report, Kind.DUPLICATE, "", lines[twice])
+    report_if(report, Kind.BACKWARDS, "", lines[left_out & ~twice])
+    return keep
+
+
+def longest_increasing(values: Array) -> NDArray[np.int64]:
+    """Return the indices of a longest strictly increasing subsequence (patience sorting, n log n)."""
+    if np.all(np.diff(values) > 0):
+        return np.arange(len(values), dtype=np.int64)
+    tails: list[float] = []
+    ends: list[int] = []
+    before = np.empty(len(values), dtype=np.int64)
+    for i, value in enumerate(values.tolist()):
+        length = bisect_left(tails, value)
+        if tails[length : length + 1] == [value]:
+            continue  # of equal values the first one stands
+        before[i] = ends[length - 1] if length else -1
+        tails[length : length + 1] = [value]  # replaces, or appends at the end
+        ends[length : length + 1] = [i]
+    chain = [ends[-1]]
+    while before[chain[-1]] >= 0:
+        chain.append(int(before[chain[-1]]))
+    return np.array(chain[::-1], dtype=np.int64)
+
+
+def report_doubts(
+    t: Array, columns: dict[str, Array], radius: float, lines: Lines, report: LoadReport
+) -> None:
+    """Report missing values and values that suggest a wrong unit; nothing is left out for them."""
+    for name, values in columns.items():
+        report_if(report, Kind.MISSING, name, lines[np.isnan(values)])
+        quantity = CHANNELS[name]
+        outside = (values < quantity.low) | (values > quantity.high)
+        bounds = f"{name} outside {quantity.low:g} .. {quantity.high:g} {quantity.unit}"
+        report_if(report, Kind.IMPLAUSIBLE, bounds, lines[outside])
+    for name in ("displacement", "contact_radius"):
+        if name in columns and radius > 0:
+            larger = f"{name} larger than the fingertip's radius of {radius:g} m"
+            report_if(report, Kind.IMPLAUSIBLE, larger, lines[columns[name] > radius])
+    step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
+    if not FASTEST <= step <= SLOWEST:
+        report.add(Kind.IMPLAUSIBLE, f"t advances by {step:g} s a row", [int(lines[0])])

@@ -1,0 +1,103 @@
+"""What was found while a table was read: every row left out and every doubt, with line numbers."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+SHOWN = 8
+"""Line numbers kept of each finding; all of them are counted."""
+
+
+class Kind(Enum):
+    """What can be wrong with a row; ``lost`` says whether the row had to be left out."""
+
+    CUT = ("the last line is cut", True)
+    FIELDS = ("wrong number of fields", True)
+    NUMBER = ("not a number", True)
+    INFINITE = ("infinite value", True)
+    NO_TIME = ("no time stamp or episode", True)
+    BACKWARDS = ("time runs backwards", True)
+    DUPLICATE = ("the time stamp stands twice", True)
+    MISSING = ("value missing (NaN)", False)
+    IMPLAUSIBLE = ("implausible value, check the unit", False)
+    COLUMN = ("column not used", False)
+    NOTE = ("note", False)
+
+    @property
+    def text(self) -> str:
+        """What it means, in words."""
+        return self.value[0]
+
+    @property
+    def lost(self) -> bool:
+        """Whether rows with it are left out."""
+        return self.value[1]
+
+
+@dataclass(slots=True)
+class Finding:
+    """One kind of trouble, in one column, with the first line numbers."""
+
+    kind: Kind
+    what: str
+    count: int = 0
+    lines: list[int] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        text = f"{self.kind.text}: {self.what}" if self.what else self.kind.text
+        if not self.lines:
+            return text
+        more = ", ..." if self.count > len(self.lines) else ""
+        where = f"line{'s' if self.count > 1 else ''} {', '.join(map(str, self.lines))}{more}"
+        return f"{text} ({self.count} x, {where})"
+
+
+@dataclass(slots=True)
+class LoadReport:
+    """How many rows were read and kept, and what was found on the way."""
+
+    rows_read: int = 0
+    rows_kept: int = 0
+    findings: list[Finding] = field(default_factory=list)
+
+    def add(self, kind: Kind, what: str = "", lines: Iterable[int] = ()) -> None:
+        """Count what was found on ``lines``; the same kind and text is one finding."""
+        new = list(lines)
+        finding = next((f for f in self.findings if f.kind is kind and f.what == what), None)
+        if finding is None:
+            finding = Finding(kind, what)
+            self.findings.append(finding)
+        finding.count += len(new)
+        finding.lines = sorted({*finding.lines, *new})[:SHOWN]
+
+    @property
+    def rows_lost(self) -> int:
+        """Rows that are in the file and not in the recording."""
+        return self.rows_read - self.rows_kept
+
+    @property
+    def clean(self) -> bool:
+        """Whether there is nothing to report."""
+        return not self.findings
+
+    def count(self, kind: Kind) -> int:
+        """How often ``kind`` was found, over all columns."""
+        return sum(f.count for f in self.findings if f.kind is kind)
+
+    def summary(self) -> str:
+        """The report in a few lines."""
+        head = f"{self.rows_kept} of {self.rows_read} rows kept"
+        return "\n".join([head, *(f"  {finding}" for finding in self.findings)])
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report for machines."""
+        return {
+            "rows_read": self.rows_read,
+            "rows_kept": self.rows_kept,
+            "rows_lost": self.rows_lost,
+            "findings": [
+                {"kind": f.kind.name.lower(), "what": f.what, "count": f.count, "lines": f.lines}
+                for f in self.findings
+            ],
+        }

@@ -1,0 +1,201 @@
+"""Tables of numbers in text files, plain or gzipped, read with the line number of every row.
+
+Rows that cannot be used are named in the report and left out; a file that cannot be used at all raises.
+Rows are converted in blocks of columns: an hour at 500 Hz needs no more memory than its numbers.
+"""
+
+import csv
+import gzip
+import itertools
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.errors import RecordingError
+from vegrip.recording.report import Kind, LoadReport
+
+BLOCK: Final = 20_000
+"""Rows converted at once."""
+
+Cells = list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How a table is written."""
+
+    delimiter: str = ","
+    decimal: str = "."
+    skip: int = 0  # lines before the header
+    sealed: bool = False  # a last line without its line end is cut, not only unusual
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """The wanted columns of a file, and the line each row came from."""
+
+    numbers: dict[str, NDArray[np.float64]]
+    words: dict[str, list[str]]
+    lines: NDArray[np.int64]
+
+
+def read_header(path: Path, layout: Layout) -> list[str]:
+    """Return the column names of ``path``."""
+    with _opened(path) as file:
+        return _header(path, _rows(path, file, layout))
+
+
+def read_table(
+    path: Path, numbers: Sequence[str], words: Sequence[str], layout: Layout, report: LoadReport
+) -> Table:
+    """Read the columns ``numbers`` (as float64; an empty cell is NaN) and ``words`` (as text).
+
+    Raises:
+        RecordingError: no such file, not text, damaged, empty, or a wanted column is missing.
+
+    """
+    blocks: list[Table] = []
+    with _opened(path) as file:
+        rows = _rows(path, file, layout)
+        header = _header(path, rows)
+        wanted = {name: _position(path, header, name) for name in (*numbers, *words)}
+        while block := list(itertools.islice(rows, BLOCK)):
+            report.rows_read += len(block)
+            whole = _whole(block, len(header), report)
+            blocks.append(_converted(whole, numbers, words, wanted, layout, report))
+    if not report.rows_read:
+        raise RecordingError(f"{path}: holds a header and no rows")
+    return _joined(blocks, numbers, words)
+
+
+def _opened(path: Path) -> TextIO:
+    try:
+        if path.suffix == ".gz":
+            return gzip.open(path, "rt", encoding="utf-8-sig", newline="")
+        return path.open(encoding="utf-8-sig", newline="")
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def _rows(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, Cells, bool]]:
+    """Yield line number, cells, and whether the line is cut; damage to the file raises."""
+    line = 0
+    try:
+        for line, text in enumerate(file, start=1):
+            if "\0" in text:
+                raise RecordingError(f"{path}:{line}: is not a text file; give a table of numbers (CSV)")
+            if line > layout.skip and text.strip():
+                yield line, _cells(text, layout.delimiter), layout.sealed and text[-1] not in "\r\n"
+    except UnicodeDecodeError:
+        raise RecordingError(
+            f"{path}:{line + 1}: is not a text file in UTF-8; give a table of numbers (CSV)"
+        ) from None
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise RecordingError(
+            f"{path}:{line + 1}: the compressed file is damaged or cut ({error}); copy it again, "
+            f"or save what is left with `zcat {path.name} > {path.stem}`"
+        ) from None
+    except csv.Error as error:
+        raise RecordingError(f"{path}:{line}: cannot be split into fields ({error})") from None
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def _cells(text: str, delimiter: str) -> Cells:
+    if '"' in text:
+        return next(csv.reader([text], delimiter=delimiter))
+    return text.rstrip("\r\n").split(delimiter)
+
+
+def _header(path: Path, rows: Iterator[tuple[int, Cells, bool]]) -> list[str]:
+    first = next(rows, None)
+    if first is None:
+        raise RecordingError(f"{path}: is empty; the first line must name the columns")
+    header = [cell.strip() for cell in first[1]]
+    repeated = {name for name in header if name and header.count(name) > 1}
+    if repeated:
+        raise RecordingError(f"{path}:{first[0]}: the column {min(repeated)!r} stands twice; rename one")
+    return header
+
+
+def _position(path: Path, header: list[str], name: str) -> int:
+    if name not in header:
+        raise RecordingError(f"{path}: there is no column {name!r}; there are {', '.join(header)}")
+    return header.index(name)
+
+
+def _whole(
+    block: list[tuple[int, Cells, bool]], width: int, report: LoadReport
+) -> list[tuple[int, Cells, bool]]:
+    """Leave out rows that are cut or have too few or too many fields."""
+    report_if(report, Kind.CUT, "", [line for line, _, cut in block if cut])
+    uncut = [row for row in block if not row[2]]
+    report_if(report, Kind.FIELDS, "", [line for line, cells, _ in uncut if len(cells) != width])
+    return [row for row in uncut if len(row[1]) == width]
+
+
+def _converted(
+    block: list[tuple[int, Cells, bool]],
+    numbers: Sequence[str],
+    words: Sequence[str],
+    at: dict[str, int],
+    layout: Layout,
+    report: LoadReport,
+) -> Table:
+    """Convert a block; rows with something that is not a number, or infinite, are left out."""
+    lines = np.array([line for line, _, _ in block], dtype=np.int64)
+    columns = {name: [cells[at[name]].strip() for _, cells, _ in block] for name in (*numbers, *words)}
+    keep = np.ones(len(block), dtype=bool)
+    values: dict[str, NDArray[np.float64]] = {}
+    for name in numbers:
+        values[name], bad = _floats(columns[name], layout.decimal)
+        infinite = np.isinf(values[name])
+        report_if(report, Kind.NUMBER, name, lines[bad])
+        report_if(report, Kind.INFINITE, name, lines[infinite])
+        keep &= ~(bad | infinite)
+    kept = np.flatnonzero(keep)
+    texts = {name: [columns[name][i] for i in kept] for name in words}
+    return Table({name: values[name][keep] for name in numbers}, texts, lines[keep])
+
+
+def _floats(cells: list[str], decimal: str) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Convert a column at once, or cell by cell when something in it is not a plain number."""
+    if decimal != ".":
+        cells = [cell.replace(decimal, ".") for cell in cells]
+    try:
+        if not any("_" in cell for cell in cells):
+            return np.array(cells, dtype=np.float64), np.zeros(len(cells), dtype=bool)
+    except ValueError:
+        pass
+    pairs = [_float(cell) for cell in cells]
+    return np.array([value for value, _ in pairs]), np.array([bad for _, bad in pairs])
+
+
+def _float(cell: str) -> tuple[float, bool]:
+    if not cell:
+        return np.nan, False
+    try:
+        return float(cell), "_" in cell  # Python reads 1_0 as ten; no instrument means that
+    except ValueError:
+        return np.nan, True
+
+
+def _joined(blocks: list[Table], numbers: Sequence[str], words: Sequence[str]) -> Table:
+    return Table(
+        {name: np.concatenate([block.numbers[name] for block in blocks]) for name in numbers},
+        {name: [word for block in blocks for word in block.words[name]] for name in words},
+        np.concatenate([block.lines for block in blocks]),
+    )
+
+
+def report_if(report: LoadReport, kind: Kind, what: str, lines: Sequence[int] | NDArray[np.int64]) -> None:
+    """Add a finding when there is at least one line of it."""
+    if len(lines):
+        report.add(kind, what, map(int, lines))
