@@ -28,7 +28,7 @@ lint: $(STAMP)
 TYPES ?= build/types
 types: $(STAMP)
 	mkdir -p $(TYPES)/vegrip && find $(TYPES)/vegrip -type l -delete
-	ln -s $(CURDIR)/vegrip/* $(CURDIR)/nodes $(CURDIR)/proto $(CURDIR)/launch $(TYPES)/vegrip/
+	ln -s $(CURDIR)/vegrip/* $(CURDIR)/benchmarks $(CURDIR)/nodes $(CURDIR)/proto $(CURDIR)/launch $(TYPES)/vegrip/
 	cd $(TYPES) && $(CURDIR)/$(V)/mypy --config-file $(CURDIR)/pyproject.toml -p vegrip
 
 docs: $(STAMP)
