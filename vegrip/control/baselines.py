@@ -1,0 +1,72 @@
+"""Two controllers of common practice, to compare with.
+
+* :class:`ConstantGrip`: one force for everything, as a parallel gripper has.
+* :class:`FrictionCone`: Coulomb's cone with a safety factor, ``N = (1 + safety) |f_t| / mu``
+  [WestlingJohansson1984]_. It follows the load but knows neither torsion nor relaxation nor how sure
+  the friction coefficient is.
+
+Both pass the same balance, fail-safe and limits as the margin grip. How they were tuned for the comparison is
+in ``docs/demo.md``.
+"""
+
+from dataclasses import dataclass
+
+from vegrip.config import parameter
+from vegrip.control.demand import Demand
+from vegrip.messages import Reason
+
+
+@dataclass(frozen=True)
+class ConstantSettings:
+    """The constant grip."""
+
+    force: float = parameter(5.0, unit="N", low=0.0, doc="grip force of every finger")
+
+
+@dataclass(frozen=True)
+class ConeSettings:
+    """Coulomb's cone with a safety factor."""
+
+    friction: float = parameter(
+        0.8, unit="1", low=0.01, high=10.0, doc="friction coefficient, believed known"
+    )
+    safety: float = parameter(0.5, unit="1", low=0.0, high=10.0, doc="part of the force on top")
+
+
+class ConstantGrip:
+    """The same force, whatever happens."""
+
+    def __init__(self, settings: ConstantSettings) -> None:
+        self.settings = settings
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def wanted(self, held: float, demand: Demand, dt: float) -> tuple[float, Reason]:
+        """Return the constant force [N]."""
+        del demand, dt
+        return self.settings.force, _direction(held, self.settings.force)
+
+
+class FrictionCone:
+    """Normal force in proportion to the present tangential force."""
+
+    def __init__(self, settings: ConeSettings) -> None:
+        self.settings = settings
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def wanted(self, held: float, demand: Demand, dt: float) -> tuple[float, Reason]:
+        """Return ``(1 + safety) |f_t| / mu`` [N]; a load that was not measured holds."""
+        del dt
+        if not demand.tangential_force >= 0.0:  # NaN too
+            return held, Reason.UNTRUSTED
+        force = (1.0 + self.settings.safety) * demand.tangential_force / self.settings.friction
+        return force, _direction(held, force)
+
+
+def _direction(held: float, force: float) -> Reason:
+    if force > held:
+        return Reason.RAISE
+    return Reason.LOWER if force < held else Reason.HOLD

@@ -1,0 +1,140 @@
+"""Supervision of one finger's input: what arrives must be new, alive, believable and in time.
+
+======================  ====================================================================================
+what is seen            condition
+======================  ====================================================================================
+nothing for `time_out`  STALE (MISSING when there never was anything; CORRUPT when frames came but were bad)
+state too late          STALE: it took `time_out` longer than the quickest one; clocks need not agree
+counter or stamp        REPLAYED: runs backwards or stands still
+a value out of range    OUT_OF_RANGE, infinities included
+all values frozen       FROZEN: the counter runs, every mechanical channel repeats itself to the last bit
+normal force frozen     FROZEN: the same of the normal force alone, for longer
+no force, no position   MISSING
+a channel went missing  DEGRADED: it had been there; the rest is good
+======================  ====================================================================================
+
+A fault is seen at once and left only after `recover_after` good states in a row: hysteresis, so that a loose
+plug does not toggle the controller. This protects against faults, not attackers (keys are the transport's).
+"""
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+from vegrip.clock import NS
+from vegrip.config import parameter
+from vegrip.control.ranges import CHANNELS, Ranges
+from vegrip.messages import Condition, FingertipState
+
+MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
+DRIFT = 2e-4  # [-] how fast two quartz clocks may part, with a wide berth
+
+
+@dataclass(frozen=True)
+class WatchdogSettings:
+    """When input stops being believed."""
+
+    time_out: float = parameter(0.05, unit="s", low=0.001, high=10.0, doc="input older than this is stale")
+    frozen_after: float = parameter(0.25, unit="s", low=0.01, doc="all values the same for so long: frozen")
+    force_frozen_after: float = parameter(2.0, unit="s", low=0.01, doc="the same of the normal force alone")
+    recover_after: int = parameter(5, unit="states", low=1, high=1000, doc="good states that end a fault")
+    ranges: Ranges = field(default_factory=Ranges)
+
+
+class InputWatchdog:
+    """Judge every state of one finger, and the silence between them."""
+
+    def __init__(self, settings: WatchdogSettings, now: int) -> None:
+        self.settings = settings
+        self.condition = Condition.MISSING
+        self.faults: Counter[Condition] = Counter()
+        self._good = 0  # good states in a row
+        self._seen: set[str] = set()  # channels that were measured at least once
+        self._last: FingertipState | None = None
+        self._heard = now  # [ns] when something last arrived
+        self._corrupt: int | None = None  # [ns] when something last arrived broken
+        self._quickest = math.inf  # [ns] least difference between arrival and stamp
+        self._still = {"all": now, "normal_force": now}  # [ns] since when it repeats itself
+
+    def accept(self, state: FingertipState, now: int) -> bool:
+        """Judge ``state`` arriving at ``now`` [ns]; tell whether the estimator may use it."""
+        found = max(
+            self._order(state),
+            self._lateness(state, now),
+            self._believable(state),
+            self._alive(state, now),
+            self._complete(state),
+        )
+        self._last, self._heard = state, now
+        replayed = self.condition == Condition.REPLAYED  # until it is over, a good one may be an old one
+        self._judge(found)
+        return found <= Condition.DEGRADED and (not replayed or self.condition <= Condition.DEGRADED)
+
+    def corrupt(self, now: int) -> None:
+        """Note that a frame of this finger arrived broken at ``now`` [ns]."""
+        self._corrupt = now
+
+    def tick(self, now: int) -> Condition:
+        """Look at the clock: silence beyond the time-out is a fault."""
+        if now - self._heard > self.settings.time_out * NS:
+            self._judge(self._silence())
+        return self.condition
+
+    def _silence(self) -> Condition:
+        if self._corrupt is not None and self._corrupt >= self._heard:
+            return Condition.CORRUPT
+        return Condition.MISSING if self._last is None else Condition.STALE
+
+    def _judge(self, found: Condition) -> None:
+        if found > Condition.DEGRADED:
+            if found != self.condition:
+                self.faults[found] += 1
+            self.condition, self._good = found, 0
+            return
+        self._good += 1
+        if self.condition <= Condition.DEGRADED or self._good >= self.settings.recover_after:
+            self.condition = found
+
+    def _order(self, state: FingertipState) -> Condition:
+        last = self._last
+        if last is None or (state.seq > last.seq and state.stamp > last.stamp):
+            return Condition.OK
+        self._quickest = math.inf  # should the sender have started anew, so has its clock
+        return Condition.REPLAYED
+
+    def _lateness(self, state: FingertipState, now: int) -> Condition:
+        took = now - state.stamp
+        self._quickest = min(self._quickest + DRIFT * (now - self._heard), took)
+        late = took - self._quickest > self.settings.time_out * NS
+        return Condition.STALE if late else Condition.OK
+
+    def _believable(self, state: FingertipState) -> Condition:
+        outside = self.settings.ranges.first_outside(state)
+        return Condition.OUT_OF_RANGE if outside else Condition.OK
+
+    def _alive(self, state: FingertipState, now: int) -> Condition:
+        if not self._repeats(state, MECHANICAL):
+            self._still["all"] = now
+        if math.isnan(state.normal_force) or not self._repeats(state, ("normal_force",)):
+            self._still["normal_force"] = now
+        frozen = (
+            now - self._still["all"] > self.settings.frozen_after * NS
+            or now - self._still["normal_force"] > self.settings.force_frozen_after * NS
+        )
+        return Condition.FROZEN if frozen else Condition.OK
+
+    def _repeats(self, state: FingertipState, names: tuple[str, ...]) -> bool:
+        return self._last is not None and all(
+            _same(getattr(state, name), getattr(self._last, name)) for name in names
+        )
+
+    def _complete(self, state: FingertipState) -> Condition:
+        measured = {name for name in CHANNELS if not math.isnan(getattr(state, name))}
+        if not measured & {"normal_force", "displacement"}:
+            return Condition.MISSING
+        self._seen |= measured
+        return Condition.DEGRADED if self._seen - measured else Condition.OK
+
+
+def _same(one: float, other: float) -> bool:
+    return one == other or (math.isnan(one) and math.isnan(other))

@@ -1,0 +1,1 @@
+"""The demonstration: a virtual hand holds an object while it is disturbed."""
