@@ -1,0 +1,34 @@
+"""The last commands of a node, to be repeated when the node itself can no longer speak."""
+
+from dataclasses import replace
+
+from vegrip.messages import ForceCommand, Message, Reason
+
+
+class Hold:
+    """Remembers the last command of each finger: as many as there are fingers, never more than ``LIMIT``."""
+
+    LIMIT = 64
+
+    def __init__(self) -> None:
+        self._last: dict[str, ForceCommand] = {}
+
+    def remember(self, message: Message) -> None:
+        """Keep ``message`` if it is a command."""
+        if isinstance(message, ForceCommand) and (
+            message.finger in self._last or len(self._last) < self.LIMIT
+        ):
+            self._last[message.finger] = message
+
+    def commands(self, now: int) -> list[ForceCommand]:
+        """Return each last command again: same force, next number, fresh expiry, reason INPUT_HOLD."""
+        for finger, last in self._last.items():
+            self._last[finger] = replace(
+                last,
+                stamp=now,
+                seq=last.seq + 1,
+                adjustment=0.0,
+                reason=Reason.INPUT_HOLD,
+                expires=now + (last.expires - last.stamp),
+            )
+        return list(self._last.values())

@@ -1,0 +1,111 @@
+"""A node under its lifecycle: transitions are checked, exceptions counted, and a fault puts it on hold."""
+
+import logging
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from vegrip.clock import NS
+from vegrip.messages import Lifecycle, Message
+from vegrip.node.hold import Hold
+from vegrip.node.lifecycle import after
+from vegrip.node.node import Node
+
+FIRST_RETRY = 1 * NS  # [ns] from a fault to the first attempt to activate again
+LAST_RETRY = 30 * NS  # [ns] it doubles up to this
+
+
+class ManagedNode:
+    """Calls a node as its state allows. Only :meth:`change` raises.
+
+    After an exception the node is inactive and on hold: at each tick its ``on_fault`` speaks for it, or,
+    should that be silent or fail too, its last commands are repeated. It is activated again after a back-off.
+    """
+
+    def __init__(self, node: Node, logger: logging.Logger) -> None:
+        self.node = node
+        self.state = Lifecycle.UNCONFIGURED
+        self.on_hold = False
+        self.faults: Counter[str] = Counter()
+        self._hold = Hold()
+        self._retry_at = 0  # [ns]
+        self._back_off = FIRST_RETRY
+        self._logger = logger
+
+    def change(self, transition: str) -> None:
+        """Make one transition; the node's own method is called first, and when it raises nothing changes.
+
+        Raises:
+            UsageError: the transition does not exist or not from this state.
+
+        """
+        target = after(self.state, transition)
+        if transition == "shutdown":
+            self._wind_down()
+        else:
+            getattr(self.node, transition)()
+        self.state = target
+        self.on_hold = False
+
+    def on_message(self, message: Message, now: int) -> Sequence[Message]:
+        """Let an active node answer; nothing from any other."""
+        if self.state is not Lifecycle.ACTIVE:
+            return ()
+        return self._remembered(self._guarded(self.node.on_message, now, message, now))
+
+    def on_tick(self, now: int) -> Sequence[Message]:
+        """Let an active node act, or hold the last safe commands of a failed one."""
+        if self.on_hold:
+            return self._held(now)
+        if self.state is not Lifecycle.ACTIVE:
+            return ()
+        return self._remembered(self._guarded(self.node.on_tick, now, now))
+
+    def _remembered(self, messages: Sequence[Message]) -> Sequence[Message]:
+        for message in messages:
+            self._hold.remember(message)
+        return messages
+
+    def _guarded(
+        self, call: Callable[..., Iterable[Message]], now: int, *arguments: Any
+    ) -> Sequence[Message]:
+        try:
+            return tuple(call(*arguments))
+        except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
+            self._fault(error, now)
+            return ()
+
+    def _fault(self, error: Exception, now: int) -> None:
+        self.faults[f"fault {type(error).__name__}"] += 1
+        self._logger.error("on hold after %s: %s", type(error).__name__, error, exc_info=error)
+        if not self.on_hold:
+            self.on_hold = True
+            self.state = Lifecycle.INACTIVE
+            self._retry_at = now + self._back_off
+
+    def _held(self, now: int) -> Sequence[Message]:
+        if now >= self._retry_at and self._recovered(now):
+            return ()
+        return self._remembered(self._guarded(self.node.on_fault, now, now)) or self._hold.commands(now)
+
+    def _recovered(self, now: int) -> bool:
+        self._back_off = min(2 * self._back_off, LAST_RETRY)
+        self._retry_at = now + self._back_off
+        try:
+            self.node.deactivate()
+            self.node.activate()
+        except Exception as error:  # noqa: BLE001 (the node stays on hold)
+            self._fault(error, now)
+            return False
+        self.on_hold, self.state = False, Lifecycle.ACTIVE
+        self._logger.warning("active again")
+        return True
+
+    def _wind_down(self) -> None:
+        steps = {Lifecycle.ACTIVE: ("deactivate", "cleanup"), Lifecycle.INACTIVE: ("cleanup",)}
+        for step in steps.get(self.state, ()):
+            try:
+                getattr(self.node, step)()
+            except Exception as error:
+                self.faults[f"fault {type(error).__name__}"] += 1
+                self._logger.error("%s failed: %s", step, error, exc_info=error)

@@ -1,0 +1,156 @@
+"""The loop of a node. One thread owns it; it reads and writes no file and holds no lock of others."""
+
+import gc
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from vegrip.clock import NS, Clock
+from vegrip.config import parameter
+from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
+from vegrip.node.inbox import Inbox
+from vegrip.node.managed import ManagedNode
+from vegrip.node.node import Node
+from vegrip.node.schedule import Schedule
+from vegrip.node.statistics import LoopStatistics
+from vegrip.node.telemetry import Direction, Telemetry
+from vegrip.transport.endpoint import Endpoint
+
+LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
+BACKLOG = (
+    100  # drains of the bus before activation; a bus that never runs dry must not keep the node from starting
+)
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """How the loop runs: the ``[loop]`` table of a node."""
+
+    tick_period: float = parameter(0.002, unit="s", low=1e-4, high=10.0, doc="of on_tick", live=False)
+    status_period: float = parameter(1.0, unit="s", low=0.01, high=60.0, doc="of NodeStatus", live=False)
+    deadline: float = parameter(
+        0.010,
+        unit="s",
+        low=1e-5,
+        high=10.0,
+        doc="a command later than this after its state is a miss",
+        live=False,
+    )
+
+
+class Runner:
+    """Carries messages from the bus to the node and back, ticks, serves requests, reports.
+
+    ``now`` is read once per message and once per tick; the node sees no other time.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        endpoint: Endpoint,
+        clock: Clock,
+        settings: LoopSettings | None = None,
+        telemetry: Telemetry | None = None,
+        full_name: str = "",
+    ) -> None:
+        settings = settings or LoopSettings()
+        self.full_name = full_name or node.name
+        self.managed = ManagedNode(node, logging.getLogger(f"vegrip.{self.full_name}"))
+        self.inbox = Inbox()
+        self.schedule = Schedule(settings.tick_period)
+        self.statistics = LoopStatistics(round(settings.deadline * NS), clock.now())
+        self.status: NodeStatus | None = None  # the last one sent
+        self._endpoint = endpoint
+        self._clock = clock
+        self._telemetry = telemetry
+        self._status_schedule = Schedule(settings.status_period)
+        self._stop = False
+
+    @property
+    def state(self) -> Lifecycle:
+        """The lifecycle state of the node."""
+        return self.managed.state
+
+    def start(self) -> None:
+        """Configure and activate the node."""
+        self.change("configure")
+        self.change("activate")
+
+    def change(self, transition: str) -> None:
+        """Make a lifecycle transition, in the thread of the loop.
+
+        Raises:
+            VegripError: the transition is not possible, or the node refuses.
+
+        """
+        self.managed.change(transition)
+        if transition == "activate":
+            self._settle()
+
+    def run(self) -> None:
+        """Loop until :meth:`stop` is called or the node has finished, then shut the node down."""
+        while not (self._stop or self.managed.node.finished):
+            self.step()
+        if self.state is not Lifecycle.FINALIZED:
+            self.change("shutdown")
+        self._report(self._clock.now())
+
+    def stop(self) -> None:
+        """End the loop soon; may be called from a signal handler or another thread."""
+        self._stop = True
+
+    def step(self) -> None:
+        """Wait for messages or the next tick, whichever comes first, and serve it."""
+        wait = (min(self.schedule.due, self._status_schedule.due) - self._clock.now()) / NS
+        messages = self._endpoint.receive(min(max(wait, 0.0), LONGEST_WAIT))
+        if messages:
+            arrived = self._clock.now()
+            for message in messages:
+                self._answer(message, arrived)
+        self.inbox.serve()
+        now = self._clock.now()
+        if now >= self.schedule.due:
+            self._tick(now)
+        if now >= self._status_schedule.due:
+            self._status_schedule.take(now)
+            self._report(now)
+
+    def _answer(self, message: Message, arrived: int) -> None:
+        if isinstance(message, FingertipState) and self.state is Lifecycle.ACTIVE:
+            since = message.stamp if self._endpoint.stamped_on_arrival else arrived
+            self.statistics.state(message.finger, since)
+        if self._telemetry is not None:
+            self._telemetry.offer(message, Direction.IN)
+        self._send(self.managed.on_message(message, self._clock.now()))
+
+    def _tick(self, now: int) -> None:
+        self.statistics.ticked(self.schedule.take(now))
+        self._send(self.managed.on_tick(now))
+
+    def _send(self, messages: Sequence[Message]) -> None:
+        for message in messages:
+            self._endpoint.send(message)
+            if isinstance(message, ForceCommand):
+                self.statistics.command(message.finger, self._clock.now())
+            if self._telemetry is not None:
+                self._telemetry.offer(message, Direction.OUT)
+
+    def _report(self, now: int) -> None:
+        dropped = self._telemetry.dropped if self._telemetry is not None else 0
+        self.status = self.statistics.status(self.full_name, self.state, now, dropped, self._rejected())
+        self._send([self.status])
+
+    def _rejected(self) -> Mapping[str, int]:
+        return {**self._endpoint.rejected, **self.managed.faults}
+
+    def _settle(self) -> None:
+        """Freeze what exists out of the garbage collector's sight, drop what came before, lay the grid."""
+        gc.collect()
+        gc.freeze()
+        for _ in range(BACKLOG):
+            if not self._endpoint.receive(0.0):
+                break
+        now = self._clock.now()
+        self.statistics.forget_states()
+        self.schedule.start(now)
+        self._status_schedule.start(now)

@@ -1,0 +1,78 @@
+"""Telemetry: what a node receives and sends, on a bounded queue that drops the oldest and counts.
+
+The loop only appends to a deque, which takes no lock. A thread of its own empties the deque and hands the
+messages to a sink; it looks every few milliseconds instead of being woken, because waking would need a lock.
+"""
+
+import threading
+from collections import deque
+from enum import Enum
+from typing import Protocol
+
+from vegrip.messages import Message
+
+CAPACITY = 4096  # messages; a second of five fingers at 500 Hz with one answer each
+PERIOD = 0.005  # [s] between two looks
+
+
+class Direction(Enum):
+    """Whether the node received a message or sent it."""
+
+    IN = "in"
+    OUT = "out"
+
+
+class Sink(Protocol):
+    """Where telemetry goes; called from the telemetry thread only."""
+
+    def publish(self, message: Message, direction: Direction) -> None:
+        """Take one message."""
+
+    def close(self) -> None:
+        """No more will come."""
+
+
+class Telemetry:
+    """The queue and its thread. Without :meth:`start` it only keeps the newest messages."""
+
+    def __init__(self, sink: Sink, capacity: int = CAPACITY) -> None:
+        self._queue: deque[tuple[Message, Direction]] = deque(maxlen=capacity)
+        self._offered = 0  # raised by the loop only
+        self._taken = 0  # raised by the thread only
+        self._sink = sink
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    @property
+    def dropped(self) -> int:
+        """Messages pushed out by newer ones before the thread took them."""
+        return max(self._offered - self._taken - len(self._queue), 0)
+
+    def offer(self, message: Message, direction: Direction) -> None:
+        """Queue ``message``; never waits, the oldest gives way."""
+        self._queue.append((message, direction))
+        self._offered += 1
+
+    def drain(self) -> None:
+        """Hand everything queued to the sink."""
+        while self._queue:
+            message, direction = self._queue.popleft()
+            self._taken += 1
+            self._sink.publish(message, direction)
+
+    def start(self) -> None:
+        """Start the thread."""
+        self._thread = threading.Thread(target=self._run, name="telemetry", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Hand over what is left and close the sink."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+        self.drain()
+        self._sink.close()
+
+    def _run(self) -> None:
+        while not self._stop.wait(PERIOD):
+            self.drain()
