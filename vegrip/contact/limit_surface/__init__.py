@@ -1,1 +1,1 @@
-"""The friction limit surface of a soft contact: which tangential force and torque it carries before it slips."""
+"""The friction limit surface: which tangential force and torque a soft contact carries before it slips."""

@@ -1,15 +1,17 @@
 """The limit surface of the paper's pressure, by adaptive quadrature: slow, exact, the judge of the fast path.
 
 With lengths in contact radii and the ring means s of :mod:`~vegrip.contact.limit_surface.rings`, the surface
-integrals (57), (58) become one integral each over r in [0, 1]:
+integrals (57), (58) of [TiezziKao2007]_ become one integral each over r in [0, 1]:
 
     f(d) = |f_t|/(mu N)   = int w_k(r)   s(d/r) dr        w_k(r) = 2 C_k (1 - r^k)^(1/k) r
     m(d) = |m_n|/(mu N a) = int w_k(r) r s(r/d) dr
 
-d in [0, inf] is the distance of the centre of rotation (COR) from the contact centre, in contact radii: d = 0 is
-pure torsion, d = inf pure force, so (f, m) = (1, 0). k in [1, inf]; k = inf is uniform pressure.
-Assumes isotropic Coulomb friction with one coefficient mu and a contact that slips as a rigid body. [TiezziKao2007]_, eqs. (49)-(58).
+d in [0, inf] is the distance of the centre of rotation (COR) from the contact centre, in contact radii: d = 0
+is pure torsion, d = inf pure force. k in [1, inf]; k = inf is uniform pressure. Assumes Coulomb friction, the
+same mu everywhere and in every direction, and a contact area that slips as a rigid body.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +26,7 @@ TOLERANCE = 1e-11
 
 Array = NDArray[np.float64]
 _LARGE = 1e300  # stands for k = inf: inf * log(1) would be nan
+_THIN = 1e-13  # a thinner panel has no room for distinct nodes, and weighs nothing
 
 
 def point(k: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
@@ -37,21 +40,19 @@ def point(k: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
 
 
 def support(k: ArrayLike, d: ArrayLike) -> Array:
-    """Support function W(d) = d f(d) + m(d): friction power/(mu N a omega) of a slip about a COR at distance d.
+    """Support function W(d) = d f + m: friction power/(mu N a omega) of the slip about a COR at distance d.
 
-    It is the dissipation potential of the contact: f = dW/dd, and no load of the limit surface does more power.
+    It is the dissipation potential: f = dW/dd, and no load on the surface does more power in this slip.
     """
     f, m = point(k, d)
     return np.asarray(np.asarray(d, dtype=float) * f + m)
 
 
 def torsion_limit(k: ArrayLike) -> Array:
-    """Greatest pure torque |m_n|/(mu N a) = (2 C_k/k) B(3/k, 1 + 1/k), here with x = 1/k as
+    """Greatest pure torque |m_n|/(mu N a), (2 C_k/k) B(3/k, 1 + 1/k), for k in [1, inf].
 
-        (2/3) Gamma(1 + 3x)^2 / (Gamma(1 + 2x) Gamma(1 + 4x))
-
-    so that k = inf (2/3) is not a limit.
-    """  # noqa: D205, D400
+    Written with x = 1/k as (2/3) Gamma(1 + 3x)^2 / (Gamma(1 + 2x) Gamma(1 + 4x)): nothing special at k = inf.
+    """
     x = 1.0 / checked_exponent(k)
     return np.asarray(
         2.0 / 3.0 * np.exp(2.0 * gammaln(1.0 + 3.0 * x) - gammaln(1.0 + 2.0 * x) - gammaln(1.0 + 4.0 * x))
@@ -73,10 +74,10 @@ def _checked_distance(d: ArrayLike) -> Array:
     return d
 
 
-def _integral(integrand, k: Array, d: Array) -> Array:  # type: ignore[no-untyped-def]
+def _integral(integrand: Callable[[Array, Array, Array], Array], k: Array, d: Array) -> Array:
     """Integrate over the rings, split at r = d where the ring means have an infinite slope."""
     k, d = np.broadcast_arrays(np.minimum(k, _LARGE), d)
-    split = np.minimum(d, 1.0)
+    split = np.where(d < 1.0 - _THIN, d, 1.0)
     panels = [
         tanhsinh(integrand, lower, upper, args=(k, d), atol=TOLERANCE, rtol=TOLERANCE)
         for lower, upper in ((np.zeros_like(split), split), (split, np.ones_like(split)))
