@@ -15,6 +15,7 @@ from vegrip.recording.channels import CHANNELS, NOISES
 from vegrip.recording.report import LoadReport
 
 Array = NDArray[np.float64]
+Columns = dict[str, Array]
 
 
 @dataclass(frozen=True, slots=True)
