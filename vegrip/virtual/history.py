@@ -1,0 +1,121 @@
+"""The hereditary integral, summed directly over the stored history of the load.
+
+``N(t) = int_0^t g(t-s) dN_e(s)`` ([TiezziKao2007]_, eq. (20)). With N_e linear inside each step of length h,
+
+    ``N_n = sum_j w_j (N_e[n-j] - N_e[n-j-1])``,   ``w_j = (1/h) int_{jh}^{(j+1)h} g(s) ds``
+
+is exact. Nothing about g is used but its values, so a power law costs what an exponential costs.
+
+The cost of one step is bounded: the last ``fine`` increments are kept one by one; older ones are merged into
+blocks whose sum is taken at both ends of a block and interpolated; what is older than ``blocks`` blocks is
+lumped at the last weight. :attr:`History.error_bound` states what that can cost.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vegrip.virtual.quadrature import gauss_legendre
+from vegrip.virtual.relaxation import Relaxation
+
+Array = npt.NDArray[np.float64]
+
+
+class History:
+    """The increments of N_e of n fingertips, and their relaxed sum.
+
+    Args:
+        relaxations: one g per fingertip.
+        step: duration of a step [s].
+        fine: increments kept one by one.
+        block: increments merged into one block.
+        blocks: blocks kept before lumping.
+
+    """
+
+    def __init__(
+        self,
+        relaxations: Sequence[Relaxation],
+        step: float,
+        fine: int = 1024,
+        block: int = 32,
+        blocks: int = 4096,
+    ) -> None:
+        self._step, self._fine, self._block = step, fine, block
+        n = len(relaxations)
+        self._recent = np.zeros((n, fine + block))
+        self._filled = 0
+        self._merged = np.zeros((n, blocks))  # newest block first
+        self._lumped = np.zeros(n)
+        self._coarse = np.zeros((2, n))  # relaxed sum of the blocks at the last merge and one block later
+        self.reweigh(relaxations)
+
+    def reweigh(self, relaxations: Sequence[Relaxation]) -> None:
+        """Take other relaxation functions for the same history (a warmer material relaxes faster)."""
+        length, step = self._recent.shape[1], self._step
+        self._weights = np.stack([_means(g, 0.0, step, length) for g in relaxations])
+        self._reversed = np.ascontiguousarray(self._weights[:, :0:-1])
+        start, long = (self._fine + 1) * step, self._block * step  # where the newest block begins
+        blocks = self._merged.shape[1]
+        self._block_weights = np.stack([_means(g, start, long, blocks + 1) for g in relaxations])
+        never = np.array([1e300])
+        self._final = np.array([float(g(never)[0]) for g in relaxations])
+        self._sum_blocks()
+
+    @property
+    def instant(self) -> Array:
+        """Share of the increment of the present step that is felt at its end [-]; (n,)."""
+        felt: Array = self._weights[:, 0]
+        return felt
+
+    @property
+    def error_bound(self) -> Array:
+        """Largest error per unit of total variation of N_e [-], for a g that falls and is convex; (n,)."""
+        w = self._block_weights
+        return 2.0 * (w[:, 0] - w[:, 1]) + (w[:, -1] - self._final)
+
+    def past(self) -> Array:
+        """Return what all earlier increments contribute at the end of the present step [N]; (n,)."""
+        m = self._filled
+        fresh = np.vecdot(self._recent[:, :m], self._reversed[:, self._reversed.shape[1] - m :])
+        part = max(0.0, (m - self._fine) / self._block)  # of a block since the last merge
+        older: Array = (1.0 - part) * self._coarse[0] + part * self._coarse[1] + self._lumped
+        total: Array = fresh + older
+        return total
+
+    def append(self, increment: Array) -> None:
+        """Close the present step with the increment of N_e it brought [N]; (n,)."""
+        self._recent[:, self._filled] = increment
+        self._filled += 1
+        if self._filled == self._recent.shape[1]:
+            self._merge()
+
+    def clear(self) -> None:
+        """Forget everything: a fully recovered material."""
+        for store in (self._recent, self._merged, self._lumped, self._coarse):
+            store[:] = 0.0
+        self._filled = 0
+
+    def _merge(self) -> None:
+        oldest = self._recent[:, : self._block].sum(axis=1)
+        left = self._filled - self._block
+        self._recent[:, :left] = self._recent[:, self._block : self._filled].copy()
+        self._filled = left
+        self._lumped += self._block_weights[:, -1] * self._merged[:, -1]
+        self._merged[:, 1:] = self._merged[:, :-1].copy()
+        self._merged[:, 0] = oldest
+        self._sum_blocks()
+
+    def _sum_blocks(self) -> None:
+        w = self._block_weights
+        self._coarse[0] = np.vecdot(self._merged, w[:, :-1])
+        self._coarse[1] = np.vecdot(self._merged, w[:, 1:])
+
+
+def _means(g: Relaxation, start: float, width: float, count: int) -> Array:
+    """Return the mean of g over ``count`` intervals of ``width`` [s] that follow ``start`` [s]."""
+    x, weights = gauss_legendre(4)
+    times = start + width * (np.arange(count)[:, None] + x)
+    means: Array = g(times) @ weights
+    return means

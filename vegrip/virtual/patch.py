@@ -1,0 +1,69 @@
+"""The contact patch, element by element: what friction does is summed, never looked up.
+
+The disc of radius a is cut into rings and spokes. An element carries its share of the pressure and a stiff
+bristle to the object with Coulomb's limit; presliding, the limit surface and the frictional torque emerge.
+Elements keep their place in the disc when the contact grows or shrinks (their bristles ride along).
+"""
+
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from vegrip.virtual import kernels
+from vegrip.virtual.profile import shares_on_rings
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Rings and spokes in the unit disc; the same for all fingers."""
+
+    edges: tuple[float, ...]  # of the rings, 0..1
+    spokes: int
+    reach: Array = field(init=False, repr=False, compare=False)  # (R,) where the elements of a ring sit
+    area: Array = field(init=False, repr=False, compare=False)  # (R,) share of the disc of one element
+    cosine: Array = field(init=False, repr=False, compare=False)  # (S,)
+    sine: Array = field(init=False, repr=False, compare=False)  # (S,)
+
+    def __post_init__(self) -> None:
+        r = np.array(self.edges)
+        angle = 2.0 * np.pi * (np.arange(self.spokes) + 0.5) / self.spokes
+        set_once = object.__setattr__
+        set_once(self, "reach", 2.0 / 3.0 * np.diff(r**3) / np.diff(r**2))  # centroid of a thin sector
+        set_once(self, "area", np.diff(r**2) / self.spokes)
+        set_once(self, "cosine", np.cos(angle))
+        set_once(self, "sine", np.sin(angle))
+
+    def load(self, k: Array) -> Array:
+        """Return the share of the normal force on one element of each ring for exponents k; (n, R)."""
+        shares: Array = shares_on_rings(k, self.edges) / self.spokes
+        return shares
+
+    def bristles(self, fingers: int) -> Array:
+        """Return unbent bristles for ``fingers`` patches; (n, R, S, 2) [m]."""
+        return np.zeros((fingers, len(self.reach), self.spokes, 2))
+
+
+@cache
+def even_grid(rings: int, spokes: int) -> Grid:
+    """Return a grid of equally wide rings."""
+    return Grid(tuple(float(r) for r in np.linspace(0.0, 1.0, rings + 1)), spokes)
+
+
+def limit_points(grid: Grid, k: float, distances: Array) -> Array:
+    """Return ``(f/(mu N), m/(mu N a))`` of a patch sliding about centres at ``distances`` [a]; (len, 2)."""
+    load = grid.load(np.array([k]))[0]
+    points = [kernels.limit_point(load, grid.reach, grid.cosine, grid.sine, float(d)) for d in distances]
+    return np.array(points)
+
+
+def utilisation(grid: Grid, k: float, f: float, m: float) -> float:
+    """Return how much of the limit the load ``f = f_t/(mu N)``, ``m = m_n/(mu N a)`` uses: 1 = slides."""
+    size = float(np.hypot(f, m))
+    if size == 0.0:
+        return 0.0
+    load = grid.load(np.array([k]))[0]
+    return size / kernels.limit_along(load, grid.reach, grid.cosine, grid.sine, abs(f), abs(m))

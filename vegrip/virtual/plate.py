@@ -1,0 +1,88 @@
+"""The held object: a plate with parallel faces that moves in its own plane, carried by friction alone."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from vegrip.virtual import kernels
+from vegrip.virtual.disturbance import Burden
+from vegrip.virtual.patch import Grid
+from vegrip.virtual.settings import FingertipSettings, ObjectSettings
+
+Array = npt.NDArray[np.float64]
+
+COURANT = 0.4
+"""Greatest phase and damping per substep of the fastest vibration of the plate on its bristles."""
+
+
+class Plate:
+    """Pose and motion of the plate, and the friction patches that carry it.
+
+    Hand frame: x, y in the plane of the plate, y up; the centre of mass starts at the offset of the
+    settings. The faces stay parallel: what would tilt the plate out of its plane is not modelled.
+    """
+
+    def __init__(
+        self,
+        settings: ObjectSettings,
+        tips: tuple[FingertipSettings, ...],
+        place: Array,
+        grid: Grid,
+    ) -> None:
+        n = len(tips)
+        self.settings, self.grid, self.place = settings, grid, place
+        self.pose = np.array([settings.offset_x, settings.offset_y, 0.0, 0.0, 0.0, 0.0])  # and its rate
+        self._start = self.pose[:3].copy()
+        self._stiffness = np.array([tip.bristle_stiffness for tip in tips])
+        self._damping = np.array([tip.bristle_damping for tip in tips])
+        self._bristle = grid.bristles(n)
+        self.wrench = np.zeros(
+            (n, 3)
+        )  # of the plate on each finger, hand frame: force x, y [N], torque [N m]
+        self.slip = np.zeros((n, 3))  # sliding share [-], slip speed [m/s], distance slid so far [m]
+
+    @property
+    def shift(self) -> Array:
+        """How far the plate has moved from where it was grasped: x, y [m], angle [rad]."""
+        moved: Array = self.pose[:3] - self._start
+        return moved
+
+    @property
+    def lost(self) -> bool:
+        """Whether the plate has slid or turned out of the grasp."""
+        x, y, angle = self.shift
+        s = self.settings
+        return math.hypot(x, y) > s.drop_distance or abs(angle) > s.drop_angle
+
+    def carry(
+        self, a: Array, N: Array, load: Array, mu: Array, burden: Burden, stand: float, dt: float
+    ) -> None:
+        """Move for ``dt`` [s] with contact radii a [m], normal forces N [N], friction mu and what acts on it.
+
+        ``load`` is the pressure on the grid (n, R); ``stand`` the share of gravity carried by a stand.
+        """
+        s, grid = self.settings, self.grid
+        mass = s.mass + burden.mass
+        weight = (1.0 - stand) * mass * s.gravity
+        applied = np.array([
+            burden.force_x + weight * math.sin(burden.turn),
+            burden.force_y - weight * math.cos(burden.turn),
+            burden.torque,
+        ])  # fmt: skip
+        substeps = self._substeps(a, mass, dt)
+        kernels.carry(
+            self.pose, self._bristle, self.wrench, self.slip,
+            load, grid.area, grid.reach, grid.cosine, grid.sine,
+            a, N, mu, self._stiffness, self._damping, self.place,
+            mass, s.inertia, applied, substeps, dt / substeps,
+        )  # fmt: skip
+
+    def _substeps(self, a: Array, mass: float, dt: float) -> int:
+        """How finely to divide a step so that the explicit scheme is far inside its stability limit."""
+        stiffness = self._stiffness * math.pi * a**2
+        lever = ((self.place - self.pose[:2]) ** 2).sum(axis=1) + a**2 / 2.0
+        push, turn = stiffness / mass, stiffness * lever / self.settings.inertia
+        square = max(float(push.sum()), float(turn.sum()))  # of the greatest angular frequency
+        viscous = max(float((push * self._damping).sum()), float((turn * self._damping).sum()))
+        return max(1, math.ceil(dt * max(math.sqrt(square), viscous) / COURANT))

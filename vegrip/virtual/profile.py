@@ -1,0 +1,79 @@
+"""The pressure over the simulated contact: by quadrature and table look-up, without any closed form.
+
+The pressure has the shape ``[1 - (r/a)^k]^(1/k)`` ([TiezziKao2007]_, eq. (2)). Everything else about it is
+integrated here: the constant that makes it carry the normal force, the share of the force inside a radius,
+and, by inverting a table, the exponent that belongs to a constant.
+"""
+
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from vegrip.virtual.quadrature import tanh_sinh
+
+Array = npt.NDArray[np.float64]
+
+EXPONENTS = np.geomspace(1.0, 200.0, 400)
+"""Pressure exponents k of the tables [-]: from sharper than Hertz to nearly uniform."""
+
+HERTZ = 2.0
+"""Exponent of a contact that has just been made [-]."""
+
+
+def share_within(k: Array, r: Array) -> Array:
+    """Return ``2 int_0^r s [1 - s^k]^(1/k) ds`` for radii 0 < r <= 1; shape of k plus shape of r.
+
+    Substituted ``s = r x`` and integrated by the double-exponential rule.
+    """
+    x, log_x, weights = tanh_sinh()
+    k = np.asarray(k, float)[..., None, None]
+    r = np.asarray(r, float)[:, None]
+    height = (-np.expm1(k * (np.log(r) + log_x))) ** (1.0 / k)  # 1 - s^k without cancellation at the rim
+    share: Array = 2.0 * r[:, 0] ** 2 * ((height * x) @ weights)
+    return share
+
+
+@cache
+def normalisation() -> Array:
+    """Return C_k at :data:`EXPONENTS`: what makes the pressure integrate to the normal force."""
+    total = share_within(EXPONENTS, np.ones(1))[:, 0]
+    coefficients: Array = 1.0 / total
+    return coefficients
+
+
+@cache
+def _logarithms() -> tuple[Array, Array]:
+    """Return ``ln k`` and ``-ln (C_k - 1)``, nearly a straight line; both grow."""
+    return np.log(EXPONENTS), -np.log(normalisation() - 1.0)
+
+
+def coefficient(k: Array) -> Array:
+    """Return C_k [-] of the exponents k [-], interpolated in the logarithms."""
+    ln_k, table = _logarithms()
+    return 1.0 + np.exp(-np.interp(np.log(k), ln_k, table))
+
+
+def exponent(C: Array) -> Array:
+    """Return the k [-] whose coefficient C > 1 [-] is given; beyond the table the last k."""
+    ln_k, table = _logarithms()
+    return np.exp(np.interp(-np.log(np.maximum(C - 1.0, 1e-12)), table, ln_k))
+
+
+@cache
+def ring_shares(edges: tuple[float, ...]) -> Array:
+    """Return the share of the normal force on each ring at each of :data:`EXPONENTS`; (400, rings)."""
+    shares = np.diff(share_within(EXPONENTS, np.array(edges[1:])), axis=1, prepend=0.0)
+    carried: Array = shares / shares.sum(axis=1, keepdims=True)
+    return carried
+
+
+def shares_on_rings(k: Array, edges: tuple[float, ...]) -> Array:
+    """Return the share of the normal force on each ring for exponents k; (n, rings), rows sum to one."""
+    last = len(EXPONENTS) - 1
+    place = np.log(k / EXPONENTS[0]) * (last / np.log(EXPONENTS[-1] / EXPONENTS[0]))
+    low = np.minimum(place.astype(np.intp), last - 1)
+    part = (place - low)[:, None]
+    table = ring_shares(edges)
+    mixed: Array = (1.0 - part) * table[low] + part * table[low + 1]
+    return mixed

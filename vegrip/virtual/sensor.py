@@ -1,0 +1,77 @@
+"""The sensors of the fingertips: noise, bias, resolution, lost and jittered samples."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vegrip.clock import NS
+from vegrip.messages import NAN, FingertipState
+from vegrip.virtual.settings import SensorSettings
+
+Array = npt.NDArray[np.float64]
+
+CHANNELS = (
+    "normal_force",
+    "tangential_force_x",
+    "tangential_force_y",
+    "torque_z",
+    "displacement",
+    "temperature",
+    "slip_speed",
+    "contact_radius",
+)
+"""Order of the measured quantities in the arrays of this module."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """The true quantities of all fingers at one instant."""
+
+    values: Array  # (n, 8) in the order of CHANNELS
+    slip: Array  # (n,) 1 sliding, 0 not
+
+
+class Sensors:
+    """All sensors of one hand; every finger has its own constant bias, drawn from the seed."""
+
+    def __init__(self, settings: SensorSettings, fingers: tuple[str, ...], rng: np.random.Generator) -> None:
+        s = settings
+        self.settings, self.fingers, self._rng = s, fingers, rng
+        force, shift = s.force_bias, s.displacement_bias
+        self._noise = np.array([
+            s.normal_force, s.tangential_force, s.tangential_force, s.torque_z, s.displacement, s.temperature,
+            s.slip_speed, s.contact_radius,
+        ])  # fmt: skip
+        steps = [s.force_step, s.force_step, s.force_step, s.torque_step, s.displacement_step, 0.0, 0.0, 0.0]
+        self._step = np.array(steps)
+        spread = np.array([force, force, force, 0.0, shift, 0.0, 0.0, 0.0])
+        self.bias = spread * rng.standard_normal((len(fingers), len(CHANNELS)))
+        self._seq = 0
+
+    def measure(self, reading: Reading, time: float) -> list[FingertipState]:
+        """Return what the hand reports at ``time`` [s]; lost samples are missing, their numbers used up."""
+        s, rng, n = self.settings, self._rng, len(self.fingers)
+        values = reading.values + self.bias + self._noise * rng.standard_normal(reading.values.shape)
+        values = quantised(values, self._step)
+        np.maximum(values[:, 6:], 0.0, out=values[:, 6:])  # speed and radius are magnitudes
+        if not s.slip_sensor:
+            values[:, 6] = NAN
+        if not s.radius_sensor:
+            values[:, 7] = NAN
+        slip = reading.slip if s.slip_sensor else np.full(n, NAN)
+        lost = rng.random(n) < s.dropout
+        stamps = np.rint((time + s.jitter * rng.standard_normal(n)) * NS).astype(np.int64)
+        self._seq += 1
+        rows = zip(stamps.tolist(), self.fingers, values.tolist(), slip.tolist(), lost.tolist(), strict=True)
+        return [
+            FingertipState(stamp, finger, self._seq, N, fx, fy, m, d, T, slipping, speed, a)
+            for stamp, finger, (N, fx, fy, m, d, T, speed, a), slipping, missing in rows
+            if not missing
+        ]
+
+
+def quantised(values: Array, step: Array) -> Array:
+    """Round to multiples of ``step``; a step of zero leaves the value as it is."""
+    rounded = np.round(values / np.where(step > 0.0, step, 1.0)) * step
+    return np.where(step > 0.0, rounded, values)
