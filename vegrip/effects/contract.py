@@ -1,0 +1,102 @@
+"""The contract of an effect: declared parameters and states, and hooks at named stages of the recursion.
+
+One sample of the contact runs through the stages in this order; a hook takes what it needs **by the names
+of its arguments** and gives the new value of one quantity::
+
+    stage      gives             starts as      states change
+    tip        x                 delta          yes            indentation [m] after mount and tip
+    elastic    elastic_force     -              yes            N_e(x) [N]
+    force      force             elastic_force  yes            N [N] with relaxation
+    sense      sensed_force      force          yes            what the sensor shows [N]
+    area       contact_radius    -              no             a [m]
+    profile    exponent          -              no             k [-]
+    friction   friction          -              no             mu [-]
+
+A hook that takes the quantity it gives *modifies* it; one that does not *defines* it, and there can be only
+one of those. A hook may also give ``relaxation_rate``, ``relaxation_strength`` (factors on all branches, 1),
+``adhesion`` [N] (pull that is subtracted after the free-surface line) or a parameter of another effect, for
+the hooks that follow in the list; :data:`INPUTS` names what comes from outside.
+
+A hook is plain scalar Python with only ``math``, numbers and functions of its own file. It returns the
+quantity, followed by the new values of those of its effect's states that it takes (in the order in which the
+effect declares them); with ``gives=""`` it returns only states. Called with ``dt = 0`` and its own new
+states it must return the same again: that is how the online estimator reads the force of its present state.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from vegrip.parameters import Parameter
+
+Function = Callable[..., Any]
+
+STAGES: Final = {
+    "tip": "x",
+    "elastic": "elastic_force",
+    "force": "force",
+    "sense": "sensed_force",
+    "area": "contact_radius",
+    "profile": "exponent",
+    "friction": "friction",
+}
+"""Stage -> the quantity it gives, in the order in which they run."""
+
+READING: Final = ("area", "profile", "friction")
+"""The stages that only read states."""
+
+STARTS: Final = {"x": "delta", "force": "elastic_force", "sensed_force": "force"}
+"""What a quantity is before its first hook; the others need a hook that defines them."""
+
+FACTORS: Final = {"relaxation_rate": 1.0, "relaxation_strength": 1.0, "adhesion": 0.0}
+"""Quantities that exist without any effect."""
+
+INPUTS: Final = ("delta", "speed", "temperature", "tangential_force", "torque", "slip_speed")
+"""From outside: [m], [m/s], [degrees Celsius], [N], [N m], [m/s]; the last four held when not measured."""
+
+GEOMETRY: Final = ("tip_radius", "reference_depth", "reference_temperature")
+"""Constants of the fingertip: R [m], x_ref [m] and the temperature [degrees Celsius] its values hold at."""
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A memory of an effect.
+
+    ``low`` and ``high`` name the quantities between which it may lie when the contact is met in the middle,
+    with unknown history; without them it is then ``initial``, surely.
+    """
+
+    name: str
+    unit: str
+    doc: str
+    initial: float = 0.0
+    low: str = ""
+    high: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Hook:
+    """A function at a stage. ``source`` replaces its text where Python cannot find it (made by exec)."""
+
+    function: Function
+    stage: str
+    gives: str
+    source: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """One physical effect."""
+
+    name: str
+    summary: str
+    cites: tuple[str, ...]  # keys of docs/references.md
+    hooks: tuple[Hook, ...]
+    parameters: tuple[Parameter, ...] = ()
+    states: tuple[State, ...] = ()
+
+
+def hook(function: Function, *, stage: str = "", gives: str | None = None, source: str = "") -> Hook:
+    """Make a hook; by default the stage is the function's name and it gives that stage's quantity."""
+    stage = stage or function.__name__
+    return Hook(function, stage, STAGES.get(stage, "") if gives is None else gives, source)

@@ -1,0 +1,49 @@
+"""A second relaxation time: ``N = ... - c2 z2``, ``dz2/dt = nu2 (N_e - z2)``.
+
+The second branch of [TiezziKao2007]_, eq. (15). Real soft materials relax over decades of time; one branch
+leaves a residual that changes sign within a hold.
+"""
+
+from vegrip.effects.contract import Effect, State, hook
+from vegrip.effects.relaxation import branch
+from vegrip.parameters import Parameter
+
+
+def force(
+    force: float,
+    elastic_force: float,
+    elastic_before: float,
+    dt: float,
+    relaxation_rate: float,
+    relaxation_strength: float,
+    c2: float,
+    nu2: float,
+    z2: float,
+) -> tuple[float, float]:
+    """Return the force [N] and the relaxed force z2 [N]."""
+    z2 = branch(z2, elastic_force, elastic_before, relaxation_rate * nu2, dt)
+    return force - relaxation_strength * c2 * z2, z2
+
+
+EFFECT = Effect(
+    name="second_relaxation",
+    summary="under a constant indentation the force falls further, on a second time scale",
+    cites=("TiezziKao2007",),
+    parameters=(
+        Parameter(
+            "c2",
+            "1",
+            0.1,
+            0.05,
+            0.0,
+            0.95,
+            "fraction of the force that relaxes on the second time scale",
+            null=0.0,
+            learn=True,
+            drift=3e-4,
+        ),
+        Parameter("nu2", "1/s", 0.2, 0.7, 1e-4, 1e4, "rate of the second relaxation", transform="log"),
+    ),
+    states=(State("z2", "N", "elastic force as the second slow part has followed it", high="elastic_force"),),
+    hooks=(hook(force),),
+)

@@ -1,0 +1,71 @@
+"""Generated modules on disk, named by the hash of their content, and their import.
+
+numba's cache trusts the file that holds a function and nothing else, so one model is one flat file and its
+name changes with every change of text or of numba; stale physics cannot run.
+"""
+
+import contextlib
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from pathlib import Path
+from types import ModuleType
+
+import numba
+
+
+def folder() -> Path:
+    """Return where generated modules live: ``VEGRIP_CACHE``, else the user's cache folder."""
+    if own := os.environ.get("VEGRIP_CACHE"):
+        return Path(own)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vegrip"
+
+
+def load(text: str) -> ModuleType:
+    """Return the compiled module of ``text``; functions compile at their first call, or come from the cache."""
+    name = "vegrip_generated_" + hashlib.sha256(f"{numba.__version__}\n{text}".encode()).hexdigest()[:24]
+    if name in sys.modules:
+        return sys.modules[name]
+    return _imported(name, _written(name, text))
+
+
+def load_plain(text: str) -> ModuleType:
+    """Return the same module uncompiled, to step through it with a debugger."""
+    plain = text.replace("njit_ = numba.njit(", "njit_ = plain_(").replace(
+        "entry_ = numba.njit(", "entry_ = plain_("
+    )
+    plain = plain.replace("import numba", "def plain_(**options):\n    return lambda function: function\n")
+    name = "vegrip_plain_" + hashlib.sha256(plain.encode()).hexdigest()[:24]
+    if name in sys.modules:
+        return sys.modules[name]
+    return _imported(name, _written(name, plain))
+
+
+def _written(name: str, text: str) -> Path:
+    """Write the module unless it is there; a reader never sees half a file."""
+    with contextlib.suppress(OSError):
+        return _write(folder(), name, text)
+    return _write(Path(tempfile.mkdtemp(prefix="vegrip-")), name, text)  # read-only home: works, uncached
+
+
+def _write(where: Path, name: str, text: str) -> Path:
+    path = where / f"{name}.py"
+    if path.exists() and path.read_text(encoding="utf-8") == text:
+        return path
+    where.mkdir(parents=True, exist_ok=True)
+    handle, scratch = tempfile.mkstemp(dir=where, suffix=".tmp")
+    with os.fdopen(handle, "w", encoding="utf-8") as stream:
+        stream.write(text)
+    Path(scratch).replace(path)
+    return path
+
+
+def _imported(name: str, path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None  # noqa: S101, PT018
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module

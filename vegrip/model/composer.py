@@ -1,0 +1,184 @@
+"""From an ordered list of effects to an ordered list of calls, checked.
+
+Nothing here runs physics. The rules, each with its complaint:
+
+* every hook stands at a stage that exists, and what it takes exists there;
+* a quantity has one definition, before its modifications;
+* nothing is changed after another effect has used it;
+* symbols and states have one owner.
+"""
+
+import inspect
+import keyword
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from vegrip.effects.contract import (
+    FACTORS,
+    GEOMETRY,
+    INPUTS,
+    READING,
+    STAGES,
+    STARTS,
+    Effect,
+    Hook,
+)
+from vegrip.errors import ModelError
+from vegrip.model.source import Texts
+
+DERIVED = ("stiffness", "elastic_exponent")
+"""d N_e / d x [N/m] and d ln N_e / d ln x [-] at the present depth, made only where a hook asks."""
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """One hook in the generated step: ``gives, *states = function(*takes)``."""
+
+    effect: str
+    stage: str
+    function: str
+    takes: tuple[str, ...]
+    gives: str  # "" = only states
+    states: tuple[str, ...]
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """What the call sets."""
+        return (self.gives, *self.states) if self.gives else self.states
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A composed model: calls by stage, and the texts of their functions."""
+
+    calls: dict[str, tuple[Call, ...]]
+    texts: dict[str, str]
+    parameters: tuple[str, ...]
+    states: tuple[str, ...]
+
+    def uses(self, stage: str, name: str) -> bool:
+        """Return whether a hook of ``stage`` takes ``name``."""
+        return any(name in call.takes for call in self.calls[stage])
+
+
+def compose(effects: Sequence[Effect]) -> Plan:
+    """Order and check the hooks of ``effects``.
+
+    Raises:
+        ModelError: names the effect and the remedy.
+
+    """
+    parameters = _unique((e.name, p.symbol) for e in effects for p in e.parameters)
+    states = _unique((e.name, s.name) for e in effects for s in e.states)
+    _check_names(effects, {**parameters, **states})
+    texts = Texts()
+    calls = {stage: tuple(_calls(stage, effects, texts)) for stage in STAGES}
+    plan = Plan(calls, texts.parts, tuple(parameters), tuple(states))
+    _check_quantities(plan)
+    _check_definitions(plan)
+    return plan
+
+
+def _calls(stage: str, effects: Sequence[Effect], texts: Texts) -> Iterator[Call]:
+    """Yield the calls of a stage: those that give a quantity first, then those that only remember."""
+    found = [(e, i, h) for e in effects for i, h in enumerate(e.hooks) if h.stage == stage]
+    for effect, index, hook in sorted(found, key=lambda item: not item[2].gives):
+        takes = tuple(inspect.signature(hook.function).parameters)
+        states = tuple(s.name for s in effect.states if s.name in takes) if stage not in READING else ()
+        yield Call(effect.name, stage, texts.add_hook(effect.name, index, hook), takes, hook.gives, states)
+
+
+def _unique(owned: Iterator[tuple[str, str]]) -> dict[str, str]:
+    owners: dict[str, str] = {}
+    for effect, name in owned:
+        if name in owners:
+            raise ModelError(
+                f"the effects {owners[name]} and {effect} both have {name!r}; rename it in one, or leave one out"
+            )
+        owners[name] = effect
+    return owners
+
+
+def _check_names(effects: Sequence[Effect], owners: dict[str, str]) -> None:
+    taken = {*INPUTS, *GEOMETRY, *FACTORS, *STAGES.values(), *DERIVED, "dt", "elastic_before"}
+    for name, effect in owners.items():
+        if not name.isidentifier() or keyword.iskeyword(name) or name.endswith("_") or name in taken:
+            raise ModelError(
+                f"the effect {effect} calls something {name!r}, which is taken; choose another name"
+            )
+    seen: set[str] = set()
+    for effect in effects:
+        if effect.name in seen:
+            raise ModelError(f"the effect {effect.name} is there twice; leave one out")
+        seen.add(effect.name)
+        for hook in effect.hooks:
+            _check_hook(effect, hook, owners)
+
+
+def _check_hook(effect: Effect, hook: Hook, owners: dict[str, str]) -> None:
+    if hook.stage not in STAGES:
+        raise ModelError(
+            f"the effect {effect.name} has a hook at {hook.stage!r}; the stages are {', '.join(STAGES)}"
+        )
+    known = {*STAGES.values(), *FACTORS, *INPUTS, *owners, ""}
+    if hook.gives not in known:
+        raise ModelError(
+            f"the effect {effect.name} gives {hook.gives!r}, which nothing uses; give {STAGES[hook.stage]!r}"
+        )
+    if hook.gives == "" and hook.stage in READING:
+        raise ModelError(
+            f"the effect {effect.name} remembers at {hook.stage!r}, where states are only read; do it at 'force'"
+        )
+
+
+def _check_quantities(plan: Plan) -> None:
+    """Walk the stages in order with the set of what exists."""
+    exists = {*INPUTS, *GEOMETRY, *FACTORS, *plan.parameters, *plan.states, "dt"}
+    for stage, quantity in STAGES.items():
+        exists |= {quantity} if quantity in STARTS else set()
+        if stage == "force":
+            exists |= {"elastic_before", *DERIVED}
+        if stage == "area":
+            exists -= {"dt", "elastic_before"}
+        for call in plan.calls[stage]:
+            for name in call.takes:
+                if name not in exists:
+                    raise ModelError(_missing(call, name, exists))
+            exists |= set(call.results)
+
+
+def _missing(call: Call, name: str, exists: set[str]) -> str:
+    if name in STAGES.values():
+        return (
+            f"the effect {call.effect} uses {name} at the stage {call.stage}, where it is not known yet; "
+            f"put it after the effect that defines {name}, or move its hook to a later stage"
+        )
+    return (
+        f"the effect {call.effect} uses {name!r}, which does not exist at the stage {call.stage}; add the effect "
+        f"that has it, or use one of {', '.join(sorted(exists))}"
+    )
+
+
+def _check_definitions(plan: Plan) -> None:
+    """One definition per quantity, first; no change after another effect has used the value."""
+    defined: dict[str, str] = {}
+    used: dict[str, str] = {}
+    for stage, quantity in STAGES.items():
+        for call in plan.calls[stage]:
+            gives = call.gives
+            if gives and gives not in call.takes:
+                if gives in defined:
+                    raise ModelError(
+                        f"the effects {defined[gives]} and {call.effect} both define {gives}; leave one out"
+                    )
+            if gives and gives in used and used[gives] != call.effect:
+                raise ModelError(
+                    f"the effect {call.effect} changes {gives} after {used[gives]} has used it; "
+                    f"put {call.effect} before {used[gives]}"
+                )
+            if gives:
+                defined.setdefault(gives, call.effect)
+            running = gives if gives == quantity else None
+            used |= {name: call.effect for name in call.takes if name != running and name not in call.states}
+        if quantity not in STARTS and quantity not in defined:
+            raise ModelError(f"no effect defines {quantity}; add one with a hook at the stage {stage}")

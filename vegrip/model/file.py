@@ -1,0 +1,96 @@
+"""Model files: TOML that a person can read and change, and that comes back exactly as it was written."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vegrip.config import read_toml
+from vegrip.effects import effect
+from vegrip.errors import ConfigError
+from vegrip.model.model import ContactModel
+from vegrip.parameters import Value, declared
+
+FINGERTIP = ("tip_radius", "reference_depth", "reference_temperature")
+FIELDS = ("value", "std", "low", "high", "learn")
+
+
+def write_model(model: ContactModel, path: Path) -> None:
+    """Write ``model``; :func:`read_model` gives the same back, to the last bit."""
+    lines = [
+        "# A vegrip contact model. SI units; std is that of the logarithm where a parameter is scaled so.",
+        "",
+    ]
+    lines += ["[fingertip]", *(f"{name} = {_toml(getattr(model, name))}" for name in FINGERTIP), ""]
+    for one in model.effects:
+        lines += ["[[effects]]", f"# {one.summary}", f"name = {_toml(one.name)}"]
+        for parameter in one.parameters:
+            value = model.values[parameter.symbol]
+            fields = ", ".join(f"{name} = {_toml(getattr(value, name))}" for name in FIELDS)
+            lines.append(f"{parameter.symbol} = {{ {fields} }}  # [{parameter.unit}] {parameter.doc}")
+        lines.append("")
+    lines += ["[provenance]", *(f"{_toml(key)} = {_toml(text)}" for key, text in model.provenance.items())]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def read_model(path: Path) -> ContactModel:
+    """Read a model file; a parameter that is left out keeps the default of its effect.
+
+    Raises:
+        ConfigError: not readable, or a key that does not belong there; names file and key.
+        ModelError: the model cannot be built; names the effect and the remedy.
+
+    """
+    table = read_toml(path)
+    _known(table, ("fingertip", "effects", "provenance"), f"{path}")
+    fingertip = table.get("fingertip", {})
+    _known(fingertip, FINGERTIP, f"{path} [fingertip]")
+    if "tip_radius" not in fingertip:
+        raise ConfigError(f"{path} [fingertip]: the key 'tip_radius' is missing (in m)")
+    radius = _number(fingertip["tip_radius"], f"{path} [fingertip]: 'tip_radius'")
+    rest = {"reference_depth": radius / 10.0, "reference_temperature": 23.0}
+    rest |= {key: _number(fingertip[key], f"{path} [fingertip]: {key!r}") for key in rest if key in fingertip}
+    effects, values = [], {}
+    for section in table.get("effects", []):
+        if "name" not in section:
+            raise ConfigError(f"{path} [[effects]]: the key 'name' is missing")
+        one = effect(section["name"])
+        where = f"{path} effect {one.name}"
+        _known(section, ("name", *(p.symbol for p in one.parameters)), where)
+        effects.append(one)
+        for p in one.parameters:
+            values[p.symbol] = _value(declared(p), section.get(p.symbol, {}), f"{where}: {p.symbol!r}")
+    provenance = {key: str(text) for key, text in table.get("provenance", {}).items()}
+    return ContactModel(tuple(effects), values, radius, **rest, provenance=provenance)
+
+
+def _value(default: Value, table: Any, where: str) -> Value:
+    """Make a value from a table of fields, or from a bare number."""
+    if not isinstance(table, Mapping):
+        table = {"value": table}
+    _known(table, FIELDS, where)
+    fields: dict[str, Any] = {name: getattr(default, name) for name in FIELDS}
+    for name, given in table.items():
+        if name == "learn" and not isinstance(given, bool):
+            raise ConfigError(f"{where}: 'learn' is {given!r}; it must be true or false")
+        fields[name] = given if name == "learn" else _number(given, f"{where}: {name!r}")
+    return Value(**fields)
+
+
+def _known(table: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
+    for key in table:
+        if key not in keys:
+            raise ConfigError(f"{where}: unknown key {key!r}; known are {', '.join(keys)}")
+
+
+def _number(value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ConfigError(f"{where} is {value!r}; it must be a number")
+    return float(value)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return repr(value)  # the shortest text that reads back as the same number
+    return '"' + str(value).replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'

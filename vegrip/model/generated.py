@@ -1,0 +1,55 @@
+"""What every generated module offers; the kernels are written against these signatures.
+
+The kernels (``simulate_kernel.py`` here, those of the estimator) are ordinary files that import from this
+one, so that they can be read, linted and typed. In a generated module their text stands below the real
+``advance`` and ``readout``, without the imports.
+"""
+
+from numpy.typing import NDArray
+
+Floats = NDArray
+
+N_STATES = 0
+"""How many states the effects have."""
+N_VALUES = 0
+"""How many parameters the effects have."""
+
+
+def advance(
+    values: Floats,
+    states: Floats,
+    delta: float,
+    speed: float,
+    exogenous: Floats,
+    elastic_before: float,
+    dt: float,
+    new_states: Floats,
+) -> tuple[float, float, float, float]:
+    """One step of the contact: ``x``, ``elastic_force``, ``force``, ``sensed_force``; fills ``new_states``.
+
+    Args:
+        values: parameters, then geometry (:data:`vegrip.effects.contract.GEOMETRY`).
+        states: states of the effects before the step; may be the same array as ``new_states``.
+        delta: indentation at the end of the step [m].
+        speed: its rate [m/s].
+        exogenous: temperature [degrees Celsius], tangential force [N], torque [N m], slip speed [m/s].
+        elastic_before: elastic force at the start of the step [N].
+        dt: length of the step [s]; 0 reads the force of the present states.
+        new_states: receives the states after the step.
+
+    """
+    raise NotImplementedError
+
+
+def readout(
+    values: Floats,
+    states: Floats,
+    delta: float,
+    speed: float,
+    exogenous: Floats,
+    x: float,
+    elastic_force: float,
+    force: float,
+) -> tuple[float, float, float]:
+    """Return contact radius [m], pressure exponent and friction coefficient of the present states."""
+    raise NotImplementedError

@@ -1,0 +1,154 @@
+"""The contact model: a fingertip and an ordered list of effects. The only place with physics."""
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vegrip.effects import Effect
+from vegrip.errors import ModelError
+from vegrip.model import cache, writer
+from vegrip.model.composer import Plan, compose
+from vegrip.model.probe import probe
+from vegrip.parameters import Parameter, Value, changed, check, declared
+
+Floats = NDArray[np.float64]
+
+
+class Simulation(NamedTuple):
+    """A record as the model gives it; arrays of the length of the input."""
+
+    indentation: Floats  # x [m]
+    elastic_force: Floats  # [N]
+    normal_force: Floats  # N [N]
+    sensed_force: Floats  # what the sensor shows [N]
+    contact_radius: Floats  # a [m]
+    pressure_exponent: Floats  # k
+    friction_coefficient: Floats  # mu
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """One fingertip: geometry, effects in order, values of their parameters.
+
+    Raises:
+        ModelError: effects that cannot work together, a value out of bounds, an effect that returns NaN;
+            the message names the effect and the remedy.
+
+    """
+
+    effects: tuple[Effect, ...]
+    values: Mapping[str, Value]  # by symbol; symbols are unique within a model
+    tip_radius: float  # R [m]
+    reference_depth: float  # x_ref [m], where K is the elastic force
+    reference_temperature: float = 23.0  # [degrees Celsius] at which the values hold
+    provenance: Mapping[str, str] = field(default_factory=dict)  # recording, date, error, ...
+
+    def __post_init__(self) -> None:
+        for name in ("tip_radius", "reference_depth"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise ModelError(f"{name} is {getattr(self, name)}; give it in metres, positive")
+        known = self.parameters
+        for symbol in self.values:
+            if symbol not in known:
+                raise ModelError(
+                    f"no effect of the model has a parameter {symbol!r}; there are {', '.join(known)}"
+                )
+        for symbol, (effect, parameter) in known.items():
+            if symbol not in self.values:
+                raise ModelError(
+                    f"{effect}: the value of {symbol} is missing; the default is {parameter.default:g}"
+                )
+            check(effect, parameter, self.values[symbol])
+        probe(self.effects, self.plan, self.vector, self.tip_radius, self.reference_depth)
+
+    @cached_property
+    def plan(self) -> Plan:
+        """The effects composed: order of calls, texts."""
+        return compose(self.effects)
+
+    @property
+    def parameters(self) -> dict[str, tuple[str, Parameter]]:
+        """Symbol -> (name of the effect, declaration), in order."""
+        return {p.symbol: (e.name, p) for e in self.effects for p in e.parameters}
+
+    @property
+    def vector(self) -> Floats:
+        """Parameter values in order, then geometry: what the compiled functions take."""
+        values = [self.values[symbol].value for symbol in self.parameters]
+        return np.array([*values, self.tip_radius, self.reference_depth, self.reference_temperature])
+
+    @property
+    def initial_states(self) -> Floats:
+        """States of the effects at rest in air."""
+        return np.array([s.initial for e in self.effects for s in e.states], dtype=np.float64)
+
+    @property
+    def conventional(self) -> tuple[float, float]:
+        """``m, b`` of the paper's power stiffness ``m delta^b`` [TiezziKao2007]_, eq. (12), in SI units."""
+        K, p = self.values["K"].value, self.values["p"].value
+        return K * p / self.reference_depth**p, p - 1.0
+
+    def source(self, kernels: Sequence[str] = (), entries: Sequence[str] = ()) -> str:
+        """Return the text of the generated module, with the texts of ``kernels`` appended."""
+        return writer.write(self.plan, [e.name for e in self.effects], kernels, entries)
+
+    def compiled(self, *, plain: bool = False) -> ModuleType:
+        """Return the module with ``run``, ``advance`` and ``readout``; ``plain`` leaves it uncompiled."""
+        kernel = Path(__file__).with_name("simulate_kernel.py").read_text(encoding="utf-8")
+        text = self.source([kernel], ["run", "advance", "readout"])
+        return cache.load_plain(text) if plain else cache.load(text)
+
+    def simulate(
+        self,
+        t: ArrayLike,
+        displacement: ArrayLike,
+        *,
+        temperature: ArrayLike | None = None,
+        tangential_force: ArrayLike = 0.0,
+        torque: ArrayLike = 0.0,
+        slip_speed: ArrayLike = 0.0,
+        states: ArrayLike | None = None,
+        plain: bool = False,
+    ) -> Simulation:
+        """Run a record through the model.
+
+        Args:
+            t: instants [s], shape (n,), not decreasing; any spacing.
+            displacement: indentation at these instants [m], linear in between as far as its force is.
+            temperature: [degrees Celsius]; the reference temperature when not given.
+            tangential_force: magnitude [N].
+            torque: about the normal, magnitude [N m].
+            slip_speed: [m/s].
+            states: of the effects at the start; at rest when not given.
+            plain: run as uncompiled Python (70 times slower), for debugging.
+
+        """
+        t, delta = np.asarray(t, dtype=np.float64), np.asarray(displacement, dtype=np.float64)
+        warm = self.reference_temperature if temperature is None else temperature
+        speed = np.diff(delta, prepend=delta[:1]) / np.maximum(np.diff(t, prepend=t[:1] - 1.0), 1e-12)
+        columns = (delta, speed, warm, tangential_force, torque, slip_speed)
+        inputs = np.ascontiguousarray(np.stack(np.broadcast_arrays(*columns), axis=1), dtype=np.float64)
+        start = self.initial_states if states is None else np.array(states, dtype=np.float64)
+        out = np.empty((t.size, 7))
+        self.compiled(plain=plain).run(self.vector, start, t, inputs, out)
+        return Simulation(*out.T)
+
+    def with_value(self, symbol: str, value: float, **fields: Any) -> "ContactModel":
+        """Return the model with another value (and ``std``, ``low``, ``high``, ``learn``) of a parameter."""
+        if symbol not in self.values:
+            raise ModelError(f"the model has no parameter {symbol!r}; it has {', '.join(self.values)}")
+        new = changed(self.values[symbol], value=float(value), **fields)
+        return dataclasses.replace(self, values={**self.values, symbol: new})
+
+    def with_effect(self, effect: Effect) -> "ContactModel":
+        """Return the model with one more effect, at its declared values."""
+        values = {**self.values, **{p.symbol: declared(p) for p in effect.parameters}}
+        return dataclasses.replace(self, effects=(*self.effects, effect), values=values)

@@ -1,0 +1,78 @@
+"""Physical parameters: declared once with unit, range and prior; the filter sees them transformed.
+
+A parameter is learned and stored in its *coordinate*: its logarithm where only its order of magnitude is
+known beforehand (stiffness, rates, friction), itself otherwise. Standard deviations are those of the
+coordinate: ``std = 0.1`` of a logarithmic parameter means ten percent.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from vegrip.errors import ModelError
+
+Transform = Literal["identity", "log"]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """What an effect declares of one of its parameters."""
+
+    symbol: str  # as in the formula, a Python identifier, unique within a model
+    unit: str  # SI, "1" = dimensionless
+    default: float
+    std: float  # prior standard deviation of the coordinate
+    low: float  # bounds of the value
+    high: float
+    doc: str
+    transform: Transform = "identity"
+    null: float | None = None  # the value at which the effect is absent; None = a part of the base model
+    learn: bool = False  # the online estimator may change it
+    drift: float = 0.0  # random walk of the coordinate while it is learned [1/sqrt(s)]
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A parameter in a model: its present value and how well it is known."""
+
+    value: float
+    std: float  # of the coordinate
+    low: float
+    high: float
+    learn: bool
+
+
+def declared(parameter: Parameter) -> Value:
+    """Return the value a model starts with: default and prior."""
+    return Value(parameter.default, parameter.std, parameter.low, parameter.high, parameter.learn)
+
+
+def coordinate(parameter: Parameter, value: float) -> float:
+    """Return the coordinate of ``value``."""
+    return math.log(value) if parameter.transform == "log" else value
+
+
+def check(effect: str, parameter: Parameter, value: Value) -> None:
+    """Refuse a value outside its bounds, or bounds outside those the effect declares.
+
+    Raises:
+        ModelError: names effect, parameter and range.
+
+    """
+    name = f"{effect}: {parameter.symbol}"
+    if not parameter.low <= value.low <= value.high <= parameter.high:
+        allowed = f"{parameter.low:g} .. {parameter.high:g} {parameter.unit}"
+        raise ModelError(f"{name} has bounds {value.low:g} .. {value.high:g}; choose them within {allowed}")
+    if not value.low <= value.value <= value.high:  # NaN fails too
+        bounds = f"{value.low:g} .. {value.high:g} {parameter.unit}"
+        raise ModelError(f"{name} is {value.value:g}, outside its bounds; choose it in {bounds}")
+    if not 0.0 <= value.std < math.inf:
+        raise ModelError(
+            f"{name} has the standard deviation {value.std:g}; it must be finite and not negative"
+        )
+
+
+def changed(known: Value, /, **fields: float | bool) -> Value:
+    """Return ``known`` with some fields changed."""
+    return dataclasses.replace(known, **fields)  # type: ignore[arg-type]
