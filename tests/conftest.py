@@ -5,6 +5,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# The same examples in every run, and no complaint about a slow machine.
+settings.register_profile("vegrip", derandomize=True, deadline=None)
+settings.load_profile("vegrip")
 
 DATA = Path(os.environ.get("VEGRIP_DATA", Path(__file__).parents[2] / "shared" / "data"))
 
