@@ -45,7 +45,7 @@ def states() -> Iterator[FingertipState]:
 @pytest.fixture
 def watchdog(states: Iterator[FingertipState]) -> InputWatchdog:
     """A watchdog that has seen 50 good states."""
-    dog = InputWatchdog(WatchdogSettings(), now=0)
+    dog = InputWatchdog(WatchdogSettings())
     for _ in range(50):
         state = next(states)
         assert dog.accept(state, state.stamp)
@@ -100,8 +100,10 @@ def test_silence_is_stale(watchdog: InputWatchdog) -> None:
 
 
 def test_silence_from_the_start_is_missing() -> None:
-    dog = InputWatchdog(WatchdogSettings(), now=0)
+    dog = InputWatchdog(WatchdogSettings())
     assert dog.tick(NS) == Condition.MISSING
+    assert dog.faults == {}
+    assert dog.tick(2 * NS) == Condition.MISSING
 
 
 def test_silence_filled_with_broken_frames_is_corrupt(watchdog: InputWatchdog) -> None:
@@ -118,7 +120,7 @@ def test_a_queue_that_delays_is_stale_though_frames_keep_coming(
 
 
 def test_clocks_of_two_machines_need_not_agree(states: Iterator[FingertipState]) -> None:
-    dog = InputWatchdog(WatchdogSettings(), now=0)
+    dog = InputWatchdog(WatchdogSettings())
     offset = 7_000 * NS
     for _ in range(5000):
         state = next(states)

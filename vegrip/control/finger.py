@@ -9,6 +9,9 @@ from vegrip.control.limits import LimitSettings, clamped, limited
 from vegrip.control.policy import GripPolicy
 from vegrip.messages import Condition, ForceCommand, Reason
 
+RENEWAL = 0.25
+"""Part of its lifetime after which a command is renewed: three of them may get lost."""
+
 
 class FingerController:
     """From the demand of one finger to its commands.
@@ -31,7 +34,7 @@ class FingerController:
         self.reason = Reason.HOLD
         self._held = math.nan  # [N] commanded last
         self._commanded = 0  # [ns] and when
-        self._wanted = 0  # [ns] when the need was last asked
+        self._asked = 0  # [ns] when the need was last asked
         self._seq = 0
 
     @property
@@ -44,17 +47,21 @@ class FingerController:
         """The force commanded last [N]; NaN before the start."""
         return self._held
 
+    def due(self, now: int) -> bool:
+        """Whether the last command is so old that it must be renewed well before it expires."""
+        return self.started and now - self._commanded >= RENEWAL * self.limits.lifetime * NS
+
     def start(self, present: float, now: int) -> None:
         """Take over at the force ``present`` [N] that the finger has; NaN counts as none."""
         self._held = self.need = clamped(present, self.limits)
-        self._commanded = self._wanted = now
+        self._commanded = self._asked = now
         self.policy.reset()
         self.fail_safe.recovered()
 
     def want(self, condition: Condition, demand: Demand, now: int) -> None:
         """Ask what this finger needs at ``now`` [ns]."""
-        dt = max(0.0, (now - self._wanted) / NS)
-        self._wanted = max(self._wanted, now)
+        dt = max(0.0, (now - self._asked) / NS)
+        self._asked = max(self._asked, now)
         if condition > Condition.DEGRADED:
             self._ride_out(dt, Reason.INPUT_HOLD)
             return

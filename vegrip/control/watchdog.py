@@ -44,17 +44,21 @@ class WatchdogSettings:
 class InputWatchdog:
     """Judge every state of one finger, and the silence between them."""
 
-    def __init__(self, settings: WatchdogSettings, now: int) -> None:
+    def __init__(self, settings: WatchdogSettings) -> None:
         self.settings = settings
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the past; time begins with the next state or tick."""
         self.condition = Condition.MISSING
         self.faults: Counter[Condition] = Counter()
         self._good = 0  # good states in a row
         self._seen: set[str] = set()  # channels that were measured at least once
         self._last: FingertipState | None = None
-        self._heard = now  # [ns] when something last arrived
+        self._heard: int | None = None  # [ns] when something last arrived, or the first tick
         self._corrupt: int | None = None  # [ns] when something last arrived broken
         self._quickest = math.inf  # [ns] least difference between arrival and stamp
-        self._still = {"all": now, "normal_force": now}  # [ns] since when it repeats itself
+        self._moved: dict[tuple[str, ...], int] = {}  # [ns] when these channels last changed
 
     def accept(self, state: FingertipState, now: int) -> bool:
         """Judge ``state`` arriving at ``now`` [ns]; tell whether the estimator may use it."""
@@ -76,12 +80,14 @@ class InputWatchdog:
 
     def tick(self, now: int) -> Condition:
         """Look at the clock: silence beyond the time-out is a fault."""
+        if self._heard is None:
+            self._heard = now
         if now - self._heard > self.settings.time_out * NS:
             self._judge(self._silence())
         return self.condition
 
     def _silence(self) -> Condition:
-        if self._corrupt is not None and self._corrupt >= self._heard:
+        if self._corrupt is not None and self._heard is not None and self._corrupt >= self._heard:
             return Condition.CORRUPT
         return Condition.MISSING if self._last is None else Condition.STALE
 
@@ -104,7 +110,8 @@ class InputWatchdog:
 
     def _lateness(self, state: FingertipState, now: int) -> Condition:
         took = now - state.stamp
-        self._quickest = min(self._quickest + DRIFT * (now - self._heard), took)
+        since = 0 if self._heard is None else now - self._heard
+        self._quickest = min(self._quickest + DRIFT * since, took)
         late = took - self._quickest > self.settings.time_out * NS
         return Condition.STALE if late else Condition.OK
 
@@ -113,20 +120,18 @@ class InputWatchdog:
         return Condition.OUT_OF_RANGE if outside else Condition.OK
 
     def _alive(self, state: FingertipState, now: int) -> Condition:
-        if not self._repeats(state, MECHANICAL):
-            self._still["all"] = now
-        if math.isnan(state.normal_force) or not self._repeats(state, ("normal_force",)):
-            self._still["normal_force"] = now
         frozen = (
-            now - self._still["all"] > self.settings.frozen_after * NS
-            or now - self._still["normal_force"] > self.settings.force_frozen_after * NS
+            self._at_rest(state, MECHANICAL, now) > self.settings.frozen_after * NS
+            or self._at_rest(state, ("normal_force",), now) > self.settings.force_frozen_after * NS
         )
         return Condition.FROZEN if frozen else Condition.OK
 
-    def _repeats(self, state: FingertipState, names: tuple[str, ...]) -> bool:
-        return self._last is not None and all(
-            _same(getattr(state, name), getattr(self._last, name)) for name in names
-        )
+    def _at_rest(self, state: FingertipState, names: tuple[str, ...], now: int) -> int:
+        """Return for how long [ns] these channels have repeated themselves; missing ones cannot freeze."""
+        values = [getattr(state, name) for name in names]
+        if self._last is None or all(map(math.isnan, values)) or not _same(values, self._last, names):
+            self._moved[names] = now
+        return now - self._moved[names]
 
     def _complete(self, state: FingertipState) -> Condition:
         measured = {name for name in CHANNELS if not math.isnan(getattr(state, name))}
@@ -136,5 +141,6 @@ class InputWatchdog:
         return Condition.DEGRADED if self._seen - measured else Condition.OK
 
 
-def _same(one: float, other: float) -> bool:
-    return one == other or (math.isnan(one) and math.isnan(other))
+def _same(values: list[float], last: FingertipState, names: tuple[str, ...]) -> bool:
+    before = [getattr(last, name) for name in names]
+    return all(x == y or (math.isnan(x) and math.isnan(y)) for x, y in zip(values, before, strict=True))

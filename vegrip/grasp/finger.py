@@ -1,0 +1,156 @@
+"""One finger of the node: watchdog, estimator, controller, and what is reported of them."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+from vegrip.clock import NS
+from vegrip.control.demand import Demand
+from vegrip.control.finger import FingerController
+from vegrip.control.watchdog import InputWatchdog
+from vegrip.grasp.estimator import Estimator
+from vegrip.grasp.settings import ControlSettings, apply_policy
+from vegrip.messages import (
+    Condition,
+    ContactEstimate,
+    Estimate,
+    FingertipState,
+    ForceCommand,
+    Message,
+    SlipMargin,
+)
+
+UNUSED = Demand()
+"""The demand of a finger whose input is not believed."""
+
+
+class GraspFinger:
+    """Everything the node keeps of one finger."""
+
+    def __init__(
+        self, name: str, estimator: Estimator, controller: FingerController, watchdog: InputWatchdog
+    ) -> None:
+        self.name = name
+        self.estimator = estimator
+        self.controller = controller
+        self.watchdog = watchdog
+        self._contact: ContactEstimate | None = None
+        self._margin: SlipMargin | None = None
+        self._used = 0  # [ns] arrival of the last state that was believed
+        self._reported = self._healthy = -math.inf  # [ns] when last told
+
+    def sense(self, state: FingertipState, now: int, wanted_margin: float) -> None:
+        """Take in one state that arrived at ``now`` [ns] and ask the controller what it needs."""
+        demand = UNUSED
+        if self.watchdog.accept(state, now):
+            self._contact = self.estimator.update(state)
+            self._margin = self.estimator.slip_margin()
+            self._used = now
+            demand = self._demand(state, self._contact, self._margin, wanted_margin)
+            if not self.controller.started:
+                self.controller.start(_present_force(state, self._contact), now)
+        if self.controller.started:
+            self.controller.want(self.watchdog.condition, demand, now)
+
+    def watch(self, now: int) -> None:
+        """Look for silence; under a fault the controller rides it out by the clock."""
+        condition = self.watchdog.tick(now)
+        if condition > Condition.DEGRADED and self.controller.due(now):
+            self.controller.want(condition, UNUSED, now)
+
+    def restart(self) -> None:
+        """Forget input and contact but keep the command: the node is back from a fault of its own."""
+        self.estimator.reset()
+        self.watchdog.reset()
+        self._contact = self._margin = None
+
+    def apply(self, settings: ControlSettings) -> None:
+        """Go on with other settings; what has been learned and what is held stay."""
+        self.watchdog.settings = settings.watchdog
+        self.controller.limits = settings.limits
+        self.controller.fail_safe.settings = settings.fail_safe
+        apply_policy(self.controller.policy, settings)
+
+    def command(self, share: float, now: int) -> ForceCommand:
+        """Return the command for this finger's share of the grasp [N]."""
+        return self.controller.command(share, now)
+
+    def reports(self, now: int, report_period: float, health_period: float) -> Iterator[Message]:
+        """Yield what is due to be told: contact, margin, and less often the health of the model."""
+        if (
+            self._contact is not None
+            and self._margin is not None
+            and _due(self._reported, now, report_period)
+        ):
+            self._reported = now
+            yield self._contact if self._fresh else _untrusted_contact(self._contact, self._age(now))
+            yield self._margin if self._fresh else _untrusted_margin(self._margin, self._age(now))
+        if _due(self._healthy, now, health_period):
+            self._healthy = now
+            condition = self.watchdog.condition
+            yield replace(self.estimator.health(), stamp=now, finger=self.name, condition=condition)
+
+    @property
+    def _fresh(self) -> bool:
+        return self.watchdog.condition <= Condition.DEGRADED
+
+    def _age(self, now: int) -> float:
+        return max(0.0, (now - self._used) / NS)
+
+    def _demand(
+        self, state: FingertipState, contact: ContactEstimate, margin: SlipMargin, wanted_margin: float
+    ) -> Demand:
+        load = math.hypot(state.tangential_force_x, state.tangential_force_y)
+        slipping = state.slip >= 0.5
+        if not contact.in_contact:
+            return Demand(0.0, load, in_contact=False, slipping=slipping, trusted=contact.normal_force.valid)
+        least = self.estimator.least_force(wanted_margin) if margin.margin.valid else math.nan
+        return Demand(
+            least_force=least,
+            tangential_force=load,
+            margin_bound=margin.lower_bound,
+            in_contact=True,
+            slipping=slipping,
+            trusted=math.isfinite(least),
+        )
+
+
+def _present_force(state: FingertipState, contact: ContactEstimate) -> float:
+    if not math.isnan(state.normal_force):
+        return state.normal_force
+    return contact.normal_force.value
+
+
+def _due(last: float, now: int, period: float) -> bool:
+    return now - last >= period * NS or now < last  # a clock that jumped back must not silence the reports
+
+
+def _untrusted_contact(contact: ContactEstimate, age: float) -> ContactEstimate:
+    return replace(
+        contact,
+        indentation=_untrusted(contact.indentation, age),
+        normal_force=_untrusted(contact.normal_force, age),
+        contact_radius=_untrusted(contact.contact_radius, age),
+        pressure_exponent=_untrusted(contact.pressure_exponent, age),
+        friction_coefficient=_untrusted(contact.friction_coefficient, age),
+        limit_force=_untrusted(contact.limit_force, age),
+        limit_torque=_untrusted(contact.limit_torque, age),
+        limit_radius=_untrusted(contact.limit_radius, age),
+    )
+
+
+def _untrusted_margin(margin: SlipMargin, age: float) -> SlipMargin:
+    unknown = math.nan
+    return replace(
+        margin,
+        margin=_untrusted(margin.margin, age),
+        lower_bound=unknown,
+        force_reserve=unknown,
+        time_to_slip=unknown,
+        earliest_slip=unknown,
+    )
+
+
+def _untrusted(estimate: Estimate, age: float) -> Estimate:
+    """Nothing is known of the present: any spread is possible."""
+    return Estimate(estimate.value, math.inf, valid=False, age=age)

@@ -1,0 +1,134 @@
+"""The node that grips: any number of fingers, each with its own estimator, watchdog and controller."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+
+from vegrip.control.balance import balanced
+from vegrip.control.fail_safe import FailSafe
+from vegrip.control.finger import FingerController
+from vegrip.control.watchdog import InputWatchdog
+from vegrip.grasp.estimator import Estimator
+from vegrip.grasp.finger import UNUSED, GraspFinger
+from vegrip.grasp.settings import ControlSettings, make_policy
+from vegrip.grasp.warm_up import dummy_states
+from vegrip.messages import Condition, FingertipState, ForceCommand, Message
+from vegrip.node import NodeBase
+
+
+class GraspForce(NodeBase):
+    """FingertipState in; ForceCommand, ContactEstimate, SlipMargin and ModelHealth out.
+
+    The command comes first of every answer, because it is the one that is waited for.
+
+    Args:
+        name: of the node.
+        fingers: names of the fingers; states of others are counted in :attr:`rejected` and ignored.
+        make_estimator: gives a new estimator for a finger; called by :meth:`configure`.
+        settings: how the grasp is controlled.
+
+    """
+
+    def __init__(
+        self,
+        name: str,
+        fingers: Sequence[str],
+        make_estimator: Callable[[str], Estimator],
+        settings: ControlSettings,
+    ) -> None:
+        self.fingers: dict[str, GraspFinger] = {}
+        super().__init__(name, settings)
+        self.rejected: Counter[str] = Counter()
+        self._names = tuple(fingers)
+        self._make_estimator = make_estimator
+        self._active = False
+        self._worn = False  # the fingers have a past
+        self._at_fault = False  # of this node itself, not of its input
+
+    @property
+    def parameters(self) -> ControlSettings:
+        """What can be changed while the node runs."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, settings: ControlSettings) -> None:
+        self._parameters = settings
+        for finger in self.fingers.values():
+            finger.apply(settings)
+
+    def configure(self) -> None:
+        """Build every finger, and compile what will run by running it on fingers that are thrown away."""
+        self.fingers = {name: self._finger(name) for name in self._names}
+        for finger in self.fingers.values():
+            for state in dummy_states(finger.name):
+                finger.sense(state, state.stamp, self.parameters.grip.wanted_margin)
+                finger.command(self._share(finger), state.stamp)
+                list(finger.reports(state.stamp, 0.0, 0.0))
+        self.fingers = {name: self._finger(name) for name in self._names}
+
+    def activate(self) -> None:
+        """Begin afresh, except after a fault of this node: then the grip is taken over as it is."""
+        if self._at_fault:
+            for finger in self.fingers.values():
+                finger.restart()
+        elif self._worn:
+            self.fingers = {name: self._finger(name) for name in self._names}
+        self._active, self._at_fault = True, False
+
+    def deactivate(self) -> None:
+        """Command no more."""
+        self._active = False
+        self._worn = True
+
+    def cleanup(self) -> None:
+        """Forget the fingers."""
+        self.fingers = {}
+        self._worn = False
+
+    def on_message(self, message: Message, now: int) -> Iterable[Message]:
+        """Answer a state of a known finger with its command, and what is due of the reports."""
+        if not self._active or not isinstance(message, FingertipState):
+            return ()
+        finger = self.fingers.get(message.finger)
+        if finger is None:
+            self.rejected["unknown finger"] += 1
+            return ()
+        finger.sense(message, now, self.parameters.grip.wanted_margin)
+        return [*self._commands([finger], now), *self._reports(finger, now)]
+
+    def on_tick(self, now: int) -> Iterable[Message]:
+        """Watch for silence; renew commands before they expire."""
+        if not self._active:
+            return ()
+        answers: list[Message] = []
+        for finger in self.fingers.values():
+            finger.watch(now)
+            if finger.controller.due(now):
+                answers += self._commands([finger], now)
+            if finger.watchdog.condition > Condition.DEGRADED:
+                answers += self._reports(finger, now)
+        return answers
+
+    def on_fault(self, now: int) -> Iterable[Message]:
+        """Ride out a fault of this node itself, without the estimators."""
+        self._at_fault = True
+        due = [finger for finger in self.fingers.values() if finger.controller.due(now)]
+        for finger in due:
+            finger.controller.want(Condition.STALE, UNUSED, now)
+        return self._commands(due, now)
+
+    def _finger(self, name: str) -> GraspFinger:
+        settings = self.parameters
+        controller = FingerController(
+            name, make_policy(settings), FailSafe(settings.fail_safe), settings.limits
+        )
+        return GraspFinger(name, self._make_estimator(name), controller, InputWatchdog(settings.watchdog))
+
+    def _commands(self, fingers: Iterable[GraspFinger], now: int) -> list[ForceCommand]:
+        return [finger.command(self._share(finger), now) for finger in fingers if finger.controller.started]
+
+    def _share(self, finger: GraspFinger) -> float:
+        started = {f.name: f.controller.need for f in self.fingers.values() if f.controller.started}
+        return balanced(started, self.parameters.thumb).get(finger.name, 0.0)
+
+    def _reports(self, finger: GraspFinger, now: int) -> list[Message]:
+        return list(finger.reports(now, self.parameters.report_period, self.parameters.health_period))
