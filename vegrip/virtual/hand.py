@@ -88,9 +88,10 @@ class VirtualHand:
         self._mu = self._friction
         self._z = 0.0
         self._ticks = 0
-        self._asked = 0.0  # [s] simulated time asked for
+        self.asked = 0.0  # [s] simulated time asked for
         self._samples = 0
         self.dropped = False
+        self.epoch = 0  # [ns] stamp of simulated time zero
 
     @property
     def time(self) -> float:
@@ -120,12 +121,12 @@ class VirtualHand:
             raise UsageError(f"the hand has no finger {', '.join(forces.keys() - set(self.fingers))}")
         commands = np.array([forces.get(finger, np.nan) for finger in self.fingers])
         states: list[FingertipState] = []
-        self._asked += dt
-        while (self._ticks + 0.5) * self.settings.step < self._asked:
+        self.asked += dt
+        while (self._ticks + 0.5) * self.settings.step < self.asked:
             self._tick(commands)
             if self.time * self.settings.sensor.rate >= self._samples + 1.0 - 1e-9:
                 self._samples += 1
-                states += self._sensors.measure(self._reading(), self.time)
+                states += self._sensors.measure(self._reading(), self.time, self.epoch)
         return states
 
     def truth(self, finger: str) -> FingerTruth:

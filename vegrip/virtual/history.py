@@ -73,7 +73,8 @@ class History:
     def error_bound(self) -> Array:
         """Largest error per unit of total variation of N_e [-], for a g that falls and is convex; (n,)."""
         w = self._block_weights
-        return 2.0 * (w[:, 0] - w[:, 1]) + (w[:, -1] - self._final)
+        bound: Array = 2.0 * (w[:, 0] - w[:, 1]) + (w[:, -1] - self._final)
+        return bound
 
     def past(self) -> Array:
         """Return what all earlier increments contribute at the end of the present step [N]; (n,)."""

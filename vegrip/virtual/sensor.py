@@ -49,8 +49,11 @@ class Sensors:
         self.bias = spread * rng.standard_normal((len(fingers), len(CHANNELS)))
         self._seq = 0
 
-    def measure(self, reading: Reading, time: float) -> list[FingertipState]:
-        """Return what the hand reports at ``time`` [s]; lost samples are missing, their numbers used up."""
+    def measure(self, reading: Reading, time: float, epoch: int = 0) -> list[FingertipState]:
+        """Return what the hand reports at ``time`` [s] after ``epoch`` [ns].
+
+        Lost samples are missing and their sequence numbers are used up.
+        """
         s, rng, n = self.settings, self._rng, len(self.fingers)
         values = reading.values + self.bias + self._noise * rng.standard_normal(reading.values.shape)
         values = quantised(values, self._step)
@@ -61,7 +64,7 @@ class Sensors:
             values[:, 7] = NAN
         slip = reading.slip if s.slip_sensor else np.full(n, NAN)
         lost = rng.random(n) < s.dropout
-        stamps = np.rint((time + s.jitter * rng.standard_normal(n)) * NS).astype(np.int64)
+        stamps = epoch + np.rint((time + s.jitter * rng.standard_normal(n)) * NS).astype(np.int64)
         self._seq += 1
         rows = zip(stamps.tolist(), self.fingers, values.tolist(), slip.tolist(), lost.tolist(), strict=True)
         return [

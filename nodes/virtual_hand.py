@@ -1,0 +1,108 @@
+"""The virtual hand on a bus: publishes what its fingertips sense, obeys force commands."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from vegrip.clock import NS
+from vegrip.config import build as build_parameters
+from vegrip.config import parameter
+from vegrip.errors import ConfigError
+from vegrip.messages import ForceCommand, Message
+from vegrip.node import NodeBase, NodeContext
+from vegrip.virtual import HandSettings, VirtualHand, disturbances
+
+LONGEST_STEP = 0.05
+"""More than this is never simulated in one tick [s]; a loop that late lets simulated time fall behind."""
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What can be set of the node; the simulated hand is built anew when it is activated."""
+
+    seed: int = parameter(0, low=0, high=2**31, doc="of the fingertips and their noise", live=False)
+    disturbed: bool = parameter(True, doc="whether the object is disturbed", live=False)
+    disturbance_seed: int = parameter(0, low=0, high=2**31, doc="of the disturbances", live=False)
+    duration: float = parameter(0.0, unit="s", low=0.0, high=1e6, doc="end after this; 0 = never", live=False)
+    hand: HandSettings = parameter(HandSettings(), doc="what the hand is made of", live=False)
+
+
+class VirtualHandNode(NodeBase):
+    """Steps the hand by the time that has passed, and drops commands that have expired."""
+
+    parameters: Parameters
+
+    def __init__(self, name: str, parameters: Parameters) -> None:
+        super().__init__(name, parameters)
+        self.refused: Counter[str] = Counter()
+        self.hand = self._new_hand()
+        self._commands: dict[str, ForceCommand] = {}
+        self._last: int | None = None
+
+    def configure(self) -> None:
+        """Compile the simulation."""
+        self._new_hand().step(0.02, {})
+
+    def activate(self) -> None:
+        """Begin with an open hand around an object on its stand."""
+        self.hand, self._commands, self._last, self.finished = self._new_hand(), {}, None, False
+
+    def on_message(self, message: Message, now: int) -> Iterable[Message]:
+        """Keep the newest command of each finger; count those that cannot be obeyed."""
+        if isinstance(message, ForceCommand):
+            reason = self._objection(message, now)
+            if reason:
+                self.refused[reason] += 1
+            else:
+                self._commands[message.finger] = message
+        return ()
+
+    def on_tick(self, now: int) -> Iterable[Message]:
+        """Simulate up to now; return the states sampled since the last tick."""
+        elapsed = 0.0 if self._last is None else (now - self._last) / NS
+        self._last = now
+        dt = min(elapsed, LONGEST_STEP)
+        self.hand.epoch = now - round((self.hand.asked + dt) * NS)
+        valid = {f: c.normal_force for f, c in self._commands.items() if c.expires > now}
+        states = self.hand.step(dt, valid)
+        self.finished = 0.0 < self.parameters.duration <= self.hand.time
+        return states
+
+    def _objection(self, command: ForceCommand, now: int) -> str:
+        if command.finger not in self.hand.fingers:
+            return "unknown finger"
+        if not math.isfinite(command.normal_force) or command.normal_force < 0.0:
+            return "no usable force"
+        return "" if command.expires > now else "expired"
+
+    def _new_hand(self) -> VirtualHand:
+        p = self.parameters
+        plate = p.hand.plate
+        events = disturbances(p.disturbance_seed, p.duration or 3600.0, weight=plate.mass * plate.gravity)
+        return VirtualHand(p.hand, p.seed, events if p.disturbed else ())
+
+
+def build(settings: Mapping[str, Any], context: NodeContext) -> VirtualHandNode:
+    """Make the node; the fingers of the hand are those of the bus."""
+    where = f"{context.name} [parameters]"
+    parameters = build_parameters(Parameters, settings, where)
+    if "fingers" not in settings.get("hand", {}):
+        parameters = replace(parameters, hand=only(parameters.hand, context.fingers, where))
+    if not set(parameters.hand.fingers) <= set(context.fingers):
+        raise ConfigError(f"{where}: the bus knows {', '.join(context.fingers)} only")
+    return VirtualHandNode(context.name, parameters)
+
+
+def only(hand: HandSettings, fingers: tuple[str, ...], where: str) -> HandSettings:
+    """Return ``hand`` with only those of its fingers that are in ``fingers``."""
+    kept = [i for i, finger in enumerate(hand.fingers) if finger in fingers]
+    if len(kept) < 2:
+        raise ConfigError(f"{where}: give hand.fingers, hand.x and hand.y for {', '.join(fingers)}")
+    return replace(
+        hand,
+        fingers=tuple(hand.fingers[i] for i in kept),
+        x=tuple(hand.x[i] for i in kept),
+        y=tuple(hand.y[i] for i in kept),
+    )
