@@ -14,97 +14,90 @@ same mu everywhere and in every direction, and a contact area that slips as a ri
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import tanhsinh
+from numpy.typing import ArrayLike
+from scipy.optimize.elementwise import find_root
 from scipy.special import gammaln
 
-from vegrip.contact.limit_surface.rings import ring_mean
-from vegrip.errors import DomainError
+from vegrip.contact.domain import Floats, not_negative, within
+from vegrip.contact.limit_surface.rings import point_of_rings
+from vegrip.contact.pressure import coefficient
 
-TOLERANCE = 1e-11
-"""What the quadrature converges to, per panel; the points are good to 1e-10."""
-
-Array = NDArray[np.float64]
 _LARGE = 1e300  # stands for k = inf: inf * log(1) would be nan
-_THIN = 1e-13  # a thinner panel has no room for distinct nodes, and weighs nothing
+_FORCE = 1e-15  # [rad] below it tan of the solved angle is beyond what a double tells from pi/2
 
 
-def point(k: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
-    """Point (f, m) of the limit surface for a COR at distance d [contact radii] and pressure exponent k.
+def point(k: ArrayLike, d: ArrayLike) -> tuple[Floats, Floats]:
+    """Point (f, m) of the limit surface, good to 1e-10, for a COR at distance d [contact radii].
 
-    k and d broadcast. Raises DomainError for k < 1 or d < 0, and when the quadrature does not reach
-    `TOLERANCE`.
+    k and d broadcast. Raises DomainError for k < 1 or d < 0.
     """
-    k, d = checked_exponent(k), _checked_distance(d)
-    return _integral(_force, k, d), _integral(_torque, k, d)
+    k, d = exponent(k), not_negative("distance of the centre of rotation", d, "contact radii")
+    return point_of_rings(_share, d, np.minimum(k, _LARGE))
 
 
-def support(k: ArrayLike, d: ArrayLike) -> Array:
+def support(k: ArrayLike, d: ArrayLike) -> Floats:
     """Support function W(d) = d f + m: friction power/(mu N a omega) of the slip about a COR at distance d.
 
     It is the dissipation potential: f = dW/dd, and no load on the surface does more power in this slip.
+    d must be finite.
     """
     f, m = point(k, d)
-    return np.asarray(np.asarray(d, dtype=float) * f + m)
+    return np.asarray(np.asarray(d, dtype=np.float64) * f + m)
 
 
-def torsion_limit(k: ArrayLike) -> Array:
+def torsion_limit(k: ArrayLike) -> Floats:
     """Greatest pure torque |m_n|/(mu N a), (2 C_k/k) B(3/k, 1 + 1/k), for k in [1, inf].
 
     Written with x = 1/k as (2/3) Gamma(1 + 3x)^2 / (Gamma(1 + 2x) Gamma(1 + 4x)): nothing special at k = inf.
     """
-    x = 1.0 / checked_exponent(k)
-    return np.asarray(
-        2.0 / 3.0 * np.exp(2.0 * gammaln(1.0 + 3.0 * x) - gammaln(1.0 + 2.0 * x) - gammaln(1.0 + 4.0 * x))
-    )
+    x = 1.0 / exponent(k)
+    gammas = 2.0 * gammaln(1.0 + 3.0 * x) - gammaln(1.0 + 2.0 * x) - gammaln(1.0 + 4.0 * x)
+    return np.asarray(2.0 / 3.0 * np.exp(gammas))
 
 
-def checked_exponent(k: ArrayLike) -> Array:
-    """Return k as an array, or raise DomainError unless every k is in [1, inf]."""
-    k = np.asarray(k, dtype=float)
-    if not np.all(k >= 1.0):
-        raise DomainError(f"the pressure exponent must be in [1, inf], not {np.min(k)}")
-    return k
+def cor_distance(k: ArrayLike, psi: ArrayLike) -> Floats:
+    """Distance d [contact radii] of the COR when the load f = r cos(psi), m = r sin(psi) starts to slip.
+
+    psi in [0, pi/2]; pi/2 (torsion) gives 0 and 0 (force) gives inf.
+    """
+    return angle_to_distance(point, *np.broadcast_arrays(load_angle(psi), exponent(k)))
 
 
-def _checked_distance(d: ArrayLike) -> Array:
-    d = np.asarray(d, dtype=float)
-    if not np.all(d >= 0.0):
-        raise DomainError(f"the distance of the centre of rotation must be in [0, inf], not {np.min(d)}")
-    return d
+def radius(k: ArrayLike, psi: ArrayLike) -> Floats:
+    """Distance from the origin to the limit surface along the load f = r cos(psi), m = r sin(psi)."""
+    return np.hypot(*point(k, cor_distance(k, psi)))
 
 
-def _integral(integrand: Callable[[Array, Array, Array], Array], k: Array, d: Array) -> Array:
-    """Integrate over the rings, split at r = d where the ring means have an infinite slope."""
-    k, d = np.broadcast_arrays(np.minimum(k, _LARGE), d)
-    split = np.where(d < 1.0 - _THIN, d, 1.0)
-    panels = [
-        tanhsinh(integrand, lower, upper, args=(k, d), atol=TOLERANCE, rtol=TOLERANCE)
-        for lower, upper in ((np.zeros_like(split), split), (split, np.ones_like(split)))
-    ]
-    if not all(np.all(panel.success) for panel in panels):
-        worst = max(float(np.max(panel.error)) for panel in panels)
-        raise DomainError(f"the limit-surface quadrature stopped at an error of {worst:.1e}")
-    return np.asarray(panels[0].integral + panels[1].integral)
+def angle_to_distance(
+    point: Callable[..., tuple[Floats, Floats]], psi: Floats, *parameters: Floats
+) -> Floats:
+    """Solve for the COR distance d whose point(..., d) lies along psi; one shape for all arrays.
+
+    The angle of the point falls from pi/2 to 0 as d grows, so that arctan(d) is bracketed by [0, pi/2].
+    """
+
+    def across(arctan_d: Floats, psi: Floats, *parameters: Floats) -> Floats:
+        f, m = point(*parameters, np.tan(arctan_d))
+        return m * np.cos(psi) - f * np.sin(psi)
+
+    force = psi < _FORCE
+    ends = np.zeros(psi.shape), np.full(psi.shape, np.pi / 2.0)
+    root = find_root(across, ends, args=(np.where(force, np.pi / 4.0, psi), *parameters))
+    return np.where(force, np.inf, np.tan(root.x))
 
 
-def _force(r: Array, k: Array, d: Array) -> Array:
-    return _weight(r, k) * ring_mean(_ratio(d, r))
+def exponent(k: ArrayLike) -> Floats:
+    """Return k as doubles, or raise DomainError unless every k is in [1, inf]."""
+    return within("pressure exponent k", k, 1.0, np.inf)
 
 
-def _torque(r: Array, k: Array, d: Array) -> Array:
-    return _weight(r, k) * r * ring_mean(_ratio(r, d))
+def load_angle(psi: ArrayLike) -> Floats:
+    """Return psi as doubles, or raise DomainError unless every psi is in [0, pi/2]."""
+    return within("load angle", psi, 0.0, np.pi / 2.0, "rad")
 
 
-def _weight(r: Array, k: Array) -> Array:
-    """Share w_k(r) of the normal force per unit of radius; C_k is (4)."""
-    x = 1.0 / k
-    coefficient = np.exp(gammaln(1.0 + 3.0 * x) - gammaln(1.0 + x) - gammaln(1.0 + 2.0 * x))
+def _share(r: Floats, k: Floats) -> Floats:
+    """Share w_k(r) of the normal force per unit of radius."""
     with np.errstate(divide="ignore"):  # log(0) at the centre is meant
         fall = -np.expm1(k * np.log(r))  # 1 - r^k without cancellation near the edge
-    return np.asarray(2.0 * coefficient * fall**x * r)
-
-
-def _ratio(over: Array, under: Array) -> Array:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(under > 0.0, over / under, np.inf)
+    return np.asarray(2.0 * coefficient(k) * fall ** (1.0 / k) * r)
