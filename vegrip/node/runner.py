@@ -103,10 +103,8 @@ class Runner:
         """Wait for messages or the next tick, whichever comes first, and serve it."""
         wait = (min(self.schedule.due, self._status_schedule.due) - self._clock.now()) / NS
         messages = self._endpoint.receive(min(max(wait, 0.0), LONGEST_WAIT))
-        if messages:
-            arrived = self._clock.now()
-            for message in messages:
-                self._answer(message, arrived)
+        for message, arrived in zip(messages, self._endpoint.arrivals, strict=True):
+            self._answer(message, arrived)
         self.inbox.serve()
         now = self._clock.now()
         if now >= self.schedule.due:
@@ -117,8 +115,7 @@ class Runner:
 
     def _answer(self, message: Message, arrived: int) -> None:
         if isinstance(message, FingertipState) and self.state is Lifecycle.ACTIVE:
-            since = message.stamp if self._endpoint.stamped_on_arrival else arrived
-            self.statistics.state(message.finger, since)
+            self.statistics.state(message.finger, arrived)
         if self._telemetry is not None:
             self._telemetry.offer(message, Direction.IN)
         self._send(self.managed.on_message(message, self._clock.now()))

@@ -13,8 +13,8 @@ class Endpoint(Protocol):
     name in :attr:`rejected`, and a lost bus is reopened by the endpoint itself.
     """
 
-    stamped_on_arrival: bool
-    """Whether ``message.stamp`` is when the message arrived here (CAN), or the sender's own time."""
+    arrivals: Sequence[int]
+    """When each message of the last :meth:`receive` arrived here [ns], as closely as the bus can tell."""
 
     @property
     def rejected(self) -> Mapping[str, int]:

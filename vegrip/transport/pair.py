@@ -7,7 +7,7 @@ import queue
 from collections import Counter
 from collections.abc import Sequence
 
-from vegrip.clock import NS, Clock
+from vegrip.clock import NS, Clock, WallClock
 from vegrip.messages import Message
 
 CAPACITY = 10_000
@@ -21,20 +21,24 @@ class PairEndpoint:
     nothing ever blocks. Without one the thread waits for the other side.
     """
 
-    stamped_on_arrival = False
-
     def __init__(self, clock: Clock | None = None) -> None:
-        self._clock = clock
+        self._waits_on_clock = clock is not None
+        self._clock = clock or WallClock()
         self._inbox: queue.SimpleQueue[Message] = queue.SimpleQueue()
         self._other: PairEndpoint | None = None
         self.rejected: Counter[str] = Counter()
+        self.arrivals: Sequence[int] = ()
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message, then take what is there."""
         messages = self._drain()
-        if messages or timeout <= 0.0:
-            return messages
-        if self._clock is not None:
+        if not messages and timeout > 0.0:
+            messages = self._wait(timeout)
+        self.arrivals = [self._clock.now()] * len(messages)
+        return messages
+
+    def _wait(self, timeout: float) -> list[Message]:
+        if self._waits_on_clock:
             self._clock.sleep_until(self._clock.now() + round(timeout * NS))
             return self._drain()
         try:

@@ -1,0 +1,85 @@
+"""The bytes between the virtual CAN bus and its members: one packet, one frame."""
+
+import struct
+from dataclasses import dataclass
+
+from vegrip.transport.arbiter import Transmission
+from vegrip.transport.frame_time import FD_SIZES, BusFrame
+
+VERSION = 1
+LARGEST = 512  # bytes of a packet; the greeting is the longest
+_REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then the data
+_DELIVERY = struct.Struct(
+    "<QIIHIBB"
+)  # end, duration, number, node, identifier, flags, length code; then the data
+
+_EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE = 1, 2, 4, 8, 16
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """A frame that went over the bus, as every member gets it."""
+
+    end: int  # [ns] monotonic, when the frame was complete
+    duration: int  # [ns]
+    number: int  # of the frame on this bus, modulo 2^32; a gap shows frames lost for want of reading
+    node: int  # who sent it
+    frame: BusFrame
+
+
+def pack_request(time: int, frame: BusFrame) -> bytes:
+    """Return the packet that asks for ``frame`` to be sent, queued at ``time`` [ns]."""
+    return _REQUEST.pack(time, frame.identifier, _flags(frame), frame.code) + frame.data
+
+
+def unpack_request(packet: bytes) -> tuple[int, BusFrame] | None:
+    """Return time and frame; None when the packet is not a request."""
+    if len(packet) < _REQUEST.size:
+        return None
+    time, identifier, flags, code = _REQUEST.unpack_from(packet)
+    frame = _frame(identifier, flags, code, packet[_REQUEST.size :])
+    return None if frame is None else (time, frame)
+
+
+def pack_delivery(sent: Transmission, number: int) -> bytes:
+    """Return the packet that brings a finished frame to the members."""
+    frame = sent.frame
+    head = (sent.end, sent.end - sent.start, number & 0xFFFFFFFF, sent.node)
+    return _DELIVERY.pack(*head, frame.identifier, _flags(frame), frame.code) + frame.data
+
+
+def unpack_delivery(packet: bytes) -> Delivery | None:
+    """Return the delivery; None when the packet is not one."""
+    if len(packet) < _DELIVERY.size:
+        return None
+    end, duration, number, node, identifier, flags, code = _DELIVERY.unpack_from(packet)
+    frame = _frame(identifier, flags, code, packet[_DELIVERY.size :])
+    return None if frame is None else Delivery(end, duration, number, node, frame)
+
+
+def _flags(frame: BusFrame) -> int:
+    return (
+        _EXTENDED * frame.extended
+        | _REMOTE * frame.remote
+        | _FD * frame.fd
+        | _SWITCH * frame.bit_rate_switch
+        | _ERROR_STATE * frame.error_state
+    )
+
+
+def _frame(identifier: int, flags: int, code: int, data: bytes) -> BusFrame | None:
+    fd, remote = bool(flags & _FD), bool(flags & _REMOTE)
+    if code > (15 if fd else 8) or identifier >> (29 if flags & _EXTENDED else 11):
+        return None
+    if len(data) != (0 if remote else FD_SIZES[code]):
+        return None
+    return BusFrame(
+        identifier,
+        data,
+        extended=bool(flags & _EXTENDED),
+        remote=remote,
+        fd=fd,
+        bit_rate_switch=bool(flags & _SWITCH),
+        error_state=bool(flags & _ERROR_STATE),
+        length_code=code,
+    )

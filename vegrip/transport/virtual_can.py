@@ -1,0 +1,237 @@
+"""A virtual CAN bus with arbitration and real frame times: ``can.Bus(interface="vegrip", channel="demo")``.
+
+It works between processes and inside one, needs no root and no server: the first to open a channel starts its
+hub (:mod:`vegrip.transport.hub`). python-can's own ``virtual`` has neither arbitration nor bit rate.
+"""
+
+import json
+import select
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import can
+
+from vegrip.clock import NS
+from vegrip.errors import DeviceError
+from vegrip.transport.bus_load import BusLoad
+from vegrip.transport.frame_time import FD_SIZES, BitTiming, BusFrame
+from vegrip.transport.hub_wire import LARGEST, VERSION, Delivery, pack_request, unpack_delivery
+from vegrip.transport.runtime_folder import runtime_folder, socket_path
+
+PATIENCE = 10.0  # [s] to find or start the hub
+SEND_BUFFER = 4096  # bytes, a few frames: a full bus must push back on the sender soon
+
+
+class VegripBus(can.BusABC):
+    """One node on a virtual bus.
+
+    Args:
+        channel: name of the bus; letters, digits, ``-``, ``_``.
+        bitrate: [bit/s]; the first to open a channel sets its rates, later ones that name others are refused.
+        data_bitrate: [bit/s] of FD frames with bit-rate switch.
+        fd: whether this node sends and receives CAN FD frames.
+        receive_own_messages: whether this node receives what it sent, once it was on the bus.
+        can_filters: as in python-can.
+
+    """
+
+    def __init__(
+        self,
+        channel: Any = "vegrip0",
+        *,
+        bitrate: int | None = None,
+        data_bitrate: int | None = None,
+        fd: bool = False,
+        receive_own_messages: bool = False,
+        can_filters: Sequence[Any] | None = None,
+        **_: Any,
+    ) -> None:
+        self.channel = channel
+        self.channel_info = f"virtual CAN bus {channel!r}"
+        self.overruns = 0
+        """Frames lost because this node did not read."""
+        self._fd = fd
+        self._own = receive_own_messages
+        self._load = BusLoad()
+        self._next_number: int | None = None
+        self._epoch = (
+            time.time_ns() - time.monotonic_ns()
+        ) / NS  # [s] python-can's time stamps count from 1970
+        self._socket, self._node, self.timing = _join(str(channel), bitrate, data_bitrate)
+        self._can_protocol = can.CanProtocol.CAN_FD if fd else can.CanProtocol.CAN_20
+        super().__init__(channel, can_filters=can_filters)
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Queue ``msg``; when the queue is full wait up to ``timeout`` [s] (None: not at all).
+
+        Raises:
+            can.CanOperationError: the queue is still full, the bus has gone, or the frame cannot be sent.
+
+        """
+        packet = pack_request(time.monotonic_ns(), self._bus_frame(msg))
+        deadline = time.monotonic() + (timeout or 0.0)
+        while True:
+            try:
+                self._socket.send(packet, socket.MSG_NOSIGNAL)
+            except BlockingIOError:
+                self._wait_for_room(deadline)
+            except OSError:
+                raise self._gone() from None
+            else:
+                return
+
+    def load(self) -> float:
+        """Return the share of the last second for which the bus was busy, as far as read by :meth:`recv`."""
+        return self._load.share(time.monotonic_ns())
+
+    def fileno(self) -> int:
+        """Return the descriptor that becomes readable with each frame."""
+        return self._socket.fileno()
+
+    def shutdown(self) -> None:
+        """Leave the bus."""
+        super().shutdown()
+        self._socket.close()
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while True:
+            try:
+                packet = self._socket.recv(LARGEST)
+            except BlockingIOError:
+                if not self._wait_for_packet(deadline):
+                    return None, False
+                continue
+            except OSError:
+                raise self._gone() from None
+            if not packet:
+                raise self._gone()
+            message = self._take(packet)
+            if message is not None:
+                return message, False
+
+    def _take(self, packet: bytes) -> can.Message | None:
+        delivery = unpack_delivery(packet)
+        if delivery is None:
+            return None
+        if self._next_number is not None:
+            self.overruns += (delivery.number - self._next_number) & 0xFFFFFFFF
+        self._next_number = (delivery.number + 1) & 0xFFFFFFFF
+        self._load.add(delivery.end, delivery.duration)
+        own = delivery.node == self._node
+        if (own and not self._own) or (delivery.frame.fd and not self._fd):
+            return None
+        return self._message(delivery, own)
+
+    def _message(self, delivery: Delivery, own: bool) -> can.Message:
+        frame = delivery.frame
+        return can.Message(
+            timestamp=delivery.end / NS + self._epoch,
+            arbitration_id=frame.identifier,
+            is_extended_id=frame.extended,
+            is_remote_frame=frame.remote,
+            is_fd=frame.fd,
+            bitrate_switch=frame.bit_rate_switch,
+            error_state_indicator=frame.error_state,
+            dlc=FD_SIZES[frame.code],
+            data=frame.data,
+            channel=self.channel,
+            is_rx=not own,
+        )
+
+    def _bus_frame(self, msg: can.Message) -> BusFrame:
+        if msg.is_fd and not self._fd:
+            raise can.CanOperationError(f"{self.channel_info} was opened without fd=True: no FD frames")
+        if msg.is_error_frame:
+            raise can.CanOperationError(f"{self.channel_info} sends no error frames")
+        if msg.dlc not in FD_SIZES or (not msg.is_fd and msg.dlc > 8):
+            raise can.CanOperationError(f"a frame cannot have {msg.dlc} bytes of data")
+        return BusFrame(
+            msg.arbitration_id,
+            b"" if msg.is_remote_frame else bytes(msg.data),
+            extended=msg.is_extended_id,
+            remote=msg.is_remote_frame,
+            fd=msg.is_fd,
+            bit_rate_switch=msg.bitrate_switch,
+            error_state=msg.error_state_indicator,
+            length_code=FD_SIZES.index(msg.dlc),
+        )
+
+    def _wait_for_packet(self, deadline: float | None) -> bool:
+        remaining = None if deadline is None else deadline - time.monotonic()
+        if remaining is not None and remaining <= 0.0:
+            return False
+        return bool(select.select([self._socket], [], [], remaining)[0])
+
+    def _wait_for_room(self, deadline: float) -> None:
+        remaining = deadline - time.monotonic()
+        if remaining <= 0.0 or not select.select([], [self._socket], [], remaining)[1]:
+            raise can.CanOperationError(
+                f"transmit queue of {self.channel_info} is full: the bus is overloaded"
+            )
+
+    def _gone(self) -> can.CanOperationError:
+        return can.CanOperationError(f"{self.channel_info} has gone; open it again")
+
+    @staticmethod
+    def _detect_available_configs() -> Sequence[can.typechecking.AutoDetectedConfig]:
+        names = [path.stem for path in runtime_folder("can").glob("*.bus")]
+        return [{"interface": "vegrip", "channel": name} for name in sorted(names)]
+
+
+def _join(
+    channel: str, bitrate: int | None, data_bitrate: int | None
+) -> tuple[socket.socket, int, BitTiming]:
+    """Connect to the hub of ``channel``, started if need be; return socket, node number and bit rates."""
+    if not channel.replace("-", "").replace("_", "").isalnum():
+        raise can.CanInitializationError(f"{channel!r} is no name for a bus: letters, digits, - and _ only")
+    standard = BitTiming()
+    timing = BitTiming(bitrate or standard.bitrate, data_bitrate or standard.data_bitrate)
+    greeting = {
+        "version": VERSION,
+        "timing": {"bitrate": timing.bitrate, "data_bitrate": timing.data_bitrate},
+        "strict": bool(bitrate or data_bitrate),
+    }
+    try:
+        path = socket_path("can", f"{channel}.bus")
+    except DeviceError as error:
+        raise can.CanInitializationError(str(error)) from None
+    connection, answer = _greet(path, json.dumps(greeting).encode())
+    if "refused" in answer:
+        connection.close()
+        raise can.CanInitializationError(f"virtual CAN bus {channel!r}: {answer['refused']}")
+    return connection, answer["node"], BitTiming(**answer["timing"])
+
+
+def _greet(path: Path, greeting: bytes) -> tuple[socket.socket, dict[str, Any]]:
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        connection = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        connection.settimeout(1.0)
+        try:
+            connection.connect(str(path))
+            connection.send(greeting)
+            if answer := connection.recv(LARGEST):
+                connection.setblocking(False)
+                return connection, json.loads(answer)
+        except (ConnectionError, FileNotFoundError):
+            _start_hub(path)
+        except TimeoutError:
+            pass  # the hub ended while we came; the next round starts another
+        connection.close()
+    raise can.CanInitializationError(f"the virtual CAN bus at {path} cannot be started; try another channel")
+
+
+def _start_hub(path: Path) -> None:
+    command = [sys.executable, "-m", "vegrip.transport.hub", str(path)]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    if done.returncode:
+        reason = done.stderr.strip().splitlines()[-1:] or ["no reason given"]
+        raise can.CanInitializationError(f"the virtual CAN bus at {path} does not start: {reason[0]}")
+    time.sleep(0.01)  # when another process is starting it at this moment, give it the time to
