@@ -1,0 +1,10 @@
+"""Messages <-> bytes: CAN (classic and FD) and msgpack, generated from the files of ``proto/``.
+
+Pure: no socket, no clock. What comes from the wire is never trusted and never raises; it decodes to a
+message or to None, and every refusal is counted under its name.
+"""
+
+from vegrip.codec.can_codec import CanCodec
+from vegrip.codec.frame import Frame
+
+__all__ = ["CanCodec", "Frame"]

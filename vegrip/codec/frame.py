@@ -1,0 +1,13 @@
+"""One CAN frame as the transports hand it to the codec."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A data frame with an 11-bit identifier; remote and error frames never come this far."""
+
+    arbitration_id: int
+    data: bytes
+    fd: bool = False
+    stamp: int = 0  # [ns] receive time; 0 on the way out

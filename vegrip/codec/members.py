@@ -1,0 +1,147 @@
+"""The signals of a field: which of them make it up, how to get it out of a message and back.
+
+A signal is named after the field it carries. An estimate takes up to four signals: ``x``, ``x_std``,
+``x_valid``, ``x_age``; a map of counts one signal ``x_<name>`` for each name; ``x_other`` takes the rest.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from operator import attrgetter
+from typing import Any
+
+from cantools.database.can import Signal
+
+from vegrip.clock import NS
+from vegrip.codec.cells import Place, Raw
+from vegrip.codec.convert import OTHER, Coded, Converter, Count, Flag, Real, Scaled, special_values, words
+from vegrip.codec.schema import Enumeration, Field
+from vegrip.messages import UNKNOWN, Estimate
+
+Cells = tuple[Raw, ...]
+Read = Callable[[Cells], Any]
+Get = Callable[[Any], Any]
+
+PARTS_OF_ESTIMATE = {"": "value", "_std": "std", "_valid": "valid", "_age": "age"}
+
+
+def converter(field: Field, signal: Signal) -> Converter:
+    """Choose the converter for ``signal``, which carries ``field`` or a part of it."""
+    if field.kind == "text":
+        return words(signal)
+    enumeration = field.enumeration
+    if enumeration is not None:
+        return _enumerated(enumeration, signal)
+    if field.kind in ("count", "counts"):
+        return Count((1 << signal.length) - 1)
+    if field.kind == "flag" or signal.name.endswith("_valid"):
+        return Flag()
+    return _quantity(field, signal)
+
+
+def belongs(field: Field, name: str) -> bool:
+    """Whether the signal ``name`` carries ``field`` or a part of it."""
+    if field.kind == "counts":
+        return name.startswith(f"{field.name}_")
+    if field.kind == "estimate":
+        return name.startswith(field.name) and name.removeprefix(field.name) in PARTS_OF_ESTIMATE
+    return name == field.name
+
+
+def getter(field: Field, name: str, names: tuple[str, ...]) -> Get:
+    """Return the function that takes the value of the signal ``name``, one of ``names``, from a message."""
+    if field.kind == "time":
+        return lambda message: (getattr(message, field.name) - message.stamp) / NS
+    if field.kind == "estimate":
+        return attrgetter(f"{field.name}.{PARTS_OF_ESTIMATE[name.removeprefix(field.name)]}")
+    if field.kind == "counts":
+        return _count_of(field, name, names)
+    return attrgetter(field.name)
+
+
+def reader(field: Field, places: Mapping[str, tuple[Place, Converter]]) -> Read:
+    """Return the function that makes the field from the cells of a frame, None when they mean nothing."""
+    if field.kind == "estimate":
+        return _estimate(field, places)
+    if field.kind == "counts":
+        return _counts(field, places)
+    value = _single(*places[field.name])
+    return _nanoseconds(value) if field.kind == "time" else value
+
+
+def _enumerated(cls: Enumeration, signal: Signal) -> Coded:
+    codes = signal.choices or range(int(signal.maximum or 0) + 1)  # a value table, or all sets of flags
+    meaning = {int(raw): cls(raw) for raw in codes}
+    return Coded(meaning, {member: raw for raw, member in meaning.items()})
+
+
+def _quantity(field: Field, signal: Signal) -> Converter:
+    spread = field.kind == "estimate" and signal.name != field.name  # std and age: unknown is infinite
+    missing = math.inf if spread else math.nan
+    if signal.is_float:
+        return Real(field.required, field.infinite or spread, missing)
+    return Scaled(
+        scale=float(signal.scale),
+        low=round((signal.minimum or 0) / signal.scale),
+        high=round((signal.maximum or 0) / signal.scale),
+        special=special_values(signal, missing),
+        down=_rounds_down(signal),
+        required=field.required,
+        missing=missing,
+    )
+
+
+def _rounds_down(signal: Signal) -> bool:
+    attribute = signal.dbc.attributes.get("Rounding")
+    return attribute is not None and attribute.value == 1
+
+
+def _single(place: Place, convert: Converter) -> Read:
+    cell, shift, mask, read = place.cell, place.shift, place.mask, convert.read
+    if mask:
+        return lambda cells: read((cells[cell] >> shift) & mask)  # type: ignore[operator]  # mask: an integer
+    return lambda cells: read(cells[cell])
+
+
+def _nanoseconds(value: Read) -> Read:
+    def duration(cells: Cells) -> int | None:
+        seconds = value(cells)
+        return None if seconds is None else round(seconds * NS)
+
+    return duration
+
+
+def _estimate(field: Field, places: Mapping[str, tuple[Place, Converter]]) -> Read:
+    def part(suffix: str, default: Any) -> Read:
+        found = places.get(field.name + suffix)
+        return _single(*found) if found else lambda _: default
+
+    value, std = part("", UNKNOWN.value), part("_std", UNKNOWN.std)
+    valid, age = part("_valid", UNKNOWN.valid), part("_age", UNKNOWN.age)
+
+    def estimate(cells: Cells) -> Estimate | None:
+        parts = (value(cells), std(cells), valid(cells), age(cells))
+        if None in parts:
+            return None
+        known = not math.isnan(parts[0])  # a value that was clipped on the way is not valid any more
+        return Estimate(parts[0], parts[1], parts[2] and known, parts[3])
+
+    return estimate
+
+
+def _counts(field: Field, places: Mapping[str, tuple[Place, Converter]]) -> Read:
+    counts = [(name.removeprefix(f"{field.name}_"), _single(*place)) for name, place in places.items()]
+
+    def named(cells: Cells) -> dict[str, int]:
+        values = ((name, count(cells)) for name, count in counts)
+        return {name: count for name, count in values if count}
+
+    return named
+
+
+def _count_of(field: Field, name: str, names: tuple[str, ...]) -> Get:
+    of = attrgetter(field.name)
+    key = name.removeprefix(f"{field.name}_")
+    if key != OTHER:
+        return lambda message: of(message).get(key, 0)
+    own = {n.removeprefix(f"{field.name}_") for n in names if belongs(field, n)} - {OTHER}
+    return lambda message: sum(count for key, count in of(message).items() if key not in own)
