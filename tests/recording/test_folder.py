@@ -45,6 +45,8 @@ def recordings(draw: st.DrawFn) -> Recording:
     n = len(t)
     channels = draw(st.lists(st.sampled_from(list(CHANNELS)), min_size=1, unique=True))
     columns = {name: np.array(draw(st.lists(value, min_size=n, max_size=n))) for name in channels}
+    for values in columns.values():
+        values[0] = draw(st.floats(allow_nan=False, allow_infinity=False))  # all NaN: not measured
     return Recording(
         draw(text),
         np.array(t),
@@ -181,6 +183,7 @@ def test_an_unknown_radius_is_nan_and_said(tmp_path: Path) -> None:
         (TOML, "", "", "is empty"),
         (TOML, HEADER, "", "a header and no rows"),
         (TOML, HEADER, "x,y,z,u\n", "no usable row"),
+        (TOML, HEADER, "0,0,,\n", "no channel holds a single value"),
         (TOML, "time,force_N\n", "0,0\n", "`vegrip import`"),
         (TOML, "episode,normal_force\n", "0,0\n", "there is no column 't'"),
         (TOML, "t,normal_force,normal_force\n", "0,0,0\n", "stands twice"),

@@ -172,5 +172,9 @@ def _measurements(
     if not report.rows_kept:
         raise RecordingError(f"{path}: no usable row; {report.summary()}")
     columns = {name: table.numbers[name][keep] for name in channels}
+    # a recorder writes all columns; those in which nothing ever stood were not measured
+    columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
+    if not columns:
+        raise RecordingError(f"{path}: no channel holds a single value")
     report_doubts(t[keep], columns, radius, table.lines[keep], report)
     return t[keep], trial[keep].astype(np.int64), columns

@@ -1,0 +1,56 @@
+"""How the command line shows a recording."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from vegrip.recording import Recording
+from vegrip.recording.channels import CHANNELS, noise_name
+
+
+def describe(recording: Recording) -> dict[str, Any]:
+    """Return what ``--json`` says of a recording; what is not known is null."""
+    return {
+        "name": recording.name,
+        "finger": recording.fingertip.name,
+        "radius": _number(recording.fingertip.radius),
+        "rows": len(recording),
+        "duration": recording.duration,
+        "episodes": len(np.unique(recording.episode)),
+        "columns": {
+            name: {
+                "unit": CHANNELS[name].unit,
+                "min": _number(np.nanmin(values) if np.any(~np.isnan(values)) else np.nan),
+                "max": _number(np.nanmax(values) if np.any(~np.isnan(values)) else np.nan),
+                "noise": recording.sensors.get(noise_name(name)),
+            }
+            for name, values in recording.columns.items()
+        },
+        "report": recording.report.as_dict(),
+    }
+
+
+def print_recording(recording: Recording, folder: Path) -> None:
+    """Print the columns with their ranges, and everything that was found while reading."""
+    console = Console(highlight=False)
+    about = describe(recording)
+    radius = f"{about['radius']:g} m" if about["radius"] is not None else "unknown"
+    console.print(
+        f"[bold]{folder}[/bold]: {about['rows']} rows, {about['duration']:.6g} s, "
+        f"{about['episodes']} episode(s), {about['finger']}, radius {radius}"
+    )
+    table = Table(box=None, padding=(0, 2))
+    for heading in ("column", "unit", "min", "max", "noise std"):
+        table.add_column(heading, justify="left" if heading in ("column", "unit") else "right")
+    for name, column in about["columns"].items():
+        values = (column["min"], column["max"], column["noise"])
+        table.add_row(name, column["unit"], *("-" if v is None else f"{v:.5g}" for v in values))
+    console.print(table)
+    console.print(recording.report.summary(), markup=False)
+
+
+def _number(value: float) -> float | None:
+    return None if np.isnan(value) else float(value)

@@ -1,0 +1,89 @@
+"""CAN logs (Vector .asc and .blf) become recordings: frames through the same codec as on the bus."""
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import can
+import numpy as np
+
+from vegrip.clock import NS
+from vegrip.codec import CanCodec, Frame
+from vegrip.errors import RecordingError
+from vegrip.messages import FingertipState
+from vegrip.recording.channels import CHANNELS
+from vegrip.recording.checks import report_doubts, usable_rows
+from vegrip.recording.data import Fingertip, Recording
+from vegrip.recording.report import Kind, LoadReport
+
+
+def read_can_log(
+    path: Path | str, fingers: Sequence[str], *, radius: float = math.nan
+) -> dict[str, Recording]:
+    """Return the recording of every finger that speaks in the log, by finger.
+
+    Args:
+        path: ``.asc`` or ``.blf``.
+        fingers: names in the order of the bus.
+        radius: of the fingertips [m]; a log does not hold it.
+
+    Raises:
+        RecordingError: not a log, or no frame of a fingertip in it.
+
+    """
+    path, refused = Path(path), Counter[str]()
+    states: dict[str, list[FingertipState]] = defaultdict(list)
+    frames = 0
+    codecs = {fd: CanCodec(fingers, fd=fd) for fd in (False, True)}
+    for frames, frame in enumerate(_frames(path), start=1):  # noqa: B007
+        message = codecs[frame.fd].decode(frame)
+        if isinstance(message, FingertipState):
+            states[message.finger].append(message)
+    for codec in codecs.values():
+        refused.update(codec.rejected)
+    if not states:
+        raise RecordingError(f"{path}: none of its {frames} frames is a fingertip's state {_counts(refused)}")
+    start = min(found[0].stamp for found in states.values())
+    return {f: _recording(path, f, states[f], start, refused, radius) for f in fingers if f in states}
+
+
+def _frames(path: Path) -> Iterable[Frame]:
+    try:
+        with can.LogReader(path) as reader:
+            for message in reader:
+                if not (message.is_error_frame or message.is_remote_frame or message.is_extended_id):
+                    stamp = round(message.timestamp * NS)
+                    yield Frame(message.arbitration_id, bytes(message.data), message.is_fd, stamp)
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: there is no such file") from None
+    except (OSError, ValueError, LookupError, can.CanError) as error:
+        raise RecordingError(f"{path}: is not a CAN log that can be read ({error})") from None
+
+
+def _recording(
+    path: Path,
+    finger: str,
+    states: list[FingertipState],
+    start: int,
+    refused: Counter[str],
+    radius: float,
+) -> Recording:
+    report = LoadReport(rows_read=len(states))
+    lines = np.arange(1, len(states) + 1)
+    t = np.array([(state.stamp - start) / NS for state in states])
+    keep = usable_rows(t, lines, report)
+    report.rows_kept = int(np.count_nonzero(keep))
+    columns = {name: np.array([getattr(s, name) for s in states])[keep] for name in CHANNELS}
+    columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
+    for cause, count in sorted(refused.items()):
+        report.add(Kind.NOTE, f"{count} frames refused: {cause}")
+    report_doubts(t[keep], columns, radius, lines[keep], report)
+    episode = np.zeros(report.rows_kept, dtype=np.int64)
+    name = f"{path.stem} {finger}"
+    fingertip = Fingertip(radius, finger)
+    return Recording(name, t[keep], episode, columns, fingertip, {}, {"file": path.name}, start, report)
+
+
+def _counts(refused: Counter[str]) -> str:
+    return f"(refused: {', '.join(f'{count} {cause}' for cause, count in sorted(refused.items()))})"
