@@ -25,6 +25,9 @@ from vegrip.compiled import njit
 
 Array = NDArray[np.float64]
 
+NEWTON_STEPS = 60
+NEWTON_NEAR = 1e-5  # so near to the solution the next step is right to 1e-10, and need not be checked
+
 # begin table
 # fmt: off
 TORSION_TABLE = np.array([
@@ -245,6 +248,50 @@ def cor_distance(k: float, f: float, m: float) -> float:
     """Distance [contact radii] of the centre of rotation of the slip that the load starts; inf for m = 0."""
     _, _, by_f, by_m = gauge_gradient(k, f, m)
     return math.inf if by_m == 0.0 else abs(by_f / by_m)
+
+
+@njit
+def least_normal_force(
+    force: float,
+    torque: float,
+    mu: float,
+    radius: float,
+    k: float,
+    at: float = 1.0,
+    radius_power: float = 0.0,
+    k_power: float = 0.0,
+) -> float:
+    """Normal force [N] at which the load (force [N], torque [N m]) is on the limit surface.
+
+    The contact changes with the force as a = radius (N/at)^radius_power, k = k (N/at)^k_power; with both
+    powers 0 the answer is mu^-1 times the gauge. For a margin s below the surface give mu (1 - s).
+    Newton's method in ln N, kept between bounds; NaN for mu, radius or at <= 0, radius_power <= -1, or a k(N)
+    that falls below 1. 0 without load.
+    """
+    force, torque = abs(force), abs(torque)
+    if not (mu > 0.0 and radius > 0.0 and at > 0.0 and radius_power > -1.0 and k >= 1.0):
+        return math.nan
+    if not 0.0 < force + torque < math.inf:
+        return (force + torque) / mu
+    if radius_power == 0.0 and k_power == 0.0:
+        return gauge(k, force, torque / radius) / mu
+    # forces in units of at; start from the two pure loads as if the surface were an ellipse
+    f, m = force / (mu * at), torque / (mu * at * radius)
+    y = math.log(math.hypot(f, (m / torsion_limit(k)) ** (1.0 / (1.0 + radius_power))))
+    low, high = -math.inf, math.inf
+    for _ in range(NEWTON_STEPS):
+        n = math.exp(y)
+        k_now, f_now, m_now = k * n**k_power, f / n, m * n ** -(1.0 + radius_power)
+        value, by_k, by_f, by_m = gauge_gradient(k_now, f_now, m_now)
+        over = math.log(value)
+        slope = (k_power * by_k * k_now - (1.0 + radius_power) * by_m * m_now - by_f * f_now) / value
+        if not abs(over) > NEWTON_NEAR:  # also leaves with a NaN
+            return at * math.exp(y - over / slope)
+        low, high = (y, high) if over > 0.0 else (low, y)
+        y -= over / slope
+        if not low < y < high:
+            y = 0.5 * (low + high)
+    return math.nan
 
 
 @njit
