@@ -2,6 +2,7 @@
 
 import errno
 import math
+import threading
 import tomllib
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from vegrip.messages import (
     FingertipState,
     ForceCommand,
     Lifecycle,
+    Message,
     ModelHealth,
     NodeStatus,
     Reason,
@@ -186,3 +188,23 @@ def test_the_queue_drops_the_oldest_and_counts(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         read_recording(tmp_path / "s" / "thumb").columns["normal_force"], 0.1 * np.arange(15, 25)
     )
+
+
+def test_a_disk_that_stands_still_does_not_hold_up_the_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writing, go_on = threading.Event(), threading.Event()
+
+    def stuck(_: RecordingWriter, __: Message) -> None:
+        writing.set()
+        go_on.wait(10.0)
+
+    monkeypatch.setattr(RecordingWriter, "write", stuck)
+    recorder = BackgroundWriter(RecordingWriter(tmp_path / "s"), capacity=10, period=0.001)
+    recorder.offer(state(0))
+    assert writing.wait(10.0)
+    for i in range(12):  # returns although the first message is still being written
+        recorder.offer(state(i))
+    assert recorder.dropped == 2  # of 12 in a queue of 10
+    go_on.set()
+    recorder.close()

@@ -48,5 +48,6 @@ class BackgroundWriter:
 
     def _drain(self) -> None:
         for _ in range(len(self._queue)):
-            self.writer.write(self._queue.popleft())
+            message = self._queue.popleft()
             self._taken += 1
+            self.writer.write(message)
