@@ -6,5 +6,6 @@ message or to None, and every refusal is counted under its name.
 
 from vegrip.codec.can_codec import CanCodec
 from vegrip.codec.frame import Frame
+from vegrip.codec.msgpack_codec import MsgpackCodec
 
-__all__ = ["CanCodec", "Frame"]
+__all__ = ["CanCodec", "Frame", "MsgpackCodec"]

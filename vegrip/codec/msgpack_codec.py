@@ -1,0 +1,200 @@
+"""Messages <-> msgpack payloads on topics, as ``proto/messages.toml`` declares them.
+
+A payload is the 12-byte header of AUTOSAR E2E profile 4 (length, counter, Data ID, CRC-32) and one msgpack
+map from field names to values, with the version of the message set under ``version``. Without this package
+it reads as ``msgpack.unpackb(payload[12:])``.
+"""
+
+from collections import Counter
+from collections.abc import Mapping
+from collections.abc import Sequence as Names
+from typing import Any, Final
+
+import msgpack
+
+from vegrip.codec.packing import MAP_LIMIT, SEQUENCE_MODULUS, TEXT_LIMIT, RefusedError, packer, unpacker
+from vegrip.codec.protection import P04, P04_HEADER, P04_LIMIT
+from vegrip.codec.schema import MessageSchema, message_set
+from vegrip.codec.sequence import Sequence
+from vegrip.codec.topics import ROUTES, Route, Topics
+from vegrip.messages import Message
+
+COUNTER: Final = slice(2, 4)  # of profile 4, most significant byte first
+LIMITS: Final = {
+    "max_str_len": TEXT_LIMIT * 4,  # bytes
+    "max_array_len": 8,
+    "max_map_len": MAP_LIMIT,
+    "max_bin_len": 0,
+    "max_ext_len": 0,
+}
+
+
+class MsgpackCodec:
+    """One hand on a network of topics.
+
+    Nothing that comes from the network raises: :meth:`decode` returns None and counts in ``rejected`` under
+
+    =================  ==================================================================================
+    ``unknown_topic``  not a topic of this namespace, or of a finger that is not configured
+    ``size``           longer than 4096 bytes, shorter than its header, or a text or map beyond its limit
+    ``checksum``       the E2E checksum, length or Data ID fails
+    ``schema``         not a msgpack map, or a required field is missing
+    ``version``        another version of the message set
+    ``type``           a field of another type
+    ``value``          infinite where that is no value, unknown member of an enumeration, ...
+    ``finger``         the finger in the message is not the one of the topic
+    ``counter``        a repeat, or older than the last one
+    =================  ==================================================================================
+
+    ``lost`` counts messages that never arrived, ``clipped`` (by field) values that could not be sent.
+
+    Args:
+        namespace: in front of every topic; one for each hand on the network.
+        fingers: names of the fingers, None accepts any.
+        remap: full topics of this program -> full topics on the wire.
+        use_sender_time: keep the sender's stamps, right on one machine or with synchronised clocks. Otherwise
+            the receive time is the stamp, and times that follow it (``expires``) move with it.
+
+    Raises:
+        ConfigError: a namespace or a finger's name that cannot stand in a topic.
+
+    """
+
+    def __init__(
+        self,
+        namespace: str = "",
+        fingers: Names[str] | None = None,
+        *,
+        remap: Mapping[str, str] | None = None,
+        use_sender_time: bool = True,
+    ) -> None:
+        self.topics = Topics(namespace, fingers, remap)
+        self.rejected: Counter[str] = Counter()
+        self.clipped: Counter[str] = Counter()
+        self._use_sender_time = use_sender_time
+        self._version = message_set().version
+        self._fields = {s.cls: _Fields(s) for s in message_set().messages.values()}
+        self._streams: dict[tuple[str, str], Sequence] = {}
+
+    @property
+    def lost(self) -> int:
+        """Messages that never arrived, over all streams."""
+        return sum(stream.lost for stream in self._streams.values())
+
+    def encode(self, message: Message) -> tuple[str, bytes] | None:
+        """Return topic and payload, None for a message that cannot be sent (counted in ``clipped``).
+
+        That is a finger that is not configured, a force command that is not finite, and a NodeStatus with
+        so many names of failures that it exceeds 4096 bytes.
+        """
+        fields = self._fields[type(message)]
+        route = self.topics.outgoing(type(message), fields.owner_of(message))
+        if route is None:
+            self.clipped["finger"] += 1
+            return None
+        body = fields.pack(message, self._version, self.clipped)
+        if body is None:
+            return None
+        data = bytearray(P04_HEADER) + msgpack.packb(body)
+        if len(data) > P04_LIMIT:
+            self.clipped["size"] += 1
+            return None
+        data[COUNTER] = (message.seq & 0xFFFF).to_bytes(2, "big")
+        P04.protect(data, route.data_id)
+        return route.topic, bytes(data)
+
+    def decode(self, topic: str, payload: bytes, stamp: int) -> Message | None:
+        """Return the message in ``payload``, received at ``stamp`` [ns], None when there is none."""
+        try:
+            return self._decode(topic, payload, stamp)
+        except RefusedError as refused:
+            self.rejected[refused.name] += 1
+            return None
+
+    def _decode(self, topic: str, payload: bytes, stamp: int) -> Message:
+        route = self.topics.incoming(topic)
+        if route is None:
+            raise RefusedError("unknown_topic")
+        body = self._body(payload, route)
+        values = self._fields[route.schema.cls].unpack(body)
+        owner = values[route.schema.owner]
+        if route.owner not in (None, owner):
+            raise RefusedError("finger")
+        if int.from_bytes(payload[COUNTER], "big") != values["seq"] & 0xFFFF:
+            raise RefusedError("counter")
+        values["seq"] = self._advance((topic, owner), values["seq"], stamp)
+        if not self._use_sender_time:
+            _restamp(route.schema, values, stamp)
+        message: Message = route.schema.cls(**values)
+        return message
+
+    def _body(self, payload: bytes, route: Route) -> dict[str, Any]:
+        if not P04_HEADER < len(payload) <= P04_LIMIT:
+            raise RefusedError("size")
+        if not P04.check(payload, route.data_id):
+            raise RefusedError("checksum")
+        try:
+            body = msgpack.unpackb(payload[P04_HEADER:], **LIMITS)
+        except (ValueError, msgpack.UnpackException):
+            raise RefusedError("schema") from None
+        if type(body) is not dict:
+            raise RefusedError("schema")
+        if body.get("version") != self._version:
+            raise RefusedError("version")
+        return body
+
+    def _advance(self, key: tuple[str, str], counter: int, stamp: int) -> int:
+        stream = self._streams.get(key)
+        if stream is None:
+            if len(self._streams) >= ROUTES:
+                raise RefusedError("size")
+            stream = self._streams[key] = Sequence(SEQUENCE_MODULUS)
+        seq = stream.advance(counter, stamp)
+        if seq is None:
+            raise RefusedError("counter")
+        return seq
+
+
+class _Fields:
+    """The fields of one kind of message, ready to pack and unpack."""
+
+    def __init__(self, schema: MessageSchema) -> None:
+        self._owner = schema.owner
+        self._pack = [(f.name, f.required, packer(f)) for f in schema.fields]
+        self._unpack = [(f.name, f.required, unpacker(f)) for f in schema.fields]
+
+    def owner_of(self, message: Message) -> str:
+        """Return the name of the finger or node."""
+        return str(getattr(message, self._owner))
+
+    def pack(self, message: Message, version: int, clipped: Counter[str]) -> dict[str, Any] | None:
+        """Return the map to send, None when a required field cannot be carried."""
+        body: dict[str, Any] = {"version": version}
+        for name, required, pack in self._pack:
+            try:
+                item = pack(getattr(message, name))
+            except RefusedError:
+                clipped[name] += 1
+                if required:
+                    return None
+                continue
+            if item is not None:
+                body[name] = item
+        return body
+
+    def unpack(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the arguments of the message; fields of later versions are passed over."""
+        values = {}
+        for name, required, unpack in self._unpack:
+            if name in body:
+                values[name] = unpack(body[name])
+            elif required:
+                raise RefusedError("schema")
+        return values
+
+
+def _restamp(schema: MessageSchema, values: dict[str, Any], stamp: int) -> None:
+    shift = stamp - values["stamp"]
+    for field in schema.fields:
+        if field.kind == "time":
+            values[field.name] += shift
