@@ -168,7 +168,7 @@ def disturbances(
     rng = np.random.default_rng(seed)
     events: list[Disturbance] = []
     time = start
-    while (time := time + float(rng.exponential(pause))) < duration - 0.5:
+    while (time := time + float(rng.uniform(0.4, 1.6)) * pause) < duration - 0.5:
         event = _draw(rng, time, weight)
         if time + event.duration < duration:
             events.append(event)
@@ -182,7 +182,7 @@ def _draw(rng: np.random.Generator, start: float, weight: float) -> Disturbance:
     if kind == 0:
         return Push(start, float(rng.uniform(0.1, 0.5)), x, y)
     if kind == 1:
-        return Twist(start, float(rng.uniform(0.2, 0.8)), 0.04 * weight * size * math.copysign(1.0, x))
+        return Twist(start, float(rng.uniform(0.2, 0.8)), 0.025 * weight * size * math.copysign(1.0, x))
     if kind == 2:
         return SlowLoad(start, float(rng.uniform(1.5, 4.0)), x, y)
     if kind == 3:

@@ -23,7 +23,7 @@ from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.plate import Plate
 from vegrip.virtual.sensor import CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import HandSettings
-from vegrip.virtual.slips import SLIDING, SlipCounter
+from vegrip.virtual.slips import SlipCounter, slides
 from vegrip.virtual.thermal import Warming
 
 Array = npt.NDArray[np.float64]
@@ -47,7 +47,7 @@ class FingerTruth:
     utilisation: float  # [-] |load| / limit_radius, 1 = on the limit surface, inf = loaded without contact
     limit_radius: float  # [N] along the present load, torque divided by the contact radius
     sliding: bool  # the whole patch slides
-    sliding_share: float  # [-] share of the normal force on sliding elements
+    sliding_share: float  # [-] slip speed over the speed of the object over the patch
     slip_speed: float  # [m/s]
     slip_distance: float  # [m] slid since the start
 
@@ -87,6 +87,7 @@ class VirtualHand:
         self._friction = np.array([tip.friction for tip in self.tips])
         self._mu = self._friction
         self._z = 0.0
+        self._sliding = np.zeros(n, bool)
         self._ticks = 0
         self.asked = 0.0  # [s] simulated time asked for
         self._samples = 0
@@ -150,7 +151,7 @@ class VirtualHand:
             torque_z=torque,
             utilisation=used,
             limit_radius=load / used if used > 0.0 else mu * N,
-            sliding=share_sliding > SLIDING,
+            sliding=bool(self._sliding[i]),
             sliding_share=share_sliding,
             slip_speed=speed,
             slip_distance=slid,
@@ -168,9 +169,11 @@ class VirtualHand:
             load = self._grid.load(self.soft.pressure_exponent)
             a, N = self.soft.contact_radius, self.soft.force
             self.plate.carry(a, N, load, self._mu, burden, self._stand(), dt)
-            self._counter.watch(self.plate.slip[:, 0], self.plate.slip[:, 1], dt)
+            self._sliding = slides(self.plate.slip[:, 0], self.plate.slip[:, 1], a)
+            self._counter.watch(self._sliding, self.plate.slip[:, 1], dt)
             if self.plate.lost:
                 self.dropped = True
+                self._sliding = np.zeros_like(self._sliding)
                 self.plate.wrench[:] = 0.0
                 self.plate.slip[:, :2] = 0.0
 
@@ -227,4 +230,4 @@ class VirtualHand:
         values[:, 5] = self._warming.temperature(self.time)
         values[:, 6] = self.plate.slip[:, 1]
         values[:, 7] = self.soft.contact_radius
-        return Reading(values, (self.plate.slip[:, 0] > SLIDING).astype(float))
+        return Reading(values, self._sliding.astype(float))

@@ -89,13 +89,14 @@ def rub(
 
     Every element is a bristle (R, S, 2) [m] that follows the object at (vx, vy) [m/s] and ``spin`` [rad/s]
     with traction ``s q + c q'`` and lets go at ``mu`` times its share of the normal force (implicit return to
-    Coulomb's limit, so the limit is never exceeded). Sliding is the share of the normal force on elements at
-    the limit; slip speed their mean speed of slip [m/s] weighted with the normal force.
+    Coulomb's limit, so the limit is never exceeded). Slip speed is the mean over the normal force [m/s];
+    sliding its ratio to the mean speed of the object over the patch, 0 = sticks, 1 = slides everywhere that
+    matters (the very middle of a twisted patch hardly moves and does not).
     """
-    fx, fy, torque, sliding, speed = 0.0, 0.0, 0.0, 0.0, 0.0
+    fx, fy, torque, speed, passing = 0.0, 0.0, 0.0, 0.0, 0.0
     if N <= 0.0 or a <= 0.0:
         bristle[:] = 0.0
-        return fx, fy, torque, sliding, speed
+        return fx, fy, torque, 0.0, 0.0
     patch = math.pi * a * a
     for i in range(len(reach)):
         s = stiffness * patch * area[i]
@@ -105,6 +106,7 @@ def rub(
         for j in range(len(cosine)):
             x, y = rho * cosine[j], rho * sine[j]
             wx, wy = vx - spin * y, vy + spin * x
+            passing += load[i] * math.sqrt(wx * wx + wy * wy)
             qx, qy = bristle[i, j, 0], bristle[i, j, 1]
             nx, ny = qx + wx * dt, qy + wy * dt
             tx, ty = s * nx + c * wx, s * ny + c * wy
@@ -113,14 +115,13 @@ def rub(
                 tx *= limit / t
                 ty *= limit / t
                 mx, my = (tx + c * qx / dt) / (s + c / dt), (ty + c * qy / dt) / (s + c / dt)
-                sliding += load[i]
                 speed += load[i] * math.sqrt((nx - mx) ** 2 + (ny - my) ** 2) / dt
                 nx, ny = mx, my
             bristle[i, j, 0], bristle[i, j, 1] = nx, ny
             fx += tx
             fy += ty
             torque += x * ty - y * tx
-    return fx, fy, torque, sliding, speed
+    return fx, fy, torque, min(1.0, speed / passing) if passing > 0.0 else 0.0, speed
 
 
 @njit
@@ -150,7 +151,7 @@ def carry(
 
     ``pose`` is x, y, angle of the centre of mass and their rates (6,); ``place`` the contacts (n, 2);
     ``applied`` force and torque from outside (3,). Returns in place: pose, bristle (n, R, S, 2), ``wrench``
-    of the object on each finger (n, 3), ``slip`` = sliding share, slip speed, slid distance (n, 3).
+    of the object on each finger (n, 3), ``slip`` = sliding, slip speed, slid distance (n, 3).
     """
     for _ in range(substeps):
         fx, fy, torque = applied[0], applied[1], applied[2]

@@ -40,7 +40,7 @@ class Plate:
         self.wrench = np.zeros(
             (n, 3)
         )  # of the plate on each finger, hand frame: force x, y [N], torque [N m]
-        self.slip = np.zeros((n, 3))  # sliding share [-], slip speed [m/s], distance slid so far [m]
+        self.slip = np.zeros((n, 3))  # sliding [-], slip speed [m/s], distance slid so far [m]
 
     @property
     def shift(self) -> Array:
