@@ -1,5 +1,6 @@
 """Speed, always as a ratio of two times measured in the same run.
 
-Every module here has a function ``run()`` that returns ``{NAME: {"ours_us", "theirs_us", "ratio"}}``, the ratio being
-theirs over ours. ``vegrip bench`` finds the modules by itself.
+Every module here without a leading underscore is a benchmark: its function ``run()`` returns
+``{NAME: {"ours_us", "theirs_us", "ratio"}}``, the ratio being theirs over ours. ``vegrip bench`` finds
+the modules by itself.
 """

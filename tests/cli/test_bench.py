@@ -1,0 +1,28 @@
+"""``vegrip bench`` finds the benchmarks, measures both sides and gives their ratio."""
+
+import json
+
+import pytest
+
+from vegrip.cli import main
+
+
+def test_a_ratio_is_theirs_over_ours(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "creep_inverse", "--json"]) == 0
+    results = json.loads(capsys.readouterr().out)
+    row = results["creep_inverse_vs_root_solve"]
+    assert row["ours_us"] > 0
+    assert row["ratio"] == pytest.approx(row["theirs_us"] / row["ours_us"])
+
+
+def test_an_unknown_benchmark_is_named_with_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "no_such"]) == 2
+    complaint = capsys.readouterr().err
+    assert "no_such" in complaint
+    assert "recursion" in complaint
+    assert "_timing" not in complaint
+
+
+def test_results_are_a_table_for_people(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "creep_inverse"]) == 0
+    assert "creep_inverse_vs_root_solve" in capsys.readouterr().out
