@@ -1,6 +1,7 @@
 """Laws of the loop, on a simulated clock and without any bus."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -165,7 +166,7 @@ def test_a_node_speaks_for_itself_while_on_hold(rig):
     rig.node.broken = True
     rig.state()
     rig.steps(1 + 3)
-    assert rig.answers() == [own] * 3
+    assert rig.answers() == [replace(own, seq=seq) for seq in (1, 2, 3)]
 
 
 def test_commands_are_held_even_when_the_fault_handler_fails_too(rig):
@@ -202,6 +203,16 @@ def test_a_node_on_hold_is_activated_again_after_a_back_off_that_doubles(rig):
     rig.state(force=2.0)
     rig.runner.step()
     assert rig.answers()[-1].normal_force == 4.0
+
+
+def test_numbers_of_commands_never_run_backwards_over_a_fault(rig):
+    for broken in (False, True, False):
+        rig.node.broken = broken
+        rig.state(seq=0)  # the node counts from zero again when it begins afresh
+        rig.steps(600)
+    numbers = [command.seq for command in rig.answers()]
+    assert len(numbers) > 400
+    assert numbers == list(range(len(numbers)))
 
 
 def test_a_refused_transition_changes_nothing(rig):

@@ -13,12 +13,20 @@ class Hold:
     def __init__(self) -> None:
         self._last: dict[str, ForceCommand] = {}
 
-    def remember(self, message: Message) -> None:
-        """Keep ``message`` if it is a command."""
-        if isinstance(message, ForceCommand) and (
-            message.finger in self._last or len(self._last) < self.LIMIT
-        ):
+    def remembered(self, message: Message) -> Message:
+        """Keep ``message`` if it is a command and return it.
+
+        Its number is raised if the finger has had a higher one while it was held: a receiver would take the
+        command for a repeat.
+        """
+        if not isinstance(message, ForceCommand):
+            return message
+        last = self._last.get(message.finger)
+        if last is not None and message.seq <= last.seq:
+            message = replace(message, seq=last.seq + 1)
+        if last is not None or len(self._last) < self.LIMIT:
             self._last[message.finger] = message
+        return message
 
     def commands(self, now: int) -> list[ForceCommand]:
         """Return each last command again: same force, next number, fresh expiry, reason INPUT_HOLD."""

@@ -62,9 +62,7 @@ class ManagedNode:
         return self._remembered(self._guarded(self.node.on_tick, now, now))
 
     def _remembered(self, messages: Sequence[Message]) -> Sequence[Message]:
-        for message in messages:
-            self._hold.remember(message)
-        return messages
+        return [self._hold.remembered(message) for message in messages]
 
     def _guarded(
         self, call: Callable[..., Iterable[Message]], now: int, *arguments: Any

@@ -1,0 +1,126 @@
+"""Laws of the bus: one frame at a time, the lowest identifier first, nothing lost, nothing invented."""
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vegrip.transport.arbiter import Arbiter
+from vegrip.transport.bus_load import BusLoad
+from vegrip.transport.frame_time import BitTiming, BusFrame, frame_duration
+
+TIMING = BitTiming(bitrate=500_000)
+US = 1000
+
+requests = st.lists(
+    st.tuples(st.integers(0, 3000 * US), st.integers(0, 3), st.integers(0, 0x7FF)), min_size=1, max_size=40
+)
+
+
+def run(asked, steps=()):
+    """Ask in the order of time and advance to the end, by way of the times ``steps``."""
+    arbiter = Arbiter(TIMING)
+    sent = []
+    steps = sorted(steps)
+    for time, node, identifier in sorted(asked):
+        while steps and steps[0] <= time:
+            sent += arbiter.advance(steps.pop(0))
+        arbiter.request(time, node, BusFrame(identifier, bytes([node])))
+    for step in steps:
+        sent += arbiter.advance(step)
+    return sent + arbiter.advance(10**12)
+
+
+@given(requests)
+def test_every_frame_is_sent_once_and_takes_its_duration(asked):
+    sent = run(asked)
+    assert sorted((t.node, t.frame.identifier) for t in sent) == sorted((n, i) for _, n, i in asked)
+    assert all(t.end - t.start == frame_duration(t.frame, TIMING) for t in sent)
+
+
+@given(requests)
+def test_two_frames_are_never_on_the_bus_at_once_and_it_is_never_idle_without_need(asked):
+    sent = run(asked)
+    assert sent[0].start == min(time for time, _, _ in asked)
+    for before, after in pairwise(sent):
+        waiting = {(n, i) for t, n, i in asked if t <= before.end}
+        assert after.start >= before.end
+        if (after.node, after.frame.identifier) in waiting:
+            assert after.start == before.end
+
+
+@given(st.lists(st.integers(0, 0x7FF), min_size=1, max_size=8, unique=True))
+def test_of_nodes_that_ask_together_the_lowest_identifier_goes_first(identifiers):
+    sent = run([(0, node, identifier) for node, identifier in enumerate(identifiers)])
+    assert [t.frame.identifier for t in sent] == sorted(identifiers)
+
+
+def test_a_node_sends_its_own_frames_in_order_whatever_their_identifiers():
+    arbiter = Arbiter(TIMING)
+    for identifier in (0x700, 0x001, 0x300):
+        arbiter.request(0, 1, BusFrame(identifier))
+    assert [t.frame.identifier for t in arbiter.advance(10**9)] == [0x700, 0x001, 0x300]
+
+
+def test_a_frame_on_the_bus_is_not_interrupted_by_a_more_urgent_one():
+    sent = run([(0, 1, 0x700), (10 * US, 2, 0x001), (10 * US, 3, 0x000)])
+    assert [t.frame.identifier for t in sent] == [0x700, 0x000, 0x001]
+
+
+@given(requests, st.lists(st.integers(0, 3000 * US), max_size=10))
+def test_the_result_does_not_depend_on_when_time_is_looked_at(asked, steps):
+    """Provided each look comes when all requests up to then are known."""
+    assert run(asked, steps) == run(asked)
+
+
+def test_a_request_that_becomes_known_late_waits_for_the_bus():
+    arbiter = Arbiter(TIMING)
+    arbiter.request(0, 1, BusFrame(0x700))
+    assert arbiter.advance(5 * US) == []  # 0x700 has the bus
+    arbiter.request(0, 2, BusFrame(0x001))
+    assert [t.frame.identifier for t in arbiter.advance(10**9)] == [0x700, 0x001]
+
+
+@given(requests)
+def test_the_next_event_is_when_there_is_something_to_do(asked):
+    arbiter = Arbiter(TIMING)
+    for time, node, identifier in sorted(asked):
+        arbiter.request(time, node, BusFrame(identifier))
+    sent = 0
+    while (event := arbiter.next_event()) is not None:
+        sent += len(arbiter.advance(event))
+    assert sent == len(asked)
+
+
+def test_a_node_that_leaves_takes_its_waiting_frames_with_it():
+    arbiter = Arbiter(TIMING)
+    arbiter.request(0, 1, BusFrame(0x100))
+    arbiter.request(0, 1, BusFrame(0x101))
+    arbiter.advance(1)
+    arbiter.withdraw(1)
+    assert [t.frame.identifier for t in arbiter.advance(10**9)] == [0x100]
+    assert arbiter.next_event() is None
+
+
+@given(requests)
+def test_load_is_the_sum_of_durations_over_the_time(asked):
+    sent = run(asked)
+    load = BusLoad(window=1.0)
+    for t in sent:
+        load.add(t.end, t.end - t.start)
+    busy, elapsed = sum(t.end - t.start for t in sent), sent[-1].end - sent[0].start
+    assert load.share(sent[-1].end) == pytest.approx(busy / elapsed)
+
+
+def test_load_forgets_what_is_older_than_its_window():
+    load = BusLoad(window=1.0)
+    for i in range(1000):
+        load.add(i * 1000 * US, 500 * US)
+    assert load.share(999 * 1000 * US) == pytest.approx(0.5, rel=0.01)
+    assert load.share(1500 * 1000 * US) == pytest.approx(0.25, rel=0.01)
+    assert load.share(5 * 10**9) == 0.0
+
+
+def test_an_untouched_bus_has_no_load():
+    assert BusLoad().share(123) == 0.0

@@ -1,0 +1,91 @@
+"""Laws of topic remaps and addresses."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vegrip.errors import ConfigError, DeviceError
+from vegrip.transport.remap import Remap
+from vegrip.transport.runtime_folder import runtime_folder, socket_path
+from vegrip.transport.zmq_address import check_reach, is_local, resolve
+
+words = st.sampled_from(["hand", "thumb", "index", "state", "left"])
+topics = st.lists(words, min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))
+
+
+@given(topics)
+def test_without_a_table_names_stay(topic):
+    assert Remap().outward(topic) == Remap().inward(topic) == topic
+
+
+@given(topics)
+def test_what_goes_out_under_another_name_comes_back_as_itself(topic):
+    remap = Remap({"/hand/thumb": "/outside/a", "/hand": "/outside/b"})
+    assert remap.inward(remap.outward(topic)) == topic
+
+
+def test_the_longest_whole_part_of_the_path_is_renamed():
+    remap = Remap({"/hand": "/left", "/hand/thumb": "/claw"})
+    assert remap.outward("/hand/thumb/state") == "/claw/state"
+    assert remap.outward("/hand/index/state") == "/left/index/state"
+    assert remap.outward("/hander/state") == "/hander/state"
+
+
+@pytest.mark.parametrize(
+    "table", [{"hand": "/x"}, {"/hand": "x"}, {"/hand/": "/x"}, {"/a": "/x", "/b": "/x"}]
+)
+def test_a_bad_table_is_refused(table):
+    with pytest.raises(ConfigError):
+        Remap(table)
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["ipc:///tmp/x", "tcp://127.0.0.1:5600", "tcp://127.8.8.8:1", "tcp://[::1]:5600", "tcp://localhost:1"],
+)
+def test_addresses_of_this_machine_need_no_keys(address):
+    assert is_local(address)
+    check_reach(address, encrypted=False)
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "tcp://*:5600",
+        "tcp://0.0.0.0:5600",
+        "tcp://192.168.1.5:1",
+        "tcp://eth0:1",
+        "tcp://[::]:1",
+        "tcp://robot:1",
+    ],
+)
+def test_addresses_beyond_this_machine_are_refused_without_keys(address):
+    with pytest.raises(ConfigError, match="curve"):
+        check_reach(address, encrypted=False)
+    check_reach(address, encrypted=True)
+
+
+@pytest.mark.parametrize("address", ["udp://1.2.3.4:5", "hand", "tcp:5600", "tcp://", "", "ipc:"])
+def test_what_is_no_address_is_refused_with_the_right_form(address):
+    with pytest.raises(ConfigError, match="ipc:NAME"):
+        resolve(address)
+
+
+def test_a_short_name_is_a_socket_in_the_private_folder(monkeypatch, tmp_path):
+    monkeypatch.setenv("VEGRIP_RUNTIME_DIR", str(tmp_path / "run"))
+    assert resolve("ipc:hand") == f"ipc://{tmp_path}/run/zmq/hand"
+
+
+def test_a_path_too_long_for_a_socket_is_refused():
+    with pytest.raises(ConfigError, match="too long"):
+        resolve("ipc:///" + "x" * 200)
+    with pytest.raises(DeviceError, match="too long"):
+        socket_path("can", "x" * 200)
+
+
+def test_the_folder_of_sockets_is_private(monkeypatch, tmp_path):
+    monkeypatch.setenv("VEGRIP_RUNTIME_DIR", str(tmp_path / "run"))
+    assert runtime_folder("can").stat().st_mode & 0o777 == 0o700
+    (tmp_path / "run").chmod(0o755)
+    with pytest.raises(DeviceError, match="other users"):
+        runtime_folder("can")

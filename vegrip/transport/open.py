@@ -1,0 +1,116 @@
+"""Make an endpoint from the ``[transport]`` table of a configuration."""
+
+import errno
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import can
+
+from vegrip.codec import CanCodec
+from vegrip.config import build, parameter
+from vegrip.errors import ConfigError, DeviceError
+from vegrip.transport.can_endpoint import CanEndpoint
+from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.frame_time import BitTiming
+from vegrip.transport.remap import Remap
+
+
+@dataclass(frozen=True)
+class Hand:
+    """What a transport must know of the hand at its end."""
+
+    fingers: tuple[str, ...]  # in the order of their numbers on the bus
+    number: int = 0  # on CAN
+    namespace: str = ""  # on a network
+    remap: Mapping[str, str] = field(default_factory=dict)  # on a network
+
+
+@dataclass(frozen=True)
+class CanSettings:
+    """``[transport]`` with ``kind = "can"``."""
+
+    kind: str = parameter("can")
+    interface: str = parameter("vegrip", doc="python-can interface: vegrip, socketcan, virtual, slcan, ...")
+    channel: str = parameter("vegrip0", doc="name of the bus or device")
+    fd: bool = parameter(True, doc="CAN FD layout; false: classic CAN")
+    bitrate: int = parameter(1_000_000, unit="bit/s", low=10_000, high=1_000_000)
+    data_bitrate: int = parameter(5_000_000, unit="bit/s", low=10_000, high=10_000_000)
+    options: dict[str, Any] = parameter({}, doc="anything else python-can's interface understands")
+
+
+@dataclass(frozen=True)
+class ZmqSettings:
+    """``[transport]`` with ``kind = "zmq"``."""
+
+    kind: str = parameter("zmq")
+    publish: str = parameter("", doc="address to publish at: ipc:NAME or tcp://127.0.0.1:PORT")
+    subscribe: tuple[str, ...] = parameter((), doc="addresses to listen to")
+    curve: dict[str, Any] = parameter({}, doc="key files: own, peers, publisher")
+
+
+def open_endpoint(table: Mapping[str, Any], hand: Hand, where: str = "[transport]") -> Endpoint:
+    """Open what ``table`` describes; ``where`` names it in complaints.
+
+    Raises:
+        ConfigError: the table cannot be used.
+        DeviceError: there is no such interface, or it is taken.
+
+    """
+    kind = table.get("kind", "can")
+    if kind not in KINDS:
+        raise ConfigError(f"{where}: 'kind' is {kind!r}; it must be one of {', '.join(KINDS)}")
+    return KINDS[kind](table, hand, where)
+
+
+def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+    settings = build(CanSettings, table, where)
+    codec = CanCodec(hand.fingers, fd=settings.fd, hand=hand.number)
+
+    def open_bus() -> can.BusABC:
+        return can.Bus(
+            interface=settings.interface,
+            channel=settings.channel,
+            fd=settings.fd,
+            bitrate=settings.bitrate,
+            data_bitrate=settings.data_bitrate,
+            **settings.options,
+        )
+
+    try:
+        bus = open_bus()
+    except (can.CanError, OSError, ValueError, TypeError, ImportError) as error:
+        raise DeviceError(_remedy(settings, error)) from None
+    return CanEndpoint(bus, codec, open_bus, BitTiming(settings.bitrate, settings.data_bitrate))
+
+
+def _remedy(settings: CanSettings, error: Exception) -> str:
+    channel = settings.channel
+    what = f"the CAN channel {channel!r} of interface {settings.interface!r} cannot be opened"
+    if isinstance(error, can.CanInterfaceNotImplementedError):
+        return f"{what}: {error}; interfaces that need nothing else are vegrip and socketcan"
+    remedy = {
+        errno.EAFNOSUPPORT: "this kernel has no SocketCAN; `sudo modprobe can_raw`",
+        errno.ENODEV: "there is no such device; see `ip link`, or for a virtual one "
+        f"`sudo ip link add {channel} type vcan && sudo ip link set {channel} up`",
+        errno.ENETDOWN: f"it is down; `sudo ip link set {channel} up`",
+    }.get(getattr(error, "errno", None) or 0)
+    return f'{what}: {remedy}, or use interface = "vegrip"' if remedy else f"{what}: {error}"
+
+
+def _open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+    from vegrip.codec.msgpack_codec import MsgpackCodec  # noqa: PLC0415 (ZeroMQ is not needed on a CAN bus)
+    from vegrip.transport.curve import Curve, Keys  # noqa: PLC0415
+    from vegrip.transport.zmq_endpoint import ZmqEndpoint  # noqa: PLC0415
+
+    settings = build(ZmqSettings, table, where)
+    if not (settings.publish or settings.subscribe):
+        raise ConfigError(
+            f"{where}: neither 'publish' nor 'subscribe' is given; a node without both is deaf and mute"
+        )
+    keys = Keys(build(Curve, settings.curve, f"{where}.curve")) if settings.curve else None
+    codec = MsgpackCodec(hand.namespace, hand.fingers)
+    return ZmqEndpoint(settings.publish, settings.subscribe, codec, Remap(hand.remap), keys)
+
+
+KINDS: dict[str, Callable[[Mapping[str, Any], Hand, str], Endpoint]] = {"can": _open_can, "zmq": _open_zmq}
