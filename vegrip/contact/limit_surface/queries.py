@@ -1,9 +1,9 @@
 """Questions to the limit surface of the paper's pressure, checked and for arrays.
 
-The same numbers as the compiled functions of :mod:`~vegrip.contact.limit_surface.fast`, with the error bounds
-given there. Loads are normalised: f = |f_t|/(mu N), m = m_n/(mu N a). All arguments broadcast. Whatever lies
-outside the range where the answer is known - an exponent below 1, a NaN, an infinite load, an angle
-beyond a quarter turn - raises :class:`~vegrip.errors.DomainError`.
+The numbers are those of the compiled functions in :mod:`~vegrip.contact.limit_surface.fast`, with the error
+bounds given there. Loads are normalised: f = |f_t|/(mu N), m = m_n/(mu N a). All arguments broadcast.
+Whatever lies outside the range where the answer is known - an exponent below 1, a NaN, an infinite load, an
+angle beyond a quarter turn - raises :class:`~vegrip.errors.DomainError`.
 
 >>> print(f"{gauge(2, f=0.4, m=0.3):.4f}")
 0.6767
@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vegrip.contact.domain import Floats, not_negative, within
-from vegrip.contact.limit_surface import fast
+from vegrip.contact.domain import Floats, within
+from vegrip.contact.limit_surface import fast, reference
 from vegrip.contact.limit_surface.reference import exponent, load_angle
 from vegrip.errors import DomainError
 
@@ -26,12 +26,8 @@ _LARGEST = np.finfo(np.float64).max
 
 
 def point(k: ArrayLike, d: ArrayLike) -> tuple[Floats, Floats]:
-    """Point (f, m) of the surface for a centre of rotation at d >= 0 [contact radii]; good to 1e-3.
-
-    :func:`vegrip.contact.limit_surface.reference.point` is exact.
-    """
-    f, m = _over(fast.point, exponent(k), not_negative("distance of the centre of rotation", d), results=2)
-    return f, m
+    """Point (f, m) of the surface for a centre of rotation at d >= 0 [contact radii], by quadrature."""
+    return reference.point(k, d)
 
 
 def gauge(k: ArrayLike, f: ArrayLike, m: ArrayLike) -> Floats:
