@@ -3,7 +3,6 @@
 import importlib
 import json
 import pkgutil
-from types import ModuleType
 from typing import Annotated
 
 import typer
@@ -33,7 +32,7 @@ def bench(
             raise UsageError(f"there is no benchmark {name!r}; there are {', '.join(known)}")
     results: Results = {}
     for name in track(chosen, "measuring", console=Console(stderr=True), transient=True):
-        results |= importlib.import_module(known[name]).run()
+        results |= _run(known[name])
     if as_json:
         typer.echo(json.dumps(results))
     else:
@@ -41,17 +40,20 @@ def bench(
 
 
 def _benchmarks() -> dict[str, str]:
-    """Module of every benchmark by its short name: those modules of the package that define ``run``."""
+    """Module of every benchmark by its short name."""
     import vegrip.benchmarks as package
 
-    modules = {
-        info.name: f"{package.__name__}.{info.name}" for info in pkgutil.iter_modules(package.__path__)
-    }
-    return {name: module for name, module in modules.items() if _runs(importlib.import_module(module))}
+    found = pkgutil.iter_modules(package.__path__)
+    return {info.name: f"{package.__name__}.{info.name}" for info in found if not info.name.startswith("_")}
 
 
-def _runs(module: ModuleType) -> bool:
-    return callable(getattr(module, "run", None))
+def _run(module: str) -> Results:
+    try:
+        benchmark = importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        raise UsageError(f"{module} compares with {error.name}: pip install 'vegrip[dev]'") from None
+    results: Results = benchmark.run()
+    return results
 
 
 def _table(results: Results) -> Table:
