@@ -1,0 +1,20 @@
+"""The generated module of an estimator: effects, limit surface and kernels in one flat file."""
+
+from pathlib import Path
+from types import ModuleType
+
+from vegrip.contact import limit_surface
+from vegrip.estimator.layout import Layout
+from vegrip.model import ContactModel, cache
+
+KERNELS = ("filter_kernel", "report_kernel", "friction_kernel", "forecast_kernel", "update_kernel")
+ENTRIES = ("update", "margin_of", "least_force", "filter_step", "many")
+
+
+def module_for(model: ContactModel, layout: Layout, *, plain: bool = False) -> ModuleType:
+    """Return the module; ``plain`` leaves it uncompiled, to step through with a debugger."""
+    here = Path(__file__).parent
+    surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
+    kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
+    text = model.source([layout.constants(), surface, *kernels], ENTRIES)
+    return cache.load_plain(text) if plain else cache.load(text)

@@ -1,0 +1,250 @@
+"""The online estimator of one fingertip: states in, contact, margin and health out. It never raises."""
+
+import math
+
+import numpy as np
+
+from vegrip.clock import NS
+from vegrip.estimator.compiled import module_for
+from vegrip.estimator.health import health_of
+from vegrip.estimator.layout import CHANNELS, REPORT, Layout, layout_of
+from vegrip.estimator.settings import EstimatorSettings, SensorNoise
+from vegrip.estimator.start import blank
+from vegrip.messages import (
+    NAN,
+    UNKNOWN,
+    Channel,
+    Condition,
+    ContactEstimate,
+    Estimate,
+    FingertipState,
+    ModelHealth,
+    SlipMargin,
+)
+from vegrip.model import ContactModel
+
+FLAGS = (Channel.POSITION, Channel.FORCE, Channel.RADIUS)
+R = {name: i for i, name in enumerate(REPORT)}
+
+
+class ContactEstimator:
+    """Recursive estimate of one contact, with standard deviations.
+
+    It works with force and displacement, with either alone (:attr:`ContactEstimate.channels` says which it
+    had), with any spacing of the samples, and through making and breaking contact. Force alone leaves the
+    indentation as uncertain as the stiffness; displacement alone leaves the force so.
+
+    Args:
+        model: the contact model; its parameters' standard deviations are the prior.
+        noise: white noise of the sensors.
+        settings: how it behaves.
+
+    """
+
+    def __init__(
+        self, model: ContactModel, noise: SensorNoise, settings: EstimatorSettings | None = None
+    ) -> None:
+        self.model, self.noise = model, noise
+        self.settings = settings if settings is not None else EstimatorSettings()
+        self.layout: Layout = layout_of(model)
+        self._module = module_for(model, self.layout)
+        self._places = {name: slice(*place) for name, place in self.layout.places().items()}
+        self._blank = blank(model, self.layout, noise, self.settings)
+        self._warm()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything but the model: as before the first sample."""
+        self._m = self._blank.copy()
+        self._margin = np.full(5, NAN)
+        self._state: FingertipState | None = None
+        self._tangential = self._torque = NAN
+        self._informed = NAN  # stamp of the last sample that said something about the contact
+        self._seq = 0
+        self.refused = 0
+        """Samples refused because their stamp did not advance."""
+        self._backwards = 0
+
+    def update(self, state: FingertipState) -> ContactEstimate:
+        """Take one sample and return what is known now.
+
+        A stamp that does not advance is refused and counted (:attr:`refused`), the estimate then is the last
+        one, not valid; after ``settings.recovery`` of them in a row the sender's clock is taken to have
+        started anew, and so does the estimator. Values that are not finite count as not measured.
+        """
+        last = self._state
+        dt = -1.0 if last is None else (state.stamp - last.stamp) / NS
+        if last is not None and dt <= 0.0:
+            self.refused += 1
+            self._backwards += 1
+            if self._backwards < self.settings.recovery:
+                return self._estimate(state, trusted=False)
+            refused = self.refused
+            self.reset()
+            self.refused, dt = refused, -1.0
+        self._backwards = 0
+        force, displacement, radius = state.normal_force, state.displacement, state.contact_radius
+        usable = math.isfinite(force) or math.isfinite(displacement)
+        if dt < 0.0 and not usable:
+            return self._estimate(state, trusted=False)
+        self._state = state
+        self._tangential = math.hypot(state.tangential_force_x, state.tangential_force_y)
+        if not math.isfinite(self._tangential):
+            self._tangential = NAN
+        self._torque = state.torque_z if math.isfinite(state.torque_z) else NAN
+        self._outside(state)
+        slip = state.slip if math.isfinite(state.slip) else NAN
+        self._module.update(self._m, dt, force, displacement, radius, self._tangential, self._torque, slip)
+        if usable and self._used_any():
+            self._informed = state.stamp
+        self._seq += 1
+        return self._estimate(state, trusted=True)
+
+    def slip_margin(self) -> SlipMargin:
+        """Return the margin for the load of the last sample, its bound, and what the present hold leads to.
+
+        Out of contact, or without a measured tangential force, nothing is valid and the numbers are NaN. A
+        torque that is not measured counts as zero.
+        """
+        state = self._state
+        if state is None:
+            return SlipMargin(0, "", 0)
+        out = self._margin
+        self._module.margin_of(self._m, self._tangential, self._torque, out)
+        gauge, upper, reserve, when, earliest = out.tolist()
+        relative, absolute = self._report("GAUGE_REL"), self._report("GAUGE_ABS")
+        valid = self._valid() and self._in_contact() and math.isfinite(upper)
+        margin = Estimate(1.0 - gauge, math.hypot(gauge * relative, absolute), valid, self._age(state))
+        if not valid:
+            margin, upper, reserve, when, earliest = UNKNOWN, NAN, NAN, NAN, NAN
+        return SlipMargin(
+            state.stamp,
+            state.finger,
+            self._seq,
+            margin=margin,
+            lower_bound=1.0 - upper,
+            confidence=self.settings.confidence,
+            force_reserve=reserve,
+            time_to_slip=when,
+            earliest_slip=earliest,
+        )
+
+    def least_force(self, margin: float) -> float:
+        """Return the least normal force [N] with which the margin's lower bound stays at ``margin``.
+
+        For the load of the last sample, at ``settings.confidence``, now and over ``settings.horizon`` of the
+        hold in ``settings.hold``. NaN when the load or the contact is not known, inf when no force suffices.
+        """
+        if self._state is None or not self._valid():
+            return NAN
+        return float(self._module.least_force(self._m, self._tangential, self._torque, margin))
+
+    def health(self) -> ModelHealth:
+        """Return whether the model still explains the measurements, and what it fails at most."""
+        if self._state is None:
+            return ModelHealth(0, "", 0)
+        condition = Condition.OK if self._channels_used() & 3 == 3 else Condition.DEGRADED
+        if not self._valid():
+            condition = Condition.STALE
+        cells, channels = self._m[self._places["HEALTH"]], self._m[self._places["CHANNEL"]]
+        return health_of(self._state, self._seq, condition, cells, channels)
+
+    def value(self, symbol: str) -> Estimate:
+        """Return the present estimate of a parameter of the model; its std is that of the coordinate."""
+        place = list(self.model.parameters).index(symbol)
+        value = float(self._m[self._places["VALUES"]][place])
+        if place == self.layout.mu:
+            variance = self._friction_variance()
+        elif place in self.layout.learned:
+            j = 2 + self.layout.n_states + self.layout.learned.index(place)
+            variance = float(self.covariance[j, j])
+        else:
+            variance = self.model.values[symbol].std ** 2
+        return Estimate(value, math.sqrt(variance), self._valid(), 0.0)
+
+    @property
+    def covariance(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+        """Covariance of the filter's state (delta, speed, effect states, learned, d0, bF); a copy."""
+        n = self.layout.n
+        return self._m[self._places["P"]].reshape(n, n).copy()
+
+    def _friction_variance(self) -> float:
+        return float(self._m[self._places["FRICTION"]][1])
+
+    def _outside(self, state: FingertipState) -> None:
+        """Pass on what effects may feel; a value that is not measured stays as it was."""
+        at = self._places["EXOGENOUS"].start
+        given = (state.temperature, self._tangential, self._torque, state.slip_speed)
+        for i, value in enumerate(given):
+            if math.isfinite(value):
+                self._m[at + i] = value
+
+    def _estimate(self, state: FingertipState, *, trusted: bool) -> ContactEstimate:
+        if self._state is None:
+            return ContactEstimate(state.stamp, state.finger, self._seq)
+        r = self._m[self._places["REPORT"]].tolist()
+        age, valid = self._age(state), trusted and self._valid()
+
+        def of(name: str, *, known: bool = True) -> Estimate:
+            value, std = r[R[name]], r[R[name + "_STD"]]
+            return Estimate(value, std, valid and known and math.isfinite(value + std), age)
+
+        touching = r[R["CONTACT"]] > 0.5
+        depth = Estimate(r[R["DEPTH_NOW"]], r[R["DEPTH_STD"]], valid, age)
+        return ContactEstimate(
+            state.stamp,
+            state.finger,
+            self._seq,
+            in_contact=touching,
+            channels=self._channels_used() if trusted else Channel.NONE,
+            indentation=depth,
+            normal_force=of("FORCE"),
+            contact_radius=of("RADIUS"),
+            pressure_exponent=of("EXPONENT", known=touching),
+            friction_coefficient=of("MU"),
+            limit_force=of("LIMIT_FORCE"),
+            limit_torque=of("LIMIT_TORQUE"),
+            limit_radius=of("LIMIT_RADIUS", known=touching),
+        )
+
+    def _report(self, name: str) -> float:
+        return float(self._m[self._places["REPORT"].start + R[name]])
+
+    def _in_contact(self) -> bool:
+        return self._report("CONTACT") > 0.5
+
+    def _age(self, state: FingertipState) -> float:
+        return (state.stamp - self._informed) / NS if self._informed == self._informed else math.inf
+
+    def _valid(self) -> bool:
+        """An estimate counts while measurements come and are not all refused."""
+        if self._state is None or not self._age(self._state) <= self.settings.longest_gap:
+            return False
+        return bool(np.isfinite(self._m[self._places["Y"]]).all())
+
+    def _used_any(self) -> bool:
+        start = self._places["CHANNEL"].start
+        return bool(self._m[start + 3] > 0.0 or self._m[start + 7] > 0.0)
+
+    def _channels_used(self) -> Channel:
+        start, found = self._places["CHANNEL"].start, Channel.NONE
+        for i, flag in enumerate(FLAGS):
+            if self._m[start + 4 * i + 3] > 0.0:
+                found |= flag
+        state = self._state
+        if state is not None:
+            found |= Channel.TANGENTIAL if math.isfinite(self._tangential) else Channel.NONE
+            found |= Channel.TORQUE if math.isfinite(self._torque) else Channel.NONE
+            found |= Channel.SLIP if math.isfinite(state.slip) else Channel.NONE
+        return found
+
+    def _warm(self) -> None:
+        """Compile, or load from the cache, before the loop begins."""
+        m = self._blank.copy()
+        for dt in (-1.0, 1e-3):
+            self._module.update(m, dt, 0.0, 0.0, NAN, 0.0, 0.0, 0.0)
+        self._module.margin_of(m, 0.0, 0.0, np.zeros(5))
+        self._module.least_force(m, 0.0, 0.0, 0.1)
+
+
+assert len(FLAGS) == len(CHANNELS)  # noqa: S101

@@ -1,0 +1,366 @@
+"""Extended Kalman filter of one contact: state (delta, speed, effect states, learned parameters, d0, bF).
+
+::
+
+    delta' = speed,  speed' = white,  effects' = advance(...),  parameters, d0, bF: random walks
+    displacement = delta + d0 + noise,   normal_force = sensed_force + bF + noise,   contact_radius = a + noise
+
+The model enters only through ``advance`` and ``readout``, so any list of effects works; derivatives are
+finite differences of them, scaled by the standard deviations. Measurements are scalar and come one after the
+other, each linearised where the last one has left the state. Written for numba: plain loops over one flat
+array ``m`` per finger, whose places are constants of the generated module (:mod:`vegrip.estimator.layout`).
+"""
+
+import math
+
+from vegrip.estimator.generated import *  # noqa: F403
+
+
+def put_learned(m, y):
+    """Write the learned parameters of the state ``y`` into the values the model reads."""
+    for j in range(N_LEARNED):
+        u = y[2 + NS + j]
+        m[VALUES0 + LEARNED[j]] = math.exp(u) if LEARNED_LOG[j] else u
+
+
+def step_of(m, y, j):
+    """Difference step of coordinate ``j``: a thousandth of its standard deviation."""
+    sd = math.sqrt(max(m[P0 + j * N + j], 0.0))
+    return max(1e-3 * sd, 1e-8 * abs(y[j]))
+
+
+def propagate(m, y, dt, into):
+    """Effect states after ``dt``, the indentation running on at constant speed."""
+    put_learned(m, y)
+    values, exogenous = m[VALUES0:VALUES1], m[EXOGENOUS0:EXOGENOUS1]
+    _, before, _, _ = advance(values, y[2 : 2 + NS], y[0], y[1], exogenous, 0.0, 0.0, into)
+    advance(values, into, y[0] + y[1] * dt, y[1], exogenous, before, dt, into)
+
+
+def contact(m, y):
+    """``x``, ``elastic_force``, ``force``, ``sensed_force`` of the state ``y``."""
+    put_learned(m, y)
+    values, exogenous = m[VALUES0:VALUES1], m[EXOGENOUS0:EXOGENOUS1]
+    return advance(values, y[2 : 2 + NS], y[0], y[1], exogenous, 0.0, 0.0, m[S10:S11])
+
+
+def predict(m, dt, rho):
+    """Move state and covariance by ``dt`` [s]; ``rho`` is what is left of the speed (1 = all)."""
+    y, P, F, B = m[Y0:Y1], m[P0:P1], m[F0:F1], m[B0:B1]
+    now, later, other = m[TRY0:TRY1], m[S00:S01], m[S10:S11]
+    now[:] = y
+    if NS > 0:
+        propagate(m, now, dt, later)
+        for j in range(M):
+            h = step_of(m, y, j)
+            if h > 0.0:
+                now[j] = y[j] + h
+                propagate(m, now, dt, other)
+                now[j] = y[j]
+                for i in range(NS):
+                    F[i * M + j] = (other[i] - later[i]) / h
+            else:
+                for i in range(NS):
+                    F[i * M + j] = 0.0
+    R = 2 + NS  # rows that move: B = F P, then P = B F' (parameters, d0 and bF stay)
+    for c in range(N):
+        B[c] = P[c] + dt * P[N + c]
+        B[N + c] = rho * P[N + c]
+    for i in range(NS):
+        for c in range(N):
+            s = 0.0
+            for j in range(M):
+                s += F[i * M + j] * P[j * N + c]
+            B[(2 + i) * N + c] = s
+    for a in range(R):
+        for c in range(R, N):
+            P[a * N + c] = B[a * N + c]
+            P[c * N + a] = B[a * N + c]
+    for a in range(R):
+        row = a * N
+        if a < 1:
+            P[0] = B[0] + dt * B[1]
+        if a < 2:
+            P[row + 1] = rho * B[row + 1]
+            P[N + a] = P[row + 1]
+        for i in range(NS):
+            s = 0.0
+            for j in range(M):
+                s += F[i * M + j] * B[row + j]
+            P[row + 2 + i] = s
+            P[(2 + i) * N + a] = s
+    y[0] += y[1] * dt
+    y[1] *= rho
+    for i in range(NS):
+        y[2 + i] = later[i]
+    q = m[SET0 + SET_ACCELERATION]
+    P[0] += q * dt * dt * dt / 3.0
+    P[1] += q * dt * dt / 2.0
+    P[N] = P[1]
+    P[N + 1] += q * dt
+    for j in range(2, N):
+        P[j * N + j] += m[DRIFT0 + j] * dt
+    leash(m, 0, m[PRIOR0])
+    leash(m, 1, m[PRIOR0 + 1])
+    for j in range(2 + NS, N):
+        leash(m, j, m[PRIOR0 + j] * 1.0000001)
+
+
+def leash(m, j, limit):
+    """No coordinate gets less certain than at the very beginning: scale its row and column."""
+    P = m[P0:P1]
+    variance = P[j * N + j]
+    if variance > limit:
+        factor = math.sqrt(limit / variance)
+        for c in range(N):
+            P[j * N + c] *= factor
+            P[c * N + j] *= factor
+
+
+def bound(m):
+    """Keep the state where the model makes sense."""
+    y = m[Y0:Y1]
+    R = m[SET0 + SET_TIP_RADIUS]
+    y[0] = min(max(y[0], -100.0 * R), R)
+    for j in range(2 + NS, M):
+        y[j] = min(max(y[j], m[LOW0 + j]), m[HIGH0 + j])
+
+
+def scalar_update(m, channel, innovation, R):
+    """One measurement with the gradient in section H; returns False when the gate refuses it.
+
+    Above NIS 9 the weight falls as in Huber's estimate (the innovation variance grows with sqrt(NIS / 9)),
+    above 100 the measurement is refused.
+    """
+    y, P, H, G = m[Y0:Y1], m[P0:P1], m[H0:H1], m[G0:G1]
+    S = R
+    for i in range(N):
+        s = 0.0
+        for j in range(N):
+            s += P[i * N + j] * H[j]
+        G[i] = s
+    for i in range(N):
+        S += H[i] * G[i]
+    at = CHANNEL0 + 4 * channel
+    nis = innovation * innovation / S
+    note(m, channel, innovation / math.sqrt(S), nis)
+    if not nis <= 100.0:
+        m[at + CH_STREAK] += 1.0
+        m[at + CH_REJECTED] += 1.0
+        return False
+    m[at + CH_STREAK] = 0.0
+    m[at + CH_AGE] = 0.0
+    m[at + CH_USED] = 1.0
+    if nis > 9.0:
+        S *= math.sqrt(nis / 9.0)
+    for i in range(N):
+        y[i] += G[i] * innovation / S
+    for i in range(N):
+        gain = G[i] / S
+        for j in range(i, N):
+            P[i * N + j] -= gain * G[j]
+            P[j * N + i] = P[i * N + j]
+        floor = 1e-12 * gain * G[i]  # what rounding may have left of a variance
+        P[i * N + i] = max(P[i * N + i], floor)
+    bound(m)
+    return True
+
+
+def note(m, channel, normalised, nis):
+    """Remember the innovation for the consistency check, by channel and regime."""
+    at = HEALTH0 + 3 * (4 * channel + int(m[LOAD0 + 3]))
+    keep = m[LOAD0 + 2]  # exp(-dt / memory), set by update
+    m[at] = keep * m[at] + 1.0
+    gain = 1.0 / m[at]
+    m[at + 1] += gain * (min(max(normalised, -10.0), 10.0) - m[at + 1])
+    m[at + 2] += gain * (min(nis, 100.0) - m[at + 2])
+
+
+def regime_of(m):
+    """0 air, 1 loading, 2 hold, 3 unloading."""
+    if m[REPORT0 + REP_CONTACT] < 0.5:
+        return 0.0
+    slow = 2.0 * math.sqrt(max(m[P0 + N + 1], 0.0))
+    if abs(m[Y0 + 1]) <= slow:
+        return 2.0
+    return 1.0 if m[Y0 + 1] > 0.0 else 3.0
+
+
+def measure_displacement(m, value):
+    """``displacement = delta + d0``."""
+    H = m[H0:H1]
+    H[:] = 0.0
+    H[0] = 1.0
+    H[N - 2] = 1.0
+    return scalar_update(m, 0, value - m[Y0] - m[Y0 + N - 2], m[SET0 + SET_R_DISPLACEMENT])
+
+
+def force_gradient(m, y):
+    """Fill H with the derivative of the sensed force at ``y``; return that force."""
+    H = m[H0:H1]
+    H[:] = 0.0
+    base = contact(m, y)[3]
+    for j in range(M):
+        h = step_of(m, y, j)
+        if h > 0.0:
+            keep = y[j]
+            y[j] = keep + h
+            H[j] = (contact(m, y)[3] - base) / h
+            y[j] = keep
+    H[N - 1] = 1.0
+    return base
+
+
+def measure_force(m, value, alone):
+    """``normal_force = sensed_force + bF``; ``alone``: the displacement is not known, force tells it."""
+    y = m[TRY0:TRY1]
+    y[:] = m[Y0:Y1]
+    R = m[SET0 + SET_R_FORCE]
+    bias = y[N - 1]
+    if alone:
+        meet(m, y, value - bias, 3.0 * math.sqrt(R + m[P1 - 1]))
+    H = m[H0:H1]
+    base = force_gradient(m, y)
+    innovation = value - base - bias
+    spread = 0.0
+    for i in range(M):
+        for j in range(M):
+            spread += H[i] * m[P0 + i * N + j] * H[j]
+    if value > 5.0 * math.sqrt(R) and base > 0.0 and base + bias > 0.0 and spread > 0.01 * base * base:
+        # stiffness hardly known: the logarithm of the force is linear in the logarithm of the stiffness
+        predicted = base + bias
+        innovation = math.log(value / predicted)
+        for j in range(N):
+            H[j] /= predicted
+        R /= value * value
+    for j in range(M):
+        innovation -= H[j] * (m[Y0 + j] - y[j])
+    return scalar_update(m, 1, innovation, R)
+
+
+def meet(m, y, force, threshold):
+    """Move the point of linearisation to the indentation at which the model gives the force.
+
+    At first touch the model's slope is zero and a linearisation there would never leave the air.
+    """
+    if force < threshold:
+        return
+    found = contact(m, y)[3]
+    if abs(found - force) < threshold:
+        return
+    low, high = min(y[0], 0.0), m[SET0 + SET_TIP_RADIUS]
+    for _ in range(40):
+        y[0] = 0.5 * (low + high)
+        if contact(m, y)[3] < force:
+            low = y[0]
+        else:
+            high = y[0]
+
+
+def measure_radius(m, value):
+    """``contact_radius = a``."""
+    y, H = m[TRY0:TRY1], m[H0:H1]
+    y[:] = m[Y0:Y1]
+    H[:] = 0.0
+    base = radius_of(m, y)
+    if base <= 0.0:
+        return False
+    for j in range(M):
+        h = step_of(m, y, j)
+        if h > 0.0:
+            keep = y[j]
+            y[j] = keep + h
+            H[j] = (radius_of(m, y) - base) / h
+            y[j] = keep
+    return scalar_update(m, 2, value - base, m[SET0 + SET_R_RADIUS])
+
+
+def radius_of(m, y):
+    """Contact radius of the state ``y``."""
+    x, elastic_force, force, _ = contact(m, y)
+    values, exogenous = m[VALUES0:VALUES1], m[EXOGENOUS0:EXOGENOUS1]
+    return readout(values, m[S10:S11], y[0], y[1], exogenous, x, elastic_force, force)[0]
+
+
+def widen(m, from_displacement, displacement):
+    """After many refusals in a row: the motion and the memory are unknown again, what is learned wide."""
+    y, P = m[Y0:Y1], m[P0:P1]
+    if from_displacement:
+        y[0] = displacement - y[N - 2]
+        y[1] = 0.0
+    for j in range(N):
+        P[j * N + j] += m[PRIOR0 + j]
+    for j in range(NS):
+        variance = settled_spread(m, j)
+        P[(2 + j) * N + 2 + j] += variance
+
+
+def settled_spread(m, j):
+    """Variance of an effect state about which nothing is known in this contact."""
+    x, elastic_force, force, _ = contact(m, m[Y0:Y1])
+    low, high = named(STATE_LOW[j], x, elastic_force, force), named(STATE_HIGH[j], x, elastic_force, force)
+    return (high - low) * (high - low) / 12.0
+
+
+def named(code, x, elastic_force, force):
+    """The quantity a state's bound is named after."""
+    if code == 1:
+        return elastic_force
+    if code == 2:
+        return force
+    if code == 3:
+        return x
+    return 0.0
+
+
+def settle(m, y):
+    """Put every effect state into the middle of what it can be at this indentation; unknown history."""
+    for _ in range(2):  # a bound may rest on another state
+        x, elastic_force, force, _ = contact(m, y)
+        for j in range(NS):
+            if STATE_HIGH[j] != 0:
+                low = named(STATE_LOW[j], x, elastic_force, force)
+                y[2 + j] = 0.5 * (low + named(STATE_HIGH[j], x, elastic_force, force))
+
+
+def begin(m, force, displacement):
+    """First sample: the state of nothing known, in the air or in the middle of a contact."""
+    y, P, trial = m[Y0:Y1], m[P0:P1], m[TRY0:TRY1]
+    P[:] = 0.0
+    y[0] = displacement if math.isfinite(displacement) else 0.0
+    y[1] = 0.0
+    for j in range(N):
+        P[j * N + j] = m[PRIOR0 + j]
+    touching = y[0] > 4.0 * math.sqrt(m[SET0 + SET_R_DISPLACEMENT] + m[PRIOR0 + N - 2])
+    if math.isfinite(force):
+        touching = force > 4.0 * math.sqrt(m[SET0 + SET_R_FORCE] + m[PRIOR0 + N - 1])
+    if not touching:
+        return
+    trial[:] = y
+    if not math.isfinite(displacement):
+        meet(m, trial, force, 0.0)
+        y[0] = trial[0]
+    y[0] = max(y[0], 0.01 * m[SET0 + SET_DEPTH])
+    settle(m, y)
+    trial[:] = y
+    for j in range(M):  # states move with indentation and stiffness, within their own spread
+        h = step_of(m, y, j)
+        if (j < 2 or j >= 2 + NS) and h > 0.0:
+            h = min(h, 0.01 * max(abs(y[j]), 1e-3)) if j >= 2 else min(h, 1e-3 * y[0] + 1e-30)
+            trial[j] = y[j] + h
+            settle(m, trial)
+            for i in range(NS):
+                m[F0 + i * M + j] = (trial[2 + i] - y[2 + i]) / h
+            trial[j] = y[j]
+    for i in range(NS):
+        for j in range(M):
+            if j < 2 or j >= 2 + NS:
+                P[(2 + i) * N + j] = m[F0 + i * M + j] * P[j * N + j]
+                P[j * N + 2 + i] = P[(2 + i) * N + j]
+    for i in range(NS):
+        for k in range(NS):
+            s = settled_spread(m, i) if i == k else 0.0
+            for j in range(M):
+                if j < 2 or j >= 2 + NS:
+                    s += m[F0 + i * M + j] * P[j * N + j] * m[F0 + k * M + j]
+            P[(2 + i) * N + 2 + k] = s

@@ -1,0 +1,130 @@
+"""What comes: the relaxing contact over time, and the least force that keeps a margin.
+
+Position-held, ``N(T) = N_e - sum c_i [z_i e^(-nu_i T) + N_e (1 - e^(-nu_i T))]``: with the indentation at
+rest one step of the model of length T is exact for any T, so the forecast is the model itself. Radius and
+exponent follow from the states at T; the spread of the gauge scales with what the forecast adds,
+``s(T)^2 = s(0)^2 + [ln(N(0) / N(T)) s_c]^2``, s_c being the relative spread of the relaxing share.
+"""
+
+import math
+
+from vegrip.estimator.generated import *  # noqa: F403
+
+SHARE_SPREAD = 0.3  # relative std of the part of the force that is still to relax
+
+
+def held_state(m, y, T, into):
+    """Quantities ``N, a, k, friction`` after holding the indentation of ``y`` for T [s]."""
+    put_learned(m, y)
+    values, exogenous = m[VALUES0:VALUES1], m[EXOGENOUS0:EXOGENOUS1]
+    _, before, _, _ = advance(values, y[2 : 2 + NS], y[0], 0.0, exogenous, 0.0, 0.0, into)
+    x, elastic_force, force, _ = advance(values, into, y[0], 0.0, exogenous, before, T, into)
+    a, k, friction = readout(values, into, y[0], 0.0, exogenous, x, elastic_force, force)
+    return force, a, k, friction
+
+
+def gauge_of(force, a, k, mu, f, moment):
+    """Load over limit; inf where there is load and no contact."""
+    if not (force > 0.0 and a > 0.0):
+        return math.inf if f + moment > 0.0 else 0.0
+    limit = mu * force
+    return gauge(k, f / limit, moment / (limit * a))
+
+
+def gauge_after(m, y, T, f, moment, bound):
+    """Gauge after holding for T; with ``bound`` its upper bound at the wanted confidence."""
+    force, a, k, mu = held_state(m, y, T, m[S10:S11])
+    g = gauge_of(force, a, k, mu, f, moment)
+    if bound < 0.5 or not g < math.inf:
+        return g
+    out = m[REPORT0:REPORT1]
+    fresh = held_state(m, y, 0.0, m[S10:S11])[0]
+    # absolute spread of N kept, so its relative part grows as N falls or shrinks as N rises
+    relative = out[REP_GAUGE_REL]
+    part = out[REP_FORCE_STD] / max(out[REP_FORCE], 1e-300)
+    now = out[REP_FORCE_STD] / force
+    lost = SHARE_SPREAD * math.log(fresh / force) if T > 0.0 and fresh > 0.0 else 0.0
+    relative = math.sqrt(max(relative * relative - part * part, 0.0) + now * now + lost * lost)
+    noise = math.hypot(m[SET0 + SET_S_TANGENTIAL], 0.0 if moment == 0.0 else m[SET0 + SET_S_TORQUE] / a)
+    return upper_gauge(g, relative, noise / (mu * force), m[SET0 + SET_QUANTILE])
+
+
+def time_to_slip(m, tangential, torque, bound):
+    """First time [s] at which the gauge (or its bound) reaches 1 under the present load; inf = never.
+
+    The crossing is bracketed on a grid of three instants per decade, then halved.
+    """
+    f, moment = load_of(tangential, torque)
+    y = m[TRY0:TRY1]
+    y[:] = m[Y0:Y1]
+    if math.isnan(f) or m[REPORT0 + REP_CONTACT] < 0.5:
+        return math.nan
+    if gauge_after(m, y, 0.0, f, moment, bound) >= 1.0:
+        return 0.0
+    if m[SET0 + SET_HOLD] > 0.5:
+        return math.inf
+    low, high = 0.0, 1e-3
+    while high < 2e4:
+        if gauge_after(m, y, high, f, moment, bound) >= 1.0:
+            for _ in range(30):
+                middle = 0.5 * (low + high)
+                if gauge_after(m, y, middle, f, moment, bound) >= 1.0:
+                    high = middle
+                else:
+                    low = middle
+            return high
+        low, high = high, high * 2.154434690031884
+    return math.inf
+
+
+def worst_gauge(m, y, f, moment):
+    """Largest upper bound of the gauge, now and at thirds of the horizon."""
+    worst = gauge_after(m, y, 0.0, f, moment, 1.0)
+    horizon = m[SET0 + SET_HORIZON]
+    if m[SET0 + SET_HOLD] < 0.5 and horizon > 0.0:
+        for i in range(1, 4):
+            worst = max(worst, gauge_after(m, y, horizon * i / 3.0, f, moment, 1.0))
+    return worst
+
+
+def least_force(m, tangential, torque, margin):
+    """Least normal force [N] with which the margin's lower bound stays above ``margin`` over the horizon.
+
+    Follows the model's own loading and unloading from the present state: the indentation changes at once,
+    the relaxed forces stay; N, a and k with it. The gauge falls with the indentation, so halving finds the
+    point; inf when even pressing in by the whole tip radius does not suffice.
+    """
+    f, moment = load_of(tangential, torque)
+    y = m[TRY0:TRY1]
+    y[:] = m[Y0:Y1]
+    if math.isnan(f):
+        return math.nan
+    wanted = 1.0 - margin
+    low, high = 0.0, m[SET0 + SET_TIP_RADIUS]
+    y[0] = high
+    if worst_gauge(m, y, f, moment) > wanted:
+        return math.inf
+    for _ in range(26):  # 1.5e-8 of the radius
+        middle = 0.5 * (low + high)
+        y[0] = middle
+        if worst_gauge(m, y, f, moment) > wanted:
+            low = middle
+        else:
+            high = middle
+    y[0] = high
+    return held_state(m, y, 0.0, m[S10:S11])[0]
+
+
+def load_of(tangential, torque):
+    """Magnitudes of the load; a torque that is not measured counts as zero."""
+    moment = 0.0 if math.isnan(torque) else abs(torque)
+    return abs(tangential), moment
+
+
+def reserve(m, tangential, torque):
+    """Normal force [N] that could be lost now before the margin's lower bound is zero; negative = too little."""
+    hold = m[SET0 + SET_HOLD]
+    m[SET0 + SET_HOLD] = 1.0
+    needed = least_force(m, tangential, torque, 0.0)
+    m[SET0 + SET_HOLD] = hold
+    return m[REPORT0 + REP_FORCE] - needed

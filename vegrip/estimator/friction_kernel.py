@@ -1,0 +1,92 @@
+"""What slipping and not slipping say about friction: ``ln mu ~ N(mean, variance)``.
+
+``u`` is the utilisation the load would have at mu = 1, so slip happens at ``mu = u``.
+
+* A slip is a measurement of ln mu: Gaussian update with ln u.
+* Not slipping at u says only mu > u: ``P(stick) = Phi((ln mu - ln u) / s)``, folded in by matching the first
+  two moments. It counts once per loading, for its largest u, and only where no earlier loading has shown
+  as much: a thousand looks at the same load are one piece of evidence, and counted as a thousand they push
+  mu away without end.
+* Forgetting: the variance grows with time and with every new contact, up to the prior.
+"""
+
+import math
+
+from vegrip.estimator.generated import *  # noqa: F403
+
+
+def learn_friction(m, dt, u, relative_std, slip, touching):
+    """Fold in one sample; ``u`` is NaN where load or force are not known, ``slip`` where it is not sensed."""
+    f = m[FRICTION0:FRICTION1]
+    forget(m, f, dt, touching)
+    f[FRI_SINCE] += dt
+    if not (u > 0.0 and touching) or math.isnan(slip):
+        return
+    noise = relative_std * relative_std + m[SET0 + SET_SCATTER] * m[SET0 + SET_SCATTER]
+    if slip >= 0.5:
+        if f[FRI_SLIDING] < 0.5:
+            slipped(f, math.log(u), noise)
+        f[FRI_SLIDING] = 1.0
+        return
+    if f[FRI_SLIDING] > 0.5:
+        new_loading(f)
+        f[FRI_SMOOTH] = 0.0
+    f[FRI_SLIDING] = 0.0
+    f[FRI_SMOOTH] += (1.0 - math.exp(-dt / 0.02)) * (u - f[FRI_SMOOTH])  # a peak of noise is no evidence
+    held(f, f[FRI_SMOOTH], noise)
+
+
+def slipped(f, ln_u, noise):
+    """Gaussian update, from before this loading: that it held until now says nothing more."""
+    gain = f[FRI_BASE_VAR] / (f[FRI_BASE_VAR] + noise)
+    f[FRI_LN_MU] = f[FRI_BASE_LN] + gain * (ln_u - f[FRI_BASE_LN])
+    f[FRI_VAR] = (1.0 - gain) * f[FRI_BASE_VAR]
+    f[FRI_EVENTS] += 1.0
+    f[FRI_BEST] = 0.0
+    new_loading(f)
+
+
+def new_loading(f):
+    """What is known now is what the next loading starts from."""
+    f[FRI_BASE_LN] = f[FRI_LN_MU]
+    f[FRI_BASE_VAR] = f[FRI_VAR]
+    f[FRI_PEAK] = 0.0
+
+
+def held(f, u, noise):
+    """Stick at utilisation ``u``: the posterior of this loading, from its beginning, with its largest u."""
+    if u < 0.5 * f[FRI_PEAK]:
+        f[FRI_BEST] = max(f[FRI_BEST], f[FRI_PEAK])
+        new_loading(f)
+    if u <= f[FRI_PEAK]:
+        return
+    f[FRI_PEAK] = u
+    if u <= f[FRI_BEST]:
+        return
+    spread = math.sqrt(f[FRI_BASE_VAR] + noise)
+    z = (f[FRI_BASE_LN] - math.log(u)) / spread
+    ratio = inverse_mills(z)
+    share = f[FRI_BASE_VAR] / spread
+    f[FRI_LN_MU] = f[FRI_BASE_LN] + share * ratio
+    f[FRI_VAR] = max(f[FRI_BASE_VAR] - share * share * ratio * (z + ratio), 1e-8)
+
+
+def inverse_mills(z):
+    """``phi(z) / Phi(z)``, stable far in the lower tail."""
+    if z < -8.0:
+        return -z - 1.0 / z
+    return math.exp(-0.5 * z * z) * 0.3989422804014327 / (0.5 * math.erfc(-z * 0.7071067811865476))
+
+
+def forget(m, f, dt, touching):
+    """Friction may change: slowly with time, and with every new contact; never wider than the prior."""
+    grown = m[SET0 + SET_MU_DRIFT] * m[SET0 + SET_MU_DRIFT] * dt
+    if touching and f[FRI_TOUCHING] < 0.5:
+        grown += m[SET0 + SET_REGRASP] * m[SET0 + SET_REGRASP]
+        f[FRI_SLIDING] = 0.0
+        f[FRI_SMOOTH] = 0.0
+        new_loading(f)
+    f[FRI_TOUCHING] = 1.0 if touching else 0.0
+    limit = m[SET0 + SET_MU_PRIOR_VAR]
+    f[FRI_VAR] = min(f[FRI_VAR] + grown, max(limit, f[FRI_VAR]))
+    f[FRI_BASE_VAR] = min(f[FRI_BASE_VAR] + grown, max(limit, f[FRI_BASE_VAR]))

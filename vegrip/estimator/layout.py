@@ -1,0 +1,129 @@
+"""Where everything lies in the one array that an estimator owns: names instead of numbers.
+
+One flat array per finger makes a call cheap (numba unpacks every argument) and saving a state trivial. The
+generated module gets these places as constants, ``Y0`` .. ``Y1`` for the section ``Y``.
+"""
+
+from dataclasses import dataclass
+
+from vegrip.model import ContactModel
+
+SETTINGS = (
+    "ACCELERATION", "R_FORCE", "R_DISPLACEMENT", "R_RADIUS", "S_TANGENTIAL", "S_TORQUE", "LONGEST_GAP",
+    "RECOVERY", "TIP_RADIUS", "DEPTH", "QUANTILE", "HORIZON", "HOLD", "SCATTER", "MU_DRIFT", "REGRASP",
+    "MU_PRIOR", "MU_PRIOR_VAR", "HEALTH_TIME", "RHO_SPEED",
+)  # fmt: skip
+
+REPORT = (
+    "FORCE", "FORCE_STD", "RADIUS", "RADIUS_STD", "EXPONENT", "EXPONENT_STD", "MU", "MU_STD", "LIMIT_FORCE",
+    "LIMIT_FORCE_STD", "LIMIT_TORQUE", "LIMIT_TORQUE_STD", "LIMIT_RADIUS", "LIMIT_RADIUS_STD", "GAUGE",
+    "GAUGE_REL", "GAUGE_ABS", "DEPTH_NOW", "DEPTH_STD", "CONTACT", "DRY_FORCE",
+)  # fmt: skip
+
+FRICTION = (
+    "LN_MU", "VAR", "BASE_LN", "BASE_VAR", "PEAK", "BEST", "SLIDING", "SINCE", "SMOOTH", "TOUCHING", "EVENTS",
+    "CAUGHT",
+)  # fmt: skip
+
+CHANNELS = ("displacement", "normal_force", "contact_radius")
+REGIMES = ("air", "loading", "hold", "unloading")
+BOUNDS = ("", "elastic_force", "force", "x")
+"""What a state of unknown history may lie between; the place is the code the kernels know."""
+
+PER_CHANNEL = ("STREAK", "REJECTED", "AGE", "USED")
+PER_CELL = ("WEIGHT", "MEAN", "NIS")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Sizes and places for one model."""
+
+    n_states: int  # of the effects
+    n_values: int  # parameters and geometry
+    learned: tuple[int, ...]  # places of learned parameters in the vector of values
+    learned_log: tuple[bool, ...]
+    considered: tuple[int, ...]  # uncertain, not learned, but felt by radius, exponent, friction
+    considered_log: tuple[bool, ...]
+    mu: int  # place of the friction coefficient
+    state_low: tuple[int, ...]  # see BOUNDS
+    state_high: tuple[int, ...]
+
+    @property
+    def n(self) -> int:
+        """Size of the filter's state: delta, speed, effect states, learned, offset d0, bias bF."""
+        return 4 + self.n_states + len(self.learned)
+
+    @property
+    def moving(self) -> int:
+        """How many of them the model's force depends on."""
+        return self.n - 2
+
+    def sections(self) -> dict[str, int]:
+        """Name -> length of each section, in order."""
+        n, m, s = self.n, self.moving, self.n_states
+        return {
+            "Y": n, "P": n * n, "VALUES": self.n_values, "EXOGENOUS": 4, "PRIOR": n, "LOW": n, "HIGH": n,
+            "DRIFT": n, "SET": len(SETTINGS), "FRICTION": len(FRICTION), "CONSIDER": len(self.considered),
+            "REPORT": len(REPORT), "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
+            "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
+            "LOAD": 4, "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "S0": s + 1, "S1": s + 1,
+            "JAC": 4 * (m + len(self.considered)), "TRY": n,
+        }  # fmt: skip
+
+    def places(self) -> dict[str, tuple[int, int]]:
+        """Name -> start and end of each section."""
+        out, at = {}, 0
+        for name, length in self.sections().items():
+            out[name] = (at, at + length)
+            at += length
+        return out
+
+    @property
+    def size(self) -> int:
+        """Length of the whole array."""
+        return sum(self.sections().values())
+
+    def constants(self) -> str:
+        """Return the constants as program text for the generated module."""
+        lines = [f"N = {self.n}", f"M = {self.moving}", f"NS = {self.n_states}", f"SIZE = {self.size}"]
+        lines += [f"N_LEARNED = {len(self.learned)}", f"LEARNED = {(*self.learned, -1)}"]
+        lines += [f"LEARNED_LOG = {(*self.learned_log, False)}", f"N_CONSIDERED = {len(self.considered)}"]
+        lines += [
+            f"CONSIDERED = {(*self.considered, -1)}",
+            f"CONSIDERED_LOG = {(*self.considered_log, False)}",
+        ]
+        lines += [f"STATE_LOW = {(*self.state_low, 0)}", f"STATE_HIGH = {(*self.state_high, 0)}"]
+        lines += [f"MU_PLACE = {self.mu}", f"CONSIDERED_MU = {self.considered.index(self.mu)}"]
+        for name, (start, end) in self.places().items():
+            lines += [f"{name}0 = {start}", f"{name}1 = {end}"]
+        for prefix, names in (("SET", SETTINGS), ("REP", REPORT), ("FRI", FRICTION), ("CH", PER_CHANNEL)):
+            lines += [f"{prefix}_{name} = {i}" for i, name in enumerate(names)]
+        return "\n".join(lines)
+
+
+def layout_of(model: ContactModel) -> Layout:
+    """Return the layout for ``model``."""
+    names = list(model.parameters)
+    friction = {name for call in model.plan.calls["friction"] for name in call.takes}
+    reading = {
+        n for stage in ("area", "profile", "friction") for c in model.plan.calls[stage] for n in c.takes
+    }
+    moving = {
+        n for stage in ("tip", "elastic", "force", "sense") for c in model.plan.calls[stage] for n in c.takes
+    }
+    mu = next(n for n in names if n in friction and model.values[n].learn)
+    learned = [n for n in names if n in moving and model.values[n].learn and model.values[n].std > 0.0]
+    considered = [n for n in names if n in reading - moving and n != mu and model.values[n].std > 0.0]
+    log = {n: declared.transform == "log" for n, (_, declared) in model.parameters.items()}
+    states = [s for e in model.effects for s in e.states]
+    return Layout(
+        state_low=tuple(BOUNDS.index(s.low) for s in states),
+        state_high=tuple(BOUNDS.index(s.high) for s in states),
+        n_states=len(model.plan.states),
+        n_values=len(names) + 3,
+        learned=tuple(names.index(n) for n in learned),
+        learned_log=tuple(log[n] for n in learned),
+        considered=tuple(names.index(n) for n in [*considered, mu]),
+        considered_log=tuple(log[n] for n in [*considered, mu]),
+        mu=names.index(mu),
+    )

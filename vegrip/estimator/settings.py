@@ -1,0 +1,51 @@
+"""What an estimator must be told: the noise of the sensors, and how it shall behave."""
+
+from dataclasses import dataclass
+
+from vegrip.config import parameter
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """Standard deviation of the white noise of each channel (resolution / sqrt(12) counts as noise)."""
+
+    normal_force: float = parameter(0.01, unit="N", low=1e-18, high=1e6, doc="normal force")
+    displacement: float = parameter(5e-6, unit="m", low=1e-18, high=1.0, doc="displacement")
+    tangential_force: float = parameter(0.01, unit="N", low=0.0, high=1e6, doc="each component")
+    torque_z: float = parameter(1e-4, unit="N m", low=0.0, high=1e6, doc="torque about the normal")
+    contact_radius: float = parameter(5e-5, unit="m", low=1e-18, high=1.0, doc="contact radius")
+    temperature: float = parameter(0.1, unit="degC", low=0.0, high=100.0, doc="temperature")
+
+
+@dataclass(frozen=True)
+class EstimatorSettings:
+    """How the estimator behaves. Everything is relative to the fingertip or the sensors, so any scale works."""
+
+    confidence: float = parameter(0.95, unit="1", low=0.5, high=0.9999, doc="one-sided, of all bounds")
+    horizon: float = parameter(1.0, unit="s", low=0.0, high=3600.0, doc="forecast of the least force")
+    hold: str = parameter("position", choices=("position", "force"), doc="what the forecast holds")
+    agility: float = parameter(
+        3.0, unit="1/s", low=1e-3, high=1e4, doc="white acceleration has the density R^2 agility^3"
+    )
+    force_drift: float = parameter(
+        0.5, unit="1", low=0.0, high=100.0, doc="slow force disturbance, in units of the noise"
+    )
+    force_drift_time: float = parameter(2.0, unit="s", low=1e-3, high=1e6, doc="its time constant")
+    displacement_drift: float = parameter(
+        0.3, unit="1", low=0.0, high=100.0, doc="slow displacement disturbance, in units of the noise"
+    )
+    displacement_drift_time: float = parameter(0.5, unit="s", low=1e-3, high=1e6, doc="its time constant")
+    force_bias: float = parameter(2.0, unit="1", low=0.0, high=1e3, doc="unknown at start, in units of noise")
+    offset: float = parameter(
+        0.002, unit="1", low=0.0, high=1.0, doc="std of where displacement is zero, in units of the radius"
+    )
+    longest_gap: float = parameter(0.25, unit="s", low=1e-3, high=1e4, doc="beyond it the motion is unknown")
+    recovery: int = parameter(15, unit="1", low=1, high=100000, doc="rejections in a row before widening")
+    health_time: float = parameter(2.0, unit="s", low=1e-2, high=1e4, doc="memory of the consistency check")
+    friction_scatter: float = parameter(
+        0.06, unit="1", low=1e-3, high=1.0, doc="of ln mu from one slip to the next"
+    )
+    friction_drift: float = parameter(
+        0.01, unit="1/sqrt(s)", low=0.0, high=1.0, doc="forgetting: random walk of ln mu"
+    )
+    regrasp: float = parameter(0.05, unit="1", low=0.0, high=3.0, doc="change of ln mu with a new contact")

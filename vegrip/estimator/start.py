@@ -1,0 +1,89 @@
+"""The memory of an estimator before its first sample: settings, priors, bounds."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.estimator.layout import FRICTION, SETTINGS, Layout
+from vegrip.estimator.settings import EstimatorSettings, SensorNoise
+from vegrip.model import ContactModel
+from vegrip.parameters import coordinate
+from scipy.special import ndtri
+
+Floats = NDArray[np.float64]
+
+
+def blank(model: ContactModel, layout: Layout, noise: SensorNoise, settings: EstimatorSettings) -> Floats:
+    """Return a memory in which nothing is known but the model's prior."""
+    m = np.zeros(layout.size)
+    at = {name: slice(*place) for name, place in layout.places().items()}
+    m[at["VALUES"]] = model.vector
+    m[at["EXOGENOUS"]] = [model.reference_temperature, 0.0, 0.0, 0.0]
+    m[at["SET"]] = [_setting(model, noise, settings)[name] for name in SETTINGS]
+    _state(model, layout, noise, settings, m, at)
+    symbols = list(model.parameters)
+    mu = model.values[symbols[layout.mu]]
+    friction = dict.fromkeys(FRICTION, 0.0)
+    friction |= {"LN_MU": math.log(mu.value), "BASE_LN": math.log(mu.value)}
+    friction |= {"VAR": mu.std**2, "BASE_VAR": mu.std**2, "SINCE": math.inf}
+    m[at["FRICTION"]] = list(friction.values())
+    m[at["CONSIDER"]] = [model.values[symbols[i]].std ** 2 for i in layout.considered]
+    ages = np.zeros((3, 4))
+    ages[:, 2] = math.inf
+    m[at["CHANNEL"]] = ages.ravel()
+    return m
+
+
+def _state(
+    model: ContactModel,
+    layout: Layout,
+    noise: SensorNoise,
+    settings: EstimatorSettings,
+    m: Floats,
+    at: dict[str, slice],
+) -> None:
+    R, n_states = model.tip_radius, layout.n_states
+    symbols = list(model.parameters)
+    learned = [model.parameters[symbols[i]][1] for i in layout.learned]
+    values = [model.values[p.symbol] for p in learned]
+    means = [coordinate(p, v.value) for p, v in zip(learned, values, strict=True)]
+    m[at["Y"]] = [0.0, 0.0, *model.initial_states, *means, 0.0, 0.0]
+    offset, bias = settings.offset * R, settings.force_bias * noise.normal_force
+    prior = [(0.3 * R) ** 2, (R * settings.agility) ** 2, *np.zeros(n_states), *(v.std**2 for v in values)]
+    m[at["PRIOR"]] = [*prior, offset**2, bias**2]
+    infinite = [math.inf] * (2 + n_states)
+    low = [coordinate(p, v.low) for p, v in zip(learned, values, strict=True)]
+    high = [coordinate(p, v.high) for p, v in zip(learned, values, strict=True)]
+    m[at["LOW"]] = [*(-x for x in infinite), *low, -math.inf, -math.inf]
+    m[at["HIGH"]] = [*infinite, *high, math.inf, math.inf]
+    # random walks that do what an Ornstein-Uhlenbeck disturbance of std s and time tau does: q = 2 s^2 / tau
+    d0 = 2.0 * (settings.displacement_drift * noise.displacement) ** 2 / settings.displacement_drift_time
+    bF = 2.0 * (settings.force_drift * noise.normal_force) ** 2 / settings.force_drift_time
+    m[at["DRIFT"]] = [0.0, 0.0, *np.zeros(n_states), *(p.drift**2 for p in learned), d0, bF]
+
+
+def _setting(model: ContactModel, noise: SensorNoise, settings: EstimatorSettings) -> dict[str, float]:
+    mu = next(v for s, v in model.values.items() if s == "mu")
+    return {
+        "ACCELERATION": model.tip_radius**2 * settings.agility**3,
+        "R_FORCE": noise.normal_force**2,
+        "R_DISPLACEMENT": noise.displacement**2,
+        "R_RADIUS": noise.contact_radius**2,
+        "S_TANGENTIAL": noise.tangential_force,
+        "S_TORQUE": noise.torque_z,
+        "LONGEST_GAP": settings.longest_gap,
+        "RECOVERY": float(settings.recovery),
+        "TIP_RADIUS": model.tip_radius,
+        "DEPTH": model.reference_depth,
+        "QUANTILE": float(ndtri(settings.confidence)),
+        "HORIZON": settings.horizon,
+        "HOLD": float(settings.hold == "force"),
+        "SCATTER": settings.friction_scatter,
+        "MU_DRIFT": settings.friction_drift,
+        "REGRASP": settings.regrasp,
+        "MU_PRIOR": math.log(mu.value),
+        "MU_PRIOR_VAR": mu.std**2,
+        "HEALTH_TIME": settings.health_time,
+        "RHO_SPEED": settings.agility,
+    }
