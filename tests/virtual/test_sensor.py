@@ -1,0 +1,83 @@
+"""What the sensors add to the truth."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vegrip.virtual.sensor import CHANNELS, Reading, Sensors, quantised
+from vegrip.virtual.settings import SensorSettings
+
+TRUE = np.array([[3.0, 0.5, -1.0, 0.01, 1e-3, 25.0, 0.02, 4e-3]])
+EXACT = dict.fromkeys(
+    (
+        "normal_force",
+        "tangential_force",
+        "torque_z",
+        "displacement",
+        "temperature",
+        "slip_speed",
+        "contact_radius",
+        "force_bias",
+        "displacement_bias",
+        "force_step",
+        "displacement_step",
+        "torque_step",
+    ),
+    0.0,
+)
+
+
+def measured(settings: SensorSettings, count: int, seed: int = 0) -> np.ndarray:
+    sensors = Sensors(settings, ("index",), np.random.default_rng(seed))
+    states = [s for i in range(count) for s in sensors.measure(Reading(TRUE, np.zeros(1)), 0.002 * i)]
+    return np.array([[getattr(state, name) for name in CHANNELS] for state in states])
+
+
+def test_perfect_sensors_tell_the_truth() -> None:
+    assert measured(SensorSettings(**EXACT, radius_sensor=True), 3) == pytest.approx(np.repeat(TRUE, 3, 0))
+
+
+def test_noise_has_the_stated_standard_deviation() -> None:
+    settings = SensorSettings(radius_sensor=True, force_step=0.0, displacement_step=0.0, torque_step=0.0)
+    std = measured(settings, 20000).std(axis=0)
+    force = settings.tangential_force
+    stated = [0.01, force, force, 1e-4, 5e-6, 0.05, 5e-5, 5e-5]
+    assert std == pytest.approx(stated, rel=0.03)
+
+
+def test_bias_is_constant_in_a_run_and_scatters_between_runs_as_stated() -> None:
+    settings = SensorSettings(**{**EXACT, "force_bias": 0.02})
+    runs = np.array([measured(settings, 2, seed) for seed in range(400)])
+    assert np.array_equal(runs[:, 0, :6], runs[:, 1, :6])
+    assert (runs[:, 0, 0] - TRUE[0, 0]).std() == pytest.approx(0.02, rel=0.1)
+
+
+def test_values_are_multiples_of_the_resolution() -> None:
+    forces = measured(SensorSettings(force_step=0.01), 100)[:, 0]
+    assert forces / 0.01 == pytest.approx(np.round(forces / 0.01), abs=1e-9)
+    assert quantised(np.array([0.123]), np.array([0.0]))[0] == 0.123
+
+
+def test_missing_sensors_read_nan() -> None:
+    sensors = Sensors(SensorSettings(slip_sensor=False), ("index",), np.random.default_rng(0))
+    state = sensors.measure(Reading(TRUE, np.ones(1)), 0.0)[0]
+    assert all(math.isnan(v) for v in (state.slip, state.slip_speed, state.contact_radius))
+
+
+def test_lost_samples_leave_gaps_in_the_numbers() -> None:
+    sensors = Sensors(SensorSettings(dropout=0.3), ("a", "b"), np.random.default_rng(0))
+    reading = Reading(np.repeat(TRUE, 2, 0), np.zeros(2))
+    states = [s for i in range(2000) for s in sensors.measure(reading, 0.002 * i)]
+    numbers = [s.seq for s in states if s.finger == "a"]
+    assert len(numbers) == pytest.approx(1400, rel=0.05)
+    assert numbers == sorted(set(numbers))
+    assert numbers[-1] > 1990
+
+
+def test_stamps_follow_the_time_with_the_stated_jitter() -> None:
+    sensors = Sensors(SensorSettings(jitter=1e-4), ("a",), np.random.default_rng(0))
+    reading = Reading(TRUE, np.zeros(1))
+    late = [sensors.measure(reading, 0.002 * i, 10**9)[0].stamp - 10**9 - 2_000_000 * i for i in range(4000)]
+    assert np.std(late) == pytest.approx(1e5, rel=0.05)
+    assert np.mean(late) == pytest.approx(0.0, abs=1e4)
