@@ -1,8 +1,10 @@
 """CAN logs (Vector .asc and .blf) become recordings: frames through the same codec as on the bus."""
 
 import math
+import struct
+import zlib
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import can
@@ -48,16 +50,18 @@ def read_can_log(
     return {f: _recording(path, f, states[f], start, refused, radius) for f in fingers if f in states}
 
 
-def _frames(path: Path) -> Iterable[Frame]:
+def _frames(path: Path) -> Iterator[Frame]:
+    binary = path.suffix.lower() == ".blf"
+    reader = can.BLFReader if binary else can.ASCReader
     try:
-        with can.LogReader(path) as reader:
-            for message in reader:
+        with path.open("rb" if binary else "r") as file:
+            for message in reader(file):
                 if not (message.is_error_frame or message.is_remote_frame or message.is_extended_id):
                     stamp = round(message.timestamp * NS)
                     yield Frame(message.arbitration_id, bytes(message.data), message.is_fd, stamp)
     except FileNotFoundError:
         raise RecordingError(f"{path}: there is no such file") from None
-    except (OSError, ValueError, LookupError, can.CanError) as error:
+    except (OSError, ValueError, LookupError, struct.error, zlib.error, can.CanError) as error:
         raise RecordingError(f"{path}: is not a CAN log that can be read ({error})") from None
 
 

@@ -37,23 +37,24 @@ def usable_rows(t: Array, lines: Lines, report: LoadReport) -> NDArray[np.bool_]
 
 
 def longest_increasing(values: Array) -> NDArray[np.int64]:
-    """Return the indices of a longest strictly increasing subsequence (patience sorting, n log n)."""
+    """Return the indices of the longest strictly increasing subsequence (patience sorting, n log n).
+
+    It is built from the end backwards, so that of several ones, and of equal values, the earlier rows stand.
+    """
     if np.all(np.diff(values) > 0):
         return np.arange(len(values), dtype=np.int64)
-    tails: list[float] = []
-    ends: list[int] = []
-    before = np.empty(len(values), dtype=np.int64)
-    for i, value in enumerate(values.tolist()):
-        length = bisect_left(tails, value)
-        if tails[length : length + 1] == [value]:
-            continue  # of equal values the first one stands
-        before[i] = ends[length - 1] if length else -1
-        tails[length : length + 1] = [value]  # replaces, or appends at the end
-        ends[length : length + 1] = [i]
-    chain = [ends[-1]]
-    while before[chain[-1]] >= 0:
-        chain.append(int(before[chain[-1]]))
-    return np.array(chain[::-1], dtype=np.int64)
+    tails: list[float] = []  # largest first value, with its sign turned, of a run of each length
+    starts: list[int] = []  # and where it stands
+    after = np.empty(len(values), dtype=np.int64)
+    for i in range(len(values) - 1, -1, -1):
+        length = bisect_left(tails, -values[i])
+        after[i] = starts[length - 1] if length else -1
+        tails[length : length + 1] = [-values[i]]  # replaces, or appends at the end
+        starts[length : length + 1] = [i]
+    chain = [starts[-1]]
+    while after[chain[-1]] >= 0:
+        chain.append(int(after[chain[-1]]))
+    return np.array(chain, dtype=np.int64)
 
 
 def report_doubts(

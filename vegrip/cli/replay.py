@@ -1,0 +1,114 @@
+"""``vegrip replay``: play a recording on a bus, or run the node over it."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from vegrip.recording import Recording
+
+RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording or of a session.")]
+CONFIG = Annotated[
+    Path | None, typer.Option(help="Bus to play on: TOML with [transport], as of `vegrip node`.")
+]
+FINGER = Annotated[str, typer.Option(help="Play a single recording as this finger.")]
+SPEED = Annotated[float, typer.Option(min=0.01, max=100.0, help="Faster or slower than recorded.")]
+THROUGH = Annotated[
+    bool, typer.Option("--through", help="Run the grasp_force node over it, here and at once.")
+]
+PARAMETERS = Annotated[Path | None, typer.Option(help="With --through: parameters of the node (TOML).")]
+CLASSIC = Annotated[bool, typer.Option("--classic", help="With --through: classic CAN instead of CAN FD.")]
+OUT = Annotated[Path | None, typer.Option("-o", "--output", help="With --through: session to write.")]
+PLOT = Annotated[Path | None, typer.Option(help="With --through: picture to draw (needs matplotlib).")]
+JSON = Annotated[bool, typer.Option("--json", help="With --through: print one JSON object.")]
+
+
+def replay(
+    recording: RECORDING,
+    config: CONFIG = None,
+    finger: FINGER = "",
+    speed: SPEED = 1.0,
+    through: THROUGH = False,
+    parameters: PARAMETERS = None,
+    classic: CLASSIC = False,
+    output: OUT = None,
+    plot: PLOT = None,
+    as_json: JSON = False,
+) -> None:
+    """Play a recording as if it were a hand.
+
+    Without --through its states go out on a bus at the time they were recorded. With --through they go over a
+    CAN bus in this process to the grasp_force node, in simulated time, and a summary of what it said follows.
+
+    Example: vegrip replay press --through --plot press.png
+    """
+    from vegrip.errors import UsageError
+
+    if through:
+        if speed != 1.0 or config is not None:
+            raise UsageError(
+                "--through runs in simulated time on a bus of its own; leave out --speed and --config"
+            )
+        _run_through(recording, finger, parameters, not classic, output, plot, as_json)
+    elif parameters or classic or output or plot or as_json:
+        raise UsageError("--parameters, --classic, --output, --plot and --json belong to --through; add it")
+    else:
+        _play(recording, config, finger, speed)
+
+
+def _play(recording: Path, config: Path | None, finger: str, speed: float) -> None:
+    from vegrip.cli._program import run_program
+
+    run_program("replay", config, {"recording": str(recording), "finger": finger, "speed": speed})
+
+
+def _run_through(
+    folder: Path,
+    finger: str,
+    parameters: Path | None,
+    fd: bool,
+    output: Path | None,
+    plot: Path | None,
+    as_json: bool,
+) -> None:
+    import tempfile
+
+    from vegrip.cli._outcome import print_outcome
+    from vegrip.recording.writer import RecordingWriter
+    from vegrip.replay.grasp import grasp_node, read_settings
+    from vegrip.replay.run import run_through
+
+    recordings = _recordings(folder, finger)
+    node = grasp_node(read_settings(parameters), recordings)
+    with tempfile.TemporaryDirectory() as scratch:
+        session = output or Path(scratch) / "session"
+        one = next(iter(recordings.values()))
+        with RecordingWriter(session, radius=one.fingertip.radius, sensors=one.sensors) as writer:
+            outcome = run_through(node, recordings, writer=writer, fd=fd)
+        if plot is not None:
+            from vegrip.replay.plot import draw
+
+            for name in recordings:
+                draw(session / name, _beside(plot, name, len(recordings)), f"{folder.name}, {name}")
+    if as_json:
+        typer.echo(json.dumps({"recording": str(folder), **outcome.as_dict()}))
+    else:
+        print_outcome(outcome, {name: each.report for name, each in recordings.items()})
+
+
+def _recordings(folder: Path, finger: str) -> "dict[str, Recording]":
+    from vegrip.errors import UsageError
+    from vegrip.recording.session import read_fingers
+
+    found = read_fingers(folder, announce=False)
+    if not finger:
+        return found
+    if len(found) != 1:
+        raise UsageError(f"--finger renames a single recording; {folder} has {', '.join(found)}")
+    return {finger: next(iter(found.values()))}
+
+
+def _beside(plot: Path, finger: str, count: int) -> Path:
+    return plot if count == 1 else plot.with_stem(f"{plot.stem}-{finger}")
