@@ -60,6 +60,7 @@ FAULTS = {
         edit(tangential_force_x=math.nan, tangential_force_y=math.nan),
         Condition.DEGRADED,
     ),
+    "torque lost": (edit(torque_z=math.nan), Condition.DEGRADED),
 }
 
 

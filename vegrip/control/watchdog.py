@@ -53,6 +53,7 @@ class InputWatchdog:
         self.condition = Condition.MISSING
         self.faults: Counter[Condition] = Counter()
         self._good = 0  # good states in a row
+        self.lost: frozenset[str] = frozenset()  # channels that had been there and now are not
         self._seen: set[str] = set()  # channels that were measured at least once
         self._last: FingertipState | None = None
         self._heard: int | None = None  # [ns] when something last arrived, or the first tick
@@ -138,7 +139,8 @@ class InputWatchdog:
         if not measured & {"normal_force", "displacement"}:
             return Condition.MISSING
         self._seen |= measured
-        return Condition.DEGRADED if self._seen - measured else Condition.OK
+        self.lost = frozenset(self._seen - measured)
+        return Condition.DEGRADED if self.lost else Condition.OK
 
 
 def _same(values: list[float], last: FingertipState, names: tuple[str, ...]) -> bool:

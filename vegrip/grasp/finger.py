@@ -23,6 +23,9 @@ from vegrip.messages import (
 UNUSED = Demand()
 """The demand of a finger whose input is not believed."""
 
+LOAD = frozenset({"tangential_force_x", "tangential_force_y", "torque_z"})
+"""Channels that make up the load. One that was lost is not zero: without it the margin is not believed."""
+
 
 class GraspFinger:
     """Everything the node keeps of one finger."""
@@ -104,7 +107,8 @@ class GraspFinger:
         slipping = state.slip >= 0.5
         if not contact.in_contact:
             return Demand(0.0, load, in_contact=False, slipping=slipping, trusted=contact.normal_force.valid)
-        least = self.estimator.least_force(wanted_margin) if margin.margin.valid else math.nan
+        known = margin.margin.valid and not self.watchdog.lost & LOAD
+        least = self.estimator.least_force(wanted_margin) if known else math.nan
         return Demand(
             least_force=least,
             tangential_force=load,

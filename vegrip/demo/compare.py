@@ -1,0 +1,124 @@
+"""Three controllers, the same hands, objects and disturbances: ``python -m vegrip.demo.compare --seeds 20``.
+
+Simulated time, one process per core; the figures are the same on every machine up to rounding. How the knobs
+were tuned is in ``docs/demo.md``; ``--sweep`` prints the trade-off of every controller on the tuning seeds.
+"""
+
+import argparse
+import math
+import os
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from vegrip.demo.candidates import NAMES, make_node, parameters
+from vegrip.demo.closed_loop import Course, Loop
+from vegrip.demo.result import Result, result
+from vegrip.demo.scenario import Scenario
+
+DURATION = 20.0  # [s]
+TUNING_SEED = 1000  # the first seed of the sweep; the comparison counts from 0
+SWEEP = {
+    "vegrip": (0.05, 0.1, 0.15, 0.2, 0.3, 0.4),
+    "constant": (2.0, 3.0, 4.0, 5.0, 6.0, 7.0),
+    "cone": (0.5, 0.75, 1.0, 1.5, 2.0, 3.0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One run: which controller, with which knob, through which scenario."""
+
+    name: str
+    seed: int
+    duration: float = DURATION
+    knob: float | None = None
+
+
+def course(trial: Trial) -> Course:
+    """Run one trial."""
+    hand = Scenario(trial.seed, trial.duration).hand()
+    node = make_node(parameters(trial.name, trial.knob), hand.fingers)
+    return Loop(hand, node).run(trial.duration)
+
+
+def figures(trial: Trial) -> Result:
+    """Run one trial and sum it up."""
+    return result(course(trial))
+
+
+def run_all(
+    trials: Sequence[Trial], workers: int | None = None, progress: Callable[[int], object] | None = None
+) -> dict[Trial, Result]:
+    """Run all trials on ``workers`` processes; ``progress`` is told how many are done."""
+    results: dict[Trial, Result] = {}
+    with ProcessPoolExecutor(workers or os.cpu_count()) as pool:
+        for trial, figure in zip(trials, pool.map(figures, trials), strict=True):
+            results[trial] = figure
+            if progress is not None:
+                progress(len(results))
+    return results
+
+
+def summary(results: Iterable[Result]) -> dict[str, float]:
+    """Sum up the trials of one controller."""
+    held = list(results)
+    forces = [r.mean_grip_force for r in held if not math.isnan(r.mean_grip_force)]
+    return {
+        "trials": len(held),
+        "slips": sum(r.slips for r in held),
+        "drops": sum(r.dropped for r in held),
+        "slip_free": sum(r.slips == 0 and not r.dropped for r in held),
+        "mean_grip_force": float(np.mean(forces)) if forces else math.nan,
+        "peak_grip_force": max((r.peak_grip_force for r in held), default=math.nan),
+        "min_margin": min((r.min_margin for r in held), default=math.nan),
+    }
+
+
+def table(results: dict[Trial, Result], title: str) -> Table:
+    """Return one row per controller and knob."""
+    out = Table(title=title)
+    for header in ("controller", "knob", "slips", "drops", "trials without slip", "mean grip force [N]",
+                   "peak [N]", "least margin"):  # fmt: skip
+        out.add_column(header.replace("[", r"\["), justify="left" if header == "controller" else "right")
+    for name, knob in dict.fromkeys((trial.name, trial.knob) for trial in results):
+        s = summary(r for trial, r in results.items() if (trial.name, trial.knob) == (name, knob))
+        out.add_row(
+            name, "" if knob is None else f"{knob:g}", f"{s['slips']:.0f}", f"{s['drops']:.0f}",
+            f"{s['slip_free']:.0f} of {s['trials']:.0f}", f"{s['mean_grip_force']:.2f}",
+            f"{s['peak_grip_force']:.1f}", f"{s['min_margin']:.2f}",
+        )  # fmt: skip
+    return out
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the comparison, or the sweep, and print the table."""
+    parser = argparse.ArgumentParser(prog="python -m vegrip.demo.compare", description=__doc__)
+    parser.add_argument("--seeds", type=int, default=20, help="number of scenarios (default 20)")
+    parser.add_argument("--duration", type=float, default=DURATION, help="of each, in s (default 20)")
+    parser.add_argument("--sweep", action="store_true", help="the trade-off curves, on the tuning seeds")
+    parser.add_argument("--workers", type=int, default=None, help="processes (default: one per core)")
+    given = parser.parse_args(arguments)
+    if given.sweep:
+        seeds = range(TUNING_SEED, TUNING_SEED + given.seeds)
+        trials = [
+            Trial(n, s, given.duration, knob) for n, knobs in SWEEP.items() for knob in knobs for s in seeds
+        ]
+    else:
+        trials = [Trial(n, s, given.duration) for n in NAMES for s in range(given.seeds)]
+    console = Console()
+    with console.status("simulating") as status:
+        results = run_all(
+            trials, given.workers, lambda done: status.update(f"simulated {done} of {len(trials)}")
+        )
+    console.print(table(results, f"{given.seeds} scenarios of {given.duration:g} s, the same for all"))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

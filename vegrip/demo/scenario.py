@@ -1,0 +1,53 @@
+"""What the hand of the demonstration goes through: an object of unknown friction, and disturbances.
+
+Everything follows from one seed, and nothing of it depends on the controller:
+
+* the object's surface: nominal friction coefficient between 0.45 and 1.0, which no controller is told;
+* pushes, twists, slow loads, shaking, added mass and turns at random times
+  (:func:`vegrip.virtual.disturbances`);
+* once, in the second half, the faces get wet: friction falls by 10 % to 40 % for some seconds.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vegrip.virtual import Disturbance, HandSettings, VirtualHand, disturbances
+from vegrip.virtual.disturbance import Wetting
+
+SETTLED = 1.0
+"""[s] from here on the hand carries the object by itself; figures of the comparison start here."""
+
+FRICTION = (0.45, 1.0)
+WETTING = (0.6, 0.9)
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One object and its fate."""
+
+    seed: int
+    duration: float  # [s]
+
+    @property
+    def settings(self) -> HandSettings:
+        """The hand, with the friction of this object."""
+        rng = np.random.default_rng([self.seed, 2])
+        hand = HandSettings()
+        return replace(hand, tip=replace(hand.tip, friction=float(rng.uniform(*FRICTION))))
+
+    @property
+    def events(self) -> tuple[Disturbance, ...]:
+        """The disturbances, in order of their start."""
+        plate = self.settings.plate
+        events = disturbances(self.seed, self.duration, weight=plate.mass * plate.gravity)
+        return tuple(sorted((*events, *self._wetting()), key=lambda event: event.start))
+
+    def hand(self) -> VirtualHand:
+        """Return a new hand at time zero."""
+        return VirtualHand(self.settings, self.seed, self.events)
+
+    def _wetting(self) -> tuple[Disturbance, ...]:
+        rng = np.random.default_rng([self.seed, 3])
+        start, factor = float(rng.uniform(0.5, 0.7)) * self.duration, float(rng.uniform(*WETTING))
+        return (Wetting(start, 0.2 * self.duration, factor),)

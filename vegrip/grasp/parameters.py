@@ -1,0 +1,77 @@
+"""All parameters of the grasp force node: control, and for each fingertip its model and sensors."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from vegrip.config import build, parameter
+from vegrip.errors import ConfigError
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.grasp.settings import ControlSettings
+from vegrip.model import ContactModel, paper_model, read_model
+from vegrip.parameters import changed
+
+
+@dataclass(frozen=True)
+class TipParameters:
+    """One fingertip as the estimator first believes it to be."""
+
+    model: str = parameter(
+        "", doc="model file (TOML); empty = the paper's model with the two below", live=False
+    )
+    radius: float = parameter(9e-3, unit="m", low=1e-9, high=1.0, doc="radius of the tip", live=False)
+    modulus: float = parameter(
+        3e5, unit="Pa", low=1.0, high=1e12, doc="guess of the effective modulus", live=False
+    )
+    friction: float = parameter(
+        0.0, unit="1", low=0.0, high=10.0, doc="guess of mu; 0 = that of the model", live=False
+    )
+    friction_spread: float = parameter(
+        0.0, unit="1", low=0.0, high=2.0, doc="std of ln mu; 0 = that of the model", live=False
+    )
+
+
+@dataclass(frozen=True)
+class GraspParameters(ControlSettings):
+    """The parameters of the program ``grasp_force``."""
+
+    tip: TipParameters = parameter(TipParameters(), doc="every fingertip", live=False)
+    tips: dict[str, Any] = parameter({}, doc="what is different at a finger, by its name", live=False)
+    noise: SensorNoise = parameter(SensorNoise(), doc="of the sensors", live=False)
+    estimator: EstimatorSettings = parameter(EstimatorSettings(), doc="the estimator", live=False)
+
+
+def estimator_factory(
+    parameters: GraspParameters, fingers: tuple[str, ...], where: str
+) -> Callable[[str], ContactEstimator]:
+    """Return the function that makes the estimator of a finger.
+
+    Raises:
+        ConfigError: ``tips`` names a finger that the hand does not have, or a key that a tip does not have.
+
+    """
+    tips = {finger: _tip(parameters, finger, where) for finger in fingers}
+    unknown = parameters.tips.keys() - tips.keys()
+    if unknown:
+        raise ConfigError(
+            f"{where}: 'tips' has {', '.join(sorted(unknown))}; the fingers are {', '.join(fingers)}"
+        )
+
+    def make(finger: str) -> ContactEstimator:
+        return ContactEstimator(_model(tips[finger]), parameters.noise, parameters.estimator)
+
+    return make
+
+
+def _tip(parameters: GraspParameters, finger: str, where: str) -> TipParameters:
+    special: Mapping[str, Any] = parameters.tips.get(finger, {})
+    table = {name: getattr(parameters.tip, name) for name in TipParameters.__dataclass_fields__}
+    return build(TipParameters, table | dict(special), f"{where}.tips.{finger}")
+
+
+def _model(tip: TipParameters) -> ContactModel:
+    model = read_model(Path(tip.model)) if tip.model else paper_model(tip.radius, modulus=tip.modulus)
+    mu = model.values["mu"]
+    mu = changed(mu, value=tip.friction or mu.value, std=tip.friction_spread or mu.std)
+    return replace(model, values={**model.values, "mu": mu})
