@@ -134,9 +134,9 @@ def test_classic_frames_keep_within_the_published_bound(frame):
 
 @given(fd_frames())
 def test_fd_frames_keep_within_the_published_bound(frame):
-    """Bordoloi, Samii 2014, for 11-bit identifiers: 32 bits at the nominal rate, 28 + 5 ceil((p - 16) / 64) + 10 p
-    at the data rate. The ISO frame has 5 more (stuff count and its fixed stuff bit), and they leave out the
-    stuff bit that may fall where the rate changes."""
+    """Bordoloi, Samii 2014, for 11-bit identifiers: 32 bits at the nominal rate and
+    28 + 5 ceil((p - 16) / 64) + 10 p at the data rate. The ISO frame has 5 more (stuff count and its fixed
+    stuff bit), and they leave out the stuff bit that may fall where the rate changes."""
     if frame.extended:
         return
     nominal, fast = frame_bits(frame)

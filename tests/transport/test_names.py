@@ -1,42 +1,10 @@
-"""Laws of topic remaps and addresses."""
+"""Laws of addresses and of the folder they live in."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from vegrip.errors import ConfigError, DeviceError
-from vegrip.transport.remap import Remap
 from vegrip.transport.runtime_folder import runtime_folder, socket_path
 from vegrip.transport.zmq_address import check_reach, is_local, resolve
-
-words = st.sampled_from(["hand", "thumb", "index", "state", "left"])
-topics = st.lists(words, min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))
-
-
-@given(topics)
-def test_without_a_table_names_stay(topic):
-    assert Remap().outward(topic) == Remap().inward(topic) == topic
-
-
-@given(topics)
-def test_what_goes_out_under_another_name_comes_back_as_itself(topic):
-    remap = Remap({"/hand/thumb": "/outside/a", "/hand": "/outside/b"})
-    assert remap.inward(remap.outward(topic)) == topic
-
-
-def test_the_longest_whole_part_of_the_path_is_renamed():
-    remap = Remap({"/hand": "/left", "/hand/thumb": "/claw"})
-    assert remap.outward("/hand/thumb/state") == "/claw/state"
-    assert remap.outward("/hand/index/state") == "/left/index/state"
-    assert remap.outward("/hander/state") == "/hander/state"
-
-
-@pytest.mark.parametrize(
-    "table", [{"hand": "/x"}, {"/hand": "x"}, {"/hand/": "/x"}, {"/a": "/x", "/b": "/x"}]
-)
-def test_a_bad_table_is_refused(table):
-    with pytest.raises(ConfigError):
-        Remap(table)
 
 
 @pytest.mark.parametrize(

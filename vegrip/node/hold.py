@@ -29,14 +29,22 @@ class Hold:
         return message
 
     def commands(self, now: int) -> list[ForceCommand]:
-        """Return each last command again: same force, next number, fresh expiry, reason INPUT_HOLD."""
-        for finger, last in self._last.items():
-            self._last[finger] = replace(
-                last,
-                stamp=now,
-                seq=last.seq + 1,
-                adjustment=0.0,
-                reason=Reason.INPUT_HOLD,
-                expires=now + (last.expires - last.stamp),
-            )
-        return list(self._last.values())
+        """Return anew each last command that has lived half its life: same force, reason INPUT_HOLD."""
+        renewed = [_renewed(last, now) for last in self._last.values() if _is_half_gone(last, now)]
+        self._last |= {command.finger: command for command in renewed}
+        return renewed
+
+
+def _is_half_gone(command: ForceCommand, now: int) -> bool:
+    return 2 * (now - command.stamp) >= command.expires - command.stamp
+
+
+def _renewed(command: ForceCommand, now: int) -> ForceCommand:
+    return replace(
+        command,
+        stamp=now,
+        seq=command.seq + 1,
+        adjustment=0.0,
+        reason=Reason.INPUT_HOLD,
+        expires=now + (command.expires - command.stamp),
+    )

@@ -18,8 +18,9 @@ LAST_RETRY = 30 * NS  # [ns] it doubles up to this
 class ManagedNode:
     """Calls a node as its state allows. Only :meth:`change` raises.
 
-    After an exception the node is inactive and on hold: at each tick its ``on_fault`` speaks for it, or,
-    should that be silent or fail too, its last commands are repeated. It is activated again after a back-off.
+    After an exception the node is inactive and on hold: at each tick its ``on_fault`` speaks for it. Should
+    that be silent or fail too, its last commands are repeated before they expire. It is activated again
+    after a back-off that doubles.
     """
 
     def __init__(self, node: Node, logger: logging.Logger) -> None:
@@ -84,7 +85,8 @@ class ManagedNode:
     def _held(self, now: int) -> Sequence[Message]:
         if now >= self._retry_at and self._recovered(now):
             return ()
-        return self._remembered(self._guarded(self.node.on_fault, now, now)) or self._hold.commands(now)
+        own = self._remembered(self._guarded(self.node.on_fault, now, now))
+        return [*own, *self._hold.commands(now)]
 
     def _recovered(self, now: int) -> bool:
         self._back_off = min(2 * self._back_off, LAST_RETRY)

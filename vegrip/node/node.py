@@ -1,6 +1,7 @@
 """What a node is: pure code that answers messages and ticks; the runner does the rest."""
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
 from vegrip.messages import Message
@@ -18,6 +19,8 @@ class Node(Protocol):
     parameters: Any
     """A frozen dataclass made of :func:`vegrip.config.parameter` fields; the runner assigns a new one when
     a parameter changes. A setter that raises :class:`~vegrip.errors.VegripError` refuses the change."""
+    rejected: Mapping[str, int]
+    """What the node itself refused so far, counted by name; goes into NodeStatus."""
     finished: bool
     """Set by a node that has nothing more to do (the end of a replay); the loop then ends."""
 
@@ -53,6 +56,7 @@ class NodeBase:
     def __init__(self, name: str, parameters: Any = None) -> None:
         self.name = name
         self.parameters = parameters
+        self.rejected: Counter[str] = Counter()
         self.finished = False
 
     def configure(self) -> None:

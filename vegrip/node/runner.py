@@ -138,7 +138,7 @@ class Runner:
         self._send([self.status])
 
     def _rejected(self) -> Mapping[str, int]:
-        return {**self._endpoint.rejected, **self.managed.faults}
+        return {**self._endpoint.rejected, **self.managed.node.rejected, **self.managed.faults}
 
     def _settle(self) -> None:
         """Freeze what exists out of the garbage collector's sight, drop what came before, lay the grid."""

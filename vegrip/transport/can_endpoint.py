@@ -12,6 +12,7 @@ from vegrip.codec import CanCodec, Frame
 from vegrip.messages import Message
 from vegrip.transport.bus_load import BusLoad
 from vegrip.transport.frame_time import BitTiming, typical_duration
+from vegrip.transport.losses import losses
 from vegrip.transport.stamps import StampMap
 from vegrip.transport.virtual_can import VegripBus
 
@@ -28,8 +29,8 @@ class CanEndpoint:
     """Frames in and out, decoded and encoded.
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent`` for frames the
-    bus did not take; ``bus_lost``; ``bus_off``, ``error_passive`` and ``error_frame`` as the controller reports
-    them; and ``overrun`` for frames lost because this program did not read.
+    bus did not take; ``bus_lost``; ``bus_off``, ``error_passive`` and ``error_frame`` as the controller
+    reports them; ``overrun`` for frames lost because this program did not read; ``lost`` and ``clipped``.
     """
 
     def __init__(
@@ -49,8 +50,8 @@ class CanEndpoint:
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
         overruns = self._bus.overruns if isinstance(self._bus, VegripBus) else 0
-        lost = {"overrun": overruns} if overruns else {}
-        return {**self._codec.rejected, **self._faults, **lost}
+        overrun = {"overrun": overruns} if overruns else {}
+        return {**self._codec.rejected, **self._faults, **losses(self._codec), **overrun}
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message, then take what is there (``MOST_FRAMES`` at most)."""

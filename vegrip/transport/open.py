@@ -13,7 +13,6 @@ from vegrip.errors import ConfigError, DeviceError
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.frame_time import BitTiming
-from vegrip.transport.remap import Remap
 
 
 @dataclass(frozen=True)
@@ -23,7 +22,7 @@ class Hand:
     fingers: tuple[str, ...]  # in the order of their numbers on the bus
     number: int = 0  # on CAN
     namespace: str = ""  # on a network
-    remap: Mapping[str, str] = field(default_factory=dict)  # on a network
+    remap: Mapping[str, str] = field(default_factory=dict)  # on a network: our topics -> topics outside
 
 
 @dataclass(frozen=True)
@@ -36,6 +35,7 @@ class CanSettings:
     fd: bool = parameter(True, doc="CAN FD layout; false: classic CAN")
     bitrate: int = parameter(1_000_000, unit="bit/s", low=10_000, high=1_000_000)
     data_bitrate: int = parameter(5_000_000, unit="bit/s", low=10_000, high=10_000_000)
+    sender_time: bool = parameter(False, doc="stamp with the sender's clock (FD layout, one clock for all)")
     options: dict[str, Any] = parameter({}, doc="anything else python-can's interface understands")
 
 
@@ -46,6 +46,7 @@ class ZmqSettings:
     kind: str = parameter("zmq")
     publish: str = parameter("", doc="address to publish at: ipc:NAME or tcp://127.0.0.1:PORT")
     subscribe: tuple[str, ...] = parameter((), doc="addresses to listen to")
+    sender_time: bool = parameter(True, doc="keep the sender's stamps; false: the time of arrival")
     curve: dict[str, Any] = parameter({}, doc="key files: own, peers, publisher")
 
 
@@ -65,7 +66,7 @@ def open_endpoint(table: Mapping[str, Any], hand: Hand, where: str = "[transport
 
 def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     settings = build(CanSettings, table, where)
-    codec = CanCodec(hand.fingers, fd=settings.fd, hand=hand.number)
+    codec = CanCodec(hand.fingers, fd=settings.fd, hand=hand.number, use_sender_time=settings.sender_time)
 
     def open_bus() -> can.BusABC:
         return can.Bus(
@@ -109,8 +110,8 @@ def _open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
             f"{where}: neither 'publish' nor 'subscribe' is given; a node without both is deaf and mute"
         )
     keys = Keys(build(Curve, settings.curve, f"{where}.curve")) if settings.curve else None
-    codec = MsgpackCodec(hand.namespace, hand.fingers)
-    return ZmqEndpoint(settings.publish, settings.subscribe, codec, Remap(hand.remap), keys)
+    codec = MsgpackCodec(hand.namespace, hand.fingers, remap=hand.remap, use_sender_time=settings.sender_time)
+    return ZmqEndpoint(settings.publish, settings.subscribe, codec, keys)
 
 
 KINDS: dict[str, Callable[[Mapping[str, Any], Hand, str], Endpoint]] = {"can": _open_can, "zmq": _open_zmq}

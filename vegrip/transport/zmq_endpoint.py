@@ -16,7 +16,7 @@ from vegrip.codec.msgpack_codec import MsgpackCodec
 from vegrip.errors import DeviceError
 from vegrip.messages import Message
 from vegrip.transport.curve import Keys
-from vegrip.transport.remap import Remap
+from vegrip.transport.losses import losses
 from vegrip.transport.zmq_address import check_reach, resolve
 
 HIGH_WATER = 1000  # messages kept for one subscriber; then the newest are lost for it
@@ -27,14 +27,13 @@ MOST_MESSAGES = 256  # taken in one go; a flood must not keep the loop from its 
 class ZmqEndpoint:
     """Messages in and out as ``[topic, payload]``.
 
-    After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent``, and ``parts``
-    for messages not made of two parts. Messages lost on the way show as gaps in ``seq``, which the receiver sees.
+    After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent``, ``parts`` for
+    messages not made of two parts, ``lost`` for gaps in the numbers of messages, and ``clipped``.
 
     Args:
         publish: address to bind, "" to send nothing.
         subscribe: addresses to connect to.
         codec: what the messages look like; its namespace selects the topics.
-        remap: other names outside.
         keys: CURVE keys; required as soon as an address is not of this machine.
 
     Raises:
@@ -48,12 +47,10 @@ class ZmqEndpoint:
         publish: str,
         subscribe: Sequence[str],
         codec: MsgpackCodec,
-        remap: Remap | None = None,
         keys: Keys | None = None,
     ) -> None:
         self.arrivals: Sequence[int] = ()
         self._codec = codec
-        self._remap = remap or Remap()
         self._faults: Counter[str] = Counter()
         bound, connected = _checked([publish] if publish else [], keys), _checked(subscribe, keys)
         self._keys = keys
@@ -72,7 +69,7 @@ class ZmqEndpoint:
     @property
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
-        return {**self._codec.rejected, **self._faults}
+        return {**self._codec.rejected, **self._faults, **losses(self._codec)}
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message, then take what is there, at most ``MOST_MESSAGES``."""
@@ -85,9 +82,12 @@ class ZmqEndpoint:
 
     def send(self, message: Message) -> None:
         """Publish ``message``; ZeroMQ queues it or drops it, and never waits."""
-        topic, payload = self._codec.encode(message)
+        encoded = self._codec.encode(message)
+        if encoded is None:
+            return  # counted by the codec
+        topic, payload = encoded
         try:
-            self._publisher.send_multipart([self._remap.outward(topic).encode(), payload], zmq.DONTWAIT)
+            self._publisher.send_multipart([topic.encode(), payload], zmq.DONTWAIT)
         except zmq.ZMQError:
             self._faults["unsent"] += 1
 
@@ -136,8 +136,7 @@ class ZmqEndpoint:
         if len(parts) != 2:
             self._faults["parts"] += 1
             return None
-        topic = self._remap.inward(parts[0].decode("utf-8", "replace"))
-        return self._codec.decode(topic, parts[1], time.monotonic_ns())
+        return self._codec.decode(parts[0].decode("utf-8", "replace"), parts[1], time.monotonic_ns())
 
     def _readable(self, deadline: float) -> bool:
         """Wait for a message until ``deadline`` [s].
