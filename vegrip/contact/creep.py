@@ -1,14 +1,15 @@
 """Indentation under imposed load, by the paper's law and by the exact inverse of the relaxation law.
 
-Two constitutive laws, which agree only for a linear elastic response and conjugate functions:
+Two constitutive laws:
 
-* **consistent** (default everywhere in vegrip): eq. (20) turned round. The creep function ``j``,
-  conjugate of ``g``, acts on the load: ``N_e = int j dN``, ``delta = delta_e(N_e)``.
-* **paper**, Section IV: the reduced creep compliance ``h`` acts on the indentation: ``delta = int h d
-  delta_e(N)``.
+* **consistent** (default everywhere in vegrip): eq. (20) turned round. The creep function ``j``, conjugate
+  of ``g``, acts on the load, ``N_e = int j dN``, and the indentation is ``delta_e(N_e)``.
+* **paper**, Section IV, eqs. (6), (27): the reduced creep compliance ``h`` acts on the indentation,
+  ``delta = int h d delta_e(N)``.
 
-Under a step of load the consistent law gives ``delta / delta_0 = j^(1/p)`` for ``N_e ~ delta^p``; for
-exponential stiffness the ratio depends on the load, and no function ``h`` of time alone exists.
+They agree where the elastic response is linear, eq. (8), and ``h = j``. Under a step of load the consistent
+law gives ``delta / delta_0 = j^(1/p)`` for ``N_e ~ delta^p``; for exponential stiffness the ratio depends on
+the load, and no function ``h`` of time alone exists.
 """
 
 import numpy as np

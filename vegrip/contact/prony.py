@@ -59,7 +59,7 @@ class Relaxation(_Branches):
 
 
 class Creep(_Branches):
-    """Reduced creep compliance, eq. (30): the response after a step of load.
+    """Reduced creep compliance, eq. (30), with one branch eq. (41): the response after a step of load.
 
         h(t) = 1 + sum_i c_i (1 - exp(-nu_i t))
 

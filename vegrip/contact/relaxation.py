@@ -2,9 +2,9 @@
 
     N(t) = int_0^t g(t-s) K(delta(s)) delta'(s) ds = int_0^t g(t-s) dN_e(s)
 
-The elastic response ``N_e(delta)`` and the time dependence ``g(t)`` are separate factors, eq. (10). With
-a linear elastic response this is linear viscoelasticity, eq. (7). Patch, profile and contact are assumed
-to stay; a tip that may leave the object is :func:`vegrip.contact.history.solve`.
+Of the general response to a step, eq. (5), it assumes that depth and time are separate factors, eq. (10):
+``Psi(delta, t) = N_e(delta) g(t)``. With a linear elastic response it is linear viscoelasticity, eq. (7).
+Patch and profile stay as they are; a tip that may leave the object is :func:`vegrip.contact.history.solve`.
 """
 
 from numpy.typing import ArrayLike

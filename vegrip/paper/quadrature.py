@@ -9,7 +9,7 @@ from scipy.integrate import quad
 
 
 def coefficient(k: float) -> float:
-    """``C_k`` from equilibrium, eq. (24): ``1 / int_0^1 [1 - r^k]^(1/k) 2 r dr``, to about 1e-10.
+    """``C_k`` from equilibrium, eqs. (3), (24): ``1 / int_0^1 [1 - r^k]^(1/k) 2 r dr``, to about 1e-10.
 
     With ``r = 1 - s^2`` the steep edge of the profile at ``r = 1`` is smooth enough for adaptive quadrature.
     """
