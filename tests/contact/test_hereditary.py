@@ -1,4 +1,4 @@
-"""The recursion against the hereditary integral itself: adaptive quadrature, and the differential equation."""
+"""The recursion against the hereditary integral: by adaptive quadrature, and as a differential equation."""
 
 from itertools import pairwise
 

@@ -1,7 +1,7 @@
 """The limit surface of the paper's pressure, by adaptive quadrature: slow, exact, the judge of the fast path.
 
 With lengths in contact radii and the ring means s of :mod:`~vegrip.contact.limit_surface.rings`, the surface
-integrals (57), (58) of [TiezziKao2007]_ become one integral each over r in [0, 1]:
+integrals (53)-(58) of [TiezziKao2007]_, normalised as in (49), (50), become one integral each over r:
 
     f(d) = |f_t|/(mu N)   = int w_k(r)   s(d/r) dr        w_k(r) = 2 C_k (1 - r^k)^(1/k) r
     m(d) = |m_n|/(mu N a) = int w_k(r) r s(r/d) dr
@@ -27,7 +27,7 @@ _FORCE = 1e-15  # [rad] below it tan of the solved angle is beyond what a double
 
 
 def point(k: ArrayLike, d: ArrayLike) -> tuple[Floats, Floats]:
-    """Point (f, m) of the limit surface, good to 1e-10, for a COR at distance d [contact radii].
+    """Point (f, m) of the limit surface, good to 1e-12, for a COR at distance d [contact radii].
 
     k and d broadcast. Raises DomainError for k < 1 or d < 0.
     """
