@@ -16,6 +16,32 @@ Array = npt.NDArray[np.float64]
 
 
 @njit
+def pressure_exponents(C: Array, table: Array, first: float, ratio: float) -> Array:
+    """Return the exponents k with coefficients C; ``table`` is -ln(C_k - 1) at k = first e^(ratio j)."""
+    k = np.empty(len(C))
+    last = len(table) - 1
+    for i in range(len(C)):
+        wanted = -math.log(max(C[i] - 1.0, 1e-12))
+        j = min(max(np.searchsorted(table, wanted) - 1, 0), last - 1)
+        part = (wanted - table[j]) / (table[j + 1] - table[j])
+        k[i] = first * math.exp(ratio * (j + min(max(part, 0.0), 1.0)))
+    return k
+
+
+@njit
+def ring_loads(k: Array, table: Array, first: float, ratio: float) -> Array:
+    """Return rows of ``table`` (400, R) interpolated in ln k; they are given at k = first e^(ratio j)."""
+    load = np.empty((len(k), table.shape[1]))
+    last = len(table) - 1
+    for i in range(len(k)):
+        place = min(max(math.log(k[i] / first) / ratio, 0.0), float(last))
+        j = min(int(place), last - 1)
+        for ring in range(table.shape[1]):
+            load[i, ring] = table[j, ring] + (place - j) * (table[j + 1, ring] - table[j, ring])
+    return load
+
+
+@njit
 def normal_force(
     past: float, instant: float, before: float, F0: float, d0: float, p: float, d: float
 ) -> float:

@@ -81,8 +81,9 @@ class Plate:
     def _substeps(self, a: Array, mass: float, dt: float) -> int:
         """How finely to divide a step so that the explicit scheme is far inside its stability limit."""
         stiffness = self._stiffness * math.pi * a**2
-        lever = ((self.place - self.pose[:2]) ** 2).sum(axis=1) + a**2 / 2.0
-        push, turn = stiffness / mass, stiffness * lever / self.settings.inertia
-        square = max(float(push.sum()), float(turn.sum()))  # of the greatest angular frequency
-        viscous = max(float((push * self._damping).sum()), float((turn * self._damping).sum()))
+        lever = self.place - self.pose[:2]
+        turning = stiffness * (np.vecdot(lever, lever) + 0.5 * a**2) / self.settings.inertia
+        pushing = stiffness / mass
+        square = max(pushing.sum(), turning.sum())  # of the greatest angular frequency
+        viscous = max(pushing @ self._damping, turning @ self._damping)
         return max(1, math.ceil(dt * max(math.sqrt(square), viscous) / COURANT))

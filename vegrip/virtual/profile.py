@@ -10,12 +10,16 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
+from vegrip.virtual import kernels
 from vegrip.virtual.quadrature import tanh_sinh
 
 Array = npt.NDArray[np.float64]
 
 EXPONENTS = np.geomspace(1.0, 200.0, 400)
 """Pressure exponents k of the tables [-]: from sharper than Hertz to nearly uniform."""
+
+FIRST, RATIO = float(EXPONENTS[0]), float(np.log(EXPONENTS[1] / EXPONENTS[0]))
+"""``EXPONENTS[j] = FIRST e^(RATIO j)``."""
 
 HERTZ = 2.0
 """Exponent of a contact that has just been made [-]."""
@@ -43,21 +47,19 @@ def normalisation() -> Array:
 
 
 @cache
-def _logarithms() -> tuple[Array, Array]:
-    """Return ``ln k`` and ``-ln (C_k - 1)``, nearly a straight line; both grow."""
-    return np.log(EXPONENTS), -np.log(normalisation() - 1.0)
+def _logarithms() -> Array:
+    """Return ``-ln (C_k - 1)`` at :data:`EXPONENTS`: it grows, and is nearly straight in ``ln k``."""
+    return -np.log(normalisation() - 1.0)
 
 
 def coefficient(k: Array) -> Array:
     """Return C_k [-] of the exponents k [-], interpolated in the logarithms."""
-    ln_k, table = _logarithms()
-    return 1.0 + np.exp(-np.interp(np.log(k), ln_k, table))
+    return 1.0 + np.exp(-np.interp(np.log(k), np.log(EXPONENTS), _logarithms()))
 
 
 def exponent(C: Array) -> Array:
-    """Return the k [-] whose coefficient C > 1 [-] is given; beyond the table the last k."""
-    ln_k, table = _logarithms()
-    return np.exp(np.interp(-np.log(np.maximum(C - 1.0, 1e-12)), table, ln_k))
+    """Return the k [-] whose coefficients C > 1 [-] are given; beyond the table its first or last k."""
+    return kernels.pressure_exponents(C, _logarithms(), FIRST, RATIO)
 
 
 @cache
@@ -70,10 +72,4 @@ def ring_shares(edges: tuple[float, ...]) -> Array:
 
 def shares_on_rings(k: Array, edges: tuple[float, ...]) -> Array:
     """Return the share of the normal force on each ring for exponents k; (n, rings), rows sum to one."""
-    last = len(EXPONENTS) - 1
-    place = np.log(k / EXPONENTS[0]) * (last / np.log(EXPONENTS[-1] / EXPONENTS[0]))
-    low = np.minimum(place.astype(np.intp), last - 1)
-    part = (place - low)[:, None]
-    table = ring_shares(edges)
-    mixed: Array = (1.0 - part) * table[low] + part * table[low + 1]
-    return mixed
+    return kernels.ring_loads(k, ring_shares(edges), FIRST, RATIO)
