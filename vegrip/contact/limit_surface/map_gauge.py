@@ -154,4 +154,4 @@ def _smooth_support(pressure: PressureMap, twist: Floats, eps: float) -> tuple[f
 
 
 def _smooth_speed(v: Floats, eps: float) -> Floats:
-    return np.sqrt((v**2).sum(axis=-1) + eps**2)
+    return np.asarray(np.sqrt((v**2).sum(axis=-1) + eps**2))
