@@ -32,6 +32,12 @@ def test_every_figure_is_written_as_png(tmp_path: Path) -> None:
     assert all(file.read_bytes().startswith(b"\x89PNG") for file in files)
 
 
+def test_a_folder_that_cannot_be_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").touch()
+    assert main(["paper", "-o", str(tmp_path / "file" / "figures")]) == 2
+    assert "cannot write figures" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_axis_says_what_it_shows(name: str) -> None:
     for ax in draw(name).axes:

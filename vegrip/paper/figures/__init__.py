@@ -42,9 +42,17 @@ def draw(name: str) -> "Figure":
 
 
 def save_all(folder: Path) -> list[Path]:
-    """Draw every figure as PNG into ``folder``, which is made when it is missing; return the files."""
+    """Draw every figure as PNG into ``folder``, which is made when it is missing; return the files.
+
+    Raises:
+        UsageError: the folder cannot be written, or matplotlib is not installed.
+
+    """
     files = [folder / f"{name}.png" for name in FIGURES]
-    folder.mkdir(parents=True, exist_ok=True)
-    for file in files:
-        draw(file.stem).savefig(file)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for file in files:
+            draw(file.stem).savefig(file)
+    except OSError as error:
+        raise UsageError(f"cannot write figures into {folder}: {error.strerror}") from None
     return files
