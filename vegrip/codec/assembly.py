@@ -67,10 +67,11 @@ class Assembly:
 
     def _continue(self, number: int, counter: int, stamp: int) -> str:
         same = counter == self._counter
-        if same and (number < self._expected or not self._expected):
-            return "counter"  # a repeat of a part that was taken
         if same and number == self._expected and stamp - self._stamp <= WINDOW:
             return ""
+        repeated = same and (number < self._expected or not self._expected)
+        if repeated or self.sequence.behind(counter):
+            return "counter"  # an old part does no harm to the open message
         self._abandon()
         return "incomplete"
 

@@ -64,7 +64,7 @@ class Real:
         """Refuse what float32 cannot hold."""
         if -FLOAT32_MAX <= value <= FLOAT32_MAX:
             return value
-        return value if self.read(value) is not None else None
+        return value if not math.isfinite(value) and self.read(value) is not None else None
 
     def clip(self, value: float) -> float | None:
         """Send the largest number for a required value, "not measured" for any other."""

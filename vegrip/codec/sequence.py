@@ -27,6 +27,10 @@ class Sequence:
         self.stamp = 0
         self.lost = 0
 
+    def behind(self, counter: int) -> bool:
+        """Whether ``counter`` is older than the last one taken."""
+        return self.last >= 0 and (counter - self.last) % self.modulus > self.modulus // 2
+
     def advance(self, counter: int, stamp: int) -> int | None:
         """Return the running number of the message received at ``stamp`` [ns], None to refuse it."""
         if self.last < 0:
@@ -34,7 +38,7 @@ class Sequence:
         else:
             step = (counter - self.last) % self.modulus
             silent = stamp - self.stamp > RESYNC
-            if step == 0 or (step > self.modulus // 2 and not silent):
+            if step == 0 or (self.behind(counter) and not silent):
                 return None
             self.last += step
             if not silent:
