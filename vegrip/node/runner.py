@@ -93,6 +93,7 @@ class Runner:
             self.step()
         if self.state is not Lifecycle.FINALIZED:
             self.change("shutdown")
+        self.inbox.close()
         self._report(self._clock.now())
 
     def stop(self) -> None:

@@ -1,0 +1,5 @@
+"""``python -m vegrip`` is the command line ``vegrip``."""
+
+from vegrip.cli import entry
+
+entry()

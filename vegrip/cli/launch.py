@@ -1,0 +1,115 @@
+"""``vegrip launch``: the nodes of a launch file as processes."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+COLOURS = ("cyan", "green", "magenta", "yellow", "blue", "bright_red")
+
+
+def launch(
+    file: Annotated[str, typer.Argument(help="Launch file, or one of vegrip's own: demo, zmq, vcan, can0.")],
+    check: Annotated[
+        bool, typer.Option("--check", help="Read the file, show its nodes, start nothing.")
+    ] = False,
+) -> None:
+    """Start the nodes of a launch file, show their logs, restart them as told, stop them in order.
+
+    Ends with Ctrl-C, when all nodes have ended, or when one that is required has.
+
+    Example: vegrip launch demo
+
+    """
+    from vegrip.node.launch_file import find_launch_file, read_launch_file
+    from vegrip.node.program import find_program
+
+    path = find_launch_file(file)
+    nodes = read_launch_file(path)
+    for node in nodes:
+        find_program(node.program)
+    if check:
+        _show(nodes)
+        return
+    raise typer.Exit(_run(path, nodes))
+
+
+def _run(path: Path, nodes: list[Any]) -> int:
+    from vegrip.clock import WallClock
+    from vegrip.node.launcher import Child, Launcher
+
+    width = max(len(node.full_name) for node in nodes)
+    readers: list[threading.Thread] = []
+    children = []
+    consoles = {}
+    for index, node in enumerate(nodes):
+        say = consoles[node.full_name] = _Prefix(node.full_name, width, COLOURS[index % len(COLOURS)])
+        start = _starter(path, node.full_name, say, readers)
+        children.append(Child(node.full_name, start, node.restart, node.required))
+    launcher = Launcher(children, WallClock(), lambda name, sentence: consoles[name](f"-- {sentence}"))
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: launcher.stop())
+    code = launcher.run()
+    for reader in readers:
+        reader.join(timeout=1.0)
+    return code
+
+
+class _Prefix:
+    """Prints lines behind a coloured name."""
+
+    def __init__(self, name: str, width: int, colour: str) -> None:
+        self._prefix = Text(f"{name:<{width}} | ", style=colour)
+        self._console = Console(highlight=False, soft_wrap=True)
+
+    def __call__(self, line: str) -> None:
+        self._console.print(self._prefix + Text(line))
+
+
+def _starter(
+    path: Path, name: str, say: _Prefix, readers: list[threading.Thread]
+) -> Callable[[], subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "vegrip", "node", name, "--config", str(path), "--with-parent"]
+
+    def start() -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            process_group=0,
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        )
+        reader = threading.Thread(target=_forward, args=(process, say), daemon=True)
+        reader.start()
+        readers.append(reader)
+        return process
+
+    return start
+
+
+def _forward(process: subprocess.Popen[str], say: _Prefix) -> None:
+    if process.stdout is not None:
+        with process.stdout as lines:
+            for line in lines:
+                say(line.rstrip("\n"))
+
+
+def _show(nodes: list[Any]) -> None:
+    table = Table("node", "program", "transport", "restart", "required", box=None)
+    for node in nodes:
+        kind = node.transport.get("kind", "can")
+        required = "yes" if node.required else ""
+        table.add_row(node.full_name, node.program, kind, node.restart, required)
+    Console().print(table)

@@ -1,0 +1,81 @@
+"""``vegrip lifecycle``: states of running nodes."""
+
+import json
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    no_args_is_help=True,
+    help="Read and change the state of running nodes.\n\nExample: vegrip lifecycle set grasp_force inactive",
+)
+NodeName = Annotated[
+    str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+STARTING = "starting"
+CONFIGURING_MAY_TAKE = 120.0  # [s] it compiles
+
+
+@app.command("list")
+def list_(as_json: Json = False) -> None:
+    """List the running nodes and their states."""
+    from vegrip.node.registry import running_nodes
+
+    nodes = {
+        entry.name: {"program": entry.program, "pid": entry.pid, **_state(entry)} for entry in running_nodes()
+    }
+    if as_json:
+        print(json.dumps(nodes))  # noqa: T201
+        return
+    table = Table("node", "program", "process", "state", "can", box=None)
+    for name, row in nodes.items():
+        held = " (on hold)" if row["on_hold"] else ""
+        table.add_row(
+            name, row["program"], str(row["pid"]), row["state"] + held, ", ".join(row["transitions"])
+        )
+    Console().print(table if nodes else "no node runs; try: vegrip launch demo")
+
+
+@app.command()
+def get(node: NodeName, as_json: Json = False) -> None:
+    """Print the state of a node."""
+    from vegrip.node.client import ask
+    from vegrip.node.registry import find_node
+
+    _show(ask(find_node(node), "state"), as_json)
+
+
+@app.command("set")
+def set_(
+    node: NodeName,
+    target: Annotated[
+        str,
+        typer.Argument(help="unconfigured, inactive, active, finalized, or a transition such as activate."),
+    ],
+    as_json: Json = False,
+) -> None:
+    """Bring a node to a state, by way of others if need be."""
+    from vegrip.node.client import ask
+    from vegrip.node.registry import find_node
+
+    _show(ask(find_node(node), "set_state", patience=CONFIGURING_MAY_TAKE, target=target), as_json)
+
+
+def _show(state: dict[str, Any], as_json: bool) -> None:
+    print(json.dumps(state) if as_json else state["state"] + (" (on hold)" if state["on_hold"] else ""))  # noqa: T201
+
+
+def _state(entry: Any) -> dict[str, Any]:
+    from vegrip.errors import DeviceError
+    from vegrip.node.client import ask
+
+    try:
+        state: dict[str, Any] = ask(entry, "state", patience=1.0)
+    except DeviceError:
+        return {"state": STARTING, "on_hold": False, "transitions": []}
+    return state

@@ -1,0 +1,72 @@
+"""``vegrip node``: one node in this process."""
+
+import dataclasses
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def node(
+    name: Annotated[
+        str, typer.Argument(help="Program, or name of a node in the launch file given with --config.")
+    ],
+    config: Annotated[
+        Path | None, typer.Option(help="Launch file to take the node's configuration from.")
+    ] = None,
+    namespace: Annotated[str | None, typer.Option(help="In front of names and topics, e.g. left.")] = None,
+    as_name: Annotated[str | None, typer.Option("--name", help="Name of the node.")] = None,
+    values: Annotated[
+        list[str] | None, typer.Option("--set", help="KEY=VALUE over the configuration; may be repeated.")
+    ] = None,
+    autostart: Annotated[bool, typer.Option(help="Configure and activate at once.")] = True,
+    with_parent: Annotated[bool, typer.Option("--with-parent", hidden=True)] = False,
+) -> None:
+    """Run one node until it has finished or is interrupted.
+
+    The programs are grasp_force, virtual_hand, record, replay, monitor, echo, those of other packages
+    (entry points of the group vegrip.programs), and module:function.
+
+    Examples:
+      vegrip node grasp_force --set transport.interface=socketcan --set transport.channel=can0
+
+      vegrip node virtual_hand --config launch/demo.toml --set parameters.seed=3
+
+    """
+    from vegrip.node.launcher import end_with_parent
+    from vegrip.node.process import run_node
+
+    if with_parent:
+        end_with_parent()
+    run_node(configured(name, config, namespace, as_name, values or []), autostart)
+
+
+def configured(
+    name: str, config: Path | None, namespace: str | None, as_name: str | None, values: list[str]
+) -> Any:
+    """Return the configuration of a node: that of the launch file, then what the command line says."""
+    from vegrip.cli._values import assigned
+    from vegrip.config import build
+    from vegrip.node.launch_file import NodeConfig
+    from vegrip.node.program import find_program
+
+    base = _from_file(config, name) if config is not None else NodeConfig(program=name)
+    table = {f.name: getattr(base, f.name) for f in dataclasses.fields(base)}
+    table["loop"] = dataclasses.asdict(base.loop)
+    table |= {key: value for key, value in (("namespace", namespace), ("name", as_name)) if value is not None}
+    for assignment in values:
+        assigned(table, assignment)
+    find_program(table["program"])
+    return build(NodeConfig, table, f"node {name}")
+
+
+def _from_file(config: Path, name: str) -> Any:
+    from vegrip.errors import UsageError
+    from vegrip.node.launch_file import find_launch_file, read_launch_file
+
+    nodes = read_launch_file(find_launch_file(str(config)))
+    for candidate in nodes:
+        if candidate.full_name in (name, f"/{name}"):
+            return candidate
+    known = ", ".join(candidate.full_name for candidate in nodes)
+    raise UsageError(f"{config} has no node {name!r}; it has {known}")

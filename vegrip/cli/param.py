@@ -1,0 +1,79 @@
+"""``vegrip param``: parameters of running nodes."""
+
+import json
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    no_args_is_help=True,
+    help="Read and set parameters of running nodes.\n\n"
+    "Example: vegrip param set grasp_force grip.wanted_margin 0.4",
+)
+NodeName = Annotated[
+    str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+@app.command("list")
+def list_(node: NodeName, as_json: Json = False) -> None:
+    """List the parameters of a node with value, unit, bounds and meaning."""
+    rows = _ask(node, "parameters")
+    if as_json:
+        print(json.dumps({row["name"]: row for row in rows}))  # noqa: T201
+        return
+    table = Table("parameter", "value", "unit", "bounds", "meaning", box=None)
+    for row in rows:
+        fixed = "" if row["live"] else " (fixed while running)"
+        table.add_row(row["name"], str(row["value"]), row["unit"], _bounds(row), row["doc"] + fixed)
+    Console().print(table)
+
+
+@app.command()
+def get(
+    node: NodeName, name: Annotated[str, typer.Argument(help="Parameter.")], as_json: Json = False
+) -> None:
+    """Print the value of one parameter."""
+    _show(_ask(node, "parameters"), node, name, as_json)
+
+
+@app.command("set")
+def set_(
+    node: NodeName,
+    name: Annotated[str, typer.Argument(help="Parameter.")],
+    value: Annotated[str, typer.Argument(help="New value, written as in TOML.")],
+    as_json: Json = False,
+) -> None:
+    """Set one parameter; refused outside its bounds."""
+    from vegrip.cli._values import parsed
+
+    _show(_ask(node, "set_parameter", name=name, value=parsed(value)), node, name, as_json)
+
+
+def _show(rows: list[dict[str, Any]], node: str, name: str, as_json: bool) -> None:
+    from vegrip.errors import UsageError
+
+    found = {row["name"]: row for row in rows}
+    if name not in found:
+        raise UsageError(f"{node} has no parameter {name!r}; it has {', '.join(found) or 'none'}")
+    row = found[name]
+    print(json.dumps(row) if as_json else f"{row['value']} {row['unit']}".rstrip())  # noqa: T201
+
+
+def _bounds(row: dict[str, Any]) -> str:
+    if row["choices"]:
+        return " | ".join(row["choices"])
+    low, high = row["low"], row["high"]
+    return "" if (low, high) == (-float("inf"), float("inf")) else f"{low:g} .. {high:g}"
+
+
+def _ask(node: str, call: str, **arguments: Any) -> Any:
+    from vegrip.node.client import ask
+    from vegrip.node.registry import find_node
+
+    return ask(find_node(node), call, **arguments)

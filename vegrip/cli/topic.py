@@ -1,0 +1,153 @@
+"""``vegrip topic``: what travels between nodes, seen through their telemetry, whatever the transport is."""
+
+import dataclasses
+import json
+import math
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    no_args_is_help=True,
+    help="Look at topics of running nodes.\n\nExample: vegrip topic echo /hand/thumb/slip_margin --count 3",
+)
+Prefix = Annotated[str, typer.Argument(help="Topic, or the beginning of several, e.g. /hand/thumb.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object per message (echo) or one in all.")]
+Count = Annotated[int, typer.Option(help="End after so many messages; 0: no limit.")]
+Duration = Annotated[float, typer.Option(help="End after so many seconds; 0: no limit.")]
+LOOK = 0.1  # [s]
+
+
+@app.command("list")
+def list_(as_json: Json = False) -> None:
+    """List the topics, who sends and who receives them, and how many messages there were."""
+    topics = _topics()
+    if as_json:
+        print(json.dumps(topics))  # noqa: T201
+        return
+    table = Table("topic", "sent by", "received by", "messages", box=None)
+    for topic, row in sorted(topics.items()):
+        table.add_row(
+            topic, ", ".join(row["from"]) or "(the bus)", ", ".join(row["to"]), str(row["messages"])
+        )
+    Console().print(table if topics else "no topic yet; does a node run? vegrip lifecycle list")
+
+
+@app.command()
+def echo(topic: Prefix, count: Count = 0, duration: Duration = 0.0, as_json: Json = False) -> None:
+    """Print messages as they come."""
+    for name, message in _messages(topic, count, duration):
+        fields = _plain(message)
+        if as_json:
+            print(json.dumps({"topic": name, **fields}), flush=True)  # noqa: T201
+        else:
+            text = "\n".join(f"  {key}: {value}" for key, value in fields.items() if value is not None)
+            print(f"{name}\n{text}\n---", flush=True)  # noqa: T201
+
+
+@app.command()
+def hz(topic: Prefix = "/", count: Count = 0, duration: Duration = 5.0, as_json: Json = False) -> None:
+    """Measure rates: mean, and the shortest and longest time between two messages as they arrive here."""
+    arrivals: dict[str, list[float]] = defaultdict(list)
+    for name, _ in _messages(topic, count, duration):
+        arrivals[name].append(time.monotonic())
+    rates = {name: _rate(times) for name, times in sorted(arrivals.items())}
+    if as_json:
+        print(json.dumps(rates))  # noqa: T201
+        return
+    table = Table("topic", "Hz", "shortest [ms]", "longest [ms]", "messages", box=None)
+    for name, rate in rates.items():
+        numbers = [f"{rate[key]:.2f}" for key in ("hz", "shortest_ms", "longest_ms")]
+        table.add_row(name, *numbers, str(rate["messages"]))
+    Console().print(table if rates else f"nothing came on {topic} within {duration:g} s")
+
+
+def _rate(times: list[float]) -> dict[str, float]:
+    gaps = [1e3 * (after - before) for before, after in pairwise(times)]
+    mean = (len(times) - 1) / (times[-1] - times[0]) if gaps and times[-1] > times[0] else math.nan
+    shortest, longest = (min(gaps), max(gaps)) if gaps else (math.nan, math.nan)
+    return {"hz": mean, "shortest_ms": shortest, "longest_ms": longest, "messages": len(times)}
+
+
+def _messages(prefix: str, count: int, duration: float) -> Iterator[tuple[str, Any]]:
+    """Yield topic and message, each message once: as sent or, when no node of ours sends it, as received."""
+    from vegrip.errors import UsageError
+    from vegrip.node.registry import running_nodes
+    from vegrip.node.telemetry_socket import TelemetryReader
+
+    nodes = running_nodes()
+    if not nodes:
+        raise UsageError("no node runs; try `vegrip launch demo`")
+    sources = _Sources()
+    reader = TelemetryReader(nodes, [prefix])
+    ends = time.monotonic() + (duration or math.inf)
+    left = count or math.inf
+    try:
+        while left > 0 and time.monotonic() < ends:
+            for entry, topic, direction, message in reader.read(min(LOOK, ends - time.monotonic())):
+                if left > 0 and _is_asked(topic, prefix) and sources.counts(topic, entry.name, direction):
+                    left -= 1
+                    yield topic, message
+    finally:
+        reader.close()
+
+
+class _Sources:
+    """Decides which of several sights of one message counts."""
+
+    def __init__(self) -> None:
+        topics = _topics()
+        self._sent = {topic for topic, row in topics.items() if row["from"]}
+        self._receiver = {topic: row["to"][0] for topic, row in topics.items() if row["to"]}
+
+    def counts(self, topic: str, node: str, direction: str) -> bool:
+        if direction == "out":
+            self._sent.add(topic)
+            return True
+        return topic not in self._sent and self._receiver.setdefault(topic, node) == node
+
+
+def _is_asked(topic: str, prefix: str) -> bool:
+    return topic == prefix or topic.startswith(prefix.rstrip("/") + "/")
+
+
+def _topics() -> dict[str, dict[str, Any]]:
+    from vegrip.errors import DeviceError
+    from vegrip.node.client import ask
+    from vegrip.node.registry import running_nodes
+
+    table: dict[str, dict[str, Any]] = {}
+    for entry in running_nodes():
+        try:
+            seen = ask(entry, "topics", patience=1.0)
+        except DeviceError:
+            continue  # still starting
+        for topic, counts in seen.items():
+            row = table.setdefault(topic, {"from": [], "to": [], "messages": 0})
+            row["from"] += [entry.name] if counts["out"] else []
+            row["to"] += [entry.name] if counts["in"] else []
+            row["messages"] = max(row["messages"], counts["out"], counts["in"])
+    return table
+
+
+def _plain(message: Any) -> dict[str, Any]:
+    """Return the fields of a message; NaN and infinity, which JSON lacks, as None and text."""
+    return {key: _jsonable(value) for key, value in dataclasses.asdict(message).items()}
+
+
+def _jsonable(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _jsonable(item) for key, item in value.items()}
+    if isinstance(value, float) and math.isnan(value):
+        return None
+    if isinstance(value, float) and math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    return getattr(value, "name", value)

@@ -1,0 +1,120 @@
+"""The control socket of a node: parameters, lifecycle and status, asked for by other processes.
+
+A side thread answers. What changes the node is handed to the loop and happens between two messages; what only
+reads a frozen value is answered at once.
+"""
+
+import dataclasses
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import msgpack
+import zmq
+
+from vegrip.errors import UsageError, VegripError
+from vegrip.messages import Lifecycle
+from vegrip.node.lifecycle import allowed, route
+from vegrip.node.parameter_table import described, with_value
+from vegrip.node.runner import Runner
+
+LARGEST = 65_536  # [bytes] of a request
+LOOK = 100  # [ms] between two looks at whether to stop
+PATIENCE = 120.0  # [s] for the loop; configuring may compile
+
+Call = Callable[..., Any]
+
+
+class Control:
+    """What may be asked of a running node."""
+
+    def __init__(self, runner: Runner, topics: Callable[[], Mapping[str, Any]]) -> None:
+        self._runner = runner
+        self.calls: dict[str, Call] = {
+            "parameters": self.parameters,
+            "set_parameter": self.set_parameter,
+            "state": self.state,
+            "set_state": self.set_state,
+            "status": self.status,
+            "topics": lambda: dict(topics()),
+        }
+
+    def parameters(self) -> list[dict[str, Any]]:
+        """Return all parameters."""
+        return described(self._runner.managed.node.parameters)
+
+    def set_parameter(self, name: str, value: Any) -> list[dict[str, Any]]:
+        """Set one parameter within its bounds and return all."""
+        self._in_loop(lambda: self._assign(name, value))
+        return self.parameters()
+
+    def state(self) -> dict[str, Any]:
+        """Return the lifecycle state and where it can go."""
+        managed = self._runner.managed
+        return {
+            "state": managed.state.name.lower(),
+            "on_hold": managed.on_hold,
+            "transitions": allowed(managed.state),
+        }
+
+    def set_state(self, target: str) -> dict[str, Any]:
+        """Go to the state ``target``, over others if need be, or make the transition ``target``."""
+        states = {state.name.lower(): state for state in Lifecycle}
+
+        def change() -> None:
+            current = self._runner.state
+            steps = route(current, states[target]) if target in states else [target]
+            for step in steps:
+                self._runner.change(step)
+
+        self._in_loop(change)
+        return self.state()
+
+    def status(self) -> dict[str, Any] | None:
+        """Return the last NodeStatus."""
+        status = self._runner.status
+        return None if status is None else dataclasses.asdict(status)
+
+    def _assign(self, name: str, value: Any) -> None:
+        node = self._runner.managed.node
+        running = self._runner.state in (Lifecycle.INACTIVE, Lifecycle.ACTIVE)
+        node.parameters = with_value(node.parameters, name, value, running, self._runner.full_name)
+
+    def _in_loop(self, call: Call) -> None:
+        self._runner.inbox.put(call).result(timeout=PATIENCE)
+
+
+class ControlServer:
+    """The thread that answers at ``address``."""
+
+    def __init__(self, address: str, control: Control) -> None:
+        self._calls = control.calls
+        self._context = zmq.Context()
+        self._socket = self._context.socket(zmq.REP)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
+        self._socket.bind(address)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="control", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._stop.set()
+        self._thread.join()
+        self._socket.close(linger=0)
+        self._context.term()
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            if self._socket.poll(LOOK):
+                self._socket.send(msgpack.packb(self._answer(self._socket.recv()), default=str))
+
+    def _answer(self, request: bytes) -> dict[str, Any]:
+        try:
+            asked = msgpack.unpackb(request)
+            call, arguments = self._calls[asked["call"]], asked.get("arguments", {})
+            return {"result": call(**arguments)}
+        except VegripError as error:
+            return {"error": str(error), "exit_code": error.exit_code}
+        except Exception as error:  # noqa: BLE001 (a bad request must not end the thread)
+            return {"error": f"the request cannot be answered: {error!r}", "exit_code": UsageError.exit_code}

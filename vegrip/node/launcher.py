@@ -1,0 +1,144 @@
+"""Starts the nodes of a launch file as processes, in order; watches over them; stops them in reverse.
+
+Each child leads a process group of its own, so that a Ctrl-C in the terminal reaches the launcher alone and
+the order is kept. A child ends when the launcher dies (:func:`end_with_parent`).
+"""
+
+import ctypes
+import signal
+import subprocess
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from vegrip.clock import NS, Clock
+from vegrip.node.restart import RestartPolicy
+
+LOOK = 0.05  # [s] between two looks at the processes
+GRACE = 5.0  # [s] for a node to end before it is killed
+_PR_SET_PDEATHSIG = 1  # linux/prctl.h
+
+
+class Process(Protocol):
+    """What the launcher needs of :class:`subprocess.Popen`."""
+
+    def poll(self) -> int | None:
+        """Return the exit code, None while it runs."""
+
+    def terminate(self) -> None:
+        """Ask it to end."""
+
+    def kill(self) -> None:
+        """End it."""
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait for its end."""
+
+
+Start = Callable[[], Process]
+
+
+@dataclass
+class Child:
+    """One node of the launch file."""
+
+    name: str
+    start: Start
+    restart: str = "never"
+    required: bool = False
+    process: Process | None = None
+    policy: RestartPolicy = field(init=False)
+    started: int = 0  # [ns]
+    again_at: int | None = None  # [ns] when it will be started again
+
+    def __post_init__(self) -> None:
+        """Make the policy."""
+        self.policy = RestartPolicy(self.restart)
+
+
+class Launcher:
+    """Watches over children.
+
+    Args:
+        children: in the order of starting.
+        clock: of the back-off.
+        tell: is told what happens, ``(child's name, sentence)``.
+
+    """
+
+    def __init__(self, children: Sequence[Child], clock: Clock, tell: Callable[[str, str], None]) -> None:
+        self._children = children
+        self._clock = clock
+        self._tell = tell
+        self._stop = False
+        self.exit_code = 0  # of the first child that ended badly for good
+
+    def run(self) -> int:
+        """Start all, watch until everything has ended, and return the exit code."""
+        try:
+            for child in self._children:
+                self._start(child)
+            while not self._stop and self.step():
+                self._clock.sleep_until(self._clock.now() + round(LOOK * NS))
+        finally:
+            self.stop_all()
+        return self.exit_code
+
+    def stop(self) -> None:
+        """End soon; may be called from a signal handler."""
+        self._stop = True
+
+    def step(self) -> bool:
+        """Look at every child once; return whether there is anything left to watch."""
+        for child in self._children:
+            if child.process is not None:
+                code = child.process.poll()
+                if code is not None and not self._ended(child, code):
+                    return False
+            elif child.again_at is not None and self._clock.now() >= child.again_at:
+                self._start(child)
+        return any(child.process is not None or child.again_at is not None for child in self._children)
+
+    def stop_all(self) -> None:
+        """Stop the children in reverse order, each before the next."""
+        for child in reversed(self._children):
+            child.again_at = None
+            if child.process is not None:
+                self._stop_one(child, child.process)
+
+    def _start(self, child: Child) -> None:
+        child.process, child.started, child.again_at = child.start(), self._clock.now(), None
+        self._tell(child.name, "started")
+
+    def _ended(self, child: Child, code: int) -> bool:
+        """Note the end of ``child``; return whether the others go on."""
+        child.process = None
+        delay = child.policy.delay(code, (self._clock.now() - child.started) / NS)
+        if delay is not None:
+            self._tell(child.name, f"ended with {_words(code)}; starts again in {delay:g} s")
+            child.again_at = self._clock.now() + round(delay * NS)
+            return True
+        self._tell(child.name, f"ended with {_words(code)}" + ("; it is required" if child.required else ""))
+        self.exit_code = self.exit_code or (128 - code if code < 0 else code)
+        return not child.required
+
+    def _stop_one(self, child: Child, process: Process) -> None:
+        if process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(GRACE)
+            except subprocess.TimeoutExpired:
+                self._tell(child.name, f"did not end within {GRACE:g} s and was killed")
+                process.kill()
+                process.wait()
+        child.process = None
+        self._tell(child.name, "stopped")
+
+
+def end_with_parent() -> None:
+    """Ask the kernel to send this process SIGTERM when its parent dies, in whatever way."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+def _words(code: int) -> str:
+    return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"

@@ -1,0 +1,82 @@
+"""Run one node in this process: bus, loop, telemetry, control, signals, and an orderly end."""
+
+import logging
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+
+from vegrip.clock import WallClock
+from vegrip.codec.msgpack_codec import MsgpackCodec
+from vegrip.node.control import Control, ControlServer
+from vegrip.node.launch_file import NodeConfig
+from vegrip.node.logs import node_logs
+from vegrip.node.program import NodeContext, find_program
+from vegrip.node.registry import Entry, registered
+from vegrip.node.runner import Runner
+from vegrip.node.telemetry import Telemetry
+from vegrip.node.telemetry_socket import TelemetrySocket
+from vegrip.transport.open import Hand, open_endpoint
+
+SWITCH_INTERVAL = 0.0005
+"""[s] after which a side thread must yield to the loop; the 5 ms of Python are more than two ticks."""
+
+
+def run_node(config: NodeConfig, autostart: bool = True) -> None:
+    """Run the node of ``config`` until it has finished or the process is told to end (SIGINT, SIGTERM).
+
+    Raises:
+        VegripError: it cannot be started; the message says what to do.
+
+    """
+    name = config.full_name
+    context = NodeContext(name.rpartition("/")[2], config.namespace, config.fingers, config.loop.tick_period)
+    node = find_program(config.program)(config.parameters, context)
+    hand = Hand(config.fingers, config.hand, config.namespace, config.remap)
+    entry = Entry(name, config.program, config.namespace, dict(config.remap), os.getpid())
+    with ExitStack() as stack:
+        stack.enter_context(node_logs(name))
+        stack.enter_context(registered(entry))
+        endpoint = stack.enter_context(closing(open_endpoint(config.transport, hand, f"{name} [transport]")))
+        codec = MsgpackCodec(config.namespace, remap=config.remap)
+        sink = TelemetrySocket(entry.telemetry, codec)
+        telemetry = stack.enter_context(closing(Telemetry(sink)))
+        runner = Runner(node, endpoint, WallClock(), config.loop, telemetry, name)
+        control = Control(runner, sink.topics)
+        stack.enter_context(closing(ControlServer(entry.control, control)))
+        stack.enter_context(_stopped_by_signals(runner))
+        stack.enter_context(_brisk_switching())
+        telemetry.start()
+        _run(runner, autostart)
+
+
+def _run(runner: Runner, autostart: bool) -> None:
+    logger = logging.getLogger(f"vegrip.{runner.full_name}")
+    if autostart:
+        runner.start()
+        logger.info("active")
+    runner.run()
+    logger.info("ended")
+
+
+@contextmanager
+def _stopped_by_signals(runner: Runner) -> Iterator[None]:
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, lambda *_: runner.stop())
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _brisk_switching() -> Iterator[None]:
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)

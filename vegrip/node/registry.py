@@ -1,0 +1,140 @@
+"""Which nodes run on this machine: one file each in the user's runtime folder, locked while the node lives.
+
+The lock tells the living from the dead, whichever way they died; process numbers cannot.
+"""
+
+import contextlib
+import fcntl
+import hashlib
+import json
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+from vegrip.errors import UsageError
+from vegrip.transport.runtime_folder import runtime_folder, socket_path
+
+ATTEMPTS = 10
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One running node."""
+
+    name: str  # in full, with namespace
+    program: str
+    namespace: str = ""
+    remap: dict[str, str] = field(default_factory=dict)
+    pid: int = 0
+
+    @property
+    def control(self) -> str:
+        """Address of the control socket."""
+        return self._socket("c")
+
+    @property
+    def telemetry(self) -> str:
+        """Address of the telemetry socket."""
+        return self._socket("t")
+
+    def _socket(self, kind: str) -> str:
+        short = hashlib.sha256(self.name.encode()).hexdigest()[
+            :12
+        ]  # a full name may be too long for a socket
+        return f"ipc://{socket_path('nodes', f'{short}.{kind}')}"
+
+
+@contextmanager
+def registered(entry: Entry) -> Iterator[None]:
+    """Make ``entry`` known for as long as the context lasts.
+
+    Raises:
+        UsageError: a node of this name runs already.
+
+    """
+    path = _file(entry.name)
+    handle = _locked(path)
+    if handle is None:
+        raise UsageError(f"a node named {entry.name} runs already; give another name or namespace")
+    try:
+        os.ftruncate(handle, 0)
+        os.write(handle, json.dumps(asdict(entry)).encode())
+        yield
+    finally:
+        path.unlink(missing_ok=True)
+        os.close(handle)
+
+
+def running_nodes() -> list[Entry]:
+    """Return the nodes that run, by name; what dead ones have left is removed."""
+    found = [_living(path) for path in sorted(runtime_folder("nodes").glob("*.node"))]
+    return [entry for entry in found if entry is not None]
+
+
+def find_node(name: str) -> Entry:
+    """Return the running node ``name``: in full, or its last part when only one node has it.
+
+    Raises:
+        UsageError: none or several are called so.
+
+    """
+    nodes = running_nodes()
+    matches = [entry for entry in nodes if entry.name in (name, f"/{name}")]
+    matches = matches or [entry for entry in nodes if entry.name.endswith(f"/{name}")]
+    if len(matches) == 1:
+        return matches[0]
+    if matches:
+        raise UsageError(
+            f"several nodes are called {name}: {', '.join(e.name for e in matches)}; give the full name"
+        )
+    running = (
+        f"running: {', '.join(e.name for e in nodes)}" if nodes else "no node runs; try `vegrip launch demo`"
+    )
+    raise UsageError(f"there is no node {name!r}; {running}")
+
+
+def _file(name: str) -> Path:
+    return runtime_folder("nodes") / f"{name.strip('/').replace('/', '.')}.node"
+
+
+def _locked(path: Path) -> int | None:
+    """Open and lock ``path``; None when a node holds it.
+
+    Trap: between the two steps somebody who lists the nodes may hold the lock briefly and remove the file.
+    """
+    for _ in range(ATTEMPTS):
+        handle = os.open(path, os.O_CREAT | os.O_RDWR | os.O_CLOEXEC, 0o600)
+        with contextlib.suppress(BlockingIOError, FileNotFoundError):
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if path.stat().st_ino == os.fstat(handle).st_ino:
+                return handle
+        os.close(handle)
+        time.sleep(0.005)
+    return None
+
+
+def _living(path: Path) -> Entry | None:
+    """Return the entry in ``path``, None for a dead one, which is removed."""
+    try:
+        handle = os.open(path, os.O_RDWR | os.O_CLOEXEC)
+    except FileNotFoundError:
+        return None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return _read(handle)
+    else:
+        path.unlink(missing_ok=True)
+        return None
+    finally:
+        os.close(handle)
+
+
+def _read(handle: int) -> Entry | None:
+    try:
+        return Entry(**json.loads(os.pread(handle, 65_536, 0)))
+    except (ValueError, TypeError):  # being written at this moment, or by another version
+        return None
