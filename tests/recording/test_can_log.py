@@ -72,6 +72,8 @@ def test_a_damaged_frame_is_left_out_and_named(tmp_path: Path) -> None:
     [
         ("absent.asc", None, "there is no such file"),
         ("text.blf", b"this is no log", "is not a CAN log that can be read"),
+        ("long.blf", b"this is no log" * 40, "is not a CAN log that can be read"),
+        ("binary.asc", bytes(range(256)), "is not a CAN log that can be read"),
         ("empty.asc", b"", "none of its 0 frames is a fingertip's state"),
         (
             "other.asc",

@@ -10,9 +10,8 @@ if TYPE_CHECKING:
     from vegrip.recording import Recording
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording or of a session.")]
-CONFIG = Annotated[
-    Path | None, typer.Option(help="Bus to play on: TOML with [transport], as of `vegrip node`.")
-]
+CONFIG = Annotated[Path | None, typer.Option(help="Launch file with a node `replay`, to take its bus from.")]
+SET = Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE, e.g. transport.channel=can0.")]
 FINGER = Annotated[str, typer.Option(help="Play a single recording as this finger.")]
 SPEED = Annotated[float, typer.Option(min=0.01, max=100.0, help="Faster or slower than recorded.")]
 THROUGH = Annotated[
@@ -28,6 +27,7 @@ JSON = Annotated[bool, typer.Option("--json", help="With --through: print one JS
 def replay(
     recording: RECORDING,
     config: CONFIG = None,
+    values: SET = None,
     finger: FINGER = "",
     speed: SPEED = 1.0,
     through: THROUGH = False,
@@ -55,13 +55,19 @@ def replay(
     elif parameters or classic or output or plot or as_json:
         raise UsageError("--parameters, --classic, --output, --plot and --json belong to --through; add it")
     else:
-        _play(recording, config, finger, speed)
+        _play(recording, config, finger, speed, values or [])
 
 
-def _play(recording: Path, config: Path | None, finger: str, speed: float) -> None:
-    from vegrip.cli._program import run_program
+def _play(recording: Path, config: Path | None, finger: str, speed: float, values: list[str]) -> None:
+    import dataclasses
 
-    run_program("replay", config, {"recording": str(recording), "finger": finger, "speed": speed})
+    from vegrip.cli.node import configured
+    from vegrip.node.process import run_node
+
+    _recordings(recording, finger)  # what cannot be read is refused before the bus is opened
+    node = configured("replay", config, None, None, values)
+    played = {"recording": str(recording), "finger": finger, "speed": speed}
+    run_node(dataclasses.replace(node, parameters={**node.parameters, **played}))
 
 
 def _run_through(

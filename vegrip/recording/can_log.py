@@ -6,9 +6,11 @@ import zlib
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Final
 
 import can
 import numpy as np
+from can.io.blf import BLFParseError
 
 from vegrip.clock import NS
 from vegrip.codec import CanCodec, Frame
@@ -18,6 +20,9 @@ from vegrip.recording.channels import CHANNELS
 from vegrip.recording.checks import report_doubts, usable_rows
 from vegrip.recording.data import Fingertip, Recording
 from vegrip.recording.report import Kind, LoadReport
+
+BROKEN: Final = (OSError, ValueError, LookupError, struct.error, zlib.error, can.CanError, BLFParseError)
+"""What python-can's readers raise when a file is not what its name says."""
 
 
 def read_can_log(
@@ -61,7 +66,7 @@ def _frames(path: Path) -> Iterator[Frame]:
                     yield Frame(message.arbitration_id, bytes(message.data), message.is_fd, stamp)
     except FileNotFoundError:
         raise RecordingError(f"{path}: there is no such file") from None
-    except (OSError, ValueError, LookupError, struct.error, zlib.error, can.CanError) as error:
+    except BROKEN as error:
         raise RecordingError(f"{path}: is not a CAN log that can be read ({error})") from None
 
 

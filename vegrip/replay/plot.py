@@ -95,18 +95,25 @@ def _depth(axis: Any, told: Told) -> None:
 
 
 def _radius(axis: Any, told: Told) -> None:
-    scale, prefix = engineering(told.contact.get("contact_radius", np.empty(0)))
+    radius = told.contact.get("contact_radius", np.empty(0))
+    scale, prefix = engineering(radius)
     _band(axis, told.contact, "contact_radius", scale, "a, 2 std")
     axis.set_ylabel(f"contact radius [{prefix}m]")
+    if np.any(radius > 0.0):
+        axis.set_ylim(0.0, 1.2 * scale * np.nanmax(radius))
     other = axis.twinx()
     if "pressure_exponent" in told.contact:
-        other.plot(told.contact["t"], told.contact["pressure_exponent"], color=BOUND, lw=1)
+        trusted = told.contact["pressure_exponent_valid"] > 0
+        k = np.where(trusted, told.contact["pressure_exponent"], np.nan)
+        other.plot(*broken(told.contact["t"], k), color=BOUND, lw=1)
+        # at a vanishing contact k runs away; that is not what the axis is for
+        other.set_ylim(1.5, 1.2 * max(4.0, np.nanpercentile(k, 95)) if np.any(trusted) else 5.0)
     other.set_ylabel("pressure exponent k", color=BOUND)
 
 
 def _nis(axis: Any, told: Told) -> None:
     if "nis" in told.health:
-        axis.plot(told.health["t"], told.health["nis"], color=ESTIMATED, lw=1)
+        axis.plot(*broken(told.health["t"], told.health["nis"]), color=ESTIMATED, lw=1)
     axis.axhline(1.0, color="k", lw=0.8, ls="--")
     axis.set_yscale("log")
     axis.set_ylabel("NIS (1: consistent)")
@@ -114,7 +121,7 @@ def _nis(axis: Any, told: Told) -> None:
 
 def _margin(axis: Any, told: Told) -> None:
     _band(axis, told.margin, "margin", 1.0, "margin, 2 std")
-    axis.plot(told.margin["t"], told.margin["lower_bound"], color=BOUND, lw=1, label="lower bound")
+    axis.plot(*broken(told.margin["t"], told.margin["lower_bound"]), color=BOUND, lw=1, label="lower bound")
     axis.set_ylim(-0.2, 1.05)
     axis.set_ylabel("slip margin")
     axis.legend(loc="upper right", fontsize="small")
@@ -125,8 +132,18 @@ def _band(axis: Any, table: dict[str, Array], name: str, scale: float, label: st
         return
     t, value, std = table["t"], table[name] * scale, table[f"{name}_std"] * scale
     trusted = (table[f"{name}_valid"] > 0) & np.isfinite(std)
-    axis.plot(t, value, color=ESTIMATED, lw=1, label=label)
-    axis.fill_between(t, value - 2 * std, value + 2 * std, where=trusted, color=ESTIMATED, alpha=0.25, lw=0)
+    spread = np.where(trusted, 2.0 * std, np.nan)
+    axis.plot(*broken(t, value), color=ESTIMATED, lw=1, label=label)
+    axis.fill_between(*broken(t, value - spread, value + spread), color=ESTIMATED, alpha=0.25, lw=0)
+
+
+def broken(t: Array, *curves: Array) -> tuple[Array, ...]:
+    """Return ``t`` and ``curves`` with a NaN in every gap, so that no line is drawn where nothing was."""
+    if len(t) < 3:
+        return t, *curves
+    steps = np.diff(t)
+    gaps = np.flatnonzero(steps > max(20.0 * np.median(steps), 0.3)) + 1
+    return tuple(np.insert(values.astype(np.float64), gaps, np.nan) for values in (t, *curves))
 
 
 def engineering(values: Array) -> tuple[float, str]:
