@@ -37,17 +37,17 @@ class VirtualHandNode(NodeBase):
     def __init__(self, name: str, parameters: Parameters) -> None:
         super().__init__(name, parameters)
         self.refused: Counter[str] = Counter()
-        self.hand = self._new_hand()
-        self._commands: dict[str, ForceCommand] = {}
+        self.hand = self.new_hand()
+        self.commands: dict[str, ForceCommand] = {}
         self._last: int | None = None
 
     def configure(self) -> None:
         """Compile the simulation."""
-        self._new_hand().step(0.02, {})
+        self.new_hand().step(0.02, {})
 
     def activate(self) -> None:
         """Begin with an open hand around an object on its stand."""
-        self.hand, self._commands, self._last, self.finished = self._new_hand(), {}, None, False
+        self.hand, self.commands, self._last, self.finished = self.new_hand(), {}, None, False
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
         """Keep the newest command of each finger; count those that cannot be obeyed."""
@@ -56,7 +56,7 @@ class VirtualHandNode(NodeBase):
             if reason:
                 self.refused[reason] += 1
             else:
-                self._commands[message.finger] = message
+                self.commands[message.finger] = message
         return ()
 
     def on_tick(self, now: int) -> Iterable[Message]:
@@ -65,10 +65,17 @@ class VirtualHandNode(NodeBase):
         self._last = now
         dt = min(elapsed, LONGEST_STEP)
         self.hand.epoch = now - round((self.hand.asked + dt) * NS)
-        valid = {f: c.normal_force for f, c in self._commands.items() if c.expires > now}
+        valid = {f: c.normal_force for f, c in self.commands.items() if c.expires > now}
         states = self.hand.step(dt, valid)
         self.finished = 0.0 < self.parameters.duration <= self.hand.time
         return states
+
+    def new_hand(self) -> VirtualHand:
+        """Return the hand of the parameters, at time zero."""
+        p = self.parameters
+        plate = p.hand.plate
+        events = disturbances(p.disturbance_seed, p.duration or 3600.0, weight=plate.mass * plate.gravity)
+        return VirtualHand(p.hand, p.seed, events if p.disturbed else ())
 
     def _objection(self, command: ForceCommand, now: int) -> str:
         if command.finger not in self.hand.fingers:
@@ -76,12 +83,6 @@ class VirtualHandNode(NodeBase):
         if not math.isfinite(command.normal_force) or command.normal_force < 0.0:
             return "no usable force"
         return "" if command.expires > now else "expired"
-
-    def _new_hand(self) -> VirtualHand:
-        p = self.parameters
-        plate = p.hand.plate
-        events = disturbances(p.disturbance_seed, p.duration or 3600.0, weight=plate.mass * plate.gravity)
-        return VirtualHand(p.hand, p.seed, events if p.disturbed else ())
 
 
 def build(settings: Mapping[str, Any], context: NodeContext) -> VirtualHandNode:

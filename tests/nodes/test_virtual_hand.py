@@ -65,7 +65,7 @@ def test_commands_that_cannot_be_obeyed_are_counted(finger, force, life, reason)
     node = active()
     node.on_message(command(finger, force, START, life), START)
     assert node.refused == {reason: 1}
-    assert not node._commands
+    assert not node.commands
 
 
 def test_a_late_loop_simulates_a_bounded_time() -> None:

@@ -4,7 +4,7 @@ The node is the very :class:`~vegrip.grasp.node.GraspForce` that runs on the bus
 of one period act on the hand from the next period on, which is the delay that a bus would bring.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,12 +29,22 @@ class Course:
     margin: list[list[float]] = field(default_factory=list)  # [-] true margins
     force: list[list[float]] = field(default_factory=list)  # [N] true normal forces
     command: list[list[float]] = field(default_factory=list)  # [N] NaN = none
+    slipped: list[int] = field(default_factory=list)  # slips so far
 
     def since(self, start: float) -> tuple[Array, Array, Array]:
         """Return time (n,) [s], margins (n, fingers) [-] and forces (n, fingers) [N] from ``start`` on."""
         time = np.array(self.time)
         kept = time >= start
         return time[kept], np.array(self.margin)[kept], np.array(self.force)[kept]
+
+    def sample(self, hand: VirtualHand, commands: Mapping[str, float]) -> None:
+        """Add the truth of ``hand`` as it is now."""
+        truths = [hand.truth(finger) for finger in self.fingers]
+        self.time.append(hand.time)
+        self.slipped.append(hand.slips)
+        self.margin.append([truth.margin for truth in truths])
+        self.force.append([truth.normal_force for truth in truths])
+        self.command.append([commands.get(finger, np.nan) for finger in self.fingers])
 
 
 class Loop:
@@ -74,17 +84,9 @@ class Loop:
             self._take(self.node.on_message(state, now))
         self._take(self.node.on_tick(now))
         if self.hand.time >= len(self.course.time) * self.sampling:
-            self._sample()
+            self.course.sample(self.hand, {f: c.normal_force for f, c in self.commands.items()})
 
     def _take(self, answers: Iterable[Message]) -> None:
         for message in answers:
             if isinstance(message, ForceCommand):
                 self.commands[message.finger] = message
-
-    def _sample(self) -> None:
-        truths = [self.hand.truth(finger) for finger in self.hand.fingers]
-        held = [self.commands.get(finger) for finger in self.hand.fingers]
-        self.course.time.append(self.hand.time)
-        self.course.margin.append([truth.margin for truth in truths])
-        self.course.force.append([truth.normal_force for truth in truths])
-        self.course.command.append([c.normal_force if c is not None else np.nan for c in held])

@@ -1,0 +1,32 @@
+"""``vegrip demo``: the main job, end to end, without hardware."""
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def demo(
+    duration: Annotated[float, typer.Option(min=3.0, max=3600.0, help="length in s")] = 30.0,
+    seed: Annotated[int, typer.Option(min=0, help="which object and disturbances")] = 0,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="folder of the recording (default recordings/demo-TIME)"),
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="no live table")] = False,
+    json: Annotated[bool, typer.Option("--json", help="one JSON object on standard output")] = False,
+    plot: Annotated[bool, typer.Option(help="compare with two other controllers and draw")] = True,
+) -> None:
+    """Run a virtual hand, a virtual CAN bus and the grasp force node, and watch.
+
+    Five soft fingertips hold an object of unknown friction while it is pushed, twisted, shaken and made wet.
+    Afterwards the same scenario is run with a constant grip and with a Coulomb cone, and drawn.
+
+    Example: vegrip demo --duration 20
+    """
+    from vegrip.demo.command import perform
+
+    folder = output if output is not None else Path("recordings") / time.strftime("demo-%Y%m%d-%H%M%S")
+    if perform(seed, duration, folder, live=not headless, json=json, plot=plot):
+        raise typer.Exit(130)

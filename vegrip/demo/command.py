@@ -1,0 +1,85 @@
+"""What ``vegrip demo`` does: run, watch, sum up, compare, draw."""
+
+import importlib.util
+import json as json_format
+import math
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.live import Live
+
+from vegrip.demo.closed_loop import Course
+from vegrip.demo.compare import Trial, course
+from vegrip.demo.report import as_json, summary
+from vegrip.demo.run import Demo, Outcome, run
+from vegrip.demo.scenario import Scenario
+from vegrip.monitor import render
+
+OTHERS = ("constant", "cone")
+
+
+def perform(seed: int, duration: float, folder: Path, *, live: bool, json: bool, plot: bool) -> bool:
+    """Run the demonstration and print what comes out; tell whether it was interrupted."""
+    console = Console(stderr=json)  # with --json standard output holds the JSON object and nothing else
+    scenario = Scenario(seed, duration)
+    live = live and console.is_terminal
+    outcome = _watched(scenario, folder, console, live=live)
+    courses = {"vegrip": outcome.course}
+    if plot and not outcome.interrupted:
+        console.print("the same scenario with a constant grip and a Coulomb cone, in simulated time ...")
+        courses |= _others(scenario)
+        _draw(courses, scenario, folder, console)
+    console.print(summary(outcome, courses))
+    if json:
+        sys.stdout.write(json_format.dumps(_plain(as_json(outcome))) + "\n")
+    return outcome.interrupted
+
+
+def _watched(scenario: Scenario, folder: Path, console: Console, *, live: bool) -> Outcome:
+    screen: AbstractContextManager[Any] = (
+        Live(console=console, auto_refresh=False, screen=False) if live else nullcontext()
+    )
+
+    def say(sentence: str) -> None:
+        console.print(sentence)
+
+    with screen as shown:
+        refresh: Callable[[Demo], None] = (lambda demo: _show(shown, demo)) if live else (lambda _: None)
+        return run(scenario, folder, refresh, say)
+
+
+def _show(live: Live, demo: Demo) -> None:
+    now = time.monotonic_ns()
+    load = f"bus load {100.0 * demo.loads[-1]:.0f} %" if demo.loads else ""
+    title = f"vegrip demo: five soft fingers hold an object   {load}"
+    live.update(render(demo.board, now, title), refresh=True)
+
+
+def _others(scenario: Scenario) -> dict[str, Course]:
+    trials = [Trial(name, scenario.seed, scenario.duration) for name in OTHERS]
+    with ProcessPoolExecutor(len(trials)) as pool:
+        return dict(zip(OTHERS, pool.map(course, trials), strict=True))
+
+
+def _draw(courses: dict[str, Course], scenario: Scenario, folder: Path, console: Console) -> None:
+    if importlib.util.find_spec("matplotlib") is None:
+        console.print("no picture: matplotlib is not installed (pip install 'vegrip[plot]')")
+        return
+    from vegrip.demo.plot import picture  # noqa: PLC0415 (matplotlib is an extra)
+
+    path = folder / "comparison.png"
+    picture(courses, scenario.events, path, scenario.duration)
+    console.print(f"picture: {path}")
+
+
+def _plain(value: Any) -> Any:
+    """Return ``value`` with what is not a number as null: JSON has no NaN."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,75 @@
+"""The picture of a demonstration: grip force and margin against time, for all controllers on one axis."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vegrip.demo.closed_loop import Course
+from vegrip.demo.run import DESCRIPTION
+from vegrip.demo.scenario import SETTLED
+from vegrip.virtual import Disturbance
+
+COLOUR = {"vegrip": "#0b6e4f", "constant": "#8a8a8a", "cone": "#d1603d"}
+LABEL = {"vegrip": "vegrip", "constant": "constant grip", "cone": "Coulomb cone"}
+
+
+def picture(
+    courses: Mapping[str, Course], events: tuple[Disturbance, ...], path: Path, duration: float
+) -> None:
+    """Write the picture of ``courses`` (by name of the controller) to ``path``."""
+    mpl.rcParams["svg.hashsalt"] = "vegrip"  # the same picture gives the same file
+    figure = Figure(figsize=(10.0, 6.4), layout="constrained")
+    force, margin = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.0))
+    _disturbances(force, events, labels=True)
+    _disturbances(margin, events, labels=False)
+    for name, course in courses.items():
+        time, margins, forces = course.since(SETTLED)
+        if not len(time):
+            continue
+        style = {"color": COLOUR[name], "linewidth": 1.6 if name == "vegrip" else 1.1}
+        force.plot(time, forces[:, 0], label=_legend(name, course), **style)
+        margin.plot(time, margins.min(axis=1), **style)
+        _slips(margin, course, COLOUR[name])
+    force.set_ylabel("grip force (thumb) [N]")
+    force.set_ylim(bottom=0.0)
+    force.legend(loc="upper left", fontsize=9, ncols=3, framealpha=0.9)
+    margin.axhline(0.0, color="black", linewidth=0.8)
+    margin.set_ylabel("least true slip margin [-]")
+    margin.set_ylim(-0.05, 1.0)
+    margin.set_xlabel("time [s]")
+    margin.set_xlim(SETTLED, duration)
+    for axes in (force, margin):
+        axes.grid(alpha=0.25)
+    figure.savefig(path, dpi=140)
+
+
+def _legend(name: str, course: Course) -> str:
+    end = ", object dropped" if course.dropped else ""
+    plural = "" if course.slips == 1 else "s"
+    return f"{LABEL[name]}: {course.slips} slip{plural}{end}"
+
+
+def _slips(axes: Axes, course: Course, colour: str) -> None:
+    counts = np.array(course.slipped)
+    begins = np.flatnonzero(np.diff(counts, prepend=0) > 0)
+    times = np.array(course.time)[begins]
+    axes.plot(times, np.zeros(len(times)), "x", color=colour, markersize=8, markeredgewidth=2)
+    if course.dropped:
+        axes.plot(course.time[-1], 0.0, "v", color=colour, markersize=9)
+
+
+def _disturbances(axes: Axes, events: tuple[Disturbance, ...], *, labels: bool) -> None:
+    for i, event in enumerate(events):
+        axes.axvspan(event.start, event.start + event.duration, color="#4a7bd0", alpha=0.08, linewidth=0)
+        if labels:
+            text = DESCRIPTION[type(event).__name__].split(",")[0]
+            height = 0.80 - 0.07 * (i % 5)
+            axes.text(event.start, height, f" {text}", fontsize=7, color="#27457c", transform=_over(axes))
+
+
+def _over(axes: Axes) -> object:
+    return axes.get_xaxis_transform()

@@ -1,0 +1,155 @@
+"""The main job, end to end: virtual hand -> virtual CAN bus -> grasp force node, watched and recorded.
+
+Three processes on one bus: the hand, the node, and this one, which listens as a monitor and recorder would.
+Latency is measured in the node, from the arrival of a state to the departure of its command.
+"""
+
+import math
+import os
+import time
+from collections.abc import Callable
+from contextlib import ExitStack, closing, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vegrip.clock import NS
+from vegrip.demo.candidates import demo_parameters, make_node
+from vegrip.demo.child import Farewell, Job
+from vegrip.demo.closed_loop import Course
+from vegrip.demo.hand_node import DemoHand, HandNews
+from vegrip.demo.parent import Child
+from vegrip.demo.scenario import Scenario
+from vegrip.monitor import Board
+from vegrip.recording.background import BackgroundWriter
+from vegrip.recording.writer import RecordingWriter
+from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.open import Hand, open_endpoint
+
+REFRESH = 0.1  # [s] of the screen
+PATIENCE = 0.02  # [s] of one look at the bus
+TICK = {"hand": 0.002, "node": 0.005}  # [s]
+
+
+@dataclass
+class Outcome:
+    """What a demonstration leaves behind."""
+
+    folder: Path
+    course: Course
+    node: Farewell
+    bus_load: float  # [-] mean over the run
+    interrupted: bool = False
+
+
+@dataclass
+class Demo:
+    """A demonstration under way."""
+
+    scenario: Scenario
+    folder: Path
+    board: Board
+    loads: list[float] = field(default_factory=list)
+    acting: frozenset[str] = frozenset()
+    _load_due: float = 0.0
+
+    def watch(self, endpoint: Endpoint, recorder: BackgroundWriter) -> None:
+        """Take what is on the bus."""
+        for message in endpoint.receive(PATIENCE):
+            self.board.take(message, time.monotonic_ns())
+            recorder.offer(message)
+        if time.monotonic() >= self._load_due:
+            self._load_due = time.monotonic() + 1.0
+            load = endpoint.bus_load()
+            if not math.isnan(load):
+                self.loads.append(load)
+
+    def tell(self, news: HandNews | None) -> None:
+        """Put what happens to the object on the board's log."""
+        if news is None:
+            return
+        now = time.monotonic_ns()
+        for name in sorted(set(news.acting) - self.acting):
+            self.board.say(f"disturbance: {DESCRIPTION.get(name, name)}", now, "yellow")
+        self.acting = frozenset(news.acting)
+
+
+DESCRIPTION = {
+    "Push": "push",
+    "Twist": "twist",
+    "SlowLoad": "slowly growing load",
+    "Shake": "shaking",
+    "AddedMass": "mass added",
+    "Turn": "hand turned against gravity",
+    "Wetting": "faces get wet, friction falls",
+}
+
+
+def run(
+    scenario: Scenario, folder: Path, refresh: Callable[[Demo], None], say: Callable[[str], None]
+) -> Outcome:
+    """Run the demonstration; Ctrl-C ends it early and in order.
+
+    Args:
+        scenario: what the hand goes through.
+        folder: where the recording goes; must not hold one.
+        refresh: called some times a second to draw.
+        say: called with a sentence while things get ready.
+
+    Raises:
+        VegripError: the bus cannot be opened, the folder cannot be made, or a process fails.
+
+    """
+    parameters, fingers = demo_parameters(), scenario.settings.fingers
+    transport: dict[str, Any] = {"kind": "can", "channel": f"demo-{os.getpid()}", "sender_time": True}
+    demo = Demo(scenario, folder, Board(time.monotonic_ns(), fingers))
+    noise = {name: getattr(parameters.noise, name) for name in ("normal_force", "displacement", "torque_z")}
+    with ExitStack() as stack:
+        writer = RecordingWriter(folder, radius=parameters.tip.radius, sensors=noise)
+        recorder = stack.enter_context(closing(BackgroundWriter(writer)))
+        endpoint = stack.enter_context(closing(open_endpoint(transport, Hand(fingers))))
+        say("starting hand and node (the first run compiles, which takes a minute)")
+        node = Child("grasp_force", Job(make_node, (parameters, fingers), transport, fingers, TICK["node"]))
+        stack.callback(node.stop)
+        hand = Child("virtual_hand", Job(DemoHand, (scenario,), transport, fingers, TICK["hand"]))
+        stack.callback(hand.stop)
+        interrupted = _play(demo, hand, node, endpoint, recorder, refresh)
+        hand.stop()
+        node.stop()
+    if hand.farewell is None or node.farewell is None:
+        raise KeyboardInterrupt  # interrupted before there was anything to sum up
+    load = sum(demo.loads) / len(demo.loads) if demo.loads else math.nan
+    return Outcome(folder, hand.farewell.rest, node.farewell, load, interrupted)
+
+
+def _play(
+    demo: Demo,
+    hand: Child,
+    node: Child,
+    endpoint: Endpoint,
+    recorder: BackgroundWriter,
+    refresh: Callable[[Demo], None],
+) -> bool:
+    """Start both nodes and watch until the hand is done; tell whether it was interrupted."""
+    for child in (node, hand):  # both compile at the same time; the node is active before the hand speaks
+        child.wait("ready")
+    for child in (node, hand):
+        child.say("start")
+        child.wait("active")
+    demo.board.start = time.monotonic_ns()
+    due = 0.0
+    with suppress(KeyboardInterrupt):
+        while hand.listen() and node.listen():
+            demo.watch(endpoint, recorder)
+            demo.tell(hand.news)
+            if time.monotonic() >= due:
+                due = time.monotonic() + REFRESH
+                refresh(demo)
+        refresh(demo)
+        return False
+    return True
+
+
+def elapsed(demo: Demo) -> float:
+    """Return the time since the hand started [s]."""
+    return (time.monotonic_ns() - demo.board.start) / NS
