@@ -1,0 +1,194 @@
+"""The compiled limit surface: its error bound with sign, its derivatives, its laws."""
+
+import ast
+import inspect
+import math
+from collections.abc import Callable
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vegrip.contact.limit_surface import fast, reference
+
+exponents = st.floats(1.0, 50.0)
+loads = st.floats(0.0, 2.0).map(lambda load: load if load > 1e-9 else 0.0)
+INSIDE = 2.5e-5  # how far the fast radius may be below the true one; the promise is 1e-4
+OUTSIDE = 2e-8  # how far above
+
+
+def dense_grid() -> tuple[np.ndarray, np.ndarray]:
+    """Exponents 1 .. 50 and beyond, slip centres that give load angles all over the quarter turn."""
+    exponents = np.append(1.0 / np.linspace(0.02, 1.0, 45), [100.0, 1e4, np.inf])
+    angles = np.tan(np.linspace(1e-3, np.pi / 2 - 1e-3, 160))
+    near_edge = 1.0 + np.linspace(-0.1, 0.1, 41)
+    k, d = np.meshgrid(exponents, np.concatenate([angles, near_edge]))
+    return k.ravel(), d.ravel()
+
+
+def test_radius_is_never_outside_the_true_surface_and_hardly_inside() -> None:
+    k, d = dense_grid()
+    f, m = reference.point(k, d)
+    error = 1.0 / fast.gauges(k, f, m) - 1.0  # the true gauge of (f, m) is 1
+    assert error.max() <= OUTSIDE
+    assert error.min() >= -INSIDE
+
+
+def test_radius_against_thirty_digits() -> None:
+    rng = np.random.default_rng(7)
+    for k, d in zip(1 / rng.uniform(0.02, 1, 40), np.tan(rng.uniform(0, np.pi / 2, 40)), strict=True):
+        f, m = thirty_digits(k, d)
+        error = float(fast.radius(k, float(mp.atan2(m, f))) / mp.hypot(f, m) - 1)
+        assert -INSIDE <= error <= OUTSIDE
+
+
+def thirty_digits(k: float, d: float) -> tuple[mp.mpf, mp.mpf]:
+    """Point of the surface by the ring integrals in their textbook form."""
+    with mp.workdps(30):
+        k, d = mp.mpf(k), mp.mpf(d)
+        C = 3 * k / 2 * mp.gamma(3 / k) / (mp.gamma(1 / k) * mp.gamma(2 / k))
+
+        def rings(r: mp.mpf, sign: int) -> mp.mpf:
+            modulus = 1 - ((r - d) / (r + d)) ** 2
+            across = (r + d) * mp.ellipe(modulus)
+            along = (r - d) * mp.ellipk(modulus) if modulus != 1 else 0  # the limit of 0 times infinity
+            return C / mp.pi * (1 - r**k) ** (1 / k) * r * 2 * (across + sign * along)
+
+        ends = sorted({mp.mpf(0), min(d, mp.mpf(1)), mp.mpf(1)})
+        return mp.quad(lambda r: rings(r, -1), ends) / d, mp.quad(lambda r: rings(r, 1), ends)
+
+
+def test_pure_force_and_pure_torsion_are_exact() -> None:
+    for k in (1.0, 1.7, 2.0, 3.0, 50.0, math.inf):
+        assert fast.radius(k, 0.0) == pytest.approx(1.0, rel=1e-15)
+        assert fast.torsion_limit(k) == pytest.approx(float(reference.torsion_limit(k)), rel=2e-11)
+        assert fast.gauge(k, 0.0, fast.torsion_limit(k)) == pytest.approx(1.0, rel=1e-15)
+
+
+def test_slip_direction_and_point_of_a_slip_centre() -> None:
+    k, d = (part[::7] for part in dense_grid())
+    f, m = reference.point(k, d)
+    for row in zip(k, d, f, m, strict=True):
+        k_i, d_i, f_i, m_i = map(float, row)
+        assert math.atan(fast.cor_distance(k_i, f_i, m_i)) == pytest.approx(math.atan(d_i), abs=7e-4)
+        assert fast.point(k_i, d_i) == pytest.approx((f_i, m_i), abs=1e-3)
+        assert fast.support(k_i, d_i, 1.0) == pytest.approx(d_i * f_i + m_i, rel=5e-5)
+
+
+@settings(max_examples=100, deadline=None)
+@given(k=exponents, f=loads, m=loads, factor=st.floats(0.01, 100.0))
+def test_gauge_is_proportional_to_the_load(k: float, f: float, m: float, factor: float) -> None:
+    assert fast.gauge(k, factor * f, factor * m) == pytest.approx(factor * fast.gauge(k, f, m), rel=1e-12)
+
+
+@settings(max_examples=100, deadline=None)
+@given(k=exponents, f=loads, m=loads)
+def test_gauge_does_not_know_directions(k: float, f: float, m: float) -> None:
+    assert fast.gauge(k, f, m) == fast.gauge(k, -f, m) == fast.gauge(k, f, -m)
+
+
+@settings(max_examples=200, deadline=None)
+@given(k=exponents, one=st.tuples(loads, loads), two=st.tuples(loads, loads))
+def test_gauge_is_convex(k: float, one: tuple[float, float], two: tuple[float, float]) -> None:
+    together = fast.gauge(k, one[0] + two[0], one[1] + two[1])
+    assert together <= (fast.gauge(k, *one) + fast.gauge(k, *two)) * (1 + 2 * INSIDE)
+
+
+@settings(max_examples=100, deadline=None)
+@given(k=exponents, factor=st.floats(1.0, 5.0), psi=st.floats(0.0, math.pi / 2))
+def test_flatter_pressure_holds_more(k: float, factor: float, psi: float) -> None:
+    assert fast.radius(k * factor, psi) >= fast.radius(k, psi) * (1 - INSIDE)
+
+
+@settings(max_examples=100, deadline=None)
+@given(k=exponents, psi=st.floats(0.0, math.pi / 2), chi=st.floats(0.0, math.pi / 2))
+def test_support_is_the_greatest_power_over_the_surface(k: float, psi: float, chi: float) -> None:
+    r = fast.radius(k, psi)
+    power = r * math.cos(psi) * math.cos(chi) + r * math.sin(psi) * math.sin(chi)
+    assert power <= fast.support(k, math.cos(chi), math.sin(chi)) * (1 + 5e-5)
+
+
+@settings(max_examples=100, deadline=None)
+@given(k=st.floats(1.01, 50.0), f=st.floats(0.01, 2.0), m=st.floats(0.01, 2.0))
+def test_gauge_gradient_is_the_slope_of_the_gauge(k: float, f: float, m: float) -> None:
+    value, *slopes = fast.gauge_gradient(k, f, m)
+    assert value == pytest.approx(fast.gauge(k, f, m), rel=1e-13)
+    for i, slope in enumerate(slopes):
+        assert slope == pytest.approx(_difference(fast.gauge, (k, f, m), i), abs=2e-7 * value)
+    assert f * slopes[1] + m * slopes[2] == pytest.approx(value, rel=1e-12)  # Euler: degree one
+
+
+@settings(max_examples=100, deadline=None)
+@given(k=st.floats(1.01, 50.0), psi=st.floats(0.01, 1.56))
+def test_radius_gradient_is_the_slope_of_the_radius(k: float, psi: float) -> None:
+    value, *slopes = fast.radius_gradient(k, psi)
+    assert value == pytest.approx(fast.radius(k, psi), rel=1e-13)
+    for i, slope in enumerate(slopes):
+        assert slope == pytest.approx(_difference(fast.radius, (k, psi), i), abs=2e-7)
+
+
+@settings(max_examples=100, deadline=None)
+@given(k=exponents, v=st.floats(0.01, 2.0), omega=st.floats(0.01, 2.0))
+def test_load_of_a_slip_is_the_slope_of_the_support(k: float, v: float, omega: float) -> None:
+    value, f, m = fast.support_gradient(k, v, omega)
+    assert f == pytest.approx(_difference(fast.support, (k, v, omega), 1), abs=2e-7)
+    assert m == pytest.approx(_difference(fast.support, (k, v, omega), 2), abs=2e-7)
+    assert v * f + omega * m == pytest.approx(value, rel=1e-12)
+
+
+def _difference(function: Callable[..., float], at: tuple[float, ...], index: int) -> float:
+    h = 1e-6 * max(1.0, at[index])
+    low, high = ([x + s * h * (i == index) for i, x in enumerate(at)] for s in (-1, 1))
+    return (function(*high) - function(*low)) / (2 * h)
+
+
+@pytest.mark.parametrize("k", [0.999, -1.0, math.nan])
+def test_exponent_outside_the_domain_gives_nan(k: float) -> None:
+    results = [
+        fast.gauge(k, 0.5, 0.5),
+        fast.radius(k, 0.5),
+        fast.torsion_limit(k),
+        *fast.gauge_gradient(k, 0.5, 0.5),
+        *fast.support_gradient(k, 1.0, 1.0),
+        *fast.point(k, 1.0),
+        fast.cor_distance(k, 0.5, 0.5),
+    ]
+    assert all(map(math.isnan, results))
+
+
+def test_missing_load_gives_nan_and_endless_load_an_endless_gauge() -> None:
+    assert math.isnan(fast.gauge(2.0, math.nan, 0.1))
+    assert math.isnan(fast.gauge(2.0, 0.1, math.nan))
+    assert fast.gauge(2.0, math.inf, 0.1) == math.inf
+
+
+def test_no_load_is_at_the_origin() -> None:
+    assert fast.gauge_gradient(2.0, 0.0, 0.0) == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_batches_are_the_single_queries() -> None:
+    rng = np.random.default_rng(3)
+    k, f, m = rng.uniform(1, 9, 50), rng.uniform(0, 1, 50), rng.uniform(0, 1, 50)
+    assert fast.gauges(k, f, m).tolist() == [fast.gauge(*row) for row in zip(k, f, m, strict=True)]
+    assert fast.radii(k, f).tolist() == [fast.radius(*row) for row in zip(k, f, strict=True)]
+
+
+def test_the_file_imports_nothing_compiled_from_elsewhere() -> None:
+    """numba's disk cache would then serve stale code after an edit of the other file."""
+    tree = ast.parse(inspect.getsource(fast))
+    imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    assert imported == {"numpy.typing", "vegrip.compiled"}
+
+
+def test_source_runs_uncompiled_with_the_same_results() -> None:
+    plain = inspect.getsource(fast).replace("@njit", "")
+    names: dict[str, Callable[..., float]] = {}
+    exec(compile(plain, "plain", "exec"), names)  # noqa: S102
+    for args in ((1.3, 0.2, 0.6), (2.5, 0.9, 0.1), (40.0, 0.5, 0.5)):
+        assert names["gauge_gradient"](*args) == pytest.approx(fast.gauge_gradient(*args), rel=1e-12)
+        assert names["point"](args[0], args[1]) == pytest.approx(fast.point(args[0], args[1]), rel=1e-12)
+    assert names["least_normal_force"](1.0, 0.01, 0.5, 0.005, 2.0, 1.0, 0.3, 0.0) == pytest.approx(
+        fast.least_normal_force(1.0, 0.01, 0.5, 0.005, 2.0, 1.0, 0.3, 0.0), rel=1e-12
+    )
