@@ -180,3 +180,41 @@ def test_warming_softens_the_grip_of_a_holding_hand() -> None:
 def test_a_finger_the_hand_does_not_have_is_refused() -> None:
     with pytest.raises(UsageError, match="no finger tail"):
         VirtualHand(CALM).step(0.01, {"tail": 1.0})
+
+
+def test_one_finger_can_be_lifted_while_the_others_hold() -> None:
+    hand = VirtualHand(CALM)
+    command = {**dict.fromkeys(hand.fingers[1:], 2.5), "ring": 0.0}
+    for _ in range(300):
+        hand.step(0.01, command)
+    assert hand.truth("ring").normal_force <= CALM.actuator.stiction
+    assert not hand.dropped
+
+
+def test_opening_the_hand_drops_the_object() -> None:
+    hand = VirtualHand(CALM)
+    grip(hand, 2.0, 1.5)
+    grip(hand, 0.0, 1.0)
+    assert hand.dropped
+
+
+def test_two_fingers_are_a_gripper() -> None:
+    jaws = replace(CALM, fingers=("left", "right"), x=(0.0, 0.0), y=(0.0, 0.0))
+    hand = VirtualHand(jaws)
+    grip(hand, 6.0, 3.0)
+    assert not hand.dropped
+    assert hand.truth("left").normal_force == pytest.approx(6.0, abs=0.05)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_states_stay_finite_under_any_command(seed) -> None:
+    rng = np.random.default_rng(seed)
+    hand = VirtualHand(CALM, seed, disturbances(seed, 4.0, start=0.5, pause=0.4))
+    for _ in range(100):
+        command = {f: float(rng.choice([0.0, -1.0, 1e9, np.nan, 3.0, 0.5])) for f in hand.fingers}
+        for state in hand.step(0.04, command):
+            channels = (state.normal_force, state.tangential_force_x, state.torque_z, state.displacement)
+            assert np.all(np.isfinite(channels))
+        for truth in truths(hand):
+            assert 0.0 <= truth.normal_force < 200.0
+            assert np.isfinite(truth.utilisation)

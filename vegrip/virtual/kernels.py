@@ -22,7 +22,7 @@ def pressure_exponents(C: Array, table: Array, first: float, ratio: float) -> Ar
     last = len(table) - 1
     for i in range(len(C)):
         wanted = -math.log(max(C[i] - 1.0, 1e-12))
-        j = min(max(np.searchsorted(table, wanted) - 1, 0), last - 1)
+        j = min(max(int(np.searchsorted(table, wanted)) - 1, 0), last - 1)
         part = (wanted - table[j]) / (table[j + 1] - table[j])
         k[i] = first * math.exp(ratio * (j + min(max(part, 0.0), 1.0)))
     return k

@@ -84,6 +84,6 @@ class Plate:
         lever = self.place - self.pose[:2]
         turning = stiffness * (np.vecdot(lever, lever) + 0.5 * a**2) / self.settings.inertia
         pushing = stiffness / mass
-        square = max(pushing.sum(), turning.sum())  # of the greatest angular frequency
-        viscous = max(pushing @ self._damping, turning @ self._damping)
+        square = float(max(pushing.sum(), turning.sum()))  # of the greatest angular frequency
+        viscous = float(max(pushing @ self._damping, turning @ self._damping))
         return max(1, math.ceil(dt * max(math.sqrt(square), viscous) / COURANT))
