@@ -16,90 +16,99 @@ import math
 from vegrip.estimator.generated import *  # noqa: F403
 
 
+def clear(m, start, end):
+    """Set a section to zero."""
+    for i in range(start, end):
+        m[i] = 0.0
+
+
+def copy_state(m):
+    """Copy the state to TRY, the one that is varied."""
+    for i in range(N):
+        m[TRY0 + i] = m[Y0 + i]
+
+
 def put_learned(m, y):
     """Write the learned parameters of the state ``y`` into the values the model reads."""
     for j in range(N_LEARNED):
-        u = y[2 + NS + j]
+        u = m[y + 2 + NS + j]
         m[VALUES0 + LEARNED[j]] = math.exp(u) if LEARNED_LOG[j] else u
 
 
 def step_of(m, y, j):
     """Difference step of coordinate ``j``: a thousandth of its standard deviation."""
     sd = math.sqrt(max(m[P0 + j * N + j], 0.0))
-    return max(1e-3 * sd, 1e-8 * abs(y[j]))
+    return max(1e-3 * sd, 1e-8 * abs(m[y + j]))
 
 
 def propagate(m, y, dt, into):
     """Effect states after ``dt``, the indentation running on at constant speed."""
     put_learned(m, y)
-    values, exogenous = m[VALUES0:VALUES1], m[EXOGENOUS0:EXOGENOUS1]
-    _, before, _, _ = advance(values, y[2 : 2 + NS], y[0], y[1], exogenous, 0.0, 0.0, into)
-    advance(values, into, y[0] + y[1] * dt, y[1], exogenous, before, dt, into)
+    _, before, _, _ = advance(m, VALUES0, y + 2, m[y], m[y + 1], EXOGENOUS0, 0.0, 0.0, into)
+    advance(m, VALUES0, into, m[y] + m[y + 1] * dt, m[y + 1], EXOGENOUS0, before, dt, into)
 
 
 def contact(m, y):
     """``x``, ``elastic_force``, ``force``, ``sensed_force`` of the state ``y``."""
     put_learned(m, y)
-    values, exogenous = m[VALUES0:VALUES1], m[EXOGENOUS0:EXOGENOUS1]
-    return advance(values, y[2 : 2 + NS], y[0], y[1], exogenous, 0.0, 0.0, m[S10:S11])
+    return advance(m, VALUES0, y + 2, m[y], m[y + 1], EXOGENOUS0, 0.0, 0.0, S10)
 
 
 def predict(m, dt, rho):
     """Move state and covariance by ``dt`` [s]; ``rho`` is what is left of the speed (1 = all)."""
-    y, P, F, B = m[Y0:Y1], m[P0:P1], m[F0:F1], m[B0:B1]
-    now, later, other = m[TRY0:TRY1], m[S00:S01], m[S10:S11]
-    now[:] = y
+    y, now, later, other = Y0, TRY0, S00, S10
+    copy_state(m)
     if NS > 0:
         propagate(m, now, dt, later)
         for j in range(M):
             h = step_of(m, y, j)
             if h > 0.0:
-                now[j] = y[j] + h
+                m[now + j] = m[y + j] + h
                 propagate(m, now, dt, other)
-                now[j] = y[j]
+                m[now + j] = m[y + j]
                 for i in range(NS):
-                    F[i * M + j] = (other[i] - later[i]) / h
+                    m[F0 + i * M + j] = (m[other + i] - m[later + i]) / h
             else:
                 for i in range(NS):
-                    F[i * M + j] = 0.0
+                    m[F0 + i * M + j] = 0.0
     R = 2 + NS  # rows that move: B = F P, then P = B F' (parameters, d0 and bF stay)
     for c in range(N):
-        B[c] = P[c] + dt * P[N + c]
-        B[N + c] = rho * P[N + c]
+        m[B0 + c] = m[P0 + c] + dt * m[P0 + N + c]
+        m[B0 + N + c] = rho * m[P0 + N + c]
     for i in range(NS):
         for c in range(N):
             s = 0.0
             for j in range(M):
-                s += F[i * M + j] * P[j * N + c]
-            B[(2 + i) * N + c] = s
+                s += m[F0 + i * M + j] * m[P0 + j * N + c]
+            m[B0 + (2 + i) * N + c] = s
     for a in range(R):
         for c in range(R, N):
-            P[a * N + c] = B[a * N + c]
-            P[c * N + a] = B[a * N + c]
+            m[P0 + a * N + c] = m[B0 + a * N + c]
+            m[P0 + c * N + a] = m[B0 + a * N + c]
     for a in range(R):
         row = a * N
         if a < 1:
-            P[0] = B[0] + dt * B[1]
+            m[P0 + 0] = m[B0 + 0] + dt * m[B0 + 1]
         if a < 2:
-            P[row + 1] = rho * B[row + 1]
-            P[N + a] = P[row + 1]
+            m[P0 + row + 1] = rho * m[B0 + row + 1]
+            m[P0 + N + a] = m[P0 + row + 1]
         for i in range(NS):
             s = 0.0
             for j in range(M):
-                s += F[i * M + j] * B[row + j]
-            P[row + 2 + i] = s
-            P[(2 + i) * N + a] = s
-    y[0] += y[1] * dt
-    y[1] *= rho
+                s += m[F0 + i * M + j] * m[B0 + row + j]
+            m[P0 + row + 2 + i] = s
+            m[P0 + (2 + i) * N + a] = s
+    m[y] += m[y + 1] * dt
+    m[y + 1] *= rho
     for i in range(NS):
-        y[2 + i] = later[i]
-    q = m[SET0 + SET_ACCELERATION]
-    P[0] += q * dt * dt * dt / 3.0
-    P[1] += q * dt * dt / 2.0
-    P[N] = P[1]
-    P[N + 1] += q * dt
+        m[y + 2 + i] = m[later + i]
+    q = m[SET_ACCELERATION]
+    m[P0 + 0] += q * dt * dt * dt / 3.0
+    m[P0 + 1] += q * dt * dt / 2.0
+    m[P0 + N] = m[P0 + 1]
+    m[P0 + N + 1] += q * dt
     for j in range(2, N):
-        P[j * N + j] += m[DRIFT0 + j] * dt
+        m[P0 + j * N + j] += m[DRIFT0 + j] * dt
     leash(m, 0, m[PRIOR0])
     leash(m, 1, m[PRIOR0 + 1])
     for j in range(2 + NS, N):
@@ -108,22 +117,21 @@ def predict(m, dt, rho):
 
 def leash(m, j, limit):
     """No coordinate gets less certain than at the very beginning: scale its row and column."""
-    P = m[P0:P1]
-    variance = P[j * N + j]
+    variance = m[P0 + j * N + j]
     if variance > limit:
         factor = math.sqrt(limit / variance)
         for c in range(N):
-            P[j * N + c] *= factor
-            P[c * N + j] *= factor
+            m[P0 + j * N + c] *= factor
+            m[P0 + c * N + j] *= factor
 
 
 def bound(m):
     """Keep the state where the model makes sense."""
-    y = m[Y0:Y1]
-    R = m[SET0 + SET_TIP_RADIUS]
-    y[0] = min(max(y[0], -100.0 * R), R)
+    y = Y0
+    R = m[SET_TIP_RADIUS]
+    m[y] = min(max(m[y], -100.0 * R), R)
     for j in range(2 + NS, M):
-        y[j] = min(max(y[j], m[LOW0 + j]), m[HIGH0 + j])
+        m[y + j] = min(max(m[y + j], m[LOW0 + j]), m[HIGH0 + j])
 
 
 def scalar_update(m, channel, innovation, R):
@@ -132,15 +140,15 @@ def scalar_update(m, channel, innovation, R):
     Above NIS 9 the weight falls as in Huber's estimate (the innovation variance grows with sqrt(NIS / 9)),
     above 100 the measurement is refused.
     """
-    y, P, H, G = m[Y0:Y1], m[P0:P1], m[H0:H1], m[G0:G1]
+    y = Y0
     S = R
     for i in range(N):
         s = 0.0
         for j in range(N):
-            s += P[i * N + j] * H[j]
-        G[i] = s
+            s += m[P0 + i * N + j] * m[H0 + j]
+        m[G0 + i] = s
     for i in range(N):
-        S += H[i] * G[i]
+        S += m[H0 + i] * m[G0 + i]
     at = CHANNEL0 + 4 * channel
     nis = innovation * innovation / S
     note(m, channel, innovation / math.sqrt(S), nis)
@@ -154,14 +162,14 @@ def scalar_update(m, channel, innovation, R):
     if nis > 9.0:
         S *= math.sqrt(nis / 9.0)
     for i in range(N):
-        y[i] += G[i] * innovation / S
+        m[y + i] += m[G0 + i] * innovation / S
     for i in range(N):
-        gain = G[i] / S
+        gain = m[G0 + i] / S
         for j in range(i, N):
-            P[i * N + j] -= gain * G[j]
-            P[j * N + i] = P[i * N + j]
-        floor = 1e-12 * gain * G[i]  # what rounding may have left of a variance
-        P[i * N + i] = max(P[i * N + i], floor)
+            m[P0 + i * N + j] -= gain * m[G0 + j]
+            m[P0 + j * N + i] = m[P0 + i * N + j]
+        floor = 1e-12 * gain * m[G0 + i]  # what rounding may have left of a variance
+        m[P0 + i * N + i] = max(m[P0 + i * N + i], floor)
     bound(m)
     return True
 
@@ -178,7 +186,7 @@ def note(m, channel, normalised, nis):
 
 def regime_of(m):
     """0 air, 1 loading, 2 hold, 3 unloading."""
-    if m[REPORT0 + REP_CONTACT] < 0.5:
+    if m[REP_CONTACT] < 0.5:
         return 0.0
     slow = 2.0 * math.sqrt(max(m[P0 + N + 1], 0.0))
     if abs(m[Y0 + 1]) <= slow:
@@ -188,53 +196,50 @@ def regime_of(m):
 
 def measure_displacement(m, value):
     """``displacement = delta + d0``."""
-    H = m[H0:H1]
-    H[:] = 0.0
-    H[0] = 1.0
-    H[N - 2] = 1.0
-    return scalar_update(m, 0, value - m[Y0] - m[Y0 + N - 2], m[SET0 + SET_R_DISPLACEMENT])
+    clear(m, H0, H1)
+    m[H0 + 0] = 1.0
+    m[H0 + N - 2] = 1.0
+    return scalar_update(m, 0, value - m[Y0] - m[Y0 + N - 2], m[SET_R_DISPLACEMENT])
 
 
 def force_gradient(m, y):
     """Fill H with the derivative of the sensed force at ``y``; return that force."""
-    H = m[H0:H1]
-    H[:] = 0.0
+    clear(m, H0, H1)
     base = contact(m, y)[3]
     for j in range(M):
         h = step_of(m, y, j)
         if h > 0.0:
-            keep = y[j]
-            y[j] = keep + h
-            H[j] = (contact(m, y)[3] - base) / h
-            y[j] = keep
-    H[N - 1] = 1.0
+            keep = m[y + j]
+            m[y + j] = keep + h
+            m[H0 + j] = (contact(m, y)[3] - base) / h
+            m[y + j] = keep
+    m[H0 + N - 1] = 1.0
     return base
 
 
 def measure_force(m, value, alone):
     """``normal_force = sensed_force + bF``; ``alone``: the displacement is not known, force tells it."""
-    y = m[TRY0:TRY1]
-    y[:] = m[Y0:Y1]
-    R = m[SET0 + SET_R_FORCE]
-    bias = y[N - 1]
+    y = TRY0
+    copy_state(m)
+    R = m[SET_R_FORCE]
+    bias = m[y + N - 1]
     if alone:
         meet(m, y, value - bias, 3.0 * math.sqrt(R + m[P1 - 1]))
-    H = m[H0:H1]
     base = force_gradient(m, y)
     innovation = value - base - bias
     spread = 0.0
     for i in range(M):
         for j in range(M):
-            spread += H[i] * m[P0 + i * N + j] * H[j]
+            spread += m[H0 + i] * m[P0 + i * N + j] * m[H0 + j]
     if value > 5.0 * math.sqrt(R) and base > 0.0 and base + bias > 0.0 and spread > 0.01 * base * base:
         # stiffness hardly known: the logarithm of the force is linear in the logarithm of the stiffness
         predicted = base + bias
         innovation = math.log(value / predicted)
         for j in range(N):
-            H[j] /= predicted
+            m[H0 + j] /= predicted
         R /= value * value
     for j in range(M):
-        innovation -= H[j] * (m[Y0 + j] - y[j])
+        innovation -= m[H0 + j] * (m[Y0 + j] - m[y + j])
     return scalar_update(m, 1, innovation, R)
 
 
@@ -248,56 +253,55 @@ def meet(m, y, force, threshold):
     found = contact(m, y)[3]
     if abs(found - force) < threshold:
         return
-    low, high = min(y[0], 0.0), m[SET0 + SET_TIP_RADIUS]
+    low, high = min(m[y], 0.0), m[SET_TIP_RADIUS]
     for _ in range(40):
-        y[0] = 0.5 * (low + high)
+        m[y] = 0.5 * (low + high)
         if contact(m, y)[3] < force:
-            low = y[0]
+            low = m[y]
         else:
-            high = y[0]
+            high = m[y]
 
 
 def measure_radius(m, value):
     """``contact_radius = a``."""
-    y, H = m[TRY0:TRY1], m[H0:H1]
-    y[:] = m[Y0:Y1]
-    H[:] = 0.0
+    y = TRY0
+    copy_state(m)
+    clear(m, H0, H1)
     base = radius_of(m, y)
     if base <= 0.0:
         return False
     for j in range(M):
         h = step_of(m, y, j)
         if h > 0.0:
-            keep = y[j]
-            y[j] = keep + h
-            H[j] = (radius_of(m, y) - base) / h
-            y[j] = keep
-    return scalar_update(m, 2, value - base, m[SET0 + SET_R_RADIUS])
+            keep = m[y + j]
+            m[y + j] = keep + h
+            m[H0 + j] = (radius_of(m, y) - base) / h
+            m[y + j] = keep
+    return scalar_update(m, 2, value - base, m[SET_R_RADIUS])
 
 
 def radius_of(m, y):
     """Contact radius of the state ``y``."""
     x, elastic_force, force, _ = contact(m, y)
-    values, exogenous = m[VALUES0:VALUES1], m[EXOGENOUS0:EXOGENOUS1]
-    return readout(values, m[S10:S11], y[0], y[1], exogenous, x, elastic_force, force)[0]
+    return readout(m, VALUES0, S10, m[y], m[y + 1], EXOGENOUS0, x, elastic_force, force)[0]
 
 
 def widen(m, from_displacement, displacement):
     """After many refusals in a row: the motion and the memory are unknown again, what is learned wide."""
-    y, P = m[Y0:Y1], m[P0:P1]
+    y = Y0
     if from_displacement:
-        y[0] = displacement - y[N - 2]
-        y[1] = 0.0
+        m[y] = displacement - m[y + N - 2]
+        m[y + 1] = 0.0
     for j in range(N):
-        P[j * N + j] += m[PRIOR0 + j]
+        m[P0 + j * N + j] += m[PRIOR0 + j]
     for j in range(NS):
         variance = settled_spread(m, j)
-        P[(2 + j) * N + 2 + j] += variance
+        m[P0 + (2 + j) * N + 2 + j] += variance
 
 
 def settled_spread(m, j):
     """Variance of an effect state about which nothing is known in this contact."""
-    x, elastic_force, force, _ = contact(m, m[Y0:Y1])
+    x, elastic_force, force, _ = contact(m, Y0)
     low, high = named(STATE_LOW[j], x, elastic_force, force), named(STATE_HIGH[j], x, elastic_force, force)
     return (high - low) * (high - low) / 12.0
 
@@ -320,47 +324,47 @@ def settle(m, y):
         for j in range(NS):
             if STATE_HIGH[j] != 0:
                 low = named(STATE_LOW[j], x, elastic_force, force)
-                y[2 + j] = 0.5 * (low + named(STATE_HIGH[j], x, elastic_force, force))
+                m[y + 2 + j] = 0.5 * (low + named(STATE_HIGH[j], x, elastic_force, force))
 
 
 def begin(m, force, displacement):
     """First sample: the state of nothing known, in the air or in the middle of a contact."""
-    y, P, trial = m[Y0:Y1], m[P0:P1], m[TRY0:TRY1]
-    P[:] = 0.0
-    y[0] = displacement if math.isfinite(displacement) else 0.0
-    y[1] = 0.0
+    y, trial = Y0, TRY0
+    clear(m, P0, P1)
+    m[y] = displacement if math.isfinite(displacement) else 0.0
+    m[y + 1] = 0.0
     for j in range(N):
-        P[j * N + j] = m[PRIOR0 + j]
-    touching = y[0] > 4.0 * math.sqrt(m[SET0 + SET_R_DISPLACEMENT] + m[PRIOR0 + N - 2])
+        m[P0 + j * N + j] = m[PRIOR0 + j]
+    touching = m[y] > 4.0 * math.sqrt(m[SET_R_DISPLACEMENT] + m[PRIOR0 + N - 2])
     if math.isfinite(force):
-        touching = force > 4.0 * math.sqrt(m[SET0 + SET_R_FORCE] + m[PRIOR0 + N - 1])
+        touching = force > 4.0 * math.sqrt(m[SET_R_FORCE] + m[PRIOR0 + N - 1])
     if not touching:
         return
-    trial[:] = y
+    copy_state(m)
     if not math.isfinite(displacement):
         meet(m, trial, force, 0.0)
-        y[0] = trial[0]
-    y[0] = max(y[0], 0.01 * m[SET0 + SET_DEPTH])
+        m[y] = m[trial]
+    m[y] = max(m[y], 0.01 * m[SET_DEPTH])
     settle(m, y)
-    trial[:] = y
+    copy_state(m)
     for j in range(M):  # states move with indentation and stiffness, within their own spread
         h = step_of(m, y, j)
         if (j < 2 or j >= 2 + NS) and h > 0.0:
-            h = min(h, 0.01 * max(abs(y[j]), 1e-3)) if j >= 2 else min(h, 1e-3 * y[0] + 1e-30)
-            trial[j] = y[j] + h
+            h = min(h, 0.01 * max(abs(m[y + j]), 1e-3)) if j >= 2 else min(h, 1e-3 * m[y] + 1e-30)
+            m[trial + j] = m[y + j] + h
             settle(m, trial)
             for i in range(NS):
-                m[F0 + i * M + j] = (trial[2 + i] - y[2 + i]) / h
-            trial[j] = y[j]
+                m[F0 + i * M + j] = (m[trial + 2 + i] - m[y + 2 + i]) / h
+            m[trial + j] = m[y + j]
     for i in range(NS):
         for j in range(M):
             if j < 2 or j >= 2 + NS:
-                P[(2 + i) * N + j] = m[F0 + i * M + j] * P[j * N + j]
-                P[j * N + 2 + i] = P[(2 + i) * N + j]
+                m[P0 + (2 + i) * N + j] = m[F0 + i * M + j] * m[P0 + j * N + j]
+                m[P0 + j * N + 2 + i] = m[P0 + (2 + i) * N + j]
     for i in range(NS):
         for k in range(NS):
             s = settled_spread(m, i) if i == k else 0.0
             for j in range(M):
                 if j < 2 or j >= 2 + NS:
-                    s += m[F0 + i * M + j] * P[j * N + j] * m[F0 + k * M + j]
-            P[(2 + i) * N + 2 + k] = s
+                    s += m[F0 + i * M + j] * m[P0 + j * N + j] * m[F0 + k * M + j]
+            m[P0 + (2 + i) * N + 2 + k] = s

@@ -16,10 +16,9 @@ SHARE_SPREAD = 0.3  # relative std of the part of the force that is still to rel
 def held_state(m, y, T, into):
     """Quantities ``N, a, k, friction`` after holding the indentation of ``y`` for T [s]."""
     put_learned(m, y)
-    values, exogenous = m[VALUES0:VALUES1], m[EXOGENOUS0:EXOGENOUS1]
-    _, before, _, _ = advance(values, y[2 : 2 + NS], y[0], 0.0, exogenous, 0.0, 0.0, into)
-    x, elastic_force, force, _ = advance(values, into, y[0], 0.0, exogenous, before, T, into)
-    a, k, friction = readout(values, into, y[0], 0.0, exogenous, x, elastic_force, force)
+    _, before, _, _ = advance(m, VALUES0, y + 2, m[y], 0.0, EXOGENOUS0, 0.0, 0.0, into)
+    x, elastic_force, force, _ = advance(m, VALUES0, into, m[y], 0.0, EXOGENOUS0, before, T, into)
+    a, k, friction = readout(m, VALUES0, into, m[y], 0.0, EXOGENOUS0, x, elastic_force, force)
     return force, a, k, friction
 
 
@@ -33,20 +32,19 @@ def gauge_of(force, a, k, mu, f, moment):
 
 def gauge_after(m, y, T, f, moment, bound):
     """Gauge after holding for T; with ``bound`` its upper bound at the wanted confidence."""
-    force, a, k, mu = held_state(m, y, T, m[S10:S11])
+    force, a, k, mu = held_state(m, y, T, S10)
     g = gauge_of(force, a, k, mu, f, moment)
     if bound < 0.5 or not g < math.inf:
         return g
-    out = m[REPORT0:REPORT1]
-    fresh = held_state(m, y, 0.0, m[S10:S11])[0]
+    fresh = held_state(m, y, 0.0, S10)[0]
     # absolute spread of N kept, so its relative part grows as N falls or shrinks as N rises
-    relative = out[REP_GAUGE_REL]
-    part = out[REP_FORCE_STD] / max(out[REP_FORCE], 1e-300)
-    now = out[REP_FORCE_STD] / force
+    relative = m[REP_GAUGE_REL]
+    part = m[REP_FORCE_STD] / max(m[REP_FORCE], 1e-300)
+    now = m[REP_FORCE_STD] / force
     lost = SHARE_SPREAD * math.log(fresh / force) if T > 0.0 and fresh > 0.0 else 0.0
     relative = math.sqrt(max(relative * relative - part * part, 0.0) + now * now + lost * lost)
-    noise = math.hypot(m[SET0 + SET_S_TANGENTIAL], 0.0 if moment == 0.0 else m[SET0 + SET_S_TORQUE] / a)
-    return upper_gauge(g, relative, noise / (mu * force), m[SET0 + SET_QUANTILE])
+    noise = math.hypot(m[SET_S_TANGENTIAL], 0.0 if moment == 0.0 else m[SET_S_TORQUE] / a)
+    return upper_gauge(g, relative, noise / (mu * force), m[SET_QUANTILE])
 
 
 def time_to_slip(m, tangential, torque, bound):
@@ -55,13 +53,13 @@ def time_to_slip(m, tangential, torque, bound):
     The crossing is bracketed on a grid of three instants per decade, then halved.
     """
     f, moment = load_of(tangential, torque)
-    y = m[TRY0:TRY1]
-    y[:] = m[Y0:Y1]
-    if math.isnan(f) or m[REPORT0 + REP_CONTACT] < 0.5:
+    y = TRY0
+    copy_state(m)
+    if math.isnan(f) or m[REP_CONTACT] < 0.5:
         return math.nan
     if gauge_after(m, y, 0.0, f, moment, bound) >= 1.0:
         return 0.0
-    if m[SET0 + SET_HOLD] > 0.5:
+    if m[SET_HOLD] > 0.5:
         return math.inf
     low, high = 0.0, 1e-3
     while high < 2e4:
@@ -80,8 +78,8 @@ def time_to_slip(m, tangential, torque, bound):
 def worst_gauge(m, y, f, moment):
     """Largest upper bound of the gauge, now and at thirds of the horizon."""
     worst = gauge_after(m, y, 0.0, f, moment, 1.0)
-    horizon = m[SET0 + SET_HORIZON]
-    if m[SET0 + SET_HOLD] < 0.5 and horizon > 0.0:
+    horizon = m[SET_HORIZON]
+    if m[SET_HOLD] < 0.5 and horizon > 0.0:
         for i in range(1, 4):
             worst = max(worst, gauge_after(m, y, horizon * i / 3.0, f, moment, 1.0))
     return worst
@@ -95,24 +93,24 @@ def least_force(m, tangential, torque, margin):
     point; inf when even pressing in by the whole tip radius does not suffice.
     """
     f, moment = load_of(tangential, torque)
-    y = m[TRY0:TRY1]
-    y[:] = m[Y0:Y1]
+    y = TRY0
+    copy_state(m)
     if math.isnan(f):
         return math.nan
     wanted = 1.0 - margin
-    low, high = 0.0, m[SET0 + SET_TIP_RADIUS]
-    y[0] = high
+    low, high = 0.0, m[SET_TIP_RADIUS]
+    m[y] = high
     if worst_gauge(m, y, f, moment) > wanted:
         return math.inf
     for _ in range(26):  # 1.5e-8 of the radius
         middle = 0.5 * (low + high)
-        y[0] = middle
+        m[y] = middle
         if worst_gauge(m, y, f, moment) > wanted:
             low = middle
         else:
             high = middle
-    y[0] = high
-    return held_state(m, y, 0.0, m[S10:S11])[0]
+    m[y] = high
+    return held_state(m, y, 0.0, S10)[0]
 
 
 def load_of(tangential, torque):
@@ -123,8 +121,8 @@ def load_of(tangential, torque):
 
 def reserve(m, tangential, torque):
     """Normal force [N] that could be lost now before the margin's lower bound is zero; negative = too little."""
-    hold = m[SET0 + SET_HOLD]
-    m[SET0 + SET_HOLD] = 1.0
+    hold = m[SET_HOLD]
+    m[SET_HOLD] = 1.0
     needed = least_force(m, tangential, torque, 0.0)
-    m[SET0 + SET_HOLD] = hold
-    return m[REPORT0 + REP_FORCE] - needed
+    m[SET_HOLD] = hold
+    return m[REP_FORCE] - needed

@@ -17,58 +17,57 @@ from vegrip.estimator.generated import *  # noqa: F403
 
 def learn_friction(m, dt, u, relative_std, slip, touching):
     """Fold in one sample; ``u`` is NaN where load or force are not known, ``slip`` where it is not sensed."""
-    f = m[FRICTION0:FRICTION1]
-    forget(m, f, dt, touching)
-    f[FRI_SINCE] += dt
+    forget(m, dt, touching)
+    m[FRI_SINCE] += dt
     if not (u > 0.0 and touching) or math.isnan(slip):
         return
-    noise = relative_std * relative_std + m[SET0 + SET_SCATTER] * m[SET0 + SET_SCATTER]
+    noise = relative_std * relative_std + m[SET_SCATTER] * m[SET_SCATTER]
     if slip >= 0.5:
-        if f[FRI_SLIDING] < 0.5:
-            slipped(f, math.log(u), noise)
-        f[FRI_SLIDING] = 1.0
+        if m[FRI_SLIDING] < 0.5:
+            slipped(m, math.log(u), noise)
+        m[FRI_SLIDING] = 1.0
         return
-    if f[FRI_SLIDING] > 0.5:
-        new_loading(f)
-        f[FRI_SMOOTH] = 0.0
-    f[FRI_SLIDING] = 0.0
-    f[FRI_SMOOTH] += (1.0 - math.exp(-dt / 0.02)) * (u - f[FRI_SMOOTH])  # a peak of noise is no evidence
-    held(f, f[FRI_SMOOTH], noise)
+    if m[FRI_SLIDING] > 0.5:
+        new_loading(m)
+        m[FRI_SMOOTH] = 0.0
+    m[FRI_SLIDING] = 0.0
+    m[FRI_SMOOTH] += (1.0 - math.exp(-dt / 0.02)) * (u - m[FRI_SMOOTH])  # a peak of noise is no evidence
+    held(m, m[FRI_SMOOTH], noise)
 
 
-def slipped(f, ln_u, noise):
+def slipped(m, ln_u, noise):
     """Gaussian update, from before this loading: that it held until now says nothing more."""
-    gain = f[FRI_BASE_VAR] / (f[FRI_BASE_VAR] + noise)
-    f[FRI_LN_MU] = f[FRI_BASE_LN] + gain * (ln_u - f[FRI_BASE_LN])
-    f[FRI_VAR] = (1.0 - gain) * f[FRI_BASE_VAR]
-    f[FRI_EVENTS] += 1.0
-    f[FRI_BEST] = 0.0
-    new_loading(f)
+    gain = m[FRI_BASE_VAR] / (m[FRI_BASE_VAR] + noise)
+    m[FRI_LN_MU] = m[FRI_BASE_LN] + gain * (ln_u - m[FRI_BASE_LN])
+    m[FRI_VAR] = (1.0 - gain) * m[FRI_BASE_VAR]
+    m[FRI_EVENTS] += 1.0
+    m[FRI_BEST] = 0.0
+    new_loading(m)
 
 
-def new_loading(f):
+def new_loading(m):
     """What is known now is what the next loading starts from."""
-    f[FRI_BASE_LN] = f[FRI_LN_MU]
-    f[FRI_BASE_VAR] = f[FRI_VAR]
-    f[FRI_PEAK] = 0.0
+    m[FRI_BASE_LN] = m[FRI_LN_MU]
+    m[FRI_BASE_VAR] = m[FRI_VAR]
+    m[FRI_PEAK] = 0.0
 
 
-def held(f, u, noise):
+def held(m, u, noise):
     """Stick at utilisation ``u``: the posterior of this loading, from its beginning, with its largest u."""
-    if u < 0.5 * f[FRI_PEAK]:
-        f[FRI_BEST] = max(f[FRI_BEST], f[FRI_PEAK])
-        new_loading(f)
-    if u <= f[FRI_PEAK]:
+    if u < 0.5 * m[FRI_PEAK]:
+        m[FRI_BEST] = max(m[FRI_BEST], m[FRI_PEAK])
+        new_loading(m)
+    if u <= m[FRI_PEAK]:
         return
-    f[FRI_PEAK] = u
-    if u <= f[FRI_BEST]:
+    m[FRI_PEAK] = u
+    if u <= m[FRI_BEST]:
         return
-    spread = math.sqrt(f[FRI_BASE_VAR] + noise)
-    z = (f[FRI_BASE_LN] - math.log(u)) / spread
+    spread = math.sqrt(m[FRI_BASE_VAR] + noise)
+    z = (m[FRI_BASE_LN] - math.log(u)) / spread
     ratio = inverse_mills(z)
-    share = f[FRI_BASE_VAR] / spread
-    f[FRI_LN_MU] = f[FRI_BASE_LN] + share * ratio
-    f[FRI_VAR] = max(f[FRI_BASE_VAR] - share * share * ratio * (z + ratio), 1e-8)
+    share = m[FRI_BASE_VAR] / spread
+    m[FRI_LN_MU] = m[FRI_BASE_LN] + share * ratio
+    m[FRI_VAR] = max(m[FRI_BASE_VAR] - share * share * ratio * (z + ratio), 1e-8)
 
 
 def inverse_mills(z):
@@ -78,15 +77,15 @@ def inverse_mills(z):
     return math.exp(-0.5 * z * z) * 0.3989422804014327 / (0.5 * math.erfc(-z * 0.7071067811865476))
 
 
-def forget(m, f, dt, touching):
+def forget(m, dt, touching):
     """Friction may change: slowly with time, and with every new contact; never wider than the prior."""
-    grown = m[SET0 + SET_MU_DRIFT] * m[SET0 + SET_MU_DRIFT] * dt
-    if touching and f[FRI_TOUCHING] < 0.5:
-        grown += m[SET0 + SET_REGRASP] * m[SET0 + SET_REGRASP]
-        f[FRI_SLIDING] = 0.0
-        f[FRI_SMOOTH] = 0.0
-        new_loading(f)
-    f[FRI_TOUCHING] = 1.0 if touching else 0.0
-    limit = m[SET0 + SET_MU_PRIOR_VAR]
-    f[FRI_VAR] = min(f[FRI_VAR] + grown, max(limit, f[FRI_VAR]))
-    f[FRI_BASE_VAR] = min(f[FRI_BASE_VAR] + grown, max(limit, f[FRI_BASE_VAR]))
+    grown = m[SET_MU_DRIFT] * m[SET_MU_DRIFT] * dt
+    if touching and m[FRI_TOUCHING] < 0.5:
+        grown += m[SET_REGRASP] * m[SET_REGRASP]
+        m[FRI_SLIDING] = 0.0
+        m[FRI_SMOOTH] = 0.0
+        new_loading(m)
+    m[FRI_TOUCHING] = 1.0 if touching else 0.0
+    limit = m[SET_MU_PRIOR_VAR]
+    m[FRI_VAR] = min(m[FRI_VAR] + grown, max(limit, m[FRI_VAR]))
+    m[FRI_BASE_VAR] = min(m[FRI_BASE_VAR] + grown, max(limit, m[FRI_BASE_VAR]))

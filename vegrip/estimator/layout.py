@@ -96,8 +96,11 @@ class Layout:
         lines += [f"MU_PLACE = {self.mu}", f"CONSIDERED_MU = {self.considered.index(self.mu)}"]
         for name, (start, end) in self.places().items():
             lines += [f"{name}0 = {start}", f"{name}1 = {end}"]
-        for prefix, names in (("SET", SETTINGS), ("REP", REPORT), ("FRI", FRICTION), ("CH", PER_CHANNEL)):
-            lines += [f"{prefix}_{name} = {i}" for i, name in enumerate(names)]
+        at = {"SET": SETTINGS, "REPORT": REPORT, "FRICTION": FRICTION}
+        for section, names in at.items():
+            start = self.places()[section][0]
+            lines += [f"{section[:3]}_{name} = {start + i}" for i, name in enumerate(names)]
+        lines += [f"CH_{name} = {i}" for i, name in enumerate(PER_CHANNEL)]
         return "\n".join(lines)
 
 

@@ -16,27 +16,25 @@ from vegrip.estimator.generated import *  # noqa: F403
 def quantities(m, y):
     """``N, a, k, friction`` of the state ``y``."""
     x, elastic_force, force, _ = contact(m, y)
-    values, exogenous = m[VALUES0:VALUES1], m[EXOGENOUS0:EXOGENOUS1]
-    a, k, friction = readout(values, m[S10:S11], y[0], y[1], exogenous, x, elastic_force, force)
+    a, k, friction = readout(m, VALUES0, S10, m[y], m[y + 1], EXOGENOUS0, x, elastic_force, force)
     return force, a, k, friction
 
 
 def quantities_jacobian(m, y):
     """Fill JAC, 4 x (moving + considered), at ``y``; return the quantities."""
-    J = m[JAC0:JAC1]
     C = M + N_CONSIDERED
     q0, q1, q2, q3 = quantities(m, y)
     for j in range(C):
-        J[j] = J[C + j] = J[2 * C + j] = J[3 * C + j] = 0.0
+        m[JAC0 + j] = m[JAC0 + C + j] = m[JAC0 + 2 * C + j] = m[JAC0 + 3 * C + j] = 0.0
     for j in range(M):
         h = step_of(m, y, j)
         if h > 0.0 and j != 1:
-            keep = y[j]
-            y[j] = keep + h
+            keep = m[y + j]
+            m[y + j] = keep + h
             r0, r1, r2, r3 = quantities(m, y)
-            y[j] = keep
-            J[j], J[C + j] = (r0 - q0) / h, (r1 - q1) / h
-            J[2 * C + j], J[3 * C + j] = (r2 - q2) / h, (r3 - q3) / h
+            m[y + j] = keep
+            m[JAC0 + j], m[JAC0 + C + j] = (r0 - q0) / h, (r1 - q1) / h
+            m[JAC0 + 2 * C + j], m[JAC0 + 3 * C + j] = (r2 - q2) / h, (r3 - q3) / h
     put_learned(m, y)
     for i in range(N_CONSIDERED):
         at = VALUES0 + CONSIDERED[i]
@@ -46,80 +44,85 @@ def quantities_jacobian(m, y):
         r0, r1, r2, r3 = quantities(m, y)
         m[at] = keep
         j = M + i
-        J[C + j], J[2 * C + j], J[3 * C + j] = (r1 - q1) / h, (r2 - q2) / h, (r3 - q3) / h
+        m[JAC0 + C + j], m[JAC0 + 2 * C + j], m[JAC0 + 3 * C + j] = (
+            (r1 - q1) / h,
+            (r2 - q2) / h,
+            (r3 - q3) / h,
+        )
     return q0, q1, q2, q3
 
 
 def spread(m, a0, a1, a2, a3):
     """Variance of ``a0 N + a1 a + a2 k + a3 friction`` from JAC and the filter's covariance."""
-    J, P, g = m[JAC0:JAC1], m[P0:P1], m[G0:G1]
     C = M + N_CONSIDERED
     for j in range(M):
-        g[j] = a0 * J[j] + a1 * J[C + j] + a2 * J[2 * C + j] + a3 * J[3 * C + j]
+        m[G0 + j] = (
+            a0 * m[JAC0 + j] + a1 * m[JAC0 + C + j] + a2 * m[JAC0 + 2 * C + j] + a3 * m[JAC0 + 3 * C + j]
+        )
     total = 0.0
     for i in range(M):
-        s = 0.5 * P[i * N + i] * g[i]
+        s = 0.5 * m[P0 + i * N + i] * m[G0 + i]
         for j in range(i + 1, M):
-            s += P[i * N + j] * g[j]
-        total += 2.0 * g[i] * s
+            s += m[P0 + i * N + j] * m[G0 + j]
+        total += 2.0 * m[G0 + i] * s
     for i in range(N_CONSIDERED):
         j = M + i
-        s = a1 * J[C + j] + a2 * J[2 * C + j] + a3 * J[3 * C + j]
+        s = a1 * m[JAC0 + C + j] + a2 * m[JAC0 + 2 * C + j] + a3 * m[JAC0 + 3 * C + j]
         total += s * s * m[CONSIDER0 + i]
     return max(total, 0.0)
 
 
 def report(m, tangential, torque):
     """Fill the section REPORT for the present state and the load [N], [N m] (NaN = not measured)."""
-    out, y = m[REPORT0:REPORT1], m[TRY0:TRY1]
-    y[:] = m[Y0:Y1]
+    y = TRY0
+    copy_state(m)
     friction_in(m)
     force, a, k, mu = quantities_jacobian(m, y)
-    out[REP_FORCE], out[REP_RADIUS], out[REP_EXPONENT], out[REP_MU] = force, a, k, mu
-    out[REP_FORCE_STD] = math.sqrt(spread(m, 1.0, 0.0, 0.0, 0.0))
-    out[REP_RADIUS_STD] = math.sqrt(spread(m, 0.0, 1.0, 0.0, 0.0))
-    out[REP_EXPONENT_STD] = math.sqrt(spread(m, 0.0, 0.0, 1.0, 0.0))
-    out[REP_MU_STD] = math.sqrt(spread(m, 0.0, 0.0, 0.0, 1.0))
-    out[REP_DEPTH_NOW], out[REP_DEPTH_STD] = m[Y0], math.sqrt(max(m[P0], 0.0))
-    touch(m, out)
-    out[REP_LIMIT_FORCE] = mu * force
-    out[REP_LIMIT_FORCE_STD] = math.sqrt(spread(m, mu, 0.0, 0.0, force))
-    limits(m, out, force, a, k, mu)
-    along(m, out, tangential, torque, force, a, k, mu)
+    m[REP_FORCE], m[REP_RADIUS], m[REP_EXPONENT], m[REP_MU] = force, a, k, mu
+    m[REP_FORCE_STD] = math.sqrt(spread(m, 1.0, 0.0, 0.0, 0.0))
+    m[REP_RADIUS_STD] = math.sqrt(spread(m, 0.0, 1.0, 0.0, 0.0))
+    m[REP_EXPONENT_STD] = math.sqrt(spread(m, 0.0, 0.0, 1.0, 0.0))
+    m[REP_MU_STD] = math.sqrt(spread(m, 0.0, 0.0, 0.0, 1.0))
+    m[REP_DEPTH_NOW], m[REP_DEPTH_STD] = m[Y0], math.sqrt(max(m[P0], 0.0))
+    touch(m)
+    m[REP_LIMIT_FORCE] = mu * force
+    m[REP_LIMIT_FORCE_STD] = math.sqrt(spread(m, mu, 0.0, 0.0, force))
+    limits(m, force, a, k, mu)
+    along(m, tangential, torque, force, a, k, mu)
 
 
 def friction_in(m):
     """Hand the friction posterior to the model and to the considered variances."""
-    m[VALUES0 + MU_PLACE] = math.exp(m[FRICTION0 + FRI_LN_MU])
-    m[CONSIDER0 + CONSIDERED_MU] = m[FRICTION0 + FRI_VAR]
+    m[VALUES0 + MU_PLACE] = math.exp(m[FRI_LN_MU])
+    m[CONSIDER0 + CONSIDERED_MU] = m[FRI_VAR]
 
 
-def touch(m, out):
+def touch(m):
     """In contact or not, with hysteresis: two standard deviations to make it, half of one to break it."""
-    by_force = out[REP_FORCE] / max(out[REP_FORCE_STD], 1e-300)
-    by_depth = out[REP_DEPTH_NOW] / max(out[REP_DEPTH_STD], 1e-300)
+    by_force = m[REP_FORCE] / max(m[REP_FORCE_STD], 1e-300)
+    by_depth = m[REP_DEPTH_NOW] / max(m[REP_DEPTH_STD], 1e-300)
     sure = by_force if by_force > by_depth else by_depth
-    if out[REP_FORCE] <= 0.0:
-        out[REP_CONTACT] = 0.0
+    if m[REP_FORCE] <= 0.0:
+        m[REP_CONTACT] = 0.0
     elif sure > 2.0:
-        out[REP_CONTACT] = 1.0
+        m[REP_CONTACT] = 1.0
     elif sure < 0.5:
-        out[REP_CONTACT] = 0.0
+        m[REP_CONTACT] = 0.0
 
 
-def limits(m, out, force, a, k, mu):
+def limits(m, force, a, k, mu):
     """Pure torsion, ``mu N a M(k)``."""
     if not (force > 0.0 and a > 0.0):
-        out[REP_LIMIT_TORQUE] = 0.0
-        out[REP_LIMIT_TORQUE_STD] = 0.0
+        m[REP_LIMIT_TORQUE] = 0.0
+        m[REP_LIMIT_TORQUE_STD] = 0.0
         return
     reach, by_k, _ = radius_gradient(k, 0.5 * math.pi)
     torque = mu * force * a * reach
-    out[REP_LIMIT_TORQUE] = torque
-    out[REP_LIMIT_TORQUE_STD] = torque * math.sqrt(spread(m, 1.0 / force, 1.0 / a, by_k / reach, 1.0 / mu))
+    m[REP_LIMIT_TORQUE] = torque
+    m[REP_LIMIT_TORQUE_STD] = torque * math.sqrt(spread(m, 1.0 / force, 1.0 / a, by_k / reach, 1.0 / mu))
 
 
-def along(m, out, tangential, torque, force, a, k, mu):
+def along(m, tangential, torque, force, a, k, mu):
     """Limit radius and gauge along the present load; the gauge with relative and absolute spread.
 
     ``GAUGE_REL`` comes from what is estimated (it scales the gauge), ``GAUGE_ABS`` from the noise of the
@@ -129,13 +132,13 @@ def along(m, out, tangential, torque, force, a, k, mu):
     if math.isnan(moment):
         moment = 0.0
     if not (force > 0.0 and a > 0.0) or math.isnan(f):
-        out[REP_LIMIT_RADIUS] = math.nan if math.isnan(f) else 0.0
-        out[REP_LIMIT_RADIUS_STD] = math.inf if math.isnan(f) else out[REP_LIMIT_FORCE_STD]
-        out[REP_GAUGE] = math.nan
-        out[REP_GAUGE_REL] = out[REP_GAUGE_ABS] = math.inf
+        m[REP_LIMIT_RADIUS] = math.nan if math.isnan(f) else 0.0
+        m[REP_LIMIT_RADIUS_STD] = math.inf if math.isnan(f) else m[REP_LIMIT_FORCE_STD]
+        m[REP_GAUGE] = math.nan
+        m[REP_GAUGE_REL] = m[REP_GAUGE_ABS] = math.inf
         return
-    s_f = m[SET0 + SET_S_TANGENTIAL]
-    s_m = 0.0 if math.isnan(torque) else m[SET0 + SET_S_TORQUE]
+    s_f = m[SET_S_TANGENTIAL]
+    s_m = 0.0 if math.isnan(torque) else m[SET_S_TORQUE]
     along_f, along_m = f, moment / a
     load = math.hypot(along_f, along_m)
     psi = math.atan2(along_m, along_f)
@@ -147,13 +150,13 @@ def along(m, out, tangential, torque, force, a, k, mu):
     # d ln reach by d ln a is -turn s c: a larger patch turns the load towards pure force
     rest = math.sqrt(spread(m, 1.0 / force, -turn * s * c / a, by_k / reach, 1.0 / mu))
     swing = math.hypot(s * s_f, c * s_m / a) / max(load, 1e-300)  # std of psi from the load's noise
-    out[REP_LIMIT_RADIUS] = limit
-    out[REP_LIMIT_RADIUS_STD] = limit * math.hypot(rest, turn * min(swing, 1.0))
-    out[REP_GAUGE] = gauge_now
+    m[REP_LIMIT_RADIUS] = limit
+    m[REP_LIMIT_RADIUS_STD] = limit * math.hypot(rest, turn * min(swing, 1.0))
+    m[REP_GAUGE] = gauge_now
     by_a = (s * s - turn * s * c) / a
-    out[REP_GAUGE_REL] = math.sqrt(spread(m, 1.0 / force, by_a, by_k / reach, 1.0 / mu))
+    m[REP_GAUGE_REL] = math.sqrt(spread(m, 1.0 / force, by_a, by_k / reach, 1.0 / mu))
     by_f, by_m = (c + turn * s) / limit, (s - turn * c) / (limit * a)
-    out[REP_GAUGE_ABS] = math.hypot(by_f * s_f, by_m * s_m)
+    m[REP_GAUGE_ABS] = math.hypot(by_f * s_f, by_m * s_m)
 
 
 def upper_gauge(gauge_now, relative, absolute, quantile):
@@ -167,11 +170,10 @@ def utilisation(m, tangential, torque):
 
     Uses the quantities of REPORT; N scales it down, a and k by their derivatives.
     """
-    out = m[REPORT0:REPORT1]
-    mu, gauge_now = out[REP_MU], out[REP_GAUGE]
-    if not gauge_now > 0.0 or out[REP_CONTACT] < 0.5:
+    mu, gauge_now = m[REP_MU], m[REP_GAUGE]
+    if not gauge_now > 0.0 or m[REP_CONTACT] < 0.5:
         return math.nan, math.inf
     friction_part = m[CONSIDER0 + CONSIDERED_MU]
-    known = max(out[REP_GAUGE_REL] * out[REP_GAUGE_REL] - friction_part, 0.0)
-    noise = out[REP_GAUGE_ABS] / gauge_now
-    return gauge_now * math.exp(m[FRICTION0 + FRI_LN_MU]), math.sqrt(known + noise * noise)
+    known = max(m[REP_GAUGE_REL] * m[REP_GAUGE_REL] - friction_part, 0.0)
+    noise = m[REP_GAUGE_ABS] / gauge_now
+    return gauge_now * math.exp(m[FRI_LN_MU]), math.sqrt(known + noise * noise)

@@ -7,10 +7,10 @@ from vegrip.estimator.generated import *  # noqa: F403
 
 def filter_step(m, dt, force, displacement, radius):
     """Predict and measure; NaN is a channel without a measurement. Returns nothing, all is in ``m``."""
-    gap = dt > m[SET0 + SET_LONGEST_GAP]
-    blind = m[CHANNEL0 + CH_AGE] > m[SET0 + SET_LONGEST_GAP]
-    rho = math.exp(-dt * m[SET0 + SET_RHO_SPEED]) if gap or blind else 1.0
-    m[LOAD0 + 2] = math.exp(-dt / m[SET0 + SET_HEALTH_TIME])
+    gap = dt > m[SET_LONGEST_GAP]
+    blind = m[CHANNEL0 + CH_AGE] > m[SET_LONGEST_GAP]
+    rho = math.exp(-dt * m[SET_RHO_SPEED]) if gap or blind else 1.0
+    m[LOAD0 + 2] = math.exp(-dt / m[SET_HEALTH_TIME])
     for channel in range(3):
         m[CHANNEL0 + 4 * channel + CH_AGE] += dt
         m[CHANNEL0 + 4 * channel + CH_USED] = 0.0
@@ -25,13 +25,13 @@ def filter_step(m, dt, force, displacement, radius):
     bound(m)
     if known:
         measure_displacement(m, displacement)
-        if m[CHANNEL0 + CH_STREAK] >= m[SET0 + SET_RECOVERY]:
+        if m[CHANNEL0 + CH_STREAK] >= m[SET_RECOVERY]:
             widen(m, True, displacement)
             measure_displacement(m, displacement)
             m[CHANNEL0 + CH_STREAK] = 0.0
     if math.isfinite(force):
         measure_force(m, force, blind and not known)
-        if m[CHANNEL0 + 4 + CH_STREAK] >= m[SET0 + SET_RECOVERY]:
+        if m[CHANNEL0 + 4 + CH_STREAK] >= m[SET_RECOVERY]:
             widen(m, False, displacement)
             measure_force(m, force, True)
             m[CHANNEL0 + 4 + CH_STREAK] = 0.0
@@ -47,7 +47,7 @@ def update(m, dt, force, displacement, radius, tangential, torque, slip):
     filter_step(m, dt, force, displacement, radius)
     report(m, tangential, torque)
     u, relative = utilisation(m, tangential, torque)
-    learn_friction(m, dt, u, relative, slip, m[REPORT0 + REP_CONTACT] > 0.5)
+    learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5)
 
 
 def many(ms, dt, samples):
@@ -59,9 +59,8 @@ def many(ms, dt, samples):
 
 def margin_of(m, tangential, torque, out):
     """Fill ``out`` with gauge, its upper bound, force reserve, time to slip and its earliest."""
-    r = m[REPORT0:REPORT1]
-    out[0] = r[REP_GAUGE]
-    out[1] = upper_gauge(r[REP_GAUGE], r[REP_GAUGE_REL], r[REP_GAUGE_ABS], m[SET0 + SET_QUANTILE])
+    out[0] = m[REP_GAUGE]
+    out[1] = upper_gauge(m[REP_GAUGE], m[REP_GAUGE_REL], m[REP_GAUGE_ABS], m[SET_QUANTILE])
     out[2] = reserve(m, tangential, torque)
     out[3] = time_to_slip(m, tangential, torque, 0.0)
     out[4] = time_to_slip(m, tangential, torque, 1.0)

@@ -1,6 +1,8 @@
 """A whole record through the model, one compiled call."""
 
-from vegrip.model.generated import Floats, advance, readout
+import numpy as np
+
+from vegrip.model.generated import N_STATES, Floats, advance, readout
 
 
 def run(values: Floats, states: Floats, t: Floats, inputs: Floats, out: Floats) -> None:
@@ -9,16 +11,23 @@ def run(values: Floats, states: Floats, t: Floats, inputs: Floats, out: Floats) 
     ``out`` (n, 7) receives x, elastic_force, force, sensed_force, contact_radius, exponent, friction;
     ``states`` ends as the last ones.
     """
+    n = values.shape[0]
+    m = np.empty(n + 4 + N_STATES)
+    m[:n] = values
+    outside, at = n, n + 4
+    m[at:] = states
     elastic_force = 0.0
     before = t[0]
     for i in range(t.shape[0]):
-        delta, speed, exogenous = inputs[i, 0], inputs[i, 1], inputs[i, 2:]
+        delta, speed = inputs[i, 0], inputs[i, 1]
+        m[outside:at] = inputs[i, 2:]
         if i == 0:
-            _, elastic_force, _, _ = advance(values, states, delta, speed, exogenous, 0.0, 0.0, states)
+            elastic_force = advance(m, 0, at, delta, speed, outside, 0.0, 0.0, at)[1]
         x, elastic_force, force, sensed_force = advance(
-            values, states, delta, speed, exogenous, elastic_force, t[i] - before, states
+            m, 0, at, delta, speed, outside, elastic_force, t[i] - before, at
         )
-        radius, exponent, friction = readout(values, states, delta, speed, exogenous, x, elastic_force, force)
+        radius, exponent, friction = readout(m, 0, at, delta, speed, outside, x, elastic_force, force)
         before = t[i]
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = x, elastic_force, force, sensed_force
         out[i, 4], out[i, 5], out[i, 6] = radius, exponent, friction
+    states[:] = m[at:]

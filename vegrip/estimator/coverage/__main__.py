@@ -1,0 +1,27 @@
+"""Print the coverage table: ``python -m vegrip.estimator.coverage --truths 100``."""
+
+import argparse
+from collections.abc import Sequence
+
+from vegrip.estimator.coverage.table import CONFIGURATIONS, QUANTITIES, coverage, fingertip
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Read the command line, run, print."""
+    parser = argparse.ArgumentParser(prog="python -m vegrip.estimator.coverage", description=__doc__)
+    parser.add_argument("--truths", type=int, default=100, help="random fingertips per configuration")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--start-in-contact", action="store_true", help="the record begins within a contact")
+    options = parser.parse_args(arguments)
+    print("95 % coverage in percent (earliest slip: one-sided)".ljust(34))  # noqa: T201
+    print("sensors".ljust(12), *(name.rjust(13) for name in QUANTITIES))  # noqa: T201
+    for configuration in CONFIGURATIONS:
+        found = coverage(
+            fingertip(), configuration, options.truths, options.seed, start_in_contact=options.start_in_contact
+        )
+        cells = (f"{100 * found[name].share:.1f} ({found[name].count})".rjust(13) for name in QUANTITIES)
+        print(configuration.ljust(12), *cells, flush=True)  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
