@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from vegrip.contact.coupling import exponent_after_creep
 from vegrip.contact.domain import positive
+from vegrip.contact.elastic import PowerStiffness
 from vegrip.contact.limit_surface.reference import exponent
 from vegrip.errors import DomainError
 
@@ -46,25 +47,20 @@ class LawOfForce:
 Contact = PowerLawContact | LawOfForce
 
 
-def geometric_contact(R: float, m: float, b: float, k: float = 2.0, creep: float = 1.0) -> PowerLawContact:
-    """Contact of a fingertip of radius R [m] that is pressed, by power-law stiffness and geometric radius.
+def geometric_contact(
+    R: float, stiffness: PowerStiffness, k: float = 2.0, creep: float = 1.0
+) -> PowerLawContact:
+    """Contact of a fingertip of radius R [m] pressed on a flat, by its stiffness and the geometric radius.
 
-    a = sqrt(2 R delta h) and N = m delta^(b+1)/(b+1), eqs. (29) and (33) of [TiezziKao2007]_, so that a goes
-    as N^(1/(2b+2)). k is the exponent at first; after creep by the ratio h (``creep``) at constant load it
-    follows C_k = C_k0/h, eq. (36). Ends where the indentation is R.
+    a = sqrt(2 R delta h), eq. (33) of [TiezziKao2007]_, with delta(N) of eq. (29), so that a goes as
+    N^(1/(2b+2)). k is the exponent at first; after creep by the ratio h (``creep``) at constant load it
+    follows C_k = C_k0/h, eq. (36). Holds until the indentation is R.
     """
-    for name, value, unit in (
-        ("fingertip radius", R, "m"),
-        ("stiffness", m, "N/m^(b+1)"),
-        ("b + 1", b + 1.0, ""),
-    ):
-        positive(name, value, unit)
-    greatest = m * (R / creep) ** (b + 1.0) / (b + 1.0)
-    delta = (b + 1.0) ** (1.0 / (b + 1.0)) * m ** (-1.0 / (b + 1.0))  # at 1 N
-    k_now = float(exponent_after_creep(creep, k).k) if creep != 1.0 else k
+    at = 1.0
     return PowerLawContact(
-        radius=math.sqrt(2.0 * R * delta * creep),
-        exponent=k_now,
-        radius_power=0.5 / (b + 1.0),
-        greatest=greatest,
+        radius=math.sqrt(2.0 * positive("fingertip radius", R, "m") * stiffness.indentation(at) * creep),
+        exponent=k if creep == 1.0 else float(exponent_after_creep(creep, k).k),
+        at=at,
+        radius_power=0.5 / (stiffness.b + 1.0),
+        greatest=float(stiffness.force(R / creep)),
     )

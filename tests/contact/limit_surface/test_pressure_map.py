@@ -1,0 +1,146 @@
+"""Limit surfaces of pressure maps: against the rings, against the definition, and three feet exactly."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import ArrayLike
+
+from vegrip.contact.limit_surface import reference
+from vegrip.contact.limit_surface.maps import elliptical_map, polygon_map, taxel_map
+from vegrip.contact.limit_surface.pressure_map import PressureMap
+from vegrip.errors import DomainError
+
+FEET = PressureMap([[0.03, 0.03], [0.09, 0.03], [0.03, 0.09]], [1.0, 1.0, 1.0])
+twists = st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(lambda t: np.array(t) * [1.0, 1.0, 20.0])
+
+
+@settings(max_examples=60, deadline=None)
+@given(one=twists, two=twists)
+def test_no_load_does_more_power_than_the_one_of_the_slip(one: np.ndarray, two: np.ndarray) -> None:
+    assert FEET.load(one) @ two <= FEET.support(two) + 1e-12
+    assert FEET.load(one) @ one == pytest.approx(float(FEET.support(one)), abs=1e-12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(one=twists, two=twists)
+def test_dissipation_is_convex(one: np.ndarray, two: np.ndarray) -> None:
+    assert FEET.support(one + two) <= FEET.support(one) + FEET.support(two) + 1e-12
+
+
+@settings(max_examples=60, deadline=None)
+@given(twist=twists.filter(lambda t: float(FEET.support(t)) > 0.05))
+def test_load_is_the_gradient_of_the_dissipation(twist: np.ndarray) -> None:
+    speeds = np.linalg.norm(FEET.velocities(twist), axis=-1)
+    if speeds.min() < 1e-2:
+        return  # a foot at the slip centre: a kink, see the facets
+    h = 1e-6 * np.array([1.0, 1.0, 20.0])
+    slopes = [
+        (FEET.support(twist + step) - FEET.support(twist - step)) / (2 * step.sum()) for step in np.diag(h)
+    ]
+    assert np.array(slopes) == pytest.approx(FEET.load(twist), abs=1e-6)
+
+
+def test_twists_are_taken_in_batches() -> None:
+    batch = np.random.default_rng(0).normal(size=(2, 5, 3))
+    assert FEET.support(batch).shape == (2, 5)
+    assert FEET.load(batch)[1, 3] == pytest.approx(FEET.load(batch[1, 3]))
+
+
+def test_spin_about_a_foot_leaves_the_friction_of_that_foot_open() -> None:
+    facet = FEET.facet(0, spin=1.0)
+    about_foot = np.array([0.03, -0.03, 1.0])
+    assert FEET.velocities(about_foot)[0] == pytest.approx([0.0, 0.0])
+    for angle in np.linspace(0, 2 * np.pi, 9):
+        load = facet.centre + np.array([np.cos(angle), np.sin(angle)]) @ facet.axes
+        # the whole facet does the same power: it is a flat piece of the surface
+        assert load @ about_foot == pytest.approx(float(FEET.support(about_foot)), rel=1e-12)
+
+
+def test_slips_next_to_a_foot_end_on_the_rim_of_its_facet() -> None:
+    facet = FEET.facet(2, spin=-1.0)
+    x, y = FEET.positions[2]
+    for angle in (0.1, 2.0, 4.0):
+        near = np.array([x, y]) + 1e-9 * np.array([np.cos(angle), np.sin(angle)])
+        load = FEET.load([-near[1], near[0], -1.0])
+        friction, *_ = np.linalg.lstsq(facet.axes.T, load - facet.centre)
+        assert np.linalg.norm(friction) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("k", [1.0, 2.0, 3.0, 20.0])
+def test_round_map_reduces_to_the_rings(k: float) -> None:
+    a = 0.004
+    contact = elliptical_map((a, a), k)
+    d = np.array([0.0, 0.1, 0.5, 0.9, 1.0, 1.5, 5.0])
+    twist = np.stack([0 * d, -a * d, 0 * d + 1], axis=1)  # about the point (a d, 0)
+    f, m = reference.point(k, d)
+    assert contact.support(twist) / a == pytest.approx(reference.support(k, d), rel=1e-5)
+    assert contact.load(twist) == pytest.approx(np.stack([0 * d, -f, m * a], axis=1), abs=5e-4)
+
+
+def test_ellipse_is_a_stretched_circle_in_translation_and_turns_with_its_axes() -> None:
+    flat, upright = elliptical_map((0.008, 0.004)), elliptical_map((0.004, 0.008))
+    assert flat.load([1.0, 0.0, 0.0]) == pytest.approx([1.0, 0.0, 0.0], abs=1e-12)
+    spin = np.array([0.002, 0.001, 1.0])
+    turned = np.array([-0.001, 0.002, 1.0])  # the same slip a quarter turn on
+    assert flat.support(spin) == pytest.approx(float(upright.support(turned)), rel=1e-5)
+
+
+def test_torsion_of_a_square_taxel_is_the_mean_distance_from_its_centre() -> None:
+    one = taxel_map([[0.0, 0.0]], [3.0], pitch=2.0, order=40)
+    mean_distance = (np.sqrt(2) + np.log(1 + np.sqrt(2))) / 3  # of a square of side 2
+    assert one.load([0.0, 0.0, 1.0])[2] == pytest.approx(mean_distance, rel=1e-4)
+
+
+def test_tactile_array_approaches_the_contact_it_measures() -> None:
+    a, pitch = 0.004, 0.0005
+    grid = (np.arange(-8, 8) + 0.5) * pitch
+    centres = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
+    r2 = (centres**2).sum(axis=1) / a**2
+    array = taxel_map(centres, np.sqrt(np.maximum(1 - r2, 0)), pitch)
+    for d in (0.0, 0.5, 1.5):
+        support = array.support([0.0, -a * d, 1.0]) / a
+        assert support == pytest.approx(float(reference.support(2.0, d)), rel=0.01)
+
+
+def test_polygon_carries_its_area_at_its_centroid() -> None:
+    triangle = polygon_map([[0, 0], [0.15, 0], [0, 0.15]])
+    assert triangle.centre == pytest.approx([0.05, 0.05], rel=1e-12)
+    assert triangle.shares.sum() == pytest.approx(1.0)
+    square = polygon_map([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    mean_distance = (np.sqrt(2) + np.log(1 + np.sqrt(2))) / 3
+    assert square.load([0.0, 0.0, 1.0])[2] == pytest.approx(2 * mean_distance / 2, rel=1e-3)
+
+
+def test_points_without_force_do_not_count() -> None:
+    with_idle = PressureMap([[0, 0], [1, 0], [5, 5]], [1, 1, 0])
+    assert len(with_idle.shares) == 2
+    assert with_idle.centre == pytest.approx([0.5, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("positions", "forces"),
+    [
+        ([[0, 0, 0]], [1]),
+        ([[0, 0], [1, 1]], [1]),
+        ([[0, 0]], [0]),
+        ([[0, 0], [1, 0]], [1, -1]),
+        ([[0, np.nan]], [1]),
+        ([[0, 0]], [np.nan]),
+    ],
+)
+def test_impossible_map_is_refused(positions: ArrayLike, forces: ArrayLike) -> None:
+    with pytest.raises(DomainError):
+        PressureMap(positions, forces)
+
+
+def test_impossible_shapes_are_refused() -> None:
+    for build in (
+        lambda: elliptical_map((0.0, 1.0)),
+        lambda: elliptical_map((1.0, 1.0), k=0.5),
+        lambda: polygon_map([[0, 0], [1, 1]]),
+        lambda: taxel_map([[0, 0]], [1, 2], 0.1),
+        lambda: taxel_map([[0, 0]], [1], 0.0),
+    ):
+        with pytest.raises(DomainError):
+            build()
