@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from dataclasses import dataclass
+from operator import attrgetter
 
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
@@ -38,9 +39,7 @@ class Ranges:
 
     def first_outside(self, state: FingertipState) -> str:
         """Name the first channel whose value cannot be true; "" = none. NaN is missing, not wrong."""
-        for name in CHANNELS:
-            value = getattr(state, name)
-            low, high = getattr(self, name)
+        for (low, high), value, name in zip(BOUNDS(self), VALUES(state), CHANNELS, strict=True):
             if not (low <= value <= high or math.isnan(value)):
                 return name
         return ""
@@ -48,3 +47,9 @@ class Ranges:
 
 CHANNELS = tuple(field.name for field in dataclasses.fields(Ranges))
 """The measured quantities of a fingertip, by name."""
+
+VALUES = attrgetter(*CHANNELS)
+"""Their values in a state, in this order, in one call: this runs for every state of every finger."""
+
+BOUNDS = VALUES
+"""Their ranges: the fields of :class:`Ranges` have the same names."""

@@ -20,10 +20,12 @@ plug does not toggle the controller. This protects against faults, not attackers
 import math
 from collections import Counter
 from dataclasses import dataclass, field
+from itertools import compress
 
 from vegrip.clock import NS
 from vegrip.config import parameter
-from vegrip.control.ranges import CHANNELS, Ranges
+from vegrip.control.ranges import CHANNELS, VALUES, Ranges
+from vegrip.control.stillness import Stillness
 from vegrip.messages import Condition, FingertipState
 
 MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
@@ -54,12 +56,15 @@ class InputWatchdog:
         self.faults: Counter[Condition] = Counter()
         self._good = 0  # good states in a row
         self.lost: frozenset[str] = frozenset()  # channels that had been there and now are not
-        self._seen: set[str] = set()  # channels that were measured at least once
+        self._seen: frozenset[str] = frozenset()  # channels that were measured at least once
+        self._present: tuple[bool, ...] = ()  # which channels the last state had
+        self._usable = False  # and whether they suffice
         self._last: FingertipState | None = None
         self._heard: int | None = None  # [ns] when something last arrived, or the first tick
         self._corrupt: int | None = None  # [ns] when something last arrived broken
         self._quickest = math.inf  # [ns] least difference between arrival and stamp
-        self._moved: dict[tuple[str, ...], int] = {}  # [ns] when these channels last changed
+        self._all_still = Stillness(*MECHANICAL)
+        self._force_still = Stillness("normal_force")
 
     def accept(self, state: FingertipState, now: int) -> bool:
         """Judge ``state`` arriving at ``now`` [ns]; tell whether the estimator may use it."""
@@ -122,27 +127,19 @@ class InputWatchdog:
 
     def _alive(self, state: FingertipState, now: int) -> Condition:
         frozen = (
-            self._at_rest(state, MECHANICAL, now) > self.settings.frozen_after * NS
-            or self._at_rest(state, ("normal_force",), now) > self.settings.force_frozen_after * NS
+            self._all_still.duration(state, now) > self.settings.frozen_after * NS,
+            self._force_still.duration(state, now) > self.settings.force_frozen_after * NS,
         )
-        return Condition.FROZEN if frozen else Condition.OK
-
-    def _at_rest(self, state: FingertipState, names: tuple[str, ...], now: int) -> int:
-        """Return for how long [ns] these channels have repeated themselves; missing ones cannot freeze."""
-        values = [getattr(state, name) for name in names]
-        if self._last is None or all(map(math.isnan, values)) or not _same(values, self._last, names):
-            self._moved[names] = now
-        return now - self._moved[names]
+        return Condition.FROZEN if any(frozen) else Condition.OK
 
     def _complete(self, state: FingertipState) -> Condition:
-        measured = {name for name in CHANNELS if not math.isnan(getattr(state, name))}
-        if not measured & {"normal_force", "displacement"}:
+        present = tuple([value == value for value in VALUES(state)])  # noqa: PLR0124 (NaN is not itself)
+        if present != self._present:  # seldom, so what follows may take its time
+            self._present = present
+            measured = frozenset(compress(CHANNELS, present))
+            self._usable = bool(measured & {"normal_force", "displacement"})
+            self._seen |= measured
+            self.lost = self._seen - measured
+        if not self._usable:
             return Condition.MISSING
-        self._seen |= measured
-        self.lost = frozenset(self._seen - measured)
         return Condition.DEGRADED if self.lost else Condition.OK
-
-
-def _same(values: list[float], last: FingertipState, names: tuple[str, ...]) -> bool:
-    before = [getattr(last, name) for name in names]
-    return all(x == y or (math.isnan(x) and math.isnan(y)) for x, y in zip(values, before, strict=True))

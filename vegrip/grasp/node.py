@@ -1,6 +1,5 @@
 """The node that grips: any number of fingers, each with its own estimator, watchdog and controller."""
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
 from vegrip.control.balance import balanced
@@ -37,7 +36,6 @@ class GraspForce(NodeBase):
     ) -> None:
         self.fingers: dict[str, GraspFinger] = {}
         super().__init__(name, settings)
-        self.rejected: Counter[str] = Counter()
         self._names = tuple(fingers)
         self._make_estimator = make_estimator
         self._active = False

@@ -19,10 +19,12 @@ class Node(Protocol):
     parameters: Any
     """A frozen dataclass made of :func:`vegrip.config.parameter` fields; the runner assigns a new one when
     a parameter changes. A setter that raises :class:`~vegrip.errors.VegripError` refuses the change."""
-    rejected: Mapping[str, int]
-    """What the node itself refused so far, counted by name; goes into NodeStatus."""
     finished: bool
     """Set by a node that has nothing more to do (the end of a replay); the loop then ends."""
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """What the node itself refused so far, counted by name; goes into NodeStatus."""
 
     def configure(self) -> None:
         """Build everything and compile what will run; may take seconds."""
