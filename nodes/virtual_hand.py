@@ -32,7 +32,7 @@ class Parameters:
 class VirtualHandNode(NodeBase):
     """Steps the hand by the time that has passed, and drops commands that have expired."""
 
-    parameters: Parameters
+    _running = False
 
     def __init__(self, name: str, parameters: Parameters) -> None:
         super().__init__(name, parameters)
@@ -41,6 +41,17 @@ class VirtualHandNode(NodeBase):
         self.commands: dict[str, ForceCommand] = {}
         self._last: int | None = None
 
+    @property
+    def parameters(self) -> Parameters:
+        """What was set; a running hand refuses to become another one."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, parameters: Parameters) -> None:
+        if self._running:
+            raise ConfigError(f"{self.name}: a running hand cannot be changed; deactivate the node first")
+        self._parameters = parameters
+
     def configure(self) -> None:
         """Compile the simulation."""
         self.new_hand().step(0.02, {})
@@ -48,6 +59,11 @@ class VirtualHandNode(NodeBase):
     def activate(self) -> None:
         """Begin with an open hand around an object on its stand."""
         self.hand, self.commands, self._last, self.finished = self.new_hand(), {}, None, False
+        self._running = True
+
+    def deactivate(self) -> None:
+        """Stop the simulation where it is."""
+        self._running = False
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
         """Keep the newest command of each finger; count those that cannot be obeyed."""

@@ -109,3 +109,13 @@ def test_disturbances_are_those_of_their_seed() -> None:
     other = VirtualHandNode("other", replace(node.parameters, disturbance_seed=5))
     assert node.hand.events
     assert node.hand.events != other.hand.events
+
+
+def test_a_running_hand_refuses_to_become_another_one() -> None:
+    node = active()
+    with pytest.raises(ConfigError, match="deactivate"):
+        node.parameters = replace(node.parameters, seed=5)
+    node.deactivate()
+    node.parameters = replace(node.parameters, seed=5)
+    node.activate()
+    assert node.hand.tips != active().hand.tips
