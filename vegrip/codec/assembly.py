@@ -39,6 +39,11 @@ class Assembly:
         self._counter, self._expected = -1, 0  # of the open message; 0 expected: none is open
         self._stamp = self._time = 0
 
+    def reset(self) -> None:
+        """Begin a new stream; what was counted stays counted."""
+        self.sequence.last = -1
+        self._counter, self._expected = -1, 0
+
     @property
     def lost(self) -> int:
         """Messages that never arrived, or not whole."""

@@ -109,6 +109,11 @@ class CanCodec:
             return None
         return result
 
+    def reset(self) -> None:
+        """Forget all counters: what comes next begins new streams (a replay that starts over)."""
+        for decoder in self._decoders.values():
+            decoder.assembly.reset()
+
     def _refuse(self, name: str) -> None:
         if name == FOREIGN:
             self.foreign += 1

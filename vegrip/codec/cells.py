@@ -5,8 +5,10 @@ of a one-byte cell. This is what makes a frame cheap; `benchmarks/codec.py` meas
 """
 
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from operator import itemgetter
+from typing import Any
 
 from cantools.database.can import Message as DbcMessage
 from cantools.database.can import Signal
@@ -27,10 +29,13 @@ class Place:
     shift: int = 0
     mask: int = 0
 
-    def get(self, cells: tuple[Raw, ...]) -> Raw:
-        """Return the raw value out of an unpacked frame."""
-        raw = cells[self.cell]
-        return (int(raw) >> self.shift) & self.mask if self.mask else raw
+    @property
+    def get(self) -> Callable[[tuple[Raw, ...]], Any]:
+        """The function that takes the raw value out of an unpacked frame."""
+        cell, shift, mask = self.cell, self.shift, self.mask
+        if not mask:
+            return itemgetter(cell)  # in C: half the time of a lambda
+        return lambda cells: (int(cells[cell]) >> shift) & mask
 
     def put(self, cells: list[Raw], raw: Raw) -> None:
         """Set the raw value in the row to be packed; bits must be clear before."""

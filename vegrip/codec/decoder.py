@@ -1,11 +1,13 @@
 """One identifier -> the messages of its kind and finger."""
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 from vegrip.codec.assembly import Assembly, Whole
 from vegrip.codec.encoder import MICROSECOND, TIME_MODULUS
 from vegrip.codec.frame import Frame
 from vegrip.codec.layout import Layout, Part
+from vegrip.codec.members import Cells
 from vegrip.messages import Message
 
 HALF: Final = TIME_MODULUS // 2
@@ -43,37 +45,54 @@ class Decoder:
         self._version = version % part.version_modulus
         self._use_sender_time = use_sender_time and part.time is not None
         self._make: Any = layout.schema.cls
+        self._check = part.profile.check
+        self._unpack = part.packer.unpack
+        self._version_of, self._counter_of = part.version.get, part.counter.get
 
     def decode(self, frame: Frame) -> Message | str | None:
         """Return the completed message, None while parts are missing, or the name of the fault."""
-        part = self._part
-        if frame.fd != part.fd:
-            return "layout"
-        if len(frame.data) != part.length:
-            return "length"
-        if not part.profile.check(frame.data, self._identifier):
-            return "checksum"
-        cells = part.packer.unpack(frame.data)
-        if part.version.get(cells) != self._version:
+        fault = self._fault(frame)
+        if fault:
+            return fault
+        part, cells = self._part, self._unpack(frame.data)
+        if self._version_of(cells) != self._version:
             return "version"
-        last = part.last is None or part.last.get(cells) == 1
-        time = 0 if part.time is None else int(part.time.get(cells))
-        whole = self.assembly.put(part.number, int(part.counter.get(cells)), last, cells, frame.stamp, time)
-        return self._message(whole) if isinstance(whole, Whole) else whole
+        counter = self._counter_of(cells)
+        if part.last is None:  # the only part: nothing to put together
+            seq = self.assembly.sequence.advance(counter, frame.stamp)
+            return "counter" if seq is None else self._message(cells, seq, frame.stamp, self._time(cells))
+        last = part.last.get(cells) == 1
+        whole = self.assembly.put(part.number, counter, last, cells, frame.stamp, self._time(cells))
+        if isinstance(whole, Whole):
+            return self._message(whole.cells, whole.seq, whole.stamp, whole.time)
+        return whole
 
-    def _message(self, whole: Whole) -> Message | str:
-        cells = whole.cells
-        values = [read(cells) for read in self._layout.readers]
-        if None in values:
+    def _fault(self, frame: Frame) -> str:
+        if frame.fd != self._part.fd:
+            return "layout"
+        if len(frame.data) != self._part.length:
+            return "length"
+        return "" if self._check(frame.data, self._identifier) else "checksum"
+
+    def _time(self, cells: Cells) -> int:
+        return int(self._part.time.get(cells)) if self._use_sender_time and self._part.time else 0
+
+    def _message(self, cells: Cells, seq: int, received: int, time: int) -> Message | str:
+        values = self._layout.read(cells)
+        if values is None:
             return "value"
-        stamp = _sender_stamp(whole) if self._use_sender_time else whole.stamp
-        for index in self._layout.relative:
-            values[index] += stamp
-        message: Message = self._make(stamp, self._owner, whole.seq, *values)
+        stamp = _sender_stamp(received, time) if self._use_sender_time else received
+        if self._layout.relative:
+            values = _absolute(values, self._layout.relative, stamp)
+        message: Message = self._make(stamp, self._owner, seq, *values)
         return message
 
 
-def _sender_stamp(whole: Whole) -> int:
-    """Return the sender's time: the one nearest to the receive time that has the bits on the wire [ns]."""
-    received = whole.stamp // MICROSECOND
-    return (received + (whole.time - received + HALF) % TIME_MODULUS - HALF) * MICROSECOND
+def _absolute(values: Sequence[Any], relative: tuple[int, ...], stamp: int) -> list[Any]:
+    return [stamp + value if index in relative else value for index, value in enumerate(values)]
+
+
+def _sender_stamp(received: int, time: int) -> int:
+    """Return the instant nearest to ``received`` [ns] whose microseconds end in the bits ``time``."""
+    now = received // MICROSECOND
+    return (now + (time - now + HALF) % TIME_MODULUS - HALF) * MICROSECOND

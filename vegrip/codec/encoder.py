@@ -2,11 +2,13 @@
 
 import math
 from collections import Counter
+from collections.abc import Callable
+from operator import attrgetter
 from typing import Any, Final
 
-from vegrip.codec.cells import Raw
+from vegrip.codec.cells import Place, Raw
 from vegrip.codec.frame import Frame
-from vegrip.codec.layout import Layout, Part, Slot
+from vegrip.codec.layout import Layout, Part
 
 MICROSECOND: Final = 1000  # [ns]
 TIME_MODULUS: Final = 1 << 32  # [us]
@@ -47,25 +49,23 @@ class _PartEncoder:
         self._clipped = clipped
         self._blank: list[Raw] = [0] * part.cells
         part.version.put(self._blank, version % part.version_modulus)
-        self._writers = [(slot, slot.get, slot.convert.write, slot.place) for slot in part.slots]
+        self._values = _values_of(part)
+        self._writers = [slot.convert.write for slot in part.slots]
+        self._payload = _first_cell(part)
 
     def row(self, message: Any) -> list[Raw] | None:
         """Return the cells of this part, None when the message must not be sent."""
-        part = self._part
-        row = self._blank.copy()
-        part.counter.put(row, message.seq % part.modulus)
-        if part.time is not None:
-            part.time.put(row, message.stamp // MICROSECOND % TIME_MODULUS)
-        for slot, get, write, place in self._writers:
-            raw = write(get(message))
-            if raw is None:
-                raw = self._clip(slot, message)
-                if raw is None:
-                    return None
-            if place.mask:
-                place.put(row, raw)
-            else:
-                row[place.cell] = raw
+        raws: list[Any] = [w(value) for w, value in zip(self._writers, self._values(message), strict=True)]
+        if None in raws:
+            raws = self._clip(raws, message)
+            if None in raws:
+                return None
+        row = self._header(message)
+        if self._payload:
+            row[self._payload :] = raws
+        else:
+            for slot, raw in zip(self._part.slots, raws, strict=True):
+                slot.place.put(row, raw)
         return row
 
     def empty(self, row: list[Raw]) -> bool:
@@ -84,9 +84,37 @@ class _PartEncoder:
         self._part.profile.protect(data, self._identifier)
         return Frame(self._identifier, bytes(data), self._part.fd)
 
-    def _clip(self, slot: Slot, message: Any) -> Raw | None:
-        self._clipped[slot.name] += 1
-        return slot.convert.clip(slot.get(message))
+    def _header(self, message: Any) -> list[Raw]:
+        part = self._part
+        row = self._blank.copy()
+        part.counter.put(row, message.seq % part.modulus)
+        if part.time is not None:
+            part.time.put(row, message.stamp // MICROSECOND % TIME_MODULUS)
+        return row
+
+    def _clip(self, raws: list[Any], message: Any) -> list[Any]:
+        slots = self._part.slots
+        self._clipped.update(slot.name for slot, raw in zip(slots, raws, strict=True) if raw is None)
+        return [
+            slot.convert.clip(value) if raw is None else raw
+            for slot, raw, value in zip(slots, raws, self._values(message), strict=True)
+        ]
+
+
+def _values_of(part: Part) -> Callable[[Any], tuple[Any, ...]]:
+    """Return the function that takes the values of all signals from a message, in C where it can."""
+    attributes = [slot.attribute for slot in part.slots]
+    if all(attributes) and len(attributes) > 1:
+        return attrgetter(*attributes)
+    getters = [slot.get for slot in part.slots]
+    return lambda message: tuple(get(message) for get in getters)
+
+
+def _first_cell(part: Part) -> int:
+    """Return the first cell of the payload when its signals fill all cells from there on, else 0."""
+    first = part.slots[0].place.cell
+    whole = [Place(first + number) for number in range(len(part.slots))]
+    return first if [slot.place for slot in part.slots] == whole and whole[-1].cell == part.cells - 1 else 0
 
 
 def _same(raw: Raw, absent: Raw) -> bool:

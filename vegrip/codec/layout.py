@@ -6,7 +6,7 @@ parts without anything measured at the end need not be sent.
 
 import dataclasses
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import gcd
@@ -17,8 +17,8 @@ from cantools.database.can import Database
 from cantools.database.can import Message as DbcMessage
 
 from vegrip.codec.cells import Place, Raw, plan
-from vegrip.codec.convert import Converter
-from vegrip.codec.members import Cells, Get, Read, belongs, converter, getter, reader
+from vegrip.codec.convert import Converter, Real
+from vegrip.codec.members import Cells, Get, Read, attribute, belongs, converter, getter, reader, row_reader
 from vegrip.codec.protection import CAN_PROFILES, COUNTER_MODULUS, Profile
 from vegrip.codec.schema import Field, MessageSchema, message_set, read_proto
 from vegrip.errors import ConfigError
@@ -32,6 +32,7 @@ class Slot:
 
     name: str
     field: Field
+    attribute: str  # of the message, "" when the value takes a computation
     get: Get
     convert: Converter
     place: Place
@@ -74,7 +75,9 @@ class Layout:
     schema: MessageSchema
     fd: bool
     parts: tuple[Part, ...]
-    readers: tuple[Read, ...]  # one for each field after stamp, owner and seq, over the cells of all parts
+    read: Callable[
+        [Cells], Sequence[Any] | None
+    ]  # fields after stamp, owner and seq, from the cells of all parts
     relative: tuple[int, ...]  # which of them are times after the stamp
 
 
@@ -137,9 +140,16 @@ def _layout(schema: MessageSchema, fd: bool, messages: list[DbcMessage]) -> Layo
             f"fingertip.dbc: the parts of {schema.cls.__name__} must count from 1 without a gap"
         )
     fields = [f for f in schema.fields if f.name not in ("stamp", schema.owner, "seq")]
-    readers = tuple(_reader(schema, field, parts) for field in fields)
+    readers = [_reader(schema, field, parts) for field in fields]
     relative = tuple(i for i, field in enumerate(fields) if field.kind == "time")
-    return Layout(schema, fd, tuple(parts), readers, relative)
+    return Layout(schema, fd, tuple(parts), row_reader(readers, _plain(parts, fields)), relative)
+
+
+def _plain(parts: list[Part], fields: list[Field]) -> list[int] | None:
+    """Return the cells of ``fields`` when each is one optional float32 of a message in one frame."""
+    slots = {slot.name: slot for slot in parts[0].slots if slot.convert == Real()}
+    plain = len(parts) == 1 and all(field.kind == "float" and field.name in slots for field in fields)
+    return [slots[field.name].place.cell for field in fields] if plain else None
 
 
 def _part(schema: MessageSchema, message: DbcMessage, offset: int) -> Part:
@@ -175,7 +185,9 @@ def _slot(
             f"fingertip.dbc: {message.name}.{name} belongs to no field of {schema.cls.__name__}"
         )
     signal = message.get_signal_by_name(name)
-    return Slot(name, field, getter(field, name, names), converter(field, signal), place)
+    return Slot(
+        name, field, attribute(field, name), getter(field, name, names), converter(field, signal), place
+    )
 
 
 def _reader(schema: MessageSchema, field: Field, parts: list[Part]) -> Read:

@@ -5,8 +5,9 @@ A signal is named after the field it carries. An estimate takes up to four signa
 """
 
 import math
-from collections.abc import Callable, Mapping
-from operator import attrgetter
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from operator import attrgetter, itemgetter
 from typing import Any
 
 from cantools.database.can import Signal
@@ -51,11 +52,17 @@ def getter(field: Field, name: str, names: tuple[str, ...]) -> Get:
     """Return the function that takes the value of the signal ``name``, one of ``names``, from a message."""
     if field.kind == "time":
         return lambda message: (getattr(message, field.name) - message.stamp) / NS
-    if field.kind == "estimate":
-        return attrgetter(f"{field.name}.{PARTS_OF_ESTIMATE[name.removeprefix(field.name)]}")
     if field.kind == "counts":
         return _count_of(field, name, names)
-    return attrgetter(field.name)
+    return attrgetter(attribute(field, name))
+
+
+def attribute(field: Field, name: str) -> str:
+    """Return the attribute of a message that the signal ``name`` carries, "" when it takes a computation."""
+    if field.kind in ("time", "counts"):
+        return ""
+    suffix = name.removeprefix(field.name)
+    return f"{field.name}.{PARTS_OF_ESTIMATE[suffix]}" if field.kind == "estimate" else field.name
 
 
 def reader(field: Field, places: Mapping[str, tuple[Place, Converter]]) -> Read:
@@ -66,6 +73,30 @@ def reader(field: Field, places: Mapping[str, tuple[Place, Converter]]) -> Read:
         return _counts(field, places)
     value = _single(*places[field.name])
     return _nanoseconds(value) if field.kind == "time" else value
+
+
+def row_reader(readers: list[Read], plain: list[int] | None) -> Callable[[Cells], Sequence[Any] | None]:
+    """Return the function that makes all fields of a message, None when one of them means nothing.
+
+    Args:
+        readers: one for each field.
+        plain: the cells, when every field is a float32 that may be missing: then they are taken as they are,
+            which saves a quarter of the time of decoding a state.
+
+    """
+    if plain:
+        return partial(_plain_row, itemgetter(*plain))
+    return partial(_row, readers)
+
+
+def _row(readers: list[Read], cells: Cells) -> list[Any] | None:
+    values = [read(cells) for read in readers]
+    return None if None in values else values
+
+
+def _plain_row(pick: Callable[[Cells], tuple[float, ...]], cells: Cells) -> tuple[float, ...] | None:
+    values = pick(cells)
+    return None if math.inf in values or -math.inf in values else values
 
 
 def _enumerated(cls: Enumeration, signal: Signal) -> Coded:
@@ -96,10 +127,8 @@ def _rounds_down(signal: Signal) -> bool:
 
 
 def _single(place: Place, convert: Converter) -> Read:
-    cell, shift, mask, read = place.cell, place.shift, place.mask, convert.read
-    if mask:
-        return lambda cells: read((cells[cell] >> shift) & mask)  # type: ignore[operator]  # mask: an integer
-    return lambda cells: read(cells[cell])
+    cell, get, read = place.cell, place.get, convert.read
+    return (lambda cells: read(get(cells))) if place.mask else (lambda cells: read(cells[cell]))
 
 
 def _nanoseconds(value: Read) -> Read:

@@ -111,6 +111,11 @@ class MsgpackCodec:
             self.rejected[refused.name] += 1
             return None
 
+    def reset(self) -> None:
+        """Forget all counters: what comes next begins new streams (a replay that starts over)."""
+        for stream in self._streams.values():
+            stream.last = -1
+
     def _decode(self, topic: str, payload: bytes, stamp: int) -> Message:
         route = self.topics.incoming(topic)
         if route is None:

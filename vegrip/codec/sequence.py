@@ -38,7 +38,7 @@ class Sequence:
         else:
             step = (counter - self.last) % self.modulus
             silent = stamp - self.stamp > RESYNC
-            if step == 0 or (self.behind(counter) and not silent):
+            if step == 0 or (step > self.modulus // 2 and not silent):
                 return None
             self.last += step
             if not silent:
