@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vegrip.virtual.protocol import Segment, creep, hold, sine, slip, standard_protocol, triangles
-from vegrip.virtual.settings import FingertipSettings, SensorSettings
+from vegrip.virtual.settings import FingertipSettings, SensorSettings, random_fingertip
 from vegrip.virtual.trial import TRUTH, run_trial
 
 TIP = FingertipSettings(bristle_stiffness=1e9)
@@ -98,3 +98,13 @@ def test_standard_protocol_has_every_kind_of_motion_for_any_tip() -> None:
         assert max(s.depth or 0.0 for s in segments) == pytest.approx(0.2 * radius)
         for quantity in ("force", "amplitude", "pull_x", "spin"):
             assert any(getattr(s, quantity) for s in segments)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_random_fingertip_gives_a_finite_trial_with_slips(seed) -> None:
+    tip = random_fingertip(np.random.default_rng(seed))
+    protocol = standard_protocol(tip)
+    trial = run_trial(tip, (protocol[0], protocol[10], protocol[16]), NOISE, seed, step=2.5e-3)
+    assert all(np.all(np.isfinite(values)) for values in (*trial.columns.values(), *trial.truth.values()))
+    assert trial.columns["slip"][trial.columns["episode"] == 1].any()
+    assert trial.truth["utilisation"].max() == pytest.approx(1.0, abs=0.01)
