@@ -4,7 +4,8 @@ import math
 import struct
 import zlib
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
@@ -56,11 +57,9 @@ def read_can_log(
 
 
 def _frames(path: Path) -> Iterator[Frame]:
-    binary = path.suffix.lower() == ".blf"
-    reader = can.BLFReader if binary else can.ASCReader
     try:
-        with path.open("rb" if binary else "r") as file:
-            for message in reader(file):
+        with _opened(path) as reader:
+            for message in reader:
                 if not (message.is_error_frame or message.is_remote_frame or message.is_extended_id):
                     stamp = round(message.timestamp * NS)
                     yield Frame(message.arbitration_id, bytes(message.data), message.is_fd, stamp)
@@ -68,6 +67,17 @@ def _frames(path: Path) -> Iterator[Frame]:
         raise RecordingError(f"{path}: there is no such file") from None
     except BROKEN as error:
         raise RecordingError(f"{path}: is not a CAN log that can be read ({error})") from None
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Iterable[can.Message]]:
+    """Open the file here: python-can leaves it open when it finds the file broken."""
+    if path.suffix.lower() == ".blf":
+        with path.open("rb") as binary:
+            yield can.BLFReader(binary)
+    else:
+        with path.open() as text:
+            yield can.ASCReader(text)
 
 
 def _recording(

@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from vegrip.clock import NS, SimulatedClock
-from vegrip.codec import CanCodec
+from vegrip.codec import CanCodec, Frame
 from vegrip.messages import FingertipState, Message
 from vegrip.transport.bus_load import BusLoad
-from vegrip.transport.frame_time import BitTiming, BusFrame, frame_duration
+from vegrip.transport.frame_time import BitTiming, typical_duration
 
 Keep = Callable[[Message], None]
 
@@ -71,7 +71,7 @@ class RecordedBus:
     def send(self, message: Message) -> None:
         """Encode and keep ``message``."""
         for frame in self._node.encode(message):
-            self._occupy(frame.arbitration_id, frame.data, frame.fd)
+            self._occupy(frame)
         self._keep(message)
 
     def bus_load(self) -> float:
@@ -85,7 +85,7 @@ class RecordedBus:
         now = self._clock.now()
         decoded = []
         for frame in self._hand.encode(state):
-            self._occupy(frame.arbitration_id, frame.data, frame.fd)
+            self._occupy(frame)
             decoded.append(self._node.decode(replace(frame, stamp=now)))
         return [message for message in decoded if message is not None]
 
@@ -95,8 +95,7 @@ class RecordedBus:
             self._keep(message)
         return messages
 
-    def _occupy(self, identifier: int, data: bytes, fd: bool) -> None:
-        frame = BusFrame(identifier, data, fd=fd, bit_rate_switch=fd)
-        duration = frame_duration(frame, self._timing)
+    def _occupy(self, frame: Frame) -> None:
+        duration = typical_duration(len(frame.data), frame.fd, self._timing)
         self.busy += duration
         self._load.add(self._clock.now(), duration)

@@ -1,6 +1,6 @@
 """Run a node over a recording."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,11 +40,13 @@ def run_through(
     writer: RecordingWriter | None = None,
     fd: bool = True,
     loop: LoopSettings | None = None,
+    at_end: Callable[[], None] | None = None,
 ) -> Outcome:
     """Send ``recordings`` (by finger) over a CAN bus to ``node`` in the loop that serves live data.
 
     The clock is simulated: the loop, its ticks and the stamps are as in real time, and nothing waits.
-    ``writer`` gets every state as the node received it, and everything the node said.
+    ``writer`` gets every state as the node received it, and everything the node said; ``at_end`` is called
+    when the recording is over, while the node still knows what it has learned.
     """
     summaries = {finger: FingerSummary() for finger in recordings}
     kept = 0
@@ -66,6 +68,8 @@ def run_through(
     runner.start()
     while not bus.finished:
         runner.step()
+    if at_end is not None:
+        at_end()
     runner.change("shutdown")
     rejected = {**bus.rejected, **runner.managed.faults}
     return Outcome(summaries, rejected, bus.busy / max(clock.now(), 1))
