@@ -93,16 +93,6 @@ def test_the_next_event_is_when_there_is_something_to_do(asked):
     assert sent == len(asked)
 
 
-def test_a_node_that_leaves_takes_its_waiting_frames_with_it():
-    arbiter = Arbiter(TIMING)
-    arbiter.request(0, 1, BusFrame(0x100))
-    arbiter.request(0, 1, BusFrame(0x101))
-    arbiter.advance(1)
-    arbiter.withdraw(1)
-    assert [t.frame.identifier for t in arbiter.advance(10**9)] == [0x100]
-    assert arbiter.next_event() is None
-
-
 @given(requests)
 def test_load_is_the_sum_of_durations_over_the_time(asked):
     sent = run(asked)

@@ -11,8 +11,9 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
+
+from vegrip.cli._tables import show, table
 
 COLOURS = ("cyan", "green", "magenta", "yellow", "blue", "bright_red")
 
@@ -107,9 +108,9 @@ def _forward(process: subprocess.Popen[str], say: _Prefix) -> None:
 
 
 def _show(nodes: list[Any]) -> None:
-    table = Table("node", "program", "transport", "restart", "required", box=None)
+    content = table("node", "program", "transport", "restart", "required")
     for node in nodes:
         kind = node.transport.get("kind", "can")
         required = "yes" if node.required else ""
-        table.add_row(node.full_name, node.program, kind, node.restart, required)
-    Console().print(table)
+        content.add_row(node.full_name, node.program, kind, node.restart, required)
+    show(content)

@@ -4,8 +4,8 @@ import json
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
+
+from vegrip.cli._tables import show, table
 
 app = typer.Typer(
     add_completion=False,
@@ -32,13 +32,16 @@ def list_(as_json: Json = False) -> None:
     if as_json:
         print(json.dumps(nodes))  # noqa: T201
         return
-    table = Table("node", "program", "process", "state", "can", box=None)
+    if not nodes:
+        print("no node runs; try: vegrip launch demo")  # noqa: T201
+        return
+    content = table("node", "program", "process", "state", "can")
     for name, row in nodes.items():
         held = " (on hold)" if row["on_hold"] else ""
-        table.add_row(
+        content.add_row(
             name, row["program"], str(row["pid"]), row["state"] + held, ", ".join(row["transitions"])
         )
-    Console().print(table if nodes else "no node runs; try: vegrip launch demo")
+    show(content)
 
 
 @app.command()

@@ -4,8 +4,8 @@ import json
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
+
+from vegrip.cli._tables import show, table
 
 app = typer.Typer(
     add_completion=False,
@@ -27,11 +27,11 @@ def list_(node: NodeName, as_json: Json = False) -> None:
     if as_json:
         print(json.dumps({row["name"]: row for row in rows}))  # noqa: T201
         return
-    table = Table("parameter", "value", "unit", "bounds", "meaning", box=None)
+    content = table("parameter", "value", "unit", "bounds", "meaning", wraps="meaning")
     for row in rows:
         fixed = "" if row["live"] else " (fixed while running)"
-        table.add_row(row["name"], str(row["value"]), row["unit"], _bounds(row), row["doc"] + fixed)
-    Console().print(table)
+        content.add_row(row["name"], str(row["value"]), row["unit"], _bounds(row), row["doc"] + fixed)
+    show(content)
 
 
 @app.command()

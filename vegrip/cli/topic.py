@@ -10,8 +10,8 @@ from itertools import pairwise
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
+
+from vegrip.cli._tables import show, table
 
 app = typer.Typer(
     add_completion=False,
@@ -33,12 +33,15 @@ def list_(as_json: Json = False) -> None:
     if as_json:
         print(json.dumps(topics))  # noqa: T201
         return
-    table = Table("topic", "sent by", "received by", "messages", box=None)
+    if not topics:
+        print("no topic yet; does a node run? See: vegrip lifecycle list")  # noqa: T201
+        return
+    content = table("topic", "sent by", "received by", "messages", wraps="received by")
     for topic, row in sorted(topics.items()):
-        table.add_row(
+        content.add_row(
             topic, ", ".join(row["from"]) or "(the bus)", ", ".join(row["to"]), str(row["messages"])
         )
-    Console().print(table if topics else "no topic yet; does a node run? vegrip lifecycle list")
+    show(content)
 
 
 @app.command()
@@ -63,11 +66,14 @@ def hz(topic: Prefix = "/", count: Count = 0, duration: Duration = 5.0, as_json:
     if as_json:
         print(json.dumps(rates))  # noqa: T201
         return
-    table = Table("topic", "Hz", "shortest [ms]", "longest [ms]", "messages", box=None)
+    if not rates:
+        print(f"nothing came on {topic} within {duration:g} s")  # noqa: T201
+        return
+    content = table("topic", "Hz", "shortest/ms", "longest/ms", "messages")
     for name, rate in rates.items():
         numbers = [f"{rate[key]:.2f}" for key in ("hz", "shortest_ms", "longest_ms")]
-        table.add_row(name, *numbers, str(rate["messages"]))
-    Console().print(table if rates else f"nothing came on {topic} within {duration:g} s")
+        content.add_row(name, *numbers, str(rate["messages"]))
+    show(content)
 
 
 def _rate(times: list[float]) -> dict[str, float]:
@@ -124,18 +130,18 @@ def _topics() -> dict[str, dict[str, Any]]:
     from vegrip.node.client import ask
     from vegrip.node.registry import running_nodes
 
-    table: dict[str, dict[str, Any]] = {}
+    found: dict[str, dict[str, Any]] = {}
     for entry in running_nodes():
         try:
             seen = ask(entry, "topics", patience=1.0)
         except DeviceError:
             continue  # still starting
         for topic, counts in seen.items():
-            row = table.setdefault(topic, {"from": [], "to": [], "messages": 0})
+            row = found.setdefault(topic, {"from": [], "to": [], "messages": 0})
             row["from"] += [entry.name] if counts["out"] else []
             row["to"] += [entry.name] if counts["in"] else []
             row["messages"] = max(row["messages"], counts["out"], counts["in"])
-    return table
+    return found
 
 
 def _plain(message: Any) -> dict[str, Any]:

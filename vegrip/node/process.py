@@ -62,9 +62,16 @@ def _run(runner: Runner, autostart: bool) -> None:
 
 @contextmanager
 def _stopped_by_signals(runner: Runner) -> Iterator[None]:
+    """Let signals end the loop; before it runs, while the node is configured, they interrupt at once."""
+
+    def end(*_: object) -> None:
+        if not runner.running:
+            raise KeyboardInterrupt
+        runner.stop()
+
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     for number in before:
-        signal.signal(number, lambda *_: runner.stop())
+        signal.signal(number, end)
     try:
         yield
     finally:

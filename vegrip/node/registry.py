@@ -64,7 +64,8 @@ def registered(entry: Entry) -> Iterator[None]:
         os.write(handle, json.dumps(asdict(entry)).encode())
         yield
     finally:
-        path.unlink(missing_ok=True)
+        for leftover in (path, _socket_file(entry.control), _socket_file(entry.telemetry)):
+            leftover.unlink(missing_ok=True)
         os.close(handle)
 
 
@@ -94,6 +95,10 @@ def find_node(name: str) -> Entry:
         f"running: {', '.join(e.name for e in nodes)}" if nodes else "no node runs; try `vegrip launch demo`"
     )
     raise UsageError(f"there is no node {name!r}; {running}")
+
+
+def _socket_file(address: str) -> Path:
+    return Path(address.removeprefix("ipc://"))
 
 
 def _file(name: str) -> Path:

@@ -13,7 +13,7 @@ class RestartPolicy:
         self._delay = FIRST_DELAY
 
     def delay(self, exit_code: int, ran: float) -> float | None:
-        """Return how long to wait [s] before the next start of a node that ``ran`` so long [s], None: for ever."""
+        """Return the wait [s] before a node that ``ran`` so long [s] starts again; None: it does not."""
         if self._when == "never" or (self._when == "on-failure" and exit_code == 0):
             return None
         if ran >= STEADY:

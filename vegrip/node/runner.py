@@ -65,6 +65,7 @@ class Runner:
         self._telemetry = telemetry
         self._status_schedule = Schedule(settings.status_period)
         self._stop = False
+        self.running = False  # whether run() has begun
 
     @property
     def state(self) -> Lifecycle:
@@ -89,6 +90,7 @@ class Runner:
 
     def run(self) -> None:
         """Loop until :meth:`stop` is called or the node has finished, then shut the node down."""
+        self.running = True
         while not (self._stop or self.managed.node.finished):
             self.step()
         if self.state is not Lifecycle.FINALIZED:

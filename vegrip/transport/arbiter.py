@@ -37,10 +37,6 @@ class Arbiter:
         """Queue ``frame`` of ``node`` at ``time`` [ns]."""
         self._queues.setdefault(node, deque()).append((time, frame))
 
-    def withdraw(self, node: int) -> None:
-        """Forget what ``node`` has queued: it left. A frame of it on the bus is finished."""
-        self._queues.pop(node, None)
-
     def advance(self, now: int) -> list[Transmission]:
         """Let time pass up to ``now`` [ns] and return the frames that were finished, in order."""
         finished = []

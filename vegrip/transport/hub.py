@@ -169,10 +169,9 @@ class Hub:
         return {"timing": {"bitrate": here.bitrate, "data_bitrate": here.data_bitrate}}
 
     def _dismiss(self, member: Member) -> None:
+        """Let ``member`` go; what it has queued is still sent, as the queue of a network interface is."""
         del self._members[member.connection.fileno()]
         self._nodes.pop(member.node, None)
-        if self._arbiter is not None:
-            self._arbiter.withdraw(member.node)
         member.connection.close()
 
 
@@ -190,6 +189,7 @@ def main(path: Path) -> None:
         if os.fork():
             os._exit(0)  # the bus is there: the caller may connect
         _detach()
+        os.pwrite(lock, f"{os.getpid()}\n".encode(), 0)  # for whoever wants to know
         with contextlib.suppress(KeyboardInterrupt):
             Hub(listener).serve()
         path.unlink(missing_ok=True)

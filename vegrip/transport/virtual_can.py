@@ -24,7 +24,7 @@ from vegrip.transport.hub_wire import LARGEST, VERSION, Delivery, pack_request, 
 from vegrip.transport.runtime_folder import runtime_folder, socket_path
 
 PATIENCE = 10.0  # [s] to find or start the hub
-SEND_BUFFER = 4096  # bytes, a few frames: a full bus must push back on the sender soon
+SEND_BUFFER = 32_768  # bytes, some eighty frames: a full bus must push back on the sender within 20 ms
 
 
 class VegripBus(can.BusABC):

@@ -1,0 +1,17 @@
+"""Tables of the command line: as wide as the terminal, wide and unbroken in a file."""
+
+from rich.console import Console
+from rich.table import Column, Table
+
+WIDE = 240  # columns
+
+
+def table(*header: str, wraps: str = "") -> Table:
+    """Return an empty table; only the column ``wraps`` breaks its lines."""
+    return Table(*(Column(name, no_wrap=name != wraps) for name in header), box=None, pad_edge=False)
+
+
+def show(content: Table) -> None:
+    """Print ``content``."""
+    console = Console()
+    console.print(content, width=None if console.is_terminal else WIDE)
