@@ -1,6 +1,7 @@
 """The node: what it answers, when it is silent, and how the fingers share the grasp."""
 
 import dataclasses
+import math
 from collections.abc import Callable
 
 import pytest
@@ -76,6 +77,20 @@ def test_the_thumb_carries_what_the_fingers_press(make_node: MakeNode, state: Ma
     assert last["thumb"].normal_force == pytest.approx(
         last["index"].normal_force + last["middle"].normal_force, rel=1e-3
     )
+
+
+def test_a_load_that_no_force_carries_gets_the_largest(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node(settings=ControlSettings(thumb=""))
+    for i in range(1, 400):
+        command = feed(node, state(i, tangential_force_x=50.0))
+    node.fingers["index"].estimator.least_force = lambda _: math.inf
+    for i in range(400, 800):
+        command = feed(node, state(i))
+    assert (command.normal_force, command.reason) == (ControlSettings().limits.max_force, Reason.MAX_LIMIT)
+    del node.fingers["index"].estimator.least_force
+    for i in range(800, 1800):
+        command = feed(node, state(i))
+    assert command.normal_force < 0.8 * ControlSettings().limits.max_force  # and it comes down again
 
 
 def test_a_state_of_an_unknown_finger_is_counted_and_ignored(make_node: MakeNode, state: MakeState) -> None:

@@ -71,7 +71,8 @@ class FingerController:
             self._ride_out(dt, Reason.UNTRUSTED)
             return
         self.fail_safe.recovered()
-        self.need, self.reason = clamped(force, self.limits), reason
+        self.need = clamped(force, self.limits)
+        self.reason = reason if self.need == force else _limit(force, self.need)
 
     def command(self, share: float, now: int) -> ForceCommand:
         """Return the command for ``share`` [N], which is at least the need unless a fault is ridden out."""
@@ -90,3 +91,7 @@ class FingerController:
         safe = max(self._held, self.need)
         self.policy.reset()
         self.need, self.reason = self.fail_safe.command(safe, dt, holding)
+
+
+def _limit(force: float, need: float) -> Reason:
+    return Reason.MAX_LIMIT if force > need else Reason.MIN_LIMIT

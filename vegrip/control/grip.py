@@ -62,7 +62,7 @@ class MarginGrip:
         return self._with_play(held, self._follow(held, need, dt), demand)
 
     def _follow(self, held: float, need: float, dt: float) -> float:
-        before = held if math.isnan(self._envelope) else self._envelope
+        before = min(held, self._envelope)  # what a limit cut off was never there; NaN gives held
         self._quiet = 0.0 if need > before else self._quiet + dt
         if need > before or self._quiet < self.settings.settle_time:
             self._envelope = max(need, before)

@@ -42,12 +42,18 @@ class GraspFinger:
         self._used = 0  # [ns] arrival of the last state that was believed
         self._reported = self._healthy = -math.inf  # [ns] when last told
 
-    def sense(self, state: FingertipState, now: int, wanted_margin: float) -> None:
-        """Take in one state that arrived at ``now`` [ns] and ask the controller what it needs."""
+    def sense(
+        self, state: FingertipState, now: int, wanted_margin: float, report_period: float = 0.0
+    ) -> None:
+        """Take in one state that arrived at ``now`` [ns] and ask the controller what it needs.
+
+        The margin itself, which control does not need, is worked out when it is due to be reported.
+        """
         demand = UNUSED
         if self.watchdog.accept(state, now):
             self._contact = self.estimator.update(state)
-            self._margin = self.estimator.slip_margin()
+            if self._margin is None or _due(self._reported, now, report_period):
+                self._margin = self.estimator.slip_margin()
             self._used = now
             demand = self._demand(state, self._contact, self._margin, wanted_margin)
             if not self.controller.started:
@@ -107,15 +113,14 @@ class GraspFinger:
         slipping = state.slip >= 0.5
         if not contact.in_contact:
             return Demand(0.0, load, in_contact=False, slipping=slipping, trusted=contact.normal_force.valid)
-        known = margin.margin.valid and not self.watchdog.lost & LOAD
-        least = self.estimator.least_force(wanted_margin) if known else math.nan
+        least = math.nan if self.watchdog.lost & LOAD else self.estimator.least_force(wanted_margin)
         return Demand(
             least_force=least,
             tangential_force=load,
             margin_bound=margin.lower_bound,
             in_contact=True,
             slipping=slipping,
-            trusted=math.isfinite(least),
+            trusted=not math.isnan(least),  # infinite: no force suffices, so the largest is best
         )
 
 

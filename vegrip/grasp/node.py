@@ -90,7 +90,7 @@ class GraspForce(NodeBase):
         if finger is None:
             self.rejected["unknown finger"] += 1
             return ()
-        finger.sense(message, now, self.parameters.grip.wanted_margin)
+        finger.sense(message, now, self.parameters.grip.wanted_margin, self.parameters.report_period)
         return [*self._commands([finger], now), *self._reports(finger, now)]
 
     def on_tick(self, now: int) -> Iterable[Message]:

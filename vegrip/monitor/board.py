@@ -1,7 +1,8 @@
 """The board: the newest message of every kind and finger, rates, and a short log. Pure; time is passed in."""
 
+import math
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 from vegrip.clock import NS
 from vegrip.messages import (
@@ -110,3 +111,26 @@ class Board:
 def words(name: Condition | Reason) -> str:
     """Return an enumeration's name as words."""
     return name.name.lower().replace("_", " ")
+
+
+def as_json(board: Board) -> dict[str, object]:
+    """Return what is on the board as JSON has it: NaN and infinity as null, enumerations by name."""
+    kinds = ("state", "contact", "margin", "command", "health")
+    fingers = {
+        finger: {
+            kind: _jsonable(asdict(getattr(row, kind))) for kind in kinds if getattr(row, kind) is not None
+        }
+        for finger, row in board.rows.items()
+    }
+    return {
+        "fingers": fingers,
+        "nodes": {name: _jsonable(asdict(status)) for name, status in board.nodes.items()},
+    }
+
+
+def _jsonable(value: object) -> object:
+    if isinstance(value, dict):
+        return {key: _jsonable(item) for key, item in value.items()}
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return getattr(value, "name", value)

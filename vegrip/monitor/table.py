@@ -52,7 +52,9 @@ def _fingers(board: Board, now: int) -> Table:
 def _cells(finger: str, row: Row) -> list[RenderableType]:
     contact, command = row.contact, row.command
     unknown = Estimate()
-    force = row.state.normal_force if row.state is not None else math.nan
+    force = contact.normal_force.value if contact is not None else math.nan
+    if row.state is not None:
+        force = row.state.normal_force
     return [
         finger,
         _number(force, 2),

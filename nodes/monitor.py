@@ -1,0 +1,47 @@
+"""A monitor on the bus: draws a live table of what it hears; sends nothing."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from vegrip.config import build as build_parameters
+from vegrip.messages import Message
+from vegrip.monitor.screen import Screen
+from vegrip.node import NodeBase, NodeContext
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """There is nothing to set."""
+
+
+class MonitorNode(NodeBase):
+    """Hands every message to the thread that draws."""
+
+    def __init__(self, name: str, parameters: Parameters, fingers: tuple[str, ...]) -> None:
+        super().__init__(name, parameters)
+        self._fingers = fingers
+        self._screen: Screen | None = None
+
+    def activate(self) -> None:
+        """Begin to draw."""
+        self._screen = Screen(f"vegrip monitor: {self.name}", self._fingers)
+        self._screen.open()
+
+    def deactivate(self) -> None:
+        """Draw no more."""
+        if self._screen is not None:
+            self._screen.close()
+            self._screen = None
+
+    def on_message(self, message: Message, now: int) -> Iterable[Message]:
+        """Pass it on."""
+        if self._screen is not None:
+            self._screen.offer(message, now)
+        return ()
+
+
+def build(settings: Mapping[str, Any], context: NodeContext) -> MonitorNode:
+    """Make the node."""
+    parameters = build_parameters(Parameters, settings, f"{context.name} [parameters]")
+    return MonitorNode(context.name, parameters, context.fingers)
