@@ -12,7 +12,8 @@ from typing import Any
 from vegrip.benchmarks._timing import compared
 
 from vegrip.codec import CanCodec, Frame, MsgpackCodec
-from vegrip.codec.layout import Part, database, layouts
+from vegrip.codec.database import database, layouts
+from vegrip.codec.layout import Part
 from vegrip.codec.protection import CAN_PROFILES
 from vegrip.messages import FingertipState, ForceCommand, Message, Reason
 
@@ -89,7 +90,8 @@ def peer_message(batch: Sequence[Frame]) -> Message:
     for frame in batch:
         profile = CAN_PROFILES["P05" if frame.fd else "P11"]
         assert profile.check(frame.data, frame.arbitration_id)
-        values |= database().decode_message(frame.arbitration_id, frame.data, decode_choices=False)
+        decoded: Any = database().decode_message(frame.arbitration_id, frame.data, decode_choices=False)
+        values |= decoded
     seq = values["seq"] if "seq" in values else values["counter"]
     if "expires" in values:
         expires = round(values["expires"] * 1e9)

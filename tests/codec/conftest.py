@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -27,14 +28,21 @@ from vegrip.messages import (
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 
+
+def _float32(bits: int) -> float:
+    """Return the finite float32 with these bits, zero for the others (drawing floats filters too much)."""
+    value: float = struct.unpack("<f", bits.to_bytes(4, "little"))[0]
+    return value if math.isfinite(value) else 0.0
+
+
 _stamps = st.integers(0, 2**62).map(lambda us: us // 1000 * 1000)
 _sequences = st.integers(0, 2**32 - 1)
 _fingers = st.sampled_from(FINGERS)
 _counts = st.integers(0, 65535)
-_numbers = st.floats(allow_nan=False, allow_infinity=False, width=32)
+_numbers = st.integers(0, 2**32 - 1).map(_float32)
 _quantities = _numbers | st.just(math.nan)
 _times = _quantities | st.just(math.inf)
-_spreads = st.floats(0, allow_nan=False, width=32)
+_spreads = _numbers.map(abs) | st.just(math.inf)
 
 
 @st.composite

@@ -9,9 +9,11 @@ import pytest
 from cantools.database.can import Message as DbcMessage
 
 from vegrip import messages
-from vegrip.codec.layout import HEADER, database, layouts
+from vegrip.codec.database import HEADER, build_layouts, database, layouts
 from vegrip.codec.members import PARTS_OF_ESTIMATE
 from vegrip.codec.schema import CLASSES, message_set, read_proto
+from vegrip.errors import ConfigError
+from vegrip.estimator.layout import CHANNELS, REGIMES
 from vegrip.messages import UNKNOWN, Condition, Lifecycle, Reason
 
 FD_LENGTHS = (8, 12, 16, 20, 24, 32, 48, 64)
@@ -139,6 +141,13 @@ def test_the_channels_of_health_are_the_quantities_of_a_state() -> None:
     assert words == {f.name for f in dataclasses.fields(messages.FingertipState)[3:]}
 
 
+def test_what_the_estimator_names_has_a_code() -> None:
+    health = database().get_message_by_name("ModelHealthFd")
+    for signal, names in (("channel", CHANNELS), ("regime", REGIMES)):
+        words = {str(label) for label in (health.get_signal_by_name(signal).choices or {}).values()}
+        assert set(names) <= words
+
+
 @every_message
 def test_raw_values_set_aside_lie_outside_the_range(message: DbcMessage) -> None:
     for signal in message.signals:
@@ -205,3 +214,33 @@ def test_every_float_is_declared_as_one() -> None:
     declared = set(re.findall(r"^SIG_VALTYPE_ (\d+) (\w+) : 1;", text(), re.MULTILINE))
     floats = {(str(m.frame_id), s.name) for m in database().messages for s in m.signals if s.is_float}
     assert declared == floats != set()
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("SG_ adjustment : 32|16@1- (0.001,0)", "SG_ adjustment : 32|16@1- (0.001,1)"),
+        ("SG_ adjustment : 32|16@1-", "SG_ adjustment : 39|16@0-"),
+        ("SG_ adjustment : 32|16@1-", "SG_ adjustment : 32|12@1-"),
+        ("SG_ adjustment : 32|16@1-", "SG_ weight : 32|16@1-"),
+        ('BA_ "MessageSetVersion" 1;', 'BA_ "MessageSetVersion" 2;'),
+        ('BA_ "E2EProfile" BO_ 64 2;', 'BA_ "E2EProfile" BO_ 64 0;'),
+        ('BA_ "MessagePart" BO_ 320 2;', 'BA_ "MessagePart" BO_ 320 4;'),
+    ],
+)
+def test_a_database_that_cannot_be_followed_is_refused(before: str, after: str) -> None:
+    """An edited file is either carried out as it says, or refused when it is loaded."""
+    assert before in text()
+    edited = re.sub(r"^(CM_|VAL_).*adjustment.*\n", "", text().replace(before, after), flags=re.MULTILINE)
+    with pytest.raises(ConfigError, match=r"fingertip\.dbc"):
+        build_layouts(loaded(edited))
+
+
+def test_a_moved_signal_is_followed() -> None:
+    """The codec has no layout of its own: swap two signals in the file and the frames follow."""
+    force, adjustment = "SG_ normal_force : 16|16@1-", "SG_ adjustment : 32|16@1-"
+    edited = text().replace(force, force.replace("16|", "32|"), 1)
+    edited = edited.replace(adjustment, adjustment.replace("32|", "16|"), 1)
+    layout = next(x for x in build_layouts(loaded(edited)).layouts if x.schema.cls is messages.ForceCommand)
+    places = {slot.name: slot.place.cell for slot in layout.parts[0].slots}
+    assert places["adjustment"] < places["normal_force"]

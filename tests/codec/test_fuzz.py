@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vegrip.codec import CanCodec, Frame, MsgpackCodec
-from vegrip.codec.layout import layouts
+from vegrip.codec.database import layouts
 from vegrip.codec.protection import P04, P04_HEADER
 from vegrip.codec.schema import message_set
 from vegrip.codec.topics import Topics

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vegrip.codec import CanCodec, Frame
-from vegrip.codec.layout import Part, database, layouts
+from vegrip.codec.database import database, layouts
+from vegrip.codec.layout import Part
 from vegrip.messages import FingertipState, Message
 
 FINGERS = ("thumb", "index")

@@ -8,7 +8,7 @@ import msgpack
 import pytest
 
 from vegrip.codec import CanCodec, Frame, MsgpackCodec
-from vegrip.codec.layout import layouts
+from vegrip.codec.database import layouts
 from vegrip.codec.protection import P04, P04_HEADER
 from vegrip.codec.topics import Topics
 from vegrip.messages import Message

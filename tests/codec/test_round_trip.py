@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vegrip.codec import CanCodec, MsgpackCodec
-from vegrip.codec.layout import layouts
+from vegrip.codec.database import layouts
 from vegrip.codec.schema import message_set
 from vegrip.messages import UNKNOWN, Estimate, FingertipState, Message
 

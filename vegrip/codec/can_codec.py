@@ -5,10 +5,11 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from vegrip.codec.assembly import Assembly
+from vegrip.codec.database import layouts
 from vegrip.codec.decoder import Decoder
 from vegrip.codec.encoder import Encoder
 from vegrip.codec.frame import Frame
-from vegrip.codec.layout import Layout, Layouts, layouts
+from vegrip.codec.layout import Layout, Layouts
 from vegrip.errors import ConfigError
 from vegrip.messages import Message, NodeStatus
 

@@ -78,8 +78,13 @@ def _bytewise(message: DbcMessage) -> Iterable[tuple[int, list[Signal]]]:
 
 def _check(message: DbcMessage, signal: Signal) -> None:
     fits = signal.start % 8 == 0 if signal.length >= 8 else signal.start % 8 + signal.length <= 8
-    if not fits or signal.byte_order != "little_endian" or signal.is_multiplexer or signal.multiplexer_ids:
+    multiplexed = signal.is_multiplexer or signal.multiplexer_ids
+    if not fits or multiplexed or signal.byte_order != "little_endian":
         raise _unsupported(message, signal)
+    if signal.offset != 0 or (signal.is_float and signal.scale != 1):
+        raise ConfigError(
+            f"fingertip.dbc: {message.name}.{signal.name} must have no offset, a float no scale"
+        )
 
 
 def _code(message: DbcMessage, signal: Signal) -> str:

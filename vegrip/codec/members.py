@@ -20,6 +20,7 @@ from vegrip.messages import UNKNOWN, Estimate
 
 Cells = tuple[Raw, ...]
 Read = Callable[[Cells], Any]
+ReadRow = Callable[[Cells], Sequence[Any] | None]
 Get = Callable[[Any], Any]
 
 PARTS_OF_ESTIMATE = {"": "value", "_std": "std", "_valid": "valid", "_age": "age"}
@@ -75,7 +76,7 @@ def reader(field: Field, places: Mapping[str, tuple[Place, Converter]]) -> Read:
     return _nanoseconds(value) if field.kind == "time" else value
 
 
-def row_reader(readers: list[Read], plain: list[int] | None) -> Callable[[Cells], Sequence[Any] | None]:
+def row_reader(readers: list[Read], plain: list[int] | None) -> ReadRow:
     """Return the function that makes all fields of a message, None when one of them means nothing.
 
     Args:
@@ -122,8 +123,8 @@ def _quantity(field: Field, signal: Signal) -> Converter:
 
 
 def _rounds_down(signal: Signal) -> bool:
-    attribute = signal.dbc.attributes.get("Rounding")
-    return attribute is not None and attribute.value == 1
+    rounding = signal.dbc.attributes.get("Rounding")
+    return rounding is not None and rounding.definition.choices[int(rounding.value)] == "down"
 
 
 def _single(place: Place, convert: Converter) -> Read:

@@ -12,9 +12,10 @@ from typing import Any, Final
 
 import msgpack
 
-from vegrip.codec.packing import MAP_LIMIT, SEQUENCE_MODULUS, TEXT_LIMIT, RefusedError, packer, unpacker
+from vegrip.codec.fields import Fields, restamp
+from vegrip.codec.packing import MAP_LIMIT, SEQUENCE_MODULUS, TEXT_LIMIT, RefusedError
 from vegrip.codec.protection import P04, P04_HEADER, P04_LIMIT
-from vegrip.codec.schema import MessageSchema, message_set
+from vegrip.codec.schema import message_set
 from vegrip.codec.sequence import Sequence
 from vegrip.codec.topics import ROUTES, Route, Topics
 from vegrip.messages import Message
@@ -73,7 +74,7 @@ class MsgpackCodec:
         self.clipped: Counter[str] = Counter()
         self._use_sender_time = use_sender_time
         self._version = message_set().version
-        self._fields = {s.cls: _Fields(s) for s in message_set().messages.values()}
+        self._fields = {s.cls: Fields(s) for s in message_set().messages.values()}
         self._streams: dict[tuple[str, str], Sequence] = {}
 
     @property
@@ -129,7 +130,7 @@ class MsgpackCodec:
             raise RefusedError("counter")
         values["seq"] = self._advance((topic, owner), values["seq"], stamp)
         if not self._use_sender_time:
-            _restamp(route.schema, values, stamp)
+            restamp(route.schema, values, stamp)
         message: Message = route.schema.cls(**values)
         return message
 
@@ -158,48 +159,3 @@ class MsgpackCodec:
         if seq is None:
             raise RefusedError("counter")
         return seq
-
-
-class _Fields:
-    """The fields of one kind of message, ready to pack and unpack."""
-
-    def __init__(self, schema: MessageSchema) -> None:
-        self._owner = schema.owner
-        self._pack = [(f.name, f.required, packer(f)) for f in schema.fields]
-        self._unpack = [(f.name, f.required, unpacker(f)) for f in schema.fields]
-
-    def owner_of(self, message: Message) -> str:
-        """Return the name of the finger or node."""
-        return str(getattr(message, self._owner))
-
-    def pack(self, message: Message, version: int, clipped: Counter[str]) -> dict[str, Any] | None:
-        """Return the map to send, None when a required field cannot be carried."""
-        body: dict[str, Any] = {"version": version}
-        for name, required, pack in self._pack:
-            try:
-                item = pack(getattr(message, name))
-            except RefusedError:
-                clipped[name] += 1
-                if required:
-                    return None
-                continue
-            if item is not None:
-                body[name] = item
-        return body
-
-    def unpack(self, body: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the arguments of the message; fields of later versions are passed over."""
-        values = {}
-        for name, required, unpack in self._unpack:
-            if name in body:
-                values[name] = unpack(body[name])
-            elif required:
-                raise RefusedError("schema")
-        return values
-
-
-def _restamp(schema: MessageSchema, values: dict[str, Any], stamp: int) -> None:
-    shift = stamp - values["stamp"]
-    for field in schema.fields:
-        if field.kind == "time":
-            values[field.name] += shift
