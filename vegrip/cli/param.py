@@ -42,7 +42,7 @@ def get(
     _show(_ask(node, "parameters"), node, name, as_json)
 
 
-@app.command("set")
+@app.command("set", context_settings={"ignore_unknown_options": True})  # a value may be -1
 def set_(
     node: NodeName,
     name: Annotated[str, typer.Argument(help="Parameter.")],

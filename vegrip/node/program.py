@@ -56,6 +56,8 @@ def find_program(name: str) -> Build:
         build: Build = getattr(importlib.import_module(module), function)
     except (ImportError, AttributeError) as error:
         raise UsageError(f"the program {name!r} cannot be loaded from {target}: {error}") from None
+    if not callable(build):
+        raise UsageError(f"the program {name!r} cannot be used: {target} is not a function")
     return build
 
 

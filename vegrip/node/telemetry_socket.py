@@ -53,7 +53,7 @@ class TelemetrySocket:
         self._context.term()
 
     def _listen(self) -> None:
-        while self._socket.getsockopt(zmq.EVENTS) & zmq.POLLIN:
+        while int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
             request = self._socket.recv()
             change = self._subscribed.add if request[:1] == b"\x01" else self._subscribed.discard
             change(request[1:])
@@ -64,7 +64,7 @@ class TelemetrySocket:
             self._socket.send_multipart([topic, direction.value.encode(), encoded[1]], zmq.DONTWAIT)
 
 
-def _waiting(socket: zmq.Socket) -> Iterator[tuple[str, str, bytes]]:
+def _waiting(socket: zmq.Socket[bytes]) -> Iterator[tuple[str, str, bytes]]:
     for _ in range(HIGH_WATER):
         try:
             topic, direction, payload = socket.recv_multipart(zmq.DONTWAIT)
@@ -79,7 +79,7 @@ class TelemetryReader:
     def __init__(self, entries: Sequence[Entry], prefixes: Sequence[str] = ("",)) -> None:
         self._context = zmq.Context()
         self._poller = zmq.Poller()
-        self._sources: dict[zmq.Socket, tuple[Entry, MsgpackCodec]] = {}
+        self._sources: dict[zmq.Socket[bytes], tuple[Entry, MsgpackCodec]] = {}
         for entry in entries:
             socket = self._context.socket(zmq.SUB)
             socket.set_hwm(HIGH_WATER)

@@ -36,18 +36,18 @@ class Keys:
             raise ConfigError(f"{self._peers} is no folder; put the public keys of the subscribers there")
         self._authenticator: ThreadAuthenticator | None = None
 
-    def guard(self, context: zmq.Context) -> None:
+    def guard(self, context: zmq.Context[zmq.Socket[bytes]]) -> None:
         """Let sockets of ``context`` that serve accept the peers only."""
         self._authenticator = ThreadAuthenticator(context)
         self._authenticator.start()
         self._authenticator.configure_curve(domain="*", location=str(self._peers))
 
-    def serve(self, publisher: zmq.Socket) -> None:
+    def serve(self, publisher: zmq.Socket[bytes]) -> None:
         """Make ``publisher`` encrypt and ask its subscribers for their keys."""
         publisher.curve_secretkey, publisher.curve_publickey = self._secret, self._public
         publisher.curve_server = True
 
-    def subscribe(self, subscriber: zmq.Socket) -> None:
+    def subscribe(self, subscriber: zmq.Socket[bytes]) -> None:
         """Make ``subscriber`` show our key and insist on the publisher's."""
         subscriber.curve_secretkey, subscriber.curve_publickey = self._secret, self._public
         subscriber.curve_serverkey = self._publisher

@@ -87,14 +87,15 @@ class Hub:
     def _step(self) -> None:
         readers = [fd for fd, member in self._members.items() if member.waiting < TRANSMIT_QUEUE]
         writers = [fd for fd, member in self._members.items() if member.is_behind]
-        readable, writable, _ = select.select([self._listener, *readers], writers, [], self._time_out())
+        door = self._listener.fileno()
+        readable, writable, _ = select.select([door, *readers], writers, [], self._time_out())
         for fd in writable:
             self._members[fd].flush()
-        for source in readable:
-            if source is self._listener:
+        for fd in readable:
+            if fd == door:
                 self._admit()
             else:
-                self._read(self._members[source])
+                self._read(self._members[fd])
         self._advance()
 
     def _time_out(self) -> float:

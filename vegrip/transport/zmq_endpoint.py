@@ -106,7 +106,7 @@ class ZmqEndpoint:
         self._subscriber.close(linger=0)
         self._context.term()
 
-    def _socket(self, kind: int) -> zmq.Socket:
+    def _socket(self, kind: int) -> zmq.Socket[bytes]:
         socket = self._context.socket(kind)
         socket.set_hwm(HIGH_WATER)
         socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
@@ -144,7 +144,7 @@ class ZmqEndpoint:
         ``Socket.poll`` counts in whole milliseconds, too coarse for a tick. The descriptor of the socket
         signals edges only, so ``EVENTS`` is asked before each wait.
         """
-        while not self._subscriber.getsockopt(zmq.EVENTS) & zmq.POLLIN:
+        while not int(self._subscriber.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
             remaining = deadline - time.monotonic()
             if remaining <= 0.0:
                 return False

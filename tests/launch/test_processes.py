@@ -1,0 +1,163 @@
+"""Nodes as real processes: started, asked, changed, restarted and stopped."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+LAUNCH = """
+[transport]
+channel = "launch"
+
+[[node]]
+program = "echo"
+name = "first"
+
+[[node]]
+program = "echo"
+name = "second"
+restart = "on-failure"
+"""
+pytestmark = pytest.mark.usefixtures("runtime")
+
+
+def vegrip(*arguments):
+    done = subprocess.run(
+        [sys.executable, "-m", "vegrip", *arguments], capture_output=True, text=True, timeout=60, check=False
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+def start(*arguments):
+    command = [sys.executable, "-m", "vegrip", *arguments]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def wait_for(condition, seconds=40.0):
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        if (found := condition()) is not None:
+            return found
+        time.sleep(0.1)
+    raise AssertionError("did not happen in time")
+
+
+def states():
+    from vegrip.errors import VegripError
+    from vegrip.node.client import ask
+    from vegrip.node.registry import running_nodes
+
+    try:
+        return {
+            entry.name: (entry.pid, ask(entry, "state", patience=1.0)["state"]) for entry in running_nodes()
+        }
+    except VegripError:
+        return {}
+
+
+def both_active():
+    now = states()
+    return now if [state for _, state in now.values()] == ["active"] * 2 else None
+
+
+@pytest.mark.slow
+def test_a_launch_starts_watches_restarts_and_stops_in_reverse(tmp_path):
+    path = tmp_path / "two.toml"
+    path.write_text(LAUNCH)
+    launched = start("launch", str(path))
+    try:
+        before = wait_for(both_active)
+        os.kill(before["/second"][0], signal.SIGKILL)
+        after = wait_for(lambda: now if (now := both_active()) and now != before else None)
+        assert after["/first"] == before["/first"]
+
+        assert vegrip("param", "set", "first", "normal_force", "2.5")[0] == 0
+        assert json.loads(vegrip("param", "get", "first", "normal_force", "--json")[1])["value"] == 2.5
+        code, _, complaint = vegrip("param", "set", "first", "normal_force", "-1")
+        assert (code, "0 .. 20 N" in complaint) == (3, True)
+        assert vegrip("lifecycle", "set", "second", "inactive")[1].strip() == "inactive"
+        topics = json.loads(vegrip("topic", "list", "--json")[1])
+        assert topics["/diagnostics"]["from"] == ["/first", "/second"]
+        echoed = json.loads(vegrip("topic", "echo", "/diagnostics", "--count", "1", "--json")[1])
+        assert echoed["node"] in ("/first", "/second")
+        rates = json.loads(vegrip("topic", "hz", "/diagnostics", "--duration", "3", "--json")[1])
+        assert rates["/diagnostics"]["hz"] == pytest.approx(2.0, rel=0.5)
+    finally:
+        launched.send_signal(signal.SIGINT)
+        output, _ = launched.communicate(timeout=30)
+    lines = [line for line in output.splitlines() if "-- " in line]
+    assert launched.returncode == 0
+    assert "ended with signal SIGKILL; starts again in 1 s" in output
+    assert [line.split()[0] for line in lines if line.endswith("stopped")] == ["/second", "/first"]
+    assert states() == {}
+
+
+@pytest.mark.slow
+def test_nodes_end_when_their_launcher_is_killed(tmp_path):
+    path = tmp_path / "two.toml"
+    path.write_text(LAUNCH)
+    launched = start("launch", str(path))
+    try:
+        wait_for(both_active)
+    finally:
+        launched.kill()
+        launched.communicate(timeout=30)
+    wait_for(lambda: True if states() == {} else None)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_node_ends_well_when_told_to(number):
+    process = start("node", "echo", "--set", "transport.channel=single")
+    try:
+        wait_for(lambda: True if [state for _, state in states().values()] == ["active"] else None)
+    finally:
+        process.send_signal(number)
+        output, _ = process.communicate(timeout=20)
+    assert process.returncode == 0
+    assert output.splitlines()[-1] == "INFO /echo: ended"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (("node", "nothing"), 2, "there is no program 'nothing'"),
+        (("node", "os:path"), 2, "cannot be"),
+        (
+            ("node", "echo", "--set", "transport.interface=socketcan", "--set", "transport.channel=nope"),
+            4,
+            "nope",
+        ),
+        (("node", "echo", "--set", "parameters.normal_force=-1"), 3, "0 .. 20 N"),
+        (("node", "echo", "--set", "nonsense"), 2, "--set"),
+        (("node", "echo", "--config", "nothing.toml"), 3, "no launch file"),
+        (("node", "thumb", "--config", "demo"), 2, "it has /grasp_force"),
+        (("launch", "nothing"), 3, "there is no launch file 'nothing'"),
+        (("param", "list", "nobody"), 2, "no node runs"),
+        (("lifecycle", "get", "nobody"), 2, "no node runs"),
+        (("topic", "echo", "/hand"), 2, "no node runs"),
+    ],
+)
+def test_a_mistake_is_one_sentence_and_the_exit_code(arguments, code, words):
+    returned, output, complaint = vegrip(*arguments)
+    assert returned == code
+    assert words in complaint
+    assert len(complaint.strip().splitlines()) == 1
+    assert output == ""
+
+
+def test_a_busy_port_is_one_sentence():
+    import socket
+
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
+        code, _, complaint = vegrip(
+            "node", "echo", "--set", "transport.kind=zmq", "--set", f"transport.publish={address}"
+        )
+    assert code == 4
+    assert "in use" in complaint
