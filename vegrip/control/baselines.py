@@ -36,6 +36,8 @@ class ConeSettings:
 class ConstantGrip:
     """The same force, whatever happens."""
 
+    uses_least_force = False
+
     def __init__(self, settings: ConstantSettings) -> None:
         self.settings = settings
 
@@ -50,6 +52,8 @@ class ConstantGrip:
 
 class FrictionCone:
     """Normal force in proportion to the present tangential force."""
+
+    uses_least_force = False
 
     def __init__(self, settings: ConeSettings) -> None:
         self.settings = settings

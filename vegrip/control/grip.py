@@ -43,6 +43,8 @@ class GripSettings:
 class MarginGrip:
     """Keep the lower bound of the slip margin at the wanted margin with the least force."""
 
+    uses_least_force = True
+
     def __init__(self, settings: GripSettings) -> None:
         self.settings = settings
         self.reset()

@@ -13,6 +13,9 @@ class GripPolicy(Protocol):
     are the stages after it.
     """
 
+    uses_least_force: bool
+    """Whether it looks at :attr:`Demand.least_force`, the one costly part of a demand."""
+
     def wanted(self, held: float, demand: Demand, dt: float) -> tuple[float, Reason]:
         """Return the wanted normal force [N] and its reason.
 

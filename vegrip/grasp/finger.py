@@ -113,7 +113,8 @@ class GraspFinger:
         slipping = state.slip >= 0.5
         if not contact.in_contact:
             return Demand(0.0, load, in_contact=False, slipping=slipping, trusted=contact.normal_force.valid)
-        least = math.nan if self.watchdog.lost & LOAD else self.estimator.least_force(wanted_margin)
+        asked = self.controller.policy.uses_least_force and not self.watchdog.lost & LOAD
+        least = self.estimator.least_force(wanted_margin) if asked else math.nan
         return Demand(
             least_force=least,
             tangential_force=load,
