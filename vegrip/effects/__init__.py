@@ -18,6 +18,7 @@ BUILT_IN = (
     "power_law_stiffness",
     "relaxation",
     "second_relaxation",
+    "series_compliance",
     "geometric_radius",
     "pressure_coupling",
     "coulomb_friction",

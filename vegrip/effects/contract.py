@@ -15,7 +15,9 @@ of its arguments** and gives the new value of one quantity::
 A hook that takes the quantity it gives *modifies* it; one that does not *defines* it, and there can be only
 one of those. A hook may also give ``relaxation_rate``, ``relaxation_strength`` (factors on all branches, 1),
 ``adhesion`` [N] (pull that is subtracted after the free-surface line) or a parameter of another effect, for
-the hooks that follow in the list; :data:`INPUTS` names what comes from outside.
+the hooks that follow in the list; at the stage ``tip`` also ``compliance`` [m/N], by which what carries the tip
+gives way, ``x = delta - compliance N``, solved for x within the step. :data:`INPUTS` names what comes from
+outside.
 
 A hook is plain scalar Python with only ``math``, numbers and functions of its own file. It returns the
 quantity, followed by the new values of those of its effect's states that it takes (in the order in which the
@@ -48,7 +50,7 @@ READING: Final = ("area", "profile", "friction")
 STARTS: Final = {"x": "delta", "force": "elastic_force", "sensed_force": "force"}
 """What a quantity is before its first hook; the others need a hook that defines them."""
 
-FACTORS: Final = {"relaxation_rate": 1.0, "relaxation_strength": 1.0, "adhesion": 0.0}
+FACTORS: Final = {"relaxation_rate": 1.0, "relaxation_strength": 1.0, "adhesion": 0.0, "compliance": 0.0}
 """Quantities that exist without any effect."""
 
 INPUTS: Final = ("delta", "speed", "temperature", "tangential_force", "torque", "slip_speed")
@@ -63,7 +65,8 @@ class State:
     """A memory of an effect.
 
     ``low`` and ``high`` name the quantities between which it may lie when the contact is met in the middle,
-    with unknown history; without them it is then ``initial``, surely.
+    with unknown history; without them it is then ``initial``, surely. A ``lasting`` state does not recover
+    between trials (wear, set, drift).
     """
 
     name: str
@@ -72,6 +75,8 @@ class State:
     initial: float = 0.0
     low: str = ""
     high: str = ""
+    extreme: bool = False  # a running maximum or the like: measurements must not drag it (see estimator)
+    lasting: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +91,12 @@ class Hook:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """One physical effect."""
+    """One physical effect.
+
+    The last four fields serve the search for a missing effect: ``channels`` names the measurements that can show
+    it, ``confounded`` the effects whose signature resembles its own, ``experiment`` the motion that tells them
+    apart, and effects of one ``group`` cannot be told apart by force and displacement at all.
+    """
 
     name: str
     summary: str
@@ -94,6 +104,10 @@ class Effect:
     hooks: tuple[Hook, ...]
     parameters: tuple[Parameter, ...] = ()
     states: tuple[State, ...] = ()
+    channels: tuple[str, ...] = ("normal_force",)
+    confounded: tuple[str, ...] = ()
+    experiment: str = ""
+    group: str = ""
 
 
 def hook(function: Function, *, stage: str = "", gives: str | None = None, source: str = "") -> Hook:

@@ -26,7 +26,7 @@ EFFECT = Effect(
         Parameter(
             "K", "N", 1.0, 0.5, 1e-15, 1e9, "elastic force at x_ref", transform="log", learn=True, drift=1e-3
         ),
-        Parameter("p", "1", 1.5, 0.1, 0.8, 4.0, "exponent; 3/2 is Hertz"),
+        Parameter("p", "1", 1.5, 0.1, 0.8, 4.0, "exponent; 3/2 is Hertz", learn=True),
     ),
     hooks=(hook(elastic),),
 )

@@ -62,6 +62,6 @@ EFFECT = Effect(
     parameters=(
         Parameter("k0", "1", 2.0, 0.05, 1.0, 20.0, "pressure exponent of the elastic contact; 2 is Hertz"),
     ),
-    states=(State("largest_force", "N", "largest force of this contact", low="force", high="elastic_force"),),
+    states=(State("largest_force", "N", "largest force of this contact", low="force", high="elastic_force", extreme=True),),
     hooks=(hook(largest, stage="force", gives=""), hook(profile)),
 )

@@ -48,7 +48,7 @@ EFFECT = Effect(
         Parameter(
             "c1", "1", 0.3, 0.1, 0.0, 0.95, "fraction of the force that relaxes", learn=True, drift=3e-4
         ),
-        Parameter("nu1", "1/s", 3.1, 0.3, 1e-4, 1e4, "rate of relaxation", transform="log"),
+        Parameter("nu1", "1/s", 3.1, 0.3, 1e-4, 1e4, "rate of relaxation", transform="log", learn=True),
     ),
     states=(State("z1", "N", "elastic force as the slow part has followed it", high="elastic_force"),),
     hooks=(hook(force),),

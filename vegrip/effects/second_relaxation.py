@@ -42,7 +42,7 @@ EFFECT = Effect(
             learn=True,
             drift=3e-4,
         ),
-        Parameter("nu2", "1/s", 0.2, 0.7, 1e-4, 1e4, "rate of the second relaxation", transform="log"),
+        Parameter("nu2", "1/s", 0.2, 0.7, 1e-4, 1e4, "rate of the second relaxation", transform="log", learn=True),
     ),
     states=(State("z2", "N", "elastic force as the second slow part has followed it", high="elastic_force"),),
     hooks=(hook(force),),

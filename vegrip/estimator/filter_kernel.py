@@ -71,6 +71,7 @@ def predict(m, dt, rho):
             else:
                 for i in range(NS):
                     m[F0 + i * M + j] = 0.0
+        hold_extremes(m, later)
     R = 2 + NS  # rows that move: B = F P, then P = B F' (parameters, d0 and bF stay)
     for c in range(N):
         m[B0 + c] = m[P0 + c] + dt * m[P0 + N + c]
@@ -102,7 +103,7 @@ def predict(m, dt, rho):
     m[y + 1] *= rho
     for i in range(NS):
         m[y + 2 + i] = m[later + i]
-    q = m[SET_ACCELERATION]
+    q = m[SET_ACCELERATION] * m[MOTION0]
     m[P0 + 0] += q * dt * dt * dt / 3.0
     m[P0 + 1] += q * dt * dt / 2.0
     m[P0 + N] = m[P0 + 1]
@@ -113,6 +114,22 @@ def predict(m, dt, rho):
     leash(m, 1, m[PRIOR0 + 1])
     for j in range(2 + NS, N):
         leash(m, j, m[PRIOR0 + j] * 1.0000001)
+
+
+def hold_extremes(m, later):
+    """The maximum of noisy values is not the noisy value of the maximum: discount new extremes by the noise.
+
+    The noise is what the indentation does from sample to sample, without its slow zero error d0.
+    """
+    slow = m[P0 + N - 2] * m[P0 + N - 2] / max(m[P1 - 1 - N - 1], 1e-300)
+    quick = math.sqrt(max(min(m[P0] - slow, m[SET_R_DISPLACEMENT]), 0.0))
+    for i in range(NS):
+        if KEPT[2 + i]:
+            old, noise = m[Y0 + 2 + i], abs(m[F0 + i * M]) * quick
+            if m[later + i] > old:
+                m[later + i] = max(old, m[later + i] - noise)
+            else:
+                m[later + i] = min(old, m[later + i] + noise)
 
 
 def leash(m, j, limit):
@@ -139,6 +156,9 @@ def scalar_update(m, channel, innovation, R):
 
     Above NIS 9 the weight falls as in Huber's estimate (the innovation variance grows with sqrt(NIS / 9)),
     above 100 the measurement is refused.
+
+    A running maximum (KEPT) has no gain: it follows the estimate upwards by itself, and corrected downwards
+    with it, it would forget the maximum. The covariance is that of the gain used, so it stays one.
     """
     y = Y0
     S = R
@@ -156,22 +176,37 @@ def scalar_update(m, channel, innovation, R):
         m[at + CH_STREAK] += 1.0
         m[at + CH_REJECTED] += 1.0
         return False
+    if channel == m[MOTION0 + 1]:
+        restless(m, nis)
     m[at + CH_STREAK] = 0.0
     m[at + CH_AGE] = 0.0
     m[at + CH_USED] = 1.0
     if nis > 9.0:
         S *= math.sqrt(nis / 9.0)
     for i in range(N):
-        m[y + i] += m[G0 + i] * innovation / S
+        m[K0 + i] = 0.0 if KEPT[i] else m[G0 + i] / S
+        m[y + i] += m[K0 + i] * innovation
     for i in range(N):
-        gain = m[G0 + i] / S
         for j in range(i, N):
-            m[P0 + i * N + j] -= gain * m[G0 + j]
+            a, b = m[K0 + i], m[K0 + j]
+            m[P0 + i * N + j] -= a * m[G0 + j] + (m[G0 + i] - a * S) * b
             m[P0 + j * N + i] = m[P0 + i * N + j]
-        floor = 1e-12 * gain * m[G0 + i]  # what rounding may have left of a variance
+        floor = 1e-12 * m[G0 + i] * m[G0 + i] / S  # what rounding may have left of a variance
         m[P0 + i * N + i] = max(m[P0 + i * N + i], floor)
     bound(m)
     return True
+
+
+def restless(m, nis):
+    """Adapt how restless the motion is taken to be, a factor on the density of the acceleration.
+
+    In a hold a filter that expects motion takes the noise of the displacement for motion, and the missing
+    answer of the force for a soft contact: stiffness and relaxation came out low by two standard deviations.
+    """
+    calm = m[MOTION0] * (1.0 + 0.03 * (min(nis, 25.0) - 1.0))
+    if nis > 9.0:
+        calm = max(calm, 1.0)
+    m[MOTION0] = min(max(calm, 1e-4), 100.0)
 
 
 def note(m, channel, normalised, nis):
@@ -231,7 +266,7 @@ def measure_force(m, value, alone):
     for i in range(M):
         for j in range(M):
             spread += m[H0 + i] * m[P0 + i * N + j] * m[H0 + j]
-    if value > 5.0 * math.sqrt(R) and base > 0.0 and base + bias > 0.0 and spread > 0.01 * base * base:
+    if value > 20.0 * math.sqrt(R) and base > 0.0 and base + bias > 0.0 and spread > 0.04 * base * base:
         # stiffness hardly known: the logarithm of the force is linear in the logarithm of the stiffness
         predicted = base + bias
         innovation = math.log(value / predicted)

@@ -15,6 +15,9 @@ import math
 from vegrip.estimator.generated import *  # noqa: F403
 
 
+VAGUE = 0.2  # relative std of u beyond which not slipping says nothing (light touch: noise is all there is)
+
+
 def learn_friction(m, dt, u, relative_std, slip, touching):
     """Fold in one sample; ``u`` is NaN where load or force are not known, ``slip`` where it is not sensed."""
     forget(m, dt, touching)
@@ -31,6 +34,9 @@ def learn_friction(m, dt, u, relative_std, slip, touching):
         new_loading(m)
         m[FRI_SMOOTH] = 0.0
     m[FRI_SLIDING] = 0.0
+    if relative_std > VAGUE:
+        m[FRI_SMOOTH] = 0.0
+        return
     m[FRI_SMOOTH] += (1.0 - math.exp(-dt / 0.02)) * (u - m[FRI_SMOOTH])  # a peak of noise is no evidence
     held(m, m[FRI_SMOOTH], noise)
 

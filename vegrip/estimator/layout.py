@@ -47,6 +47,7 @@ class Layout:
     mu: int  # place of the friction coefficient
     state_low: tuple[int, ...]  # see BOUNDS
     state_high: tuple[int, ...]
+    extreme: tuple[bool, ...]  # states of the effects that no measurement corrects
 
     @property
     def n(self) -> int:
@@ -66,7 +67,7 @@ class Layout:
             "DRIFT": n, "SET": len(SETTINGS), "FRICTION": len(FRICTION), "CONSIDER": len(self.considered),
             "REPORT": len(REPORT), "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
-            "LOAD": 4, "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "S0": s + 1, "S1": s + 1,
+            "LOAD": 4, "MOTION": 2, "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n, "S0": s + 1, "S1": s + 1,
             "JAC": 4 * (m + len(self.considered)), "TRY": n,
         }  # fmt: skip
 
@@ -93,6 +94,8 @@ class Layout:
             f"CONSIDERED_LOG = {(*self.considered_log, False)}",
         ]
         lines += [f"STATE_LOW = {(*self.state_low, 0)}", f"STATE_HIGH = {(*self.state_high, 0)}"]
+        free = (False,) * (self.n - 2 - self.n_states)
+        lines += [f"KEPT = {(False, False, *self.extreme, *free)}"]
         lines += [f"MU_PLACE = {self.mu}", f"CONSIDERED_MU = {self.considered.index(self.mu)}"]
         for name, (start, end) in self.places().items():
             lines += [f"{name}0 = {start}", f"{name}1 = {end}"]
@@ -121,6 +124,7 @@ def layout_of(model: ContactModel) -> Layout:
     states = [s for e in model.effects for s in e.states]
     return Layout(
         state_low=tuple(BOUNDS.index(s.low) for s in states),
+        extreme=tuple(s.extreme for s in states),
         state_high=tuple(BOUNDS.index(s.high) for s in states),
         n_states=len(model.plan.states),
         n_values=len(names) + 3,

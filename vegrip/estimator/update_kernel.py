@@ -19,6 +19,7 @@ def filter_step(m, dt, force, displacement, radius):
     predict(m, dt, rho)
     m[LOAD0 + 3] = regime_of(m)
     known = math.isfinite(displacement)
+    m[MOTION0 + 1] = 0.0 if known else 1.0  # the channel that tells of the motion
     if blind and not known and m[Y0] < 0.0:
         m[Y0] = 0.0  # out of contact nothing tells how far
         m[Y0 + 1] = 0.0
