@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import cantools
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from vegrip.codec import CanCodec, Frame
 from vegrip.codec.database import database, layouts
 from vegrip.codec.layout import Part
+from vegrip.codec.schema import read_proto
 from vegrip.messages import FingertipState, Message
 
 FINGERS = ("thumb", "index")
@@ -89,3 +91,9 @@ def test_a_state_written_by_cantools_is_read(force: float) -> None:
 
 def test_every_kind_and_layout_has_been_compared() -> None:
     assert set(PARTS) == {message.name for message in database().messages}
+
+
+def test_the_mask_of_the_readme_lets_cantools_see_every_finger_and_hand(examples: list[Message]) -> None:
+    masked = cantools.database.load_string(read_proto("fingertip.dbc"), "dbc", frame_id_mask=0x7C0)
+    (frame,) = CanCodec(FINGERS, fd=True, hand=5).encode(examples[3])
+    assert plain(masked.decode_message(frame.arbitration_id, frame.data)["reason"]) == 1  # type: ignore[index,call-overload]
