@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +10,9 @@ import pytest
 from vegrip.clock import NS
 from vegrip.messages import FingertipState, ForceCommand, Message, ModelHealth, Reason
 from vegrip.node import NodeBase
-from vegrip.recording import Recording
+from vegrip.recording import Recording, read_recording
+from vegrip.recording.session import read_output
+from vegrip.recording.writer import RecordingWriter
 from vegrip.replay.run import run_through
 
 
@@ -70,6 +73,14 @@ def test_fingers_come_in_the_order_of_their_stamps() -> None:
     assert [state.finger for _, state in node.heard] == ["thumb", "index", "thumb", "index", "index", "thumb"]
     assert [summary.samples for summary in outcome.fingers.values()] == [3, 3]
     assert 0.0 < outcome.bus_load < 0.01
+
+
+def test_what_is_written_has_the_time_of_the_recording(tmp_path: Path) -> None:
+    t = [3.0, 3.25, 4.0]
+    with RecordingWriter(tmp_path / "s") as writer:
+        run_through(Listener(), {"thumb": recording(t, slip=[0.0, 1.0, 0.0])}, writer=writer)
+    np.testing.assert_array_equal(read_recording(tmp_path / "s" / "thumb").t, t)
+    np.testing.assert_array_equal(read_output(tmp_path / "s" / "thumb" / "force_command.csv")["t"], t)
 
 
 def test_what_classic_can_cannot_carry_is_counted_not_hidden() -> None:

@@ -57,6 +57,10 @@ class RecordingWriter:
         self._began = datetime.now(UTC).isoformat(timespec="seconds")
         self._make()
 
+    def begin(self, stamp: int) -> None:
+        """Let t = 0 be at ``stamp`` [ns]; without it, it is at the first message."""
+        self._start = stamp
+
     def write(self, message: Message) -> None:
         """Take one message; it reaches the disk with the next :meth:`flush`."""
         if self._start is None:

@@ -45,7 +45,8 @@ def run_through(
     """Send ``recordings`` (by finger) over a CAN bus to ``node`` in the loop that serves live data.
 
     The clock is simulated: the loop, its ticks and the stamps are as in real time, and nothing waits.
-    ``writer`` gets every state as the node received it, and everything the node said; ``at_end`` is called
+    ``writer`` gets every state as the node received it, and everything the node said, at the ``t`` of the
+    recordings; ``at_end`` is called
     when the recording is over, while the node still knows what it has learned.
     """
     summaries = {finger: FingerSummary() for finger in recordings}
@@ -62,8 +63,10 @@ def run_through(
                 writer.flush()
 
     clock = SimulatedClock()
-    first = min(int(recording.stamps[0]) for recording in recordings.values())
-    bus = RecordedBus(merged_states(recordings, LEAD - first), list(recordings), clock, keep, fd=fd)
+    start = LEAD - min(int(recording.stamps[0]) for recording in recordings.values())
+    if writer is not None:
+        writer.begin(start)
+    bus = RecordedBus(merged_states(recordings, start), list(recordings), clock, keep, fd=fd)
     runner = Runner(node, bus, clock, loop)
     runner.start()
     while not bus.finished:

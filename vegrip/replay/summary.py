@@ -31,6 +31,7 @@ class FingerSummary:
     highest_command: float = -math.inf
     nis_sum: float = 0.0
     nis_count: int = 0
+    judged: int = 0  # health reports with a verdict
     consistent: int = 0
     rejected: int = 0
     conditions: Counter[str] = field(default_factory=Counter)
@@ -63,7 +64,7 @@ class FingerSummary:
             "contact_time": self.contact_time,
             "force_rms": _known(_root_mean(self.force_error, self.force_count)),
             "nis": _share(self.nis_sum, self.nis_count),
-            "consistent": _share(self.consistent, self.nis_count),
+            "consistent": _share(self.consistent, self.judged),
             "rejected": self.rejected,
             "conditions": dict(self.conditions.most_common()),
             "failing": dict(self.failing.most_common()),
@@ -100,10 +101,12 @@ class FingerSummary:
             return
         self.nis_sum += health.nis
         self.nis_count += 1
-        self.consistent += health.consistent
-        if not health.consistent:
-            self.failing[f"{health.channel or '?'}, {health.regime or '?'}"] += 1
+        if health.consistent:
+            self.consistent += 1
+        elif health.channel:  # else there is not enough to judge by
+            self.failing[f"{health.channel}, {health.regime}"] += 1
             self.suspects[health.suspect or "none"] += 1
+        self.judged = self.consistent + self.failing.total()
 
 
 def _share(part: float, whole: int) -> float | None:
