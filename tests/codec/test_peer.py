@@ -96,4 +96,5 @@ def test_every_kind_and_layout_has_been_compared() -> None:
 def test_the_mask_of_the_readme_lets_cantools_see_every_finger_and_hand(examples: list[Message]) -> None:
     masked = cantools.database.load_string(read_proto("fingertip.dbc"), "dbc", frame_id_mask=0x7C0)
     (frame,) = CanCodec(FINGERS, fd=True, hand=5).encode(examples[3])
-    assert plain(masked.decode_message(frame.arbitration_id, frame.data)["reason"]) == 1  # type: ignore[index,call-overload]
+    peer = masked.get_message_by_frame_id(frame.arbitration_id)  # type: ignore[union-attr]
+    assert plain(peer.decode(frame.data)["reason"]) == 1  # type: ignore[index,call-overload]
