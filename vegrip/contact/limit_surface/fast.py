@@ -26,7 +26,7 @@ from vegrip.compiled import njit
 Array = NDArray[np.float64]
 
 NEWTON_STEPS = 60
-NEWTON_NEAR = 1e-5  # so near to the solution the next step is right to 1e-10, and need not be checked
+NEWTON_NEAR = 3e-4  # so near to the solution the next step is right to 1e-8, and need not be checked
 
 # begin table
 # fmt: off
@@ -309,6 +309,24 @@ def radii(k: Array, psi: Array) -> Array:
     out = np.empty(len(psi))
     for i in range(len(psi)):
         out[i] = radius(k[i], psi[i])
+    return out
+
+
+@njit
+def least_normal_forces(
+    force: Array,
+    torque: Array,
+    mu: float,
+    radius: float,
+    k: float,
+    at: float,
+    radius_power: float,
+    k_power: float,
+) -> Array:
+    """Least normal force [N] of many loads (n,) on one contact."""
+    out = np.empty(len(force))
+    for i in range(len(force)):
+        out[i] = least_normal_force(force[i], torque[i], mu, radius, k, at, radius_power, k_power)
     return out
 
 
