@@ -7,22 +7,43 @@ A package of your own adds an effect by an entry point in the group ``vegrip.eff
 """
 
 import importlib
+from collections.abc import Sequence
 from importlib.metadata import entry_points
 
 from vegrip.effects.contract import Effect, Hook, State, hook
 from vegrip.errors import ModelError
 
-__all__ = ["BUILT_IN", "Effect", "Hook", "State", "effect", "hook", "names"]
+__all__ = ["BUILT_IN", "Effect", "Hook", "State", "effect", "hook", "names", "place"]
 
 BUILT_IN = (
+    "displacement_backlash",
+    "series_compliance",
+    "permanent_set",
     "power_law_stiffness",
+    "exponential_stiffness",
+    "layer_over_core",
+    "mullins_softening",
+    "temperature_shift",
+    "nonseparable_relaxation",
+    "poroelastic_drainage",
     "relaxation",
     "second_relaxation",
-    "series_compliance",
+    "power_law_relaxation",
+    "rate_stiffening",
+    "fast_damping",
+    "adhesion",
+    "inertia",
+    "guide_friction",
+    "cross_talk",
+    "sensor_lag",
+    "force_drift",
+    "saturation",
     "geometric_radius",
     "pressure_coupling",
     "coulomb_friction",
 )
+"""In the order in which they act, from the drive over the contact to the sensor's output."""
+
 GROUP = "vegrip.effects"
 
 
@@ -48,3 +69,14 @@ def effect(name: str) -> Effect:
     if not isinstance(found, Effect):
         raise ModelError(f"the effect {name!r} is not an Effect; its entry point must name one")
     return found
+
+
+def place(present: Sequence[str], name: str) -> int:
+    """Return where ``name`` belongs among the effects ``present``: before the first that acts later.
+
+    An effect of another package goes to the end.
+    """
+    if name in BUILT_IN:
+        later = BUILT_IN[BUILT_IN.index(name) + 1 :]
+        return next((i for i, other in enumerate(present) if other in later), len(present))
+    return len(present)

@@ -1,10 +1,11 @@
 """Adhesion: in contact the surfaces pull with ``F = 2 pi R W``, and part over a neck.
 
-The pull acts as in [DerjaguinMullerToporov1975]_: it is subtracted from the force of the contact, so contact
-begins with a jump to -F and the pull-off force is F. (The stiff, small limit; in the soft one of
+The pull acts as in [DerjaguinMullerToporov1975]_: it is subtracted from the force of the contact, so
+contact begins with a jump to -F and the pull-off force is F. (The stiff, small limit; in the soft one of
 [JohnsonKendallRoberts1971]_ it is 3/4 of that, ``1.5 pi R W``: read W accordingly.) On retraction a neck
 stretches to the length l before it parts: ``F (1 + x / l)^2`` for ``-l < x < 0``. While surfaces are drawn
-apart at speed v the work grows, ``W = W_0 [1 + g (v / v_ref)^n]``, ``v_ref = x_ref / s``, [MaugisBarquins1978]_.
+apart at speed v the work grows, ``W = W_0 [1 + g (v / v_ref)^n]``, ``v_ref = x_ref / s``,
+[MaugisBarquins1978]_.
 
 F is given in units of the elastic force K at x_ref, so W is ``pull K / (2 pi R)``.
 """
@@ -42,10 +43,10 @@ EFFECT = Effect(
     parameters=(
         Parameter("pull", "1", 0.05, 0.05, 0.0, 10.0, "pull-off force over K", null=0.0),
         Parameter("neck", "1", 0.2, 0.7, 1e-3, 10.0, "length of the neck, in x_ref", transform="log"),
-        Parameter("g_v", "1", 0.1, 0.2, 0.0, 100.0, "growth of the work at a retraction of x_ref per s"),
+        Parameter("g_v", "1", 0.1, 0.2, 0.0, 100.0, "growth of W at a retraction of x_ref per s", null=0.0),
         Parameter("n_v", "1", 0.5, 0.1, 0.1, 1.0, "exponent of that growth"),
     ),
-    states=(State("sticking", "1", "1 from the first touch until the neck parts"),),
+    states=(State("sticking", "1", "1 from the first touch until the neck parts", extreme=True),),
     hooks=(hook(force, gives="adhesion"),),
     confounded=("force_drift",),
     experiment="slow tap and pull-off at several speeds, with air before and after",

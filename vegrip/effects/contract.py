@@ -13,11 +13,11 @@ of its arguments** and gives the new value of one quantity::
     friction   friction          -              no             mu [-]
 
 A hook that takes the quantity it gives *modifies* it; one that does not *defines* it, and there can be only
-one of those. A hook may also give ``relaxation_rate``, ``relaxation_strength`` (factors on all branches, 1),
-``adhesion`` [N] (pull that is subtracted after the free-surface line) or a parameter of another effect, for
-the hooks that follow in the list; at the stage ``tip`` also ``compliance`` [m/N], by which what carries the tip
-gives way, ``x = delta - compliance N``, solved for x within the step. :data:`INPUTS` names what comes from
-outside.
+one of those. A hook may also give ``relaxation_rate``, ``relaxation_strength`` (factors on all branches,
+1), ``adhesion`` [N] (pull that is subtracted after the free-surface line) or a parameter of another effect,
+for the hooks that follow in the list; at the stage ``tip`` also ``compliance`` [m/N], by which what carries
+the tip gives way, ``x = delta - compliance N``, solved for x within the step. :data:`INPUTS` names what
+comes from outside.
 
 A hook is plain scalar Python with only ``math``, numbers and functions of its own file. It returns the
 quantity, followed by the new values of those of its effect's states that it takes (in the order in which the
@@ -53,8 +53,18 @@ STARTS: Final = {"x": "delta", "force": "elastic_force", "sensed_force": "force"
 FACTORS: Final = {"relaxation_rate": 1.0, "relaxation_strength": 1.0, "adhesion": 0.0, "compliance": 0.0}
 """Quantities that exist without any effect."""
 
-INPUTS: Final = ("delta", "speed", "temperature", "tangential_force", "torque", "slip_speed")
-"""From outside: [m], [m/s], [degrees Celsius], [N], [N m], [m/s]; the last four held when not measured."""
+OUTSIDE: Final = (
+    "temperature",  # [degrees Celsius]
+    "tangential_force",  # [N] magnitude
+    "torque",  # [N m] magnitude
+    "slip_speed",  # [m/s], 0 while the contact sticks
+    "tangential_force_x",  # [N]
+    "tangential_force_y",  # [N]
+)
+"""Measured beside the motion; held when not measured."""
+
+INPUTS: Final = ("delta", "speed", *OUTSIDE)
+"""What comes from outside; the first two [m], [m/s]."""
 
 GEOMETRY: Final = ("tip_radius", "reference_depth", "reference_temperature")
 """Constants of the fingertip: R [m], x_ref [m] and the temperature [degrees Celsius] its values hold at."""
@@ -93,9 +103,10 @@ class Hook:
 class Effect:
     """One physical effect.
 
-    The last four fields serve the search for a missing effect: ``channels`` names the measurements that can show
-    it, ``confounded`` the effects whose signature resembles its own, ``experiment`` the motion that tells them
-    apart, and effects of one ``group`` cannot be told apart by force and displacement at all.
+    The last four fields serve the search for a missing effect: ``channels`` names the measurements that
+    can show it, ``confounded`` the effects whose signature resembles its own, ``experiment`` the motion
+    that tells them apart, and effects of one ``group`` cannot be told apart by force and displacement at
+    all.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Play in the drive: ``x+ = min(max(x, d - w / 2), d + w / 2)``.
 
-The play operator ([BrokateSprekels1996]_, chapter 2): the tip rests within a gap of width w and moves only when
-the drive has crossed it. It depends on the order of the reversals and not on their speed.
+The play operator ([BrokateSprekels1996]_, chapter 2): the tip rests within a gap of width w and moves only
+when the drive has crossed it. It depends on the order of the reversals and not on their speed.
 """
 
 from vegrip.effects.contract import Effect, State, hook

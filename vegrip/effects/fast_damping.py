@@ -1,8 +1,8 @@
 """Damping faster than any branch: ``N += eta K(x) v``, ``K = dN_e / dx``, ``v = d delta / dt``.
 
 A relaxation branch whose rate is beyond the sampling, or the Kelvin-Voigt damping of a contact whose
-damping vanishes with its stiffness ([HuntCrossley1975]_), so that the force is continuous at contact.
-It leads the displacement where :mod:`sensor_lag <vegrip.effects.sensor_lag>` trails it.
+damping vanishes with its stiffness ([HuntCrossley1975]_), so that the force is continuous at contact. It
+leads the displacement where :mod:`sensor_lag <vegrip.effects.sensor_lag>` trails it.
 """
 
 from vegrip.effects.contract import Effect, hook

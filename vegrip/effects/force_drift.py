@@ -1,7 +1,7 @@
 """Drift of the force sensor's zero: ``y = N + b``, ``db/dt = r``.
 
-The steady part of it. What wanders at random is not in the model: the estimator carries it as its bias.
-r is in units of K per second.
+The steady part of it. What wanders at random is not in the model: the estimator carries it as its bias. r
+is in units of K per second.
 """
 
 from vegrip.effects.contract import Effect, State, hook

@@ -1,7 +1,7 @@
 """Friction in the guide of the drive: ``y = N + F tanh(v / v_0)``, in air too.
 
-Coulomb friction smoothed over a speed v_0, as is usual for simulation, [ArmstrongDupontCanudas1994]_. F is in units
-of K, v_0 in x_ref per second.
+Coulomb friction smoothed over a speed v_0, as is usual for simulation, [ArmstrongDupontCanudas1994]_. F is
+in units of K, v_0 in x_ref per second.
 """
 
 import math

@@ -1,8 +1,9 @@
 """Inertia of what lies before the sensor: ``y = N + M d2 delta / dt2``, in air too.
 
-M is given as ``M x_ref / K`` [s^2], the square of the time in which the contact would swing. The acceleration is the
-change of the speed from step to step; as a speed belongs to the middle of its step, that takes half of
-both steps. Sensed, not felt: the force of the contact and its slip limit do not know of it.
+M is given as ``M x_ref / K`` [s^2], the square of the time in which the contact would swing. The
+acceleration is the change of the speed from step to step; as a speed belongs to the middle of its step,
+that takes half of both steps. Sensed, not felt: the force of the contact and its slip limit do not know of
+it.
 """
 
 from vegrip.effects.contract import Effect, State, hook

@@ -1,8 +1,9 @@
 """A soft layer on a hard core: the thin layer stiffens, and far in the core itself is met.
 
-``N_e *= 1 + 1.133 X + 1.283 X^2 + 0.769 X^3 + 0.0975 X^4``, ``X = sqrt(R x) / H``: a sphere on an incompressible
-layer of thickness H bonded to a rigid base, [DimitriadisEtAl2002]_, eq. (10); H enters as R / H. Then
-``N_e += K_c ((x - x_c) / x_ref)^(3/2)`` beyond the depth x_c, a Hertzian contact of the core itself.
+``N_e *= 1 + 1.133 X + 1.283 X^2 + 0.769 X^3 + 0.0975 X^4``, ``X = sqrt(R x) / H``: a sphere on an
+incompressible layer of thickness H bonded to a rigid base, [DimitriadisEtAl2002]_, eq. (10); H enters as R
+/ H. Then ``N_e += K_c ((x - x_c) / x_ref)^(3/2)`` beyond the depth x_c, a Hertzian contact of the core
+itself.
 """
 
 import math

@@ -1,8 +1,8 @@
 """Mullins softening: below the deepest indentation so far the material is softer.
 
 ``N_e *= 1 - r [(1 - l) tanh((x_max - x) / w) + l (1 - x / x_max)]``: filled rubber breaks bonds up to its
-largest strain and follows a softer path below it, [Mullins1969]_. The tanh returns to the virgin curve within
-a width w of it (as the erf of [OgdenRoxburgh1999]_ does), the linear share l over the whole way.
+largest strain and follows a softer path below it, [Mullins1969]_. The tanh returns to the virgin curve
+within a width w of it (as the erf of [OgdenRoxburgh1999]_ does), the linear share l over the whole way.
 """
 
 import math
@@ -37,7 +37,9 @@ EFFECT = Effect(
         Parameter("w_m", "1", 0.6, 0.7, 0.01, 100.0, "width of the return, in x_ref", transform="log"),
         Parameter("l_m", "1", 0.5, 0.3, 0.0, 1.0, "share that is linear in depth"),
     ),
-    states=(State("x_max", "m", "deepest indentation so far", low="x", high="x", lasting=True),),
+    states=(
+        State("x_max", "m", "deepest indentation so far", low="x", high="x", extreme=True, lasting=True),
+    ),
     hooks=(hook(elastic),),
     confounded=("permanent_set", "displacement_backlash"),
     experiment="triangles of growing peak, then back to a small one",

@@ -1,8 +1,8 @@
 """Relaxation that depends on depth: all amplitudes times ``1 + beta (x / x_ref - 1)``.
 
-Fung's law separates depth and time, ``N = N_e(delta) g(t)`` ([TiezziKao2007]_, eq. (10)); in many soft materials
-a deeper indentation relaxes by another fraction, [Schapery1969]_. The factor stays above 0 and stops growing
-at ``x = R``, where the indentation itself stops making sense.
+Fung's law separates depth and time, ``N = N_e(delta) g(t)`` ([TiezziKao2007]_, eq. (10)); in many soft
+materials a deeper indentation relaxes by another fraction, [Schapery1969]_. The factor stays above 0 and
+stops growing at ``x = R``, where the indentation itself stops making sense.
 """
 
 from vegrip.effects.contract import Effect, hook

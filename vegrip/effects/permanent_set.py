@@ -40,7 +40,7 @@ EFFECT = Effect(
         Parameter("r_p", "1/s", 1e-3, 3e-3, 0.0, 1.0, "rate at which the set creeps", null=0.0),
     ),
     states=(
-        State("delta_max", "m", "deepest displacement so far", low="x", high="x", lasting=True),
+        State("delta_max", "m", "deepest displacement so far", low="x", high="x", extreme=True, lasting=True),
         State("d_c", "m", "set that has crept", lasting=True),
     ),
     hooks=(hook(tip),),

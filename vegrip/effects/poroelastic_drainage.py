@@ -1,7 +1,7 @@
 """Poroelastic drainage: relaxation by flow through the material, ``nu_i ~ (x / x_ref)^-q``.
 
-The fluid leaves over the distance a, so its rate is ``nu = D / a^2`` ([HuZhaoVlassakSuo2010]_); with
-``a^2 = 2 R x`` that is q = 1, and q = 0 is viscoelasticity, whose rates know no length. Below a hundredth of
+The fluid leaves over the distance a, so its rate is ``nu = D / a^2`` ([HuZhaoVlassakSuo2010]_); with ``a^2
+= 2 R x`` that is q = 1, and q = 0 is viscoelasticity, whose rates know no length. Below a hundredth of
 x_ref, and in the air, the rate stays what it is there.
 """
 

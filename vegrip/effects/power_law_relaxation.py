@@ -1,10 +1,11 @@
 """Relaxation over many decades: ``N = ... - c_P sum_i w_i z_i``, ``w_i ~ nu_i^alpha``, ``sum_i w_i = 1``.
 
-Power-law materials (cells, tissue, gels) have no time constant of their own; their relaxation is straight in
-log t, or in a double logarithmic plot. A power law ``t^-alpha`` has the spectrum ``nu^alpha`` over ln nu,
-[BonfantiKaplanCharrasKabla2020]_; here it is seven branches from 0.01 to 100 1/s, two thirds of a decade apart,
-``dz_i/dt = nu_i (N_e - z_i)``. With that spacing the ripple of the sum about the power law is below 0.4 % of c_P;
-one branch per decade has ten times as much. ``alpha = 0`` relaxes evenly per decade, as log t.
+Power-law materials (cells, tissue, gels) have no time constant of their own; their relaxation is straight
+in log t, or in a double logarithmic plot. A power law ``t^-alpha`` has the spectrum ``nu^alpha`` over ln
+nu, [BonfantiKaplanCharrasKabla2020]_; here it is seven branches from 0.01 to 100 1/s, two thirds of a
+decade apart, ``dz_i/dt = nu_i (N_e - z_i)``. With that spacing the ripple of the sum about the power law is
+below 0.4 % of c_P; one branch per decade has ten times as much. ``alpha = 0`` relaxes evenly per decade, as
+log t.
 """
 
 from vegrip.effects.contract import Effect, State, hook
@@ -35,12 +36,18 @@ def force(
     """Return the force [N] and the relaxed force of each branch [N]."""
     nu = relaxation_rate * SLOWEST
     zP1 = branch(zP1, elastic_force, elastic_before, nu, dt)
-    zP2 = branch(zP2, elastic_force, elastic_before, nu * RATIO, dt)
-    zP3 = branch(zP3, elastic_force, elastic_before, nu * RATIO**2, dt)
-    zP4 = branch(zP4, elastic_force, elastic_before, nu * RATIO**3, dt)
-    zP5 = branch(zP5, elastic_force, elastic_before, nu * RATIO**4, dt)
-    zP6 = branch(zP6, elastic_force, elastic_before, nu * RATIO**5, dt)
-    zP7 = branch(zP7, elastic_force, elastic_before, nu * RATIO**6, dt)
+    nu = nu * RATIO
+    zP2 = branch(zP2, elastic_force, elastic_before, nu, dt)
+    nu = nu * RATIO
+    zP3 = branch(zP3, elastic_force, elastic_before, nu, dt)
+    nu = nu * RATIO
+    zP4 = branch(zP4, elastic_force, elastic_before, nu, dt)
+    nu = nu * RATIO
+    zP5 = branch(zP5, elastic_force, elastic_before, nu, dt)
+    nu = nu * RATIO
+    zP6 = branch(zP6, elastic_force, elastic_before, nu, dt)
+    nu = nu * RATIO
+    zP7 = branch(zP7, elastic_force, elastic_before, nu, dt)
     w = RATIO**alpha_P  # weight of a branch over that of its slower neighbour
     total = 1.0 + w * (1.0 + w * (1.0 + w * (1.0 + w * (1.0 + w * (1.0 + w)))))
     relaxed = zP1 + w * (zP2 + w * (zP3 + w * (zP4 + w * (zP5 + w * (zP6 + w * zP7)))))
@@ -62,7 +69,9 @@ EFFECT = Effect(
         Parameter(
             "c_P", "1", 0.15, 0.1, 0.0, 0.95, "fraction of the force that relaxes in 0.01 .. 100 s", null=0.0
         ),
-        Parameter("alpha_P", "1", 0.05, 0.1, -0.5, 0.9, "exponent; more than 0 relaxes more in the beginning"),
+        Parameter(
+            "alpha_P", "1", 0.05, 0.1, -0.5, 0.9, "exponent; more than 0 relaxes more in the beginning"
+        ),
     ),
     states=_states(),
     hooks=(hook(force),),

@@ -1,7 +1,7 @@
 """Saturation of the force sensor: ``y = clip(N, -F, F)``.
 
-F is given by its inverse, ``s = K / F``, so that 0 is a sensor without a limit. Resolution is not here: it counts as
-noise.
+F is given by its inverse, ``s = K / F``, so that 0 is a sensor without a limit. Resolution is not here: it
+counts as noise.
 """
 
 from vegrip.effects.contract import Effect, hook

@@ -2,7 +2,8 @@
 
 The displacement is measured behind a mount (finger link, load cell, cantilever) that bends by ``C N``. A
 constant C looks like a softer power law; what gives it away is the apparent relaxation that depends on
-depth, and the contact radius ([OliverPharr1992]_ on machine compliance). Solved exactly within each step, so it acts at once and at any C.
+depth, and the contact radius ([OliverPharr1992]_ on machine compliance). Solved exactly within each step,
+so it acts at once and at any C.
 """
 
 from vegrip.effects.contract import Effect, hook

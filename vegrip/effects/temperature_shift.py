@@ -1,8 +1,9 @@
 """Temperature: softer and faster when warm, ``dT = T - T_ref``.
 
 ``N_e *= 1 - alpha dT`` and ``nu_i -> nu_i / a_T`` with ``log10 a_T = -s dT / (1 + dT / C_2)``, the shift of
-[WilliamsLandelFerry1955]_ with ``s = C_1 / C_2``. With ``C_2 = T_ref`` in kelvin it is Arrhenius' law, exactly, for
-an activation energy ``E = s R T_ref^2 ln 10``. Far below T_ref the law ends (``dT = -C_2``); it is kept at half way.
+[WilliamsLandelFerry1955]_ with ``s = C_1 / C_2``. With ``C_2 = T_ref`` in kelvin it is Arrhenius' law,
+exactly, for an activation energy ``E = s R T_ref^2 ln 10``. Far below T_ref the law ends (``dT = -C_2``);
+it is kept at half way.
 """
 
 from vegrip.effects.contract import Effect, hook

@@ -125,6 +125,8 @@ def _check_hook(effect: Effect, hook: Hook, owners: dict[str, str]) -> None:
         raise ModelError(
             f"the effect {effect.name} gives {hook.gives!r}, which nothing uses; give {STAGES[hook.stage]!r}"
         )
+    if hook.gives == "compliance" and hook.stage != "tip":
+        raise ModelError(f"the effect {effect.name} gives compliance at {hook.stage!r}; give it at 'tip'")
     if hook.gives == "" and hook.stage in READING:
         raise ModelError(
             f"the effect {effect.name} remembers at {hook.stage!r}, where states are only read; do it at 'force'"
@@ -178,7 +180,6 @@ def _check_definitions(plan: Plan) -> None:
                 )
             if gives:
                 defined.setdefault(gives, call.effect)
-            running = gives if gives == quantity else None
-            used |= {name: call.effect for name in call.takes if name != running and name not in call.states}
+            used |= {name: call.effect for name in call.takes if name != gives and name not in call.states}
         if quantity not in STARTS and quantity not in defined:
             raise ModelError(f"no effect defines {quantity}; add one with a hook at the stage {stage}")

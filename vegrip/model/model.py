@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vegrip.effects import Effect
+from vegrip.effects import Effect, place
 from vegrip.errors import ModelError
 from vegrip.model import cache, writer
 from vegrip.model.composer import Plan, compose
@@ -149,6 +149,9 @@ class ContactModel:
         return dataclasses.replace(self, values={**self.values, symbol: new})
 
     def with_effect(self, effect: Effect) -> "ContactModel":
-        """Return the model with one more effect, at its declared values."""
+        """Return the model with one more effect, at its declared values and in its place."""
         values = {**self.values, **{p.symbol: declared(p) for p in effect.parameters}}
-        return dataclasses.replace(self, effects=(*self.effects, effect), values=values)
+        at = place([e.name for e in self.effects], effect.name)
+        return dataclasses.replace(
+            self, effects=(*self.effects[:at], effect, *self.effects[at:]), values=values
+        )

@@ -46,6 +46,7 @@ def write(
     parts += [
         _stage_function(plan, "elastic"),
         _stage_function(plan, "force"),
+        *([_pressed(plan), _mounted(plan)] if _yields(plan) else []),
         _advance(plan),
         _readout(plan),
     ]
@@ -64,6 +65,8 @@ def _stage_function(plan: Plan, stage: str) -> str:
 def _advance(plan: Plan) -> str:
     lines = [f"def advance({ADVANCE}):", *_unpack(plan, _everything(plan, reading=False))]
     lines += [*_starting_lines("tip"), *(_call(call) for call in plan.calls["tip"])]
+    if _yields(plan):
+        lines.append(f"x = mounted_(x, compliance, {', '.join(_pressing(plan))})")
     lines += [_stage_call(plan, "elastic"), *_memory(plan, "elastic"), *_slopes(plan, ("force", "sense"))]
     lines += [_trial(plan, "elastic_force", "found_"), *_free_surface(plan), *_memory(plan, "force")]
     lines += [*_starting_lines("sense"), *(_call(call) for call in plan.calls["sense"])]
@@ -92,6 +95,51 @@ def _free_surface(plan: Plan) -> list[str]:
         "    force = 0.0",
         *adhesion,
     ]
+
+
+def _yields(plan: Plan) -> bool:
+    """Return whether what carries the tip gives way."""
+    return any(call.gives == "compliance" for call in plan.calls["tip"])
+
+
+def _pressing(plan: Plan) -> list[str]:
+    """Names, besides x, that the force at a trial indentation depends on."""
+    elastic, force = _giving(plan, "elastic"), _giving(plan, "force")
+    made = {*_results(elastic, "elastic"), "stiffness", "elastic_exponent"}
+    later = [name for name in _free(force, _starting("force")) if name not in made]
+    return [name for name in dict.fromkeys([*_free(elastic, ()), *later]) if name != "x"]
+
+
+def _pressed(plan: Plan) -> str:
+    """The force at an indentation x, nothing remembered; the adhesion alone where the surface has lifted."""
+    results = _results(_giving(plan, "force"), "force")
+    pull = f" - found_[{results.index('adhesion')}]" if "adhesion" in results else ""
+    lines = [f"def pressed_({', '.join(['x', *_pressing(plan)])}):", _stage_call(plan, "elastic")]
+    lines += [*_slopes(plan, ("force",)), _trial(plan, "elastic_force", "found_")]
+    return _indent([*lines, f"return max(found_[0], 0.0){pull}"])
+
+
+def _mounted(plan: Plan) -> str:
+    """Solve ``x + C N(x) = x_rigid`` by the Illinois rule, within the bracket that a growing N gives."""
+    rest = ", ".join(_pressing(plan))
+    return f"""
+def mounted_(rigid_, compliance, {rest}):
+    low_, high_ = rigid_, rigid_ - compliance * pressed_(rigid_, {rest})
+    x, f_x = high_, high_ + compliance * pressed_(high_, {rest}) - rigid_
+    other_, f_other = low_, low_ - high_
+    low_, high_ = min(low_, high_), max(low_, high_)
+    for _ in range(60):
+        if abs(f_x) <= 1e-15 * abs(rigid_) or f_x == f_other:
+            break
+        new_ = min(max((f_other * x - f_x * other_) / (f_other - f_x), low_), high_)
+        f_new = new_ + compliance * pressed_(new_, {rest}) - rigid_
+        if f_new * f_x < 0.0:
+            other_, f_other = x, f_x
+        else:
+            f_other = 0.5 * f_other
+        x, f_x = new_, f_new
+    return x
+"""
 
 
 def _readout(plan: Plan) -> str:
