@@ -1,7 +1,7 @@
 """Counting the stuff bits and the CRC of a CAN frame byte by byte, from tables made once.
 
-After five equal bits CAN inserts one of the opposite value, which itself begins the next run
-[ISO11898-1]_. Going bit by bit through a 64-byte frame costs 60 us in Python, by table 5 us.
+After five equal bits CAN inserts one of the opposite value, which itself begins the next run [ISO2015]_. The
+tables make a frame of 64 bytes nine times as fast to count as going through its bits.
 """
 
 from functools import cache
@@ -44,7 +44,7 @@ def stuff_bytes(run: Run, data: bytes) -> tuple[int, Run]:
 
 
 CRC15 = 0x4599
-"""Generator polynomial of classic CAN, without its leading term [ISO11898-1]_."""
+"""Generator polynomial of classic CAN, without its leading term [ISO2015]_."""
 
 
 def crc15_bit_by_bit(crc: int, bits: int, width: int) -> int:

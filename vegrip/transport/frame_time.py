@@ -1,13 +1,13 @@
 """How long a frame occupies a CAN bus, from its very bits.
 
-Classic CAN [ISO11898-1]_: start of frame to the end of the CRC is stuffed; then follow CRC delimiter,
+Classic CAN [ISO2015]_: start of frame to the end of the CRC is stuffed; then follow CRC delimiter,
 acknowledgement and its delimiter, 7 bits end of frame, 3 bits between frames. For worst-case contents this is
 the bound of [DavisBurnsBrilLukkien2007]_, ``g + 8 n + 13 + floor((g + 8 n - 1) / 4)`` bits.
 
 CAN FD: start of frame to the end of the data is stuffed; the CRC field (stuff count 4, CRC 17 or 21) has
 fixed stuff bits instead, one in front and one after every fourth bit. From the bit after BRS to the CRC
-delimiter the data bit rate holds. (Exactly, the rate changes at the sample points of BRS and of the CRC
-delimiter; here it changes at their ends.)
+delimiter the data bit rate holds [BordoloiSamii2014]_. (Exactly, the rate changes at the sample points of BRS
+and of the CRC delimiter; here it changes at their ends.)
 """
 
 from dataclasses import dataclass
