@@ -24,7 +24,7 @@ def least_normal_force(
     """Least normal force [N] that holds a tangential force [N] with a torque about the normal [N m].
 
     margin in [0, 1) is how far inside the limit surface the load shall stay: gauge <= 1 - margin.
-    On the safe side: never below the exact force by more than 1e-8, at most 3e-5 above, relative.
+    On the safe side: never below the exact force by more than 2e-8, at most 3e-5 above, relative.
 
     Raises:
         DomainError: mu <= 0, a load that is not finite, a margin of 1; k(N) below 1; a load that needs more

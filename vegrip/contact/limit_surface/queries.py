@@ -6,7 +6,7 @@ Whatever lies outside the range where the answer is known - an exponent below 1,
 angle beyond a quarter turn - raises :class:`~vegrip.errors.DomainError`.
 
 >>> print(f"{gauge(2, f=0.4, m=0.3):.4f}")
-0.6767
+0.6839
 >>> bool(is_inside(2, f=0.4, m=0.3))
 True
 """
