@@ -13,6 +13,8 @@ F is given in units of the elastic force K at x_ref, so W is ``pull K / (2 pi R)
 from vegrip.effects.contract import Effect, State, hook
 from vegrip.parameters import Parameter
 
+TOUCH = 0.02  # [x_ref] depth of a first touch; in air just above the surface, noise would touch at 0
+
 
 def force(
     adhesion: float,
@@ -27,11 +29,11 @@ def force(
     sticking: float,
 ) -> tuple[float, float]:
     """Return the pull [N] and whether the surfaces stick (1) or not (0)."""
-    stretched = 1.0 + x / (neck * reference_depth)
-    if x > 0.0:
-        sticking, stretched = 1.0, 1.0
-    elif stretched <= 0.0:
-        sticking, stretched = 0.0, 0.0
+    if x > TOUCH * reference_depth:
+        sticking = 1.0
+    stretched = min(max(1.0 + x / (neck * reference_depth), 0.0), 1.0)
+    if stretched <= 0.0:
+        sticking = 0.0
     grown = 1.0 + g_v * (max(-speed, 0.0) / reference_depth) ** n_v
     return adhesion + pull * K * sticking * stretched * stretched * grown, sticking
 
