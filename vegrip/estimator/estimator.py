@@ -174,7 +174,9 @@ class ContactEstimator:
     def _outside(self, state: FingertipState) -> None:
         """Pass on what effects may feel; a value that is not measured stays as it was."""
         at = self._places["EXOGENOUS"].start
-        given = (state.temperature, self._tangential, self._torque, state.slip_speed)
+        speed = 0.0 if state.slip == 0.0 else state.slip_speed  # noise is not sliding
+        x, y = state.tangential_force_x, state.tangential_force_y
+        given = (state.temperature, self._tangential, self._torque, speed, x, y)
         for i, value in enumerate(given):
             if math.isfinite(value):
                 self._m[at + i] = value

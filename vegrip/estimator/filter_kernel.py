@@ -61,7 +61,7 @@ def predict(m, dt, rho):
     if NS > 0:
         propagate(m, now, dt, later)
         for j in range(M):
-            h = step_of(m, y, j)
+            h = 0.0 if j >= 2 + NS and m[LOAD0 + 1] > 0.5 else step_of(m, y, j)
             if h > 0.0:
                 m[now + j] = m[y + j] + h
                 propagate(m, now, dt, other)
@@ -125,7 +125,7 @@ def hold_extremes(m, later):
     quick = math.sqrt(max(min(m[P0] - slow, m[SET_R_DISPLACEMENT]), 0.0))
     for i in range(NS):
         if KEPT[2 + i]:
-            old, noise = m[Y0 + 2 + i], abs(m[F0 + i * M]) * quick
+            old, noise = m[Y0 + 2 + i], 2.5 * abs(m[F0 + i * M]) * quick
             if m[later + i] > old:
                 m[later + i] = max(old, m[later + i] - noise)
             else:
@@ -176,15 +176,17 @@ def scalar_update(m, channel, innovation, R):
         m[at + CH_STREAK] += 1.0
         m[at + CH_REJECTED] += 1.0
         return False
-    if channel == m[MOTION0 + 1]:
+    if channel == 0:
         restless(m, nis)
     m[at + CH_STREAK] = 0.0
     m[at + CH_AGE] = 0.0
     m[at + CH_USED] = 1.0
     if nis > 9.0:
         S *= math.sqrt(nis / 9.0)
+    # in contact and without a displacement nothing tells the bias of the force from the force
+    bias_kept = m[LOAD0 + 1] > 0.5 and channel == 1 and m[H0] > 0.0
     for i in range(N):
-        m[K0 + i] = 0.0 if KEPT[i] else m[G0 + i] / S
+        m[K0 + i] = 0.0 if KEPT[i] or (i == N - 1 and bias_kept) else m[G0 + i] / S
         m[y + i] += m[K0 + i] * innovation
     for i in range(N):
         for j in range(i, N):
@@ -241,7 +243,7 @@ def force_gradient(m, y):
     """Fill H with the derivative of the sensed force at ``y``; return that force."""
     clear(m, H0, H1)
     base = contact(m, y)[3]
-    for j in range(M):
+    for j in range(2 + NS if m[LOAD0 + 1] > 0.5 else M):
         h = step_of(m, y, j)
         if h > 0.0:
             keep = m[y + j]
@@ -295,6 +297,45 @@ def meet(m, y, force, threshold):
             low = m[y]
         else:
             high = m[y]
+
+
+def lose_sight(m):
+    """No displacement any more: from here on the indentation is the one the present parameters give.
+
+    Force alone cannot tell stiffness from indentation, and a filter linearised anew at every force believes
+    that it can. So the parameters are taken as known in the filter, uncorrelated with the rest, and their
+    spread enters where something is published, at constant force (``sight_slope``).
+    """
+    for i in range(2 + NS, M):
+        for j in range(N):
+            if not 2 + NS <= j < M:
+                m[P0 + i * N + j] = 0.0
+                m[P0 + j * N + i] = 0.0
+
+
+def sight_slope(m, y, j):
+    """Change of the indentation with learned parameter ``j`` at constant force, ``- N_theta / N_delta``."""
+    base = contact(m, y)[2]
+    keep, h = m[y], step_of(m, y, 0)
+    m[y] = keep + h
+    by_depth = (contact(m, y)[2] - base) / h if h > 0.0 else 0.0
+    m[y] = keep
+    keep, h = m[y + j], step_of(m, y, j)
+    m[y + j] = keep + h
+    by_parameter = (contact(m, y)[2] - base) / h if h > 0.0 else 0.0
+    m[y + j] = keep
+    return -by_parameter / by_depth if by_depth > 0.0 else 0.0
+
+
+def regain_sight(m):
+    """A displacement again: the indentation carries the spread of the parameters it was told by."""
+    copy_state(m)
+    for j in range(2 + NS, M):
+        slope = sight_slope(m, TRY0, j)
+        for c in range(N):
+            m[P0 + c] += slope * m[P0 + j * N + c]
+        for c in range(N):
+            m[P0 + c * N] += slope * m[P0 + c * N + j]
 
 
 def measure_radius(m, value):

@@ -6,6 +6,7 @@ generated module gets these places as constants, ``Y0`` .. ``Y1`` for the sectio
 
 from dataclasses import dataclass
 
+from vegrip.effects.contract import OUTSIDE
 from vegrip.model import ContactModel
 
 SETTINGS = (
@@ -63,11 +64,11 @@ class Layout:
         """Name -> length of each section, in order."""
         n, m, s = self.n, self.moving, self.n_states
         return {
-            "Y": n, "P": n * n, "VALUES": self.n_values, "EXOGENOUS": 4, "PRIOR": n, "LOW": n, "HIGH": n,
+            "Y": n, "P": n * n, "VALUES": self.n_values, "EXOGENOUS": len(OUTSIDE), "PRIOR": n, "LOW": n, "HIGH": n,
             "DRIFT": n, "SET": len(SETTINGS), "FRICTION": len(FRICTION), "CONSIDER": len(self.considered),
             "REPORT": len(REPORT), "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
-            "LOAD": 4, "MOTION": 2, "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n, "S0": s + 1, "S1": s + 1,
+            "LOAD": 4, "MOTION": 1, "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n, "S0": s + 1, "S1": s + 1,
             "JAC": 4 * (m + len(self.considered)), "TRY": n,
         }  # fmt: skip
 
@@ -117,7 +118,8 @@ def layout_of(model: ContactModel) -> Layout:
     moving = {
         n for stage in ("tip", "elastic", "force", "sense") for c in model.plan.calls[stage] for n in c.takes
     }
-    mu = next(n for n in names if n in friction and model.values[n].learn)
+    # the rest of what friction takes (a stiffness as reference) is learned from the force
+    mu = next(n for n in names if n in friction - moving and model.values[n].learn)
     learned = [n for n in names if n in moving and model.values[n].learn and model.values[n].std > 0.0]
     considered = [n for n in names if n in reading - moving and n != mu and model.values[n].std > 0.0]
     log = {n: declared.transform == "log" for n, (_, declared) in model.parameters.items()}

@@ -35,6 +35,8 @@ def quantities_jacobian(m, y):
             m[y + j] = keep
             m[JAC0 + j], m[JAC0 + C + j] = (r0 - q0) / h, (r1 - q1) / h
             m[JAC0 + 2 * C + j], m[JAC0 + 3 * C + j] = (r2 - q2) / h, (r3 - q3) / h
+    if m[LOAD0 + 1] > 0.5:
+        at_constant_force(m, C)
     put_learned(m, y)
     for i in range(N_CONSIDERED):
         at = VALUES0 + CONSIDERED[i]
@@ -50,6 +52,30 @@ def quantities_jacobian(m, y):
             (r3 - q3) / h,
         )
     return q0, q1, q2, q3
+
+
+def at_constant_force(m, C):
+    """Without a displacement a change of a parameter moves the indentation so that N stays (lose_sight)."""
+    by_depth = m[JAC0]
+    if by_depth <= 0.0:
+        return
+    for j in range(2 + NS, M):
+        slope = -m[JAC0 + j] / by_depth
+        for q in range(4):
+            m[JAC0 + q * C + j] += slope * m[JAC0 + q * C]
+
+
+def depth_variance(m):
+    """Variance of the indentation, from JAC where it is not seen."""
+    total = m[P0]
+    by_depth = m[JAC0 + M + N_CONSIDERED]  # of the radius: its columns are at constant force already
+    if m[LOAD0 + 1] > 0.5 and by_depth > 0.0:
+        C = M + N_CONSIDERED
+        for i in range(2 + NS, M):
+            for j in range(2 + NS, M):
+                both = m[JAC0 + C + i] * m[JAC0 + C + j]
+                total += both / (by_depth * by_depth) * m[P0 + i * N + j]
+    return max(total, 0.0)
 
 
 def spread(m, a0, a1, a2, a3):
@@ -83,7 +109,7 @@ def report(m, tangential, torque):
     m[REP_RADIUS_STD] = math.sqrt(spread(m, 0.0, 1.0, 0.0, 0.0))
     m[REP_EXPONENT_STD] = math.sqrt(spread(m, 0.0, 0.0, 1.0, 0.0))
     m[REP_MU_STD] = math.sqrt(spread(m, 0.0, 0.0, 0.0, 1.0))
-    m[REP_DEPTH_NOW], m[REP_DEPTH_STD] = m[Y0], math.sqrt(max(m[P0], 0.0))
+    m[REP_DEPTH_NOW], m[REP_DEPTH_STD] = m[Y0], math.sqrt(depth_variance(m))
     touch(m)
     m[REP_LIMIT_FORCE] = mu * force
     m[REP_LIMIT_FORCE_STD] = math.sqrt(spread(m, mu, 0.0, 0.0, force))

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from vegrip.effects.contract import OUTSIDE
 from vegrip.estimator.layout import FRICTION, SETTINGS, Layout
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import ContactModel
@@ -19,7 +20,7 @@ def blank(model: ContactModel, layout: Layout, noise: SensorNoise, settings: Est
     m = np.zeros(layout.size)
     at = {name: slice(*place) for name, place in layout.places().items()}
     m[at["VALUES"]] = model.vector
-    m[at["EXOGENOUS"]] = [model.reference_temperature, 0.0, 0.0, 0.0]
+    m[at["EXOGENOUS"]] = [model.reference_temperature, *[0.0] * (len(OUTSIDE) - 1)]
     m[at["SET"]] = [_setting(model, noise, settings)[name] for name in SETTINGS]
     _state(model, layout, noise, settings, m, at)
     symbols = list(model.parameters)
@@ -28,7 +29,7 @@ def blank(model: ContactModel, layout: Layout, noise: SensorNoise, settings: Est
     friction |= {"LN_MU": math.log(mu.value), "BASE_LN": math.log(mu.value)}
     friction |= {"VAR": mu.std**2, "BASE_VAR": mu.std**2, "SINCE": math.inf}
     m[at["FRICTION"]] = list(friction.values())
-    m[at["MOTION"]] = [1.0, 0.0]
+    m[at["MOTION"]] = 1.0
     m[at["CONSIDER"]] = [model.values[symbols[i]].std ** 2 for i in layout.considered]
     ages = np.zeros((3, 4))
     ages[:, 2] = math.inf

@@ -16,10 +16,10 @@ def filter_step(m, dt, force, displacement, radius):
         m[CHANNEL0 + 4 * channel + CH_USED] = 0.0
     if gap:
         m[Y0 + 1] = 0.0
+    known = math.isfinite(displacement)
+    look(m, blind and not known)
     predict(m, dt, rho)
     m[LOAD0 + 3] = regime_of(m)
-    known = math.isfinite(displacement)
-    m[MOTION0 + 1] = 0.0 if known else 1.0  # the channel that tells of the motion
     if blind and not known and m[Y0] < 0.0:
         m[Y0] = 0.0  # out of contact nothing tells how far
         m[Y0 + 1] = 0.0
@@ -38,6 +38,18 @@ def filter_step(m, dt, force, displacement, radius):
             m[CHANNEL0 + 4 + CH_STREAK] = 0.0
     if math.isfinite(radius) and radius > 0.0:
         measure_radius(m, radius)
+
+
+def look(m, blind):
+    """Note whether the indentation is seen, and what changes with that."""
+    was = m[LOAD0 + 1] > 0.5
+    m[LOAD0 + 1] = 1.0 if blind else 0.0
+    if blind:
+        m[MOTION0] = 1.0
+    if blind and not was:
+        lose_sight(m)
+    if was and not blind:
+        regain_sight(m)
 
 
 def update(m, dt, force, displacement, radius, tangential, torque, slip):
