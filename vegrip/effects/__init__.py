@@ -17,6 +17,7 @@ __all__ = ["BUILT_IN", "Effect", "Hook", "State", "effect", "hook", "names", "pl
 
 BUILT_IN = (
     "displacement_backlash",
+    "inclination",
     "series_compliance",
     "permanent_set",
     "power_law_stiffness",
@@ -33,14 +34,22 @@ BUILT_IN = (
     "fast_damping",
     "adhesion",
     "inertia",
+    "rolling",
     "guide_friction",
     "cross_talk",
     "sensor_lag",
     "force_drift",
     "saturation",
     "geometric_radius",
+    "contact_radius_law",
     "pressure_coupling",
+    "pressure_profile",
     "coulomb_friction",
+    "load_dependent_friction",
+    "rate_dependent_friction",
+    "friction_ageing",
+    "wet_contact",
+    "presliding",
 )
 """In the order in which they act, from the drive over the contact to the sensor's output."""
 

@@ -80,12 +80,24 @@ def compose(effects: Sequence[Effect]) -> Plan:
 
 
 def _calls(stage: str, effects: Sequence[Effect], texts: Texts) -> Iterator[Call]:
-    """Yield the calls of a stage: those that give a quantity first, then those that only remember."""
+    """Yield the calls of a stage: what defines its quantity, what else gives something, what remembers.
+
+    An effect stands at one place in the list but may act at several stages; where it modifies a quantity
+    (the friction on an incline) that a later effect defines, the definition goes first.
+    """
     found = [(e, i, h) for e in effects for i, h in enumerate(e.hooks) if h.stage == stage]
-    for effect, index, hook in sorted(found, key=lambda item: not item[2].gives):
+    for effect, index, hook in sorted(found, key=lambda item: _rank(item[2])):
         takes = tuple(inspect.signature(hook.function).parameters)
         states = tuple(s.name for s in effect.states if s.name in takes) if stage not in READING else ()
         yield Call(effect.name, stage, texts.add_hook(effect.name, index, hook), takes, hook.gives, states)
+
+
+def _rank(hook: Hook) -> int:
+    quantity = STAGES[hook.stage]
+    defines = hook.gives == quantity and quantity not in STARTS
+    if defines and quantity not in inspect.signature(hook.function).parameters:
+        return 0
+    return 1 if hook.gives else 2
 
 
 def _unique(owned: Iterator[tuple[str, str]]) -> dict[str, str]:

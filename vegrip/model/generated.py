@@ -13,6 +13,8 @@ N_STATES = 0
 """How many states the effects have."""
 N_VALUES = 0
 """How many parameters the effects have."""
+N_OUTSIDE = 0
+"""How many quantities :data:`vegrip.effects.contract.OUTSIDE` has."""
 
 
 def advance(
@@ -32,7 +34,7 @@ def advance(
         states: states of the effects before the step; may be the same array as ``new_states``.
         delta: indentation at the end of the step [m].
         speed: its rate [m/s].
-        exogenous: temperature [degrees Celsius], tangential force [N], torque [N m], slip speed [m/s].
+        exogenous: the quantities of :data:`vegrip.effects.contract.OUTSIDE`.
         elastic_before: elastic force at the start of the step [N].
         dt: length of the step [s]; 0 reads the force of the present states.
         new_states: receives the states after the step.

@@ -115,6 +115,7 @@ class ContactModel:
         tangential_force: ArrayLike = 0.0,
         torque: ArrayLike = 0.0,
         slip_speed: ArrayLike = 0.0,
+        tangential_direction: ArrayLike = 0.0,
         states: ArrayLike | None = None,
         plain: bool = False,
     ) -> Simulation:
@@ -126,7 +127,8 @@ class ContactModel:
             temperature: [degrees Celsius]; the reference temperature when not given.
             tangential_force: magnitude [N].
             torque: about the normal, magnitude [N m].
-            slip_speed: [m/s].
+            slip_speed: [m/s], 0 while it sticks.
+            tangential_direction: of the tangential force, angle from x [rad].
             states: of the effects at the start; at rest when not given.
             plain: run as uncompiled Python (70 times slower), for debugging.
 
@@ -134,7 +136,8 @@ class ContactModel:
         t, delta = np.asarray(t, dtype=np.float64), np.asarray(displacement, dtype=np.float64)
         warm = self.reference_temperature if temperature is None else temperature
         speed = np.diff(delta, prepend=delta[:1]) / np.maximum(np.diff(t, prepend=t[:1] - 1.0), 1e-12)
-        columns = (delta, speed, warm, tangential_force, torque, slip_speed)
+        f, angle = np.asarray(tangential_force, dtype=np.float64), np.asarray(tangential_direction)
+        columns = (delta, speed, warm, f, torque, slip_speed, f * np.cos(angle), f * np.sin(angle))
         inputs = np.ascontiguousarray(np.stack(np.broadcast_arrays(*columns), axis=1), dtype=np.float64)
         start = self.initial_states if states is None else np.array(states, dtype=np.float64)
         out = np.empty((t.size, 7))

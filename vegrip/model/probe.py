@@ -36,7 +36,8 @@ def probe(
             scope: dict[str, float] = {**constants, **states, **FACTORS, "dt": dt}
             scope |= {"delta": depth * reference_depth, "speed": 0.1 * reference_depth, "elastic_before": 0.0}
             scope |= {"temperature": constants["reference_temperature"] + 1.0, "slip_speed": 0.0}
-            scope |= {"tangential_force": 0.0, "torque": 0.0, "stiffness": 1.0, "elastic_exponent": 1.5}
+            scope |= {"tangential_force": 0.0, "tangential_force_x": 0.0, "tangential_force_y": 0.0}
+            scope |= {"torque": 0.0, "stiffness": 1.0, "elastic_exponent": 1.5}
             _walk(plan, functions, scope)
             states = {name: scope[name] for name in states}
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vegrip.model.generated import N_STATES, Floats, advance, readout
+from vegrip.model.generated import N_OUTSIDE, N_STATES, Floats, advance, readout
 
 
 def run(values: Floats, states: Floats, t: Floats, inputs: Floats, out: Floats) -> None:
@@ -12,9 +12,9 @@ def run(values: Floats, states: Floats, t: Floats, inputs: Floats, out: Floats) 
     ``states`` ends as the last ones.
     """
     n = values.shape[0]
-    m = np.empty(n + 4 + N_STATES)
+    m = np.empty(n + N_OUTSIDE + N_STATES)
     m[:n] = values
-    outside, at = n, n + 4
+    outside, at = n, n + N_OUTSIDE
     m[at:] = states
     elastic_force = 0.0
     before = t[0]
