@@ -1,7 +1,17 @@
 """The contact model, composed of effects and compiled."""
 
+from vegrip.model.channels import Predictor, predict
 from vegrip.model.file import read_model, write_model
 from vegrip.model.model import ContactModel, Simulation
 from vegrip.model.paper import BASE, paper_model
 
-__all__ = ["BASE", "ContactModel", "Simulation", "paper_model", "read_model", "write_model"]
+__all__ = [
+    "BASE",
+    "ContactModel",
+    "Predictor",
+    "Simulation",
+    "paper_model",
+    "predict",
+    "read_model",
+    "write_model",
+]
