@@ -1,10 +1,10 @@
 """Pressure exponent by the coupling of radius and pressure: ``C_k = C_k0 / H``.
 
-[TiezziKao2007]_, eqs. (25), (36) and (48): a patch that grows by creep has a flatter pressure. The creep ratio
-is ``H = x / x_e(N_ref)``, with ``x_e`` the elastic indentation under ``N_ref``, the largest force of this contact.
-With the instantaneous force instead, a constant indentation would raise k while N relaxes, against the
-paper's own section III; with the largest one H stays 1 in such a hold and is the creep h(t) under
-constant load. With ``N_e ~ x^n`` near x: ``H = (N_e / N_ref)^(1/n)``.
+[TiezziKao2007]_, eqs. (25), (36) and (48): a patch that grows by creep has a flatter pressure. The creep
+ratio is ``H = x / x_e(N_ref)``, with ``x_e`` the elastic indentation under ``N_ref``, the largest force of
+this contact. With the instantaneous force instead, a constant indentation would raise k while N relaxes,
+against the paper's own section III; with the largest one H stays 1 in such a hold and is the creep h(t)
+under constant load. With ``N_e ~ x^n`` near x: ``H = (N_e / N_ref)^(1/n)``.
 
 ``H < C_k0`` is the end of the law: k grows without bound. C_k is kept above 1 + 1e-4 (k = 180).
 """
@@ -62,6 +62,15 @@ EFFECT = Effect(
     parameters=(
         Parameter("k0", "1", 2.0, 0.05, 1.0, 20.0, "pressure exponent of the elastic contact; 2 is Hertz"),
     ),
-    states=(State("largest_force", "N", "largest force of this contact", low="force", high="elastic_force", extreme=True),),
+    states=(
+        State(
+            "largest_force",
+            "N",
+            "largest force of this contact",
+            low="force",
+            high="elastic_force",
+            extreme=True,
+        ),
+    ),
     hooks=(hook(largest, stage="force", gives=""), hook(profile)),
 )

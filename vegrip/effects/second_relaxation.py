@@ -42,8 +42,12 @@ EFFECT = Effect(
             learn=True,
             drift=3e-4,
         ),
-        Parameter("nu2", "1/s", 0.2, 0.7, 1e-4, 1e4, "rate of the second relaxation", transform="log", learn=True),
+        Parameter(
+            "nu2", "1/s", 0.2, 0.7, 1e-4, 1e4, "rate of the second relaxation", transform="log", learn=True
+        ),
     ),
     states=(State("z2", "N", "elastic force as the second slow part has followed it", high="elastic_force"),),
     hooks=(hook(force),),
+    confounded=("power_law_relaxation", "poroelastic_drainage", "force_drift"),
+    experiment="hold for 5 / nu2 at two depths",
 )

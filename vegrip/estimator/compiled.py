@@ -7,13 +7,16 @@ from vegrip.contact import limit_surface
 from vegrip.estimator.layout import Layout
 from vegrip.model import ContactModel, cache
 
-KERNELS = ("filter_kernel", "report_kernel", "friction_kernel", "forecast_kernel", "update_kernel")
+KERNELS = (
+    "state", "predict", "gain", "measure", "sight", "begin", "quantities", "report", "friction", "forecast",
+    "update",
+)  # fmt: skip
 ENTRIES = ("update", "margin_of", "least_force", "filter_step", "many")
 
 
 def module_for(model: ContactModel, layout: Layout, *, plain: bool = False) -> ModuleType:
     """Return the module; ``plain`` leaves it uncompiled, to step through with a debugger."""
-    here = Path(__file__).parent
+    here = Path(__file__).parent / "kernels"
     surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
     kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
     text = model.source([layout.constants(), surface, *kernels], ENTRIES)

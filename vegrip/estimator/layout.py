@@ -64,12 +64,13 @@ class Layout:
         """Name -> length of each section, in order."""
         n, m, s = self.n, self.moving, self.n_states
         return {
-            "Y": n, "P": n * n, "VALUES": self.n_values, "EXOGENOUS": len(OUTSIDE), "PRIOR": n, "LOW": n, "HIGH": n,
-            "DRIFT": n, "SET": len(SETTINGS), "FRICTION": len(FRICTION), "CONSIDER": len(self.considered),
-            "REPORT": len(REPORT), "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
+            "Y": n, "P": n * n, "VALUES": self.n_values, "EXOGENOUS": len(OUTSIDE),
+            "PRIOR": n, "LOW": n, "HIGH": n, "DRIFT": n, "SET": len(SETTINGS),
+            "FRICTION": len(FRICTION), "CONSIDER": len(self.considered), "REPORT": len(REPORT),
+            "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
-            "LOAD": 4, "MOTION": 1, "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n, "S0": s + 1, "S1": s + 1,
-            "JAC": 4 * (m + len(self.considered)), "TRY": n,
+            "LOAD": 4, "MOTION": 1, "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n,
+            "S0": s + 1, "S1": s + 1, "JAC": 4 * (m + len(self.considered)), "TRY": n,
         }  # fmt: skip
 
     def places(self) -> dict[str, tuple[int, int]]:

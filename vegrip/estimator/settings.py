@@ -19,7 +19,7 @@ class SensorNoise:
 
 @dataclass(frozen=True)
 class EstimatorSettings:
-    """How the estimator behaves. Everything is relative to the fingertip or the sensors, so any scale works."""
+    """How the estimator behaves; all is relative to the fingertip or the sensors, so any scale works."""
 
     confidence: float = parameter(0.95, unit="1", low=0.5, high=0.9999, doc="one-sided, of all bounds")
     horizon: float = parameter(1.0, unit="s", low=0.0, high=3600.0, doc="forecast of the least force")

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from vegrip.effects.contract import OUTSIDE
 from vegrip.estimator.layout import FRICTION, SETTINGS, Layout
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import ContactModel
 from vegrip.parameters import coordinate
-from scipy.special import ndtri
 
 Floats = NDArray[np.float64]
 

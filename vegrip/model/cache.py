@@ -24,7 +24,7 @@ def folder() -> Path:
 
 
 def load(text: str) -> ModuleType:
-    """Return the compiled module of ``text``; functions compile at their first call, or come from the cache."""
+    """Return the compiled module of ``text``; functions compile when first called, or come from the cache."""
     name = "vegrip_generated_" + hashlib.sha256(f"{numba.__version__}\n{text}".encode()).hexdigest()[:24]
     if name in sys.modules:
         return sys.modules[name]

@@ -105,7 +105,7 @@ def _unique(owned: Iterator[tuple[str, str]]) -> dict[str, str]:
     for effect, name in owned:
         if name in owners:
             raise ModelError(
-                f"the effects {owners[name]} and {effect} both have {name!r}; rename it in one, or leave one out"
+                f"the effects {owners[name]} and {effect} both have {name!r}; rename one, or leave one out"
             )
         owners[name] = effect
     return owners
@@ -119,12 +119,12 @@ def _check_names(effects: Sequence[Effect], owners: dict[str, str]) -> None:
                 f"the effect {effect} calls something {name!r}, which is taken; choose another name"
             )
     seen: set[str] = set()
-    for effect in effects:
-        if effect.name in seen:
-            raise ModelError(f"the effect {effect.name} is there twice; leave one out")
-        seen.add(effect.name)
-        for hook in effect.hooks:
-            _check_hook(effect, hook, owners)
+    for one in effects:
+        if one.name in seen:
+            raise ModelError(f"the effect {one.name} is there twice; leave one out")
+        seen.add(one.name)
+        for hook in one.hooks:
+            _check_hook(one, hook, owners)
 
 
 def _check_hook(effect: Effect, hook: Hook, owners: dict[str, str]) -> None:
@@ -141,7 +141,7 @@ def _check_hook(effect: Effect, hook: Hook, owners: dict[str, str]) -> None:
         raise ModelError(f"the effect {effect.name} gives compliance at {hook.stage!r}; give it at 'tip'")
     if hook.gives == "" and hook.stage in READING:
         raise ModelError(
-            f"the effect {effect.name} remembers at {hook.stage!r}, where states are only read; do it at 'force'"
+            f"the effect {effect.name} remembers at {hook.stage!r}, where states are only read; use 'force'"
         )
 
 
@@ -168,8 +168,8 @@ def _missing(call: Call, name: str, exists: set[str]) -> str:
             f"put it after the effect that defines {name}, or move its hook to a later stage"
         )
     return (
-        f"the effect {call.effect} uses {name!r}, which does not exist at the stage {call.stage}; add the effect "
-        f"that has it, or use one of {', '.join(sorted(exists))}"
+        f"the effect {call.effect} uses {name!r}, which does not exist at the stage {call.stage}; "
+        f"add the effect that has it, or use one of {', '.join(sorted(exists))}"
     )
 
 
@@ -180,11 +180,10 @@ def _check_definitions(plan: Plan) -> None:
     for stage, quantity in STAGES.items():
         for call in plan.calls[stage]:
             gives = call.gives
-            if gives and gives not in call.takes:
-                if gives in defined:
-                    raise ModelError(
-                        f"the effects {defined[gives]} and {call.effect} both define {gives}; leave one out"
-                    )
+            if gives and gives not in call.takes and gives in defined:
+                raise ModelError(
+                    f"the effects {defined[gives]} and {call.effect} both define {gives}; leave one out"
+                )
             if gives and gives in used and used[gives] != call.effect:
                 raise ModelError(
                     f"the effect {call.effect} changes {gives} after {used[gives]} has used it; "

@@ -5,9 +5,10 @@ one, so that they can be read, linted and typed. In a generated module their tex
 ``advance`` and ``readout``, without the imports.
 """
 
+import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray
+Floats = NDArray[np.float64]
 
 N_STATES = 0
 """How many states the effects have."""
@@ -18,20 +19,22 @@ N_OUTSIDE = 0
 
 
 def advance(
-    values: Floats,
-    states: Floats,
+    m: Floats,
+    values: int,
+    states: int,
     delta: float,
     speed: float,
-    exogenous: Floats,
+    exogenous: int,
     elastic_before: float,
     dt: float,
-    new_states: Floats,
+    new_states: int,
 ) -> tuple[float, float, float, float]:
     """One step of the contact: ``x``, ``elastic_force``, ``force``, ``sensed_force``; fills ``new_states``.
 
     Args:
+        m: one array that holds everything; the other arrays are places in it.
         values: parameters, then geometry (:data:`vegrip.effects.contract.GEOMETRY`).
-        states: states of the effects before the step; may be the same array as ``new_states``.
+        states: states of the effects before the step; may be the same place as ``new_states``.
         delta: indentation at the end of the step [m].
         speed: its rate [m/s].
         exogenous: the quantities of :data:`vegrip.effects.contract.OUTSIDE`.
@@ -44,11 +47,12 @@ def advance(
 
 
 def readout(
-    values: Floats,
-    states: Floats,
+    m: Floats,
+    values: int,
+    states: int,
     delta: float,
     speed: float,
-    exogenous: Floats,
+    exogenous: int,
     x: float,
     elastic_force: float,
     force: float,

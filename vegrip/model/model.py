@@ -67,7 +67,7 @@ class ContactModel:
                     f"{effect}: the value of {symbol} is missing; the default is {parameter.default:g}"
                 )
             check(effect, parameter, self.values[symbol])
-        probe(self.effects, self.plan, self.vector, self.tip_radius, self.reference_depth)
+        probe(self.effects, self.plan, self.vector, self.reference_depth)
 
     @cached_property
     def plan(self) -> Plan:

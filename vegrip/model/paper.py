@@ -13,8 +13,9 @@ def paper_model(tip_radius: float, *, modulus: float = 3e5) -> ContactModel:
 
     Args:
         tip_radius: R of the undeformed fingertip [m].
-        modulus: a guess of the effective modulus E* [Pa] for the prior of K: Hertz' ``4/3 E* sqrt(R) x^1.5`` at
-            ``x_ref = R / 10``. Silicone 1e5 .. 1e6, living cells 1e2 .. 1e4. The prior is a factor of 1.6 wide.
+        modulus: a guess of the effective modulus E* [Pa] for the prior of K, Hertz' ``4/3 E* sqrt(R) x^1.5``
+            at ``x_ref = R / 10``. Silicone 1e5 .. 1e6, living cells 1e2 .. 1e4. The prior is wide, a factor
+            of 1.6.
 
     """
     depth = tip_radius / 10.0

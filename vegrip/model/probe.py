@@ -1,4 +1,4 @@
-"""Tries a composed model on a few contacts before it is used, hook by hook, and names the effect that fails."""
+"""Tries a composed model on a few contacts, hook by hook, and names the effect that fails."""
 
 import math
 from collections.abc import Sequence
@@ -19,7 +19,6 @@ def probe(
     effects: Sequence[Effect],
     plan: Plan,
     values: NDArray[np.float64],
-    tip_radius: float,
     reference_depth: float,
 ) -> None:
     """Run every hook once at each depth and step.

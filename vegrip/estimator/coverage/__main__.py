@@ -17,7 +17,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print("sensors".ljust(12), *(name.rjust(13) for name in QUANTITIES))  # noqa: T201
     for configuration in CONFIGURATIONS:
         found = coverage(
-            fingertip(), configuration, options.truths, options.seed, start_in_contact=options.start_in_contact
+            fingertip(),
+            configuration,
+            options.truths,
+            options.seed,
+            start_in_contact=options.start_in_contact,
         )
         cells = (f"{100 * found[name].share:.1f} ({found[name].count})".rjust(13) for name in QUANTITIES)
         print(configuration.ljust(12), *cells, flush=True)  # noqa: T201

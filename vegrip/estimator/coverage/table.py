@@ -25,7 +25,7 @@ class Score:
     inside: int = 0
     count: int = 0
 
-    def add(self, inside: bool) -> None:  # noqa: FBT001
+    def add(self, inside: bool) -> None:
         """Count one look."""
         self.count += 1
         self.inside += inside

@@ -91,7 +91,9 @@ def live(
     return record
 
 
-def _motion(t: Floats, R: float, rng: np.random.Generator, *, start_in_contact: bool) -> tuple[Floats, Floats]:
+def _motion(
+    t: Floats, R: float, rng: np.random.Generator, *, start_in_contact: bool
+) -> tuple[Floats, Floats]:
     """Indentation [m] and the share of its limit that the load shall have: presses with loadings inside."""
     air = -0.02 * R
     knots, depth, load = [0.0], [0.08 * R if start_in_contact else air], [0.0]

@@ -8,12 +8,33 @@ exponent follow from the states at T; the spread of the gauge scales with what t
 
 import math
 
-from vegrip.estimator.generated import *  # noqa: F403
+from vegrip.estimator.kernels.generated import (
+    EXOGENOUS0,
+    REP_CONTACT,
+    REP_FORCE,
+    REP_FORCE_STD,
+    REP_GAUGE_REL,
+    S10,
+    SET_HOLD,
+    SET_HORIZON,
+    SET_QUANTILE,
+    SET_S_TANGENTIAL,
+    SET_S_TORQUE,
+    SET_TIP_RADIUS,
+    TRY0,
+    VALUES0,
+    Floats,
+    advance,
+    gauge,
+    readout,
+)
+from vegrip.estimator.kernels.report import upper_gauge
+from vegrip.estimator.kernels.state import copy_state, put_learned
 
 SHARE_SPREAD = 0.3  # relative std of the part of the force that is still to relax
 
 
-def held_state(m, y, T, into):
+def held_state(m: Floats, y: int, T: float, into: int) -> tuple[float, float, float, float]:
     """Quantities ``N, a, k, friction`` after holding the indentation of ``y`` for T [s]."""
     put_learned(m, y)
     _, before, _, _ = advance(m, VALUES0, y + 2, m[y], 0.0, EXOGENOUS0, 0.0, 0.0, into)
@@ -22,7 +43,7 @@ def held_state(m, y, T, into):
     return force, a, k, friction
 
 
-def gauge_of(force, a, k, mu, f, moment):
+def gauge_of(force: float, a: float, k: float, mu: float, f: float, moment: float) -> float:
     """Load over limit; inf where there is load and no contact."""
     if not (force > 0.0 and a > 0.0):
         return math.inf if f + moment > 0.0 else 0.0
@@ -30,7 +51,7 @@ def gauge_of(force, a, k, mu, f, moment):
     return gauge(k, f / limit, moment / (limit * a))
 
 
-def gauge_after(m, y, T, f, moment, bound):
+def gauge_after(m: Floats, y: int, T: float, f: float, moment: float, bound: float) -> float:
     """Gauge after holding for T; with ``bound`` its upper bound at the wanted confidence."""
     force, a, k, mu = held_state(m, y, T, S10)
     g = gauge_of(force, a, k, mu, f, moment)
@@ -47,7 +68,7 @@ def gauge_after(m, y, T, f, moment, bound):
     return upper_gauge(g, relative, noise / (mu * force), m[SET_QUANTILE])
 
 
-def time_to_slip(m, tangential, torque, bound):
+def time_to_slip(m: Floats, tangential: float, torque: float, bound: float) -> float:
     """First time [s] at which the gauge (or its bound) reaches 1 under the present load; inf = never.
 
     The crossing is bracketed on a grid of three instants per decade, then halved.
@@ -75,7 +96,7 @@ def time_to_slip(m, tangential, torque, bound):
     return math.inf
 
 
-def worst_gauge(m, y, f, moment):
+def worst_gauge(m: Floats, y: int, f: float, moment: float) -> float:
     """Largest upper bound of the gauge, now and at thirds of the horizon."""
     worst = gauge_after(m, y, 0.0, f, moment, 1.0)
     horizon = m[SET_HORIZON]
@@ -85,7 +106,7 @@ def worst_gauge(m, y, f, moment):
     return worst
 
 
-def least_force(m, tangential, torque, margin):
+def least_force(m: Floats, tangential: float, torque: float, margin: float) -> float:
     """Least normal force [N] with which the margin's lower bound stays above ``margin`` over the horizon.
 
     Follows the model's own loading and unloading from the present state: the indentation changes at once,
@@ -113,16 +134,16 @@ def least_force(m, tangential, torque, margin):
     return held_state(m, y, 0.0, S10)[0]
 
 
-def load_of(tangential, torque):
+def load_of(tangential: float, torque: float) -> tuple[float, float]:
     """Magnitudes of the load; a torque that is not measured counts as zero."""
     moment = 0.0 if math.isnan(torque) else abs(torque)
     return abs(tangential), moment
 
 
-def reserve(m, tangential, torque):
-    """Normal force [N] that could be lost now before the margin's lower bound is zero; negative = too little."""
+def reserve(m: Floats, tangential: float, torque: float) -> float:
+    """Normal force [N] that could be lost now before the margin's lower bound is 0; negative: too little."""
     hold = m[SET_HOLD]
     m[SET_HOLD] = 1.0
     needed = least_force(m, tangential, torque, 0.0)
     m[SET_HOLD] = hold
-    return m[REP_FORCE] - needed
+    return float(m[REP_FORCE] - needed)

@@ -2,10 +2,36 @@
 
 import math
 
-from vegrip.estimator.generated import *  # noqa: F403
+from vegrip.estimator.kernels.begin import begin, widen
+from vegrip.estimator.kernels.forecast import reserve, time_to_slip
+from vegrip.estimator.kernels.friction import learn_friction
+from vegrip.estimator.kernels.gain import regime_of
+from vegrip.estimator.kernels.generated import (
+    CH_AGE,
+    CH_STREAK,
+    CH_USED,
+    CHANNEL0,
+    LOAD0,
+    REP_CONTACT,
+    REP_GAUGE,
+    REP_GAUGE_ABS,
+    REP_GAUGE_REL,
+    SET_HEALTH_TIME,
+    SET_LONGEST_GAP,
+    SET_QUANTILE,
+    SET_RECOVERY,
+    SET_RHO_SPEED,
+    Y0,
+    Floats,
+)
+from vegrip.estimator.kernels.measure import measure_displacement, measure_force, measure_radius
+from vegrip.estimator.kernels.predict import predict
+from vegrip.estimator.kernels.report import report, upper_gauge, utilisation
+from vegrip.estimator.kernels.sight import look
+from vegrip.estimator.kernels.state import bound
 
 
-def filter_step(m, dt, force, displacement, radius):
+def filter_step(m: Floats, dt: float, force: float, displacement: float, radius: float) -> None:
     """Predict and measure; NaN is a channel without a measurement. Returns nothing, all is in ``m``."""
     gap = dt > m[SET_LONGEST_GAP]
     blind = m[CHANNEL0 + CH_AGE] > m[SET_LONGEST_GAP]
@@ -40,37 +66,34 @@ def filter_step(m, dt, force, displacement, radius):
         measure_radius(m, radius)
 
 
-def look(m, blind):
-    """Note whether the indentation is seen, and what changes with that."""
-    was = m[LOAD0 + 1] > 0.5
-    m[LOAD0 + 1] = 1.0 if blind else 0.0
-    if blind:
-        m[MOTION0] = 1.0
-    if blind and not was:
-        lose_sight(m)
-    if was and not blind:
-        regain_sight(m)
-
-
-def update(m, dt, force, displacement, radius, tangential, torque, slip):
+def update(
+    m: Floats,
+    dt: float,
+    force: float,
+    displacement: float,
+    radius: float,
+    tangential: float,
+    torque: float,
+    slip: float,
+) -> None:
     """One sample: filter, quantities, limit surface, friction. ``dt < 0`` begins."""
     if dt < 0.0:
         begin(m, force, displacement)
         dt = 0.0
     filter_step(m, dt, force, displacement, radius)
     report(m, tangential, torque)
-    u, relative = utilisation(m, tangential, torque)
+    u, relative = utilisation(m)
     learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5)
 
 
-def many(ms, dt, samples):
+def many(ms: Floats, dt: float, samples: Floats) -> None:
     """Several fingers in one call: rows of ``ms`` and of ``samples`` (force, displacement, radius, ...)."""
     for i in range(ms.shape[0]):
         s = samples[i]
         update(ms[i], dt, s[0], s[1], s[2], s[3], s[4], s[5])
 
 
-def margin_of(m, tangential, torque, out):
+def margin_of(m: Floats, tangential: float, torque: float, out: Floats) -> None:
     """Fill ``out`` with gauge, its upper bound, force reserve, time to slip and its earliest."""
     out[0] = m[REP_GAUGE]
     out[1] = upper_gauge(m[REP_GAUGE], m[REP_GAUGE_REL], m[REP_GAUGE_ABS], m[SET_QUANTILE])

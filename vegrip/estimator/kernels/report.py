@@ -10,95 +10,45 @@ there on the derivatives are written out. With the gauge g of the limit surface 
 
 import math
 
-from vegrip.estimator.generated import *  # noqa: F403
+from vegrip.estimator.kernels.generated import (
+    CONSIDER0,
+    CONSIDERED_MU,
+    FRI_LN_MU,
+    FRI_VAR,
+    MU_PLACE,
+    REP_CONTACT,
+    REP_DEPTH_NOW,
+    REP_DEPTH_STD,
+    REP_EXPONENT,
+    REP_EXPONENT_STD,
+    REP_FORCE,
+    REP_FORCE_STD,
+    REP_GAUGE,
+    REP_GAUGE_ABS,
+    REP_GAUGE_REL,
+    REP_LIMIT_FORCE,
+    REP_LIMIT_FORCE_STD,
+    REP_LIMIT_RADIUS,
+    REP_LIMIT_RADIUS_STD,
+    REP_LIMIT_TORQUE,
+    REP_LIMIT_TORQUE_STD,
+    REP_MU,
+    REP_MU_STD,
+    REP_RADIUS,
+    REP_RADIUS_STD,
+    SET_S_TANGENTIAL,
+    SET_S_TORQUE,
+    TRY0,
+    VALUES0,
+    Y0,
+    Floats,
+    radius_gradient,
+)
+from vegrip.estimator.kernels.quantities import depth_variance, quantities_jacobian, spread
+from vegrip.estimator.kernels.state import copy_state
 
 
-def quantities(m, y):
-    """``N, a, k, friction`` of the state ``y``."""
-    x, elastic_force, force, _ = contact(m, y)
-    a, k, friction = readout(m, VALUES0, S10, m[y], m[y + 1], EXOGENOUS0, x, elastic_force, force)
-    return force, a, k, friction
-
-
-def quantities_jacobian(m, y):
-    """Fill JAC, 4 x (moving + considered), at ``y``; return the quantities."""
-    C = M + N_CONSIDERED
-    q0, q1, q2, q3 = quantities(m, y)
-    for j in range(C):
-        m[JAC0 + j] = m[JAC0 + C + j] = m[JAC0 + 2 * C + j] = m[JAC0 + 3 * C + j] = 0.0
-    for j in range(M):
-        h = step_of(m, y, j)
-        if h > 0.0 and j != 1:
-            keep = m[y + j]
-            m[y + j] = keep + h
-            r0, r1, r2, r3 = quantities(m, y)
-            m[y + j] = keep
-            m[JAC0 + j], m[JAC0 + C + j] = (r0 - q0) / h, (r1 - q1) / h
-            m[JAC0 + 2 * C + j], m[JAC0 + 3 * C + j] = (r2 - q2) / h, (r3 - q3) / h
-    if m[LOAD0 + 1] > 0.5:
-        at_constant_force(m, C)
-    put_learned(m, y)
-    for i in range(N_CONSIDERED):
-        at = VALUES0 + CONSIDERED[i]
-        keep = m[at]
-        h = 1e-4 * math.sqrt(m[CONSIDER0 + i]) + 1e-12
-        m[at] = keep * math.exp(h) if CONSIDERED_LOG[i] else keep + h
-        r0, r1, r2, r3 = quantities(m, y)
-        m[at] = keep
-        j = M + i
-        m[JAC0 + C + j], m[JAC0 + 2 * C + j], m[JAC0 + 3 * C + j] = (
-            (r1 - q1) / h,
-            (r2 - q2) / h,
-            (r3 - q3) / h,
-        )
-    return q0, q1, q2, q3
-
-
-def at_constant_force(m, C):
-    """Without a displacement a change of a parameter moves the indentation so that N stays (lose_sight)."""
-    by_depth = m[JAC0]
-    if by_depth <= 0.0:
-        return
-    for j in range(2 + NS, M):
-        slope = -m[JAC0 + j] / by_depth
-        for q in range(4):
-            m[JAC0 + q * C + j] += slope * m[JAC0 + q * C]
-
-
-def depth_variance(m):
-    """Variance of the indentation, from JAC where it is not seen."""
-    total = m[P0]
-    by_depth = m[JAC0 + M + N_CONSIDERED]  # of the radius: its columns are at constant force already
-    if m[LOAD0 + 1] > 0.5 and by_depth > 0.0:
-        C = M + N_CONSIDERED
-        for i in range(2 + NS, M):
-            for j in range(2 + NS, M):
-                both = m[JAC0 + C + i] * m[JAC0 + C + j]
-                total += both / (by_depth * by_depth) * m[P0 + i * N + j]
-    return max(total, 0.0)
-
-
-def spread(m, a0, a1, a2, a3):
-    """Variance of ``a0 N + a1 a + a2 k + a3 friction`` from JAC and the filter's covariance."""
-    C = M + N_CONSIDERED
-    for j in range(M):
-        m[G0 + j] = (
-            a0 * m[JAC0 + j] + a1 * m[JAC0 + C + j] + a2 * m[JAC0 + 2 * C + j] + a3 * m[JAC0 + 3 * C + j]
-        )
-    total = 0.0
-    for i in range(M):
-        s = 0.5 * m[P0 + i * N + i] * m[G0 + i]
-        for j in range(i + 1, M):
-            s += m[P0 + i * N + j] * m[G0 + j]
-        total += 2.0 * m[G0 + i] * s
-    for i in range(N_CONSIDERED):
-        j = M + i
-        s = a1 * m[JAC0 + C + j] + a2 * m[JAC0 + 2 * C + j] + a3 * m[JAC0 + 3 * C + j]
-        total += s * s * m[CONSIDER0 + i]
-    return max(total, 0.0)
-
-
-def report(m, tangential, torque):
+def report(m: Floats, tangential: float, torque: float) -> None:
     """Fill the section REPORT for the present state and the load [N], [N m] (NaN = not measured)."""
     y = TRY0
     copy_state(m)
@@ -117,13 +67,13 @@ def report(m, tangential, torque):
     along(m, tangential, torque, force, a, k, mu)
 
 
-def friction_in(m):
+def friction_in(m: Floats) -> None:
     """Hand the friction posterior to the model and to the considered variances."""
     m[VALUES0 + MU_PLACE] = math.exp(m[FRI_LN_MU])
     m[CONSIDER0 + CONSIDERED_MU] = m[FRI_VAR]
 
 
-def touch(m):
+def touch(m: Floats) -> None:
     """In contact or not, with hysteresis: two standard deviations to make it, half of one to break it."""
     by_force = m[REP_FORCE] / max(m[REP_FORCE_STD], 1e-300)
     by_depth = m[REP_DEPTH_NOW] / max(m[REP_DEPTH_STD], 1e-300)
@@ -136,7 +86,7 @@ def touch(m):
         m[REP_CONTACT] = 0.0
 
 
-def limits(m, force, a, k, mu):
+def limits(m: Floats, force: float, a: float, k: float, mu: float) -> None:
     """Pure torsion, ``mu N a M(k)``."""
     if not (force > 0.0 and a > 0.0):
         m[REP_LIMIT_TORQUE] = 0.0
@@ -148,7 +98,7 @@ def limits(m, force, a, k, mu):
     m[REP_LIMIT_TORQUE_STD] = torque * math.sqrt(spread(m, 1.0 / force, 1.0 / a, by_k / reach, 1.0 / mu))
 
 
-def along(m, tangential, torque, force, a, k, mu):
+def along(m: Floats, tangential: float, torque: float, force: float, a: float, k: float, mu: float) -> None:
     """Limit radius and gauge along the present load; the gauge with relative and absolute spread.
 
     ``GAUGE_REL`` comes from what is estimated (it scales the gauge), ``GAUGE_ABS`` from the noise of the
@@ -185,18 +135,18 @@ def along(m, tangential, torque, force, a, k, mu):
     m[REP_GAUGE_ABS] = math.hypot(by_f * s_f, by_m * s_m)
 
 
-def upper_gauge(gauge_now, relative, absolute, quantile):
+def upper_gauge(gauge_now: float, relative: float, absolute: float, quantile: float) -> float:
     """The gauge's upper bound: lognormal in what is estimated, normal in the load, in quadrature."""
     grown = gauge_now * (math.exp(min(quantile * relative, 50.0)) - 1.0)
     return gauge_now + math.hypot(grown, quantile * absolute)
 
 
-def utilisation(m, tangential, torque):
+def utilisation(m: Floats) -> tuple[float, float]:
     """``u``, the friction coefficient at which the present load would slip, and its relative std.
 
     Uses the quantities of REPORT; N scales it down, a and k by their derivatives.
     """
-    mu, gauge_now = m[REP_MU], m[REP_GAUGE]
+    gauge_now = m[REP_GAUGE]
     if not gauge_now > 0.0 or m[REP_CONTACT] < 0.5:
         return math.nan, math.inf
     friction_part = m[CONSIDER0 + CONSIDERED_MU]

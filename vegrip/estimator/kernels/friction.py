@@ -12,13 +12,29 @@
 
 import math
 
-from vegrip.estimator.generated import *  # noqa: F403
-
+from vegrip.estimator.kernels.generated import (
+    FRI_BASE_LN,
+    FRI_BASE_VAR,
+    FRI_BEST,
+    FRI_EVENTS,
+    FRI_LN_MU,
+    FRI_PEAK,
+    FRI_SINCE,
+    FRI_SLIDING,
+    FRI_SMOOTH,
+    FRI_TOUCHING,
+    FRI_VAR,
+    SET_MU_DRIFT,
+    SET_MU_PRIOR_VAR,
+    SET_REGRASP,
+    SET_SCATTER,
+    Floats,
+)
 
 VAGUE = 0.2  # relative std of u beyond which not slipping says nothing (light touch: noise is all there is)
 
 
-def learn_friction(m, dt, u, relative_std, slip, touching):
+def learn_friction(m: Floats, dt: float, u: float, relative_std: float, slip: float, touching: bool) -> None:
     """Fold in one sample; ``u`` is NaN where load or force are not known, ``slip`` where it is not sensed."""
     forget(m, dt, touching)
     m[FRI_SINCE] += dt
@@ -41,7 +57,7 @@ def learn_friction(m, dt, u, relative_std, slip, touching):
     held(m, m[FRI_SMOOTH], noise)
 
 
-def slipped(m, ln_u, noise):
+def slipped(m: Floats, ln_u: float, noise: float) -> None:
     """Gaussian update, from before this loading: that it held until now says nothing more."""
     gain = m[FRI_BASE_VAR] / (m[FRI_BASE_VAR] + noise)
     m[FRI_LN_MU] = m[FRI_BASE_LN] + gain * (ln_u - m[FRI_BASE_LN])
@@ -51,14 +67,14 @@ def slipped(m, ln_u, noise):
     new_loading(m)
 
 
-def new_loading(m):
+def new_loading(m: Floats) -> None:
     """What is known now is what the next loading starts from."""
     m[FRI_BASE_LN] = m[FRI_LN_MU]
     m[FRI_BASE_VAR] = m[FRI_VAR]
     m[FRI_PEAK] = 0.0
 
 
-def held(m, u, noise):
+def held(m: Floats, u: float, noise: float) -> None:
     """Stick at utilisation ``u``: the posterior of this loading, from its beginning, with its largest u."""
     if u < 0.5 * m[FRI_PEAK]:
         m[FRI_BEST] = max(m[FRI_BEST], m[FRI_PEAK])
@@ -76,14 +92,14 @@ def held(m, u, noise):
     m[FRI_VAR] = max(m[FRI_BASE_VAR] - share * share * ratio * (z + ratio), 1e-8)
 
 
-def inverse_mills(z):
+def inverse_mills(z: float) -> float:
     """``phi(z) / Phi(z)``, stable far in the lower tail."""
     if z < -8.0:
         return -z - 1.0 / z
     return math.exp(-0.5 * z * z) * 0.3989422804014327 / (0.5 * math.erfc(-z * 0.7071067811865476))
 
 
-def forget(m, dt, touching):
+def forget(m: Floats, dt: float, touching: bool) -> None:
     """Friction may change: slowly with time, and with every new contact; never wider than the prior."""
     grown = m[SET_MU_DRIFT] * m[SET_MU_DRIFT] * dt
     if touching and m[FRI_TOUCHING] < 0.5:

@@ -1,0 +1,12 @@
+"""The compiled part of the estimator, as source: see :mod:`vegrip.estimator.kernels.generated`.
+
+Extended Kalman filter of one contact; state delta, speed, effects, learned parameters, d0, bF::
+
+    delta' = speed,  speed' = white,  effects' = advance,  parameters, d0, bF: random walks
+    displacement = delta + d0 + noise,  normal_force = sensed_force + bF + noise,
+    contact_radius = a + noise
+
+The model enters only through ``advance`` and ``readout``, so any list of effects works; derivatives are
+finite differences scaled by the standard deviations. Measurements are scalar and come one after the other,
+each linearised where the last one has left the state. Plain loops over one flat array ``m`` per finger.
+"""

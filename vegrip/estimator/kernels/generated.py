@@ -1,0 +1,134 @@
+"""What the kernels find in a generated module: the model, the gauge, sizes and places.
+
+The kernels are ordinary files, to be read, linted and typed; nothing imports them. Their text, without the
+imports from vegrip, is appended to the generated module of a model, where these names have that model's
+values (:meth:`vegrip.estimator.layout.Layout.constants`). This file declares them.
+"""
+
+from vegrip.contact.limit_surface.fast import gauge, radius_gradient
+from vegrip.model.generated import Floats, advance, readout
+
+__all__ = ["Floats", "advance", "gauge", "radius_gradient", "readout"]
+
+N: int
+M: int
+NS: int
+SIZE: int
+N_LEARNED: int
+LEARNED: tuple[int, ...]
+LEARNED_LOG: tuple[bool, ...]
+N_CONSIDERED: int
+CONSIDERED: tuple[int, ...]
+CONSIDERED_LOG: tuple[bool, ...]
+STATE_LOW: tuple[int, ...]
+STATE_HIGH: tuple[int, ...]
+KEPT: tuple[bool, ...]
+MU_PLACE: int
+CONSIDERED_MU: int
+Y0: int
+Y1: int
+P0: int
+P1: int
+VALUES0: int
+VALUES1: int
+EXOGENOUS0: int
+EXOGENOUS1: int
+PRIOR0: int
+PRIOR1: int
+LOW0: int
+LOW1: int
+HIGH0: int
+HIGH1: int
+DRIFT0: int
+DRIFT1: int
+SET0: int
+SET1: int
+FRICTION0: int
+FRICTION1: int
+CONSIDER0: int
+CONSIDER1: int
+REPORT0: int
+REPORT1: int
+CHANNEL0: int
+CHANNEL1: int
+HEALTH0: int
+HEALTH1: int
+LOAD0: int
+LOAD1: int
+MOTION0: int
+MOTION1: int
+F0: int
+F1: int
+B0: int
+B1: int
+H0: int
+H1: int
+G0: int
+G1: int
+K0: int
+K1: int
+S00: int
+S01: int
+S10: int
+S11: int
+JAC0: int
+JAC1: int
+TRY0: int
+TRY1: int
+SET_ACCELERATION: int
+SET_R_FORCE: int
+SET_R_DISPLACEMENT: int
+SET_R_RADIUS: int
+SET_S_TANGENTIAL: int
+SET_S_TORQUE: int
+SET_LONGEST_GAP: int
+SET_RECOVERY: int
+SET_TIP_RADIUS: int
+SET_DEPTH: int
+SET_QUANTILE: int
+SET_HORIZON: int
+SET_HOLD: int
+SET_SCATTER: int
+SET_MU_DRIFT: int
+SET_REGRASP: int
+SET_MU_PRIOR: int
+SET_MU_PRIOR_VAR: int
+SET_HEALTH_TIME: int
+SET_RHO_SPEED: int
+REP_FORCE: int
+REP_FORCE_STD: int
+REP_RADIUS: int
+REP_RADIUS_STD: int
+REP_EXPONENT: int
+REP_EXPONENT_STD: int
+REP_MU: int
+REP_MU_STD: int
+REP_LIMIT_FORCE: int
+REP_LIMIT_FORCE_STD: int
+REP_LIMIT_TORQUE: int
+REP_LIMIT_TORQUE_STD: int
+REP_LIMIT_RADIUS: int
+REP_LIMIT_RADIUS_STD: int
+REP_GAUGE: int
+REP_GAUGE_REL: int
+REP_GAUGE_ABS: int
+REP_DEPTH_NOW: int
+REP_DEPTH_STD: int
+REP_CONTACT: int
+REP_DRY_FORCE: int
+FRI_LN_MU: int
+FRI_VAR: int
+FRI_BASE_LN: int
+FRI_BASE_VAR: int
+FRI_PEAK: int
+FRI_BEST: int
+FRI_SLIDING: int
+FRI_SINCE: int
+FRI_SMOOTH: int
+FRI_TOUCHING: int
+FRI_EVENTS: int
+FRI_CAUGHT: int
+CH_STREAK: int
+CH_REJECTED: int
+CH_AGE: int
+CH_USED: int

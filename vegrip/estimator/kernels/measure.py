@@ -1,0 +1,119 @@
+"""The three measurements and their gradients."""
+
+import math
+
+from vegrip.estimator.kernels.gain import scalar_update
+from vegrip.estimator.kernels.generated import (
+    EXOGENOUS0,
+    H0,
+    H1,
+    LOAD0,
+    NS,
+    P0,
+    P1,
+    S10,
+    SET_R_DISPLACEMENT,
+    SET_R_FORCE,
+    SET_R_RADIUS,
+    SET_TIP_RADIUS,
+    TRY0,
+    VALUES0,
+    Y0,
+    Floats,
+    M,
+    N,
+    readout,
+)
+from vegrip.estimator.kernels.state import clear, contact, copy_state, step_of
+
+
+def measure_displacement(m: Floats, value: float) -> bool:
+    """``displacement = delta + d0``."""
+    clear(m, H0, H1)
+    m[H0 + 0] = 1.0
+    m[H0 + N - 2] = 1.0
+    return scalar_update(m, 0, value - m[Y0] - m[Y0 + N - 2], m[SET_R_DISPLACEMENT])
+
+
+def force_gradient(m: Floats, y: int) -> float:
+    """Fill H with the derivative of the sensed force at ``y``; return that force."""
+    clear(m, H0, H1)
+    base = contact(m, y)[3]
+    for j in range(2 + NS if m[LOAD0 + 1] > 0.5 else M):
+        h = step_of(m, y, j)
+        if h > 0.0:
+            keep = m[y + j]
+            m[y + j] = keep + h
+            m[H0 + j] = (contact(m, y)[3] - base) / h
+            m[y + j] = keep
+    m[H0 + N - 1] = 1.0
+    return base
+
+
+def measure_force(m: Floats, value: float, alone: bool) -> bool:
+    """``normal_force = sensed_force + bF``; ``alone``: the displacement is not known, force tells it."""
+    y = TRY0
+    copy_state(m)
+    R = m[SET_R_FORCE]
+    bias = m[y + N - 1]
+    if alone:
+        meet(m, y, value - bias, 3.0 * math.sqrt(R + m[P1 - 1]))
+    base = force_gradient(m, y)
+    innovation = value - base - bias
+    spread = 0.0
+    for i in range(M):
+        for j in range(M):
+            spread += m[H0 + i] * m[P0 + i * N + j] * m[H0 + j]
+    if value > 20.0 * math.sqrt(R) and base > 0.0 and base + bias > 0.0 and spread > 0.04 * base * base:
+        # stiffness hardly known: the logarithm of the force is linear in the logarithm of the stiffness
+        predicted = base + bias
+        innovation = math.log(value / predicted)
+        for j in range(N):
+            m[H0 + j] /= predicted
+        R /= value * value
+    for j in range(M):
+        innovation -= m[H0 + j] * (m[Y0 + j] - m[y + j])
+    return scalar_update(m, 1, innovation, R)
+
+
+def meet(m: Floats, y: int, force: float, threshold: float) -> None:
+    """Move the point of linearisation to the indentation at which the model gives the force.
+
+    At first touch the model's slope is zero and a linearisation there would never leave the air.
+    """
+    if force < threshold:
+        return
+    found = contact(m, y)[3]
+    if abs(found - force) < threshold:
+        return
+    low, high = min(m[y], 0.0), m[SET_TIP_RADIUS]
+    for _ in range(40):
+        m[y] = 0.5 * (low + high)
+        if contact(m, y)[3] < force:
+            low = m[y]
+        else:
+            high = m[y]
+
+
+def measure_radius(m: Floats, value: float) -> bool:
+    """``contact_radius = a``."""
+    y = TRY0
+    copy_state(m)
+    clear(m, H0, H1)
+    base = radius_of(m, y)
+    if base <= 0.0:
+        return False
+    for j in range(M):
+        h = step_of(m, y, j)
+        if h > 0.0:
+            keep = m[y + j]
+            m[y + j] = keep + h
+            m[H0 + j] = (radius_of(m, y) - base) / h
+            m[y + j] = keep
+    return scalar_update(m, 2, value - base, m[SET_R_RADIUS])
+
+
+def radius_of(m: Floats, y: int) -> float:
+    """Contact radius of the state ``y``."""
+    x, elastic_force, force, _ = contact(m, y)
+    return readout(m, VALUES0, S10, m[y], m[y + 1], EXOGENOUS0, x, elastic_force, force)[0]

@@ -1,0 +1,55 @@
+"""Losing and regaining the displacement: what force alone can tell."""
+
+from vegrip.estimator.kernels.generated import LOAD0, MOTION0, NS, P0, TRY0, Floats, M, N
+from vegrip.estimator.kernels.state import contact, copy_state, step_of
+
+
+def look(m: Floats, blind: bool) -> None:
+    """Note whether the indentation is seen, and what changes with that."""
+    was = m[LOAD0 + 1] > 0.5
+    m[LOAD0 + 1] = 1.0 if blind else 0.0
+    if blind:
+        m[MOTION0] = 1.0
+    if blind and not was:
+        lose_sight(m)
+    if was and not blind:
+        regain_sight(m)
+
+
+def lose_sight(m: Floats) -> None:
+    """No displacement any more: from here on the indentation is the one the present parameters give.
+
+    Force alone cannot tell stiffness from indentation, and a filter linearised anew at every force believes
+    that it can. So the parameters are taken as known in the filter, uncorrelated with the rest, and their
+    spread enters where something is published, at constant force (``sight_slope``).
+    """
+    for i in range(2 + NS, M):
+        for j in range(N):
+            if not 2 + NS <= j < M:
+                m[P0 + i * N + j] = 0.0
+                m[P0 + j * N + i] = 0.0
+
+
+def sight_slope(m: Floats, y: int, j: int) -> float:
+    """Change of the indentation with learned parameter ``j`` at constant force, ``- N_theta / N_delta``."""
+    base = contact(m, y)[2]
+    keep, h = m[y], step_of(m, y, 0)
+    m[y] = keep + h
+    by_depth = (contact(m, y)[2] - base) / h if h > 0.0 else 0.0
+    m[y] = keep
+    keep, h = m[y + j], step_of(m, y, j)
+    m[y + j] = keep + h
+    by_parameter = (contact(m, y)[2] - base) / h if h > 0.0 else 0.0
+    m[y + j] = keep
+    return -by_parameter / by_depth if by_depth > 0.0 else 0.0
+
+
+def regain_sight(m: Floats) -> None:
+    """A displacement again: the indentation carries the spread of the parameters it was told by."""
+    copy_state(m)
+    for j in range(2 + NS, M):
+        slope = sight_slope(m, TRY0, j)
+        for c in range(N):
+            m[P0 + c] += slope * m[P0 + j * N + c]
+        for c in range(N):
+            m[P0 + c * N] += slope * m[P0 + c * N + j]

@@ -1,0 +1,80 @@
+"""The state in the memory, and the model seen from it."""
+
+import math
+
+from vegrip.estimator.kernels.generated import (
+    EXOGENOUS0,
+    HIGH0,
+    LEARNED,
+    LEARNED_LOG,
+    LOW0,
+    N_LEARNED,
+    NS,
+    P0,
+    S10,
+    SET_TIP_RADIUS,
+    TRY0,
+    VALUES0,
+    Y0,
+    Floats,
+    M,
+    N,
+    advance,
+)
+
+
+def clear(m: Floats, start: int, end: int) -> None:
+    """Set a section to zero."""
+    for i in range(start, end):
+        m[i] = 0.0
+
+
+def copy_state(m: Floats) -> None:
+    """Copy the state to TRY, the one that is varied."""
+    for i in range(N):
+        m[TRY0 + i] = m[Y0 + i]
+
+
+def put_learned(m: Floats, y: int) -> None:
+    """Write the learned parameters of the state ``y`` into the values the model reads."""
+    for j in range(N_LEARNED):
+        u = m[y + 2 + NS + j]
+        m[VALUES0 + LEARNED[j]] = math.exp(u) if LEARNED_LOG[j] else u
+
+
+def step_of(m: Floats, y: int, j: int) -> float:
+    """Difference step of coordinate ``j``: a thousandth of its standard deviation."""
+    sd = math.sqrt(max(m[P0 + j * N + j], 0.0))
+    return float(max(1e-3 * sd, 1e-8 * abs(m[y + j])))
+
+
+def contact(m: Floats, y: int) -> tuple[float, float, float, float]:
+    """``x``, ``elastic_force``, ``force``, ``sensed_force`` of the state ``y``."""
+    put_learned(m, y)
+    return advance(m, VALUES0, y + 2, m[y], m[y + 1], EXOGENOUS0, 0.0, 0.0, S10)
+
+
+def propagate(m: Floats, y: int, dt: float, into: int) -> None:
+    """Effect states after ``dt``, the indentation running on at constant speed."""
+    put_learned(m, y)
+    _, before, _, _ = advance(m, VALUES0, y + 2, m[y], m[y + 1], EXOGENOUS0, 0.0, 0.0, into)
+    advance(m, VALUES0, into, m[y] + m[y + 1] * dt, m[y + 1], EXOGENOUS0, before, dt, into)
+
+
+def bound(m: Floats) -> None:
+    """Keep the state where the model makes sense."""
+    y = Y0
+    R = m[SET_TIP_RADIUS]
+    m[y] = min(max(m[y], -100.0 * R), R)
+    for j in range(2 + NS, M):
+        m[y + j] = min(max(m[y + j], m[LOW0 + j]), m[HIGH0 + j])
+
+
+def leash(m: Floats, j: int, limit: float) -> None:
+    """No coordinate gets less certain than at the very beginning: scale its row and column."""
+    variance = m[P0 + j * N + j]
+    if variance > limit:
+        factor = math.sqrt(limit / variance)
+        for c in range(N):
+            m[P0 + j * N + c] *= factor
+            m[P0 + c * N + j] *= factor
