@@ -1,0 +1,184 @@
+"""Laws that hold for every effect of the catalogue, whatever it describes."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip.effects import BUILT_IN, effect, names
+from vegrip.effects.contract import INPUTS
+from vegrip.model import BASE
+from vegrip.model.composer import compose
+
+ADDED = [name for name in names() if name not in BASE]
+REFERENCES = Path(__file__).parents[2] / "docs" / "references.md"
+COLUMNS = ("x", "elastic_force", "force", "sensed_force", "contact_radius", "exponent", "friction")
+
+
+def at_null(model, name):
+    for p in effect(name).parameters:
+        if p.null is not None:
+            model = model.with_value(p.symbol, p.null)
+    return model
+
+
+def scaled(simulation, model):
+    """All outputs as numbers of order one, shape (n, 7)."""
+    K = model.values["K"].value
+    x, a = model.reference_depth, np.sqrt(2.0 * model.tip_radius * model.reference_depth)
+    return np.stack(simulation, axis=1) / np.array([x, K, K, K, a, 2.0, 1.0])
+
+
+@pytest.mark.parametrize("name", ADDED)
+def test_at_its_null_value_the_effect_is_absent(name, model_with, rich):
+    model = at_null(model_with(name), name)
+    without = scaled(rich.through(model_with("relaxation")), model)
+    np.testing.assert_allclose(scaled(rich.through(model), model), without, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ADDED)
+def test_at_its_typical_value_the_effect_is_there(name, model_with, rich):
+    model = model_with(name)
+    change = scaled(rich.through(model), model) - scaled(rich.through(model_with("relaxation")), model)
+    assert np.abs(change).max() > 1e-4
+
+
+@pytest.mark.parametrize("name", ADDED)
+def test_compiled_and_uncompiled_are_the_same(name, model_with, rich):
+    """The forces to the last bit; k not, whose gamma functions numba has of its own."""
+    model, motion = model_with(name), rich.first(1000)
+    fast, slow = motion.through(model), motion.through(model, plain=True)
+    for column in ("indentation", "elastic_force", "normal_force", "sensed_force"):
+        np.testing.assert_array_equal(getattr(fast, column), getattr(slow, column), err_msg=column)
+    for column in ("contact_radius", "friction_coefficient"):
+        np.testing.assert_array_max_ulp(getattr(fast, column), getattr(slow, column), maxulp=2)
+    np.testing.assert_allclose(fast.pressure_exponent, slow.pressure_exponent, rtol=1e-11)
+
+
+@pytest.mark.parametrize("name", ["relaxation", *ADDED])
+def test_shorter_steps_converge(name, model_with, smooth):
+    """A quarter of the step at least halves the error; contact that begins within a step makes it uneven."""
+    model = model_with(name)
+    finest, fine, coarse = (
+        scaled(smooth(dt).through(model), model)[:: round(4e-3 / dt)] for dt in (2.5e-4, 1e-3, 4e-3)
+    )
+    first, second = rms(coarse - finest), rms(fine - finest)
+    assert np.all(first < 0.02)
+    assert np.all(second <= 0.5 * first + 1e-6), dict(zip(COLUMNS, second / (first + 1e-12), strict=True))
+
+
+def rms(difference):
+    """Over the columns, without the worst hundredth: instants that only one of the steps puts in contact."""
+    size = np.sort(np.abs(difference), axis=0)[: -len(difference) // 100]
+    return np.sqrt(np.mean(size**2, axis=0))
+
+
+@pytest.mark.parametrize("corner", ["default", "low", "high"])
+@pytest.mark.parametrize("name", ["relaxation", *ADDED])
+def test_output_is_finite_for_any_bounded_input(name, corner, model_with):
+    """Deep in, far out, at rest, torn away, in no time and after days; parameters at their bounds."""
+    model = model_with(name)
+    if corner != "default":
+        for p in effect(name).parameters:
+            model = model.with_value(p.symbol, getattr(p, corner))
+    t, inputs = hostile(model, 2000)
+    for plain, n in ((False, 2000), (True, 300)):
+        out = np.empty((n, 7))
+        model.compiled(plain=plain).run(model.vector, model.initial_states, t[:n], inputs[:n], out)
+        assert np.isfinite(out).all(), f"{COLUMNS[int(np.argmin(np.isfinite(out).all(axis=0)))]}"
+        assert (out[:, 4] >= 0.0).all()
+        assert (out[:, 6] > 0.0).all()
+
+
+def hostile(model, n):
+    rng = np.random.default_rng(7)
+    x, K = model.reference_depth, model.values["K"].value
+    t = np.cumsum(rng.choice([0.0, 1e-9, 1e-3, 1.0, 1e5], n))
+    of = {
+        "delta": x * rng.choice([-1e3, -1.0, -1e-9, 0.0, 1e-9, 0.5, 2.0, 10.0, 1e3], n),
+        "speed": x * rng.choice([-1e5, -1.0, 0.0, 1e-9, 1.0, 1e5], n),
+        "temperature": rng.choice([-200.0, 0.0, 23.0, 60.0, 500.0], n),
+        "tangential_force": K * rng.choice([0.0, 1.0, 1e3], n),
+        "torque": K * x * rng.choice([-1e3, 0.0, 1e3], n),
+        "slip_speed": x * rng.choice([0.0, 1e-6, 1.0, 1e4], n),
+        "tangential_force_x": K * rng.choice([-1e3, 0.0, 1e3], n),
+        "tangential_force_y": K * rng.choice([-1e3, 0.0, 1e3], n),
+    }
+    return t, np.ascontiguousarray(np.stack([of[name] for name in INPUTS], axis=1))
+
+
+@pytest.mark.parametrize("name", ["relaxation", *ADDED])
+def test_reading_the_present_state_changes_nothing(name, model_with, rich):
+    """A step of no length, from the states it has itself given, gives force and states again."""
+    model = model_with(name)
+    module = model.compiled()
+    for n in (90, 300, 522, 700, 1290, 1450, 2010, 2450, 3390, 3900):
+        motion = rich.first(n)
+        states, out = model.initial_states, np.empty((n, 7))
+        inputs = motion.inputs()
+        module.run(model.vector, states, motion.t, inputs, out)
+        kept, again = states.copy(), np.empty((1, 7))
+        module.run(model.vector, states, motion.t[-1:], inputs[-1:], again)
+        np.testing.assert_allclose(again[0, :4], lifted(out[-1, :4], again[0, :4]), rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(states, kept, rtol=1e-12, atol=1e-15)
+
+
+def lifted(before, after):
+    """Where the surface had lifted off, its force is zero and what it would have been elastic is open."""
+    return np.where([False, before[2] <= 0.0, False, False], after, before)
+
+
+@pytest.mark.parametrize("name", names())
+def test_every_parameter_can_be_seen(name, model_with, rich):
+    """Some output of the rich motion moves when the parameter does."""
+    model = model_with(name)
+    for p in effect(name).parameters:
+        value = model.values[p.symbol].value
+        step = 1e-3 * (value * p.std if p.transform == "log" else p.std)
+        step = -step if value + step > p.high else step
+        other = model.with_value(p.symbol, value + step)
+        change = scaled(rich.through(other), model) - scaled(rich.through(model), model)
+        assert np.abs(change).max() > 1e-7, f"{p.symbol} is not observable"
+
+
+@pytest.mark.parametrize("name", names())
+def test_citations_resolve(name):
+    known = set(re.findall(r"\*\*\[(\w+)\]\*\*", REFERENCES.read_text(encoding="utf-8")))
+    assert effect(name).cites
+    assert set(effect(name).cites) <= known
+
+
+@pytest.mark.parametrize("name", names())
+def test_parameters_are_declared_soundly(name):
+    for p in effect(name).parameters:
+        assert p.low <= p.default <= p.high
+        assert p.std > 0.0
+        assert p.doc
+        assert p.transform != "log" or p.low > 0.0
+        assert p.null is None or p.low <= p.null <= p.high
+
+
+@pytest.mark.parametrize("name", ADDED)
+def test_an_added_effect_can_be_absent_and_says_how_to_show_it(name):
+    one = effect(name)
+    assert any(p.null is not None for p in one.parameters)
+    assert any(p.null is not None and p.null != p.default for p in one.parameters)
+    assert one.experiment
+    assert one.channels
+    assert set(one.confounded) <= set(names()) - {name}
+
+
+def test_all_built_in_effects_work_together_in_their_order():
+    plan = compose([effect(name) for name in BUILT_IN])
+    assert len(plan.parameters) == sum(len(effect(name).parameters) for name in BUILT_IN)
+
+
+def test_effects_added_in_any_order_stand_in_the_same():
+    from vegrip.model import paper_model
+
+    added = ("saturation", "sensor_lag", "permanent_set", "temperature_shift", "poroelastic_drainage")
+    models = [paper_model(0.008), paper_model(0.008)]
+    for first, second in zip(added, reversed(added), strict=True):
+        models = [models[0].with_effect(effect(first)), models[1].with_effect(effect(second))]
+    assert [e.name for e in models[0].effects] == [e.name for e in models[1].effects]
