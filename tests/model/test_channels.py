@@ -11,6 +11,9 @@ from vegrip.effects import effect
 from vegrip.errors import ModelError
 from vegrip.model import Predictor, paper_model, predict
 from vegrip.model.channels import QUANTITIES
+from vegrip.virtual.protocol import slip
+from vegrip.virtual.settings import FingertipSettings, SensorSettings
+from vegrip.virtual.trial import run_trial
 
 R = 0.01
 MODEL = paper_model(R)
@@ -148,3 +151,35 @@ def test_scale_does_not_matter() -> None:
         plain=True,
     )
     assert tiny["utilisation"] == pytest.approx(large["utilisation"], rel=1e-9, nan_ok=True)
+
+
+def test_channels_agree_with_a_simulation_that_shares_no_physics() -> None:
+    """Elements of the patch and summed histories against the model, at the same parameters."""
+    tip = FingertipSettings(radius=R, amplitudes=(0.3,), rates=(3.1,), bristle_stiffness=1e10)
+    quiet = SensorSettings(
+        rate=200.0, normal_force=0.0, tangential_force=0.0, torque_z=0.0, displacement=0.0, slip_speed=0.0,
+        force_bias=0.0, displacement_bias=0.0, force_step=0.0, displacement_step=0.0, torque_step=0.0,
+        contact_radius=0.0, radius_sensor=True,
+    )  # fmt: skip
+    protocol = (
+        slip(1.0, 0.5, pull=2e-3, duration=0.5),
+        slip(1.0, 0.5, pull=2e-3, spin=0.8, duration=0.5),
+        slip(1.5, 0.5, spin=0.8, duration=0.5),
+    )
+    trial = run_trial(tip, protocol, quiet, rings=40, spokes=64)
+    model = MODEL.with_value("K", 1.8).with_value("mu", 0.8)
+    table, truth = predict(model, trial.columns), trial.truth
+    touching = truth["normal_force"] > 0.1
+    assert table["normal_force"] == pytest.approx(truth["normal_force"], abs=0.01)
+    assert table["contact_radius"][touching] == pytest.approx(truth["contact_radius"][touching], rel=1e-3)
+    assert table["pressure_exponent"][touching] == pytest.approx(
+        truth["pressure_exponent"][touching], rel=0.02
+    )
+    sliding = trial.columns["slip"] == 1.0
+    assert sliding.sum() > 100
+    assert table["utilisation"][sliding] == pytest.approx(truth["utilisation"][sliding], rel=5e-3)
+    for channel, measured in (
+        ("tangential_force", truth["tangential_force"]),
+        ("torque_z", truth["torque_z"]),
+    ):
+        assert table[channel][sliding] == pytest.approx(measured[sliding], rel=2e-2, abs=1e-5)

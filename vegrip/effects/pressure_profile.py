@@ -23,7 +23,7 @@ def settle(force: float, dt: float, tau_k: float, settled: float) -> float:
 
 def profile(exponent: float, s_k: float, k_inf: float, settled: float) -> float:
     """Return the pressure exponent k."""
-    return exponent * (k_inf / exponent) ** (s_k * settled)
+    return float(exponent * (k_inf / exponent) ** (s_k * settled))
 
 
 EFFECT = Effect(

@@ -95,29 +95,25 @@ class Predictor:
         n = self.t.size
         episode = columns.get("episode", np.zeros(n))
         self._first = np.r_[1.0, np.diff(episode) != 0.0][:n]
-        measured = columns.get("normal_force", np.full(n, np.nan))
-        self._normal = measured if load == "measured" or drive == "normal_force" else np.full(n, np.nan)
+        none = np.full(n, np.nan)
+        self._force = columns.get("normal_force", none)
+        self._load = self._force if load == "measured" else none
         self._motion = _motion(self.t, episode, columns[drive] if drive == "displacement" else None)
+        self._by_force = bool(np.isnan(self._motion).any())
         self._outside = _outside(columns, n, model.reference_temperature)
         self._span = np.array([-model.reference_depth, model.tip_radius])
-        lasting = [s.lasting for e in model.effects for s in e.states]
-        self._fresh = np.where(lasting, np.nan, model.initial_states) if lasting else np.zeros(0)
+        lasting = [float(s.lasting) for e in model.effects for s in e.states]
+        self._fresh = np.stack([model.initial_states, np.array(lasting)])
         self._module = _module(model.effects, plain)
 
     def __call__(self, vector: Floats) -> Floats:
         """Return (n, 14), columns :data:`QUANTITIES`, for ``vector`` as :attr:`ContactModel.vector`."""
+        motion, beside = self._motion, (self.t, self._first)
+        if self._by_force:
+            motion = motion.copy()
+            self._module.depths(vector, self._fresh, *beside, motion, self._force, self._outside, self._span)
         out = np.empty((self.t.size, len(QUANTITIES)))
-        self._module.channels(
-            vector,
-            self._fresh,
-            self.t,
-            self._first,
-            self._motion,
-            self._normal,
-            self._outside,
-            self._span,
-            out,
-        )
+        self._module.channels(vector, self._fresh, *beside, motion, self._load, self._outside, out)
         return out
 
 
@@ -189,5 +185,5 @@ def _module(effects: tuple[Effect, ...], plain: bool) -> ModuleType:
     surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
     kernel = Path(__file__).with_name("channels_kernel.py").read_text(encoding="utf-8")
     names = [effect.name for effect in effects]
-    text = writer.write(compose(effects), names, [surface, kernel], ["channels"])
+    text = writer.write(compose(effects), names, [surface, kernel], ["channels", "depths"])
     return cache.load_plain(text) if plain else cache.load(text)

@@ -18,44 +18,29 @@ def channels(
     motion: Floats,
     normal: Floats,
     outside: Floats,
-    span: Floats,
     out: Floats,
 ) -> None:
     """Fill the rows of ``out`` (n, 14), see :data:`vegrip.model.channels.QUANTITIES`.
 
     Args:
         values: parameters, then geometry.
-        fresh: states of a recovered contact; NaN where a state outlives an episode.
+        fresh: (2, N_STATES) states of a recovered contact; 1 where a state outlives an episode.
         t: (n,) [s].
         first: (n,) 1 at the beginning of an episode.
-        motion: (n, 2) indentation [m] and speed [m/s]; a NaN indentation is found from the force.
+        motion: (n, 2) indentation [m] and speed [m/s].
         normal: (n,) measured normal force [N]; NaN takes that of the model.
         outside: (n, N_OUTSIDE), :data:`vegrip.effects.contract.OUTSIDE`.
-        span: least and greatest indentation in which to search [m].
         out: receives the quantities.
 
     """
-    n = values.shape[0]
-    beside, at, later = n, n + N_OUTSIDE, n + N_OUTSIDE + N_STATES
-    m = np.zeros(n + N_OUTSIDE + 2 * N_STATES)
-    m[:n] = values
-    for j in range(N_STATES):
-        m[at + j] = 0.0 if math.isnan(fresh[j]) else fresh[j]
+    m = memory(values, fresh)
+    beside = values.shape[0]
+    at = beside + N_OUTSIDE
     elastic_force = 0.0
     for i in range(t.shape[0]):
         delta, speed = motion[i, 0], motion[i, 1]
+        dt = elapsed(m, fresh, t, first, i)
         m[beside:at] = outside[i]
-        dt = 0.0
-        if first[i] > 0.5:
-            if i > 0:
-                rest(m, beside, at, t[i] - t[i - 1], fresh)
-            elastic_force = 0.0
-        else:
-            dt = t[i] - t[i - 1]
-        if math.isnan(delta):
-            delta = depth_of(m, beside, at, later, normal[i], elastic_force, dt, span)
-        if first[i] > 0.5:
-            elastic_force = advance(m, 0, at, delta, speed, beside, 0.0, 0.0, at)[1]
         x, elastic_force, force, sensed = advance(m, 0, at, delta, speed, beside, elastic_force, dt, at)
         load = force
         if not math.isnan(normal[i]):
@@ -68,12 +53,56 @@ def channels(
         slip_load(out[i], load, a, k, mu, outside[i, 1], outside[i, 2])
 
 
-def rest(m: Floats, beside: int, at: int, pause: float, fresh: Floats) -> None:
-    """Let the pause between episodes pass in air; then all recovers but what outlives an episode."""
-    advance(m, 0, at, 0.0, 0.0, beside, 0.0, pause, at)
+def depths(
+    values: Floats,
+    fresh: Floats,
+    t: Floats,
+    first: Floats,
+    motion: Floats,
+    normal: Floats,
+    outside: Floats,
+    span: Floats,
+) -> None:
+    """Put indentations in place of the NaN in ``motion``: those that give the ``normal`` force on the sensor.
+
+    ``span``: least and greatest indentation in which to search [m]; the rest as for :func:`channels`.
+    """
+    m = memory(values, fresh)
+    beside = values.shape[0]
+    at = beside + N_OUTSIDE
+    elastic_force = 0.0
+    for i in range(t.shape[0]):
+        dt = elapsed(m, fresh, t, first, i)
+        m[beside:at] = outside[i]
+        if math.isnan(motion[i, 0]):
+            motion[i, 0] = depth_of(m, beside, at, normal[i], elastic_force, dt, span)
+        step = advance(m, 0, at, motion[i, 0], motion[i, 1], beside, elastic_force, dt, at)
+        elastic_force = step[1]
+
+
+def memory(values: Floats, fresh: Floats) -> Floats:
+    """Return the array that ``advance`` works on: values, outside, states, room for states on trial."""
+    n, at = values.shape[0], values.shape[0] + N_OUTSIDE
+    m = np.zeros(at + 2 * N_STATES)
+    m[:n] = values
+    m[at : at + N_STATES] = fresh[0]
+    return m
+
+
+def elapsed(m: Floats, fresh: Floats, t: Floats, first: Floats, i: int) -> float:
+    """Return the time since the last sample [s], 0 at the beginning of an episode, whose pause passes in air.
+
+    After the pause all has recovered but what outlives an episode.
+    """
+    if first[i] < 0.5:
+        return float(t[i] - t[i - 1])
+    beside, at = m.shape[0] - 2 * N_STATES - N_OUTSIDE, m.shape[0] - 2 * N_STATES
+    if i > 0:
+        advance(m, 0, at, 0.0, 0.0, beside, 0.0, t[i] - t[i - 1], at)
     for j in range(N_STATES):
-        if not math.isnan(fresh[j]):
-            m[at + j] = fresh[j]
+        if fresh[1, j] < 0.5:
+            m[at + j] = fresh[0, j]
+    return 0.0
 
 
 def slip_load(out: Floats, load: float, a: float, k: float, mu: float, f: float, torque: float) -> None:
@@ -92,33 +121,33 @@ def slip_load(out: Floats, load: float, a: float, k: float, mu: float, f: float,
 
 
 def depth_of(
-    m: Floats,
-    beside: int,
-    at: int,
-    later: int,
-    wanted: float,
-    elastic_force: float,
-    dt: float,
-    span: Floats,
+    m: Floats, beside: int, at: int, wanted: float, elastic_force: float, dt: float, span: Floats
 ) -> float:
     """Return the indentation [m] at which the model's sensor shows ``wanted`` [N], by the Illinois rule.
 
     Below the least force that the model can show the surface has lifted off; any indentation in air will do.
     """
-    low, high = span[0], span[1]
-    f_low = advance(m, 0, at, low, 0.0, beside, elastic_force, dt, later)[3] - wanted
-    if not f_low < 0.0:
-        return low
-    f_high = advance(m, 0, at, high, 0.0, beside, elastic_force, dt, later)[3] - wanted
-    if not f_high > 0.0:
-        return high
-    x, side = low, 0
-    for _ in range(ROUNDS):
-        x = (f_low * high - f_high * low) / (f_low - f_high)
-        f = advance(m, 0, at, x, 0.0, beside, elastic_force, dt, later)[3] - wanted
-        if abs(f) <= 1e-12 * abs(wanted) or high - low <= 1e-13 * span[1]:
-            break
-        if f > 0.0:
+    trial = at + N_STATES
+    low, high, x = float(span[0]), float(span[1]), float(span[0])
+    f_low = f_high = 0.0
+    side = 0
+    for i in range(ROUNDS):
+        if i == 1:
+            x = high
+        elif i > 1:
+            x = (f_low * high - f_high * low) / (f_low - f_high)
+        f = advance(m, 0, at, x, 0.0, beside, elastic_force, dt, trial)[3] - wanted
+        if i == 0:
+            f_low = f
+            if not f < 0.0:
+                return low
+        elif i == 1:
+            f_high = f
+            if not f > 0.0:
+                return high
+        elif abs(f) <= 1e-12 * abs(wanted) or high - low <= 1e-13 * span[1]:
+            return x
+        elif f > 0.0:
             high, f_high = x, f
             f_low = 0.5 * f_low if side == 1 else f_low
             side = 1
