@@ -34,7 +34,8 @@ class Case:
     file: str
     column_map: str
     parameters: str  # of the node, a file beside this one or a path without its suffix
-    window: tuple[float, float]  # [s] in the recording where errors are told: the hold, if there is one
+    window: tuple[float, float]  # [s] in the recording where errors are told: the hold, if there is one.
+    # What comes after it is left out of the numbers: a retraction that sticks would change what was learned.
 
 
 SILICONE = Case(
@@ -57,12 +58,11 @@ CASES = (SILICONE, DEEP, SKIN, OOCYTE, GEL)
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a case; all times count as in the recording."""
+    """What came of a case up to the end of its window; all times count as in the recording."""
 
     recording: Recording
     outcome: Outcome
     contact: dict[str, Array]  # columns of ContactEstimate
-    health: dict[str, Array]  # columns of ModelHealth
     learned: dict[str, tuple[float, float]]  # at the end: value, standard deviation of the coordinate
     alone: Array  # [N] force of the model with these values, from the measured displacement only
 
@@ -86,8 +86,9 @@ def read(case: Case) -> Recording:
     return import_csv(DATA / case.file, read_column_map(MAPS / f"{case.column_map}.toml"))
 
 
-def run(case: Case, recording: Recording, picture: Path | None = None) -> Result:
-    """Run the node over ``recording``, and draw what it says."""
+def run(case: Case, recording: Recording) -> Result:
+    """Run the node over ``recording`` up to the end of the window."""
+    recording = recording.select(recording.t <= case.window[1])
     node = grasp_node(read_settings(HERE / f"{case.parameters}.toml"), {"index": recording})
     found: list[ContactEstimator] = []
 
@@ -98,14 +99,21 @@ def run(case: Case, recording: Recording, picture: Path | None = None) -> Result
         found.append(estimator)
 
     with tempfile.TemporaryDirectory() as folder:
-        session = Path(folder) / "session"
-        with RecordingWriter(session, sensors=recording.sensors) as writer:
+        with RecordingWriter(Path(folder) / "session") as writer:
             outcome = run_through(node, {"index": recording}, writer=writer, at_end=at_end)
-        contact, health = (read_output(session / "index" / f"{n}.csv") for n in ("contact", "model_health"))
-        if picture is not None:
-            draw(session / "index", picture, case.name)
+        contact = read_output(writer.folder / "index" / "contact.csv")
     learned, alone = _left_alone(found[0], recording)
-    return Result(recording, outcome, contact, health, learned, alone)
+    return Result(recording, outcome, contact, learned, alone)
+
+
+def picture(case: Case, path: Path) -> None:
+    """Draw what the node says of the whole recording."""
+    recording = read(case)
+    node = grasp_node(read_settings(HERE / f"{case.parameters}.toml"), {"index": recording})
+    with tempfile.TemporaryDirectory() as folder:
+        with RecordingWriter(Path(folder) / "session", sensors=recording.sensors) as writer:
+            run_through(node, {"index": recording}, writer=writer)
+        draw(writer.folder / "index", path, case.name)
 
 
 def _left_alone(

@@ -10,7 +10,7 @@ HEAD = (
     "mean NIS",
     "fails most",
     "refused",
-    "learned at the end",
+    "learned by then",
 )
 
 

@@ -4,7 +4,6 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from cases import HERE, SKIN, read, run, si
 
 from vegrip.model import read_model, write_model
@@ -23,9 +22,8 @@ def unknown_radius() -> str:
             write_model(replace(model, tip_radius=radius), Path(folder) / "skin_model.toml")
             (Path(folder) / "skin.toml").write_text((HERE / "skin.toml").read_text())
             result = run(replace(SKIN, parameters=str(Path(folder) / "skin")), recording)
-        end = int(np.searchsorted(result.contact["t"], SKIN.window[1]))
-        a = result.contact["contact_radius"][end]
-        arm = result.contact["limit_torque"][end] / result.contact["limit_force"][end]
+        a = result.contact["contact_radius"][-1]
+        arm = result.contact["limit_torque"][-1] / result.contact["limit_force"][-1]
         error = result.error(result.estimated_force(), SKIN.window)
         lines.append(f"| {1e3 * radius:.0f} mm | {si(error)} | {1e3 * a:.1f} mm | {1e3 * arm:.1f} mm |")
     return "\n".join(lines)

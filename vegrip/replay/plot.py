@@ -53,7 +53,7 @@ def draw(folder: Path, picture: Path, title: str) -> None:
     from matplotlib import pyplot  # noqa: PLC0415
 
     told = read_told(folder)
-    panels: list[Callable[[Any, Told], None]] = [_force, _depth, _radius, _nis]
+    panels: list[Callable[[Any, Told], None]] = [_force, _error, _depth, _radius, _nis]
     if np.any(~np.isnan(told.margin.get("margin", np.array([np.nan])))):
         panels.append(_margin)
     figure, axes = pyplot.subplots(
@@ -62,7 +62,7 @@ def draw(folder: Path, picture: Path, title: str) -> None:
     for axis, panel in zip(axes, panels, strict=True):
         panel(axis, told)
         axis.grid(alpha=0.3)
-    axes[0].set_title(title)
+    axes[0].set_title(title, loc="left")
     axes[-1].set_xlabel("time [s]")
     try:
         picture.parent.mkdir(parents=True, exist_ok=True)
@@ -80,7 +80,18 @@ def _force(axis: Any, told: Told) -> None:
         axis.plot(told.measured.t, measured * scale, ".", ms=2, color=MEASURED, label="measured")
     _band(axis, told.contact, "normal_force", scale, "estimated, 2 std")
     axis.set_ylabel(f"normal force [{prefix}N]")
-    axis.legend(loc="upper right", fontsize="small")
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize="small", frameon=False)
+
+
+def _error(axis: Any, told: Told) -> None:
+    measured = told.measured.columns.get("normal_force", np.empty(0))
+    if len(measured) and "normal_force" in told.contact:
+        t = told.contact["t"]
+        error = told.contact["normal_force"] - np.interp(t, told.measured.t, measured)
+        scale, prefix = engineering(error)
+        axis.plot(*broken(t, error * scale), color=ESTIMATED, lw=1)
+        axis.set_ylabel(f"estimated - measured\n[{prefix}N]")
+    axis.axhline(0.0, color="k", lw=0.8, ls="--")
 
 
 def _depth(axis: Any, told: Told) -> None:
@@ -91,7 +102,6 @@ def _depth(axis: Any, told: Told) -> None:
         axis.plot(told.measured.t, measured * scale, ".", ms=2, color=MEASURED, label="measured")
     _band(axis, told.contact, "indentation", scale, "estimated, 2 std")
     axis.set_ylabel(f"indentation [{prefix}m]")
-    axis.legend(loc="upper right", fontsize="small")
 
 
 def _radius(axis: Any, told: Told) -> None:
@@ -116,7 +126,7 @@ def _nis(axis: Any, told: Told) -> None:
         axis.plot(*broken(told.health["t"], told.health["nis"]), color=ESTIMATED, lw=1)
     axis.axhline(1.0, color="k", lw=0.8, ls="--")
     axis.set_yscale("log")
-    axis.set_ylabel("NIS (1: consistent)")
+    axis.set_ylabel("NIS\n(1: consistent)")
 
 
 def _margin(axis: Any, told: Told) -> None:
@@ -124,7 +134,7 @@ def _margin(axis: Any, told: Told) -> None:
     axis.plot(*broken(told.margin["t"], told.margin["lower_bound"]), color=BOUND, lw=1, label="lower bound")
     axis.set_ylim(-0.2, 1.05)
     axis.set_ylabel("slip margin")
-    axis.legend(loc="upper right", fontsize="small")
+    axis.legend(loc="lower left", fontsize="small")
 
 
 def _band(axis: Any, table: dict[str, Array], name: str, scale: float, label: str) -> None:
