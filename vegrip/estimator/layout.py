@@ -69,7 +69,8 @@ class Layout:
             "FRICTION": len(FRICTION), "CONSIDER": len(self.considered), "REPORT": len(REPORT),
             "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
-            "LOAD": 4, "MOTION": 1, "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n,
+            "LOAD": 4, "MOTION": 1, "START": n, "LOST": 1,
+            "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n,
             "S0": s + 1, "S1": s + 1, "JAC": 4 * (m + len(self.considered)), "TRY": n,
         }  # fmt: skip
 

@@ -53,6 +53,7 @@ def _state(
     m[at["Y"]] = [0.0, 0.0, *model.initial_states, *means, 0.0, 0.0]
     offset, bias = settings.offset * R, settings.force_bias * noise.normal_force
     prior = [(0.3 * R) ** 2, (R * settings.agility) ** 2, *np.zeros(n_states), *(v.std**2 for v in values)]
+    m[at["START"]] = m[at["Y"]]
     m[at["PRIOR"]] = [*prior, offset**2, bias**2]
     infinite = [math.inf] * (2 + n_states)
     low = [coordinate(p, v.low) for p, v in zip(learned, values, strict=True)]

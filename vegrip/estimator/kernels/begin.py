@@ -4,6 +4,7 @@ import math
 
 from vegrip.estimator.kernels.generated import (
     F0,
+    LOST0,
     NS,
     P0,
     P1,
@@ -11,6 +12,7 @@ from vegrip.estimator.kernels.generated import (
     SET_DEPTH,
     SET_R_DISPLACEMENT,
     SET_R_FORCE,
+    START0,
     STATE_HIGH,
     STATE_LOW,
     TRY0,
@@ -20,14 +22,16 @@ from vegrip.estimator.kernels.generated import (
     N,
 )
 from vegrip.estimator.kernels.measure import meet
-from vegrip.estimator.kernels.state import clear, contact, copy_state, step_of
+from vegrip.estimator.kernels.state import bound, clear, contact, copy_state, step_of
 
 
 def begin(m: Floats, force: float, displacement: float) -> None:
     """Set up the state from the first sample, in the air or in the middle of a contact."""
     clear(m, P0, P1)
+    for j in range(N):
+        m[Y0 + j] = m[START0 + j]
     m[Y0] = displacement if math.isfinite(displacement) else 0.0
-    m[Y0 + 1] = 0.0
+    bound(m)
     for j in range(N):
         m[P0 + j * N + j] = m[PRIOR0 + j]
     touching = m[Y0] > 4.0 * math.sqrt(m[SET_R_DISPLACEMENT] + m[PRIOR0 + N - 2])
@@ -35,6 +39,16 @@ def begin(m: Floats, force: float, displacement: float) -> None:
         touching = force > 4.0 * math.sqrt(m[SET_R_FORCE] + m[PRIOR0 + N - 1])
     if touching:
         within_contact(m, force, displacement)
+
+
+def keep_finite(m: Floats) -> None:
+    """Whatever came in, no number that is not finite stays: begin anew, in the air, and count it."""
+    total = 0.0
+    for i in range(Y0, P1):
+        total += 0.0 * m[i]
+    if total != 0.0 or math.isnan(total):
+        m[LOST0] += 1.0
+        begin(m, math.nan, math.nan)
 
 
 def within_contact(m: Floats, force: float, displacement: float) -> None:

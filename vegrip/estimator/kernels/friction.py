@@ -31,6 +31,7 @@ from vegrip.estimator.kernels.generated import (
     Floats,
 )
 
+NEWS = 1.03  # a record counts again when it is topped by this factor: noise alone tops it by less
 VAGUE = 0.2  # relative std of u beyond which not slipping says nothing (light touch: noise is all there is)
 
 
@@ -38,7 +39,7 @@ def learn_friction(m: Floats, dt: float, u: float, relative_std: float, slip: fl
     """Fold in one sample; ``u`` is NaN where load or force are not known, ``slip`` where it is not sensed."""
     forget(m, dt, touching)
     m[FRI_SINCE] += dt
-    if not (u > 0.0 and touching) or math.isnan(slip):
+    if not (0.0 < u < math.inf and relative_std < 10.0 and touching) or math.isnan(slip):
         return
     noise = relative_std * relative_std + m[SET_SCATTER] * m[SET_SCATTER]
     if slip >= 0.5:
@@ -82,7 +83,7 @@ def held(m: Floats, u: float, noise: float) -> None:
     if u <= m[FRI_PEAK]:
         return
     m[FRI_PEAK] = u
-    if u <= m[FRI_BEST]:
+    if u <= NEWS * m[FRI_BEST]:
         return
     spread = math.sqrt(m[FRI_BASE_VAR] + noise)
     z = (m[FRI_BASE_LN] - math.log(u)) / spread

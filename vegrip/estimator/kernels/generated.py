@@ -57,6 +57,10 @@ LOAD0: int
 LOAD1: int
 MOTION0: int
 MOTION1: int
+START0: int
+START1: int
+LOST0: int
+LOST1: int
 F0: int
 F1: int
 B0: int

@@ -11,7 +11,6 @@ from vegrip.estimator.kernels.generated import (
     MOTION0,
     NS,
     P0,
-    P1,
     PRIOR0,
     S00,
     S10,
@@ -58,11 +57,14 @@ def effects_ahead(m: Floats, dt: float) -> None:
 def hold_extremes(m: Floats) -> None:
     """The maximum of noisy values is not the noisy value of the maximum: discount new extremes by the noise.
 
-    The noise is what the indentation does from sample to sample, without its slow zero error d0; of the
-    maximum of some hundred looks, 2.5 standard deviations are noise.
+    The noise is what the indentation does from sample to sample, without its slow error: that of the zero
+    d0, or of the force's bias bF where force alone tells it. Of the maximum of some hundred looks, 2.5
+    standard deviations are noise.
     """
-    slow = m[P0 + N - 2] * m[P0 + N - 2] / max(m[P1 - 2 - N], 1e-300)
-    quick = math.sqrt(max(min(m[P0] - slow, m[SET_R_DISPLACEMENT]), 0.0))
+    seen = m[LOAD0 + 1] < 0.5
+    slow = N - 2 if seen else N - 1
+    variance = m[P0] - m[P0 + slow] * m[P0 + slow] / max(m[P0 + slow * N + slow], 1e-300)
+    quick = math.sqrt(max(min(variance, m[SET_R_DISPLACEMENT]) if seen else variance, 0.0))
     for i in range(NS):
         if KEPT[2 + i]:
             old, noise = m[Y0 + 2 + i], 2.5 * abs(m[F0 + i * M]) * quick

@@ -2,7 +2,7 @@
 
 import math
 
-from vegrip.estimator.kernels.begin import begin, widen
+from vegrip.estimator.kernels.begin import begin, keep_finite, widen
 from vegrip.estimator.kernels.forecast import reserve, time_to_slip
 from vegrip.estimator.kernels.friction import learn_friction
 from vegrip.estimator.kernels.gain import regime_of
@@ -81,6 +81,7 @@ def update(
         begin(m, force, displacement)
         dt = 0.0
     filter_step(m, dt, force, displacement, radius)
+    keep_finite(m)
     report(m, tangential, torque)
     u, relative = utilisation(m)
     learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5)

@@ -1,0 +1,155 @@
+"""Nothing that comes in makes the estimator raise, lie about certainty, or stay lost."""
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from vegrip.estimator import ContactEstimator
+from vegrip.messages import NAN, ContactEstimate, Estimate, FingertipState
+from vegrip.model import ContactModel
+
+Record = Callable[..., list[FingertipState]]
+Run = Callable[[ContactEstimator, list[FingertipState]], ContactEstimate]
+KNOTS, DEPTHS = [0.0, 0.3, 0.8, 3.0], [-1e-4, -1e-4, 9e-4, 9e-4]
+CHANNELS = [f.name for f in dataclasses.fields(FingertipState)][3:]
+
+
+def all_estimates(estimate: ContactEstimate) -> list[Estimate]:
+    values = (getattr(estimate, f.name) for f in dataclasses.fields(estimate))
+    return [value for value in values if isinstance(value, Estimate)]
+
+
+def hostile(rng: np.random.Generator, stamp: int, sample: FingertipState) -> FingertipState:
+    poison = [math.nan, math.inf, -math.inf, 1e300, -1e300, 5e-324, 0.0, -1.0, 1e9]
+    changes = {name: poison[rng.integers(len(poison))] for name in CHANNELS if rng.random() < 0.3}
+    return dataclasses.replace(sample, stamp=stamp, **changes)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_poison_never_raises_and_never_comes_out(
+    estimator: ContactEstimator, model: ContactModel, press: Record, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    states = press(model, KNOTS, DEPTHS, share=0.4, seed=seed)
+    stamp = 0
+    for i in range(6000):
+        stamp += int(rng.choice([2_000_000, 1, 0, -5_000_000, 40_000_000, 3_000_000_000, 10**15], p=[
+            0.9, 0.02, 0.02, 0.02, 0.02, 0.01, 0.01]))  # fmt: skip
+        sample = states[i % len(states)]
+        given = (
+            hostile(rng, stamp, sample) if rng.random() < 0.5 else dataclasses.replace(sample, stamp=stamp)
+        )
+        estimate = estimator.update(given)
+        for one in all_estimates(estimate):
+            assert not one.valid or (math.isfinite(one.value) and 0.0 <= one.std < math.inf)
+        if i % 97 == 0:
+            margin = estimator.slip_margin()
+            assert not margin.margin.valid or margin.lower_bound <= margin.margin.value <= 1.0
+            estimator.health()
+            estimator.least_force(0.3)
+            P = estimator.covariance
+            scale = np.sqrt(np.maximum(np.diag(P), 1e-300))
+            assert np.linalg.eigvalsh(P / np.outer(scale, scale)).min() > -1e-9
+
+
+def test_it_finds_back_after_poison(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
+) -> None:
+    rng = np.random.default_rng(9)
+    states = press(model, KNOTS, DEPTHS, share=0.4)
+    for i, state in enumerate(states[:300]):
+        estimator.update(hostile(rng, state.stamp if i % 3 else state.stamp + 1, state))
+    e = run(estimator, states[300:])
+    assert e.normal_force.valid
+    assert e.normal_force.value == pytest.approx(states[-1].normal_force, abs=0.05)
+
+
+def test_stamps_that_do_not_advance_are_refused_and_counted(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
+) -> None:
+    states = press(model, KNOTS, DEPTHS)
+    run(estimator, states[:500])
+    before = estimator.covariance
+    again = estimator.update(states[499])
+    assert not again.normal_force.valid
+    assert estimator.refused == 1
+    np.testing.assert_array_equal(estimator.covariance, before)
+
+
+def test_a_sender_that_starts_its_clock_anew_is_followed(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
+) -> None:
+    states = press(model, KNOTS, DEPTHS)
+    run(estimator, states)
+    e = run(estimator, states)
+    assert e.normal_force.valid
+    assert estimator.refused == estimator.settings.recovery
+
+
+def test_single_outliers_are_refused_and_do_no_harm(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
+) -> None:
+    states = press(model, KNOTS, DEPTHS)
+    clean = run(estimator, states)
+    estimator.reset()
+    for i in range(700, 1500, 50):
+        states[i] = dataclasses.replace(states[i], displacement=states[i].displacement + 2e-4)
+        states[i - 25] = dataclasses.replace(states[i - 25], normal_force=states[i - 25].normal_force + 0.5)
+    dirty = run(estimator, states)
+    assert estimator.health().rejected >= 20
+    assert abs(dirty.indentation.value - clean.indentation.value) < clean.indentation.std
+    assert abs(dirty.normal_force.value - clean.normal_force.value) < clean.normal_force.std
+
+
+def test_a_lasting_jump_is_followed_after_some_refusals(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
+) -> None:
+    first = press(model, [0.0, 1.0], [5e-4, 5e-4])
+    run(estimator, first)
+    jumped = [
+        dataclasses.replace(s, displacement=s.displacement + 3e-3, stamp=s.stamp + 1_000_000_000)
+        for s in press(model, [0.0, 0.2], [5e-4, 5e-4])
+    ]
+    e = run(estimator, jumped)
+    assert estimator.health().rejected >= estimator.settings.recovery
+    assert e.indentation.std > 0.0
+    d0 = jumped[-1].displacement - e.indentation.value
+    assert abs(d0) < 3e-3 + 5e-4
+
+
+def test_uncertainty_grows_without_measurements(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
+) -> None:
+    states = press(model, KNOTS, DEPTHS, share=0.4)
+    known = run(estimator, states)
+    last = states[-1]
+    stds = []
+    for i in range(1, 6):
+        blind = FingertipState(last.stamp + i * 100_000_000, "tip", i)
+        e = estimator.update(blind)
+        stds.append(e.normal_force.std)
+    assert stds == sorted(stds)
+    assert stds[0] > known.normal_force.std
+    assert not e.normal_force.valid  # older than the longest gap
+    assert e.normal_force.age == pytest.approx(0.5)
+
+
+def test_missing_tangential_force_makes_the_margin_invalid(
+    estimator: ContactEstimator, model: ContactModel, press: Record
+) -> None:
+    for state in press(model, KNOTS, DEPTHS, share=0.4):
+        estimator.update(dataclasses.replace(state, tangential_force_y=NAN))
+    margin = estimator.slip_margin()
+    assert not margin.margin.valid
+    assert math.isnan(margin.lower_bound)
+    assert math.isnan(estimator.least_force(0.3))
+
+
+def test_nothing_is_valid_before_the_first_usable_sample(estimator: ContactEstimator) -> None:
+    e = estimator.update(FingertipState(0, "tip", 0, tangential_force_x=1.0))
+    assert not any(one.valid for one in all_estimates(e))
+    assert not estimator.slip_margin().margin.valid
+    assert math.isnan(estimator.least_force(0.3))
