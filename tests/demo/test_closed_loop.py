@@ -29,7 +29,7 @@ def test_a_constant_grip_is_constant(held: Course) -> None:
 
 
 def test_vegrip_holds_the_object_with_less_than_the_constant_grip(held: Course) -> None:
-    light = course(Trial("vegrip", seed=5, duration=2.5))
+    light = course(Trial("vegrip", seed=5, duration=2.5, knob=0.1))
     assert light.slips == 0
     assert not light.dropped
     assert result(light).min_margin > 0.0
@@ -53,4 +53,4 @@ def test_trials_are_summed_up_by_controller() -> None:
     s = summary([good, bad])
     assert (s["slips"], s["drops"], s["slip_free"], s["trials"]) == (3, 1, 1, 2)
     assert (s["mean_grip_force"], s["peak_grip_force"], s["min_margin"]) == (3.0, 9.0, 0.0)
-    assert table({Trial("vegrip", 0): good, Trial("cone", 0): bad}, "x").row_count == 2
+    assert table({Trial("vegrip", 0, 1.0, 0.1): good, Trial("cone", 0, 1.0, 0.5): bad}, "x").row_count == 2

@@ -2,45 +2,43 @@
 
 from dataclasses import replace
 
-from vegrip.control.baselines import ConeSettings, ConstantSettings
+from vegrip.estimator import EstimatorSettings
 from vegrip.grasp.node import GraspForce
 from vegrip.grasp.parameters import GraspParameters, TipParameters, estimator_factory
 from vegrip.virtual import HandSettings
 
-NAMES = ("vegrip", "constant", "cone")
+KNOBS = {
+    "hand": {"vegrip": 0.1, "constant": 4.0, "cone": 1.5},
+    "pinch": {"vegrip": 0.1, "constant": 4.0, "cone": 1.5},
+}
+"""By grasp, the trade-off between force and risk as tuned: wanted margin [-], force [N], safety [-]."""
+
+NAMES = tuple(KNOBS["hand"])
 
 
-def parameters(name: str, knob: float | None = None) -> GraspParameters:
-    """Return the parameters of the controller ``name``.
-
-    Args:
-        name: one of :data:`NAMES`.
-        knob: its one trade-off between force and risk: wanted margin [-], force [N] or safety [-]; None = the
-            one tuned.
-
-    """
+def parameters(name: str, knob: float) -> GraspParameters:
+    """Return the parameters of the controller ``name``, one of :data:`NAMES`, with its knob set."""
     base = demo_parameters()
     if name == "constant":
-        return replace(base, policy="constant", constant=ConstantSettings(**_given("force", knob)))
+        return replace(base, policy="constant", constant=replace(base.constant, force=knob))
     if name == "cone":
-        return replace(base, policy="cone", cone=ConeSettings(**_given("safety", knob)))
-    return replace(base, grip=replace(base.grip, **_given("wanted_margin", knob)))
+        return replace(base, policy="cone", cone=replace(base.cone, safety=knob))
+    return replace(base, grip=replace(base.grip, wanted_margin=knob))
 
 
 def demo_parameters() -> GraspParameters:
-    """Return the parameters of the node in the demonstration: nominal tips, nothing of their scatter."""
+    """Return what every controller is told: the nominal tips, nothing of their scatter or of the object."""
     hand = HandSettings()
     return GraspParameters(
         tip=TipParameters(radius=hand.tip.radius),
-        tips={hand.fingers[0]: {"radius": hand.opposing_radius}},
+        tips={"thumb": {"radius": hand.opposing_radius}},
+        estimator=EstimatorSettings(hold="force"),  # the drives of this hand are force-controlled
         report_period=0.02,
     )
 
 
 def make_node(settings: GraspParameters, fingers: tuple[str, ...], name: str = "grasp_force") -> GraspForce:
     """Return a node of these parameters, not configured yet."""
+    tips = {finger: tip for finger, tip in settings.tips.items() if finger in fingers}
+    settings = replace(settings, tips=tips)
     return GraspForce(name, fingers, estimator_factory(settings, fingers, name), settings)
-
-
-def _given(field: str, knob: float | None) -> dict[str, float]:
-    return {} if knob is None else {field: knob}

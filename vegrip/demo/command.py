@@ -14,6 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.live import Live
 
+from vegrip.demo.candidates import KNOBS
 from vegrip.demo.closed_loop import Course
 from vegrip.demo.compare import Trial, course
 from vegrip.demo.report import as_json, summary
@@ -62,7 +63,8 @@ def _show(live: Live, demo: Demo) -> None:
 
 
 def _others(scenario: Scenario) -> dict[str, Course]:
-    trials = [Trial(name, scenario.seed, scenario.duration) for name in OTHERS]
+    knobs = KNOBS[scenario.grasp]
+    trials = [Trial(n, scenario.seed, scenario.duration, knobs[n], scenario.grasp) for n in OTHERS]
     with ProcessPoolExecutor(len(trials)) as pool:
         return dict(zip(OTHERS, pool.map(course, trials), strict=True))
 

@@ -16,17 +16,17 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from vegrip.demo.candidates import NAMES, make_node, parameters
+from vegrip.demo.candidates import KNOBS, make_node, parameters
 from vegrip.demo.closed_loop import Course, Loop
 from vegrip.demo.result import Result, result
-from vegrip.demo.scenario import Scenario
+from vegrip.demo.scenario import GRASPS, Scenario
 
 DURATION = 20.0  # [s]
 TUNING_SEED = 1000  # the first seed of the sweep; the comparison counts from 0
 SWEEP = {
-    "vegrip": (0.05, 0.1, 0.15, 0.2, 0.3, 0.4),
-    "constant": (2.0, 3.0, 4.0, 5.0, 6.0, 7.0),
-    "cone": (0.5, 0.75, 1.0, 1.5, 2.0, 3.0),
+    "vegrip": (0.05, 0.1, 0.15, 0.2, 0.3),
+    "constant": (2.0, 3.0, 4.0, 6.0, 8.0, 11.0),
+    "cone": (0.5, 1.0, 1.5, 2.0, 3.0, 5.0),
 }
 
 
@@ -36,13 +36,14 @@ class Trial:
 
     name: str
     seed: int
-    duration: float = DURATION
-    knob: float | None = None
+    duration: float
+    knob: float
+    grasp: str = "hand"
 
 
 def course(trial: Trial) -> Course:
     """Run one trial."""
-    hand = Scenario(trial.seed, trial.duration).hand()
+    hand = Scenario(trial.seed, trial.duration, trial.grasp).hand()
     node = make_node(parameters(trial.name, trial.knob), hand.fingers)
     return Loop(hand, node).run(trial.duration)
 
@@ -89,7 +90,7 @@ def table(results: dict[Trial, Result], title: str) -> Table:
     for name, knob in dict.fromkeys((trial.name, trial.knob) for trial in results):
         s = summary(r for trial, r in results.items() if (trial.name, trial.knob) == (name, knob))
         out.add_row(
-            name, "" if knob is None else f"{knob:g}", f"{s['slips']:.0f}", f"{s['drops']:.0f}",
+            name, f"{knob:g}", f"{s['slips']:.0f}", f"{s['drops']:.0f}",
             f"{s['slip_free']:.0f} of {s['trials']:.0f}", f"{s['mean_grip_force']:.2f}",
             f"{s['peak_grip_force']:.1f}", f"{s['min_margin']:.2f}",
         )  # fmt: skip
@@ -103,20 +104,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--duration", type=float, default=DURATION, help="of each, in s (default 20)")
     parser.add_argument("--sweep", action="store_true", help="the trade-off curves, on the tuning seeds")
     parser.add_argument("--workers", type=int, default=None, help="processes (default: one per core)")
+    parser.add_argument("--grasp", choices=tuple(GRASPS), default="hand")
     given = parser.parse_args(arguments)
-    if given.sweep:
-        seeds = range(TUNING_SEED, TUNING_SEED + given.seeds)
-        trials = [
-            Trial(n, s, given.duration, knob) for n, knobs in SWEEP.items() for knob in knobs for s in seeds
-        ]
-    else:
-        trials = [Trial(n, s, given.duration) for n in NAMES for s in range(given.seeds)]
+    first = TUNING_SEED if given.sweep else 0
+    knobs = SWEEP if given.sweep else {name: (knob,) for name, knob in KNOBS[given.grasp].items()}
+    trials = [
+        Trial(name, seed, given.duration, knob, given.grasp)
+        for name, settings in knobs.items()
+        for knob in settings
+        for seed in range(first, first + given.seeds)
+    ]
     console = Console()
     with console.status("simulating") as status:
         results = run_all(
             trials, given.workers, lambda done: status.update(f"simulated {done} of {len(trials)}")
         )
-    console.print(table(results, f"{given.seeds} scenarios of {given.duration:g} s, the same for all"))
+    console.print(
+        table(results, f"{given.grasp}: {given.seeds} scenarios of {given.duration:g} s, the same for all")
+    )
     return 0
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from vegrip.clock import NS
-from vegrip.demo.candidates import demo_parameters, make_node
+from vegrip.demo import candidates
 from vegrip.demo.child import Farewell, Job
 from vegrip.demo.closed_loop import Course
 from vegrip.demo.hand_node import DemoHand, HandNews
@@ -100,7 +100,8 @@ def run(
         VegripError: the bus cannot be opened, the folder cannot be made, or a process fails.
 
     """
-    parameters, fingers = demo_parameters(), scenario.settings.fingers
+    parameters = candidates.parameters("vegrip", candidates.KNOBS[scenario.grasp]["vegrip"])
+    fingers = scenario.settings.fingers
     transport: dict[str, Any] = {"kind": "can", "channel": f"demo-{os.getpid()}", "sender_time": True}
     demo = Demo(scenario, folder, Board(time.monotonic_ns(), fingers))
     noise = {name: getattr(parameters.noise, name) for name in ("normal_force", "displacement", "torque_z")}
@@ -109,7 +110,9 @@ def run(
         recorder = stack.enter_context(closing(BackgroundWriter(writer)))
         endpoint = stack.enter_context(closing(open_endpoint(transport, Hand(fingers))))
         say("starting hand and node (the first run compiles, which takes a minute)")
-        node = Child("grasp_force", Job(make_node, (parameters, fingers), transport, fingers, TICK["node"]))
+        node = Child(
+            "grasp_force", Job(candidates.make_node, (parameters, fingers), transport, fingers, TICK["node"])
+        )
         stack.callback(node.stop)
         hand = Child("virtual_hand", Job(DemoHand, (scenario,), transport, fingers, TICK["hand"]))
         stack.callback(hand.stop)

@@ -6,6 +6,9 @@ Everything follows from one seed, and nothing of it depends on the controller:
 * pushes, twists, slow loads, shaking, added mass and turns at random times
   (:func:`vegrip.virtual.disturbances`);
 * once, in the second half, the faces get wet: friction falls by 10 % to 40 % for some seconds.
+
+Two grasps: the whole ``hand`` around 0.3 kg, whose five contacts share a torque by tangential forces; and a
+``pinch`` of thumb and index on 0.1 kg, where each contact must carry torsion itself.
 """
 
 from dataclasses import dataclass, replace
@@ -21,6 +24,18 @@ SETTLED = 1.0
 FRICTION = (0.45, 1.0)
 WETTING = (0.6, 0.9)
 
+_HAND = HandSettings()
+GRASPS = {
+    "hand": _HAND,
+    "pinch": replace(
+        _HAND,
+        fingers=("thumb", "index"),
+        x=(0.0, 0.0),
+        y=(0.0, 0.0),
+        plate=replace(_HAND.plate, mass=0.1, inertia=1e-4),
+    ),
+}
+
 
 @dataclass(frozen=True)
 class Scenario:
@@ -28,12 +43,13 @@ class Scenario:
 
     seed: int
     duration: float  # [s]
+    grasp: str = "hand"  # one of GRASPS
 
     @property
     def settings(self) -> HandSettings:
         """The hand, with the friction of this object."""
         rng = np.random.default_rng([self.seed, 2])
-        hand = HandSettings()
+        hand = GRASPS[self.grasp]
         return replace(hand, tip=replace(hand.tip, friction=float(rng.uniform(*FRICTION))))
 
     @property
