@@ -41,9 +41,9 @@ class Motion:
 
     def inputs(self) -> np.ndarray:
         """What the compiled model takes, shape (n, 8)."""
-        f, angle = self.tangential_force, self.tangential_direction
+        f, angle, depth = self.tangential_force, self.tangential_direction, self.displacement
         of = {
-            "delta": self.displacement,
+            "delta": depth,
             "speed": np.diff(self.displacement, prepend=self.displacement[:1])
             / np.diff(self.t, prepend=-1.0),
             "temperature": self.temperature,
