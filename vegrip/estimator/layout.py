@@ -71,7 +71,7 @@ class Layout:
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
             "LOAD": 4, "MOTION": 1, "START": n, "LOST": 1,
             "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n,
-            "S0": s + 1, "S1": s + 1, "JAC": 4 * (m + len(self.considered)), "TRY": n,
+            "S0": s + 1, "S1": s + 1, "L": m * m, "D": 5 * (m + len(self.considered)), "TRY": n,
         }  # fmt: skip
 
     def places(self) -> dict[str, tuple[int, int]]:

@@ -75,8 +75,10 @@ S00: int
 S01: int
 S10: int
 S11: int
-JAC0: int
-JAC1: int
+L0: int
+L1: int
+D0: int
+D1: int
 TRY0: int
 TRY1: int
 SET_ACCELERATION: int

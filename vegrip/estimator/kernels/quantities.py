@@ -1,4 +1,10 @@
-"""N, a, k and friction of the state, and their covariance by the delta method."""
+"""N, a, k, friction of the state, and how they spread.
+
+Statistical linearisation by central differences: with ``P = L L'`` and the step ``w = sqrt(3)``, the best for
+normal states, ``D_j = (q(y + w L_j) - q(y - w L_j)) / (2 w)`` gives the covariance ``D D'``. A derivative at
+the mean will not do: where the pressure exponent meets the end of its law it is zero or huge, and says
+180 +- 0. Steps along L keep what belongs together: an unknown stiffness scales N_e and its maximum alike.
+"""
 
 import math
 
@@ -6,21 +12,26 @@ from vegrip.estimator.kernels.generated import (
     CONSIDER0,
     CONSIDERED,
     CONSIDERED_LOG,
+    D0,
     EXOGENOUS0,
-    G0,
-    JAC0,
+    L0,
     LOAD0,
     N_CONSIDERED,
     NS,
     P0,
     S10,
+    TRY0,
     VALUES0,
+    Y0,
     Floats,
     M,
     N,
     readout,
 )
-from vegrip.estimator.kernels.state import contact, put_learned, step_of
+from vegrip.estimator.kernels.sight import sight_slope
+from vegrip.estimator.kernels.state import contact, copy_state, put_learned
+
+WIDE = 1.7320508075688772  # sqrt(3), the kurtosis of a normal variable
 
 
 def quantities(m: Floats, y: int) -> tuple[float, float, float, float]:
@@ -30,79 +41,84 @@ def quantities(m: Floats, y: int) -> tuple[float, float, float, float]:
     return force, a, k, friction
 
 
-def quantities_jacobian(m: Floats, y: int) -> tuple[float, float, float, float]:
-    """Fill JAC, 4 x (moving + considered), at ``y``; return the quantities."""
-    C = M + N_CONSIDERED
-    q0, q1, q2, q3 = quantities(m, y)
-    for j in range(C):
-        m[JAC0 + j] = m[JAC0 + C + j] = m[JAC0 + 2 * C + j] = m[JAC0 + 3 * C + j] = 0.0
-    for j in range(M):
-        h = step_of(m, y, j)
-        if h > 0.0 and j != 1:
-            keep = m[y + j]
-            m[y + j] = keep + h
-            r0, r1, r2, r3 = quantities(m, y)
-            m[y + j] = keep
-            m[JAC0 + j], m[JAC0 + C + j] = (r0 - q0) / h, (r1 - q1) / h
-            m[JAC0 + 2 * C + j], m[JAC0 + 3 * C + j] = (r2 - q2) / h, (r3 - q3) / h
+def spread_quantities(m: Floats) -> tuple[float, float, float, float]:
+    """Fill D, 5 x (moving + considered): N, a, k, friction, delta; return the first four at the mean."""
+    square_root(m)
+    copy_state(m)
+    now = quantities(m, TRY0)
     if m[LOAD0 + 1] > 0.5:
-        at_constant_force(m, C)
-    put_learned(m, y)
-    for i in range(N_CONSIDERED):
-        at = VALUES0 + CONSIDERED[i]
-        keep = m[at]
-        h = 1e-4 * math.sqrt(m[CONSIDER0 + i]) + 1e-12
-        m[at] = keep * math.exp(h) if CONSIDERED_LOG[i] else keep + h
-        r0, r1, r2, r3 = quantities(m, y)
-        m[at] = keep
-        j = M + i
-        m[JAC0 + C + j], m[JAC0 + 2 * C + j], m[JAC0 + 3 * C + j] = (
-            (r1 - q1) / h,
-            (r2 - q2) / h,
-            (r3 - q3) / h,
-        )
-    return q0, q1, q2, q3
-
-
-def at_constant_force(m: Floats, C: int) -> None:
-    """Without a displacement a change of a parameter moves the indentation so that N stays (lose_sight)."""
-    by_depth = m[JAC0]
-    if by_depth <= 0.0:
-        return
-    for j in range(2 + NS, M):
-        slope = -m[JAC0 + j] / by_depth
-        for q in range(4):
-            m[JAC0 + q * C + j] += slope * m[JAC0 + q * C]
-
-
-def depth_variance(m: Floats) -> float:
-    """Variance of the indentation, from JAC where it is not seen."""
-    total = float(m[P0])
-    by_depth = m[JAC0 + M + N_CONSIDERED]  # of the radius: its columns are at constant force already
-    if m[LOAD0 + 1] > 0.5 and by_depth > 0.0:
-        C = M + N_CONSIDERED
-        for i in range(2 + NS, M):
-            for j in range(2 + NS, M):
-                both = m[JAC0 + C + i] * m[JAC0 + C + j]
-                total += both / (by_depth * by_depth) * m[P0 + i * N + j]
-    return float(max(total, 0.0))
-
-
-def spread(m: Floats, a0: float, a1: float, a2: float, a3: float) -> float:
-    """Variance of ``a0 N + a1 a + a2 k + a3 friction`` from JAC and the filter's covariance."""
-    C = M + N_CONSIDERED
+        at_constant_force(m)
     for j in range(M):
-        m[G0 + j] = (
-            a0 * m[JAC0 + j] + a1 * m[JAC0 + C + j] + a2 * m[JAC0 + 2 * C + j] + a3 * m[JAC0 + 3 * C + j]
-        )
-    total = 0.0
-    for i in range(M):
-        s = 0.5 * m[P0 + i * N + i] * m[G0 + i]
-        for j in range(i + 1, M):
-            s += m[P0 + i * N + j] * m[G0 + j]
-        total += 2.0 * m[G0 + i] * s
+        shifted(m, j, 1.0)
+        up = quantities(m, TRY0)
+        shifted(m, j, -1.0)
+        note_difference(m, j, up, quantities(m, TRY0))
+        m[D0 + 4 * (M + N_CONSIDERED) + j] = m[L0 + j]
+        if j >= 2 + NS and m[LOAD0 + 1] > 0.5:
+            m[D0 + j] = 0.0  # exactly; the straight line along which it moved bends
+    copy_state(m)
+    put_learned(m, TRY0)
     for i in range(N_CONSIDERED):
-        j = M + i
-        s = a1 * m[JAC0 + C + j] + a2 * m[JAC0 + 2 * C + j] + a3 * m[JAC0 + 3 * C + j]
-        total += s * s * m[CONSIDER0 + i]
-    return float(max(total, 0.0))
+        at, sd = VALUES0 + CONSIDERED[i], WIDE * math.sqrt(m[CONSIDER0 + i])
+        keep = m[at]
+        m[at] = keep * math.exp(sd) if CONSIDERED_LOG[i] else keep + sd
+        up = quantities(m, TRY0)
+        m[at] = keep * math.exp(-sd) if CONSIDERED_LOG[i] else keep - sd
+        note_difference(m, M + i, up, quantities(m, TRY0))
+        m[at] = keep
+        m[D0 + 4 * (M + N_CONSIDERED) + M + i] = 0.0
+    return now
+
+
+def square_root(m: Floats) -> None:
+    """Cholesky's L of the moving part of P; a direction without variance gives a column of zeros."""
+    for j in range(M):
+        for i in range(M):
+            m[L0 + i * M + j] = 0.0
+        pivot = m[P0 + j * N + j]
+        for c in range(j):
+            pivot -= m[L0 + j * M + c] * m[L0 + j * M + c]
+        if pivot > 1e-13 * m[P0 + j * N + j]:
+            root = math.sqrt(pivot)
+            m[L0 + j * M + j] = root
+            for i in range(j + 1, M):
+                s = m[P0 + i * N + j]
+                for c in range(j):
+                    s -= m[L0 + i * M + c] * m[L0 + j * M + c]
+                m[L0 + i * M + j] = s / root
+
+
+def at_constant_force(m: Floats) -> None:
+    """Without a displacement a change of a parameter moves the indentation so that N stays (lose_sight)."""
+    for i in range(2 + NS, M):
+        slope = sight_slope(m, TRY0, i)
+        for j in range(2 + NS, i + 1):
+            m[L0 + j] += slope * m[L0 + i * M + j]
+
+
+def shifted(m: Floats, j: int, sign: float) -> None:
+    """Put the state plus or minus column ``j`` of L into TRY."""
+    for i in range(M):
+        m[TRY0 + i] = m[Y0 + i] + sign * WIDE * m[L0 + i * M + j]
+
+
+def note_difference(
+    m: Floats, j: int, up: tuple[float, float, float, float], down: tuple[float, float, float, float]
+) -> None:
+    """Write column ``j`` of D."""
+    C = M + N_CONSIDERED
+    m[D0 + j] = (up[0] - down[0]) / (2.0 * WIDE)
+    m[D0 + C + j] = (up[1] - down[1]) / (2.0 * WIDE)
+    m[D0 + 2 * C + j] = (up[2] - down[2]) / (2.0 * WIDE)
+    m[D0 + 3 * C + j] = (up[3] - down[3]) / (2.0 * WIDE)
+
+
+def spread(m: Floats, a0: float, a1: float, a2: float, a3: float, a4: float) -> float:
+    """Standard deviation of ``a0 N + a1 a + a2 k + a3 friction + a4 delta``."""
+    C = M + N_CONSIDERED
+    total = 0.0
+    for j in range(C):
+        s = a0 * m[D0 + j] + a1 * m[D0 + C + j] + a2 * m[D0 + 2 * C + j]
+        s += a3 * m[D0 + 3 * C + j] + a4 * m[D0 + 4 * C + j]
+        total += s * s
+    return math.sqrt(total)

@@ -38,31 +38,27 @@ from vegrip.estimator.kernels.generated import (
     REP_RADIUS_STD,
     SET_S_TANGENTIAL,
     SET_S_TORQUE,
-    TRY0,
     VALUES0,
     Y0,
     Floats,
     radius_gradient,
 )
-from vegrip.estimator.kernels.quantities import depth_variance, quantities_jacobian, spread
-from vegrip.estimator.kernels.state import copy_state
+from vegrip.estimator.kernels.quantities import WIDE, spread, spread_quantities
 
 
 def report(m: Floats, tangential: float, torque: float) -> None:
     """Fill the section REPORT for the present state and the load [N], [N m] (NaN = not measured)."""
-    y = TRY0
-    copy_state(m)
     friction_in(m)
-    force, a, k, mu = quantities_jacobian(m, y)
+    force, a, k, mu = spread_quantities(m)
     m[REP_FORCE], m[REP_RADIUS], m[REP_EXPONENT], m[REP_MU] = force, a, k, mu
-    m[REP_FORCE_STD] = math.sqrt(spread(m, 1.0, 0.0, 0.0, 0.0))
-    m[REP_RADIUS_STD] = math.sqrt(spread(m, 0.0, 1.0, 0.0, 0.0))
-    m[REP_EXPONENT_STD] = math.sqrt(spread(m, 0.0, 0.0, 1.0, 0.0))
-    m[REP_MU_STD] = math.sqrt(spread(m, 0.0, 0.0, 0.0, 1.0))
-    m[REP_DEPTH_NOW], m[REP_DEPTH_STD] = m[Y0], math.sqrt(depth_variance(m))
+    m[REP_FORCE_STD] = spread(m, 1.0, 0.0, 0.0, 0.0, 0.0)
+    m[REP_RADIUS_STD] = spread(m, 0.0, 1.0, 0.0, 0.0, 0.0)
+    m[REP_EXPONENT_STD] = spread(m, 0.0, 0.0, 1.0, 0.0, 0.0)
+    m[REP_MU_STD] = spread(m, 0.0, 0.0, 0.0, 1.0, 0.0)
+    m[REP_DEPTH_NOW], m[REP_DEPTH_STD] = m[Y0], spread(m, 0.0, 0.0, 0.0, 0.0, 1.0)
     touch(m)
     m[REP_LIMIT_FORCE] = mu * force
-    m[REP_LIMIT_FORCE_STD] = math.sqrt(spread(m, mu, 0.0, 0.0, force))
+    m[REP_LIMIT_FORCE_STD] = spread(m, mu, 0.0, 0.0, force, 0.0)
     limits(m, force, a, k, mu)
     along(m, tangential, torque, force, a, k, mu)
 
@@ -95,7 +91,7 @@ def limits(m: Floats, force: float, a: float, k: float, mu: float) -> None:
     reach, by_k, _ = radius_gradient(k, 0.5 * math.pi)
     torque = mu * force * a * reach
     m[REP_LIMIT_TORQUE] = torque
-    m[REP_LIMIT_TORQUE_STD] = torque * math.sqrt(spread(m, 1.0 / force, 1.0 / a, by_k / reach, 1.0 / mu))
+    m[REP_LIMIT_TORQUE_STD] = torque * spread(m, 1.0 / force, 1.0 / a, by_k / reach, 1.0 / mu, 0.0)
 
 
 def along(m: Floats, tangential: float, torque: float, force: float, a: float, k: float, mu: float) -> None:
@@ -124,13 +120,13 @@ def along(m: Floats, tangential: float, torque: float, force: float, a: float, k
     limit = mu * force * reach
     gauge_now = load / limit
     # d ln reach by d ln a is -turn s c: a larger patch turns the load towards pure force
-    rest = math.sqrt(spread(m, 1.0 / force, -turn * s * c / a, by_k / reach, 1.0 / mu))
+    rest = spread(m, 1.0 / force, -turn * s * c / a, by_k / reach, 1.0 / mu, 0.0)
     swing = math.hypot(s * s_f, c * s_m / a) / max(load, 1e-300)  # std of psi from the load's noise
     m[REP_LIMIT_RADIUS] = limit
     m[REP_LIMIT_RADIUS_STD] = limit * math.hypot(rest, turn * min(swing, 1.0))
     m[REP_GAUGE] = gauge_now
     by_a = (s * s - turn * s * c) / a
-    m[REP_GAUGE_REL] = math.sqrt(spread(m, 1.0 / force, by_a, by_k / reach, 1.0 / mu))
+    m[REP_GAUGE_REL] = spread(m, 1.0 / force, by_a, by_k / reach, 1.0 / mu, 0.0)
     by_f, by_m = (c + turn * s) / limit, (s - turn * c) / (limit * a)
     m[REP_GAUGE_ABS] = math.hypot(by_f * s_f, by_m * s_m)
 
@@ -149,7 +145,7 @@ def utilisation(m: Floats) -> tuple[float, float]:
     gauge_now = m[REP_GAUGE]
     if not gauge_now > 0.0 or m[REP_CONTACT] < 0.5:
         return math.nan, math.inf
-    friction_part = m[CONSIDER0 + CONSIDERED_MU]
+    friction_part = (math.sinh(WIDE * math.sqrt(m[CONSIDER0 + CONSIDERED_MU])) / WIDE) ** 2
     known = max(m[REP_GAUGE_REL] * m[REP_GAUGE_REL] - friction_part, 0.0)
     noise = m[REP_GAUGE_ABS] / gauge_now
     return gauge_now * math.exp(m[FRI_LN_MU]), math.sqrt(known + noise * noise)
