@@ -9,7 +9,7 @@ import pytest
 
 import vegrip.virtual
 
-SOURCES = sorted(Path(vegrip.virtual.__file__).parent.glob("*.py"))
+SOURCES = sorted(Path(vegrip.virtual.__file__).parent.rglob("*.py"))
 PLAIN = {"clock", "compiled", "config", "errors", "messages", "virtual"}
 
 

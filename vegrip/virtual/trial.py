@@ -1,6 +1,6 @@
 """A test bench for one simulated fingertip: runs a protocol, returns what was measured and what was true."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +8,8 @@ import numpy.typing as npt
 
 from vegrip.virtual import kernels
 from vegrip.virtual.fingertip import Fingertips
+from vegrip.virtual.hidden import Hidden, make
+from vegrip.virtual.hidden.specimen import Specimen
 from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.protocol import Episode, Segment
 from vegrip.virtual.sensor import CHANNELS, Reading, Sensors
@@ -58,20 +60,22 @@ def run_trial(
     pause: float = 20.0,
     rings: int = 16,
     spokes: int = 32,
+    hidden: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Trial:
     """Put ``tip`` through ``protocol`` and measure it at ``noise.rate``.
 
     ``pause`` [s] lies between episodes and is not recorded; ``step`` [s] is that of the simulation. The same
-    seed gives the same trial, bit for bit.
+    seed gives the same trial, bit for bit. ``hidden`` names effects that the plain fingertip does not have,
+    with their parameters (:data:`vegrip.virtual.hidden.HIDDEN`).
     """
-    bench = _Bench(tip, step, rings, spokes)
+    bench = _Bench(tip, step, rings, spokes, make(hidden or {}))
     sensors = Sensors(noise, ("tip",), np.random.default_rng(seed))
     every = max(1, round(1.0 / (noise.rate * step)))
     rows: list[tuple[float, ...]] = []
     truths: list[tuple[float, ...]] = []
     start = 0.0
     for number, episode in enumerate(protocol):
-        bench.reset()
+        bench.reset(pause)
         ticks = 0
         for ticks, segment in enumerate(_steps(bench, episode, step), 1):
             bench.slide(segment)
@@ -106,22 +110,27 @@ def _steps(bench: "_Bench", episode: Episode, step: float) -> Iterator[Segment]:
 class _Bench:
     """One fingertip against a moving counter-surface."""
 
-    def __init__(self, tip: FingertipSettings, step: float, rings: int, spokes: int) -> None:
-        self._tip, self._step = tip, step
-        self._soft = Fingertips([tip], step)
+    def __init__(
+        self, tip: FingertipSettings, step: float, rings: int, spokes: int, hidden: tuple[Hidden, ...]
+    ) -> None:
+        self._tip, self._step, self._hidden = tip, step, hidden
+        self._soft = Specimen(tip, step, hidden) if hidden else Fingertips([tip], step)
         self._grid = even_grid(rings, spokes)
-        self.reset()
 
-    def reset(self) -> None:
-        """Start an episode: recovered material, unbent bristles."""
+    def reset(self, pause: float) -> None:
+        """Start an episode after ``pause`` [s]: recovered material, unbent bristles."""
+        for one in self._hidden:
+            one.start(pause)
         self._soft.reset()
+        self._drive = 0.0
+        self._mu = self._tip.friction
         self._bristle = self._grid.bristles(1)
         self._rub = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     @property
     def depth(self) -> float:
-        """Imposed indentation [m]."""
-        return float(self._soft.indentation[0])
+        """Where the drive stands [m]: the imposed indentation, before anything gives way."""
+        return self._drive
 
     @property
     def force(self) -> float:
@@ -131,8 +140,9 @@ class _Bench:
     def impose(self, value: float, *, by_force: bool) -> None:
         """Impose a normal force [N] or an indentation [m] for one step."""
         if by_force:
-            self._soft.load(np.array([value]))
+            self._drive = float(self._soft.load(np.array([value]))[0])
         else:
+            self._drive = value
             self._soft.press(np.array([value]))
 
     def slide(self, segment: Segment) -> None:
@@ -140,23 +150,31 @@ class _Bench:
         tip, grid = self._tip, self._grid
         self._a = float(self._soft.contact_radius[0])
         self._k = self._soft.pressure_exponent
+        speed = self._rub[4]
+        self._mu = tip.friction
+        for one in self._hidden:
+            self._mu = one.friction(self._mu, self.force, speed)
         self._rub = kernels.rub(
             self._bristle[0], grid.load(self._k)[0], grid.area, grid.reach, grid.cosine, grid.sine,
-            self._a, self.force, tip.friction, tip.bristle_stiffness, tip.bristle_damping,
+            self._a, self.force, self._mu, tip.bristle_stiffness, tip.bristle_damping,
             segment.pull_x, segment.pull_y, segment.spin, self._step,
         )  # fmt: skip
+        self._shown = self.force
+        for one in self._hidden:
+            one.rubbed(self.force, self._rub[4], self._step)
+            self._shown = one.sensed(self._shown, float(np.hypot(*self._rub[:2])), self._step)
 
     def reading(self, temperature: float) -> Reading:
         """Return what perfect sensors would read."""
         fx, fy, torque, sliding, speed = self._rub
-        values = np.array([[self.force, fx, fy, torque, self.depth, temperature, speed, self._a]])
+        values = np.array([[self._shown, fx, fy, torque, self.depth, temperature, speed, self._a]])
         whole = slides(np.array([sliding]), np.array([speed]), np.array([self._a]))
         return Reading(values, whole.astype(float))
 
     def truth(self) -> tuple[float, ...]:
         """Return the columns of :data:`TRUTH`."""
         fx, fy, torque, _, _ = self._rub
-        f, k, mu = float(np.hypot(fx, fy)), float(self._k[0]), self._tip.friction
+        f, k, mu = float(np.hypot(fx, fy)), float(self._k[0]), self._mu
         limit = mu * self.force
         used = utilisation(self._grid, k, f / limit, torque / (limit * self._a)) if limit * self._a else 0.0
-        return self.depth, self.force, self._a, k, mu, f, torque, used
+        return float(self._soft.indentation[0]), self.force, self._a, k, mu, f, torque, used

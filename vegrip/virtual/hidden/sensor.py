@@ -1,0 +1,58 @@
+"""A normal force sensor that shows something else than the normal force."""
+
+from dataclasses import dataclass, field
+
+from vegrip.virtual.hidden.base import Hidden
+
+FINE = 32  # steps of the lag within a step of the trial
+
+
+@dataclass
+class SensorLag(Hidden):
+    """The sensor follows with a time constant; integrated in small steps."""
+
+    time: float = 5e-3  # [s]
+    _shown: float = field(default=0.0, init=False)
+    _before: float = field(default=0.0, init=False)
+
+    def start(self, pause: float) -> None:
+        """Begin at rest."""
+        self._shown = self._before = 0.0
+
+    def sensed(self, shown: float, tangential: float, dt: float) -> float:
+        """Return the delayed force."""
+        for i in range(FINE):
+            there = self._before + (i + 0.5) / FINE * (shown - self._before)
+            self._shown += dt / FINE / self.time * (there - self._shown)
+        self._before = shown
+        return self._shown
+
+
+@dataclass
+class CrossTalk(Hidden):
+    """The sensor shows a share of the tangential force."""
+
+    share: float = 0.02  # [-]
+
+    def sensed(self, shown: float, tangential: float, dt: float) -> float:
+        """Return the force with what talks across."""
+        return shown + self.share * tangential
+
+
+@dataclass
+class ForceDrift(Hidden):
+    """The zero of the sensor runs away at a constant rate, in the pauses too."""
+
+    rate: float = 2e-4  # [N/s]
+    _zero: float = field(default=0.0, init=False)
+    _started: bool = field(default=False, init=False)
+
+    def start(self, pause: float) -> None:
+        """Drift through the pause."""
+        self._zero += self.rate * pause if self._started else 0.0
+        self._started = True
+
+    def sensed(self, shown: float, tangential: float, dt: float) -> float:
+        """Return the force on the drifting zero."""
+        self._zero += self.rate * dt
+        return shown + self._zero

@@ -1,0 +1,148 @@
+"""One fingertip with hidden effects: what the plain one solves in closed form is searched for here."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+
+from vegrip.virtual.fingertip import Array, Fingertips
+from vegrip.virtual.hidden.base import Hidden
+from vegrip.virtual.history import History
+from vegrip.virtual.settings import FingertipSettings
+
+ROUNDS = 100
+
+
+class Specimen(Fingertips):
+    """A fingertip whose elastic law, relaxation, mount and adhesion may be anything."""
+
+    def __init__(
+        self, tip: FingertipSettings, step: float, hidden: Sequence[Hidden], fine: int = 1024
+    ) -> None:
+        self._hidden = tuple(hidden)
+        super().__init__([tip], step, fine)
+        g = tip.relaxing()
+        for one in hidden:
+            g = one.relaxation(g)
+        self._history = History([g], step, fine)
+        kinds = [type(one) for one in hidden]
+        self._plain = all(
+            kind.elastic is Hidden.elastic and kind.indentation is Hidden.indentation for kind in kinds
+        )
+        self._compliance = sum(one.compliance for one in hidden)
+        self._law = (tip.reference_force, tip.reference_indentation, tip.exponent)
+
+    def reset(self) -> None:
+        """Make the material recovered and out of contact; what lasts is with the hidden effects."""
+        super().reset()
+        self.position = 0.0
+        """Where the drive stands [m]."""
+        self._pressed = 0.0
+
+    def elastic_force(self, indentation: Array) -> Array:
+        """Return N_e [N] with all that the material has been through."""
+        return np.array([self._elastic(float(x)) for x in indentation])
+
+    def elastic_indentation(self, force: Array) -> Array:
+        """Return the indentation that gives N_e [m]."""
+        if self._plain:
+            return super().elastic_indentation(force)
+        R = float(self.radius[0])
+        return np.array([_root(partial(self._excess, N), 0.0, R) if N > 0.0 else 0.0 for N in force.tolist()])
+
+    def press(self, indentation: Array) -> Array:
+        """Put the drive at a position [m]; return the normal force [N]."""
+        self.position = mount = float(indentation[0])
+        for one in self._hidden:
+            mount = one.moved(mount)
+        C, x = self._compliance, mount
+        if C > 0.0:
+            strongest = sum(one.pull(1e-300) for one in self._hidden)
+            x = _root(
+                lambda x: x + C * (max(self._response(x), 0.0) - self._pull(x)) - mount,
+                mount - C * max(self._response(mount), 0.0),
+                mount + C * strongest,
+            )
+        self._settle(x, max(self._response(x), 0.0))
+        return self.force
+
+    def load(self, force: Array) -> Array:
+        """Impose a normal force [N]; return where the drive stands [m]."""
+        wanted = max(float(force[0]), 0.0)
+        x = 0.0
+        if self._response(0.0) - self._pull(1e-300) < wanted:
+            x = _root(lambda x: self._response(x) - self._pull(x) - wanted, 1e-300, float(self.radius[0]))
+        mount = x + self._compliance * wanted
+        for one in reversed(self._hidden):
+            mount = one.drive(mount)
+        self.position = mount
+        self._settle(x, wanted + self._pull(x))
+        return np.array([mount])
+
+    @property
+    def contact_radius(self) -> Array:
+        """Contact radius [m], zero out of contact."""
+        x = float(self.indentation[0])
+        R = float(self.radius[0])
+        a = float(np.sqrt(2.0 * R * x)) if self._pressed > 0.0 and x > 0.0 else 0.0
+        for one in self._hidden:
+            a = one.radius(a, x, R)
+        return np.array([a])
+
+    @property
+    def pressure_exponent(self) -> Array:
+        """Pressure exponent k [-]."""
+        k = float(super().pressure_exponent[0])
+        for one in self._hidden:
+            k = one.flattened(k)
+        return np.array([k])
+
+    def _elastic(self, x: float) -> float:
+        for one in self._hidden:
+            x = one.indentation(x)
+        F0, d0, p = self._law
+        force = float(F0 * (max(x, 0.0) / d0) ** p)
+        for one in self._hidden:
+            force = one.elastic(force, x)
+        return force
+
+    def _excess(self, wanted: float, x: float) -> float:
+        return self._elastic(x) - wanted
+
+    def _response(self, x: float) -> float:
+        """Return what the material would push with [N] at the end of this step; below zero it lifts off."""
+        return float(self.past[0] + self.instant[0] * (self._elastic(x) - self.before[0]))
+
+    def _pull(self, x: float) -> float:
+        return sum(one.pull(x) for one in self._hidden)
+
+    def _settle(self, x: float, pressed: float) -> None:
+        """Close the step: the history keeps what the material feels, the sensor what is left of it."""
+        force = pressed - self._pull(x)
+        self._close(np.array([x]), np.array([pressed]))
+        self._pressed = pressed
+        self.force = np.array([force])
+        for one in self._hidden:
+            one.remember(x, force, self.step)
+
+
+def _root(f: Callable[[float], float], low: float, high: float) -> float:
+    """Return where the growing f is zero in ``low`` .. ``high``: regula falsi, now and then halving."""
+    f_low, f_high = f(low), f(high)
+    if f_low >= 0.0 or f_high <= 0.0:
+        return low if f_low >= 0.0 else high
+    x = low
+    for i in range(ROUNDS):
+        x = 0.5 * (low + high) if i % 3 == 2 else low - f_low * (high - low) / (f_high - f_low)
+        if not low < x < high:
+            break
+        f_x = f(x)
+        if f_x == 0.0:
+            break
+        if f_x < 0.0:
+            low, f_low = x, f_x
+        else:
+            high, f_high = x, f_x
+        if high - low <= 1e-14 * abs(x):
+            break
+    return x
