@@ -75,7 +75,7 @@ def with_load(t: np.ndarray, depth: np.ndarray) -> Motion:
 
 @pytest.fixture(scope="session")
 def rich() -> Motion:
-    """Air, presses, holds, triangles, a small fast sine, slow pull-off, a slow stroke in air: 20 s, 200 Hz."""
+    """Air, presses, holds, triangles, a small fast sine, pull-off, a slow stroke in air: 20 s, 200 Hz."""
     corners = [
         (0.0, -0.3), (0.3, -0.3), (0.4, 1.0), (2.4, 1.0), (2.6, -0.4), (3.0, -0.4), (3.1, 2.2), (5.5, 2.2),
         (6.0, -0.4), (6.5, -0.4), (7.0, 0.6), (7.5, 0.0), (8.2, 1.3), (8.9, 0.1), (9.9, 2.4), (10.9, 0.2),
@@ -88,11 +88,11 @@ def rich() -> Motion:
 
 
 @pytest.fixture(scope="session")
-def smooth() -> Callable[[float], Motion]:
+def smooth() -> Callable[..., Motion]:
     """The same smooth motion through air and contact, at any step."""
 
-    def sampled(dt: float) -> Motion:
-        t = np.arange(round(3.0 / dt)) * dt
+    def sampled(dt: float, duration: float = 3.0) -> Motion:
+        t = np.arange(round(duration / dt)) * dt
         motion = with_load(t, 0.7 - 1.0 * np.cos(4.4 * t) + 0.3 * np.sin(14.0 * t))
         force = 0.2 * (1.0 + np.sin(1.7 * t))
         slip = 1e-3 * (1.0 + np.sin(1.3 * t))

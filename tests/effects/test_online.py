@@ -1,0 +1,49 @@
+"""Simulate, then estimate online: with the right model the innovations are what the filter says they are."""
+
+import numpy as np
+import pytest
+
+from vegrip.effects import effect, names
+from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.messages import FingertipState
+from vegrip.model import BASE
+
+FELT = [name for name in names() if name not in BASE and "normal_force" in effect(name).channels]
+NOISE = SensorNoise()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FELT)
+def test_the_estimator_is_consistent_with_the_effect_in_its_model(name, model_with, smooth):
+    """Innovations as large as stated, mean of 1500 samples each; stiffness within its stated spread."""
+    truth, motion = model_with(name), smooth(2e-3, 6.0)
+    estimator = ContactEstimator(truth, NOISE)
+    nis = [run.nis for run in followed(estimator, truth, motion)]
+    assert 0.8 < np.mean(nis[-1500:]) < 1.2
+    K = estimator.value("K")
+    assert abs(np.log(K.value / truth.values["K"].value)) < 3.0 * K.std
+    assert K.std < 0.05
+    assert estimator.health().rejected == 0
+
+
+def followed(estimator, truth, motion):
+    """Health of the estimator at every sample of a noisy record of ``truth``."""
+    rng = np.random.default_rng(11)
+    force = motion.through(truth).sensed_force + NOISE.normal_force * rng.standard_normal(motion.t.size)
+    displacement = motion.displacement + NOISE.displacement * rng.standard_normal(motion.t.size)
+    direction = motion.tangential_direction
+    for i, t in enumerate(motion.t):
+        state = FingertipState(
+            int(t * 1e9) + 1,
+            "index",
+            i,
+            normal_force=force[i],
+            displacement=displacement[i],
+            tangential_force_x=motion.tangential_force[i] * np.cos(direction[i]),
+            tangential_force_y=motion.tangential_force[i] * np.sin(direction[i]),
+            torque_z=motion.torque[i],
+            slip_speed=motion.slip_speed[i],
+            temperature=motion.temperature[i],
+        )
+        estimator.update(state)
+        yield estimator.health()
