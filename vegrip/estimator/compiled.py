@@ -8,8 +8,8 @@ from vegrip.estimator.layout import Layout
 from vegrip.model import ContactModel, cache
 
 KERNELS = (
-    "state", "predict", "gain", "measure", "sight", "begin", "quantities", "report", "friction", "forecast",
-    "update",
+    "state", "predict", "gain", "roots", "measure", "sight", "begin", "quantities", "report", "friction",
+    "forecast", "update",
 )  # fmt: skip
 ENTRIES = ("update", "margin_of", "least_force", "filter_step", "many")
 

@@ -4,6 +4,7 @@ import math
 
 from vegrip.estimator.kernels.generated import (
     F0,
+    LOAD0,
     LOST0,
     NS,
     P0,
@@ -37,6 +38,7 @@ def begin(m: Floats, force: float, displacement: float) -> None:
     touching = m[Y0] > 4.0 * math.sqrt(m[SET_R_DISPLACEMENT] + m[PRIOR0 + N - 2])
     if math.isfinite(force):
         touching = force > 4.0 * math.sqrt(m[SET_R_FORCE] + m[PRIOR0 + N - 1])
+    m[LOAD0] = 0.0 if touching else 1.0
     if touching:
         within_contact(m, force, displacement)
 

@@ -15,13 +15,23 @@ from vegrip.estimator.kernels.generated import (
     KEPT,
     LOAD0,
     MOTION0,
+    NS,
     P0,
     REP_CONTACT,
     Y0,
     Floats,
+    M,
     N,
 )
 from vegrip.estimator.kernels.state import bound
+
+TIMID = 0.02
+"""What is left of the gain of learned parameters in a contact that was met in the middle.
+
+Zero error, unknown history, stiffness and exponent all explain the same force there, and a linearised filter
+takes its own noise for the difference: with the whole gain the 95 % interval of the radius held 58 % of the
+truths, with this one 92 %. The first touch that is felt ends it.
+"""
 
 
 def scalar_update(m: Floats, channel: int, innovation: float, R: float) -> bool:
@@ -57,9 +67,14 @@ def scalar_update(m: Floats, channel: int, innovation: float, R: float) -> bool:
     if nis > 9.0:
         S *= math.sqrt(nis / 9.0)
     # in contact and without a displacement nothing tells the bias of the force from the force
+    # and before the first touch was felt, nothing tells the zero of the displacement
+    zero_kept = m[LOAD0] < 0.5
     bias_kept = m[LOAD0 + 1] > 0.5 and channel == 1 and m[H0] > 0.0
     for i in range(N):
-        m[K0 + i] = 0.0 if KEPT[i] or (i == N - 1 and bias_kept) else m[G0 + i] / S
+        kept = KEPT[i] or (i == N - 1 and bias_kept) or (i == N - 2 and zero_kept)
+        m[K0 + i] = 0.0 if kept else m[G0 + i] / S
+        if zero_kept and 2 + NS <= i < M:
+            m[K0 + i] *= TIMID
         m[y + i] += m[K0 + i] * innovation
     for i in range(N):
         for j in range(i, N):

@@ -5,8 +5,10 @@ import math
 from vegrip.estimator.kernels.gain import scalar_update
 from vegrip.estimator.kernels.generated import (
     EXOGENOUS0,
+    G0,
     H0,
     H1,
+    L0,
     LOAD0,
     NS,
     P0,
@@ -24,7 +26,10 @@ from vegrip.estimator.kernels.generated import (
     N,
     readout,
 )
+from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
 from vegrip.estimator.kernels.state import clear, contact, copy_state, step_of
+
+VAGUE_FORCE = 0.02  # relative std of the predicted force beyond which its slope is taken over all of it
 
 
 def measure_displacement(m: Floats, value: float) -> bool:
@@ -64,16 +69,38 @@ def measure_force(m: Floats, value: float, alone: bool) -> bool:
     for i in range(M):
         for j in range(M):
             spread += m[H0 + i] * m[P0 + i * N + j] * m[H0 + j]
-    if value > 20.0 * math.sqrt(R) and base > 0.0 and base + bias > 0.0 and spread > 0.04 * base * base:
-        # stiffness hardly known: the logarithm of the force is linear in the logarithm of the stiffness
-        predicted = base + bias
-        innovation = math.log(value / predicted)
-        for j in range(N):
-            m[H0 + j] /= predicted
-        R /= value * value
+    if not alone and base > 0.0 and spread > VAGUE_FORCE * VAGUE_FORCE * base * base:
+        missed, bend = wide_gradient(m, base)
+        return scalar_update(m, 1, innovation - missed, R + bend)
     for j in range(M):
         innovation -= m[H0 + j] * (m[Y0 + j] - m[y + j])
     return scalar_update(m, 1, innovation, R)
+
+
+def wide_gradient(m: Floats, base: float) -> tuple[float, float]:
+    """Fill H with the slope of the force over the whole spread of the state; return mean error and variance.
+
+    Stiffness times indentation bends so much within a wide prior that the slope at its middle claims to
+    know more than it does, at every sample anew: central differences along the roots of P instead, with
+    what the bend adds to mean and variance (for normal states, to second order).
+    """
+    square_root(m)
+    missed = bend = 0.0
+    for j in range(M):
+        shifted(m, j, 1.0)
+        up = contact(m, TRY0)[3]
+        shifted(m, j, -1.0)
+        down = contact(m, TRY0)[3]
+        m[G0 + j] = (up - down) / (2.0 * WIDE)
+        missed += (up + down - 2.0 * base) / (2.0 * WIDE * WIDE)
+        bend += (up + down - 2.0 * base) ** 2 * (WIDE * WIDE - 1.0) / (4.0 * WIDE**4)
+    for j in range(M - 1, -1, -1):  # L' H = G
+        root = m[L0 + j * M + j]
+        s = m[G0 + j]
+        for i in range(j + 1, M):
+            s -= m[L0 + i * M + j] * m[H0 + i]
+        m[H0 + j] = s / root if root > 0.0 else 0.0
+    return missed, bend
 
 
 def meet(m: Floats, y: int, force: float, threshold: float) -> None:

@@ -18,20 +18,16 @@ from vegrip.estimator.kernels.generated import (
     LOAD0,
     N_CONSIDERED,
     NS,
-    P0,
     S10,
     TRY0,
     VALUES0,
-    Y0,
     Floats,
     M,
-    N,
     readout,
 )
+from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
 from vegrip.estimator.kernels.sight import sight_slope
 from vegrip.estimator.kernels.state import contact, copy_state, put_learned
-
-WIDE = 1.7320508075688772  # sqrt(3), the kurtosis of a normal variable
 
 
 def quantities(m: Floats, y: int) -> tuple[float, float, float, float]:
@@ -70,36 +66,12 @@ def spread_quantities(m: Floats) -> tuple[float, float, float, float]:
     return now
 
 
-def square_root(m: Floats) -> None:
-    """Cholesky's L of the moving part of P; a direction without variance gives a column of zeros."""
-    for j in range(M):
-        for i in range(M):
-            m[L0 + i * M + j] = 0.0
-        pivot = m[P0 + j * N + j]
-        for c in range(j):
-            pivot -= m[L0 + j * M + c] * m[L0 + j * M + c]
-        if pivot > 1e-13 * m[P0 + j * N + j]:
-            root = math.sqrt(pivot)
-            m[L0 + j * M + j] = root
-            for i in range(j + 1, M):
-                s = m[P0 + i * N + j]
-                for c in range(j):
-                    s -= m[L0 + i * M + c] * m[L0 + j * M + c]
-                m[L0 + i * M + j] = s / root
-
-
 def at_constant_force(m: Floats) -> None:
     """Without a displacement a change of a parameter moves the indentation so that N stays (lose_sight)."""
     for i in range(2 + NS, M):
         slope = sight_slope(m, TRY0, i)
         for j in range(2 + NS, i + 1):
             m[L0 + j] += slope * m[L0 + i * M + j]
-
-
-def shifted(m: Floats, j: int, sign: float) -> None:
-    """Put the state plus or minus column ``j`` of L into TRY."""
-    for i in range(M):
-        m[TRY0 + i] = m[Y0 + i] + sign * WIDE * m[L0 + i * M + j]
 
 
 def note_difference(

@@ -43,7 +43,8 @@ from vegrip.estimator.kernels.generated import (
     Floats,
     radius_gradient,
 )
-from vegrip.estimator.kernels.quantities import WIDE, spread, spread_quantities
+from vegrip.estimator.kernels.quantities import spread, spread_quantities
+from vegrip.estimator.kernels.roots import WIDE
 
 
 def report(m: Floats, tangential: float, torque: float) -> None:

@@ -13,6 +13,7 @@ from vegrip.estimator.kernels.generated import (
     CHANNEL0,
     LOAD0,
     REP_CONTACT,
+    REP_FORCE,
     REP_GAUGE,
     REP_GAUGE_ABS,
     REP_GAUGE_REL,
@@ -83,6 +84,8 @@ def update(
     filter_step(m, dt, force, displacement, radius)
     keep_finite(m)
     report(m, tangential, torque)
+    if m[REP_FORCE] <= 0.0:
+        m[LOAD0] = 1.0  # in the air: the next touch tells where zero is
     u, relative = utilisation(m)
     learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5)
 
