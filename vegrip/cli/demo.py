@@ -10,6 +10,7 @@ import typer
 def demo(
     duration: Annotated[float, typer.Option(min=3.0, max=3600.0, help="length in s")] = 30.0,
     seed: Annotated[int, typer.Option(min=0, help="which object and disturbances")] = 0,
+    grasp: Annotated[str, typer.Option(help="hand: all fingers; pinch: thumb and index")] = "hand",
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="folder of the recording (default recordings/demo-TIME)"),
@@ -26,7 +27,12 @@ def demo(
     Example: vegrip demo --duration 20
     """
     from vegrip.demo.command import perform
+    from vegrip.demo.scenario import GRASPS, Scenario
+    from vegrip.errors import UsageError
 
+    if grasp not in GRASPS:
+        raise UsageError(f"there is no grasp {grasp!r}; there are {', '.join(GRASPS)}")
     folder = output if output is not None else Path("recordings") / time.strftime("demo-%Y%m%d-%H%M%S")
-    if perform(seed, duration, folder, live=not headless, json=json, plot=plot):
+    scenario = Scenario(seed, duration, grasp)
+    if perform(scenario, folder, live=not headless, json=json, plot=plot):
         raise typer.Exit(130)

@@ -8,10 +8,13 @@ from vegrip.grasp.parameters import GraspParameters, TipParameters, estimator_fa
 from vegrip.virtual import HandSettings
 
 KNOBS = {
-    "hand": {"vegrip": 0.1, "constant": 4.0, "cone": 1.5},
-    "pinch": {"vegrip": 0.1, "constant": 4.0, "cone": 1.5},
+    "hand": {"vegrip": 0.15, "constant": 4.0, "cone": 1.5},
+    "pinch": {"vegrip": 0.15, "constant": 8.0, "cone": 11.0},
 }
-"""By grasp, the trade-off between force and risk as tuned: wanted margin [-], force [N], safety [-]."""
+"""By grasp, the trade-off between force and risk as tuned: wanted margin [-], force [N], safety [-].
+
+That of vegrip is its default in both; those of the others had to be tuned for each grasp.
+"""
 
 NAMES = tuple(KNOBS["hand"])
 

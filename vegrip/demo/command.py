@@ -25,16 +25,15 @@ from vegrip.monitor import render
 OTHERS = ("constant", "cone")
 
 
-def perform(seed: int, duration: float, folder: Path, *, live: bool, json: bool, plot: bool) -> bool:
+def perform(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: bool) -> bool:
     """Run the demonstration and print what comes out; tell whether it was interrupted."""
     console = Console(stderr=json)  # with --json standard output holds the JSON object and nothing else
-    scenario = Scenario(seed, duration)
     live = live and console.is_terminal
     outcome = _watched(scenario, folder, console, live=live)
     courses = {"vegrip": outcome.course}
     if plot and not outcome.interrupted:
         console.print("the same scenario with a constant grip and a Coulomb cone, in simulated time ...")
-        courses |= _others(scenario)
+        courses |= others(scenario)
         _draw(courses, scenario, folder, console)
     console.print(summary(outcome, courses))
     if json:
@@ -56,13 +55,11 @@ def _watched(scenario: Scenario, folder: Path, console: Console, *, live: bool) 
 
 
 def _show(live: Live, demo: Demo) -> None:
-    now = time.monotonic_ns()
-    load = f"bus load {100.0 * demo.loads[-1]:.0f} %" if demo.loads else ""
-    title = f"vegrip demo: five soft fingers hold an object   {load}"
-    live.update(render(demo.board, now, title), refresh=True)
+    live.update(render(demo.board, time.monotonic_ns(), demo.title()), refresh=True)
 
 
-def _others(scenario: Scenario) -> dict[str, Course]:
+def others(scenario: Scenario) -> dict[str, Course]:
+    """Run the other controllers through the same scenario, in simulated time."""
     knobs = KNOBS[scenario.grasp]
     trials = [Trial(n, scenario.seed, scenario.duration, knobs[n], scenario.grasp) for n in OTHERS]
     with ProcessPoolExecutor(len(trials)) as pool:

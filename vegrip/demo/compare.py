@@ -26,7 +26,7 @@ TUNING_SEED = 1000  # the first seed of the sweep; the comparison counts from 0
 SWEEP = {
     "vegrip": (0.05, 0.1, 0.15, 0.2, 0.3),
     "constant": (2.0, 3.0, 4.0, 6.0, 8.0, 11.0),
-    "cone": (0.5, 1.0, 1.5, 2.0, 3.0, 5.0),
+    "cone": (0.5, 1.0, 1.5, 2.0, 5.0, 8.0, 11.0),
 }
 
 

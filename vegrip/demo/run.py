@@ -51,6 +51,7 @@ class Demo:
     board: Board
     loads: list[float] = field(default_factory=list)
     acting: frozenset[str] = frozenset()
+    news: HandNews | None = None
     _load_due: float = 0.0
 
     def watch(self, endpoint: Endpoint, recorder: BackgroundWriter) -> None:
@@ -64,10 +65,19 @@ class Demo:
             if not math.isnan(load):
                 self.loads.append(load)
 
+    def title(self) -> str:
+        """Return the headline of the screen."""
+        load = f", bus load {100.0 * self.loads[-1]:.0f} %" if self.loads else ""
+        slips = "" if self.news is None else f", slips so far: {self.news.slips}"
+        return f"vegrip demo: {len(self.board.fingers)} soft fingers hold an object{load}{slips}"
+
     def tell(self, news: HandNews | None) -> None:
         """Put what happens to the object on the board's log."""
         if news is None:
             return
+        if self.news is not None and news.slips > self.news.slips:
+            self.board.say("the object slipped", time.monotonic_ns(), "bold red")
+        self.news = news
         now = time.monotonic_ns()
         for name in sorted(set(news.acting) - self.acting):
             self.board.say(f"disturbance: {DESCRIPTION.get(name, name)}", now, "yellow")
