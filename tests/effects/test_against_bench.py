@@ -48,11 +48,11 @@ PATCH = {
     "load_dependent_friction": ({"exponent": 0.2, "at": 1.0}, {"g_N": 0.2, "mu": MU * K**-0.2}),
     "rate_dependent_friction": (
         {"kinetic": 0.8, "stribeck": 1e-3, "growth": 0.04, "slow": 1e-4},
-        {"r_mu": 0.8, "v_s": 0.1, "beta_v": 0.04, "v_0": 0.01},
+        {"r_mu": 0.8, "v_s": 1.0, "beta_v": 0.04, "v_0": 0.1},
     ),
     "friction_ageing": (
         {"growth": 0.05, "time": 0.1, "distance": 1e-4},
-        {"beta_t": 0.05, "t_0": 0.1, "D_c": 1e-2},
+        {"beta_t": 0.05, "t_0": 0.1, "D_c": 0.1},
     ),
     "wet_contact": ({"loss": 0.3, "time": 0.5}, {"s_w": 0.3, "tau_f": 0.5}),
     "contact_radius_law": ({"kappa": 1.4}, {"kappa": 1.4}),

@@ -12,7 +12,7 @@ from vegrip.model import paper_model
 
 T = np.arange(0.0, 4.0, 1e-2)
 MODEL = paper_model(0.01).with_effect(effect("friction_ageing"))
-for symbol, value in {"beta_t": 0.05, "t_0": 0.2, "D_c": 1e-2}.items():
+for symbol, value in {"beta_t": 0.05, "t_0": 0.2, "D_c": 0.1}.items():
     MODEL = MODEL.with_value(symbol, value)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from vegrip.effects import effect
+from vegrip.estimator.layout import layout_of
 from vegrip.model import paper_model, predict
 
 T = np.arange(0.0, 0.2, 5e-3)
@@ -40,3 +41,11 @@ def test_a_smooth_sphere_of_constant_shear_strength_has_the_exponent_one_third()
 def test_friction_stays_finite_at_first_touch() -> None:
     load, limit = slip_limit(MODEL, 1e-9)
     assert 0.0 < limit / load < 4.0 * 0.7
+
+
+def test_estimator_still_learns_mu_as_the_friction_coefficient() -> None:
+    """And K, which friction now takes as its reference, from the force."""
+    layout, symbols = layout_of(MODEL), list(MODEL.parameters)
+    assert symbols[layout.mu] == "mu"
+    assert symbols.index("K") in layout.learned
+    assert symbols.index("g_N") in layout.considered

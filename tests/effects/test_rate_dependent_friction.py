@@ -11,7 +11,7 @@ from vegrip.model import paper_model, predict
 R = 0.01
 T = np.arange(0.0, 0.2, 5e-3)
 MODEL = paper_model(R).with_effect(effect("rate_dependent_friction"))
-for symbol, value in {"r_mu": 0.6, "v_s": 0.2, "beta_v": 0.05, "v_0": 0.01}.items():
+for symbol, value in {"r_mu": 0.6, "v_s": 2.0, "beta_v": 0.05, "v_0": 0.1}.items():
     MODEL = MODEL.with_value(symbol, value)
 
 

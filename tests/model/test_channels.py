@@ -9,6 +9,8 @@ import pytest
 from vegrip.contact.limit_surface import reference
 from vegrip.effects import effect
 from vegrip.errors import ModelError
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.messages import FingertipState
 from vegrip.model import Predictor, paper_model, predict
 from vegrip.model.channels import QUANTITIES
 from vegrip.virtual.protocol import slip
@@ -183,3 +185,25 @@ def test_channels_agree_with_a_simulation_that_shares_no_physics() -> None:
         ("torque_z", truth["torque_z"]),
     ):
         assert table[channel][sliding] == pytest.approx(measured[sliding], rel=2e-2, abs=1e-5)
+
+
+@pytest.mark.slow
+def test_estimator_that_knows_the_parameters_finds_the_same_limits() -> None:
+    """The forecast and the margin rest on the same compiled hooks."""
+    model = MODEL.with_effect(effect("load_dependent_friction"))
+    for symbol, value in model.values.items():
+        model = model.with_value(symbol, value.value, std=1e-9)
+    fine = SensorNoise(normal_force=1e-5, displacement=1e-8, tangential_force=1e-5, torque_z=1e-8)
+    still = EstimatorSettings(regrasp=0.0, friction_drift=0.0, friction_scatter=1e-3, offset=1e-7)
+    estimator = ContactEstimator(model, fine, still)
+    f, m = 0.2, 4e-4
+    pull = {"tangential_force_x": np.full_like(T, f), "torque_z": np.full_like(T, m)}
+    depth = 1e-3 * np.sin(0.5 * np.pi * np.minimum(T / 1.4, 1.0)) - 1e-4  # comes to rest without a jerk
+    table = said({**pull, "displacement": depth}, model)
+    for i, (t, x, N) in enumerate(zip(T, depth, table["normal_force"], strict=True)):
+        state = FingertipState(round(t * 1e9), "index", i, N, f * (x > 0.0), 0.0, m * (x > 0.0), x)
+        estimate = estimator.update(state)
+    assert estimate.limit_radius.value == pytest.approx(table["limit_radius"][-1], rel=1e-3)
+    assert estimate.limit_torque.value == pytest.approx(table["limit_torque"][-1], rel=1e-3)
+    assert estimate.friction_coefficient.value == pytest.approx(table["friction_coefficient"][-1], rel=1e-3)
+    assert estimator.slip_margin().margin.value == pytest.approx(1.0 - table["utilisation"][-1], abs=1e-3)

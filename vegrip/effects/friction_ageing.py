@@ -1,7 +1,7 @@
 """Friction that grows while the contact rests: ``mu_eff = mu [1 + beta ln(1 + t_c / t_0)]``.
 
 ``t_c' = 1 - v t_c / D_c``: the age of the contact, [Dieterich1979]_, [Ruina1983]_. At rest it is the time in
-contact; sliding by D_c (in tip radii) replaces the aged places by fresh ones, and at a steady speed
+contact; sliding by D_c (in x_ref) replaces the aged places by fresh ones, and at a steady speed
 ``t_c = D_c / v``. A contact that is met in the middle counts as fresh, on the safe side.
 """
 
@@ -11,11 +11,11 @@ from vegrip.effects.contract import Effect, State, hook
 from vegrip.parameters import Parameter
 
 
-def age(force: float, slip_speed: float, dt: float, tip_radius: float, D_c: float, t_c: float) -> float:
+def age(force: float, slip_speed: float, dt: float, reference_depth: float, D_c: float, t_c: float) -> float:
     """Return the age of the contact [s], exact for a constant speed; 0 out of contact."""
     if force <= 0.0:
         return 0.0
-    slid = abs(slip_speed) * dt / (D_c * tip_radius)
+    slid = abs(slip_speed) * dt / (D_c * reference_depth)
     left = math.exp(-slid)
     grown = -math.expm1(-slid) / slid if slid > 1e-9 else 1.0 - 0.5 * slid
     return t_c * left + dt * grown
@@ -33,7 +33,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("beta_t", "1", 0.04, 0.03, -0.05, 0.5, "growth per e-fold of time", null=0.0),
         Parameter("t_0", "s", 0.1, 1.5, 1e-5, 1e3, "time when it starts", transform="log"),
-        Parameter("D_c", "1", 1e-3, 1.5, 1e-7, 10.0, "slip that renews it, in R", transform="log"),
+        Parameter("D_c", "1", 0.01, 1.5, 1e-6, 100.0, "slip that renews it, in x_ref", transform="log"),
     ),
     states=(State("t_c", "s", "age of the contact"),),
     hooks=(hook(age, stage="force", gives=""), hook(friction)),

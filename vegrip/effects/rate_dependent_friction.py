@@ -2,7 +2,7 @@
 
 ``mu_eff = mu [r + (1 - r) exp(-(v / v_s)^2) + beta ln(1 + v / v_0)]``
 
-mu is the static coefficient and r the ratio of kinetic to static; the speeds are in tip radii per second. The
+mu is the static coefficient and r the ratio of kinetic to static; the speeds are in x_ref per second. The
 Stribeck part is that of [ArmstrongDupontCanudas1994]_, the logarithm that of thermally activated sliding,
 [Ruina1983]_. While the contact sticks v is 0 and the limit is the static one.
 """
@@ -14,10 +14,16 @@ from vegrip.parameters import Parameter
 
 
 def friction(
-    friction: float, slip_speed: float, tip_radius: float, r_mu: float, v_s: float, beta_v: float, v_0: float
+    friction: float,
+    slip_speed: float,
+    reference_depth: float,
+    r_mu: float,
+    v_s: float,
+    beta_v: float,
+    v_0: float,
 ) -> float:
     """Return the friction coefficient."""
-    v = abs(slip_speed) / tip_radius
+    v = abs(slip_speed) / reference_depth
     stuck = math.exp(-((v / v_s) ** 2))
     factor = stuck + r_mu * (1.0 - stuck) + beta_v * math.log1p(v / v_0)
     return friction * max(factor, 0.01)
@@ -29,9 +35,9 @@ EFFECT = Effect(
     cites=("ArmstrongDupontCanudas1994", "Ruina1983"),
     parameters=(
         Parameter("r_mu", "1", 0.85, 0.15, 0.1, 2.0, "ratio of kinetic to static", transform="log", null=1.0),
-        Parameter("v_s", "1/s", 0.1, 1.5, 1e-6, 1e4, "Stribeck speed in R per s", transform="log"),
+        Parameter("v_s", "1/s", 1.0, 1.5, 1e-5, 1e5, "Stribeck speed, x_ref per s", transform="log"),
         Parameter("beta_v", "1", 0.03, 0.03, -0.3, 0.5, "growth per e-fold of speed", null=0.0),
-        Parameter("v_0", "1/s", 0.01, 1.5, 1e-8, 1e3, "speed where it starts, R per s", transform="log"),
+        Parameter("v_0", "1/s", 0.1, 1.5, 1e-7, 1e4, "speed where it starts, x_ref per s", transform="log"),
     ),
     hooks=(hook(friction),),
     channels=("tangential_force", "torque_z"),
