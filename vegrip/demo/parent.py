@@ -7,7 +7,9 @@ from typing import Any
 from vegrip.demo.child import Farewell, Job, serve
 from vegrip.errors import DeviceError
 
-START_PATIENCE = 180.0  # [s] a first run compiles, and a busy machine compiles slowly
+START_PATIENCE = (
+    600.0  # [s] a first run compiles, a busy machine compiles slowly; a dead child is seen at once
+)
 END_PATIENCE = 10.0  # [s]
 
 
