@@ -9,6 +9,7 @@ import pytest
 
 from vegrip.contact.limit_surface import reference
 from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator.compiled import module_for
 from vegrip.messages import NAN, Channel, ContactEstimate, FingertipState
 from vegrip.model import ContactModel, paper_model
 
@@ -154,8 +155,6 @@ def test_health_names_the_channel_that_does_not_fit(
 def test_filter_in_plain_python_agrees_with_the_compiled_one(
     model: ContactModel, press: Record, compiled: ContactEstimator
 ) -> None:
-    from vegrip.estimator.compiled import module_for
-
     plain = module_for(model, compiled.layout, plain=True)
     fast, slow = compiled._blank.copy(), compiled._blank.copy()
     for i, s in enumerate(press(model, [0.0, 0.1, 0.2], [-5e-5, 5e-4, 5e-4])):

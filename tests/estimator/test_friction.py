@@ -1,5 +1,6 @@
 """Friction is learned from slipping and from not slipping, and from nothing else."""
 
+import dataclasses
 import math
 from collections.abc import Callable
 
@@ -9,6 +10,7 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from vegrip.estimator import ContactEstimator
+from vegrip.estimator.compiled import module_for
 from vegrip.messages import ContactEstimate, FingertipState
 from vegrip.model import ContactModel
 
@@ -47,35 +49,29 @@ def test_sticking_at_a_high_load_excludes_small_coefficients_only(
     assert found.std == pytest.approx(std, rel=0.1)
 
 
-def test_the_same_hold_seen_a_thousand_times_is_one_piece_of_evidence(
+def test_the_same_hold_seen_again_and_again_is_one_piece_of_evidence(
     estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
 ) -> None:
     true = model.with_value("mu", 0.8)
     run(estimator, press(true, KNOTS, DEPTHS, share=0.8))
     after_one = estimator.value("mu").value
-    knots, depths = [0.0, 0.1], [9e-4, 9e-4]
     for n in range(20):
         again = press(true, [0.0, 0.3, 0.5, 0.8], [-1e-4, 9e-4, 9e-4, -1e-4], share=0.8, seed=n)
         start = round((4.0 + n) * 1e9)
         for state in again:
             estimator.update(shifted(state, start))
-    assert (knots, depths) is not None
     assert estimator.value("mu").value < 1.15 * after_one
 
 
 def shifted(state: FingertipState, by: int) -> FingertipState:
-    from dataclasses import replace
-
-    return replace(state, stamp=state.stamp + by)
+    return dataclasses.replace(state, stamp=state.stamp + by)
 
 
 def test_unsensed_slip_teaches_nothing(
     estimator: ContactEstimator, model: ContactModel, press: Record
 ) -> None:
-    from dataclasses import replace
-
     for state in press(model, KNOTS, DEPTHS, share=0.95):
-        estimator.update(replace(state, slip=math.nan))
+        estimator.update(dataclasses.replace(state, slip=math.nan))
     assert estimator.value("mu").value == pytest.approx(model.values["mu"].value, rel=1e-12)
 
 
@@ -105,8 +101,6 @@ def test_learned_friction_covers_the_truth(model: ContactModel, compiled: Contac
     """200 fingers, 12 loadings each, straight through the learner: 95 % intervals cover 90 .. 99 %."""
     places = compiled.layout.places()
     start = places["FRICTION"][0]
-    from vegrip.estimator.compiled import module_for
-
     learn = module_for(model, compiled.layout, plain=True).learn_friction
     rng = np.random.default_rng(1)
     prior, s = math.log(model.values["mu"].value), model.values["mu"].std

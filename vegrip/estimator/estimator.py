@@ -64,6 +64,8 @@ class ContactEstimator:
         self.refused = 0
         """Samples refused because their stamp did not advance."""
         self._backwards = 0
+        self.estimate = ContactEstimate(0, "", 0)
+        """What the last sample that was taken led to."""
 
     def update(self, state: FingertipState) -> ContactEstimate:
         """Take one sample and return what is known now.
@@ -98,7 +100,8 @@ class ContactEstimator:
         if usable and self._used_any():
             self._informed = state.stamp
         self._seq += 1
-        return self._estimate(state, trusted=True)
+        self.estimate = self._estimate(state, trusted=True)
+        return self.estimate
 
     def slip_margin(self) -> SlipMargin:
         """Return the margin for the load of the last sample, its bound, and what the present hold leads to.

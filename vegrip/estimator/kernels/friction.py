@@ -32,7 +32,7 @@ from vegrip.estimator.kernels.generated import (
 )
 
 NEWS = 1.03  # a record counts again when it is topped by this factor: noise alone tops it by less
-VAGUE = 0.2  # relative std of u beyond which not slipping says nothing (light touch: noise is all there is)
+VAGUE = 0.1  # relative std of u beyond which not slipping says nothing (light touch: noise is all there is)
 
 
 def learn_friction(m: Floats, dt: float, u: float, relative_std: float, slip: float, touching: bool) -> None:
@@ -64,12 +64,13 @@ def slipped(m: Floats, ln_u: float, noise: float) -> None:
     m[FRI_LN_MU] = m[FRI_BASE_LN] + gain * (ln_u - m[FRI_BASE_LN])
     m[FRI_VAR] = (1.0 - gain) * m[FRI_BASE_VAR]
     m[FRI_EVENTS] += 1.0
-    m[FRI_BEST] = 0.0
+    m[FRI_BEST] = m[FRI_PEAK] = 0.0
     new_loading(m)
 
 
 def new_loading(m: Floats) -> None:
     """What is known now is what the next loading starts from."""
+    m[FRI_BEST] = max(m[FRI_BEST], m[FRI_PEAK])
     m[FRI_BASE_LN] = m[FRI_LN_MU]
     m[FRI_BASE_VAR] = m[FRI_VAR]
     m[FRI_PEAK] = 0.0
@@ -78,7 +79,6 @@ def new_loading(m: Floats) -> None:
 def held(m: Floats, u: float, noise: float) -> None:
     """Stick at utilisation ``u``: the posterior of this loading, from its beginning, with its largest u."""
     if u < 0.5 * m[FRI_PEAK]:
-        m[FRI_BEST] = max(m[FRI_BEST], m[FRI_PEAK])
         new_loading(m)
     if u <= m[FRI_PEAK]:
         return

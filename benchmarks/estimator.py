@@ -1,0 +1,134 @@
+"""One update of the estimator against filterpy's filters of the same size; five fingers at once.
+
+8 states (indentation, speed, relaxed force, largest force, ln K, c1, zero of the displacement, bias of the
+force), 2 measurements. filterpy's filters get the same functions written as one writes them for it, in plain
+Python. ``five_fingers_all_outputs_vs_step`` sets five fingers with radius, exponent, limit surface, margin,
+friction and all standard deviations, one call, against one step (ratio 0.1 = ten times a step).
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
+from numpy.typing import NDArray
+from vegrip.benchmarks._timing import compared
+
+from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.messages import NAN, FingertipState
+from vegrip.model import ContactModel, paper_model
+
+Floats = NDArray[np.float64]
+DT = 2e-3
+FORCE, DISPLACEMENT = 0.8, 8e-4
+
+
+def run() -> dict[str, dict[str, float]]:
+    model = paper_model(8e-3)
+    for symbol in ("p", "nu1"):  # known: 8 states are left
+        model = model.with_value(symbol, model.values[symbol].value, learn=False)
+    estimator = settled(model)
+    assert estimator.layout.n == 8
+    module, m = estimator._module, estimator._m
+
+    def step() -> None:
+        module.filter_step(m, DT, FORCE, DISPLACEMENT, NAN)
+
+    hands = np.tile(m, (5, 1))
+    samples = np.tile([FORCE, DISPLACEMENT, NAN, 0.2, 1e-4, 0.0], (5, 1))
+    rival = Rival(model)
+    return {
+        "estimator_step_vs_filterpy_ukf": compared(step, rival.unscented(estimator)),
+        "estimator_step_vs_filterpy_ekf": compared(step, rival.extended(estimator)),
+        "five_fingers_all_outputs_vs_step": compared(lambda: module.many(hands, DT, samples), step),
+    }
+
+
+def settled(model: ContactModel) -> ContactEstimator:
+    """Give an estimator in the middle of a hold."""
+    estimator = ContactEstimator(model, SensorNoise())
+    t = np.arange(1000) * DT
+    depth = np.interp(t, [0.2, 0.6], [-1e-4, DISPLACEMENT])
+    force = model.simulate(t, depth).normal_force
+    for i in range(t.size):
+        estimator.update(FingertipState(int(t[i] * 1e9), "tip", i, force[i], 0.2, 0.0, 1e-4, depth[i]))
+    return estimator
+
+
+class Rival:
+    """The same model for filterpy: state in, state out."""
+
+    def __init__(self, model: ContactModel) -> None:
+        self.x_ref, self.p = model.reference_depth, model.values["p"].value
+        self.nu = model.values["nu1"].value
+
+    def elastic(self, depth: float, ln_K: float) -> float:
+        return math.exp(ln_K) * (depth / self.x_ref) ** self.p if depth > 0.0 else 0.0
+
+    def f(self, x: Floats, dt: float) -> Floats:
+        delta, speed, z, largest, ln_K, c, d0, bF = x
+        before = max(self.elastic(delta, ln_K), c * z)
+        delta += speed * dt
+        after = self.elastic(delta, ln_K)
+        h = self.nu * dt
+        lost = -math.expm1(-h)
+        phi = lost / h
+        kept = z + lost * (before - z) - (1.0 - phi) * before
+        z = kept + (1.0 - phi) * after
+        if after - c * z < 0.0:  # the free surface
+            z = kept / (1.0 - c * (1.0 - phi))
+        force = max(after - c * z, 0.0)
+        return np.array([delta, speed, z, max(force, largest) if force > 0.0 else 0.0, ln_K, c, d0, bF])
+
+    def h(self, x: Floats) -> Floats:
+        delta, _, z, _, ln_K, c, d0, bF = x
+        return np.array([delta + d0, max(self.elastic(delta, ln_K) - c * z, 0.0) + bF])
+
+    def noise(self) -> tuple[Floats, Floats]:
+        q = np.array([1e-15, 3e-6, 0.0, 0.0, 2e-9, 2e-10, 2e-14, 5e-8])
+        return np.diag(q + 1e-18), np.diag([25e-12, 1e-4])
+
+    def unscented(self, estimator: ContactEstimator) -> Callable[[], object]:
+        points = MerweScaledSigmaPoints(8, alpha=0.5, beta=2.0, kappa=-5.0)
+        ukf = UnscentedKalmanFilter(8, 2, DT, hx=self.h, fx=self.f, points=points)
+        ukf.x, ukf.P = start(estimator)
+        ukf.Q, ukf.R = self.noise()
+
+        def step() -> None:
+            ukf.predict()
+            ukf.update(np.array([DISPLACEMENT, FORCE]))
+
+        return step
+
+    def extended(self, estimator: ContactEstimator) -> Callable[[], object]:
+        ekf = ExtendedKalmanFilter(8, 2)
+        x, ekf.P = start(estimator)
+        ekf.x = x.reshape(8, 1)
+        ekf.Q, ekf.R = self.noise()
+
+        def jacobian(of: Callable[[Floats], Floats], x: Floats) -> Floats:
+            base = of(x)
+            columns = []
+            for j in range(8):
+                h = 1e-6 * max(abs(x[j]), 1e-6)
+                moved = x.copy()
+                moved[j] += h
+                columns.append((of(moved) - base) / h)
+            return np.array(columns).T
+
+        def step() -> None:
+            x = ekf.x.ravel()
+            ekf.F = jacobian(lambda s: self.f(s, DT), x)
+            ekf.x = self.f(x, DT).reshape(8, 1)
+            ekf.P = ekf.F @ ekf.P @ ekf.F.T + ekf.Q
+            z = np.array([[DISPLACEMENT], [FORCE]])
+            ekf.update(z, lambda s: jacobian(self.h, s.ravel()), lambda s: self.h(s.ravel()).reshape(2, 1))
+
+        return step
+
+
+def start(estimator: ContactEstimator) -> tuple[Floats, Floats]:
+    """State and covariance of the same moment, made safely positive for filterpy's Cholesky root."""
+    P = estimator.covariance
+    scale = np.maximum(np.diag(P), np.array([1e-12, 1e-8, 1e-8, 1e-8, 1e-6, 1e-6, 1e-13, 1e-7]))
+    return estimator._m[: estimator.layout.n].copy(), np.diag(scale)
