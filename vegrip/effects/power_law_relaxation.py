@@ -3,9 +3,9 @@
 Power-law materials (cells, tissue, gels) have no time constant of their own; their relaxation is straight
 in log t, or in a double logarithmic plot. A power law ``t^-alpha`` has the spectrum ``nu^alpha`` over ln
 nu, [BonfantiKaplanCharrasKabla2020]_; here it is seven branches from 0.01 to 100 1/s, two thirds of a
-decade apart, ``dz_i/dt = nu_i (N_e - z_i)``. With that spacing the ripple of the sum about the power law is
-below 0.4 % of c_P; one branch per decade has ten times as much. ``alpha = 0`` relaxes evenly per decade, as
-log t.
+decade apart, ``dz_i/dt = nu_i (N_e - z_i)``. So spaced the step response is within 0.3 % of c_P of the
+continuous spectrum from 0.1 to 10 s for any alpha in 0 .. 0.3; with one branch per decade it would be 1.3
+%. ``alpha = 0`` relaxes evenly per decade, as log t.
 """
 
 from vegrip.effects.contract import Effect, State, hook
