@@ -156,3 +156,36 @@ def test_the_delay_stays_within_its_limits_and_a_steady_run_resets_it(runs):
         assert FIRST_DELAY <= delay <= LAST_DELAY
         if ran >= STEADY:
             assert delay == FIRST_DELAY
+
+
+def test_the_next_child_waits_until_the_one_before_is_ready():
+    stage = Stage()
+    asked = []
+
+    def ready():
+        asked.append(stage.clock.now())
+        return len(asked) > 5
+
+    stage.child("first", ready=ready)
+    stage.child("second")
+    launcher = Launcher(stage.children, stage.clock, lambda *_: None)
+    assert launcher._brought_up(stage.children[0])
+    assert stage.log == ["start first"]
+    assert len(asked) == 6
+    assert len(set(asked)) == 6
+
+
+def test_nothing_more_is_started_when_a_required_child_ends_before_it_is_ready():
+    stage = Stage()
+    stage.child("first", required=True, ready=lambda: False)
+    stage.child("second")
+    start = stage.children[0].start
+
+    def fail():
+        process = start()
+        process.code = 3
+        return process
+
+    stage.children[0].start = fail
+    assert Launcher(stage.children, stage.clock, lambda *_: None).run() == 3
+    assert "start second" not in stage.log

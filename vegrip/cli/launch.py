@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -55,7 +56,8 @@ def _run(path: Path, nodes: list[Any]) -> int:
     for index, node in enumerate(nodes):
         say = consoles[node.full_name] = _Prefix(node.full_name, width, COLOURS[index % len(COLOURS)])
         start = _starter(path, node.full_name, say, readers)
-        children.append(Child(node.full_name, start, node.restart, node.required))
+        ready = partial(_active, node.full_name) if node.wait else None
+        children.append(Child(node.full_name, start, node.restart, node.required, ready))
     launcher = Launcher(children, WallClock(), lambda name, sentence: consoles[name](f"-- {sentence}"))
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: launcher.stop())
@@ -63,6 +65,18 @@ def _run(path: Path, nodes: list[Any]) -> int:
     for reader in readers:
         reader.join(timeout=1.0)
     return code
+
+
+def _active(name: str) -> bool:
+    from vegrip.errors import VegripError
+    from vegrip.node.client import ask
+    from vegrip.node.registry import find_node
+
+    try:
+        state: str = ask(find_node(name), "state", patience=0.2)["state"]
+    except VegripError:  # not there yet, or busy compiling
+        return False
+    return state == "active"
 
 
 class _Prefix:

@@ -34,6 +34,7 @@ class NodeConfig:
     remap: dict[str, str] = parameter({}, doc="full topic of the node = full topic outside")
     restart: str = parameter("never", choices=("never", "on-failure", "always"), doc="when it ends by itself")
     required: bool = parameter(False, doc="when it ends for good, everything ends")
+    wait: bool = parameter(False, doc="the next node is started when this one is active")
 
     @property
     def full_name(self) -> str:

@@ -46,6 +46,7 @@ class Child:
     start: Start
     restart: str = "never"
     required: bool = False
+    ready: Callable[[], bool] | None = None  # asked before the next child is started
     process: Process | None = None
     policy: RestartPolicy = field(init=False)
     started: int = 0  # [ns]
@@ -76,10 +77,9 @@ class Launcher:
     def run(self) -> int:
         """Start all, watch until everything has ended, and return the exit code."""
         try:
-            for child in self._children:
-                self._start(child)
-            while not self._stop and self.step():
-                self._clock.sleep_until(self._clock.now() + round(LOOK * NS))
+            if all(self._brought_up(child) for child in self._children):
+                while self._watched():
+                    pass
         finally:
             self.stop_all()
         return self.exit_code
@@ -105,6 +105,21 @@ class Launcher:
             child.again_at = None
             if child.process is not None:
                 self._stop_one(child, child.process)
+
+    def _brought_up(self, child: Child) -> bool:
+        """Start ``child`` and wait until it is ready; return whether to go on."""
+        self._start(child)
+        while child.ready is not None and child.process is not None and not child.ready():
+            if not self._watched():
+                return False
+        return not self._stop
+
+    def _watched(self) -> bool:
+        """Look at all, rest a moment, and return whether to go on."""
+        if self._stop or not self.step():
+            return False
+        self._clock.sleep_until(self._clock.now() + round(LOOK * NS))
+        return not self._stop
 
     def _start(self, child: Child) -> None:
         child.process, child.started, child.again_at = child.start(), self._clock.now(), None

@@ -9,6 +9,7 @@ from contextlib import ExitStack, closing, contextmanager
 
 from vegrip.clock import WallClock
 from vegrip.codec.msgpack_codec import MsgpackCodec
+from vegrip.messages import Lifecycle
 from vegrip.node.control import Control, ControlServer
 from vegrip.node.launch_file import NodeConfig
 from vegrip.node.logs import node_logs
@@ -62,12 +63,12 @@ def _run(runner: Runner, autostart: bool) -> None:
 
 @contextmanager
 def _stopped_by_signals(runner: Runner) -> Iterator[None]:
-    """Let signals end the loop; before it runs, while the node is configured, they interrupt at once."""
+    """Let signals end the loop; while the node is still being configured they interrupt at once."""
 
     def end(*_: object) -> None:
-        if not runner.running:
-            raise KeyboardInterrupt
         runner.stop()
+        if not runner.running and runner.state is Lifecycle.UNCONFIGURED:
+            raise KeyboardInterrupt
 
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     for number in before:
