@@ -3,7 +3,13 @@
 import argparse
 from collections.abc import Sequence
 
-from vegrip.estimator.coverage.table import CONFIGURATIONS, QUANTITIES, coverage, fingertip
+from vegrip.estimator.coverage.table import (
+    CONFIGURATIONS,
+    QUANTITIES,
+    coverage,
+    fingertip,
+    independent_coverage,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -12,17 +18,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--truths", type=int, default=100, help="random fingertips per configuration")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--start-in-contact", action="store_true", help="the record begins within a contact")
+    parser.add_argument("--independent", action="store_true", help="fingertips of the virtual hand")
     options = parser.parse_args(arguments)
     print("95 % coverage in percent (earliest slip: one-sided)".ljust(34))  # noqa: T201
     print("sensors".ljust(12), *(name.rjust(13) for name in QUANTITIES))  # noqa: T201
     for configuration in CONFIGURATIONS:
-        found = coverage(
-            fingertip(),
-            configuration,
-            options.truths,
-            options.seed,
-            start_in_contact=options.start_in_contact,
-        )
+        if options.independent:
+            found = independent_coverage(configuration, options.truths, options.seed)
+        else:
+            start = options.start_in_contact
+            found = coverage(fingertip(), configuration, options.truths, options.seed, start_in_contact=start)
         cells = (f"{100 * found[name].share:.1f} ({found[name].count})".rjust(13) for name in QUANTITIES)
         print(configuration.ljust(12), *cells, flush=True)  # noqa: T201
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vegrip.estimator.coverage.independent import live_independently
 from vegrip.estimator.coverage.truth import Truth, live
 from vegrip.estimator.estimator import ContactEstimator
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
@@ -53,6 +54,17 @@ def coverage(
         truth = live(prior, noise, settings, rng, start_in_contact=start_in_contact)
         estimator.reset()
         for name, inside in looks(estimator, truth, configuration):
+            scores[name].add(inside)
+    return scores
+
+
+def independent_coverage(configuration: str, truths: int, seed: int) -> dict[str, Score]:
+    """Return the same for fingertips of the virtual hand, which shares no code with the estimator."""
+    noise, settings = SensorNoise(), EstimatorSettings()
+    scores = {name: Score() for name in QUANTITIES}
+    for index in range(truths):
+        model, truth = live_independently(noise, settings, np.random.default_rng([seed, index]))
+        for name, inside in looks(ContactEstimator(model, noise, settings), truth, configuration):
             scores[name].add(inside)
     return scores
 

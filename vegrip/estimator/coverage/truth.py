@@ -83,17 +83,15 @@ def live(
     model = draw(prior, rng)
     n = int(duration * rate)
     t = np.cumsum((1.0 + 0.3 * rng.uniform(-1.0, 1.0, n)) / rate)
-    delta, share = _motion(t, model.tip_radius, rng, start_in_contact=start_in_contact)
+    delta, share = motion(t, model.tip_radius, rng, start_in_contact=start_in_contact)
     contact = model.simulate(t, delta)
     tangential, torque, slip = _loading(contact, share, rng)
     record = Truth(model, t, delta, contact, tangential, torque, utilisation(contact, tangential, torque), [])
-    record.states.extend(_sensed(record, slip, noise, settings, rng))
+    record.states.extend(sensed(record, slip, noise, settings, rng))
     return record
 
 
-def _motion(
-    t: Floats, R: float, rng: np.random.Generator, *, start_in_contact: bool
-) -> tuple[Floats, Floats]:
+def motion(t: Floats, R: float, rng: np.random.Generator, *, start_in_contact: bool) -> tuple[Floats, Floats]:
     """Indentation [m] and the share of its limit that the load shall have: presses with loadings inside."""
     air = -0.02 * R
     knots, depth, load = [0.0], [0.08 * R if start_in_contact else air], [0.0]
@@ -146,7 +144,7 @@ def _wandering(n: int, dt: float, std: float, tau: float, rng: np.random.Generat
     return out
 
 
-def _sensed(
+def sensed(
     record: Truth, slip: Floats, noise: SensorNoise, settings: EstimatorSettings, rng: np.random.Generator
 ) -> list[FingertipState]:
     """What the sensors say: white noise, slow disturbance, constant errors as the settings have them."""
