@@ -37,7 +37,7 @@ def test_a_table_becomes_a_typed_group() -> None:
     [
         ({}, r"hand.toml: the key 'finger' is missing \(name of the finger\)"),
         ({"finger": "thumb", "margni": 0.3}, "unknown key 'margni'; known are finger, margin"),
-        ({"finger": "thumb", "margin": 0.95}, r"'margin' is 0.95; it must lie in 0.05 .. 0.9"),
+        ({"finger": "thumb", "margin": 0.95}, r"'margin' is 0.95; it must lie in 0.05 .. 0.9$"),
         ({"finger": "thumb", "margin": float("nan")}, "'margin' is nan"),
         ({"finger": "thumb", "margin": "much"}, "'margin' is 'much'; it must be a float"),
         ({"finger": "thumb", "margin": True}, "'margin' is True; it must be a float"),

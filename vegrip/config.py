@@ -130,7 +130,9 @@ def _typed(value: Any, hint: Any, what: str, unit: str) -> Any:
 
 def _check_bounds(value: float, declared: Declaration, what: str) -> None:
     if not declared.low <= value <= declared.high:  # NaN fails too
-        bounds = f"{declared.low:g} .. {declared.high:g} {declared.unit}".rstrip()
+        bounds = (
+            f"{declared.low:g} .. {declared.high:g} {'' if declared.unit == '1' else declared.unit}".rstrip()
+        )
         raise ConfigError(f"{what} is {value:g}; it must lie in {bounds}")
 
 
