@@ -40,7 +40,8 @@ def channels(
     for i in range(t.shape[0]):
         delta, speed = motion[i, 0], motion[i, 1]
         dt = elapsed(m, fresh, t, first, i)
-        m[beside:at] = outside[i]
+        for j in range(N_OUTSIDE):
+            m[beside + j] = outside[i, j]
         x, elastic_force, force, sensed = advance(m, 0, at, delta, speed, beside, elastic_force, dt, at)
         load = force
         if not math.isnan(normal[i]):
@@ -50,7 +51,7 @@ def channels(
             a = 0.0  # lifted off, though the imposed indentation may lie above zero
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = delta, x, elastic_force, sensed
         out[i, 4], out[i, 5], out[i, 6], out[i, 7] = load, a, k, mu
-        slip_load(out[i], load, a, k, mu, outside[i, 1], outside[i, 2])
+        slip_load(out, i, load, a, k, mu, outside[i, 1], outside[i, 2])
 
 
 def depths(
@@ -73,7 +74,8 @@ def depths(
     elastic_force = 0.0
     for i in range(t.shape[0]):
         dt = elapsed(m, fresh, t, first, i)
-        m[beside:at] = outside[i]
+        for j in range(N_OUTSIDE):
+            m[beside + j] = outside[i, j]
         if math.isnan(motion[i, 0]):
             motion[i, 0] = depth_of(m, beside, at, normal[i], elastic_force, dt, span)
         step = advance(m, 0, at, motion[i, 0], motion[i, 1], beside, elastic_force, dt, at)
@@ -84,8 +86,10 @@ def memory(values: Floats, fresh: Floats) -> Floats:
     """Return the array that ``advance`` works on: values, outside, states, room for states on trial."""
     n, at = values.shape[0], values.shape[0] + N_OUTSIDE
     m = np.zeros(at + 2 * N_STATES)
-    m[:n] = values
-    m[at : at + N_STATES] = fresh[0]
+    for j in range(n):  # loops: slices take the compiler twice as long
+        m[j] = values[j]
+    for j in range(N_STATES):
+        m[at + j] = fresh[0, j]
     return m
 
 
@@ -105,19 +109,21 @@ def elapsed(m: Floats, fresh: Floats, t: Floats, first: Floats, i: int) -> float
     return 0.0
 
 
-def slip_load(out: Floats, load: float, a: float, k: float, mu: float, f: float, torque: float) -> None:
+def slip_load(
+    out: Floats, i: int, load: float, a: float, k: float, mu: float, f: float, torque: float
+) -> None:
     """Limits, and where the measured load lies within them: ``gauge(k, f / (mu N), m / (mu N a))``."""
     moment = abs(torque)
-    out[8] = mu * load
-    out[9] = mu * load * a * torsion_limit(k)
-    out[10] = out[11] = out[12] = out[13] = math.nan
+    out[i, 8] = mu * load
+    out[i, 9] = mu * load * a * torsion_limit(k)
+    out[i, 10] = out[i, 11] = out[i, 12] = out[i, 13] = math.nan
     if not (load > 0.0 and a > 0.0 and f + moment > 0.0):
         return
     used = gauge(k, f / (mu * load), moment / (mu * load * a))
-    out[10] = used
-    out[11] = math.hypot(f, moment / a) / used
-    out[12] = f / used
-    out[13] = torque / used
+    out[i, 10] = used
+    out[i, 11] = math.hypot(f, moment / a) / used
+    out[i, 12] = f / used
+    out[i, 13] = torque / used
 
 
 def depth_of(
