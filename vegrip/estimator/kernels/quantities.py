@@ -48,7 +48,7 @@ def spread_quantities(m: Floats) -> tuple[float, float, float, float]:
         shifted(m, j, 1.0)
         up = quantities(m, TRY0)
         shifted(m, j, -1.0)
-        note_difference(m, j, up, quantities(m, TRY0))
+        note_difference(m, j, up, quantities(m, TRY0), now[2])
         m[D0 + 4 * (M + N_CONSIDERED) + j] = m[L0 + j]
         if j >= 2 + NS and m[LOAD0 + 1] > 0.5:
             m[D0 + j] = 0.0  # exactly; the straight line along which it moved bends
@@ -60,7 +60,7 @@ def spread_quantities(m: Floats) -> tuple[float, float, float, float]:
         m[at] = keep * math.exp(sd) if CONSIDERED_LOG[i] else keep + sd
         up = quantities(m, TRY0)
         m[at] = keep * math.exp(-sd) if CONSIDERED_LOG[i] else keep - sd
-        note_difference(m, M + i, up, quantities(m, TRY0))
+        note_difference(m, M + i, up, quantities(m, TRY0), now[2])
         m[at] = keep
         m[D0 + 4 * (M + N_CONSIDERED) + M + i] = 0.0
     return now
@@ -75,13 +75,18 @@ def at_constant_force(m: Floats) -> None:
 
 
 def note_difference(
-    m: Floats, j: int, up: tuple[float, float, float, float], down: tuple[float, float, float, float]
+    m: Floats,
+    j: int,
+    up: tuple[float, float, float, float],
+    down: tuple[float, float, float, float],
+    exponent: float,
 ) -> None:
-    """Write column ``j`` of D."""
+    """Write column ``j`` of D; of the exponent the larger of both sides, it may lie at the end of its law."""
     C = M + N_CONSIDERED
     m[D0 + j] = (up[0] - down[0]) / (2.0 * WIDE)
     m[D0 + C + j] = (up[1] - down[1]) / (2.0 * WIDE)
-    m[D0 + 2 * C + j] = (up[2] - down[2]) / (2.0 * WIDE)
+    rise, fall = up[2] - exponent, exponent - down[2]
+    m[D0 + 2 * C + j] = (rise if abs(rise) > abs(fall) else fall) / WIDE
     m[D0 + 3 * C + j] = (up[3] - down[3]) / (2.0 * WIDE)
 
 
