@@ -116,7 +116,7 @@ def test_a_value_out_of_bounds_is_refused(value: float) -> None:
 
 
 def test_an_unknown_effect_lists_the_known() -> None:
-    with pytest.raises(ModelError, match="no effect 'stickiness'; there are .*power_law_stiffness"):
+    with pytest.raises(ModelError, match=r"no effect 'stickiness'; there are .*power_law_stiffness"):
         effect("stickiness")
     assert set(BASE) <= set(names())
 

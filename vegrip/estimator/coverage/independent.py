@@ -34,7 +34,7 @@ def live_independently(
 ) -> tuple[ContactModel, Truth]:
     """Draw a fingertip, let it live; return what the estimator is told of it, and the truth."""
     tip = random_fingertip(rng)
-    t = np.arange(1, int(duration / STEP)) * STEP
+    t = np.arange(1.0, duration / STEP) * STEP
     delta, share = motion(t, tip.radius, rng, start_in_contact=False)
     contact = pressed(tip, delta)
     tangential, torque, used, slip = loading(contact, share, rng)
