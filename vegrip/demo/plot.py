@@ -14,6 +14,8 @@ from vegrip.demo.scenario import SETTLED
 from vegrip.virtual import Disturbance
 
 COLOUR = {"vegrip": "#0b6e4f", "constant": "#8a8a8a", "cone": "#d1603d"}
+BLUE = "#4a7bd0"
+LANES = 5
 LABEL = {"vegrip": "vegrip", "constant": "constant grip", "cone": "Coulomb cone"}
 
 
@@ -22,10 +24,11 @@ def picture(
 ) -> None:
     """Write the picture of ``courses`` (by name of the controller) to ``path``."""
     mpl.rcParams["svg.hashsalt"] = "vegrip"  # the same picture gives the same file
-    figure = Figure(figsize=(10.0, 6.4), layout="constrained")
-    force, margin = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.0))
-    _disturbances(force, events, labels=True)
-    _disturbances(margin, events, labels=False)
+    figure = Figure(figsize=(10.0, 7.2), layout="constrained")
+    strip, force, margin = figure.subplots(3, 1, sharex=True, height_ratios=(0.35, 1.0, 1.0))
+    _schedule(strip, events)
+    for axes in (force, margin):
+        _shade(axes, events)
     for name, course in courses.items():
         time, margins, forces = course.since(SETTLED)
         if not len(time):
@@ -62,14 +65,17 @@ def _slips(axes: Axes, course: Course, colour: str) -> None:
         axes.plot(course.time[-1], 0.0, "v", color=colour, markersize=9)
 
 
-def _disturbances(axes: Axes, events: tuple[Disturbance, ...], *, labels: bool) -> None:
+def _schedule(axes: Axes, events: tuple[Disturbance, ...]) -> None:
+    """One bar per disturbance, with its name, on as many lanes as it takes to read them."""
     for i, event in enumerate(events):
-        axes.axvspan(event.start, event.start + event.duration, color="#4a7bd0", alpha=0.08, linewidth=0)
-        if labels:
-            text = DESCRIPTION[type(event).__name__].split(",")[0]
-            height = 0.80 - 0.07 * (i % 5)
-            axes.text(event.start, height, f" {text}", fontsize=7, color="#27457c", transform=_over(axes))
+        lane = -(i % LANES)
+        axes.barh(lane, event.duration, left=event.start, height=0.8, color=BLUE, alpha=0.25)
+        text = DESCRIPTION[type(event).__name__].split(",")[0]
+        axes.text(event.start, lane, f" {text}", fontsize=7, va="center", color="#1d3461", clip_on=True)
+    axes.set_ylim(0.5 - LANES, 0.5)
+    axes.set_axis_off()
 
 
-def _over(axes: Axes) -> object:
-    return axes.get_xaxis_transform()
+def _shade(axes: Axes, events: tuple[Disturbance, ...]) -> None:
+    for event in events:
+        axes.axvspan(event.start, event.start + event.duration, color=BLUE, alpha=0.08, linewidth=0)
