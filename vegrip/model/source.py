@@ -60,7 +60,7 @@ class _Rename(ast.NodeTransformer):
         self._names = names
         self._function = function
 
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:  # noqa: N802
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
         node.name = self._function
         node.returns = None
         node.decorator_list = []
@@ -73,7 +73,7 @@ class _Rename(ast.NodeTransformer):
         node.annotation = None
         return node
 
-    def visit_Name(self, node: ast.Name) -> ast.Name:  # noqa: N802
+    def visit_Name(self, node: ast.Name) -> ast.Name:
         node.id = self._names.get(node.id, node.id)
         return node
 
