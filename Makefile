@@ -9,10 +9,10 @@ demo: $(STAMP)  ## run the main job in this terminal
 	$(V)/vegrip demo
 
 test: $(STAMP)  ## pass all tests
-	$(V)/python -m pytest -q
+	$(V)/python -m pytest -q -n auto
 
 test-fast: $(STAMP)
-	$(V)/python -m pytest -q -m "not slow"
+	$(V)/python -m pytest -q -n auto -m "not slow"
 
 check: lint types test docs examples  ## what CI runs
 
