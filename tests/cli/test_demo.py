@@ -33,7 +33,13 @@ def start(*arguments: str) -> subprocess.Popen[str]:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,  # a process group of its own, as a shell gives it
+        preexec_fn=_hear_ctrl_c,  # noqa: PLW1509 (no threads here)
     )
+
+
+def _hear_ctrl_c() -> None:
+    """Hear Ctrl-C even where these tests run in the background of a script, which ignores it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def members(group: int) -> list[int]:
@@ -82,7 +88,11 @@ def test_ctrl_c_ends_it_in_order(tmp_path: Path) -> None:
         time.sleep(0.2)
     time.sleep(1.0)
     os.killpg(process.pid, signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    try:
+        out, err = process.communicate(timeout=60)
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
     assert process.returncode == 130
     assert "states in" in out  # the summary of what there was
     assert "Traceback" not in out + err
