@@ -1,6 +1,7 @@
 """Draw the pictures of the demonstration: ``python docs/demo_figures.py`` writes into ``docs/images/``.
 
-It runs the demonstration for real (30 s), so the figures in the pictures are those of this machine.
+The screen is that of a real run (30 s) on this machine. The curves are of the same scenario in simulated
+time, for all three controllers, so they are the same on every machine.
 """
 
 import shutil
@@ -12,7 +13,9 @@ from pathlib import Path
 
 from rich.console import Console
 
+from vegrip.demo.candidates import KNOBS
 from vegrip.demo.command import others
+from vegrip.demo.compare import Trial, course
 from vegrip.demo.plot import picture
 from vegrip.demo.run import Demo, elapsed, run
 from vegrip.demo.scenario import Scenario
@@ -23,25 +26,29 @@ PICTURES = {"hand": "demo.png", "pinch": "demo-pinch.png"}
 SEED, DURATION, SHOT = 0, 30.0, 17.0  # SHOT: [s] when the screen is taken
 
 
+def take_the_screen(scenario: Scenario) -> None:
+    """Run the demonstration and keep what the screen shows at SHOT."""
+    console = Console(record=True, width=132, file=StringIO(), force_terminal=True)
+    shots: list[float] = []
+
+    def refresh(demo: Demo) -> None:
+        if not shots and elapsed(demo) > SHOT:
+            shots.append(elapsed(demo))
+            console.print(render(demo.board, time.monotonic_ns(), demo.title()))
+
+    folder = Path(tempfile.mkdtemp())
+    run(scenario, folder / "recording", refresh, print)
+    console.save_svg(str(IMAGES / "demo.svg"), title="vegrip demo")
+    shutil.rmtree(folder)
+
+
 def main() -> int:
-    """Run, take the screen, draw."""
-    for grasp in ("hand", "pinch"):
+    """Take the screen of a real run, draw the simulated ones."""
+    take_the_screen(Scenario(SEED, DURATION))
+    for grasp, name in PICTURES.items():
         scenario = Scenario(SEED, DURATION, grasp)
-        console = Console(record=True, width=132, file=StringIO(), force_terminal=True)
-        shots: list[float] = []
-
-        def refresh(demo: Demo, console: Console = console, shots: list[float] = shots) -> None:
-            if not shots and elapsed(demo) > SHOT:
-                shots.append(elapsed(demo))
-                console.print(render(demo.board, time.monotonic_ns(), demo.title()))
-
-        folder = Path(tempfile.mkdtemp())
-        outcome = run(scenario, folder / "recording", refresh, print)
-        courses = {"vegrip": outcome.course, **others(scenario)}
-        picture(courses, scenario.events, IMAGES / PICTURES[grasp], DURATION)
-        if grasp == "hand":
-            console.save_svg(str(IMAGES / "demo.svg"), title="vegrip demo")
-        shutil.rmtree(folder)
+        ours = course(Trial("vegrip", SEED, DURATION, KNOBS[grasp]["vegrip"], grasp))
+        picture({"vegrip": ours, **others(scenario)}, scenario.events, IMAGES / name, DURATION)
     return 0
 
 
