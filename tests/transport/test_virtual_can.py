@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+import statistics
 import time
 from itertools import pairwise
 from pathlib import Path
@@ -90,7 +91,9 @@ def test_frames_follow_each_other_no_faster_than_the_bit_rate_allows(bus):
         frame_duration(BusFrame(0x100, bytes([i] * 8)), BitTiming(bitrate=125_000)) / 1e9
         for i in range(1, 20)
     ]
-    assert gaps == pytest.approx(expected, abs=1e-6)
+    waits = [gap - least for gap, least in zip(gaps, expected, strict=True)]
+    assert min(waits) > -1e-6
+    assert statistics.median(waits) < 1e-6  # back to back, but where the sender itself was late
     assert receiver.load() > 0.5
 
 
