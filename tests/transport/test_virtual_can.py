@@ -3,10 +3,10 @@
 import json
 import os
 import signal
+import statistics
 import subprocess
 import sys
 import threading
-import statistics
 import time
 from itertools import pairwise
 from pathlib import Path
