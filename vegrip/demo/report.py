@@ -9,6 +9,9 @@ from vegrip.demo.plot import LABEL
 from vegrip.demo.result import result
 from vegrip.demo.run import Outcome
 
+OVERLOAD = 0.01
+"""Share of deadline misses above which the figures say more of the machine than of the controller."""
+
 
 def as_json(outcome: Outcome) -> dict[str, object]:
     """Return the figures of the run; slips, margin and force are the truth of the hand."""
@@ -36,6 +39,11 @@ def summary(outcome: Outcome, courses: dict[str, Course]) -> Group:
         f" bus load {100.0 * outcome.bus_load:.0f} %",
         f"recording: {outcome.folder}",
     ]
+    if node.deadline_misses > OVERLOAD * node.states:
+        lines.append(
+            "this machine was too busy for the loop: much of the input came too late, so the node held its"
+            " commands and went to the fail-safe grip; the figures of vegrip say little of its control"
+        )
     return Group(_table(courses), *(Text(line) for line in lines))
 
 
