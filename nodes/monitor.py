@@ -18,6 +18,8 @@ class Parameters:
 class MonitorNode(NodeBase):
     """Hands every message to the thread that draws."""
 
+    answers = False
+
     def __init__(self, name: str, parameters: Parameters, fingers: tuple[str, ...]) -> None:
         super().__init__(name, parameters)
         self._fingers = fingers

@@ -42,6 +42,8 @@ class Parameters:
 class RecordNode(NodeBase):
     """Hands every message to the writing thread; answers nothing."""
 
+    answers = False
+
     parameters: Parameters
 
     def __init__(self, name: str, parameters: Parameters) -> None:

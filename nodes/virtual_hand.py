@@ -32,6 +32,7 @@ class Parameters:
 class VirtualHandNode(NodeBase):
     """Steps the hand by the time that has passed, and drops commands that have expired."""
 
+    answers = False
     _running = False
 
     def __init__(self, name: str, parameters: Parameters) -> None:

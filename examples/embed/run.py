@@ -65,7 +65,7 @@ def main() -> None:
 def describe(known: ContactEstimator) -> str:
     """One line of what is known."""
     margin = known.slip_margin()
-    c = known.estimate
+    c = known.contact_estimate()
     parts = [f"{c.normal_force.value:6.3f} +- {c.normal_force.std:5.3f}"]
     parts += [f"{1e3 * c.contact_radius.value:6.3f} +- {1e3 * c.contact_radius.std:5.3f}"]
     parts += [f"{c.friction_coefficient.value:5.2f} +- {c.friction_coefficient.std:4.2f}"]

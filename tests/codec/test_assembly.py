@@ -1,6 +1,5 @@
 """A classic state is several frames: it arrives whole and of one cycle, or not at all."""
 
-import dataclasses
 import math
 
 import pytest
@@ -21,7 +20,7 @@ def cycle(sender: CanCodec, seq: int, finger: str = "thumb") -> list[Frame]:
         *(0, finger, seq, seq * 1e-3, seq * 1e-3, seq * 1e-3, seq * 1e-5, seq * 1e-6),
         *(seq * 0.01, 1.0, seq * 1e-5, seq * 5e-7),
     )
-    return [dataclasses.replace(frame, stamp=seq * PERIOD) for frame in sender.encode(state)]
+    return [frame._replace(stamp=seq * PERIOD) for frame in sender.encode(state)]
 
 
 def cycles_in(state: Message | None) -> set[int]:
@@ -82,7 +81,7 @@ def test_interleaved_fingers_do_not_disturb_each_other(finger: str) -> None:
 def test_a_part_after_fifteen_silent_cycles_is_not_taken_for_the_present_one() -> None:
     sender, receiver = (CanCodec(FINGERS, fd=False) for _ in range(2))
     assert receiver.decode(cycle(sender, 0)[0]) is None
-    late = [dataclasses.replace(frame, stamp=WINDOW + 1) for frame in cycle(sender, 15)[1:]]
+    late = [frame._replace(stamp=WINDOW + 1) for frame in cycle(sender, 15)[1:]]
     assert [receiver.decode(frame) for frame in late] == [None, None]
     assert receiver.rejected["incomplete"] >= 1
 
@@ -116,5 +115,5 @@ def test_a_state_in_fewer_parts_forgets_what_the_last_one_measured() -> None:
 
 def test_the_stamp_is_that_of_the_first_part() -> None:
     sender, receiver = (CanCodec(FINGERS, fd=False) for _ in range(2))
-    frames = [dataclasses.replace(f, stamp=100 + i) for i, f in enumerate(cycle(sender, 1))]
+    frames = [f._replace(stamp=100 + i) for i, f in enumerate(cycle(sender, 1))]
     assert [m.stamp for m in map(receiver.decode, frames) if m] == [100]

@@ -86,11 +86,7 @@ def flipped(data: bytes) -> list[bytes]:
 @pytest.mark.parametrize("fd", [False, True])
 def test_every_single_bit_flip_is_refused(fd: bool, examples: list[Message]) -> None:
     receiver = CanCodec(FINGERS, fd=fd)
-    damaged = [
-        dataclasses.replace(frame, data=data)
-        for frame in frames(examples, fd)
-        for data in flipped(frame.data)
-    ]
+    damaged = [frame._replace(data=data) for frame in frames(examples, fd) for data in flipped(frame.data)]
     assert [receiver.decode(frame) for frame in damaged] == [None] * len(damaged)
     assert receiver.rejected == {"checksum": len(damaged)}
 
@@ -110,7 +106,7 @@ def test_a_burst_as_wide_as_the_checksum_is_refused(fd: bool, examples: list[Mes
         for start in range(len(frame.data) - 1):
             data = bytearray(frame.data)
             data[start] ^= 0xFF
-            assert receiver.decode(dataclasses.replace(frame, data=bytes(data))) is None
+            assert receiver.decode(frame._replace(data=bytes(data))) is None
     assert set(receiver.rejected) == {"checksum"}
 
 
@@ -123,12 +119,9 @@ def test_a_good_frame_under_the_identifier_of_another_is_refused(fd: bool, examp
     every = frames(examples, fd)
     receiver = CanCodec(FINGERS, fd=fd)
     misplaced = [
-        dataclasses.replace(a, arbitration_id=b.arbitration_id)
-        for a in every
-        for b in every
-        if same_length(a, b)
+        a._replace(arbitration_id=b.arbitration_id) for a in every for b in every if same_length(a, b)
     ]
-    misplaced += [dataclasses.replace(a, arbitration_id=a.arbitration_id ^ 1) for a in every]
+    misplaced += [a._replace(arbitration_id=a.arbitration_id ^ 1) for a in every]
     assert all(receiver.decode(frame) is None for frame in misplaced)
     assert receiver.rejected == {"checksum": len(misplaced)} or set(receiver.rejected) <= {
         "checksum",

@@ -1,6 +1,5 @@
 """Every fault has its name, and a receiver that has refused a frame goes on."""
 
-import dataclasses
 import struct
 from collections.abc import Callable
 
@@ -24,7 +23,7 @@ def forge(frame: Frame, **changes: bytes) -> Frame:
         start = int(at.removeprefix("at"))
         data[start : start + len(new)] = new
     PROFILES[frame.arbitration_id & ~0x3F].protect(data, frame.arbitration_id)
-    return dataclasses.replace(frame, data=bytes(data))
+    return frame._replace(data=bytes(data))
 
 
 @pytest.fixture(params=[False, True], ids=["classic", "fd"])
@@ -45,18 +44,16 @@ def refused(frame: Frame, fd: bool) -> dict[str, int]:
 
 def test_an_identifier_without_a_message_is_named(fd: bool, command: Frame) -> None:
     for identifier in (0x000, 0x03F, 0x7FF, 0x1FFFFFFF, -1):
-        assert refused(dataclasses.replace(command, arbitration_id=identifier), fd) == {"unknown_id": 1}
+        assert refused(command._replace(arbitration_id=identifier), fd) == {"unknown_id": 1}
 
 
 def test_a_finger_that_is_not_configured_is_named(fd: bool, command: Frame) -> None:
-    assert refused(dataclasses.replace(command, arbitration_id=command.arbitration_id + 1), fd) == {
-        "finger": 1
-    }
+    assert refused(command._replace(arbitration_id=command.arbitration_id + 1), fd) == {"finger": 1}
 
 
 def test_the_other_layout_is_named(fd: bool, command: Frame) -> None:
     assert refused(command, not fd) == {"layout": 1}
-    assert refused(dataclasses.replace(command, fd=not command.fd), fd) == {"layout": 1}
+    assert refused(command._replace(fd=not command.fd), fd) == {"layout": 1}
 
 
 def test_a_frame_for_another_hand_is_no_fault(fd: bool, examples: list[Message]) -> None:
@@ -67,11 +64,11 @@ def test_a_frame_for_another_hand_is_no_fault(fd: bool, examples: list[Message])
 
 @pytest.mark.parametrize("change", [lambda d: d[:-1], lambda d: d + b"\0", lambda d: d[:0]])
 def test_another_length_is_named(change: Callable[[bytes], bytes], fd: bool, command: Frame) -> None:
-    assert refused(dataclasses.replace(command, data=change(command.data)), fd) == {"length": 1}
+    assert refused(command._replace(data=change(command.data)), fd) == {"length": 1}
 
 
 def test_a_bad_checksum_is_named(fd: bool, command: Frame) -> None:
-    assert refused(dataclasses.replace(command, data=bytes(len(command.data))), fd) == {"checksum": 1}
+    assert refused(command._replace(data=bytes(len(command.data))), fd) == {"checksum": 1}
 
 
 def test_another_version_is_named_even_though_its_checksum_holds(fd: bool, command: Frame) -> None:
@@ -101,7 +98,7 @@ def test_a_raw_value_outside_its_range_is_named(examples: list[Message]) -> None
 
 def test_after_a_refusal_the_next_good_frame_is_taken(fd: bool, command: Frame) -> None:
     receiver = CanCodec(FINGERS, fd=fd)
-    receiver.decode(dataclasses.replace(command, data=b"x" * len(command.data)))
+    receiver.decode(command._replace(data=b"x" * len(command.data)))
     assert receiver.decode(command) is not None
 
 

@@ -15,7 +15,7 @@ MICROSECOND, MILLISECOND, HOUR = 1_000, 1_000_000, 3_600_000_000_000
 
 def one(frame: Frame, received_at: int, use_sender_time: bool) -> Message | None:
     codec = CanCodec(FINGERS, fd=frame.fd, use_sender_time=use_sender_time)
-    return codec.decode(dataclasses.replace(frame, stamp=received_at))
+    return codec.decode(frame._replace(stamp=received_at))
 
 
 @pytest.mark.parametrize("fd", [False, True])

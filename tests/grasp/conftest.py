@@ -30,8 +30,19 @@ class ConeEstimator:
     resets: int = 0
     seen: list[FingertipState] = field(default_factory=list)
 
-    def update(self, state: FingertipState) -> ContactEstimate:
+    def assimilate(self, state: FingertipState) -> None:
         self.seen.append(state)
+
+    @property
+    def in_contact(self) -> bool:
+        return self.contact_estimate().in_contact
+
+    @property
+    def normal_force(self) -> Estimate:
+        return self.contact_estimate().normal_force
+
+    def contact_estimate(self) -> ContactEstimate:
+        state = self.seen[-1]
         known = not math.isnan(state.normal_force)
         return ContactEstimate(
             stamp=state.stamp,

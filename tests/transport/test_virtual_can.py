@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from vegrip.transport.arbiter import Transmission
 from vegrip.transport.frame_time import FD_SIZES, BitTiming, BusFrame, frame_duration
-from vegrip.transport.hub_wire import pack_delivery, pack_request, unpack_delivery, unpack_request
+from vegrip.transport.hub_wire import numbered, pack_delivery, pack_request, unpack_delivery, unpack_request
 from vegrip.transport.runtime_folder import runtime_folder
 
 pytestmark = pytest.mark.usefixtures("runtime")
@@ -248,8 +248,9 @@ frames = st.builds(
 def test_packets_carry_frames_unchanged(stamp, sent):
     stamp_back, back = unpack_request(pack_request(stamp, sent))
     assert (stamp_back, back.identifier, back.data, back.fd) == (stamp, sent.identifier, sent.data, sent.fd)
-    delivery = unpack_delivery(pack_delivery(Transmission(stamp, stamp + 5, 7, sent), 2**32 + 3))
-    assert (delivery.end, delivery.duration, delivery.number, delivery.node) == (stamp + 5, 5, 3, 7)
+    packet = numbered(2**32 + 3, pack_delivery(Transmission(stamp, stamp + 5, 7, sent), 11))
+    delivery = unpack_delivery(packet)
+    assert (delivery.end, delivery.busy, delivery.number, delivery.node) == (stamp + 5, 11, 3, 7)
 
 
 @given(st.binary(max_size=200))

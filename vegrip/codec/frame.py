@@ -1,10 +1,9 @@
 """One CAN frame as the transports hand it to the codec."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
+class Frame(NamedTuple):
     """A data frame with an 11-bit identifier; remote and error frames never come this far."""
 
     arbitration_id: int

@@ -27,7 +27,7 @@ from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
 
 REFRESH = 0.1  # [s] of the screen
-PATIENCE = 0.02  # [s] of one look at the bus
+PAUSE = 0.02  # [s] between two looks at the bus: whoever waits for each frame is woken by each
 TICK = {"hand": 0.002, "node": 0.005}  # [s]
 
 
@@ -56,9 +56,11 @@ class Demo:
 
     def watch(self, endpoint: Endpoint, recorder: BackgroundWriter) -> None:
         """Take what is on the bus."""
-        for message in endpoint.receive(PATIENCE):
-            self.board.take(message, time.monotonic_ns())
-            recorder.offer(message)
+        time.sleep(PAUSE)
+        while messages := endpoint.receive(0.0):
+            for message in messages:
+                self.board.take(message, time.monotonic_ns())
+                recorder.offer(message)
         if time.monotonic() >= self._load_due:
             self._load_due = time.monotonic() + 1.0
             load = endpoint.bus_load()

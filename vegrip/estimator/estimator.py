@@ -23,7 +23,10 @@ from vegrip.messages import (
 )
 from vegrip.model import ContactModel
 
-FLAGS = (Channel.POSITION, Channel.FORCE, Channel.RADIUS)
+FLAGS = (int(Channel.POSITION), int(Channel.FORCE), int(Channel.RADIUS))
+TANGENTIAL, TORQUE, SLIP = int(Channel.TANGENTIAL), int(Channel.TORQUE), int(Channel.SLIP)
+CHANNEL_SETS = tuple(Channel(bits) for bits in range(64))
+"""Every set of channels: joining two flags costs as much as a third of a filter step."""
 R = {name: i for i, name in enumerate(REPORT)}
 
 
@@ -49,6 +52,7 @@ class ContactEstimator:
         self.layout: Layout = layout_of(model)
         self._module = module_for(model, self.layout)
         self._places = {name: slice(*place) for name, place in self.layout.places().items()}
+        self._report_start = self._places["REPORT"].start
         self._blank = blank(model, self.layout, noise, self.settings)
         self._warm()
         self.reset()
@@ -64,32 +68,37 @@ class ContactEstimator:
         self.refused = 0
         """Samples refused because their stamp did not advance."""
         self._backwards = 0
-        self.estimate = ContactEstimate(0, "", 0)
-        """What the last sample that was taken led to."""
+        self._shown: FingertipState | None = None  # the last sample offered, taken or not
+        self._trusted = False  # whether it was taken
 
     def update(self, state: FingertipState) -> ContactEstimate:
-        """Take one sample and return what is known now.
+        """Take one sample and return what is known now: :meth:`assimilate`, then :meth:`contact_estimate`."""
+        self.assimilate(state)
+        return self.contact_estimate()
+
+    def assimilate(self, state: FingertipState) -> None:
+        """Take one sample.
 
         A stamp that does not advance is refused and counted (:attr:`refused`), the estimate then is the last
         one, not valid; after ``settings.recovery`` of them in a row the sender's clock is taken to have
         started anew, and so does the estimator. Values that are not finite count as not measured.
         """
-        last = self._state
+        last, self._shown, self._trusted = self._state, state, False
         dt = -1.0 if last is None else (state.stamp - last.stamp) / NS
         if last is not None and dt <= 0.0:
             self.refused += 1
             self._backwards += 1
             if self._backwards < self.settings.recovery:
-                return self._estimate(state, trusted=False)
+                return
             refused = self.refused
             self.reset()
-            self.refused, dt = refused, -1.0
+            self._shown, self.refused, dt = state, refused, -1.0
         self._backwards = 0
         force, displacement, radius = state.normal_force, state.displacement, state.contact_radius
         usable = math.isfinite(force) or math.isfinite(displacement)
         if dt < 0.0 and not usable:
-            return self._estimate(state, trusted=False)
-        self._state = state
+            return
+        self._state, self._trusted = state, True
         self._tangential = math.hypot(state.tangential_force_x, state.tangential_force_y)
         if not math.isfinite(self._tangential):
             self._tangential = NAN
@@ -100,8 +109,51 @@ class ContactEstimator:
         if usable and self._used_any():
             self._informed = state.stamp
         self._seq += 1
-        self.estimate = self._estimate(state, trusted=True)
-        return self.estimate
+
+    @property
+    def in_contact(self) -> bool:
+        """Whether the fingertip touches; made at two standard deviations, broken at half of one."""
+        return self._state is not None and self._report("CONTACT") > 0.5
+
+    @property
+    def normal_force(self) -> Estimate:
+        """The normal force [N], one of the quantities of :meth:`contact_estimate`."""
+        if self._state is None or self._shown is None:
+            return UNKNOWN
+        value, std = self._report("FORCE"), self._report("FORCE_STD")
+        valid = self._trusted and self._valid() and math.isfinite(value + std)
+        return Estimate(value, std, valid, self._age(self._shown))
+
+    def contact_estimate(self) -> ContactEstimate:
+        """Return what is known of the contact since the last sample."""
+        state = self._shown
+        if state is None:
+            return ContactEstimate(0, "", 0)
+        if self._state is None:
+            return ContactEstimate(state.stamp, state.finger, self._seq)
+        r = self._m[self._places["REPORT"]].tolist()
+        age, valid = self._age(state), self._trusted and self._valid()
+
+        def of(name: str, *, known: bool = True) -> Estimate:
+            value, std = r[R[name]], r[R[name + "_STD"]]
+            return Estimate(value, std, valid and known and math.isfinite(value + std), age)
+
+        touching = r[R["CONTACT"]] > 0.5
+        return ContactEstimate(
+            state.stamp,
+            state.finger,
+            self._seq,
+            in_contact=touching,
+            channels=self._channels_used() if self._trusted else Channel.NONE,
+            indentation=Estimate(r[R["DEPTH_NOW"]], r[R["DEPTH_STD"]], valid, age),
+            normal_force=of("FORCE"),
+            contact_radius=of("RADIUS"),
+            pressure_exponent=of("EXPONENT", known=touching),
+            friction_coefficient=of("MU"),
+            limit_force=of("LIMIT_FORCE"),
+            limit_torque=of("LIMIT_TORQUE"),
+            limit_radius=of("LIMIT_RADIUS", known=touching),
+        )
 
     def slip_margin(self) -> SlipMargin:
         """Return the margin for the load of the last sample, its bound, and what the present hold leads to.
@@ -116,7 +168,7 @@ class ContactEstimator:
         self._module.margin_of(self._m, self._tangential, self._torque, out)
         gauge, upper, reserve, when, earliest = out.tolist()
         relative, absolute = self._report("GAUGE_REL"), self._report("GAUGE_ABS")
-        valid = self._valid() and self._in_contact() and math.isfinite(upper)
+        valid = self._valid() and self.in_contact and math.isfinite(upper)
         margin = Estimate(1.0 - gauge, math.hypot(gauge * relative, absolute), valid, self._age(state))
         if not valid:
             margin, upper, reserve, when, earliest = UNKNOWN, NAN, NAN, NAN, NAN
@@ -184,39 +236,8 @@ class ContactEstimator:
             if math.isfinite(value):
                 self._m[at + i] = value
 
-    def _estimate(self, state: FingertipState, *, trusted: bool) -> ContactEstimate:
-        if self._state is None:
-            return ContactEstimate(state.stamp, state.finger, self._seq)
-        r = self._m[self._places["REPORT"]].tolist()
-        age, valid = self._age(state), trusted and self._valid()
-
-        def of(name: str, *, known: bool = True) -> Estimate:
-            value, std = r[R[name]], r[R[name + "_STD"]]
-            return Estimate(value, std, valid and known and math.isfinite(value + std), age)
-
-        touching = r[R["CONTACT"]] > 0.5
-        depth = Estimate(r[R["DEPTH_NOW"]], r[R["DEPTH_STD"]], valid, age)
-        return ContactEstimate(
-            state.stamp,
-            state.finger,
-            self._seq,
-            in_contact=touching,
-            channels=self._channels_used() if trusted else Channel.NONE,
-            indentation=depth,
-            normal_force=of("FORCE"),
-            contact_radius=of("RADIUS"),
-            pressure_exponent=of("EXPONENT", known=touching),
-            friction_coefficient=of("MU"),
-            limit_force=of("LIMIT_FORCE"),
-            limit_torque=of("LIMIT_TORQUE"),
-            limit_radius=of("LIMIT_RADIUS", known=touching),
-        )
-
     def _report(self, name: str) -> float:
-        return float(self._m[self._places["REPORT"].start + R[name]])
-
-    def _in_contact(self) -> bool:
-        return self._report("CONTACT") > 0.5
+        return float(self._m[self._report_start + R[name]])
 
     def _age(self, state: FingertipState) -> float:
         return (state.stamp - self._informed) / NS if self._informed == self._informed else math.inf
@@ -225,23 +246,22 @@ class ContactEstimator:
         """An estimate counts while measurements come and are not all refused."""
         if self._state is None or not self._age(self._state) <= self.settings.longest_gap:
             return False
-        return bool(np.isfinite(self._m[self._places["Y"]]).all())
+        return self._report("SOUND") > 0.5
 
     def _used_any(self) -> bool:
         start = self._places["CHANNEL"].start
         return bool(self._m[start + 3] > 0.0 or self._m[start + 7] > 0.0)
 
     def _channels_used(self) -> Channel:
-        start, found = self._places["CHANNEL"].start, Channel.NONE
+        start, bits = self._places["CHANNEL"].start, 0
         for i, flag in enumerate(FLAGS):
             if self._m[start + 4 * i + 3] > 0.0:
-                found |= flag
-        state = self._state
-        if state is not None:
-            found |= Channel.TANGENTIAL if math.isfinite(self._tangential) else Channel.NONE
-            found |= Channel.TORQUE if math.isfinite(self._torque) else Channel.NONE
-            found |= Channel.SLIP if math.isfinite(state.slip) else Channel.NONE
-        return found
+                bits |= flag
+        if self._state is not None:
+            bits |= TANGENTIAL if math.isfinite(self._tangential) else 0
+            bits |= TORQUE if math.isfinite(self._torque) else 0
+            bits |= SLIP if math.isfinite(self._state.slip) else 0
+        return CHANNEL_SETS[bits]
 
     def _warm(self) -> None:
         """Compile, or load from the cache, before the loop begins."""

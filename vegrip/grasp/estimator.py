@@ -2,14 +2,25 @@
 
 from typing import Protocol
 
-from vegrip.messages import ContactEstimate, FingertipState, ModelHealth, SlipMargin
+from vegrip.messages import ContactEstimate, Estimate, FingertipState, ModelHealth, SlipMargin
 
 
 class Estimator(Protocol):
     """The contact of one finger. Nothing here raises, whatever the state contains."""
 
-    def update(self, state: FingertipState) -> ContactEstimate:
+    @property
+    def in_contact(self) -> bool:
+        """Whether the fingertip touches."""
+
+    @property
+    def normal_force(self) -> Estimate:
+        """The normal force [N]."""
+
+    def assimilate(self, state: FingertipState) -> None:
         """Take in one state."""
+
+    def contact_estimate(self) -> ContactEstimate:
+        """Return what is known of the contact; asked for less often than states come."""
 
     def slip_margin(self) -> SlipMargin:
         """Return the margin at the last state."""

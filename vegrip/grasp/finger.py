@@ -37,10 +37,11 @@ class GraspFinger:
         self.estimator = estimator
         self.controller = controller
         self.watchdog = watchdog
-        self._contact: ContactEstimate | None = None
+        self._seen = False  # the estimator has had a state
         self._margin: SlipMargin | None = None
         self._used = 0  # [ns] arrival of the last state that was believed
         self._reported = self._healthy = -math.inf  # [ns] when last told
+        self._reports = self._healths = 0  # how often
 
     def sense(
         self, state: FingertipState, now: int, wanted_margin: float, report_period: float = 0.0
@@ -51,13 +52,14 @@ class GraspFinger:
         """
         demand = UNUSED
         if self.watchdog.accept(state, now):
-            self._contact = self.estimator.update(state)
+            self.estimator.assimilate(state)
+            self._seen = True
             if self._margin is None or _due(self._reported, now, report_period):
                 self._margin = self.estimator.slip_margin()
             self._used = now
-            demand = self._demand(state, self._contact, self._margin, wanted_margin)
+            demand = self._demand(state, self._margin, wanted_margin)
             if not self.controller.started:
-                self.controller.start(_present_force(state, self._contact), now)
+                self.controller.start(self._present_force(state), now)
         if self.controller.started:
             self.controller.want(self.watchdog.condition, demand, now)
 
@@ -71,7 +73,7 @@ class GraspFinger:
         """Forget input and contact but keep the command: the node is back from a fault of its own."""
         self.estimator.reset()
         self.watchdog.reset()
-        self._contact = self._margin = None
+        self._seen, self._margin = False, None
 
     def apply(self, settings: ControlSettings) -> None:
         """Go on with other settings; what has been learned and what is held stay."""
@@ -86,18 +88,19 @@ class GraspFinger:
 
     def reports(self, now: int, report_period: float, health_period: float) -> Iterator[Message]:
         """Yield what is due to be told: contact, margin, and less often the health of the model."""
-        if (
-            self._contact is not None
-            and self._margin is not None
-            and _due(self._reported, now, report_period)
-        ):
+        if self._seen and self._margin is not None and _due(self._reported, now, report_period):
             self._reported = now
-            yield self._contact if self._fresh else _untrusted_contact(self._contact, self._age(now))
-            yield self._margin if self._fresh else _untrusted_margin(self._margin, self._age(now))
+            contact = replace(self.estimator.contact_estimate(), seq=self._reports)
+            margin = replace(self._margin, seq=self._reports)
+            self._reports += 1
+            yield contact if self._fresh else _untrusted_contact(contact, self._age(now))
+            yield margin if self._fresh else _untrusted_margin(margin, self._age(now))
         if _due(self._healthy, now, health_period):
             self._healthy = now
             condition = self.watchdog.condition
-            yield replace(self.estimator.health(), stamp=now, finger=self.name, condition=condition)
+            health = self.estimator.health()
+            yield replace(health, stamp=now, finger=self.name, seq=self._healths, condition=condition)
+            self._healths += 1
 
     @property
     def _fresh(self) -> bool:
@@ -106,13 +109,17 @@ class GraspFinger:
     def _age(self, now: int) -> float:
         return max(0.0, (now - self._used) / NS)
 
-    def _demand(
-        self, state: FingertipState, contact: ContactEstimate, margin: SlipMargin, wanted_margin: float
-    ) -> Demand:
+    def _present_force(self, state: FingertipState) -> float:
+        if not math.isnan(state.normal_force):
+            return state.normal_force
+        return self.estimator.normal_force.value
+
+    def _demand(self, state: FingertipState, margin: SlipMargin, wanted_margin: float) -> Demand:
         load = math.hypot(state.tangential_force_x, state.tangential_force_y)
         slipping = state.slip >= 0.5
-        if not contact.in_contact:
-            return Demand(0.0, load, in_contact=False, slipping=slipping, trusted=contact.normal_force.valid)
+        if not self.estimator.in_contact:
+            trusted = self.estimator.normal_force.valid
+            return Demand(0.0, load, in_contact=False, slipping=slipping, trusted=trusted)
         asked = self.controller.policy.uses_least_force and not self.watchdog.lost & LOAD
         least = self.estimator.least_force(wanted_margin) if asked else math.nan
         return Demand(
@@ -123,12 +130,6 @@ class GraspFinger:
             slipping=slipping,
             trusted=not math.isnan(least),  # infinite: no force suffices, so the largest is best
         )
-
-
-def _present_force(state: FingertipState, contact: ContactEstimate) -> float:
-    if not math.isnan(state.normal_force):
-        return state.normal_force
-    return contact.normal_force.value
 
 
 def _due(last: float, now: int, period: float) -> bool:

@@ -65,6 +65,7 @@ class Runner:
         self._telemetry = telemetry
         self._status_schedule = Schedule(settings.status_period)
         self._stop = False
+        self._more = False  # the last look at the bus may have left something there
         self.running = False  # whether run() has begun
 
     @property
@@ -105,7 +106,7 @@ class Runner:
     def step(self) -> None:
         """Wait for messages or the next tick, whichever comes first, and serve it."""
         wait = (min(self.schedule.due, self._status_schedule.due) - self._clock.now()) / NS
-        messages = self._endpoint.receive(min(max(wait, 0.0), LONGEST_WAIT))
+        messages = self._gather(min(max(wait, 0.0), LONGEST_WAIT))
         for message, arrived in zip(messages, self._endpoint.arrivals, strict=True):
             self._answer(message, arrived)
         self.inbox.serve()
@@ -115,6 +116,16 @@ class Runner:
         if now >= self._status_schedule.due:
             self._status_schedule.take(now)
             self._report(now)
+
+    def _gather(self, wait: float) -> Sequence[Message]:
+        """Return what has come after ``wait`` [s] at most; a node that answers nothing sleeps meanwhile."""
+        if self.managed.node.answers:
+            return self._endpoint.receive(wait)
+        if not self._more:
+            self._clock.sleep_until(self._clock.now() + round(wait * NS))
+        messages = self._endpoint.receive(0.0)
+        self._more = bool(messages)
+        return messages
 
     def _answer(self, message: Message, arrived: int) -> None:
         if isinstance(message, FingertipState) and self.state is Lifecycle.ACTIVE:

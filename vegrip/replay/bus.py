@@ -1,7 +1,6 @@
 """A CAN bus with a recording at its far end, in simulated time: real frames, and nothing waits."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 
 from vegrip.clock import NS, SimulatedClock
 from vegrip.codec import CanCodec, Frame
@@ -86,7 +85,7 @@ class RecordedBus:
         decoded = []
         for frame in self._hand.encode(state):
             self._occupy(frame)
-            decoded.append(self._node.decode(replace(frame, stamp=now)))
+            decoded.append(self._node.decode(frame._replace(stamp=now)))
         return [message for message in decoded if message is not None]
 
     def _arrived(self, messages: list[Message]) -> list[Message]:

@@ -5,13 +5,12 @@ first frames of all nodes the lowest arbitration field wins.
 """
 
 from collections import deque
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from vegrip.transport.frame_time import BitTiming, BusFrame, frame_duration
 
 
-@dataclass(frozen=True, slots=True)
-class Transmission:
+class Transmission(NamedTuple):
     """One frame on the bus."""
 
     start: int  # [ns]

@@ -10,10 +10,11 @@ class BusLoad:
 
     BUCKETS = 20
 
-    def __init__(self, window: float = 1.0) -> None:
+    def __init__(self, window: float = 1.0, busy: int = 0) -> None:
         self._width = round(window * NS / self.BUCKETS)  # [ns]
         self._buckets: deque[list[int]] = deque(maxlen=self.BUCKETS + 1)  # [number, busy ns]
         self._first: int | None = None  # [ns]
+        self._busy = busy  # [ns] of all frames so far
 
     def add(self, end: int, duration: int) -> None:
         """Count a frame that took ``duration`` [ns] and ended at ``end`` [ns]."""
@@ -24,6 +25,11 @@ class BusLoad:
             self._buckets[-1][1] += duration
         else:
             self._buckets.append([number, duration])
+
+    def carried(self, end: int, busy: int) -> None:
+        """Take note that a frame ended at ``end`` [ns] and all frames so far took ``busy`` [ns]."""
+        self.add(end, busy - self._busy)
+        self._busy = busy
 
     def share(self, now: int) -> float:
         """Return the load (0 .. 1) at ``now`` [ns], over the window or since the first frame."""

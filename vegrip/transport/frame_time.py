@@ -13,6 +13,7 @@ and of the CRC delimiter; here it changes at their ends.)
 from dataclasses import dataclass
 from functools import lru_cache
 from random import Random
+from typing import NamedTuple
 
 from vegrip.clock import NS
 from vegrip.transport.bit_stuffing import (
@@ -29,8 +30,7 @@ _AFTER_CRC = 1 + 1 + 1 + 7 + 3  # CRC delimiter, ACK, ACK delimiter, end of fram
 _AFTER_CRC_FD = _AFTER_CRC - 1  # the CRC delimiter is sent at the data bit rate
 
 
-@dataclass(frozen=True, slots=True)
-class BusFrame:
+class BusFrame(NamedTuple):
     """A frame as the bus sees it."""
 
     identifier: int

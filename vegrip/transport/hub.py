@@ -22,8 +22,9 @@ from pathlib import Path
 from vegrip.clock import NS
 from vegrip.transport.arbiter import Arbiter
 from vegrip.transport.frame_time import BitTiming
-from vegrip.transport.hub_wire import LARGEST, VERSION, pack_delivery, unpack_request
+from vegrip.transport.hub_wire import LARGEST, VERSION, numbered, pack_delivery, unpack_request
 
+LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
 LINGER = 1.0  # [s] the hub waits for somebody to come (back)
 TRANSMIT_QUEUE = 64  # frames of one member that may wait for the bus; then the member is not read
 BACKLOG = 4096  # frames kept for a member that does not read; then they are lost for it, as in any controller
@@ -37,12 +38,19 @@ class Member:
         self.connection = connection
         self.greeted = False
         self.waiting = 0  # frames it has in the arbiter
+        self.hears_itself = False
+        self._number = 0
         self._backlog: deque[bytes] = deque()
 
     @property
     def is_behind(self) -> bool:
         """Whether frames wait for it to read."""
         return bool(self._backlog)
+
+    def hear(self, delivery: bytes) -> None:
+        """Bring a frame; the number shows the member what it has missed."""
+        self.deliver(numbered(self._number, delivery))
+        self._number += 1
 
     def deliver(self, packet: bytes) -> None:
         """Send ``packet`` now or, when the member does not read, later; beyond ``BACKLOG`` never."""
@@ -73,7 +81,7 @@ class Hub:
         self._members: dict[int, Member] = {}  # by file descriptor
         self._nodes: dict[int, Member] = {}
         self._arbiter: Arbiter | None = None  # from the first greeting on, which sets the bit rates
-        self._number = 0
+        self._busy = 0  # [ns] in all
         self._last_node = 0
 
     def serve(self) -> None:
@@ -88,7 +96,7 @@ class Hub:
         readers = [fd for fd, member in self._members.items() if member.waiting < TRANSMIT_QUEUE]
         writers = [fd for fd, member in self._members.items() if member.is_behind]
         door = self._listener.fileno()
-        readable, writable, _ = select.select([door, *readers], writers, [], self._time_out())
+        readable, writable, _ = select.select([door, *readers], writers, [], self._sleep())
         for fd in writable:
             self._members[fd].flush()
         for fd in readable:
@@ -98,9 +106,19 @@ class Hub:
                 self._read(self._members[fd])
         self._advance()
 
-    def _time_out(self) -> float:
+    def _sleep(self) -> float:
+        """Sleep while a frame is on the bus; return for how long to wait for requests after it [s].
+
+        Who else wants the bus matters only when it is free again: being woken by each request meanwhile
+        would cost more than all the rest.
+        """
         event = self._arbiter.next_event() if self._arbiter else None
-        return LINGER / 4 if event is None else max(event - time.monotonic_ns(), 0) / NS
+        if event is None:
+            return LINGER / 4
+        remaining = (event - time.monotonic_ns()) / NS
+        if remaining > 0.0:
+            time.sleep(min(max(remaining, float(os.environ.get("Q", "0"))), LONGEST_SLEEP))
+        return 0.0
 
     def _advance(self) -> None:
         if self._arbiter is None:
@@ -108,10 +126,11 @@ class Hub:
         for sent in self._arbiter.advance(time.monotonic_ns()):
             if sent.node in self._nodes:
                 self._nodes[sent.node].waiting -= 1
-            packet = pack_delivery(sent, self._number)
-            self._number += 1
+            self._busy += sent.end - sent.start
+            delivery = pack_delivery(sent, self._busy)
             for member in self._nodes.values():
-                member.deliver(packet)
+                if member.hears_itself or member.node != sent.node:
+                    member.hear(delivery)
 
     def _admit(self) -> None:
         connection, _ = self._listener.accept()
@@ -144,8 +163,8 @@ class Hub:
     def _greet(self, member: Member, packet: bytes) -> None:
         answer = self._answer(packet)
         if "refused" not in answer:
-            answer["node"] = member.node
-            member.greeted = True
+            answer |= {"node": member.node, "busy": self._busy}
+            member.greeted, member.hears_itself = True, bool(answer.pop("own", False))
             self._nodes[member.node] = member
         member.deliver(json.dumps(answer).encode())
 
@@ -167,7 +186,8 @@ class Hub:
                 "refused": f"the bus runs at {here.bitrate} and {here.data_bitrate} bit/s, "
                 f"not at {asked.bitrate} and {asked.data_bitrate}; open it with the same rates"
             }
-        return {"timing": {"bitrate": here.bitrate, "data_bitrate": here.data_bitrate}}
+        rates = {"bitrate": here.bitrate, "data_bitrate": here.data_bitrate}
+        return {"timing": rates, "own": greeting.get("own")}
 
     def _dismiss(self, member: Member) -> None:
         """Let ``member`` go; what it has queued is still sent, as the queue of a network interface is."""

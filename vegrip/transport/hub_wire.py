@@ -1,28 +1,26 @@
 """The bytes between the virtual CAN bus and its members: one packet, one frame."""
 
 import struct
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from vegrip.transport.arbiter import Transmission
 from vegrip.transport.frame_time import FD_SIZES, BusFrame
 
-VERSION = 1
+VERSION = 2
 LARGEST = 512  # bytes of a packet; the greeting is the longest
 _REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then the data
-_DELIVERY = struct.Struct(
-    "<QIIHIBB"
-)  # end, duration, number, node, identifier, flags, length code; then the data
+_NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every member
+_DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, length code; then the data
 
 _EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE = 1, 2, 4, 8, 16
 
 
-@dataclass(frozen=True, slots=True)
-class Delivery:
+class Delivery(NamedTuple):
     """A frame that went over the bus, as every member gets it."""
 
     end: int  # [ns] monotonic, when the frame was complete
-    duration: int  # [ns]
-    number: int  # of the frame on this bus, modulo 2^32; a gap shows frames lost for want of reading
+    busy: int  # [ns] for how long the bus has carried frames by then, this one included
+    number: int  # of the frame for this member, modulo 2^32; a gap shows frames lost for want of reading
     node: int  # who sent it
     frame: BusFrame
 
@@ -41,20 +39,27 @@ def unpack_request(packet: bytes) -> tuple[int, BusFrame] | None:
     return None if frame is None else (time, frame)
 
 
-def pack_delivery(sent: Transmission, number: int) -> bytes:
-    """Return the packet that brings a finished frame to the members."""
+def pack_delivery(sent: Transmission, busy: int) -> bytes:
+    """Return the packet that brings a finished frame to the members, still without its number."""
     frame = sent.frame
-    head = (sent.end, sent.end - sent.start, number & 0xFFFFFFFF, sent.node)
-    return _DELIVERY.pack(*head, frame.identifier, _flags(frame), frame.code) + frame.data
+    head = _DELIVERY.pack(sent.end, busy, sent.node, frame.identifier, _flags(frame), frame.code)
+    return head + frame.data
+
+
+def numbered(number: int, delivery: bytes) -> bytes:
+    """Return ``delivery`` with the number that it has for one member."""
+    return _NUMBER.pack(number & 0xFFFFFFFF) + delivery
 
 
 def unpack_delivery(packet: bytes) -> Delivery | None:
-    """Return the delivery; None when the packet is not one."""
-    if len(packet) < _DELIVERY.size:
+    """Return the delivery of a numbered packet; None when it is not one."""
+    start = _NUMBER.size + _DELIVERY.size
+    if len(packet) < start:
         return None
-    end, duration, number, node, identifier, flags, code = _DELIVERY.unpack_from(packet)
-    frame = _frame(identifier, flags, code, packet[_DELIVERY.size :])
-    return None if frame is None else Delivery(end, duration, number, node, frame)
+    (number,) = _NUMBER.unpack_from(packet)
+    end, busy, node, identifier, flags, code = _DELIVERY.unpack_from(packet, _NUMBER.size)
+    frame = _frame(identifier, flags, code, packet[start:])
+    return None if frame is None else Delivery(end, busy, number, node, frame)
 
 
 def _flags(frame: BusFrame) -> int:

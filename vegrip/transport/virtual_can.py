@@ -56,13 +56,14 @@ class VegripBus(can.BusABC):
         self.overruns = 0
         """Frames lost because this node did not read."""
         self._fd = fd
-        self._own = receive_own_messages
-        self._load = BusLoad()
-        self._next_number: int | None = None
+        self._next_number = 0
         self._epoch = (
             time.time_ns() - time.monotonic_ns()
         ) / NS  # [s] python-can's time stamps count from 1970
-        self._socket, self._node, self.timing = _join(str(channel), bitrate, data_bitrate)
+        self._socket, answer = _join(str(channel), bitrate, data_bitrate, own=receive_own_messages)
+        self._node: int = answer["node"]
+        self.timing = BitTiming(**answer["timing"])
+        self._load = BusLoad(busy=answer["busy"])
         self._can_protocol = can.CanProtocol.CAN_FD if fd else can.CanProtocol.CAN_20
         super().__init__(channel, can_filters=can_filters)
 
@@ -73,8 +74,43 @@ class VegripBus(can.BusABC):
             can.CanOperationError: the queue is still full, the bus has gone, or the frame cannot be sent.
 
         """
-        packet = pack_request(time.monotonic_ns(), self._bus_frame(msg))
-        deadline = time.monotonic() + (timeout or 0.0)
+        self._ask_for(self._bus_frame(msg), time.monotonic() + (timeout or 0.0))
+
+    def put(self, identifier: int, data: bytes, *, fd: bool) -> None:
+        """Queue a data frame with an 11-bit identifier: what :meth:`send` does, without ``can.Message``.
+
+        Raises:
+            can.CanOperationError: as :meth:`send`.
+
+        """
+        self._ask_for(BusFrame(identifier, data, fd=fd, bit_rate_switch=fd), 0.0)
+
+    def take(self, deadline: float | None) -> Delivery | None:
+        """Return the next frame for this node, None when there is none until ``deadline`` [s, monotonic].
+
+        What python-can's ``recv`` does, without ``can.Message`` and filters.
+
+        Raises:
+            can.CanOperationError: the bus has gone.
+
+        """
+        while True:
+            try:
+                packet = self._socket.recv(LARGEST)
+            except BlockingIOError:
+                if not self._wait_for_packet(deadline):
+                    return None
+                continue
+            except OSError:
+                raise self._gone() from None
+            if not packet:
+                raise self._gone()
+            delivery = unpack_delivery(packet)
+            if delivery is not None and self._is_for_us(delivery):
+                return delivery
+
+    def _ask_for(self, frame: BusFrame, deadline: float) -> None:
+        packet = pack_request(time.monotonic_ns(), frame)
         while True:
             try:
                 self._socket.send(packet, socket.MSG_NOSIGNAL)
@@ -86,7 +122,10 @@ class VegripBus(can.BusABC):
                 return
 
     def load(self) -> float:
-        """Return the share of the last second for which the bus was busy, as far as read by :meth:`recv`."""
+        """Return the share of the last second for which the bus was busy.
+
+        Exact up to the last frame that came from others: the bus tells with each how long it was busy.
+        """
         return self._load.share(time.monotonic_ns())
 
     def fileno(self) -> int:
@@ -99,36 +138,16 @@ class VegripBus(can.BusABC):
         self._socket.close()
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        deadline = None if timeout is None else time.monotonic() + timeout
-        while True:
-            try:
-                packet = self._socket.recv(LARGEST)
-            except BlockingIOError:
-                if not self._wait_for_packet(deadline):
-                    return None, False
-                continue
-            except OSError:
-                raise self._gone() from None
-            if not packet:
-                raise self._gone()
-            message = self._take(packet)
-            if message is not None:
-                return message, False
+        delivery = self.take(None if timeout is None else time.monotonic() + timeout)
+        return None if delivery is None else self._message(delivery), False
 
-    def _take(self, packet: bytes) -> can.Message | None:
-        delivery = unpack_delivery(packet)
-        if delivery is None:
-            return None
-        if self._next_number is not None:
-            self.overruns += (delivery.number - self._next_number) & 0xFFFFFFFF
+    def _is_for_us(self, delivery: Delivery) -> bool:
+        self.overruns += (delivery.number - self._next_number) & 0xFFFFFFFF
         self._next_number = (delivery.number + 1) & 0xFFFFFFFF
-        self._load.add(delivery.end, delivery.duration)
-        own = delivery.node == self._node
-        if (own and not self._own) or (delivery.frame.fd and not self._fd):
-            return None
-        return self._message(delivery, own)
+        self._load.carried(delivery.end, delivery.busy)
+        return self._fd or not delivery.frame.fd
 
-    def _message(self, delivery: Delivery, own: bool) -> can.Message:
+    def _message(self, delivery: Delivery) -> can.Message:
         frame = delivery.frame
         return can.Message(
             timestamp=delivery.end / NS + self._epoch,
@@ -141,7 +160,7 @@ class VegripBus(can.BusABC):
             dlc=FD_SIZES[frame.code],
             data=frame.data,
             channel=self.channel,
-            is_rx=not own,
+            is_rx=delivery.node != self._node,
         )
 
     def _bus_frame(self, msg: can.Message) -> BusFrame:
@@ -185,9 +204,9 @@ class VegripBus(can.BusABC):
 
 
 def _join(
-    channel: str, bitrate: int | None, data_bitrate: int | None
-) -> tuple[socket.socket, int, BitTiming]:
-    """Connect to the hub of ``channel``, started if need be; return socket, node number and bit rates."""
+    channel: str, bitrate: int | None, data_bitrate: int | None, *, own: bool
+) -> tuple[socket.socket, dict[str, Any]]:
+    """Connect to the hub of ``channel``, started if need be; return socket and the hub's answer."""
     if not channel.replace("-", "").replace("_", "").isalnum():
         raise can.CanInitializationError(f"{channel!r} is no name for a bus: letters, digits, - and _ only")
     standard = BitTiming()
@@ -196,6 +215,7 @@ def _join(
         "version": VERSION,
         "timing": {"bitrate": timing.bitrate, "data_bitrate": timing.data_bitrate},
         "strict": bool(bitrate or data_bitrate),
+        "own": own,
     }
     try:
         path = socket_path("can", f"{channel}.bus")
@@ -205,7 +225,7 @@ def _join(
     if "refused" in answer:
         connection.close()
         raise can.CanInitializationError(f"virtual CAN bus {channel!r}: {answer['refused']}")
-    return connection, answer["node"], BitTiming(**answer["timing"])
+    return connection, answer
 
 
 def _greet(path: Path, greeting: bytes) -> tuple[socket.socket, dict[str, Any]]:

@@ -36,10 +36,12 @@ from vegrip.estimator.kernels.generated import (
     REP_MU_STD,
     REP_RADIUS,
     REP_RADIUS_STD,
+    REP_SOUND,
     SET_S_TANGENTIAL,
     SET_S_TORQUE,
     VALUES0,
     Y0,
+    Y1,
     Floats,
     radius_gradient,
 )
@@ -49,6 +51,10 @@ from vegrip.estimator.kernels.roots import WIDE
 
 def report(m: Floats, tangential: float, torque: float) -> None:
     """Fill the section REPORT for the present state and the load [N], [N m] (NaN = not measured)."""
+    m[REP_SOUND] = 1.0
+    for i in range(Y0, Y1):
+        if not math.isfinite(m[i]):
+            m[REP_SOUND] = 0.0
     friction_in(m)
     force, a, k, mu = spread_quantities(m)
     m[REP_FORCE], m[REP_RADIUS], m[REP_EXPONENT], m[REP_MU] = force, a, k, mu
