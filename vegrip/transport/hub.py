@@ -117,7 +117,7 @@ class Hub:
             return LINGER / 4
         remaining = (event - time.monotonic_ns()) / NS
         if remaining > 0.0:
-            time.sleep(min(max(remaining, float(os.environ.get("Q", "0"))), LONGEST_SLEEP))
+            time.sleep(min(remaining, LONGEST_SLEEP))
         return 0.0
 
     def _advance(self) -> None:
