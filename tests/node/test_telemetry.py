@@ -13,9 +13,9 @@ class ListSink:
         self.directions = set()
         self.closed = False
 
-    def publish(self, message, direction):
-        self.got.append(message.seq)
-        self.directions.add(direction)
+    def publish(self, messages):
+        self.got += [message.seq for message, _ in messages]
+        self.directions |= {direction for _, direction in messages}
 
     def close(self):
         self.closed = True

@@ -28,10 +28,25 @@ LOAD = frozenset({"tangential_force_x", "tangential_force_y", "torque_z"})
 
 
 class GraspFinger:
-    """Everything the node keeps of one finger."""
+    """Everything the node keeps of one finger.
+
+    Args:
+        name: of the finger.
+        estimator: of its contact.
+        controller: of its force.
+        watchdog: over its input.
+        phase: share of a report period by which its reports keep their distance from those of the first
+            finger; the reports of all fingers at once would delay the commands behind them.
+
+    """
 
     def __init__(
-        self, name: str, estimator: Estimator, controller: FingerController, watchdog: InputWatchdog
+        self,
+        name: str,
+        estimator: Estimator,
+        controller: FingerController,
+        watchdog: InputWatchdog,
+        phase: float = 0.0,
     ) -> None:
         self.name = name
         self.estimator = estimator
@@ -42,6 +57,7 @@ class GraspFinger:
         self._used = 0  # [ns] arrival of the last state that was believed
         self._reported = self._healthy = -math.inf  # [ns] when last told
         self._reports = self._healths = 0  # how often
+        self._phase = phase
 
     def sense(
         self, state: FingertipState, now: int, wanted_margin: float, report_period: float = 0.0
@@ -89,18 +105,22 @@ class GraspFinger:
     def reports(self, now: int, report_period: float, health_period: float) -> Iterator[Message]:
         """Yield what is due to be told: contact, margin, and less often the health of the model."""
         if self._seen and self._margin is not None and _due(self._reported, now, report_period):
-            self._reported = now
+            self._reported = self._staggered(self._reported, now, report_period)
             contact = replace(self.estimator.contact_estimate(), seq=self._reports)
             margin = replace(self._margin, seq=self._reports)
             self._reports += 1
             yield contact if self._fresh else _untrusted_contact(contact, self._age(now))
             yield margin if self._fresh else _untrusted_margin(margin, self._age(now))
         if _due(self._healthy, now, health_period):
-            self._healthy = now
+            self._healthy = self._staggered(self._healthy, now, health_period)
             condition = self.watchdog.condition
             health = self.estimator.health()
             yield replace(health, stamp=now, finger=self.name, seq=self._healths, condition=condition)
             self._healths += 1
+
+    def _staggered(self, last: float, now: int, period: float) -> float:
+        first = last == -math.inf
+        return now - self._phase * period * NS if first else now
 
     @property
     def _fresh(self) -> bool:

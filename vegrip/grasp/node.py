@@ -119,7 +119,9 @@ class GraspForce(NodeBase):
         controller = FingerController(
             name, make_policy(settings), FailSafe(settings.fail_safe), settings.limits
         )
-        return GraspFinger(name, self._make_estimator(name), controller, InputWatchdog(settings.watchdog))
+        phase = self._names.index(name) / len(self._names)
+        watchdog = InputWatchdog(settings.watchdog)
+        return GraspFinger(name, self._make_estimator(name), controller, watchdog, phase)
 
     def _commands(self, fingers: Iterable[GraspFinger], now: int) -> list[ForceCommand]:
         return [finger.command(self._share(finger), now) for finger in fingers if finger.controller.started]

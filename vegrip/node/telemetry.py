@@ -6,6 +6,7 @@ messages to a sink; it looks every few milliseconds instead of being woken, beca
 
 import threading
 from collections import deque
+from collections.abc import Sequence
 from enum import Enum
 from typing import Protocol
 
@@ -25,8 +26,8 @@ class Direction(Enum):
 class Sink(Protocol):
     """Where telemetry goes; called from the telemetry thread only."""
 
-    def publish(self, message: Message, direction: Direction) -> None:
-        """Take one message."""
+    def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
+        """Take what has gathered, oldest first."""
 
     def close(self) -> None:
         """No more will come."""
@@ -56,9 +57,9 @@ class Telemetry:
     def drain(self) -> None:
         """Hand everything queued to the sink."""
         while self._queue:
-            message, direction = self._queue.popleft()
-            self._taken += 1
-            self._sink.publish(message, direction)
+            gathered = [self._queue.popleft() for _ in range(len(self._queue))]
+            self._taken += len(gathered)
+            self._sink.publish(gathered)
 
     def start(self) -> None:
         """Start the thread."""

@@ -12,7 +12,7 @@ from vegrip.node.registry import Entry
 from vegrip.node.telemetry import Direction
 
 HIGH_WATER = 10_000  # messages kept for one subscriber
-MOST_TOPICS = 1024
+MOST_STREAMS = 1024  # are counted; a sender of made-up names must not make the table grow
 
 
 class TelemetrySocket:
@@ -25,26 +25,26 @@ class TelemetrySocket:
         self._socket.set_hwm(HIGH_WATER)
         self._socket.bind(address)
         self._subscribed: set[bytes] = set()
-        self._counts: Counter[tuple[str, str]] = Counter()
+        self._counts: Counter[tuple[type[Message], str, Direction]] = Counter()
 
-    def publish(self, message: Message, direction: Direction) -> None:
-        """Count ``message`` and send it if anybody wants it."""
-        owner = message.node if isinstance(message, NodeStatus) else message.finger
-        route = self._codec.topics.outgoing(type(message), owner)
-        if route is None:
-            return
-        if (route.topic, direction.value) in self._counts or len(self._counts) < MOST_TOPICS:
-            self._counts[route.topic, direction.value] += 1
+    def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
+        """Count the messages, and send those that somebody wants."""
         self._listen()
-        topic = route.topic.encode()
-        if any(topic.startswith(prefix) for prefix in self._subscribed):
-            self._send(topic, message, direction)
+        for message, direction in messages:
+            owner = message.node if isinstance(message, NodeStatus) else message.finger
+            stream = (type(message), owner, direction)
+            if stream in self._counts or len(self._counts) < MOST_STREAMS:
+                self._counts[stream] += 1
+            if self._subscribed:
+                self._send(message, owner, direction)
 
     def topics(self) -> dict[str, dict[str, int]]:
         """Return how many messages were received (``in``) and sent (``out``) on each topic."""
         table: dict[str, dict[str, int]] = {}
-        for (topic, direction), count in list(self._counts.items()):
-            table.setdefault(topic, {"in": 0, "out": 0})[direction] = count
+        for (kind, owner, direction), count in list(self._counts.items()):
+            route = self._codec.topics.outgoing(kind, owner)
+            if route is not None:
+                table.setdefault(route.topic, {"in": 0, "out": 0})[direction.value] += count
         return table
 
     def close(self) -> None:
@@ -58,10 +58,15 @@ class TelemetrySocket:
             change = self._subscribed.add if request[:1] == b"\x01" else self._subscribed.discard
             change(request[1:])
 
-    def _send(self, topic: bytes, message: Message, direction: Direction) -> None:
-        encoded = self._codec.encode(message)
-        if encoded is not None:
-            self._socket.send_multipart([topic, direction.value.encode(), encoded[1]], zmq.DONTWAIT)
+    def _send(self, message: Message, owner: str, direction: Direction) -> None:
+        route = self._codec.topics.outgoing(type(message), owner)
+        if route is None:
+            return
+        topic = route.topic.encode()
+        if any(topic.startswith(prefix) for prefix in self._subscribed):
+            encoded = self._codec.encode(message)
+            if encoded is not None:
+                self._socket.send_multipart([topic, direction.value.encode(), encoded[1]], zmq.DONTWAIT)
 
 
 def _waiting(socket: zmq.Socket[bytes]) -> Iterator[tuple[str, str, bytes]]:
