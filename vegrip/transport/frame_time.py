@@ -132,6 +132,11 @@ def _fd_header(identifier: int, extended: bool, switch: bool) -> tuple[int, int,
     return width, stuffed, run
 
 
+def number_bits(number: int, width: int) -> list[int]:
+    """Return the ``width`` lowest bits of ``number``, highest first."""
+    return [(number >> position) & 1 for position in reversed(range(width))]
+
+
 @lru_cache(maxsize=256)
 def typical_duration(length: int, fd: bool, timing: BitTiming) -> int:
     """Return the duration [ns] of a standard frame with ``length`` bytes of random data.
