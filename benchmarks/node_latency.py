@@ -21,7 +21,6 @@ from vegrip.node.registry import find_node
 
 SECONDS = 10
 PATIENCE = 90.0  # [s] for a first start, which compiles
-REPORTS = ("--set", "parameters.report_period=0.02")
 
 
 def run() -> dict[str, dict[str, float]]:
@@ -30,13 +29,13 @@ def run() -> dict[str, dict[str, float]]:
         tempfile.TemporaryDirectory(prefix="vg-") as folder,
         mock.patch.dict(os.environ, VEGRIP_RUNTIME_DIR=f"{folder}/r"),
     ):
-        ours, theirs = _p99("grasp_force", *REPORTS), _p99("echo")
+        ours, theirs = _p99("grasp_force"), _p99("echo")
     return {"node_p99_vs_echo": {"ours_us": ours, "theirs_us": theirs, "ratio": theirs / ours}}
 
 
-def _p99(program: str, *settings: str) -> float:
+def _p99(program: str) -> float:
     channel = ("--set", f"transport.channel=bench-{program}")
-    with _running(program, *channel, *settings), _running("virtual_hand", *channel):
+    with _running(program, *channel), _running("virtual_hand", *channel):
         time.sleep(1.0)
         return statistics.median(_each_second(program))
 

@@ -1,7 +1,8 @@
 """What all tests share."""
 
 import os
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -25,3 +26,11 @@ def measured() -> Callable[[str], Path]:
         return path
 
     return folder
+
+
+@pytest.fixture
+def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """A runtime folder of this test alone, with a path short enough for sockets."""
+    with tempfile.TemporaryDirectory(prefix="vg-") as folder:
+        monkeypatch.setenv("VEGRIP_RUNTIME_DIR", f"{folder}/r")
+        yield folder

@@ -1,14 +1,18 @@
 """``vegrip replay --through``: a recording goes through the grasp force node, and a summary comes out."""
 
 import json
+import time
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vegrip.cli import main
+from vegrip.messages import FingertipState
 from vegrip.recording import Fingertip, Recording, read_recording, write_recording
 from vegrip.recording.session import read_output
+from vegrip.transport.open import Hand, open_endpoint
 
 Capsys = pytest.CaptureFixture[str]
 
@@ -77,3 +81,21 @@ def test_bad_input_gets_one_sentence(
     assert sentence in shown.err
     assert len(shown.err.strip().splitlines()) == 1
     assert "Traceback" not in shown.err + shown.out
+
+
+@pytest.mark.usefixtures("runtime")
+def test_a_recording_played_on_a_bus_arrives_there_in_full_and_at_its_pace(press: Path) -> None:
+    bus = {"channel": "played"}
+    with closing(open_endpoint(bus, Hand(("thumb", "index")))) as listener:
+        started = time.monotonic()
+        arguments = ["--finger", "index", "--speed", "10", "--set", "transport.channel=played"]
+        assert main(["replay", str(press), *arguments]) == 0
+        assert time.monotonic() - started > 0.29  # [s] for 2.99 s
+        states: list[FingertipState] = []
+        while messages := listener.receive(0.1):
+            states += [message for message in messages if isinstance(message, FingertipState)]
+    recorded = read_recording(press)
+    assert {state.finger for state in states} == {"index"}
+    np.testing.assert_allclose(
+        [state.normal_force for state in states], recorded.columns["normal_force"], rtol=1e-6
+    )

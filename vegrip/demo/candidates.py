@@ -36,7 +36,6 @@ def demo_parameters() -> GraspParameters:
         tip=TipParameters(radius=hand.tip.radius),
         tips={"thumb": {"radius": hand.opposing_radius}},
         estimator=EstimatorSettings(hold="force"),  # the drives of this hand are force-controlled
-        report_period=0.02,
     )
 
 

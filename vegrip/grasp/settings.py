@@ -21,7 +21,7 @@ class ControlSettings:
     thumb: str = parameter(
         "thumb", doc="finger that the others press against; empty = no balance", live=False
     )
-    report_period: float = parameter(0.0, unit="s", low=0.0, high=10.0, doc="of estimates; 0 = every state")
+    report_period: float = parameter(0.02, unit="s", low=0.0, high=10.0, doc="of estimates; 0 = every state")
     health_period: float = parameter(0.2, unit="s", low=0.0, high=60.0, doc="of ModelHealth")
     grip: GripSettings = parameter(GripSettings(), doc="the margin grip")
     constant: ConstantSettings = parameter(ConstantSettings(), doc="the constant grip")

@@ -9,6 +9,7 @@ from contextlib import ExitStack, closing, contextmanager
 
 from vegrip.clock import WallClock
 from vegrip.codec.msgpack_codec import MsgpackCodec
+from vegrip.errors import VegripError
 from vegrip.messages import Lifecycle
 from vegrip.node.control import Control, ControlServer
 from vegrip.node.launch_file import NodeConfig
@@ -55,10 +56,23 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
 def _run(runner: Runner, autostart: bool) -> None:
     logger = logging.getLogger(f"vegrip.{runner.full_name}")
     if autostart:
-        runner.start()
+        _start(runner)
         logger.info("active")
     runner.run()
     logger.info("ended")
+
+
+def _start(runner: Runner) -> None:
+    """Start the node; what somebody's own effect or program raises becomes one sentence, too."""
+    try:
+        runner.start()
+    except VegripError:
+        raise
+    except Exception as error:
+        reason = str(error).partition("\n")[0]
+        raise VegripError(
+            f"{runner.full_name} cannot be started: {type(error).__name__}: {reason}"
+        ) from error
 
 
 @contextmanager
