@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.transport.arbiter import Transmission
+from vegrip.transport.bus_model import Transmission
 from vegrip.transport.frame_time import FD_SIZES, BitTiming, BusFrame, frame_duration
 from vegrip.transport.hub_wire import numbered, pack_delivery, pack_request, unpack_delivery, unpack_request
 from vegrip.transport.runtime_folder import runtime_folder
@@ -257,3 +257,83 @@ def test_packets_carry_frames_unchanged(stamp, sent):
 def test_any_bytes_are_a_frame_or_nothing(packet):
     for unpack in (unpack_request, unpack_delivery):
         unpack(packet)
+
+
+def errors_of(bus, count, timeout=2.0):
+    got = []
+    deadline = time.monotonic() + timeout
+    while len(got) < count and time.monotonic() < deadline:
+        message = bus.recv(timeout)
+        if message is not None and message.is_error_frame:
+            got.append(message)
+    return got
+
+
+def test_a_lone_node_is_told_that_nobody_acknowledges_and_turns_passive(bus):
+    alone = bus()
+    assert alone.state is can.BusState.ACTIVE
+    alone.send(frame())
+    errors = errors_of(alone, 17)
+    assert len(errors) == 17
+    assert {e.arbitration_id & ~0x200 for e in errors[:15]} == {0x020 | 0x080}  # not acknowledged
+    assert [e.data[6] for e in errors[:15]] == [8 * i for i in range(1, 16)]
+    assert alone.state is can.BusState.PASSIVE
+    assert alone.error_counters == (128, 0)
+    late = bus(error_frames=False)
+    assert received(late, 1)[0].arbitration_id == 0x123, "the frame waited for the first who acknowledges it"
+
+
+def test_a_node_that_only_listens_hears_all_and_says_nothing(bus):
+    one, other, quiet = bus(), bus(), bus(listen_only=True)
+    one.send(frame(0x300))
+    assert received(quiet, 1)[0].arbitration_id == received(other, 1)[0].arbitration_id == 0x300
+    assert quiet.state is can.BusState.PASSIVE
+    with pytest.raises(can.CanOperationError, match="listen_only"):
+        quiet.send(frame())
+
+
+def test_a_node_whose_frames_all_fail_is_bus_off_and_comes_back(bus):
+    bad, good = bus(bitrate=50_000, faults={"corruption": 1.0}), bus()
+    bad.send(frame())
+    seen = set()
+    deadline = time.monotonic() + 5.0
+    while can.BusState.ERROR not in seen and time.monotonic() < deadline:
+        seen.add(bad.state)
+        bad.recv(0.001)
+    assert can.BusState.ERROR in seen
+    with pytest.raises(can.CanOperationError, match="bus-off"):
+        bad.send(frame())
+    while bad.state is not can.BusState.ACTIVE and time.monotonic() < deadline:
+        bad.recv(0.01)  # 128 * 11 bits: 28 ms
+    assert bad.error_counters == (0, 0)
+    assert errors_of(good, 1), "the others saw the errors"
+
+
+def test_looking_at_the_state_loses_no_frames(bus):
+    sender, receiver = bus(), bus()
+    for i in range(20):
+        sender.send(frame(0x100 + i))
+    assert receiver.state is can.BusState.ACTIVE
+    assert [m.arbitration_id for m in received(receiver, 20)] == list(range(0x100, 0x114))
+
+
+def test_error_frames_can_be_left_out(bus):
+    alone = bus(error_frames=False)
+    alone.send(frame())
+    assert alone.recv(0.05) is None
+    assert alone.state is can.BusState.PASSIVE
+
+
+def test_a_fault_that_does_not_exist_is_refused_by_name(bus):
+    with pytest.raises(can.CanInitializationError, match="babbel"):
+        bus(faults={"babbel": 1})
+
+
+def test_lost_and_delayed_frames_on_the_wall_clock(bus):
+    lossy, slow, receiver = bus(faults={"loss": 1.0}), bus(faults={"delay": 0.05}), bus()
+    asked = time.time()
+    lossy.send(frame(0x1))
+    slow.send(frame(0x2))
+    (got,) = received(receiver, 1)
+    assert got.arbitration_id == 0x2
+    assert got.timestamp - asked >= 0.05

@@ -13,13 +13,11 @@ import can
 
 from vegrip.codec import Frame
 from vegrip.transport.bus_load import BusLoad
+from vegrip.transport.error_report import told_state
+from vegrip.transport.fault_confinement import ErrorState
 from vegrip.transport.frame_time import BitTiming, typical_duration
 from vegrip.transport.stamps import StampMap
 from vegrip.transport.virtual_can import VegripBus
-
-BUS_OFF = 0x40  # class of a SocketCAN error frame (linux/can/error.h)
-CONTROLLER = 0x04
-PASSIVE = 0x30  # data[1] of a CONTROLLER frame
 
 
 class CanPort(Protocol):
@@ -37,14 +35,27 @@ class CanPort(Protocol):
 
 def open_port(bus: can.BusABC, faults: Counter[str], timing: BitTiming | None) -> CanPort:
     """Return the port of ``bus``, which counts in ``faults`` what the controller reports."""
-    return VirtualPort(bus) if isinstance(bus, VegripBus) else PythonCanPort(bus, faults, timing)
+    if isinstance(bus, VegripBus):
+        return VirtualPort(bus, faults)
+    return PythonCanPort(bus, faults, timing)
+
+
+def error_name(classes: int, detail: bytes) -> str:
+    """Return the name under which an error frame of SocketCAN is counted."""
+    told = told_state(classes, detail)
+    if told is ErrorState.OFF:
+        return "bus_off"
+    if told is ErrorState.PASSIVE:
+        return "error_passive"
+    return "bus_restarted" if told is ErrorState.ACTIVE else "error_frame"
 
 
 class VirtualPort:
     """The short way to the virtual bus of vegrip, which stamps on the monotonic clock."""
 
-    def __init__(self, bus: VegripBus) -> None:
+    def __init__(self, bus: VegripBus, faults: Counter[str]) -> None:
         self._bus = bus
+        self._faults = faults
 
     def receive(self, timeout: float) -> Frame | None:
         """Return the next frame, or None."""
@@ -54,7 +65,9 @@ class VirtualPort:
             if delivery is None:
                 return None
             frame = delivery.frame
-            if not (frame.remote or frame.extended):
+            if delivery.error:
+                self._faults[error_name(frame.identifier, frame.data)] += 1
+            elif not (frame.remote or frame.extended):
                 return Frame(frame.identifier, frame.data, frame.fd, delivery.end)
 
     def send(self, frame: Frame) -> None:
@@ -85,7 +98,7 @@ class PythonCanPort:
             if received is None:
                 return None
             if received.is_error_frame:
-                self._count_error(received)
+                self._faults[error_name(received.arbitration_id, bytes(received.data))] += 1
             elif not (received.is_remote_frame or received.is_extended_id):
                 stamp = self._stamps.to_monotonic(received.timestamp)
                 frame = Frame(received.arbitration_id, bytes(received.data), received.is_fd, stamp)
@@ -110,14 +123,6 @@ class PythonCanPort:
     def load(self) -> float:
         """Return the load that the frames seen here make up."""
         return math.nan if self._timing is None else self._load.share(time.monotonic_ns())
-
-    def _count_error(self, frame: can.Message) -> None:
-        if frame.arbitration_id & BUS_OFF:
-            self._faults["bus_off"] += 1
-        elif frame.arbitration_id & CONTROLLER and len(frame.data) > 1 and frame.data[1] & PASSIVE:
-            self._faults["error_passive"] += 1
-        else:
-            self._faults["error_frame"] += 1
 
     def _measure(self, frame: Frame) -> None:
         if self._timing is not None:

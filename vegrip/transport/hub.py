@@ -18,16 +18,42 @@ import sys
 import time
 from collections import deque
 from pathlib import Path
+from typing import NamedTuple
 
 from vegrip.clock import NS
-from vegrip.transport.arbiter import Arbiter
+from vegrip.transport.bus_model import BusError, BusModel, StateChange, Transmission
+from vegrip.transport.error_report import Report, error_report, state_report
 from vegrip.transport.frame_time import BitTiming
-from vegrip.transport.hub_wire import LARGEST, VERSION, numbered, pack_delivery, unpack_request
+from vegrip.transport.hub_wire import LARGEST, VERSION, numbered, pack_delivery, pack_error, unpack_request
+from vegrip.transport.node_faults import NodeFaults
 
 LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
 LINGER = 1.0  # [s] the hub waits for somebody to come (back)
 TRANSMIT_QUEUE = 64  # frames of one member that may wait for the bus; then the member is not read
 BACKLOG = 4096  # frames kept for a member that does not read; then they are lost for it, as in any controller
+
+
+class Greeting(NamedTuple):
+    """What a newcomer says."""
+
+    version: int
+    timing: BitTiming
+    strict: bool  # the bit rates must be these
+    own: bool  # it wants to hear its own frames
+    listen_only: bool
+    faults: NodeFaults
+
+
+def _greeting(packet: bytes) -> Greeting | None:
+    try:
+        said = json.loads(packet)
+        timing, faults = BitTiming(**said["timing"]), NodeFaults(**said.get("faults", {}))
+        listens = bool(said.get("listen_only"))
+        return Greeting(
+            said["version"], timing, bool(said.get("strict")), bool(said.get("own")), listens, faults
+        )
+    except (ValueError, TypeError, KeyError, AttributeError):
+        return None
 
 
 class Member:
@@ -37,7 +63,6 @@ class Member:
         self.node = node
         self.connection = connection
         self.greeted = False
-        self.waiting = 0  # frames it has in the arbiter
         self.hears_itself = False
         self._number = 0
         self._backlog: deque[bytes] = deque()
@@ -74,14 +99,13 @@ class Member:
 
 
 class Hub:
-    """Input and output around an :class:`~vegrip.transport.arbiter.Arbiter`."""
+    """Input and output around a :class:`~vegrip.transport.bus_model.BusModel`."""
 
     def __init__(self, listener: socket.socket) -> None:
         self._listener = listener
         self._members: dict[int, Member] = {}  # by file descriptor
         self._nodes: dict[int, Member] = {}
-        self._arbiter: Arbiter | None = None  # from the first greeting on, which sets the bit rates
-        self._busy = 0  # [ns] in all
+        self._bus: BusModel | None = None  # from the first greeting on, which sets the bit rates
         self._last_node = 0
 
     def serve(self) -> None:
@@ -93,7 +117,7 @@ class Hub:
                 alone_since = time.monotonic()
 
     def _step(self) -> None:
-        readers = [fd for fd, member in self._members.items() if member.waiting < TRANSMIT_QUEUE]
+        readers = [fd for fd, member in self._members.items() if self._has_room(member)]
         writers = [fd for fd, member in self._members.items() if member.is_behind]
         door = self._listener.fileno()
         readable, writable, _ = select.select([door, *readers], writers, [], self._sleep())
@@ -112,7 +136,7 @@ class Hub:
         Who else wants the bus matters only when it is free again: being woken by each request meanwhile
         would cost more than all the rest.
         """
-        event = self._arbiter.next_event() if self._arbiter else None
+        event = self._bus.next_event() if self._bus else None
         if event is None:
             return LINGER / 4
         remaining = (event - time.monotonic_ns()) / NS
@@ -121,16 +145,35 @@ class Hub:
         return 0.0
 
     def _advance(self) -> None:
-        if self._arbiter is None:
+        if self._bus is None:
             return
-        for sent in self._arbiter.advance(time.monotonic_ns()):
-            if sent.node in self._nodes:
-                self._nodes[sent.node].waiting -= 1
-            self._busy += sent.end - sent.start
-            delivery = pack_delivery(sent, self._busy)
-            for member in self._nodes.values():
-                if member.hears_itself or member.node != sent.node:
-                    member.hear(delivery)
+        for event in self._bus.advance(time.monotonic_ns()):
+            if isinstance(event, Transmission):
+                self._deliver(self._bus, event)
+            elif isinstance(event, BusError):
+                for node in self._nodes:
+                    self._report(event.end, node, error_report(event, node))
+            else:
+                self._tell_state(event)
+
+    def _deliver(self, bus: BusModel, sent: Transmission) -> None:
+        if sent.lost:
+            return
+        delivery = pack_delivery(sent, bus.busy)
+        for member in self._nodes.values():
+            if member.node not in (sent.node, sent.missed_by) or member.hears_itself:
+                member.hear(delivery)
+
+    def _tell_state(self, change: StateChange) -> None:
+        if change.node in self._nodes:
+            self._report(change.time, change.node, state_report(change))
+
+    def _report(self, end: int, node: int, report: Report) -> None:
+        busy = self._bus.busy if self._bus is not None else 0
+        self._nodes[node].hear(pack_error(end, busy, node, report))
+
+    def _has_room(self, member: Member) -> bool:
+        return self._bus is None or self._bus.waiting(member.node) < TRANSMIT_QUEUE
 
     def _admit(self) -> None:
         connection, _ = self._listener.accept()
@@ -138,7 +181,7 @@ class Hub:
         self._members[connection.fileno()] = Member(self._last_node, connection)
 
     def _read(self, member: Member) -> None:
-        while member.waiting < TRANSMIT_QUEUE:
+        while self._has_room(member):
             try:
                 packet = member.connection.recv(LARGEST, socket.MSG_DONTWAIT)
             except BlockingIOError:
@@ -155,44 +198,45 @@ class Hub:
 
     def _request(self, member: Member, packet: bytes) -> None:
         asked = unpack_request(packet)
-        if asked is not None and self._arbiter is not None:
+        if asked is not None and self._bus is not None:
             queued, frame = asked
-            self._arbiter.request(min(queued, time.monotonic_ns()), member.node, frame)
-            member.waiting += 1
+            self._bus.request(min(queued, time.monotonic_ns()), member.node, frame)
 
     def _greet(self, member: Member, packet: bytes) -> None:
-        answer = self._answer(packet)
-        if "refused" not in answer:
-            answer |= {"node": member.node, "busy": self._busy}
-            member.greeted, member.hears_itself = True, bool(answer.pop("own", False))
+        greeting = _greeting(packet)
+        answer = self._answer(greeting)
+        if greeting is not None and self._bus is not None and "refused" not in answer:
+            answer |= {"node": member.node, "busy": self._bus.busy}
+            member.greeted, member.hears_itself = True, greeting.own
+            self._advance()  # who joins now takes part from now on
+            self._bus.attach(member.node, listen_only=greeting.listen_only, faults=greeting.faults)
             self._nodes[member.node] = member
         member.deliver(json.dumps(answer).encode())
 
-    def _answer(self, packet: bytes) -> dict[str, object]:
-        try:
-            greeting = json.loads(packet)
-            version, asked = greeting["version"], BitTiming(**greeting["timing"])
-        except (ValueError, TypeError, KeyError):
+    def _answer(self, greeting: Greeting | None) -> dict[str, object]:
+        if greeting is None:
             return {"refused": "it does not speak the language of this bus"}
-        if version != VERSION:
+        if greeting.version != VERSION:
             return {
-                "refused": f"its version is {version}, that of the bus {VERSION}; stop the older programs"
+                "refused": f"its version is {greeting.version}, that of the bus {VERSION}; "
+                "stop the older programs"
             }
-        if self._arbiter is None:
-            self._arbiter = Arbiter(asked)
-        here = self._arbiter.timing
-        if greeting.get("strict") and here != asked:
+        asked = greeting.timing
+        if self._bus is None:
+            self._bus = BusModel(asked)
+        here = self._bus.timing
+        if greeting.strict and here != asked:
             return {
                 "refused": f"the bus runs at {here.bitrate} and {here.data_bitrate} bit/s, "
                 f"not at {asked.bitrate} and {asked.data_bitrate}; open it with the same rates"
             }
-        rates = {"bitrate": here.bitrate, "data_bitrate": here.data_bitrate}
-        return {"timing": rates, "own": greeting.get("own")}
+        return {"timing": {"bitrate": here.bitrate, "data_bitrate": here.data_bitrate}}
 
     def _dismiss(self, member: Member) -> None:
         """Let ``member`` go; what it has queued is still sent, as the queue of a network interface is."""
         del self._members[member.connection.fileno()]
-        self._nodes.pop(member.node, None)
+        if self._nodes.pop(member.node, None) is not None and self._bus is not None:
+            self._bus.detach(member.node)
         member.connection.close()
 
 

@@ -3,16 +3,17 @@
 import struct
 from typing import NamedTuple
 
-from vegrip.transport.arbiter import Transmission
+from vegrip.transport.bus_model import Transmission
+from vegrip.transport.error_report import Report
 from vegrip.transport.frame_time import FD_SIZES, BusFrame
 
-VERSION = 2
+VERSION = 3
 LARGEST = 512  # bytes of a packet; the greeting is the longest
 _REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then the data
 _NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every member
 _DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, length code; then the data
 
-_EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE = 1, 2, 4, 8, 16
+_EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE, _ERROR = 1, 2, 4, 8, 16, 32
 
 
 class Delivery(NamedTuple):
@@ -23,6 +24,7 @@ class Delivery(NamedTuple):
     number: int  # of the frame for this member, modulo 2^32; a gap shows frames lost for want of reading
     node: int  # who sent it
     frame: BusFrame
+    error: bool = False  # an error frame: identifier and data as in vegrip.transport.error_report
 
 
 def pack_request(time: int, frame: BusFrame) -> bytes:
@@ -46,6 +48,12 @@ def pack_delivery(sent: Transmission, busy: int) -> bytes:
     return head + frame.data
 
 
+def pack_error(end: int, busy: int, node: int, report: Report) -> bytes:
+    """Return the packet that brings an error frame to a member, still without its number."""
+    classes, detail = report
+    return _DELIVERY.pack(end, busy, node, classes, _EXTENDED | _ERROR, len(detail)) + detail
+
+
 def numbered(number: int, delivery: bytes) -> bytes:
     """Return ``delivery`` with the number that it has for one member."""
     return _NUMBER.pack(number & 0xFFFFFFFF) + delivery
@@ -59,7 +67,7 @@ def unpack_delivery(packet: bytes) -> Delivery | None:
     (number,) = _NUMBER.unpack_from(packet)
     end, busy, node, identifier, flags, code = _DELIVERY.unpack_from(packet, _NUMBER.size)
     frame = _frame(identifier, flags, code, packet[start:])
-    return None if frame is None else Delivery(end, busy, number, node, frame)
+    return None if frame is None else Delivery(end, busy, number, node, frame, bool(flags & _ERROR))
 
 
 def _flags(frame: BusFrame) -> int:

@@ -10,20 +10,29 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import can
 
 from vegrip.clock import NS
-from vegrip.errors import DeviceError
+from vegrip.config import build
+from vegrip.errors import ConfigError, DeviceError
 from vegrip.transport.bus_load import BusLoad
+from vegrip.transport.error_report import told_state
+from vegrip.transport.fault_confinement import ErrorState
 from vegrip.transport.frame_time import FD_SIZES, BitTiming, BusFrame
 from vegrip.transport.hub_wire import LARGEST, VERSION, Delivery, pack_request, unpack_delivery
+from vegrip.transport.node_faults import NodeFaults
 from vegrip.transport.runtime_folder import runtime_folder, socket_path
 
 PATIENCE = 10.0  # [s] to find or start the hub
+READ_AHEAD = (
+    4096  # frames looked through for the error state; as many as the bus keeps for one that does not read
+)
 SEND_BUFFER = 32_768  # bytes, some eighty frames: a full bus must push back on the sender within 20 ms
 
 
@@ -36,6 +45,10 @@ class VegripBus(can.BusABC):
         data_bitrate: [bit/s] of FD frames with bit-rate switch.
         fd: whether this node sends and receives CAN FD frames.
         receive_own_messages: whether this node receives what it sent, once it was on the bus.
+        listen_only: hear everything, acknowledge nothing, send nothing.
+        error_frames: whether errors on the bus are received too, as SocketCAN gives them.
+        faults: what goes wrong at this node on purpose, see
+            :class:`~vegrip.transport.node_faults.NodeFaults`; for tests.
         can_filters: as in python-can.
 
     """
@@ -48,6 +61,9 @@ class VegripBus(can.BusABC):
         data_bitrate: int | None = None,
         fd: bool = False,
         receive_own_messages: bool = False,
+        listen_only: bool = False,
+        error_frames: bool = True,
+        faults: Mapping[str, Any] | None = None,
         can_filters: Sequence[Any] | None = None,
         **_: Any,
     ) -> None:
@@ -55,12 +71,22 @@ class VegripBus(can.BusABC):
         self.channel_info = f"virtual CAN bus {channel!r}"
         self.overruns = 0
         """Frames lost because this node did not read."""
+        self.error_counters = (0, 0)
+        """Transmit and receive error counter, as of the last error frame."""
         self._fd = fd
+        self._listen_only, self._error_frames = listen_only, error_frames
+        self._error_state = ErrorState.ACTIVE
+        self._read_ahead: deque[Delivery] = deque()
         self._next_number = 0
         self._epoch = (
             time.time_ns() - time.monotonic_ns()
         ) / NS  # [s] python-can's time stamps count from 1970
-        self._socket, answer = _join(str(channel), bitrate, data_bitrate, own=receive_own_messages)
+        character = {
+            "own": receive_own_messages,
+            "listen_only": listen_only,
+            "faults": _faults(faults or {}),
+        }
+        self._socket, answer = _join(str(channel), bitrate, data_bitrate, character)
         self._node: int = answer["node"]
         self.timing = BitTiming(**answer["timing"])
         self._load = BusLoad(busy=answer["busy"])
@@ -94,22 +120,60 @@ class VegripBus(can.BusABC):
             can.CanOperationError: the bus has gone.
 
         """
+        if self._read_ahead:
+            return self._read_ahead.popleft()
         while True:
-            try:
-                packet = self._socket.recv(LARGEST)
-            except BlockingIOError:
-                if not self._wait_for_packet(deadline):
-                    return None
-                continue
-            except OSError:
-                raise self._gone() from None
-            if not packet:
-                raise self._gone()
-            delivery = unpack_delivery(packet)
-            if delivery is not None and self._is_for_us(delivery):
+            delivery, more = self._look()
+            if delivery is not None:
                 return delivery
+            if not more and not self._wait_for_packet(deadline):
+                return None
+
+    @property
+    def state(self) -> can.BusState:
+        """The error state: ACTIVE, PASSIVE (also of a node that only listens) or ERROR when it is bus-off.
+
+        What waits to be received is looked through for news, and still received afterwards.
+        """
+        more = len(self._read_ahead) < READ_AHEAD
+        while more:
+            delivery, more = self._look()
+            if delivery is not None:
+                self._read_ahead.append(delivery)
+                more = len(self._read_ahead) < READ_AHEAD
+        if self._error_state is ErrorState.OFF:
+            return can.BusState.ERROR
+        passive = self._listen_only or self._error_state is ErrorState.PASSIVE
+        return can.BusState.PASSIVE if passive else can.BusState.ACTIVE
+
+    @state.setter
+    def state(self, new_state: can.BusState) -> None:
+        raise NotImplementedError(
+            f"the state of {self.channel_info} follows from its errors; for one that only listens open it "
+            "with listen_only=True"
+        )
+
+    def _look(self) -> tuple[Delivery | None, bool]:
+        """Return the next frame if it is there and for us, and whether there was anything."""
+        try:
+            packet = self._socket.recv(LARGEST)
+        except BlockingIOError:
+            return None, False
+        except OSError:
+            raise self._gone() from None
+        if not packet:
+            raise self._gone()
+        delivery = unpack_delivery(packet)
+        return (delivery if delivery is not None and self._is_for_us(delivery) else None), True
 
     def _ask_for(self, frame: BusFrame, deadline: float) -> None:
+        if self._listen_only:
+            raise can.CanOperationError(f"{self.channel_info} was opened with listen_only: it sends nothing")
+        if self._error_state is ErrorState.OFF:
+            raise can.CanOperationError(
+                f"{self.channel_info}: this node is bus-off after too many errors; it comes back by itself, "
+                "and what waited is lost"
+            )
         packet = pack_request(time.monotonic_ns(), frame)
         while True:
             try:
@@ -145,7 +209,16 @@ class VegripBus(can.BusABC):
         self.overruns += (delivery.number - self._next_number) & 0xFFFFFFFF
         self._next_number = (delivery.number + 1) & 0xFFFFFFFF
         self._load.carried(delivery.end, delivery.busy)
+        if delivery.error:
+            self._learn(delivery)
+            return self._error_frames
         return self._fd or not delivery.frame.fd
+
+    def _learn(self, error: Delivery) -> None:
+        detail = error.frame.data
+        self.error_counters = detail[6], detail[7]
+        told = told_state(error.frame.identifier, detail)
+        self._error_state = self._error_state if told is None else told
 
     def _message(self, delivery: Delivery) -> can.Message:
         frame = delivery.frame
@@ -154,13 +227,14 @@ class VegripBus(can.BusABC):
             arbitration_id=frame.identifier,
             is_extended_id=frame.extended,
             is_remote_frame=frame.remote,
+            is_error_frame=delivery.error,
             is_fd=frame.fd,
             bitrate_switch=frame.bit_rate_switch,
             error_state_indicator=frame.error_state,
             dlc=FD_SIZES[frame.code],
             data=frame.data,
             channel=self.channel,
-            is_rx=delivery.node != self._node,
+            is_rx=delivery.error or delivery.node != self._node,
         )
 
     def _bus_frame(self, msg: can.Message) -> BusFrame:
@@ -203,8 +277,15 @@ class VegripBus(can.BusABC):
         return [{"interface": "vegrip", "channel": name} for name in sorted(names)]
 
 
+def _faults(table: Mapping[str, Any]) -> dict[str, Any]:
+    try:
+        return asdict(build(NodeFaults, table, "faults"))
+    except ConfigError as error:
+        raise can.CanInitializationError(str(error)) from None
+
+
 def _join(
-    channel: str, bitrate: int | None, data_bitrate: int | None, *, own: bool
+    channel: str, bitrate: int | None, data_bitrate: int | None, character: Mapping[str, Any]
 ) -> tuple[socket.socket, dict[str, Any]]:
     """Connect to the hub of ``channel``, started if need be; return socket and the hub's answer."""
     if not channel.replace("-", "").replace("_", "").isalnum():
@@ -215,7 +296,7 @@ def _join(
         "version": VERSION,
         "timing": {"bitrate": timing.bitrate, "data_bitrate": timing.data_bitrate},
         "strict": bool(bitrate or data_bitrate),
-        "own": own,
+        **character,
     }
     try:
         path = socket_path("can", f"{channel}.bus")

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.transport.arbiter import Arbiter
 from vegrip.transport.bus_load import BusLoad
+from vegrip.transport.bus_model import BusModel
 from vegrip.transport.frame_time import BitTiming, BusFrame, frame_duration
 
 TIMING = BitTiming(bitrate=500_000)
@@ -18,18 +18,25 @@ requests = st.lists(
 )
 
 
+def new_bus():
+    bus = BusModel(TIMING)
+    for node in range(10):
+        bus.attach(node)
+    return bus
+
+
 def run(asked, steps=()):
     """Ask in the order of time and advance to the end, by way of the times ``steps``."""
-    arbiter = Arbiter(TIMING)
+    bus = new_bus()
     sent = []
     steps = sorted(steps)
     for time, node, identifier in sorted(asked):
         while steps and steps[0] <= time:
-            sent += arbiter.advance(steps.pop(0))
-        arbiter.request(time, node, BusFrame(identifier, bytes([node])))
+            sent += bus.advance(steps.pop(0))
+        bus.request(time, node, BusFrame(identifier, bytes([node])))
     for step in steps:
-        sent += arbiter.advance(step)
-    return sent + arbiter.advance(10**12)
+        sent += bus.advance(step)
+    return sent + bus.advance(10**12)
 
 
 @given(requests)
@@ -57,10 +64,10 @@ def test_of_nodes_that_ask_together_the_lowest_identifier_goes_first(identifiers
 
 
 def test_a_node_sends_its_own_frames_in_order_whatever_their_identifiers():
-    arbiter = Arbiter(TIMING)
+    bus = new_bus()
     for identifier in (0x700, 0x001, 0x300):
-        arbiter.request(0, 1, BusFrame(identifier))
-    assert [t.frame.identifier for t in arbiter.advance(10**9)] == [0x700, 0x001, 0x300]
+        bus.request(0, 1, BusFrame(identifier))
+    assert [t.frame.identifier for t in bus.advance(10**9)] == [0x700, 0x001, 0x300]
 
 
 def test_a_frame_on_the_bus_is_not_interrupted_by_a_more_urgent_one():
@@ -75,21 +82,21 @@ def test_the_result_does_not_depend_on_when_time_is_looked_at(asked, steps):
 
 
 def test_a_request_that_becomes_known_late_waits_for_the_bus():
-    arbiter = Arbiter(TIMING)
-    arbiter.request(0, 1, BusFrame(0x700))
-    assert arbiter.advance(5 * US) == []  # 0x700 has the bus
-    arbiter.request(0, 2, BusFrame(0x001))
-    assert [t.frame.identifier for t in arbiter.advance(10**9)] == [0x700, 0x001]
+    bus = new_bus()
+    bus.request(0, 1, BusFrame(0x700))
+    assert bus.advance(5 * US) == []  # 0x700 has the bus
+    bus.request(0, 2, BusFrame(0x001))
+    assert [t.frame.identifier for t in bus.advance(10**9)] == [0x700, 0x001]
 
 
 @given(requests)
 def test_the_next_event_is_when_there_is_something_to_do(asked):
-    arbiter = Arbiter(TIMING)
+    bus = new_bus()
     for time, node, identifier in sorted(asked):
-        arbiter.request(time, node, BusFrame(identifier))
+        bus.request(time, node, BusFrame(identifier))
     sent = 0
-    while (event := arbiter.next_event()) is not None:
-        sent += len(arbiter.advance(event))
+    while (event := bus.next_event()) is not None:
+        sent += len(bus.advance(event))
     assert sent == len(asked)
 
 
