@@ -25,6 +25,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "record": ("vegrip.cli.record:record", "Record the bus to a folder."),
     "replay": ("vegrip.cli.replay:replay", "Play a recording on the bus."),
     "import": ("vegrip.cli.import_:import_", "Turn any CSV into a recording, with a column map."),
+    "fit": ("vegrip.cli.fit:fit", "Fit the contact model to a recording."),
     "paper": ("vegrip.cli.paper:paper", "Print the paper's tables and draw its figures."),
     "bench": ("vegrip.cli.bench:bench", "Measure the speed ratios on this machine."),
     "topic": ("vegrip.cli.topic:app", "Look at topics: list, echo, hz."),

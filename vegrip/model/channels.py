@@ -106,14 +106,21 @@ class Predictor:
         self._fresh = np.stack([model.initial_states, np.array(lasting)])
         self._module = _module(model.effects, plain)
 
-    def __call__(self, vector: Floats) -> Floats:
-        """Return (n, 14), columns :data:`QUANTITIES`, for ``vector`` as :attr:`ContactModel.vector`."""
+    def __call__(self, vector: Floats, zeros: tuple[ArrayLike, ArrayLike] = (0.0, 0.0)) -> Floats:
+        """Return (n, 14), columns :data:`QUANTITIES`, for ``vector`` as :attr:`ContactModel.vector`.
+
+        ``zeros``: what the sensors of displacement [m] and normal force [N] show where there is none, a
+        number or (n,) each. It is taken off what was measured; the force that comes out is without it.
+        """
         motion, beside = self._motion, (self.t, self._first)
+        zero, bias = (np.asarray(one, dtype=np.float64) for one in zeros)
+        load, force = self._load - bias, self._force - bias
+        if self._by_force or np.any(zero):
+            motion = np.stack([motion[:, 0] - zero, motion[:, 1]], axis=1)
         if self._by_force:
-            motion = motion.copy()
-            self._module.depths(vector, self._fresh, *beside, motion, self._force, self._outside, self._span)
+            self._module.depths(vector, self._fresh, *beside, motion, force, self._outside, self._span)
         out = np.empty((self.t.size, len(QUANTITIES)))
-        self._module.channels(vector, self._fresh, *beside, motion, self._load, self._outside, out)
+        self._module.channels(vector, self._fresh, *beside, motion, load, self._outside, out)
         return out
 
 

@@ -1,0 +1,90 @@
+"""What the commands that fit models share: reading, progress on standard error, tables."""
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from vegrip.fit import Fit
+    from vegrip.model import ContactModel
+    from vegrip.recording import Recording
+
+
+def opened(recording: Path, model: Path | None) -> "tuple[Recording, ContactModel | None]":
+    """Read a recording and, if there is one, a model."""
+    from vegrip.model import read_model
+    from vegrip.recording import read_recording
+
+    return read_recording(recording), read_model(model) if model is not None else None
+
+
+@contextmanager
+def progress(what: str) -> Iterator[Callable[[str], None]]:
+    """Show on standard error what is being done: a spinner in a terminal, lines elsewhere."""
+    console = Console(stderr=True, highlight=False)
+    if console.is_terminal:
+        with console.status(what) as status:
+            yield lambda text: status.update(f"{what}: {text}")
+    else:
+        yield lambda text: print(f"{what}: {text}", file=sys.stderr)  # noqa: T201
+
+
+def print_json(told: Any) -> None:
+    """Print one JSON object; what is not a number is null."""
+    typer.echo(json.dumps(_plain(told), allow_nan=False))
+
+
+def _plain(told: Any) -> Any:
+    if isinstance(told, dict):
+        return {str(key): _plain(value) for key, value in told.items()}
+    if isinstance(told, (list, tuple)):
+        return [_plain(value) for value in told]
+    if isinstance(told, float):
+        return told if math.isfinite(told) else None
+    return told
+
+
+def print_fit(fit: "Fit") -> None:
+    """Print values with their standard errors, errors by channel, and warnings."""
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    told = fit.as_dict()
+    table = Table(box=None, padding=(0, 2))
+    for heading in ("parameter", "value", "std", "unit", "effect"):
+        table.add_column(heading, justify="right" if heading in ("value", "std") else "left")
+    for name, one in told["parameters"].items():
+        log = one["scale"] == "log"
+        spread = f"{100.0 * one['std']:.2g} %" if log else f"{one['std']:.2g}"
+        table.add_row(name, f"{one['value']:.5g}", spread, one["unit"], one["effect"])
+    console.print(table)
+    console.print(channel_table(told["channels"]))
+    console.print(f"all channels: {told['error']:.3f} times the noise")
+    zeros = told["zeros"]
+    console.print(
+        f"zeros: displacement {zeros['displacement']:.3g} m, normal force {zeros['normal_force']:.3g} N"
+    )
+    for channel, source in told["noise"]["source"].items():
+        console.print(f"noise of {channel}: {source}")
+    for sentence in told["warnings"]:
+        console.print(f"- {sentence}", markup=False)
+
+
+def channel_table(channels: dict[str, Any]) -> Any:
+    """Return a table of errors by channel."""
+    from rich.table import Table
+
+    table = Table(box=None, padding=(0, 2))
+    for heading in ("channel", "rmse", "noise", "ratio", "white (p)", "in 95 % band"):
+        table.add_column(heading, justify="left" if heading == "channel" else "right")
+    for name, one in channels.items():
+        cells = (f"{one['rmse']:.3g}", f"{one['noise']:.3g}", f"{one['ratio']:.3f}")
+        table.add_row(name, *cells, f"{one['whiteness_p']:.2g}", f"{100.0 * one['coverage95']:.1f} %")
+    return table

@@ -1,0 +1,48 @@
+"""``vegrip fit``: the model's parameters from a recording."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
+MODEL = Annotated[
+    Path | None, typer.Option("--model", help="Model file to start from; else the paper's model.")
+]
+OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write.")]
+EACH = Annotated[
+    bool,
+    typer.Option("--zeros-each-episode", help="Zeros of displacement and force differ between episodes."),
+]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def fit(
+    recording: RECORDING,
+    model: MODEL = None,
+    output: OUT = None,
+    zeros_each_episode: EACH = False,
+    as_json: JSON = False,
+) -> None:
+    """Fit a contact model to a recording: all channels at once, noise of force and displacement alike.
+
+    Prints every value with its standard error, what is left of each channel against its noise, and what to
+    be wary of: values that the recording does not determine, or that sit on a bound.
+
+    Example: vegrip fit press -o press.toml
+    """
+    from vegrip.cli._fits import opened, print_fit, print_json, progress
+    from vegrip.fit import fit as fit_model
+    from vegrip.model import write_model
+
+    measured, start = opened(recording, model)
+    with progress("fit") as report:
+        found = fit_model(
+            measured, start, zeros="episode" if zeros_each_episode else "recording", report=report
+        )
+    if output is not None:
+        write_model(found.model, output)
+    if as_json:
+        print_json(found.as_dict())
+    else:
+        print_fit(found)

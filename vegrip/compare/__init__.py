@@ -1,0 +1,1 @@
+"""Where a model fails: residuals by regime, two models side by side."""

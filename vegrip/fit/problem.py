@@ -1,0 +1,250 @@
+"""The least-squares problem of a model and a recording: what the model leaves, in units of the noise.
+
+Three blocks, one below the other: the normal force (every row, whitened), the load at slip (rows that slide),
+the contact radius (rows that see it). Unknown are the coordinates of the model's parameters and the zeros of
+both sensors, for the recording or for each episode.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.fit.measured import Measured
+from vegrip.fit.smoother import Floats
+from vegrip.fit.whitening import Whitener
+from vegrip.model import BASE, ContactModel, Predictor
+from vegrip.model.channels import QUANTITIES
+from vegrip.parameters import coordinate
+
+Zeros = Literal["recording", "episode"]
+
+AT = {name: i for i, name in enumerate(QUANTITIES)}
+VAGUE = 3.0  # the prior of a fit is this many times wider than the declared one
+VAGUE_LOG_SCALE = 5.0  # and that of a stiffness, whose unit may be a cell or a car tyre
+FREE_ZERO = 0.5  # [x_ref] prior std of the zero of the displacement
+FORGOTTEN = 2.0  # relaxation times after a contact was made anew
+LONGEST = 5.0  # [s]
+STEP = 1e-4  # of a prior std, for derivatives
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns:
+    """Names, bounds and priors of what is fitted, in coordinates; zeros in x_ref and greatest force.
+
+    Priors: the declared ones for an added effect; for the base model wide ones around the values it has,
+    which matter only where the recording is silent.
+    """
+
+    names: tuple[str, ...]
+    log: NDArray[np.bool_]
+    place: NDArray[np.int64]  # in the model's vector, -1 for zeros
+    start: Floats
+    low: Floats
+    high: Floats
+    prior: Floats
+    std: Floats
+
+
+class Problem:
+    """Residuals and derivatives. The noise model is frozen at construction (and by :meth:`freeze`)."""
+
+    def __init__(
+        self,
+        model: ContactModel,
+        measured: Measured,
+        *,
+        zeros: Zeros = "recording",
+        symbols: tuple[str, ...] | None = None,
+    ) -> None:
+        self.model, self.measured = model, measured
+        self._predictor = Predictor(model, measured.columns)
+        self._vector = model.vector
+        self.depth = model.reference_depth
+        self.load = float(np.nanmax(np.abs(measured.force)))
+        self.episodes = np.cumsum(measured.first > 0.5).astype(np.int64) - 1
+        self._owner = self.episodes if zeros == "episode" else np.zeros_like(self.episodes)
+        self.unknowns = self._unknowns(symbols)
+        self.doubtful = np.zeros(self.episodes.size, dtype=bool)
+        self.freeze(self.unknowns.start)
+
+    def _unknowns(self, symbols: tuple[str, ...] | None) -> Unknowns:
+        known = self.model.parameters
+        names = [s for s in known if self.model.values[s].std > 0.0] if symbols is None else list(symbols)
+        declared = [known[s][1] for s in names]
+        values = [self.model.values[s] for s in names]
+        zeros = int(self._owner.max()) + 1
+        extra = [
+            f"{kind}{i if zeros > 1 else ''}"
+            for kind in ("zero_displacement", "zero_force")
+            for i in range(zeros)
+        ]
+        place = [list(known).index(s) for s in names]
+
+        def joined(inner: list[float], zero: float) -> Floats:
+            return np.array([*inner, *[zero] * len(extra)], dtype=np.float64)
+
+        base = [known[s][0] in BASE for s in names]
+        wide = [
+            VAGUE_LOG_SCALE if p.symbol == "K" else p.std * (VAGUE if own else 1.0)
+            for p, own in zip(declared, base, strict=True)
+        ]
+        middle = [
+            coordinate(p, v.value if own else p.default)
+            for p, v, own in zip(declared, values, base, strict=True)
+        ]
+        return Unknowns(
+            (*names, *extra),
+            np.array([p.transform == "log" for p in declared] + [False] * len(extra)),
+            np.array([*place, *[-1] * len(extra)], dtype=np.int64),
+            joined([coordinate(p, v.value) for p, v in zip(declared, values, strict=True)], 0.0),
+            joined([_bound(p.transform, v.low) for p, v in zip(declared, values, strict=True)], -math.inf),
+            joined([_bound(p.transform, v.high) for p, v in zip(declared, values, strict=True)], math.inf),
+            joined(middle, 0.0),
+            joined(wide, FREE_ZERO),
+        )
+
+    def parts(self, u: Floats) -> tuple[Floats, tuple[Floats, Floats]]:
+        """Return the model's vector and the zeros (n,) of displacement [m] and force [N]."""
+        vector = self._vector.copy()
+        inner = self.unknowns.place >= 0
+        raw = u[inner]
+        vector[self.unknowns.place[inner]] = np.where(
+            self.unknowns.log[inner], np.exp(np.where(self.unknowns.log[inner], raw, 0.0)), raw
+        )
+        zero = u[~inner]
+        n = zero.size // 2
+        return vector, (self.depth * zero[:n][self._owner], self.load * zero[n:][self._owner])
+
+    def table(self, u: Floats) -> Floats:
+        """Return the prediction (n, 14), its normal force with the sensor's zero."""
+        vector, zeros = self.parts(u)
+        out = self._predictor(vector, zeros)
+        out[:, AT["normal_force"]] += zeros[1]
+        return out
+
+    def freeze(self, u: Floats) -> None:
+        """Set up the noise of every block at ``u``."""
+        m, noise = self.measured, self.measured.noise
+        here = self.table(u)
+        vector, zeros = self.parts(u)
+        h = 1e-3 * self.depth
+        beyond = self._predictor(vector, (zeros[0] - h, zeros[1]))
+        rise = (beyond[:, AT["elastic_force"]] - here[:, AT["elastic_force"]]) / h
+        touching = here[:, AT["normal_force"]] - zeros[1] != 0.0
+        self.stiffness = np.where(touching, np.maximum(rise, 0.0), 0.0)
+        used = self.used.astype(np.float64)
+        self.whitener = Whitener(m.recording.t, m.first, m.motion, self.stiffness, noise.force, used)
+        self.force_std = np.sqrt(
+            noise.normal_force**2 + noise.slow_force**2 + (self.stiffness * m.motion.std) ** 2
+        )
+        self.slip_std = self._slip_std(here)
+        slope = (beyond[:, AT["contact_radius"]] - here[:, AT["contact_radius"]]) / h
+        self.radius_std = np.hypot(np.nan_to_num(noise.contact_radius), np.abs(slope) * m.motion.std)[m.seen]
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """Rows (n,) whose normal force counts."""
+        return np.isfinite(self.measured.force) & ~self.doubtful
+
+    def distrust(self, u: Floats) -> None:
+        """Leave out the rows after the contact parted and was made again within an episode.
+
+        A tip withdrawn faster than it recovers parts from the object while it is still dented. Whether its
+        surface then recovers freely, as the model has it, or as if it were still held, as equation (20) of
+        [TiezziKao2007]_ cut off at zero has it, makes up to a few percent of the force at the next touch,
+        and is no evidence of anything else. Two relaxation times later it is forgotten.
+        """
+        out = self.table(u)
+        vector, _ = self.parts(u)
+        dented = (out[:, AT["indentation"]] > 0.0) & (out[:, AT["contact_radius"]] == 0.0)
+        rates = [vector[i] for i, s in enumerate(self.model.parameters) if s == "nu1"]
+        memory = min(FORGOTTEN / max(rates[0], 1e-9), LONGEST) if rates else LONGEST
+        t, since = self.measured.recording.t, -math.inf
+        rising = np.gradient(self.measured.motion.displacement, t) > 0.0
+        concerned = (out[:, AT["indentation"]] > 0.0) & (rising | ~dented)
+        for i in range(t.size):
+            if self.measured.first[i] > 0.5:
+                since = -math.inf
+            if dented[i]:
+                since = t[i]
+            self.doubtful[i] = concerned[i] and t[i] - since < memory
+        self.freeze(u)
+
+    def _slip_std(self, here: Floats) -> Floats:
+        """Std of ln utilisation at slip, by the ellipse with the same half axes."""
+        noise, rows = self.measured.noise, self.measured.sliding
+        limit, torsion = here[rows, AT["limit_force"]], here[rows, AT["limit_torque"]]
+        fx, fy, torque = self._loads()
+        f = np.hypot(fx, fy) / np.maximum(limit, 1e-300)
+        q = np.abs(torque) / np.maximum(torsion, 1e-300)
+        u2 = np.maximum(f * f + q * q, 1e-12)
+        variance = (f / np.maximum(limit, 1e-300) * np.nan_to_num(noise.tangential_force)) ** 2
+        variance += (q / np.maximum(torsion, 1e-300) * np.nan_to_num(noise.torque_z)) ** 2
+        load = np.maximum(here[rows, AT["contact_force"]], noise.normal_force)
+        std: Floats = np.sqrt(variance / u2**2 + (noise.normal_force / load) ** 2)
+        return std
+
+    def _loads(self) -> tuple[Floats, Floats, Floats]:
+        rows, columns = self.measured.sliding, self.measured.recording.columns
+        none = np.zeros(len(self.measured.recording))
+        fx, fy, torque = (
+            np.nan_to_num(columns.get(name, none)[rows])
+            for name in ("tangential_force_x", "tangential_force_y", "torque_z")
+        )
+        return fx, fy, torque
+
+    def raw(self, table: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return what the model leaves: force [N] (n,), ln utilisation (k,), radius [m] (m,)."""
+        m = self.measured
+        force = np.nan_to_num(m.force - table[:, AT["normal_force"]])
+        used = table[m.sliding, AT["utilisation"]]
+        slip = np.log(np.where(np.isfinite(used) & (used > 0.0), used, 1.0))
+        radius = m.recording.columns.get("contact_radius", np.zeros(len(m.recording)))[m.seen]
+        return force, slip, radius - table[m.seen, AT["contact_radius"]]
+
+    def white(self, raw: tuple[Floats, Floats, Floats]) -> Floats:
+        """Return the blocks in units of the noise, independent, one below the other."""
+        return np.concatenate([self.whitener(raw[0]), raw[1] / self.slip_std, raw[2] / self.radius_std])
+
+    def standardised(self, raw: tuple[Floats, Floats, Floats]) -> Floats:
+        """Return the blocks over the std of each row, in place: not independent where noise is slow."""
+        force = np.where(self.used, raw[0] / self.force_std, 0.0)
+        return np.concatenate([force, raw[1] / self.slip_std, raw[2] / self.radius_std])
+
+    def residual(self, u: Floats) -> Floats:
+        """Return the whitened residual at ``u``."""
+        return self.white(self.raw(self.table(u)))
+
+    def jacobian(self, u: Floats, residual: Floats | None = None) -> Floats:
+        """Return the derivative of :meth:`residual`, (rows, unknowns), by differences away from bounds."""
+        base = self.residual(u) if residual is None else residual
+        out = np.empty((base.size, u.size))
+        k = self.unknowns
+        for j in range(u.size):
+            h = STEP * k.std[j]
+            h = -h if u[j] + h > k.high[j] else h
+            moved = u.copy()
+            moved[j] += h
+            out[:, j] = (self.residual(moved) - base) / h
+        return out
+
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """Row of the recording of every residual."""
+        m = self.measured
+        return np.concatenate([np.arange(len(m.recording)), m.sliding, m.seen])
+
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """Which residuals are measurements (a missing force has none)."""
+        m = self.measured
+        return np.concatenate([self.used, np.ones(m.sliding.size + m.seen.size, dtype=bool)])
+
+
+def _bound(transform: str, value: float) -> float:
+    if transform == "log":
+        return math.log(value) if value > 0.0 else -math.inf
+    return value
