@@ -73,6 +73,11 @@ class Runner:
         """The lifecycle state of the node."""
         return self.managed.state
 
+    @property
+    def due(self) -> int:
+        """When :meth:`step` has something to do even if nothing comes in [ns]."""
+        return min(self.schedule.due, self._status_schedule.due)
+
     def start(self) -> None:
         """Configure and activate the node."""
         self.change("configure")
@@ -105,7 +110,7 @@ class Runner:
 
     def step(self) -> None:
         """Wait for messages or the next tick, whichever comes first, and serve it."""
-        wait = (min(self.schedule.due, self._status_schedule.due) - self._clock.now()) / NS
+        wait = (self.due - self._clock.now()) / NS
         messages = self._gather(min(max(wait, 0.0), LONGEST_WAIT))
         for message, arrived in zip(messages, self._endpoint.arrivals, strict=True):
             self._answer(message, arrived)

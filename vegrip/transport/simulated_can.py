@@ -1,0 +1,196 @@
+"""A CAN bus on a simulated clock, in one process: every bit takes its time, and nothing waits.
+
+The bus is the :class:`~vegrip.transport.bus_model.BusModel` that also serves the wall clock. Messages go
+through the codec, frames through arbitration; what a node receives has the stamp of the end of its frame.
+"""
+
+import heapq
+import itertools
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from vegrip.clock import NS, Clock
+from vegrip.codec import CanCodec, Frame
+from vegrip.messages import Message
+from vegrip.transport.bus_load import BusLoad
+from vegrip.transport.bus_model import BusError, BusModel, Event, StateChange, Transmission
+from vegrip.transport.fault_confinement import ErrorState
+from vegrip.transport.frame_time import BitTiming, BusFrame
+from vegrip.transport.losses import losses
+from vegrip.transport.node_faults import NO_FAULTS, NodeFaults
+
+Tamper = Callable[[Frame, int], Iterable[tuple[int, Frame]]]
+"""What becomes of a frame sent at a time [ns]: any number of frames, each at its own time, not earlier."""
+
+TRANSMIT_QUEUE = 64
+"""Frames of one node that may wait for the bus; later ones are unsent."""
+
+
+class SimulatedCan:
+    """The bus; make an :meth:`endpoint` for each node, and let :meth:`advance` follow the clock."""
+
+    def __init__(self, clock: Clock, timing: BitTiming | None = None) -> None:
+        self.clock = clock
+        self.model = BusModel(timing or BitTiming())
+        self.errors: Counter[str] = Counter()  # error frames, by kind
+        self._load = BusLoad()
+        self._endpoints: dict[int, SimulatedEndpoint] = {}
+        self._numbers = itertools.count(1)
+        self._order = itertools.count()
+        self._later: list[tuple[int, int, int, BusFrame]] = []  # heap of time [ns], order, node, frame
+
+    def endpoint(
+        self, codec: CanCodec, *, listen_only: bool = False, faults: NodeFaults = NO_FAULTS
+    ) -> "SimulatedEndpoint":
+        """Return a new node on the bus."""
+        self.advance()
+        node = next(self._numbers)
+        self.model.attach(node, listen_only=listen_only, faults=faults)
+        self._endpoints[node] = SimulatedEndpoint(self, node, codec)
+        return self._endpoints[node]
+
+    def advance(self) -> None:
+        """Bring the bus up to the present of the clock, and every finished frame to all nodes."""
+        now = self.clock.now()
+        while self._later and self._later[0][0] <= now:
+            time, _, node, frame = heapq.heappop(self._later)
+            self._settle(time - 1)  # who asks at the same instant competes
+            if node in self._endpoints:
+                self._request(time, node, frame)
+        self._settle(now)
+
+    def next_event(self) -> int | None:
+        """Return when :meth:`advance` will have something to do [ns]; None: not before a node sends."""
+        event = self.model.next_event()
+        if not self._later:
+            return event
+        return self._later[0][0] if event is None else min(event, self._later[0][0])
+
+    def send(self, time: int, node: int, frame: Frame) -> None:
+        """Let ``node`` send ``frame`` at ``time`` [ns], now or later."""
+        sent = BusFrame(frame.arbitration_id, frame.data, fd=frame.fd, bit_rate_switch=frame.fd)
+        if time > self.clock.now():
+            heapq.heappush(self._later, (time, next(self._order), node, sent))
+        else:
+            self._settle(time - 1)
+            self._request(time, node, sent)
+
+    def load(self) -> float:
+        """Return the share of the last second for which the bus was busy."""
+        return self._load.share(self.clock.now())
+
+    def leave(self, node: int) -> None:
+        """Disconnect ``node``."""
+        if self._endpoints.pop(node, None) is not None:
+            self.model.detach(node)
+
+    def _request(self, time: int, node: int, frame: BusFrame) -> None:
+        full = self.model.waiting(node) >= TRANSMIT_QUEUE
+        if full or not self.model.request(time, node, frame):
+            self._endpoints[node].faults["unsent"] += 1
+
+    def _settle(self, now: int) -> None:
+        for event in self.model.advance(now):
+            self._tell(event)
+
+    def _tell(self, event: Event) -> None:
+        if isinstance(event, StateChange):
+            if event.node in self._endpoints:
+                self._endpoints[event.node].learn(event)
+            return
+        self._load.carried(event.end, self.model.busy)
+        if isinstance(event, BusError):
+            self.errors[event.kind.value] += 1
+            for endpoint in self._endpoints.values():
+                endpoint.faults["error_frame"] += 1
+        elif not event.lost:
+            self._deliver(event)
+
+    def _deliver(self, sent: Transmission) -> None:
+        frame = Frame(sent.frame.identifier, sent.frame.data, sent.frame.fd, sent.end)
+        for node, endpoint in self._endpoints.items():
+            if node not in (sent.node, sent.missed_by):
+                endpoint.hear(frame)
+
+
+class SimulatedEndpoint:
+    """One node's place on a :class:`SimulatedCan`; an :class:`~vegrip.transport.endpoint.Endpoint`.
+
+    ``tamper`` may be set to falsify what this node sends.
+    """
+
+    def __init__(self, bus: SimulatedCan, node: int, codec: CanCodec) -> None:
+        self.arrivals: Sequence[int] = ()
+        self.faults: Counter[str] = Counter()
+        self.heard = 0  # frames
+        self.tamper: Tamper | None = None
+        self._bus, self._node, self._codec = bus, node, codec
+        self._inbox: deque[Frame] = deque()
+
+    @property
+    def waiting(self) -> bool:
+        """Whether there is something to receive."""
+        return bool(self._inbox)
+
+    @property
+    def state(self) -> ErrorState:
+        """The error state of this node."""
+        return self._bus.model.state(self._node)
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """What went wrong so far, by the names of :class:`~vegrip.transport.can_endpoint.CanEndpoint`."""
+        return {**self._codec.rejected, **self.faults, **losses(self._codec)}
+
+    def receive(self, timeout: float) -> Sequence[Message]:
+        """Take what is there; with nothing there, let the clock run up to ``timeout`` [s] until there is."""
+        clock = self._bus.clock
+        deadline = clock.now() + round(timeout * NS)
+        self._bus.advance()
+        while not self._inbox and clock.now() < deadline:
+            event = self._bus.next_event()
+            clock.sleep_until(deadline if event is None else min(event, deadline))
+            self._bus.advance()
+        return self._decoded()
+
+    def send(self, message: Message) -> None:
+        """Ask for the bus with the frames of ``message``; what the queue does not take is unsent."""
+        now = self._bus.clock.now()
+        for frame in self._codec.encode(message):
+            self.put(frame, now)
+
+    def put(self, frame: Frame, now: int) -> None:
+        """Send ``frame`` at ``now`` [ns], past the codec."""
+        for time, sent in self.tamper(frame, now) if self.tamper else ((now, frame),):
+            self._bus.send(time, self._node, sent)
+
+    def hear(self, frame: Frame) -> None:
+        """Take a frame from the bus."""
+        self.heard += 1
+        self._inbox.append(frame)
+
+    def learn(self, change: StateChange) -> None:
+        """Count a change of the error state."""
+        name = {ErrorState.OFF: "bus_off", ErrorState.PASSIVE: "error_passive"}
+        self.faults[name.get(change.state, "bus_restarted")] += 1
+        self.faults["unsent"] += change.dropped
+
+    def bus_load(self) -> float:
+        """Return the load of the last simulated second."""
+        return self._bus.load()
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.leave(self._node)
+
+    def _decoded(self) -> list[Message]:
+        messages: list[Message] = []
+        arrivals: list[int] = []
+        while self._inbox:
+            frame = self._inbox.popleft()
+            message = self._codec.decode(frame)
+            if message is not None:
+                messages.append(message)
+                arrivals.append(frame.stamp)
+        self.arrivals = arrivals
+        return messages
