@@ -3,7 +3,7 @@ PYTHON ?= python3
 V := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: demo test test-fast check format lint types docs examples bench clean
+.PHONY: demo test test-fast test-vcan check format lint types docs examples bench clean
 
 demo: $(STAMP)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -14,7 +14,10 @@ test: $(STAMP)  ## pass all tests
 test-fast: $(STAMP)
 	$(V)/python -m pytest -q -n auto -m "not slow"
 
-check: lint types test docs examples  ## what CI runs
+test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-Mode-Linux where this kernel has none
+	tests/vcan/run $(V)/python -m pytest -q -p no:cacheprovider tests/vcan
+
+check: lint types test test-vcan docs examples  ## what CI runs
 
 format: $(STAMP)
 	$(V)/ruff format .

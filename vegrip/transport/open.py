@@ -13,6 +13,7 @@ from vegrip.errors import ConfigError, DeviceError
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.frame_time import BitTiming
+from vegrip.transport.socketcan_link import check_link
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,8 @@ def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     codec = CanCodec(hand.fingers, fd=settings.fd, hand=hand.number, use_sender_time=settings.sender_time)
 
     def open_bus() -> can.BusABC:
+        if settings.interface == "socketcan":
+            check_link(settings.channel, fd=settings.fd)
         return can.Bus(
             interface=settings.interface,
             channel=settings.channel,
