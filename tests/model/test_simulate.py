@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from vegrip.contact.coupling import exponent_from_coefficient
 from vegrip.contact.pressure import coefficient
 from vegrip.effects import effect
-from vegrip.effects.pressure_coupling import exponent_of
+from vegrip.effects.pressure_coupling import excess_of, exponent_of
 from vegrip.model import ContactModel, paper_model
 
 R = 8e-3
@@ -93,6 +93,13 @@ def test_exponent_is_the_inverse_of_the_pressure_coefficient() -> None:
     ours = np.array([exponent_of(float(e)) for e in excess])
     np.testing.assert_allclose(ours, exponent_from_coefficient(1.0 + excess), rtol=3e-6)
     assert exponent_of(float(coefficient(2.0)) - 1.0) == pytest.approx(2.0, rel=1e-6)
+
+
+def test_the_quick_pressure_coefficient_is_that_of_the_gamma_functions() -> None:
+    k = np.linspace(1.0, 20.0, 200)
+    ours = np.array([excess_of(float(one)) for one in k])
+    np.testing.assert_allclose(ours, [float(coefficient(one)) - 1.0 for one in k], rtol=3e-7)
+    assert excess_of(0.5) == excess_of(0.0) == excess_of(-1.0) == excess_of(1.0)  # held
 
 
 def test_conventional_parameters_give_the_papers_law(model: ContactModel) -> None:
