@@ -9,7 +9,7 @@ from vegrip.model import ContactModel, cache
 
 KERNELS = (
     "state", "predict", "gain", "roots", "measure", "sight", "begin", "quantities", "report", "friction",
-    "forecast", "update",
+    "hold", "forecast", "update",
 )  # fmt: skip
 ENTRIES = ("update", "margin_of", "least_force", "filter_step", "many")
 

@@ -23,7 +23,10 @@ class EstimatorSettings:
 
     confidence: float = parameter(0.95, unit="1", low=0.5, high=0.9999, doc="one-sided, of all bounds")
     horizon: float = parameter(1.0, unit="s", low=0.0, high=3600.0, doc="forecast of the least force")
-    hold: str = parameter("position", choices=("position", "force"), doc="what the forecast holds")
+    hold: str = parameter("position", choices=("position", "force", "mixed"), doc="what the forecast holds")
+    hold_stiffness: float = parameter(
+        1000.0, unit="N/m", low=0.0, high=1e12, doc="of the drive behind the tip in a mixed hold"
+    )
     agility: float = parameter(
         3.0, unit="1/s", low=1e-3, high=1e4, doc="white acceleration has the density R^2 agility^3"
     )

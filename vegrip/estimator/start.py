@@ -81,7 +81,7 @@ def _setting(model: ContactModel, noise: SensorNoise, settings: EstimatorSetting
         "DEPTH": model.reference_depth,
         "QUANTILE": float(ndtri(settings.confidence)),
         "HORIZON": settings.horizon,
-        "HOLD": float(settings.hold == "force"),
+        "HOLD": {"position": math.inf, "force": 0.0, "mixed": settings.hold_stiffness}[settings.hold],
         "SCATTER": settings.friction_scatter,
         "MU_DRIFT": settings.friction_drift,
         "REGRASP": settings.regrasp,
