@@ -26,6 +26,11 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "replay": ("vegrip.cli.replay:replay", "Play a recording on the bus."),
     "import": ("vegrip.cli.import_:import_", "Turn any CSV into a recording, with a column map."),
     "fit": ("vegrip.cli.fit:fit", "Fit the contact model to a recording."),
+    "compare": ("vegrip.cli.compare:compare", "Compare a model with a recording, and see where it fails."),
+    "new-effect": (
+        "vegrip.cli.new_effect:new_effect",
+        "Write a package that adds an effect of your own.",
+    ),
     "paper": ("vegrip.cli.paper:paper", "Print the paper's tables and draw its figures."),
     "bench": ("vegrip.cli.bench:bench", "Measure the speed ratios on this machine."),
     "topic": ("vegrip.cli.topic:app", "Look at topics: list, echo, hz."),

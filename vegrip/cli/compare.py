@@ -1,0 +1,90 @@
+"""``vegrip compare``: a model against a recording."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from vegrip.compare import Comparison
+
+RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
+MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model is fitted.")]
+VERSUS = Annotated[
+    Path | None, typer.Option("--versus", help="A second model (file) or recording (folder) beside it.")
+]
+OUT = Annotated[Path | None, typer.Option("-o", "--out", metavar="DIR", help="Draw pictures into DIR.")]
+EACH = Annotated[
+    bool,
+    typer.Option("--zeros-each-episode", help="Zeros of displacement and force differ between episodes."),
+]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def compare(
+    recording: RECORDING,
+    model: MODEL = None,
+    versus: VERSUS = None,
+    out: OUT = None,
+    zeros_each_episode: EACH = False,
+    as_json: JSON = False,
+) -> None:
+    """Say how large the error of every channel is against its noise, and where the model fails.
+
+    With --versus a second model, or a second recording under the same model, is shown beside.
+
+    Example: vegrip compare press --model press.toml --versus press-adhesion.toml -o pictures
+    """
+    from vegrip.cli._fits import print_json, progress
+
+    pairs = [(recording, model)]
+    if versus is not None:
+        pairs.append((versus, model) if versus.is_dir() else (recording, versus))
+    with progress("compare") as report:
+        found = [_compared(folder, file, zeros_each_episode, report) for folder, file in pairs]
+    if out is not None:
+        _drawn(found, out)
+    if as_json:
+        told = found[0].as_dict()
+        if len(found) > 1:
+            told["versus"] = found[1].as_dict()
+        print_json(told)
+    else:
+        _print(found)
+
+
+def _compared(folder: Path, file: Path | None, each: bool, report: object) -> "Comparison":
+    from vegrip.cli._fits import opened
+    from vegrip.compare import compare as compare_model
+
+    measured, model = opened(folder, file)
+    return compare_model(measured, model, zeros="episode" if each else "recording", report=report)  # type: ignore[arg-type]
+
+
+def _drawn(found: "list[Comparison]", out: Path) -> None:
+    from rich.console import Console
+
+    from vegrip.compare.plot import draw
+
+    for i, one in enumerate(found):
+        files = draw(one, out if i == 0 else out / "versus")
+        Console(stderr=True, highlight=False).print(
+            f"{len(files)} pictures in {files[0].parent}", soft_wrap=True
+        )
+
+
+def _print(found: "list[Comparison]") -> None:
+    from rich.console import Console
+
+    from vegrip.cli._fits import channel_table
+
+    console = Console(highlight=False)
+    for one in found:
+        told = one.as_dict()
+        origin = "the paper's model, fitted" if one.fitted else "the model as it is"
+        console.print(f"[bold]{told['recording']}[/bold]: {origin}, {told['error']:.3f} times the noise")
+        console.print(channel_table(told["channels"]))
+        for regime in told["where"]:
+            console.print(f"- {regime['note']}", markup=False)
+        if not told["where"]:
+            console.print("nothing stands out of the noise")
