@@ -14,7 +14,7 @@ FINGERTIP = ("tip_radius", "reference_depth", "reference_temperature")
 FIELDS = ("value", "std", "low", "high", "learn")
 
 
-def write_model(model: ContactModel, path: Path) -> None:
+def write_model(model: ContactModel, path: Path | str) -> None:
     """Write ``model``; :func:`read_model` gives the same back, to the last bit."""
     lines = [
         "# A vegrip contact model. SI units; std is that of the logarithm where a parameter is scaled so.",
@@ -29,10 +29,10 @@ def write_model(model: ContactModel, path: Path) -> None:
             lines.append(f"{parameter.symbol} = {{ {fields} }}  # [{parameter.unit}] {parameter.doc}")
         lines.append("")
     lines += ["[provenance]", *(f"{_toml(key)} = {_toml(text)}" for key, text in model.provenance.items())]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def read_model(path: Path) -> ContactModel:
+def read_model(path: Path | str) -> ContactModel:
     """Read a model file; a parameter that is left out keeps the default of its effect.
 
     Raises:
@@ -40,7 +40,7 @@ def read_model(path: Path) -> ContactModel:
         ModelError: the model cannot be built; names the effect and the remedy.
 
     """
-    table = read_toml(path)
+    table = read_toml(Path(path))
     _known(table, ("fingertip", "effects", "provenance"), f"{path}")
     fingertip = table.get("fingertip", {})
     _known(fingertip, FINGERTIP, f"{path} [fingertip]")
