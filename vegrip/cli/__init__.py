@@ -33,6 +33,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "paper": ("vegrip.cli.paper:paper", "Print the paper's tables and draw its figures."),
     "bench": ("vegrip.cli.bench:bench", "Measure the speed ratios on this machine."),
+    "bus-load": ("vegrip.cli.bus_load:bus_load", "Tell whether hands, rates and layout fit a CAN bus."),
     "topic": ("vegrip.cli.topic:app", "Look at topics: list, echo, hz."),
     "param": ("vegrip.cli.param:app", "Read and set parameters of running nodes."),
     "lifecycle": ("vegrip.cli.lifecycle:app", "Read and change the state of running nodes."),

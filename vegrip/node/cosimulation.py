@@ -1,7 +1,7 @@
 """Nodes with their real loops on one simulated bus and clock: repeatable, and faster than real time.
 
 From event to event: the end of a frame, a tick, a status. A node answers a frame at the instant at which the
-frame ends; how long its computer takes is not simulated, unless it is :meth:`~Cosimulation.starve`\\ d.
+frame ends; how long its computer takes is not simulated, except by :meth:`Cosimulation.starve`.
 """
 
 from dataclasses import dataclass

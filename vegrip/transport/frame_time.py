@@ -132,6 +132,25 @@ def _fd_header(identifier: int, extended: bool, switch: bool) -> tuple[int, int,
     return width, stuffed, run
 
 
+@lru_cache(maxsize=1024)
+def longest_duration(identifier: int, length: int, fd: bool, timing: BitTiming) -> int:
+    """Return the duration [ns] that no standard data frame with this identifier and length exceeds.
+
+    Classic: the bound of [DavisBurnsBrilLukkien2007]_. FD with bit-rate switch: the bits up to BRS are known
+    from the identifier; after them a stuff bit follows at most every fourth bit.
+    """
+    if not fd:
+        g = 34
+        return round(NS * (g + 8 * length + 13 + (g + 8 * length - 1) // 4) / timing.bitrate)
+    width, stuffed, (_, run) = _fd_header(identifier, False, True)
+    after = 5 + 8 * length  # ESI, length code, data
+    free = LONGEST_RUN - run  # bits that may follow before the first stuff bit
+    stuff = 0 if after < free else 1 + (after - free) // (LONGEST_RUN - 1)
+    crc = 4 + (17 if length <= 16 else 21)
+    fast = after + stuff + crc + 1 + crc // 4 + 1
+    return round(NS * ((width + stuffed + _AFTER_CRC_FD) / timing.bitrate + fast / timing.data_bitrate))
+
+
 def number_bits(number: int, width: int) -> list[int]:
     """Return the ``width`` lowest bits of ``number``, highest first."""
     return [(number >> position) & 1 for position in reversed(range(width))]

@@ -1,0 +1,118 @@
+"""``vegrip bus-load``: whether it fits, before anyone buys cable."""
+
+import dataclasses
+import json
+import math
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from vegrip.transport.traffic import Forecast, Plan
+
+
+def bus_load(
+    fingers: Annotated[int, typer.Option(help="Fingers of each hand.")] = 5,
+    hands: Annotated[int, typer.Option(help="Hands on this bus, each with a grasp force node.")] = 1,
+    rate: Annotated[float, typer.Option(help="States, and commands, per second and finger [Hz].")] = 500.0,
+    layout: Annotated[str, typer.Option(help="fd or classic.")] = "fd",
+    bitrate: Annotated[int, typer.Option(help="Nominal bit rate [bit/s].")] = 1_000_000,
+    data_bitrate: Annotated[int, typer.Option(help="Bit rate of FD data [bit/s].")] = 5_000_000,
+    report_rate: Annotated[float, typer.Option(help="Margins and estimates [Hz]; 0: none.")] = 50.0,
+    health_rate: Annotated[float, typer.Option(help="ModelHealth [Hz]; 0: none.")] = 5.0,
+    status_rate: Annotated[float, typer.Option(help="NodeStatus [Hz]; 0: none.")] = 1.0,
+    state_parts: Annotated[int, typer.Option(help="Classic: frames of a state, 1 (forces) to 3.")] = 2,
+    jitter: Annotated[float, typer.Option(help="How late the computers may send [s].")] = 0.0,
+    queue: Annotated[
+        str, typer.Option(help="Transmit queues: fifo (SocketCAN, virtual bus) or priority (mailboxes).")
+    ] = "fifo",
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Tell how busy a CAN bus will be, how late each frame can arrive, and whether it fits.
+
+    Example: vegrip bus-load --fingers 5 --rate 500 --layout fd --queue priority
+    """
+    from vegrip.config import build
+    from vegrip.errors import UsageError
+    from vegrip.transport.traffic import Plan, forecast
+
+    if layout not in ("fd", "classic") or queue not in ("fifo", "priority"):
+        raise UsageError("--layout is fd or classic, --queue is fifo or priority")
+    table = {
+        "fingers": fingers, "hands": hands, "rate": rate, "fd": layout == "fd", "bitrate": bitrate,
+        "data_bitrate": data_bitrate, "report_rate": report_rate, "health_rate": health_rate,
+        "status_rate": status_rate, "state_parts": state_parts, "jitter": jitter,
+    }  # fmt: skip
+    plan = build(Plan, table, "bus-load")
+    told = forecast(plan, fifo=queue == "fifo")
+    if as_json:
+        typer.echo(json.dumps(_as_dict(plan, told, queue)))
+    else:
+        _show(told, queue)
+
+
+def _as_dict(plan: "Plan", told: "Forecast", queue: str) -> dict[str, Any]:
+    frames = [
+        {
+            "name": row.name,
+            "owner": row.owner,
+            "identifier": row.identifier,
+            "bytes": row.length,
+            "sender": row.sender,
+            "rate": row.rate,
+            "longest_us": row.longest * 1e6,
+            "wait_us": _finite(row.wait * 1e6),
+            "response_us": _finite(row.response * 1e6),
+            "fits": row.fits,
+        }
+        for row in told.rows
+    ]
+    return {
+        "load": told.load,
+        "worst_load": told.worst_load,
+        "fits": told.fits,
+        "queue": queue,
+        "plan": dataclasses.asdict(plan),
+        "frames": frames,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _show(told: "Forecast", queue: str) -> None:
+    from rich.console import Console
+
+    from vegrip.cli._tables import show, table
+
+    out = table(
+        "frame", "of", "identifier", "bytes", "rate [Hz]", "longest [us]", "wait [us]", "response [us]", ""
+    )
+    for row in told.rows:
+        out.add_row(
+            row.name, row.owner, f"0x{row.identifier:03X}", str(row.length), f"{row.rate:g}",
+            f"{row.longest * 1e6:.0f}", _microseconds(row.wait), _microseconds(row.response),
+            "" if row.fits else "too late",
+        )  # fmt: skip
+    show(out)
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(f"load {told.load:.1%} with usual data, {told.worst_load:.1%} with the longest frames")
+    console.print(_verdict(told, queue))
+
+
+def _microseconds(time: float) -> str:
+    return f"{time * 1e6:.0f}" if math.isfinite(time) else "never"
+
+
+def _verdict(told: "Forecast", queue: str) -> str:
+    if told.fits:
+        return "it fits: every frame arrives before the next one of its kind is sent"
+    if told.worst_load >= 1.0:
+        return "it does not fit: lower the rates, use FD, a higher bit rate, or another bus"
+    late = sum(not row.fits for row in told.rows)
+    remedy = "; or let the controllers order their queues by identifier" if queue == "fifo" else ""
+    return (
+        f"it does not always fit: {late} frames can be overtaken by the next of their kind; "
+        f"lower --report-rate or --rate{remedy}"
+    )
