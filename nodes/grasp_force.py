@@ -5,7 +5,7 @@ from typing import Any
 
 from vegrip.config import build as build_parameters
 from vegrip.grasp.node import GraspForce
-from vegrip.grasp.parameters import GraspParameters, estimator_factory
+from vegrip.grasp.parameters import GraspParameters, estimator_factory, memory_of
 from vegrip.node import NodeContext
 
 
@@ -13,5 +13,6 @@ def build(settings: Mapping[str, Any], context: NodeContext) -> GraspForce:
     """Make the node; the fingers are those of the bus."""
     where = f"{context.name} [parameters]"
     parameters = build_parameters(GraspParameters, settings, where)
-    make_estimator = estimator_factory(parameters, context.fingers, where)
-    return GraspForce(context.name, context.fingers, make_estimator, parameters)
+    memory = memory_of(parameters)
+    make_estimator = estimator_factory(parameters, context.fingers, where, memory)
+    return GraspForce(context.name, context.fingers, make_estimator, parameters, memory)

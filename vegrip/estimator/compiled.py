@@ -14,10 +14,20 @@ KERNELS = (
 ENTRIES = ("update", "margin_of", "least_force", "filter_step", "many")
 
 
-def module_for(model: ContactModel, layout: Layout, *, plain: bool = False) -> ModuleType:
-    """Return the module; ``plain`` leaves it uncompiled, to step through with a debugger."""
+ELLIPSE = "RADIUS_TABLE = 0.0 * RADIUS_TABLE"
+"""Takes the correction off the limit surface: what is left is the ellipse through the same two ends."""
+
+
+def module_for(
+    model: ContactModel, layout: Layout, *, plain: bool = False, ellipse: bool = False
+) -> ModuleType:
+    """Return the module; ``plain`` leaves it uncompiled, to step through with a debugger.
+
+    With ``ellipse`` the limit surface is the usual one, (f / mu N)^2 + (m / m_max)^2 = 1, for comparisons.
+    """
     here = Path(__file__).parent / "kernels"
     surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
     kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
-    text = model.source([layout.constants(), surface, *kernels], ENTRIES)
+    surfaces = [surface, ELLIPSE] if ellipse else [surface]
+    text = model.source([layout.constants(), *surfaces, *kernels], ENTRIES)
     return cache.load_plain(text) if plain else cache.load(text)

@@ -1,6 +1,8 @@
 """The online estimator of one fingertip: states in, contact, margin and health out. It never raises."""
 
 import math
+from functools import cache
+from statistics import NormalDist
 
 import numpy as np
 
@@ -8,6 +10,7 @@ from vegrip.clock import NS
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import health_of
 from vegrip.estimator.layout import CHANNELS, REPORT, Layout, layout_of
+from vegrip.estimator.past import Past
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.estimator.start import blank
 from vegrip.messages import (
@@ -50,8 +53,9 @@ class ContactEstimator:
         self.model, self.noise = model, noise
         self.settings = settings if settings is not None else EstimatorSettings()
         self.layout: Layout = layout_of(model)
-        self._module = module_for(model, self.layout)
+        self._module = module_for(model, self.layout, ellipse=self.settings.surface == "ellipse")
         self._places = {name: slice(*place) for name, place in self.layout.places().items()}
+        self._past = Past(self.settings.late, self.layout.size)
         self._report_start = self._places["REPORT"].start
         self._blank = blank(model, self.layout, noise, self.settings)
         self._warm()
@@ -67,7 +71,10 @@ class ContactEstimator:
         self._seq = 0
         self.refused = 0
         """Samples refused because their stamp did not advance."""
+        self.late = 0
+        """Samples that came late and were put in their place."""
         self._backwards = 0
+        self._past.clear()
         self._shown: FingertipState | None = None  # the last sample offered, taken or not
         self._trusted = False  # whether it was taken
 
@@ -79,25 +86,49 @@ class ContactEstimator:
     def assimilate(self, state: FingertipState) -> None:
         """Take one sample.
 
-        A stamp that does not advance is refused and counted (:attr:`refused`), the estimate then is the last
-        one, not valid; after ``settings.recovery`` of them in a row the sender's clock is taken to have
-        started anew, and so does the estimator. Values that are not finite count as not measured.
+        A sample that comes late, at most ``settings.late`` samples after its turn, takes its place among the
+        others (a camera's radius, say, which is some frames old). A stamp that was there already, or older
+        still, is refused and counted (:attr:`refused`), and what is known is not trusted until the next one;
+        after ``settings.recovery`` of them in a row the sender's clock is taken to have started anew, and so
+        does the estimator. Values that are not finite count as not measured.
         """
-        last, self._shown, self._trusted = self._state, state, False
-        dt = -1.0 if last is None else (state.stamp - last.stamp) / NS
-        if last is not None and dt <= 0.0:
+        self._shown, self._trusted = state, False
+        last = self._state
+        if last is not None and state.stamp <= last.stamp:
+            if self._late(state):
+                return
             self.refused += 1
             self._backwards += 1
             if self._backwards < self.settings.recovery:
                 return
             refused = self.refused
             self.reset()
-            self._shown, self.refused, dt = state, refused, -1.0
+            self._shown, self.refused = state, refused
         self._backwards = 0
+        self._take(state)
+
+    def _late(self, state: FingertipState) -> bool:
+        """Go back, take ``state``, and again those that came after it."""
+        found = self._past.rewind(state.stamp)
+        if found is None:
+            return False
+        self._m[:], self._state, later = found
+        self._seq -= len(later)
+        for sample in (state, *later):
+            self._take(sample)
+        self.late += 1
+        return True
+
+    def _take(self, state: FingertipState) -> None:
+        """Take the sample that follows the last one."""
+        last = self._state
+        dt = -1.0 if last is None else (state.stamp - last.stamp) / NS
         force, displacement, radius = state.normal_force, state.displacement, state.contact_radius
         usable = math.isfinite(force) or math.isfinite(displacement)
-        if dt < 0.0 and not usable:
+        if last is None and not usable:
             return
+        if self.settings.late:
+            self._past.note(state, last, self._m)
         self._state, self._trusted = state, True
         self._tangential = math.hypot(state.tangential_force_x, state.tangential_force_y)
         if not math.isfinite(self._tangential):
@@ -114,6 +145,12 @@ class ContactEstimator:
     def in_contact(self) -> bool:
         """Whether the fingertip touches; made at two standard deviations, broken at half of one."""
         return self._state is not None and self._report("CONTACT") > 0.5
+
+    @property
+    def excited(self) -> bool:
+        """Whether the tip moves in contact, or did within ``settings.learning_rest``: only then it learns."""
+        rest = self._m[self._places["LOAD"].start + 4]
+        return self.in_contact and bool(rest <= self.settings.learning_rest)
 
     @property
     def normal_force(self) -> Estimate:
@@ -184,15 +221,17 @@ class ContactEstimator:
             earliest_slip=earliest,
         )
 
-    def least_force(self, margin: float) -> float:
+    def least_force(self, margin: float, confidence: float | None = None) -> float:
         """Return the least normal force [N] with which the margin's lower bound stays at ``margin``.
 
-        For the load of the last sample, at ``settings.confidence``, now and over ``settings.horizon`` of the
-        hold in ``settings.hold``. NaN when the load or the contact is not known, inf when no force suffices.
+        For the load of the last sample, at ``confidence`` (one-sided; without it ``settings.confidence``), now
+        and over ``settings.horizon`` of the hold in ``settings.hold``. NaN when the load or the contact is
+        not known, inf when no force suffices.
         """
         if self._state is None or not self._valid():
             return NAN
-        return float(self._module.least_force(self._m, self._tangential, self._torque, margin))
+        at = quantile(self.settings.confidence if confidence is None else confidence)
+        return float(self._module.least_force(self._m, self._tangential, self._torque, margin, at))
 
     def health(self) -> ModelHealth:
         """Return whether the model still explains the measurements, and what it fails at most."""
@@ -269,7 +308,13 @@ class ContactEstimator:
         for dt in (-1.0, 1e-3):
             self._module.update(m, dt, 0.0, 0.0, NAN, 0.0, 0.0, 0.0)
         self._module.margin_of(m, 0.0, 0.0, np.zeros(5))
-        self._module.least_force(m, 0.0, 0.0, 0.1)
+        self._module.least_force(m, 0.0, 0.0, 0.1, 1.0)
+
+
+@cache
+def quantile(confidence: float) -> float:
+    """Return the standard normal quantile; asked at every sample, for few values."""
+    return NormalDist().inv_cdf(min(max(confidence, 1e-9), 1.0 - 1e-9))
 
 
 assert len(FLAGS) == len(CHANNELS)  # noqa: S101

@@ -12,7 +12,7 @@ from vegrip.model import ContactModel
 SETTINGS = (
     "ACCELERATION", "R_FORCE", "R_DISPLACEMENT", "R_RADIUS", "S_TANGENTIAL", "S_TORQUE", "LONGEST_GAP",
     "RECOVERY", "TIP_RADIUS", "DEPTH", "QUANTILE", "HORIZON", "HOLD", "SCATTER", "MU_DRIFT", "REGRASP",
-    "MU_PRIOR", "MU_PRIOR_VAR", "HEALTH_TIME", "RHO_SPEED",
+    "MU_PRIOR", "MU_PRIOR_VAR", "HEALTH_TIME", "RHO_SPEED", "LEARNING_REST",
 )  # fmt: skip
 
 REPORT = (
@@ -69,7 +69,7 @@ class Layout:
             "FRICTION": len(FRICTION), "CONSIDER": len(self.considered), "REPORT": len(REPORT),
             "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
-            "LOAD": 4, "MOTION": 1, "START": n, "LOST": 1,
+            "LOAD": 5, "MOTION": 1, "START": n, "LOST": 1,
             "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n,
             "S0": s + 1, "S1": s + 1, "L": m * m, "D": 5 * (m + len(self.considered)), "TRY": n,
         }  # fmt: skip

@@ -27,6 +27,11 @@ class EstimatorSettings:
     hold_stiffness: float = parameter(
         1000.0, unit="N/m", low=0.0, high=1e12, doc="of the drive behind the tip in a mixed hold"
     )
+    surface: str = parameter(
+        "exact",
+        choices=("exact", "ellipse"),
+        doc="limit surface; the ellipse, up to 6.5 % too large, to compare",
+    )
     agility: float = parameter(
         3.0, unit="1/s", low=1e-3, high=1e4, doc="white acceleration has the density R^2 agility^3"
     )
@@ -42,7 +47,13 @@ class EstimatorSettings:
     offset: float = parameter(
         0.002, unit="1", low=0.0, high=1.0, doc="std of where displacement is zero, in units of the radius"
     )
+    learning_rest: float = parameter(
+        20.0, unit="s", low=0.0, high=1e6, doc="learned parameters stay after so long without motion"
+    )
     longest_gap: float = parameter(0.25, unit="s", low=1e-3, high=1e4, doc="beyond it the motion is unknown")
+    late: int = parameter(
+        16, unit="1", low=0, high=10000, doc="samples among which a late one finds its place"
+    )
     recovery: int = parameter(15, unit="1", low=1, high=100000, doc="rejections in a row before widening")
     health_time: float = parameter(2.0, unit="s", low=1e-2, high=1e4, doc="memory of the consistency check")
     friction_scatter: float = parameter(

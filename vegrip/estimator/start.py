@@ -89,4 +89,5 @@ def _setting(model: ContactModel, noise: SensorNoise, settings: EstimatorSetting
         "MU_PRIOR_VAR": mu.std**2,
         "HEALTH_TIME": settings.health_time,
         "RHO_SPEED": settings.agility,
+        "LEARNING_REST": settings.learning_rest,
     }

@@ -102,6 +102,10 @@ class GraspFinger:
         """Return the command for this finger's share of the grasp [N]."""
         return self.controller.command(share, now)
 
+    def health_due(self, now: int, health_period: float) -> bool:
+        """Whether it is time to look at the health of the model."""
+        return _due(self._healthy, now, health_period)
+
     def reports(self, now: int, report_period: float, health_period: float) -> Iterator[Message]:
         """Yield what is due to be told: contact, margin, and less often the health of the model."""
         if self._seen and self._margin is not None and _due(self._reported, now, report_period):
@@ -111,7 +115,7 @@ class GraspFinger:
             self._reports += 1
             yield contact if self._fresh else _untrusted_contact(contact, self._age(now))
             yield margin if self._fresh else _untrusted_margin(margin, self._age(now))
-        if _due(self._healthy, now, health_period):
+        if self.health_due(now, health_period):
             self._healthy = self._staggered(self._healthy, now, health_period)
             condition = self.watchdog.condition
             health = self.estimator.health()

@@ -8,6 +8,7 @@ from vegrip.control.finger import FingerController
 from vegrip.control.watchdog import InputWatchdog
 from vegrip.grasp.estimator import Estimator
 from vegrip.grasp.finger import UNUSED, GraspFinger
+from vegrip.grasp.memory import Memory, Nothing
 from vegrip.grasp.settings import ControlSettings, make_policy
 from vegrip.grasp.warm_up import dummy_states
 from vegrip.messages import Condition, FingertipState, ForceCommand, Message
@@ -24,6 +25,7 @@ class GraspForce(NodeBase):
         fingers: names of the fingers; states of others are counted in :attr:`rejected` and ignored.
         make_estimator: gives a new estimator for a finger; called by :meth:`configure`.
         settings: how the grasp is controlled.
+        memory: of what the fingers learn; asked to keep it by :meth:`cleanup`, when nothing is held.
 
     """
 
@@ -33,11 +35,13 @@ class GraspForce(NodeBase):
         fingers: Sequence[str],
         make_estimator: Callable[[str], Estimator],
         settings: ControlSettings,
+        memory: Memory | None = None,
     ) -> None:
         self.fingers: dict[str, GraspFinger] = {}
         super().__init__(name, settings)
         self._names = tuple(fingers)
         self._make_estimator = make_estimator
+        self._memory = memory or Nothing()
         self._active = False
         self._worn = False  # the fingers have a past
         self._at_fault = False  # of this node itself, not of its input
@@ -69,6 +73,7 @@ class GraspForce(NodeBase):
             for finger in self.fingers.values():
                 finger.restart()
         elif self._worn:
+            self._memory.keep()
             self.fingers = {name: self._finger(name) for name in self._names}
         self._active, self._at_fault = True, False
 
@@ -78,7 +83,8 @@ class GraspForce(NodeBase):
         self._worn = True
 
     def cleanup(self) -> None:
-        """Forget the fingers."""
+        """Forget the fingers, but not what they learned."""
+        self._memory.keep()
         self.fingers = {}
         self._worn = False
 
@@ -131,4 +137,6 @@ class GraspForce(NodeBase):
         return balanced(started, self.parameters.thumb).get(finger.name, 0.0)
 
     def _reports(self, finger: GraspFinger, now: int) -> list[Message]:
+        if finger.health_due(now, self.parameters.health_period):
+            self._memory.look(finger.name, now)
         return list(finger.reports(now, self.parameters.report_period, self.parameters.health_period))

@@ -8,6 +8,7 @@ from typing import Any
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.grasp.memory import Folder
 from vegrip.grasp.settings import ControlSettings
 from vegrip.model import ContactModel, paper_model, read_model
 from vegrip.parameters import changed
@@ -40,12 +41,20 @@ class GraspParameters(ControlSettings):
     tips: dict[str, Any] = parameter({}, doc="what is different at a finger, by its name", live=False)
     noise: SensorNoise = parameter(SensorNoise(), doc="of the sensors", live=False)
     estimator: EstimatorSettings = parameter(EstimatorSettings(), doc="the estimator", live=False)
+    learned: str = parameter(
+        "", doc="folder that keeps what the fingers learn, read at the start; empty = none", live=False
+    )
+
+
+def memory_of(parameters: GraspParameters) -> Folder | None:
+    """Return the memory that the parameters ask for."""
+    return Folder(Path(parameters.learned)) if parameters.learned else None
 
 
 def estimator_factory(
-    parameters: GraspParameters, fingers: tuple[str, ...], where: str
+    parameters: GraspParameters, fingers: tuple[str, ...], where: str, memory: Folder | None = None
 ) -> Callable[[str], ContactEstimator]:
-    """Return the function that makes the estimator of a finger.
+    """Return the function that makes the estimator of a finger, with what ``memory`` has of it.
 
     Raises:
         ConfigError: ``tips`` names a finger that the hand does not have, or a key that a tip does not have.
@@ -59,7 +68,10 @@ def estimator_factory(
         )
 
     def make(finger: str) -> ContactEstimator:
-        return ContactEstimator(_model(tips[finger]), parameters.noise, parameters.estimator)
+        model = _model(tips[finger])
+        if memory is not None:
+            return memory.estimator(finger, model, parameters.noise, parameters.estimator)
+        return ContactEstimator(model, parameters.noise, parameters.estimator)
 
     return make
 

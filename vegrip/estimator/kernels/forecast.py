@@ -47,18 +47,20 @@ def gauge_of(force: float, a: float, k: float, mu: float, load: Load) -> float:
 
 
 def gauge_then(
-    m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load, bound: float
+    m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load, quantile: float
 ) -> tuple[float, float, float]:
-    """Gauge, or its upper bound, after another dt of the hold; ``delta`` and ``elastic_force`` then."""
+    """Gauge after another dt of the hold, its bound if ``quantile`` > 0; ``delta``, ``elastic_force`` then."""
     delta, x, elastic, force = try_hold(m, y, before, dt, begun)
     a, k, mu = surface_of(m, delta, x, elastic, force)
     g = gauge_of(force, a, k, mu, load)
-    if bound > 0.5 and g < math.inf:
-        g = bound_gauge(m, g, force, a, mu, begun[1], load)
+    if quantile > 0.0 and g < math.inf:
+        g = bound_gauge(m, g, force, a, mu, begun[1], load, quantile)
     return g, delta, elastic
 
 
-def bound_gauge(m: Floats, g: float, force: float, a: float, mu: float, fresh: float, load: Load) -> float:
+def bound_gauge(
+    m: Floats, g: float, force: float, a: float, mu: float, fresh: float, load: Load, quantile: float
+) -> float:
     """Upper bound of the gauge at the wanted confidence, the force gone from ``fresh`` to ``force``."""
     # absolute spread of N kept, so its relative part grows as N falls or shrinks as N rises
     relative = m[REP_GAUGE_REL]
@@ -67,7 +69,7 @@ def bound_gauge(m: Floats, g: float, force: float, a: float, mu: float, fresh: f
     lost = SHARE_SPREAD * math.log(fresh / force) if fresh > 0.0 else 0.0
     relative = math.sqrt(max(relative * relative - part * part, 0.0) + now * now + lost * lost)
     noise = math.hypot(m[SET_S_TANGENTIAL], 0.0 if load[1] == 0.0 else m[SET_S_TORQUE] / a)
-    return upper_gauge(g, relative, noise / (mu * force), m[SET_QUANTILE])
+    return upper_gauge(g, relative, noise / (mu * force), quantile)
 
 
 def time_to_slip(m: Floats, tangential: float, torque: float, bound: float) -> float:
@@ -75,20 +77,20 @@ def time_to_slip(m: Floats, tangential: float, torque: float, bound: float) -> f
 
     The hold is followed in steps that grow, and the step of the crossing is halved.
     """
-    load, y = load_of(tangential, torque), TRY0
+    load, y, quantile = load_of(tangential, torque), TRY0, bound * m[SET_QUANTILE]
     if math.isnan(load[0]) or m[REP_CONTACT] < 0.5:
         return math.nan
     copy_state(m)
     put_learned(m, y)
     elastic, origin, fresh = begin_hold(m, y)
     begun = (origin, fresh)
-    if gauge_then(m, y, elastic, 0.0, begun, load, bound)[0] >= 1.0:
+    if gauge_then(m, y, elastic, 0.0, begun, load, quantile)[0] >= 1.0:
         return 0.0
     t, dt = 0.0, FIRST
     while t < LAST:
-        g, delta, after = gauge_then(m, y, elastic, dt, begun, load, bound)
+        g, delta, after = gauge_then(m, y, elastic, dt, begun, load, quantile)
         if g >= 1.0:
-            return t + crossing(m, y, elastic, dt, begun, load, bound)
+            return t + crossing(m, y, elastic, dt, begun, load, quantile)
         keep_hold(m, y, delta)
         t, elastic = t + dt, after
         dt = GROWTH * t
@@ -96,20 +98,20 @@ def time_to_slip(m: Floats, tangential: float, torque: float, bound: float) -> f
 
 
 def crossing(
-    m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load, bound: float
+    m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load, quantile: float
 ) -> float:
     """Part of the step ``dt`` [s] after which the gauge (or its bound) is 1, by halving."""
     low, high = 0.0, dt
     for _ in range(30):
         middle = 0.5 * (low + high)
-        if gauge_then(m, y, before, middle, begun, load, bound)[0] >= 1.0:
+        if gauge_then(m, y, before, middle, begun, load, quantile)[0] >= 1.0:
             high = middle
         else:
             low = middle
     return high
 
 
-def worst_gauge(m: Floats, y: int, depth: float, load: Load) -> float:
+def worst_gauge(m: Floats, y: int, depth: float, load: Load, quantile: float) -> float:
     """Largest upper bound of the gauge from ``depth`` [m] on, over the horizon of the hold.
 
     A held force is not followed: creep widens and flattens the contact, which then carries more.
@@ -118,20 +120,22 @@ def worst_gauge(m: Floats, y: int, depth: float, load: Load) -> float:
     m[y] = depth
     elastic, _, fresh = begin_hold(m, y)
     begun = (depth, fresh)
-    worst = gauge_then(m, y, elastic, 0.0, begun, load, 1.0)[0]
+    worst = gauge_then(m, y, elastic, 0.0, begun, load, quantile)[0]
     if m[SET_HOLD] == 0.0 or m[SET_HORIZON] == 0.0:
         return worst
     t = 0.0
     for part in PARTS:
         dt = part * m[SET_HORIZON] - t
-        g, delta, elastic = gauge_then(m, y, elastic, dt, begun, load, 1.0)
+        g, delta, elastic = gauge_then(m, y, elastic, dt, begun, load, quantile)
         keep_hold(m, y, delta)
         worst, t = max(worst, g), t + dt
     return worst
 
 
-def least_force(m: Floats, tangential: float, torque: float, margin: float) -> float:
+def least_force(m: Floats, tangential: float, torque: float, margin: float, quantile: float) -> float:
     """Least normal force [N] with which the margin's lower bound stays above ``margin`` over the horizon.
+
+    The bound is ``quantile`` standard deviations from the estimate.
 
     Follows the model's own loading and unloading from the present state: the indentation changes at once,
     the relaxed forces stay; N, a and k with it. The gauge falls with the indentation; inf when even pressing
@@ -142,15 +146,15 @@ def least_force(m: Floats, tangential: float, torque: float, margin: float) -> f
         return math.nan
     copy_state(m)
     put_learned(m, y)
-    if worst_gauge(m, y, m[SET_TIP_RADIUS], load) > 1.0 - margin or margin >= 1.0:
+    if worst_gauge(m, y, m[SET_TIP_RADIUS], load, quantile) > 1.0 - margin or margin >= 1.0:
         return math.inf
-    depth = least_depth(m, y, load, 1.0 - margin, m[Y0])
+    depth = least_depth(m, y, load, 1.0 - margin, m[Y0], quantile)
     copy_state(m)
     m[y] = depth
     return begin_hold(m, y)[2]
 
 
-def least_depth(m: Floats, y: int, load: Load, wanted: float, present: float) -> float:
+def least_depth(m: Floats, y: int, load: Load, wanted: float, present: float, quantile: float) -> float:
     """Least indentation [m] at which the worst gauge is at most ``wanted``, within a millionth.
 
     In logarithms the gauge is nearly a straight line of slope -3/2 to -2 over the indentation (N ~ delta^1.5
@@ -163,7 +167,7 @@ def least_depth(m: Floats, y: int, load: Load, wanted: float, present: float) ->
     x = min(max(math.log(max(present, 1e-300)), low), high)
     last = 0
     for i in range(40):
-        g = worst_gauge(m, y, math.exp(x), load)
+        g = worst_gauge(m, y, math.exp(x), load, quantile)
         value = math.log(g / wanted) if 0.0 < g < math.inf else math.copysign(20.0, g - wanted)
         if value > 0.0:
             below = value
@@ -191,6 +195,6 @@ def reserve(m: Floats, tangential: float, torque: float) -> float:
     """Normal force [N] that could be lost now before the margin's lower bound is 0; negative: too little."""
     hold = m[SET_HOLD]
     m[SET_HOLD] = 0.0  # now, not over the horizon
-    needed = least_force(m, tangential, torque, 0.0)
+    needed = least_force(m, tangential, torque, 0.0, m[SET_QUANTILE])
     m[SET_HOLD] = hold
     return float(m[REP_FORCE] - needed)

@@ -18,6 +18,7 @@ from vegrip.estimator.kernels.generated import (
     NS,
     P0,
     REP_CONTACT,
+    SET_LEARNING_REST,
     Y0,
     Floats,
     M,
@@ -69,12 +70,14 @@ def scalar_update(m: Floats, channel: int, innovation: float, R: float) -> bool:
     # in contact and without a displacement nothing tells the bias of the force from the force
     # and before the first touch was felt, nothing tells the zero of the displacement
     zero_kept = m[LOAD0] < 0.5
+    # a tip that rests shows what drifts, not what it is made of
+    resting = m[LOAD0 + 4] > m[SET_LEARNING_REST]
     bias_kept = m[LOAD0 + 1] > 0.5 and channel == 1 and m[H0] > 0.0
     for i in range(N):
         kept = KEPT[i] or (i == N - 1 and bias_kept) or (i == N - 2 and zero_kept)
         m[K0 + i] = 0.0 if kept else m[G0 + i] / S
-        if zero_kept and 2 + NS <= i < M:
-            m[K0 + i] *= TIMID
+        if 2 + NS <= i < M and (zero_kept or resting):
+            m[K0 + i] *= 0.0 if resting else TIMID
         m[y + i] += m[K0 + i] * innovation
     for i in range(N):
         for j in range(i, N):

@@ -47,6 +47,8 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
     look(m, blind and not known)
     predict(m, dt, rho)
     m[LOAD0 + 3] = regime_of(m)
+    moves = m[LOAD0 + 3] == 1.0 or m[LOAD0 + 3] == 3.0
+    m[LOAD0 + 4] = 0.0 if moves else m[LOAD0 + 4] + dt
     if blind and not known and m[Y0] < 0.0:
         m[Y0] = 0.0  # out of contact nothing tells how far
         m[Y0 + 1] = 0.0
