@@ -3,7 +3,7 @@ PYTHON ?= python3
 V := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: demo test test-fast test-vcan check format lint types docs examples bench clean
+.PHONY: demo test test-fast test-vcan check format lint types docs examples bench clean fuzz-estimator
 
 demo: $(STAMP)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -39,6 +39,9 @@ docs: $(STAMP)
 
 examples: $(STAMP)
 	$(V)/python examples/run_all.py
+
+fuzz-estimator: $(STAMP)  ## a million hostile samples through estimator and node (3 minutes)
+	VEGRIP_FUZZ=250000 $(V)/python -m pytest -q -n auto tests/estimator/test_hostile.py tests/grasp/test_hostile.py
 
 bench: $(STAMP)
 	$(V)/vegrip bench
