@@ -15,7 +15,7 @@ test-fast: $(STAMP)
 	$(V)/python -m pytest -q -n auto -m "not slow"
 
 test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-Mode-Linux where this kernel has none
-	tests/vcan/run $(V)/python -m pytest -q -p no:cacheprovider tests/vcan
+	tests/vcan/run $(V)/python -m pytest -q -p no:cacheprovider tests/vcan tests/cia301/test_with_canopen.py tests/cia301/test_trouble.py
 
 check: lint types test test-vcan docs examples  ## what CI runs
 

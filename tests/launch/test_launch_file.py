@@ -72,7 +72,7 @@ def test_a_mistake_is_one_sentence_that_names_the_file(tmp_path, text, words):
 
 
 def test_an_unknown_file_names_those_there_are():
-    with pytest.raises(ConfigError, match="can0, demo, vcan, zmq"):
+    with pytest.raises(ConfigError, match="can0, canopen, demo, vcan, zmq"):
         find_launch_file("nothing")
 
 

@@ -159,7 +159,7 @@ def test_what_the_controller_reports_is_counted_by_name():
 @pytest.mark.parametrize(
     ("table", "error", "words"),
     [
-        ({"kind": "usb"}, ConfigError, "can, zmq"),
+        ({"kind": "usb"}, ConfigError, "can, canopen, zmq"),
         ({"chanel": "can0"}, ConfigError, "channel"),
         ({"bitrate": 5}, ConfigError, "bit/s"),
         ({"interface": "nonsense"}, DeviceError, "vegrip and socketcan"),

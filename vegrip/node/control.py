@@ -14,8 +14,9 @@ import zmq
 
 from vegrip.errors import UsageError, VegripError
 from vegrip.messages import Lifecycle
+from vegrip.node.handle import NodeHandle
 from vegrip.node.lifecycle import allowed, route
-from vegrip.node.parameter_table import described, with_value
+from vegrip.node.parameter_table import described
 from vegrip.node.runner import Runner
 
 LARGEST = 65_536  # [bytes] of a request
@@ -30,6 +31,7 @@ class Control:
 
     def __init__(self, runner: Runner, topics: Callable[[], Mapping[str, Any]]) -> None:
         self._runner = runner
+        self._node = NodeHandle(runner)
         self.calls: dict[str, Call] = {
             "parameters": self.parameters,
             "set_parameter": self.set_parameter,
@@ -45,7 +47,7 @@ class Control:
 
     def set_parameter(self, name: str, value: Any) -> list[dict[str, Any]]:
         """Set one parameter within its bounds and return all."""
-        self._in_loop(lambda: self._assign(name, value))
+        self._in_loop(lambda: self._node.set_parameter(name, value))
         return self.parameters()
 
     def state(self) -> dict[str, Any]:
@@ -74,11 +76,6 @@ class Control:
         """Return the last NodeStatus."""
         status = self._runner.status
         return None if status is None else dataclasses.asdict(status)
-
-    def _assign(self, name: str, value: Any) -> None:
-        node = self._runner.managed.node
-        running = self._runner.state in (Lifecycle.INACTIVE, Lifecycle.ACTIVE)
-        node.parameters = with_value(node.parameters, name, value, running, self._runner.full_name)
 
     def _in_loop(self, call: Call) -> None:
         self._runner.inbox.put(call).result(timeout=PATIENCE)

@@ -4,7 +4,7 @@ import logging
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 
 from vegrip.clock import WallClock
@@ -12,6 +12,7 @@ from vegrip.codec.msgpack_codec import MsgpackCodec
 from vegrip.errors import VegripError
 from vegrip.messages import Lifecycle
 from vegrip.node.control import Control, ControlServer
+from vegrip.node.handle import NodeHandle, Supervised
 from vegrip.node.launch_file import NodeConfig
 from vegrip.node.logs import node_logs
 from vegrip.node.program import NodeContext, find_program
@@ -19,6 +20,7 @@ from vegrip.node.registry import Entry, registered
 from vegrip.node.runner import Runner
 from vegrip.node.telemetry import Telemetry
 from vegrip.node.telemetry_socket import TelemetrySocket
+from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
 
 SWITCH_INTERVAL = 0.0005
@@ -50,29 +52,31 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         stack.enter_context(_stopped_by_signals(runner))
         stack.enter_context(_brisk_switching())
         telemetry.start()
-        _run(runner, autostart)
+        _run(runner, endpoint, autostart)
 
 
-def _run(runner: Runner, autostart: bool) -> None:
+def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
     logger = logging.getLogger(f"vegrip.{runner.full_name}")
-    if autostart:
-        _start(runner)
+    if isinstance(endpoint, Supervised):
+        if autostart:
+            _start(runner.full_name, lambda: runner.change("configure"))
+        endpoint.supervise(NodeHandle(runner), autostart=autostart)
+    elif autostart:
+        _start(runner.full_name, runner.start)
         logger.info("active")
     runner.run()
     logger.info("ended")
 
 
-def _start(runner: Runner) -> None:
+def _start(name: str, begin: Callable[[], None]) -> None:
     """Start the node; what somebody's own effect or program raises becomes one sentence, too."""
     try:
-        runner.start()
+        begin()
     except VegripError:
         raise
     except Exception as error:
         reason = str(error).partition("\n")[0]
-        raise VegripError(
-            f"{runner.full_name} cannot be started: {type(error).__name__}: {reason}"
-        ) from error
+        raise VegripError(f"{name} cannot be started: {type(error).__name__}: {reason}") from error
 
 
 @contextmanager

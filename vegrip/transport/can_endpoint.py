@@ -5,20 +5,35 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
 
 import can
 
-from vegrip.codec import CanCodec, Frame
+from vegrip.codec import Frame
 from vegrip.messages import Message
 from vegrip.transport.can_port import CanPort, open_port
 from vegrip.transport.frame_time import BitTiming
-from vegrip.transport.losses import losses
+from vegrip.transport.losses import Lossy, losses
 from vegrip.transport.virtual_can import VegripBus
 
 MOST_FRAMES = 256  # taken in one go; a babbling node must not keep the loop from its ticks
 REOPEN_PERIOD = 1.0  # [s] between attempts to open a lost bus again
 
 Open = Callable[[], can.BusABC]
+
+
+class Codec(Lossy, Protocol):
+    """What an endpoint needs of a codec."""
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """What was refused, by name."""
+
+    def decode(self, frame: Frame) -> Message | None:
+        """Return the message that ``frame`` completes."""
+
+    def encode(self, message: Message) -> list[Frame]:
+        """Return the frames of ``message``."""
 
 
 class CanEndpoint:
@@ -30,7 +45,7 @@ class CanEndpoint:
     """
 
     def __init__(
-        self, bus: can.BusABC, codec: CanCodec, reopen: Open | None = None, timing: BitTiming | None = None
+        self, bus: can.BusABC, codec: Codec, reopen: Open | None = None, timing: BitTiming | None = None
     ) -> None:
         self.arrivals: Sequence[int] = ()
         self._codec = codec
@@ -54,7 +69,7 @@ class CanEndpoint:
         messages: list[Message] = []
         arrivals: list[int] = []
         for _ in range(MOST_FRAMES):
-            frame = self._next(0.0 if messages else max(deadline - time.monotonic(), 0.0))
+            frame = self.next_frame(0.0 if messages else max(deadline - time.monotonic(), 0.0))
             if frame is None:
                 break
             message = self._codec.decode(frame)
@@ -67,13 +82,17 @@ class CanEndpoint:
     def send(self, message: Message) -> None:
         """Queue the frames of ``message``; what the bus does not take at once is counted as unsent."""
         for frame in self._codec.encode(message):
-            if self._port is None:
-                self._faults["unsent"] += 1
-                continue
-            try:
-                self._port.send(frame)
-            except (can.CanError, OSError):
-                self._faults["unsent"] += 1
+            self.send_frame(frame)
+
+    def send_frame(self, frame: Frame) -> None:
+        """Queue one frame; counted as unsent when the bus does not take it at once."""
+        if self._port is None:
+            self._faults["unsent"] += 1
+            return
+        try:
+            self._port.send(frame)
+        except (can.CanError, OSError):
+            self._faults["unsent"] += 1
 
     def bus_load(self) -> float:
         """Return the load of the last second: exact on the virtual bus, else from the frames seen here."""
@@ -84,7 +103,7 @@ class CanEndpoint:
         self._reopen = None
         self._shut()
 
-    def _next(self, timeout: float) -> Frame | None:
+    def next_frame(self, timeout: float) -> Frame | None:
         """Return the next data frame, None when there is none within ``timeout`` [s] or the bus is lost."""
         port = self._port or self._reopened()
         if port is None:

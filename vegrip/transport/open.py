@@ -65,11 +65,15 @@ def open_endpoint(table: Mapping[str, Any], hand: Hand, where: str = "[transport
     return KINDS[kind](table, hand, where)
 
 
-def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
-    settings = build(CanSettings, table, where)
-    codec = CanCodec(hand.fingers, fd=settings.fd, hand=hand.number, use_sender_time=settings.sender_time)
+def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC], BitTiming | None]:
+    """Return a bus, a function that opens it again, and the bit rates if the load must be estimated.
 
-    def open_bus() -> can.BusABC:
+    Raises:
+        DeviceError: there is no such interface, or it cannot serve.
+
+    """
+
+    def again() -> can.BusABC:
         if settings.interface == "socketcan":
             check_link(settings.channel, fd=settings.fd)
         return can.Bus(
@@ -82,12 +86,24 @@ def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
         )
 
     try:
-        bus = open_bus()
+        bus = again()
     except (can.CanError, OSError, ValueError, TypeError, ImportError) as error:
         raise DeviceError(_remedy(settings, error)) from None
     measured = settings.interface == "vegrip"  # the virtual bus knows its load itself
-    timing = None if measured else BitTiming(settings.bitrate, settings.data_bitrate)
-    return CanEndpoint(bus, codec, open_bus, timing)
+    return bus, again, None if measured else BitTiming(settings.bitrate, settings.data_bitrate)
+
+
+def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+    settings = build(CanSettings, table, where)
+    codec = CanCodec(hand.fingers, fd=settings.fd, hand=hand.number, use_sender_time=settings.sender_time)
+    bus, again, timing = open_bus(settings)
+    return CanEndpoint(bus, codec, again, timing)
+
+
+def _open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+    from vegrip.cia301.open import open_canopen  # noqa: PLC0415 (needed on a CANopen bus only)
+
+    return open_canopen(table, hand, where)
 
 
 def _remedy(settings: CanSettings, error: Exception) -> str:
@@ -119,4 +135,8 @@ def _open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     return ZmqEndpoint(settings.publish, settings.subscribe, codec, keys)
 
 
-KINDS: dict[str, Callable[[Mapping[str, Any], Hand, str], Endpoint]] = {"can": _open_can, "zmq": _open_zmq}
+KINDS: dict[str, Callable[[Mapping[str, Any], Hand, str], Endpoint]] = {
+    "can": _open_can,
+    "canopen": _open_canopen,
+    "zmq": _open_zmq,
+}
