@@ -175,3 +175,21 @@ def test_no_input_raises_or_gets_a_command_past_its_limits(
                 assert message.seq == before.seq + 1
             assert message.expires > now
             last[message.finger] = message
+
+
+@pytest.mark.parametrize("stuck", [0.0, 2.0])
+def test_a_force_that_stands_still_lowers_nothing_before_it_counts_as_frozen(
+    make_node: MakeNode, state: MakeState, stuck: float
+) -> None:
+    """A broken wire often reads zero: the finger must not believe at once that it is in the air."""
+    node = make_node(settings=ControlSettings(thumb=""))
+    states = [
+        state(i, normal_force=stuck, tangential_force_x=0.1) if i >= FAULT_AT else state(i)
+        for i in range(1, FAULT_AT + 900)
+    ]
+    forces = [m.normal_force for m in run(node, states) if isinstance(m, ForceCommand)]
+    assert node.fingers["index"].watchdog.condition == Condition.OK, "not frozen yet"
+    assert node.fingers["index"].watchdog.doubtful
+    doubted = forces[FAULT_AT + 30 :]
+    assert min(doubted) == max(doubted)
+    assert doubted[0] > 0.9 * forces[FAULT_AT - 2]

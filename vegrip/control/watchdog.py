@@ -13,6 +13,9 @@ no force, no position   MISSING
 a channel went missing  DEGRADED: it had been there; the rest is good
 ======================  ====================================================================================
 
+Before a normal force that stands still counts as frozen, it is `doubtful`: it may be a coarse sensor at rest,
+so control goes on, but lowers nothing on its word.
+
 A fault is seen at once and left only after `recover_after` good states in a row: hysteresis, so that a loose
 plug does not toggle the controller. This protects against faults, not attackers (keys are the transport's).
 """
@@ -39,6 +42,9 @@ class WatchdogSettings:
     time_out: float = parameter(0.05, unit="s", low=0.001, high=10.0, doc="input older than this is stale")
     frozen_after: float = parameter(0.25, unit="s", low=0.01, doc="all values the same for so long: frozen")
     force_frozen_after: float = parameter(2.0, unit="s", low=0.01, doc="the same of the normal force alone")
+    doubt_after: float = parameter(
+        0.05, unit="s", low=0.001, doc="normal force the same for so long: not lowered on its word"
+    )
     recover_after: int = parameter(5, unit="states", low=1, high=1000, doc="good states that end a fault")
     ranges: Ranges = field(default_factory=Ranges)
 
@@ -54,6 +60,7 @@ class InputWatchdog:
         """Forget the past; time begins with the next state or tick."""
         self.condition = Condition.MISSING
         self.faults: Counter[Condition] = Counter()
+        self.doubtful = False  # the normal force stands still; too early to call it frozen
         self._good = 0  # good states in a row
         self.lost: frozenset[str] = frozenset()  # channels that had been there and now are not
         self._seen: frozenset[str] = frozenset()  # channels that were measured at least once
@@ -126,11 +133,12 @@ class InputWatchdog:
         return Condition.OUT_OF_RANGE if outside else Condition.OK
 
     def _alive(self, state: FingertipState, now: int) -> Condition:
+        all_still, force_still = self._all_still.duration(state, now), self._force_still.duration(state, now)
+        self.doubtful = force_still > self.settings.doubt_after * NS
         frozen = (
-            self._all_still.duration(state, now) > self.settings.frozen_after * NS,
-            self._force_still.duration(state, now) > self.settings.force_frozen_after * NS,
+            all_still > self.settings.frozen_after * NS or force_still > self.settings.force_frozen_after * NS
         )
-        return Condition.FROZEN if any(frozen) else Condition.OK
+        return Condition.FROZEN if frozen else Condition.OK
 
     def _complete(self, state: FingertipState) -> Condition:
         present = tuple([value == value for value in VALUES(state)])  # noqa: PLR0124 (NaN is not itself)
