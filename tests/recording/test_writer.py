@@ -146,23 +146,39 @@ class Disk:
         pass
 
 
-def test_a_full_disk_is_counted_and_costs_no_whole_line_more(
+def test_rows_that_a_full_disk_refuses_are_written_when_it_takes_them_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     disk = Disk(room=16)
     monkeypatch.setattr(TableFile, "_open", lambda _: disk)
     table = TableFile(tmp_path / "x.csv", "t,a")
-    table.add("0,1000")
-    assert table.flush() == 0
-    table.add("1,1000")
-    table.add("2,1000")
-    assert table.flush() == 2  # torn within the first of them
-    table.add("3,1000")
-    assert table.flush() == 1  # still full
+    for t in range(4):  # the disk is full within the second row
+        table.add(f"{t},1000")
+        assert table.flush() == 0
     disk.room = 1000
     table.add("4,1000")
     assert table.flush() == 0
-    assert disk.content == b"t,a\n0,1000\n1,100\n4,1000\n"
+    torn, rows = disk.content.split(b"\n")[2], disk.content.split(b"\n")
+    assert torn == b"1,100", "the torn line is sealed and its row written again"
+    assert rows == [b"t,a", b"0,1000", b"1,100", b"1,1000", b"2,1000", b"3,1000", b"4,1000", b""]
+
+
+def test_a_disk_that_stays_full_costs_the_oldest_rows_and_they_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disk = Disk(room=0)
+    monkeypatch.setattr(TableFile, "_open", lambda _: disk)
+    monkeypatch.setattr("vegrip.recording.table_file.KEPT", 3)
+    table = TableFile(tmp_path / "x.csv", "t")
+    lost = 0
+    for t in range(10):
+        table.add(str(t))
+        lost += table.flush()
+    assert lost == 7
+    disk.room = 1000
+    table.flush()
+    assert disk.content == b"t\n7\n8\n9\n"
+    assert table.give_up() == 0
 
 
 def test_a_recorder_on_a_full_disk_goes_on_and_counts(

@@ -1,8 +1,15 @@
 """A table that grows on disk by whole lines, and survives a disk that is full for a while."""
 
+import contextlib
+import errno
 import os
+from collections import deque
 from pathlib import Path
-from typing import Protocol
+from typing import Final, Protocol
+
+
+KEPT: Final = 50_000
+"""Rows kept while the disk refuses them: a hundred seconds of a finger at 500 Hz, some 5 MB."""
 
 
 class Raw(Protocol):
@@ -21,7 +28,7 @@ class TableFile:
     def __init__(self, path: Path, header: str) -> None:
         self._path = path
         self._header = header
-        self._waiting: list[str] = []
+        self._waiting: deque[str] = deque()
         self._file: Raw | None = None
         self._headed = False
         self._torn = False  # the last write ended within a line
@@ -31,20 +38,23 @@ class TableFile:
         self._waiting.append(row)
 
     def flush(self) -> int:
-        """Write what waits and forget it; return how many rows the disk refused."""
-        rows, self._waiting = self._waiting, []
-        if not rows:
-            return 0
-        try:
-            if self._file is None:
-                self._file = self._open()
-            lines = rows if self._headed else [self._header, *rows]
-            # a torn line is sealed, so that a reader loses it alone and not the one after it
-            self._put(("\n" if self._torn else "") + "\n".join(lines) + "\n")
-        except OSError:
-            return len(rows)
-        self._headed = True
-        return 0
+        """Write what waits; what the disk refuses is kept for the next time.
+
+        Return how many rows had to be forgotten, the oldest first, because more than ``KEPT`` wait.
+        """
+        if self._waiting:
+            with contextlib.suppress(OSError):
+                self._write()
+        forgotten = max(len(self._waiting) - KEPT, 0)
+        for _ in range(forgotten):
+            self._waiting.popleft()
+        return forgotten
+
+    def give_up(self) -> int:
+        """Forget the rows that still wait and return how many there were: nothing will be written any more."""
+        left = len(self._waiting)
+        self._waiting.clear()
+        return left
 
     def close(self) -> None:
         """Close the file; rows that wait are dropped."""
@@ -56,11 +66,31 @@ class TableFile:
         self._path.parent.mkdir(parents=True, exist_ok=True)
         return self._path.open("ab", buffering=0)
 
-    def _put(self, text: str) -> None:
-        data = text.encode()
-        while data:
-            written = self._file.write(data) if self._file else 0
-            if not written:
-                raise OSError(os.strerror(28))
-            self._torn = data[written - 1 : written] != b"\n"
-            data = data[written:]
+    def _write(self) -> None:
+        if self._file is None:
+            self._file = self._open()
+        if not self._headed:
+            self._put_lines(deque([self._header]))
+            self._headed = True
+        self._put_lines(self._waiting)
+
+    def _put_lines(self, lines: deque[str]) -> None:
+        """Write ``lines`` and take out those that are on disk whole, also when the disk refuses the rest."""
+        data = ("\n".join(lines) + "\n").encode()
+        if self._torn:  # seal a torn line, so that a reader loses it alone and not the one after it
+            data = b"\n" + data
+        done = 0
+        try:
+            while done < len(data):
+                written = self._put(data[done:])
+                if not written:
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                self._torn = data[done + written - 1 : done + written] != b"\n"
+                done += written
+        finally:
+            whole = data[:done].count(b"\n") - (data[:1] == b"\n" and done > 0)
+            for _ in range(whole):
+                lines.popleft()
+
+    def _put(self, data: bytes) -> int:
+        return (self._file.write(data) if self._file else 0) or 0

@@ -72,14 +72,15 @@ class RecordingWriter:
         self.rows[name] += 1
 
     def flush(self) -> None:
-        """Write out everything taken; what the disk refuses is counted and forgotten."""
+        """Write out everything taken; what the disk refuses is kept for a while, then counted as lost."""
         for name, file in self._files.items():
             self.lost[name] += file.flush()
 
     def close(self) -> None:
         """Write out what is left and seal the session; may be called twice."""
         self.flush()
-        for file in self._files.values():
+        for name, file in self._files.items():
+            self.lost[name] += file.give_up()
             file.close()
         self._describe(closed=True)
 
