@@ -28,6 +28,7 @@ class ConeEstimator:
 
     finger: str
     resets: int = 0
+    confidence: float = math.nan  # asked last
     seen: list[FingertipState] = field(default_factory=list)
 
     def assimilate(self, state: FingertipState) -> None:
@@ -62,7 +63,8 @@ class ConeEstimator:
     def health(self) -> ModelHealth:
         return ModelHealth(stamp=0, finger=self.finger, seq=len(self.seen), nis=1.0, consistent=True)
 
-    def least_force(self, margin: float) -> float:
+    def least_force(self, margin: float, confidence: float) -> float:
+        self.confidence = confidence
         return self._load / (MU * (1.0 - margin))
 
     def reset(self) -> None:

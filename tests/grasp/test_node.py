@@ -84,7 +84,7 @@ def test_a_load_that_no_force_carries_gets_the_largest(make_node: MakeNode, stat
     node = make_node(settings=ControlSettings(thumb=""))
     for i in range(1, 400):
         command = feed(node, state(i, tangential_force_x=50.0))
-    node.fingers["index"].estimator.least_force = lambda _: math.inf
+    node.fingers["index"].estimator.least_force = lambda *_: math.inf
     for i in range(400, 800):
         command = feed(node, state(i))
     assert (command.normal_force, command.reason) == (ControlSettings().limits.max_force, Reason.MAX_LIMIT)

@@ -14,6 +14,7 @@ class Demand:
 
     least_force: float = math.nan  # [N]
     tangential_force: float = math.nan  # [N] magnitude
+    torque: float = math.nan  # [N m] about the normal, magnitude; NaN = not measured
     margin_bound: float = math.nan  # [-] lower bound of the present margin
     in_contact: bool = False
     slipping: bool = False  # slip is felt at this instant

@@ -1,6 +1,7 @@
 """The margin grip: raise at once, lower slowly, react to slip, and do not chatter.
 
-Let ``L`` be the least normal force for the wanted margin over the horizon, ``c`` the command held so far.
+Let ``L`` be the least normal force for the wanted margin over the horizon, at the confidence that each finger
+needs for the wanted probability of the grasp (``confidence.py``), and ``c`` the command held so far.
 
 1. Envelope of the need, fast up and slow down::
 
@@ -30,6 +31,12 @@ class GripSettings:
     """How the margin grip trades effort against the risk of slip."""
 
     wanted_margin: float = parameter(0.15, unit="1", low=0.0, high=0.9, doc="slip margin whose bound is kept")
+    probability: float = parameter(
+        0.95, unit="1", low=0.5, high=0.9999, doc="that all fingers keep the margin over the horizon"
+    )
+    correlation: float = parameter(
+        0.9, unit="1", low=0.0, high=1.0, doc="of what is not known of the fingers: they hold one object"
+    )
     dead_band: float = parameter(0.04, unit="1", low=0.0, high=0.5, doc="relative play of the command")
     release_time: float = parameter(1.0, unit="s", low=0.01, high=60.0, doc="time constant of lowering")
     settle_time: float = parameter(

@@ -1,5 +1,6 @@
 """The controllers of the comparison, each in the settings that ``docs/demo.md`` explains."""
 
+import math
 from dataclasses import replace
 
 from vegrip.estimator import EstimatorSettings
@@ -8,20 +9,40 @@ from vegrip.grasp.parameters import GraspParameters, TipParameters, estimator_fa
 from vegrip.virtual import HandSettings
 
 KNOBS = {
-    "hand": {"vegrip": 0.15, "constant": 4.0, "cone": 1.5},
-    "pinch": {"vegrip": 0.15, "constant": 8.0, "cone": 11.0},
+    "hand": {"vegrip": 0.15, "ellipse": 0.15, "constant": 4.0, "cone": 1.5, "elastic": 0.3},
+    "pinch": {"vegrip": 0.15, "ellipse": 0.15, "constant": 8.0, "cone": 11.0, "elastic": 0.3},
 }
-"""By grasp, the trade-off between force and risk as tuned: wanted margin [-], force [N], safety [-].
+"""By grasp, the trade-off between force and risk as tuned.
 
-That of vegrip is its default in both; those of the others had to be tuned for each grasp.
+Wanted margin [-] of vegrip and of the ellipse: the default in both grasps. Force [N], safety [-] and friction
+coefficient [-] set by hand of the others: tuned for each grasp.
 """
 
-NAMES = tuple(KNOBS["hand"])
+INFORMED = {"vegrip, told": 0.15, "elastic, told": 1.0}
+"""Controllers that are told the friction of every object before they touch it.
+
+Their knobs: wanted margin [-], and how much of that friction the elastic surface counts on [-].
+"""
+
+TOLD_SPREAD = 0.1
+"""Std of ln mu with which vegrip takes what it is told; the fingertips alone scatter by 0.08."""
+
+NAMES = (*KNOBS["hand"], *INFORMED)
 
 
-def parameters(name: str, knob: float) -> GraspParameters:
-    """Return the parameters of the controller ``name``, one of :data:`NAMES`, with its knob set."""
+def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParameters:
+    """Return the parameters of the controller ``name``, one of :data:`NAMES`, with its knob set.
+
+    ``friction`` is that of the object, for the controllers of :data:`INFORMED`.
+    """
     base = demo_parameters()
+    if name in ("elastic", "elastic, told"):
+        believed = knob * friction if name in INFORMED else knob
+        return replace(base, policy="elastic", elastic=replace(base.elastic, friction=believed))
+    if name == "ellipse":
+        base = replace(base, estimator=replace(base.estimator, surface="ellipse"))
+    if name == "vegrip, told":
+        base = replace(base, tip=replace(base.tip, friction=friction, friction_spread=TOLD_SPREAD))
     if name == "constant":
         return replace(base, policy="constant", constant=replace(base.constant, force=knob))
     if name == "cone":

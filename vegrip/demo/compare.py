@@ -1,4 +1,4 @@
-"""Three controllers, the same hands, objects and disturbances: ``python -m vegrip.demo.compare --seeds 20``.
+"""Controllers on the same hands, objects and disturbances: ``python -m vegrip.demo.compare --seeds 50``.
 
 Simulated time, one process per core; the figures are the same on every machine up to rounding. How the knobs
 were tuned is in ``docs/demo.md``; ``--sweep`` prints the trade-off of every controller on the tuning seeds.
@@ -16,7 +16,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from vegrip.demo.candidates import KNOBS, make_node, parameters
+from vegrip.demo.candidates import INFORMED, KNOBS, NAMES, make_node, parameters
 from vegrip.demo.closed_loop import Course, Loop
 from vegrip.demo.result import Result, result
 from vegrip.demo.scenario import GRASPS, Scenario
@@ -27,6 +27,7 @@ SWEEP = {
     "vegrip": (0.05, 0.1, 0.15, 0.2, 0.3),
     "constant": (2.0, 3.0, 4.0, 6.0, 8.0, 11.0),
     "cone": (0.5, 1.0, 1.5, 2.0, 5.0, 8.0, 11.0),
+    "elastic": (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6),
 }
 
 
@@ -43,8 +44,10 @@ class Trial:
 
 def course(trial: Trial) -> Course:
     """Run one trial."""
-    hand = Scenario(trial.seed, trial.duration, trial.grasp).hand()
-    node = make_node(parameters(trial.name, trial.knob), hand.fingers)
+    scenario = Scenario(trial.seed, trial.duration, trial.grasp)
+    hand = scenario.hand()
+    friction = scenario.settings.tip.friction
+    node = make_node(parameters(trial.name, trial.knob, friction), hand.fingers)
     return Loop(hand, node).run(trial.duration)
 
 
@@ -105,12 +108,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--sweep", action="store_true", help="the trade-off curves, on the tuning seeds")
     parser.add_argument("--workers", type=int, default=None, help="processes (default: one per core)")
     parser.add_argument("--grasp", choices=tuple(GRASPS), default="hand")
+    parser.add_argument("--told", action="store_true", help="controllers that know each object's friction")
+    parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="these controllers alone")
     given = parser.parse_args(arguments)
     first = TUNING_SEED if given.sweep else 0
-    knobs = SWEEP if given.sweep else {name: (knob,) for name, knob in KNOBS[given.grasp].items()}
+    tuned = INFORMED if given.told else KNOBS[given.grasp]
+    knobs = SWEEP if given.sweep else {name: (knob,) for name, knob in tuned.items()}
     trials = [
         Trial(name, seed, given.duration, knob, given.grasp)
         for name, settings in knobs.items()
+        if name in given.only
         for knob in settings
         for seed in range(first, first + given.seeds)
     ]

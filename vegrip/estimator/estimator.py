@@ -224,9 +224,9 @@ class ContactEstimator:
     def least_force(self, margin: float, confidence: float | None = None) -> float:
         """Return the least normal force [N] with which the margin's lower bound stays at ``margin``.
 
-        For the load of the last sample, at ``confidence`` (one-sided; without it ``settings.confidence``), now
-        and over ``settings.horizon`` of the hold in ``settings.hold``. NaN when the load or the contact is
-        not known, inf when no force suffices.
+        For the load of the last sample, at ``confidence`` (one-sided; else ``settings.confidence``), now and
+        over ``settings.horizon`` of the hold in ``settings.hold``. NaN when the load or the contact is not
+        known, inf when no force suffices.
         """
         if self._state is None or not self._valid():
             return NAN

@@ -28,8 +28,11 @@ class Estimator(Protocol):
     def health(self) -> ModelHealth:
         """Return whether the model explains what was measured."""
 
-    def least_force(self, margin: float) -> float:
-        """Return the least normal force [N] for the wanted margin over the horizon; NaN = unknown."""
+    def least_force(self, margin: float, confidence: float) -> float:
+        """Return the least normal force [N] for the wanted margin over the horizon; NaN = unknown.
+
+        The margin is kept with the one-sided ``confidence``.
+        """
 
     def reset(self) -> None:
         """Forget the contact; keep what is known of the finger."""

@@ -20,6 +20,9 @@ from vegrip.messages import (
     SlipMargin,
 )
 
+Wanted = tuple[float, float]
+"""Margin to keep [-], and the one-sided confidence to keep it with."""
+
 UNUSED = Demand()
 """The demand of a finger whose input is not believed."""
 
@@ -59,9 +62,7 @@ class GraspFinger:
         self._reports = self._healths = 0  # how often
         self._phase = phase
 
-    def sense(
-        self, state: FingertipState, now: int, wanted_margin: float, report_period: float = 0.0
-    ) -> None:
+    def sense(self, state: FingertipState, now: int, wanted: Wanted, report_period: float = 0.0) -> None:
         """Take in one state that arrived at ``now`` [ns] and ask the controller what it needs.
 
         The margin itself, which control does not need, is worked out when it is due to be reported.
@@ -73,11 +74,10 @@ class GraspFinger:
             if self._margin is None or _due(self._reported, now, report_period):
                 self._margin = self.estimator.slip_margin()
             self._used = now
-            demand = self._demand(state, self._margin, wanted_margin)
+            demand = self._demand(state, self._margin, wanted)
             if not self.controller.started:
                 self.controller.start(self._present_force(state), now)
         if self.controller.started:
-            demand = self._no_less(demand) if self.watchdog.doubtful else demand
             self.controller.want(self.watchdog.condition, demand, now)
 
     def watch(self, now: int) -> None:
@@ -139,21 +139,18 @@ class GraspFinger:
             return state.normal_force
         return self.estimator.normal_force.value
 
-    def _no_less(self, demand: Demand) -> Demand:
-        """Return ``demand`` with no less force than is held, and no belief that the finger is in the air."""
-        return replace(demand, least_force=max(self.controller.held, demand.least_force), in_contact=True)
-
-    def _demand(self, state: FingertipState, margin: SlipMargin, wanted_margin: float) -> Demand:
+    def _demand(self, state: FingertipState, margin: SlipMargin, wanted: Wanted) -> Demand:
         load = math.hypot(state.tangential_force_x, state.tangential_force_y)
-        slipping = state.slip >= 0.5
+        torque, slipping = abs(state.torque_z), state.slip >= 0.5
         if not self.estimator.in_contact:
             trusted = self.estimator.normal_force.valid
-            return Demand(0.0, load, in_contact=False, slipping=slipping, trusted=trusted)
+            return Demand(0.0, load, torque, in_contact=False, slipping=slipping, trusted=trusted)
         asked = self.controller.policy.uses_least_force and not self.watchdog.lost & LOAD
-        least = self.estimator.least_force(wanted_margin) if asked else math.nan
+        least = self.estimator.least_force(*wanted) if asked else math.nan
         return Demand(
             least_force=least,
             tangential_force=load,
+            torque=torque,
             margin_bound=margin.lower_bound,
             in_contact=True,
             slipping=slipping,

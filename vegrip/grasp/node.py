@@ -2,14 +2,14 @@
 
 from collections.abc import Callable, Iterable, Sequence
 
-from vegrip.control.balance import balanced
+from vegrip.control.confidence import each_confidence
 from vegrip.control.fail_safe import FailSafe
 from vegrip.control.finger import FingerController
 from vegrip.control.watchdog import InputWatchdog
 from vegrip.grasp.estimator import Estimator
-from vegrip.grasp.finger import UNUSED, GraspFinger
+from vegrip.grasp.finger import UNUSED, GraspFinger, Wanted
 from vegrip.grasp.memory import Memory, Nothing
-from vegrip.grasp.settings import ControlSettings, make_policy
+from vegrip.grasp.settings import ControlSettings, make_policy, make_share
 from vegrip.grasp.warm_up import dummy_states
 from vegrip.messages import Condition, FingertipState, ForceCommand, Message
 from vegrip.node import NodeBase
@@ -38,8 +38,8 @@ class GraspForce(NodeBase):
         memory: Memory | None = None,
     ) -> None:
         self.fingers: dict[str, GraspFinger] = {}
-        super().__init__(name, settings)
         self._names = tuple(fingers)
+        super().__init__(name, settings)
         self._make_estimator = make_estimator
         self._memory = memory or Nothing()
         self._active = False
@@ -54,6 +54,7 @@ class GraspForce(NodeBase):
     @parameters.setter
     def parameters(self, settings: ControlSettings) -> None:
         self._parameters = settings
+        self._shared = make_share(settings, self._names)
         for finger in self.fingers.values():
             finger.apply(settings)
 
@@ -62,7 +63,7 @@ class GraspForce(NodeBase):
         self.fingers = {name: self._finger(name) for name in self._names}
         for finger in self.fingers.values():
             for state in dummy_states(finger.name):
-                finger.sense(state, state.stamp, self.parameters.grip.wanted_margin)
+                finger.sense(state, state.stamp, self._wanted)
                 finger.command(self._share(finger), state.stamp)
                 list(finger.reports(state.stamp, 0.0, 0.0))
         self.fingers = {name: self._finger(name) for name in self._names}
@@ -96,7 +97,7 @@ class GraspForce(NodeBase):
         if finger is None:
             self.rejected["unknown finger"] += 1
             return ()
-        finger.sense(message, now, self.parameters.grip.wanted_margin, self.parameters.report_period)
+        finger.sense(message, now, self._wanted, self.parameters.report_period)
         return [*self._commands([finger], now), *self._reports(finger, now)]
 
     def on_tick(self, now: int) -> Iterable[Message]:
@@ -132,9 +133,15 @@ class GraspForce(NodeBase):
     def _commands(self, fingers: Iterable[GraspFinger], now: int) -> list[ForceCommand]:
         return [finger.command(self._share(finger), now) for finger in fingers if finger.controller.started]
 
+    @property
+    def _wanted(self) -> Wanted:
+        """Margin and confidence of each finger; all count, also those that are not heard."""
+        grip = self.parameters.grip
+        return grip.wanted_margin, each_confidence(grip.probability, len(self._names), grip.correlation)
+
     def _share(self, finger: GraspFinger) -> float:
         started = {f.name: f.controller.need for f in self.fingers.values() if f.controller.started}
-        return balanced(started, self.parameters.thumb).get(finger.name, 0.0)
+        return self._shared(started).get(finger.name, 0.0)
 
     def _reports(self, finger: GraspFinger, now: int) -> list[Message]:
         if finger.health_due(now, self.parameters.health_period):

@@ -49,7 +49,7 @@ def gauge_of(force: float, a: float, k: float, mu: float, load: Load) -> float:
 def gauge_then(
     m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load, quantile: float
 ) -> tuple[float, float, float]:
-    """Gauge after another dt of the hold, its bound if ``quantile`` > 0; ``delta``, ``elastic_force`` then."""
+    """Gauge after another dt of the hold, its bound if ``quantile`` > 0; ``delta``, ``elastic_force``."""
     delta, x, elastic, force = try_hold(m, y, before, dt, begun)
     a, k, mu = surface_of(m, delta, x, elastic, force)
     g = gauge_of(force, a, k, mu, load)
