@@ -7,7 +7,6 @@ from collections import deque
 from pathlib import Path
 from typing import Final, Protocol
 
-
 KEPT: Final = 50_000
 """Rows kept while the disk refuses them: a hundred seconds of a finger at 500 Hz, some 5 MB."""
 
@@ -51,7 +50,7 @@ class TableFile:
         return forgotten
 
     def give_up(self) -> int:
-        """Forget the rows that still wait and return how many there were: nothing will be written any more."""
+        """Forget the rows that still wait and return how many there were."""
         left = len(self._waiting)
         self._waiting.clear()
         return left
