@@ -1,6 +1,7 @@
 """The object dictionaries of both devices, out of the DBC and the declarations of the parameters."""
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from vegrip.cia301.connection_set import OF_A_FINGER, OF_THE_GRASP
@@ -70,8 +71,13 @@ def fingertip() -> Device:
     )
 
 
-def grasp_force() -> Device:
-    """Return what ``proto/grasp_force.eds`` says: up to eight fingers, all parameters, all estimates."""
+def grasp_force(known: Mapping[str, int]) -> Device:
+    """Return what ``proto/grasp_force.eds`` says: up to eight fingers, all parameters, all estimates.
+
+    Args:
+        known: the parameters that have an index already, as in :func:`known_parameters`.
+
+    """
     told = (("ForceCommand", COMMANDS), ("SlipMargin", MARGINS), ("ModelHealth", HEALTH))
     outputs = [
         pdo_record(index + finger, f"{name} {finger}", name)
@@ -116,11 +122,17 @@ def grasp_force() -> Device:
             Variable(
                 REFUSAL, Entry("Last refusal", VISIBLE_STRING, "ro", "", note="why a write was refused")
             ),
-            *_parameters(),
+            *_parameters(known),
         ),
         (*out, *into),
         ("The PDOs are the classic frames of fingertip.dbc, byte for byte.",),
     )
+
+
+def known_parameters(text: str) -> dict[str, int]:
+    """Return name -> index of the parameters in the text of an EDS file: what others rely on must stay."""
+    found = re.findall(r"^\[([345][0-9A-F]{3})\]\nParameterName=(.+)$", text, re.MULTILINE)
+    return {name: int(index, 16) for index, name in found}
 
 
 def own(base: int) -> str:
@@ -178,18 +190,16 @@ def _estimates(finger: int) -> Record:
     return Record(ESTIMATES + finger, f"Estimate of finger {finger}", tuple(entries))
 
 
-def _parameters() -> Iterator[Variable]:
-    index = PARAMETERS
+def _parameters(known: Mapping[str, int]) -> Iterator[Variable]:
+    """Yield one object for each parameter; one that has an index keeps it, a new one gets the next."""
+    following = max(known.values(), default=PARAMETERS - 1) + 1
     for name, value, declared in rows(GraspParameters()):
         kind = TYPES.get(type(value))
         if kind is None:
             continue  # pairs and tables belong in the configuration file
-        yield Variable(index, Entry(name, kind, "rw", _text(value), note=_note(declared)))
-        index += 1
-
-
-def _text(value: Any) -> str:
-    return str(int(value)) if isinstance(value, bool) else str(value)
+        index = known.get(name, following)
+        following += index == following
+        yield Variable(index, Entry(name, kind, "rw", note=_note(declared)))
 
 
 def _note(declared: Any) -> str:

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from vegrip.cia301.dictionary import fingertip, grasp_force
+from vegrip.cia301.dictionary import fingertip, grasp_force, known_parameters
 from vegrip.cia301.objects import UNSIGNED8, UNSIGNED32, Device, Entry, Object, Pdo, Record, Variable
 
 DATE = "11-20-2026"  # of the layout; a file is written anew only when it changes
@@ -122,7 +122,7 @@ def _entry(entry: Entry) -> dict[str, str]:
         "ObjectType": f"{VAR:#x}",
         "DataType": f"0x{entry.data_type:04X}",
         "AccessType": entry.access,
-        "DefaultValue": entry.default,
+        **({"DefaultValue": entry.default} if entry.default else {}),
         "PDOMapping": str(int(entry.mappable)),
     }
 
@@ -135,8 +135,11 @@ def _section(title: str, keys: dict[str, str]) -> Iterator[str]:
 
 def main() -> None:
     """Write both files into the folder named on the command line."""
-    for device in (fingertip(), grasp_force()):
-        Path(sys.argv[1], device.file).write_text(text(device), encoding="ascii", newline="\n")
+    folder = Path(sys.argv[1])
+    before = folder / "grasp_force.eds"
+    known = known_parameters(before.read_text(encoding="ascii")) if before.exists() else {}
+    for device in (fingertip(), grasp_force(known)):
+        (folder / device.file).write_text(text(device), encoding="ascii", newline="\n")
 
 
 if __name__ == "__main__":
