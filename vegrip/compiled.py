@@ -15,4 +15,4 @@ def njit(function: F) -> F:
     call compiled functions of another module, or edits there run stale code in silence; code generated
     from several sources goes into one file named by the hash of its content.
     """
-    return cast("F", numba.njit(cache=True, error_model="numpy")(function))
+    return cast("F", numba.njit(cache=True, error_model="numpy", nogil=True)(function))

@@ -105,5 +105,6 @@ def residuals_of(problem: Problem, u: Floats) -> list[Residuals]:
             if rows.any():
                 out.append(Residuals(name, m.sliding[rows], (raw[1] * size)[rows], z[n : n + k][rows]))
     if m.seen.size:
-        out.append(Residuals("contact_radius", m.seen, raw[2], z[n + k :]))
+        sure = np.isfinite(problem.radius_std)
+        out.append(Residuals("contact_radius", m.seen[sure], raw[2][sure], z[n + k :][sure]))
     return out

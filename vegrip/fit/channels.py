@@ -75,7 +75,7 @@ def channel_errors(problem: Problem, u: Floats) -> dict[str, ChannelError]:
                 z = white[n : n + k]
                 out[name] = _error(raw[1] * size, problem.slip_std * size, z, rows, episode[m.sliding])
     if m.seen.size:
-        everything = np.ones(m.seen.size, dtype=bool)
+        everything = np.isfinite(problem.radius_std)
         out["contact_radius"] = _error(
             raw[2], problem.radius_std, white[n + k :], everything, episode[m.seen]
         )

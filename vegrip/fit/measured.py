@@ -147,4 +147,6 @@ def _seen(recording: Recording, noise: Noise) -> NDArray[np.int64]:
     radius = recording.columns.get("contact_radius")
     if radius is None or not noise.contact_radius > 0.0:
         return np.zeros(0, dtype=np.int64)
-    return np.flatnonzero(np.isfinite(radius) & (radius > 5.0 * noise.contact_radius))
+    # without a force, a surface that is still dented may or may not count as contact
+    pressed = recording.columns["normal_force"] > 5.0 * noise.normal_force
+    return np.flatnonzero(np.isfinite(radius) & (radius > 5.0 * noise.contact_radius) & pressed)

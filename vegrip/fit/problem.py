@@ -6,6 +6,7 @@ both sensors, for the recording or for each episode.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -49,7 +50,24 @@ class Unknowns:
 
 
 class Problem:
-    """Residuals and derivatives. The noise model is frozen at construction (and by :meth:`freeze`)."""
+    """Residuals and derivatives.
+
+    Args:
+        model: whose values are the start.
+        measured: the recording.
+        zeros: whether the zeros of the sensors are the recording's or each episode's.
+        symbols: parameters to fit; those with a standard deviation when not given.
+        like: a problem whose rows and noise to share, so that models can be compared; else the noise is
+            that at the start, until :meth:`freeze`.
+
+    """
+
+    doubtful: NDArray[np.bool_]
+    stiffness: Floats
+    whitener: Whitener
+    force_std: Floats
+    slip_std: Floats
+    radius_std: Floats
 
     def __init__(
         self,
@@ -58,6 +76,7 @@ class Problem:
         *,
         zeros: Zeros = "recording",
         symbols: tuple[str, ...] | None = None,
+        like: "Problem | None" = None,
     ) -> None:
         self.model, self.measured = model, measured
         self._predictor = Predictor(model, measured.columns)
@@ -66,9 +85,20 @@ class Problem:
         self.load = float(np.nanmax(np.abs(measured.force)))
         self.episodes = np.cumsum(measured.first > 0.5).astype(np.int64) - 1
         self._owner = self.episodes if zeros == "episode" else np.zeros_like(self.episodes)
+        self._places = {symbol: i for i, symbol in enumerate(model.parameters)}
+        self.zeros = zeros
         self.unknowns = self._unknowns(symbols)
-        self.doubtful = np.zeros(self.episodes.size, dtype=bool)
-        self.freeze(self.unknowns.start)
+        if like is None:
+            self.doubtful = np.zeros(self.episodes.size, dtype=bool)
+            self.freeze(self.unknowns.start)
+        else:
+            self.doubtful, self.stiffness, self.whitener = like.doubtful, like.stiffness, like.whitener
+            self.force_std, self.slip_std, self.radius_std = like.force_std, like.slip_std, like.radius_std
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """Parameters that are fitted."""
+        return tuple(n for n, at in zip(self.unknowns.names, self.unknowns.place, strict=True) if at >= 0)
 
     def _unknowns(self, symbols: tuple[str, ...] | None) -> Unknowns:
         known = self.model.parameters
@@ -118,9 +148,14 @@ class Problem:
         n = zero.size // 2
         return vector, (self.depth * zero[:n][self._owner], self.load * zero[n:][self._owner])
 
-    def table(self, u: Floats) -> Floats:
-        """Return the prediction (n, 14), its normal force with the sensor's zero."""
+    def table(self, u: Floats, instead: Mapping[str, float] | None = None) -> Floats:
+        """Return the prediction (n, 14), its normal force with the sensor's zero.
+
+        ``instead``: values of parameters that are not among the unknowns.
+        """
         vector, zeros = self.parts(u)
+        for symbol, value in (instead or {}).items():
+            vector[self._places[symbol]] = value
         out = self._predictor(vector, zeros)
         out[:, AT["normal_force"]] += zeros[1]
         return out
@@ -142,7 +177,8 @@ class Problem:
         )
         self.slip_std = self._slip_std(here)
         slope = (beyond[:, AT["contact_radius"]] - here[:, AT["contact_radius"]]) / h
-        self.radius_std = np.hypot(np.nan_to_num(noise.contact_radius), np.abs(slope) * m.motion.std)[m.seen]
+        radius_std = np.hypot(np.nan_to_num(noise.contact_radius), np.abs(slope) * m.motion.std)
+        self.radius_std = np.where(self.doubtful, np.inf, radius_std)[m.seen]
 
     @property
     def used(self) -> NDArray[np.bool_]:
@@ -241,7 +277,7 @@ class Problem:
     def counted(self) -> NDArray[np.bool_]:
         """Which residuals are measurements (a missing force has none)."""
         m = self.measured
-        return np.concatenate([self.used, np.ones(m.sliding.size + m.seen.size, dtype=bool)])
+        return np.concatenate([self.used, np.ones(m.sliding.size, dtype=bool), np.isfinite(self.radius_std)])
 
 
 def _bound(transform: str, value: float) -> float:

@@ -11,7 +11,7 @@ from vegrip.fit.smoother import Floats
 
 Report = Callable[[str], None]
 
-ROUGH = 12  # evaluations of a start before the best one is chosen
+ROUGH = 8  # evaluations of a start before the best one is chosen
 FINE = 40
 SETTLED = 1e-3  # of a standard deviation: the last step of a fit
 RATES = (0.1, 1.0, 10.0)  # factors on the rate of relaxation, the parameter with several minima
@@ -43,8 +43,6 @@ def fit_problem(problem: Problem, report: Report = lambda _: None) -> Optimum:
         report(f"start {i + 1} of {len(starts)}")
         problem.freeze(start)
         found = refine(problem, start, ROUGH)
-        problem.freeze(found.u)
-        found = refine(problem, found.u, ROUGH)
         if best is None or _badness(problem, found.u) < _badness(problem, best.u):
             best = found
     assert best is not None  # noqa: S101

@@ -1,0 +1,92 @@
+"""``vegrip diagnose``: which effect a model lacks."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from vegrip.diagnosis import Diagnosis
+
+RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
+MODEL = Annotated[
+    Path | None, typer.Option("--model", help="Model file; else the paper's model. It is refitted.")
+]
+OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write, with what was named.")]
+EACH = Annotated[
+    bool,
+    typer.Option("--zeros-each-episode", help="Zeros of displacement and force differ between episodes."),
+]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def diagnose(
+    recording: RECORDING,
+    model: MODEL = None,
+    output: OUT = None,
+    zeros_each_episode: EACH = False,
+    as_json: JSON = False,
+) -> None:
+    """Say which physical effects would explain what the model leaves of a recording.
+
+    The verdict is one of four: adequate (nothing is missing that the recording can show), named, ambiguous
+    (one of these, and which experiment would tell), unexplained (none of the catalogue, and where it shows).
+
+    Example: vegrip diagnose press -o press-extended.toml
+    """
+    from vegrip.cli._fits import opened, print_json, progress
+    from vegrip.diagnosis import diagnose as diagnose_model
+    from vegrip.model import write_model
+
+    measured, start = opened(recording, model)
+    with progress("diagnose") as report:
+        found = diagnose_model(
+            measured, start, zeros="episode" if zeros_each_episode else "recording", report=report
+        )
+    if output is not None:
+        write_model(found.model, output)
+    if as_json:
+        print_json(found.as_dict())
+    else:
+        _print(found)
+
+
+SENTENCES = {
+    "adequate": "nothing is missing that this recording can show",
+    "named": "this explains the misfit:",
+    "ambiguous": "this explains the misfit, but the recording cannot tell which of the set it is:",
+    "unexplained": "no effect of the catalogue explains the misfit",
+}
+
+
+def _print(found: "Diagnosis") -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    told = found.as_dict()
+    error = told["error"]
+    console.print(
+        f"[bold]{told['recording']}: {told['verdict']}[/bold] - {SENTENCES[told['verdict']]} "
+        + (", ".join(told["named"]) if told["named"] else "")
+    )
+    for group in told["indistinguishable"]:
+        console.print(f"not told apart: {', '.join(group)}")
+    console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
+    table = Table(box=None, padding=(0, 2))
+    for heading in ("effect", "evidence [nats]", "held out [nats]", "error", "fails"):
+        table.add_column(heading, justify="left" if heading in ("effect", "fails") else "right")
+    for one in told["effects"][:8]:
+        cells = (f"{one['evidence_gain']:.1f}", f"{one['heldout_gain']:.1f}", f"{one['error_after']:.3f}")
+        table.add_row(one["name"], *cells, ", ".join(one["failed"]))
+    console.print(table)
+    for regime in told["where"]:
+        console.print(f"- {regime['note']}", markup=False)
+    if told["unexplained"]:
+        left = told["unexplained"]
+        console.print(f"what is left depends on {left['variable']} ({left['channel']})")
+    if told["experiment"]:
+        for name, text in told["experiment"]["suggestions"].items():
+            console.print(f"to tell {name}: {text}", markup=False)
+    for sentence in told["warnings"]:
+        console.print(f"- {sentence}", markup=False)

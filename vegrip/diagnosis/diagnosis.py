@@ -1,0 +1,183 @@
+"""The verdict: what a model lacks, as far as a recording can tell.
+
+* adequate: nothing is missing that this recording can show,
+* named: these effects explain the misfit,
+* ambiguous: one of these does, and the recording cannot tell which,
+* unexplained: none of the catalogue does; here is where it shows.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from vegrip.compare.comparison import Comparison
+from vegrip.compare.where import Regime
+from vegrip.diagnosis.discrepancy import Discrepancy, discrepancy
+from vegrip.diagnosis.search import Report, Search, Tried, search
+from vegrip.fit.noise import Noise
+from vegrip.fit.problem import Zeros
+from vegrip.fit.recipe import fit
+from vegrip.fit.result import Fit, fitted
+from vegrip.model import ContactModel
+from vegrip.recording import Recording
+
+CALM = 1.5  # chi-square per regime up to which a misfit is noise
+EXPLAINED = 0.8  # share of the misfit by regime that the named effects have to take
+CLOSE = 5.0  # [nats] within which candidates cannot be told apart, and
+CLOSE_SHARE = 1e-3  # of the gain: no model of a measured contact is exact
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What was found.
+
+    Attributes:
+        start: the fit of the model that was given, or the paper's.
+        search: every step.
+
+    """
+
+    start: Fit
+    search: Search
+
+    @property
+    def named(self) -> list[str]:
+        """The effects it would add, in the order in which they explain most."""
+        return [one.candidate.name for one in self.search.accepted] if self.verdict == "named" else []
+
+    @property
+    def verdict(self) -> str:
+        """adequate, named, ambiguous or unexplained."""
+        s = self.search
+        before, after = s.misfit(s.first), s.misfit(s.last)
+        if not s.accepted:
+            return "adequate" if before <= CALM else "unexplained"
+        if after > CALM and (before - after) < EXPLAINED * (before - 1.0):
+            return "unexplained"
+        return "ambiguous" if self.indistinguishable else "named"
+
+    @cached_property
+    def indistinguishable(self) -> list[list[str]]:
+        """Sets of effects that explain the same equally well."""
+        sets = []
+        for step in self.search.steps:
+            if step.taken is None or step.taken.candidate.name in self.search.dropped:
+                continue
+            best = step.taken.verdict.gain
+            close = [
+                one.candidate.name
+                for one in step.tried
+                if one.verdict.passed and best - one.verdict.gain <= CLOSE + CLOSE_SHARE * best
+            ]
+            if len(close) > 1:
+                sets.append(close)
+        return sets
+
+    @cached_property
+    def unexplained(self) -> Discrepancy | None:
+        """The curve over one variable that takes most of what is left; None when noise is left."""
+        s = self.search
+        return discrepancy(s.last) if s.misfit(s.last) > CALM else None
+
+    @cached_property
+    def where(self) -> list[Regime]:
+        """Where the model that was given fails."""
+        first = self.start
+        return Comparison(first.problem, first.optimum.u, fitted=True).where
+
+    @property
+    def model(self) -> ContactModel:
+        """The model with everything that was accepted, refitted."""
+        last = self.search.last
+        return fitted(last.problem, last.optimum).model
+
+    @property
+    def error(self) -> dict[str, float]:
+        """Rms of standardised residuals: before, after, and what a perfect model would leave."""
+        return {"before": self.search.first.error, "after": self.search.last.error, "noise_floor": 1.0}
+
+    def effects(self) -> list[dict[str, Any]]:
+        """Return what was tried, best first: the accepted ones, then the others step by step."""
+        told = []
+        for step in self.search.steps:
+            if step.taken is not None and step.taken.candidate.name not in self.search.dropped:
+                told.append(self._told(step.taken, step.tried))
+        seen = {one["name"] for one in told}
+        for step in self.search.steps:
+            for one in step.tried:
+                if one.candidate.name not in seen:
+                    seen.add(one.candidate.name)
+                    told.append(self._told(one, step.tried))
+        return told
+
+    def _told(self, one: Tried, beside: list[Tried]) -> dict[str, Any]:
+        best = max(0.0, *(other.verdict.gain for other in beside if other.verdict.passed), 0.0)
+        weights = {
+            other.candidate.name: math.exp(other.verdict.gain - best)
+            for other in beside
+            if other.verdict.passed
+        }
+        total = sum(weights.values()) + math.exp(-best)
+        return {
+            "name": one.candidate.name,
+            "probability": weights.get(one.candidate.name, 0.0) / total,
+            "error_after": one.fitted.error,
+            "heldout_gain": one.verdict.heldout,
+            "evidence_gain": one.verdict.gain,
+            "failed": list(one.verdict.failed),
+            "parameters": {p.symbol: one.fitted.value(p.symbol) for p in one.candidate.effect.parameters},
+        }
+
+    def experiment(self) -> dict[str, Any] | None:
+        """Return what would tell the candidates apart, None when there is nothing to tell apart."""
+        names = [name for group in self.indistinguishable for name in group]
+        if not names:
+            return None
+        by_name = {
+            one.candidate.name: one.candidate.effect for step in self.search.steps for one in step.tried
+        }
+        told = {name: by_name[name].experiment for name in names if by_name[name].experiment}
+        return {"between": names, "suggestions": told}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what ``--json`` prints."""
+        s = self.search
+        return {
+            "recording": self.start.problem.measured.recording.name,
+            "verdict": self.verdict,
+            "named": self.named,
+            "effects": self.effects(),
+            "indistinguishable": self.indistinguishable,
+            "error": self.error,
+            "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": CALM},
+            "where": [one.as_dict() for one in self.where],
+            "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
+            "experiment": self.experiment(),
+            "out_of_sight": s.out_of_sight,
+            "noise": dict(self.start.problem.measured.noise.source),
+            "warnings": self.start.warnings(),
+        }
+
+
+def diagnose(
+    recording: Recording,
+    model: ContactModel | None = None,
+    *,
+    noise: Noise | None = None,
+    zeros: Zeros = "recording",
+    most: int = 4,
+    threads: int = 2,
+    report: Report = lambda _: None,
+) -> Diagnosis:
+    """Say what ``model`` (the paper's when not given) lacks to explain ``recording``.
+
+    The model is refitted first: a wrong stiffness is no missing effect. ``most`` limits how many effects are
+    named together, ``threads`` how many candidates are fitted at a time.
+
+    Raises:
+        RecordingError: the recording lacks what a fit needs; says what.
+
+    """
+    start = fit(recording, model, noise=noise, zeros=zeros, report=report)
+    return Diagnosis(start, search(start.problem, start.optimum, most=most, threads=threads, report=report))

@@ -1,0 +1,169 @@
+"""What a misfit depends on when no effect of the catalogue explains it: a curve over one variable.
+
+For each variable the residual is regressed on a linear spline of it, beside the derivatives of the model (a
+curve that only does what a parameter could do explains nothing, [BrynjarsdottirOHagan2014]_). Its score is
+what it gains on episodes that were held out. The curve is a pointer for whoever writes the missing effect,
+not physics.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vegrip.compare.features import Features, features_of
+from vegrip.diagnosis.nested import Fitted
+from vegrip.fit.problem import AT, Problem
+from vegrip.fit.smoother import Floats
+
+KNOTS = 9
+FOLDS = 5
+RIDGE = 1e-4
+LEAST = 20.0  # [nats] of held-out gain below which a curve points nowhere
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """The curve that explains most of what is left.
+
+    Attributes:
+        variable: time, displacement, normal_force, speed, direction, ...
+        channel: whose residual.
+        gain: on held-out episodes [nats].
+        share: of the misfit of that channel that it takes.
+        at: knots [unit of the variable].
+        value: measured less model there [N, or relative load at slip, or m].
+        others: variable -> gain, of the next best ones.
+
+    """
+
+    variable: str
+    channel: str
+    gain: float
+    share: float
+    at: list[float]
+    value: list[float]
+    others: dict[str, float]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        shape = {"at": self.at, "residual": self.value}
+        return {
+            "variable": self.variable, "channel": self.channel, "gain": self.gain, "share": self.share,
+            "shape": shape, "others": self.others,
+        }  # fmt: skip
+
+
+def discrepancy(fitted: Fitted) -> Discrepancy | None:
+    """Return the curve with the largest gain on held-out episodes; None when none gains enough."""
+    problem, u = fitted.problem, fitted.optimum.u
+    table = problem.table(u)
+    features = features_of(problem, table)
+    best: Discrepancy | None = None
+    gains: dict[str, float] = {}
+    for channel, rows, block in _blocks(problem):
+        w, J = fitted.optimum.residual[block], fitted.optimum.jacobian[block]
+        if w.size < 10 * KNOTS:
+            continue
+        fold = problem.episodes[rows] % FOLDS
+        for name, values in _variables(problem, features, table, rows, channel):
+            knots = np.unique(np.quantile(values, np.linspace(0.0, 1.0, KNOTS)))
+            if knots.size < 3 and np.unique(values).size < 2:
+                continue
+            B = _whitened(problem, _tents(values, knots), channel, rows)
+            gain, share, curve = _gain(w, J, B, fold)
+            gains[name] = max(gain, gains.get(name, -math.inf))
+            if gain > LEAST and (best is None or gain > best.gain):
+                best = Discrepancy(name, channel, gain, share, knots.tolist(), curve.tolist(), {})
+    if best is None:
+        return None
+    ranked = sorted(((g, n) for n, g in gains.items() if n != best.variable), reverse=True)[:4]
+    return Discrepancy(
+        best.variable, best.channel, best.gain, best.share, best.at, best.value, {n: g for g, n in ranked}
+    )
+
+
+def _blocks(problem: Problem) -> Iterator[tuple[str, np.ndarray, slice]]:
+    """Yield channel, its rows of the recording, and where its residuals stand."""
+    m = problem.measured
+    n, k = len(m.recording), m.sliding.size
+    yield "normal_force", np.arange(n), slice(0, n)
+    yield "tangential_force", m.sliding, slice(n, n + k)
+    yield "contact_radius", m.seen, slice(n + k, n + k + m.seen.size)
+
+
+def _variables(
+    problem: Problem, features: Features, table: Floats, rows: np.ndarray, channel: str
+) -> Iterator[tuple[str, Floats]]:
+    f, depth = features.values, problem.measured.motion.displacement
+    t = problem.measured.recording.t
+    speed = np.gradient(depth, t)
+    speed[np.r_[False, np.diff(problem.episodes) != 0] | np.r_[np.diff(problem.episodes) != 0, False]] = 0.0
+    rate = speed / problem.depth
+    deepest = np.maximum.accumulate(depth)
+    every = {
+        "displacement": depth,
+        "normal_force": f["normal_force"],
+        "speed": np.arcsinh(rate),
+        "direction": np.sign(np.where(np.abs(rate) > 0.1, rate, 0.0)) * problem.stiffness,
+        "below_deepest": np.where(depth > 0.0, deepest - depth, 0.0),
+        "time_in_contact": np.log10(f["time_in_contact"] + 0.01),
+        "time": f["time"],
+        "tangential_force": f["tangential_force"],
+        "contact": (problem.stiffness > 0.0).astype(np.float64),
+    }
+    if "temperature" in f and np.std(f["temperature"]) > 0.2:
+        every["temperature"] = f["temperature"]
+    if channel == "tangential_force":
+        slip = problem.measured.recording.columns.get("slip_speed")
+        if slip is not None:
+            every["slip_speed"] = np.log10(np.abs(np.nan_to_num(slip)) / problem.depth + 1e-3)
+        torque = np.nan_to_num(table[:, AT["torque_z"]])
+        pull = np.nan_to_num(table[:, AT["tangential_force"]])
+        radius = np.maximum(table[:, AT["contact_radius"]], 1e-300)
+        every["torque_share"] = np.arctan2(np.abs(torque) / radius, np.abs(pull))
+    for name, values in every.items():
+        yield name, values[rows]
+
+
+def _tents(values: Floats, knots: Floats) -> Floats:
+    """Return the linear spline's basis, (rows, knots)."""
+    out = np.zeros((values.size, knots.size))
+    for j in range(knots.size):
+        unit = np.zeros(knots.size)
+        unit[j] = 1.0
+        out[:, j] = np.interp(values, knots, unit)
+    return out
+
+
+def _whitened(problem: Problem, B: Floats, channel: str, rows: np.ndarray) -> Floats:
+    if channel == "normal_force":
+        return problem.whitener(B)
+    std: Floats = problem.slip_std if channel == "tangential_force" else problem.radius_std
+    scaled: Floats = B / std[: rows.size, None]
+    return scaled
+
+
+def _gain(w: Floats, J: Floats, B: Floats, fold: np.ndarray) -> tuple[float, float, Floats]:
+    """Return the gain on held-out folds, the share of the misfit that is taken, and the curve."""
+    both = np.hstack([B, J])
+    m = B.shape[1]
+    scale = np.sqrt(np.sum(both**2, axis=0))
+    both = both / np.where(scale > 0.0, scale, 1.0)
+    A, b = both.T @ both, both.T @ w
+    ridge = RIDGE * np.eye(A.shape[0])
+    gain = 0.0
+    for number in range(FOLDS):
+        here = fold == number
+        if not here.any():
+            continue
+        X, y = both[here], w[here]
+        full = np.linalg.solve(A - X.T @ X + ridge, b - X.T @ y)
+        bare = np.linalg.solve((A - X.T @ X + ridge)[m:, m:], (b - X.T @ y)[m:])
+        gain += 0.5 * float(np.sum((y - X[:, m:] @ bare) ** 2) - np.sum((y - X @ full) ** 2))
+    coefficients = np.linalg.solve(A + ridge, b)
+    power = float(w @ w)
+    share = 1.0 - float(np.sum((w - both @ coefficients) ** 2)) / power if power > 0.0 else 0.0
+    return gain, share, (coefficients / np.where(scale > 0.0, scale, 1.0))[:m]

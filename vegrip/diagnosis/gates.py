@@ -1,0 +1,93 @@
+"""What a candidate has to pass before it is named. More evidence alone names something on every recording.
+
+1. the evidence pays for its parameters: ``ln Z`` grows by more than 5 nats,
+2. episodes that were held out agree: their scores grow in sum, what some lose is little, and the gain is not
+   that of one episode alone,
+3. the regimes of the misfit get smaller, and so does the plain error,
+4. its amount is more than the sensors resolve: three standard errors, and three standard deviations of the
+   displacement for a play, a third of a millisecond for a lag.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vegrip.diagnosis.catalogue import Candidate
+from vegrip.diagnosis.nested import Fitted
+from vegrip.fit.smoother import Floats
+
+PAYS = 5.0  # [nats]
+LOST = 0.2  # of the gain that other episodes may lose, and
+SCATTER = 5.0  # [nats] that chance may take
+RESOLVED = 3.0  # standard errors
+SMALLEST = {"tau": 3e-4}  # [s]
+PLAY = "play"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Which gates a candidate passed; ``failed`` names the others."""
+
+    gain: float  # of evidence [nats]
+    heldout: float  # of held-out score [nats]
+    failed: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether it may be named."""
+        return not self.failed
+
+
+def gated(
+    candidate: Candidate, base: Fitted, new: Fitted, regimes: tuple[float, float], pays: float = PAYS
+) -> Verdict:
+    """Judge a candidate; ``regimes`` are the chi-squares per regime of the misfit before and after."""
+    gain = new.evidence - base.evidence
+    change = new.heldout - base.heldout
+    failed = []
+    if not gain > pays:
+        failed.append("evidence")
+    up, down = float(change[change > 0.0].sum()), -float(change[change < 0.0].sum())
+    if not (up > down and down <= LOST * up + SCATTER):
+        failed.append("held-out episodes")
+    if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
+        failed.append("one episode only")
+    if not regimes[1] < regimes[0]:
+        failed.append("regimes")
+    if not new.error < base.error:
+        failed.append("error")
+    if not resolved(candidate, new):
+        failed.append("resolution")
+    return Verdict(gain, float(change.sum()), tuple(failed))
+
+
+def resolved(candidate: Candidate, new: Fitted) -> bool:
+    """Whether any amount of the effect is more than the sensors resolve."""
+    problem, std = new.problem, new.std
+    noise = problem.measured.noise
+    for p in candidate.effect.parameters:
+        if p.null is None:
+            continue
+        j = problem.unknowns.names.index(p.symbol)
+        start = np.log(p.null) if p.transform == "log" else p.null
+        amount = abs(float(new.optimum.u[j]) - float(start))
+        least = SMALLEST.get(p.symbol, 0.0)
+        if p.symbol == PLAY:
+            least = 3.0 * noise.displacement / problem.depth
+        if amount > RESOLVED * std[j] and abs(new.value(p.symbol) - p.null) > least:
+            return True
+    return False
+
+
+def misfit_by_regime(residual: Floats, regimes: Floats) -> float:
+    """Return chi-square per regime of the summed whitened residuals: 1 is noise.
+
+    ``regimes`` (rows,) numbers them, negative where there is none. Sums, because noise averages out of them
+    and a misfit does not.
+    """
+    keep = regimes >= 0
+    numbers = regimes[keep].astype(np.int64)
+    count = np.bincount(numbers)
+    total = np.bincount(numbers, weights=residual[keep])
+    there = count >= 10
+    return float(np.mean(total[there] ** 2 / count[there])) if there.any() else 1.0

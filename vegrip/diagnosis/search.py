@@ -1,0 +1,171 @@
+"""The search: screen, refit the best, judge, accept one, and again; then what is not needed is dropped.
+
+Effects that are hidden together are found one after the other, each beside those that were accepted. An
+effect that the accepted ones have made superfluous goes again.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vegrip.diagnosis.catalogue import Candidate, candidates
+from vegrip.diagnosis.gates import PAYS, Verdict, gated, misfit_by_regime
+from vegrip.diagnosis.nested import EVALUATIONS, Fitted, extended, judged
+from vegrip.diagnosis.regimes import held_out_groups, regime_map
+from vegrip.diagnosis.screen import Hint, screen
+from vegrip.fit.problem import Problem
+from vegrip.fit.smoother import Floats
+from vegrip.fit.solve import Optimum, refine
+
+MOST = 4  # effects that are named together
+REFITS = 6  # of candidates that the screen puts first, and
+KINKED = ("displacement_backlash", "saturation", "adhesion")  # whose derivative at nothing says little
+RELATIVE = 0.02  # of the best one's gain on the screen, below which no refit is tried
+MATERIAL = 0.005  # of what was gained so far: a further effect gains at least that
+
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A candidate that was refitted."""
+
+    candidate: Candidate
+    fitted: Fitted
+    verdict: Verdict
+    change: Floats  # of the whitened residual
+
+
+@dataclass(eq=False)
+class Step:
+    """One round: what was there, what was tried, what was taken."""
+
+    base: Fitted
+    hints: list[Hint]
+    tried: list[Tried]
+    taken: Tried | None = None
+
+
+@dataclass(eq=False)
+class Search:
+    """The whole search, with the last model."""
+
+    steps: list[Step] = field(default_factory=list)
+    out_of_sight: dict[str, str] = field(default_factory=dict)
+    regimes: Floats = field(default_factory=lambda: np.zeros(0))
+    dropped: list[str] = field(default_factory=list)
+
+    @property
+    def first(self) -> Fitted:
+        """The model before anything was added."""
+        return self.steps[0].base
+
+    @property
+    def last(self) -> Fitted:
+        """The model with what was accepted."""
+        return self.steps[-1].base
+
+    @property
+    def accepted(self) -> list[Tried]:
+        """What was taken, in order, and not dropped again."""
+        taken = [step.taken for step in self.steps if step.taken is not None]
+        return [one for one in taken if one.candidate.name not in self.dropped]
+
+    def misfit(self, fitted: Fitted) -> float:
+        """Chi-square per regime; 1 is noise."""
+        return misfit_by_regime(fitted.optimum.residual, self.regimes)
+
+
+def search(
+    problem: Problem,
+    optimum: Optimum,
+    *,
+    most: int = MOST,
+    threads: int = 2,
+    report: Report = lambda _: None,
+) -> Search:
+    """Look for what ``problem``'s model lacks, from its optimum."""
+    groups = held_out_groups(problem)
+    base = judged(problem, optimum, groups)
+    found = Search(regimes=regime_map(problem, optimum.u))
+    while True:
+        step = _step(base, groups, found, threads, report)
+        found.steps.append(step)
+        passed = [one for one in step.tried if one.verdict.passed]
+        if not passed or len(found.accepted) >= most:
+            break
+        step.taken = max(passed, key=lambda one: one.verdict.gain)
+        report(f"takes {step.taken.candidate.name}")
+        base = settled(step.taken.fitted, groups)
+    _drop_superfluous(found, groups)
+    return found
+
+
+def _step(base: Fitted, groups: Floats, found: Search, threads: int, report: Report) -> Step:
+    possible, out_of_sight = candidates(base.problem.model, base.problem.measured)
+    found.out_of_sight = found.out_of_sight or out_of_sight
+    report(f"screens {len(possible)} effects")
+    hints = screen(base.problem, base.optimum, possible, threads)
+    chosen = shortlist(hints)
+    report("refits " + (", ".join(hint.candidate.name for hint in chosen) or "none"))
+    misfit = found.misfit(base)
+    gained = base.evidence - found.steps[0].base.evidence if found.steps else 0.0
+    pays = max(PAYS, MATERIAL * gained)
+
+    def refit(hint: Hint) -> Tried:
+        new = extended(base, hint, groups)
+        verdict = gated(hint.candidate, base, new, (misfit, found.misfit(new)), pays)
+        return Tried(hint.candidate, new, verdict, new.optimum.residual - base.optimum.residual)
+
+    with ThreadPoolExecutor(threads) as pool:
+        tried = list(pool.map(refit, chosen))
+    return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
+
+
+def shortlist(hints: list[Hint]) -> list[Hint]:
+    """Return the hints that are worth a refit."""
+    if not hints:
+        return []
+    least = max(PAYS, RELATIVE * hints[0].gain)
+    chosen = [hint for hint in hints if hint.gain >= least][:REFITS]
+    names = {hint.candidate.name for hint in chosen}
+    kinked = [h for h in hints if h.candidate.name in KINKED and h.candidate.name not in names]
+    return chosen + [h for h in kinked if h.gain >= 0.5 * least]
+
+
+def settled(fitted: Fitted, groups: Floats) -> Fitted:
+    """Set up the noise anew at a fitted model, and fit it to the end."""
+    problem = fitted.problem
+    u = fitted.optimum.u
+    problem.freeze(u)
+    best = refine(problem, u, 2 * EVALUATIONS)
+    return judged(problem, best, groups)
+
+
+def _drop_superfluous(found: Search, groups: Floats) -> None:
+    """Take each accepted effect but the last out again; it stays away if that costs too little."""
+    for one in found.accepted[:-1]:
+        last = found.last
+        without = _without(last, one.candidate)
+        rest = judged(without, refine(without, _shared(last, without), EVALUATIONS), groups)
+        if last.evidence - rest.evidence < PAYS:
+            found.dropped.append(one.candidate.name)
+            found.steps.append(Step(rest, [], []))
+
+
+def _without(fitted: Fitted, candidate: Candidate) -> Problem:
+    """Return the problem with an effect held at nothing."""
+    problem = fitted.problem
+    model = problem.model
+    own = {p.symbol for p in candidate.effect.parameters}
+    for symbol in own:
+        model = model.with_value(symbol, candidate.null[symbol])
+    symbols = tuple(s for s in problem.symbols if s not in own)
+    return Problem(model, problem.measured, zeros=problem.zeros, symbols=symbols, like=problem)
+
+
+def _shared(fitted: Fitted, other: Problem) -> Floats:
+    known = dict(zip(fitted.problem.unknowns.names, fitted.optimum.u, strict=True))
+    return np.array([known[name] for name in other.unknowns.names])
