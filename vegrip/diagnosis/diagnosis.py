@@ -99,10 +99,12 @@ class Diagnosis:
 
     def effects(self) -> list[dict[str, Any]]:
         """Return what was tried, best first: the accepted ones, then the others step by step."""
-        told = []
-        for step in self.search.steps:
-            if step.taken is not None and step.taken.candidate.name not in self.search.dropped:
-                told.append(self._told(step.taken, step.tried))
+        dropped = self.search.dropped
+        told = [
+            self._told(step.taken, step.tried)
+            for step in self.search.steps
+            if step.taken is not None and step.taken.candidate.name not in dropped
+        ]
         seen = {one["name"] for one in told}
         for step in self.search.steps:
             for one in step.tried:

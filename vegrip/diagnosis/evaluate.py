@@ -1,8 +1,8 @@
 """How often a diagnosis is right, on recordings of the virtual bench, whose hidden effects it knows.
 
-``python -m vegrip.diagnosis.evaluate --seeds 2`` makes recordings of random fingertips with each hidden effect
-that the bench has, strong and weak, and with none, diagnoses each and prints what was named. The bench shares
-no physics code with the model, and several of its laws have another form than the catalogue's.
+``python -m vegrip.diagnosis.evaluate --seeds 2`` makes recordings of random fingertips with each hidden
+effect that the bench has, strong and weak, and with none, diagnoses each and prints what was named. The bench
+shares no physics code with the model, and several of its laws have another form than the catalogue's.
 """
 
 import argparse

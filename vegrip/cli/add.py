@@ -1,0 +1,46 @@
+"""``vegrip add``: one effect into a model."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+EFFECT = Annotated[str, typer.Argument(help="Name of an effect, built in or of your own package.")]
+RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
+MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model.")]
+OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write.")]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def add(
+    effect: EFFECT, recording: RECORDING, model: MODEL = None, output: OUT = None, as_json: JSON = False
+) -> None:
+    """Put an effect into the model, fit again, and say how far the error fell.
+
+    The file that is written runs in the node as it is.
+
+    Example: vegrip add adhesion press -o press-adhesion.toml
+    """
+    from rich.console import Console
+
+    from vegrip.cli._fits import opened, print_fit, print_json, progress
+    from vegrip.diagnosis.ladder import add as add_effect
+    from vegrip.fit import fit
+    from vegrip.model import write_model
+
+    measured, start = opened(recording, model)
+    with progress("add") as report:
+        before = fit(measured, start, report=report)
+        after, base = add_effect(effect, before)
+    if output is not None:
+        write_model(after.model, output)
+    error = {"before": base.error, "after": after.error, "noise_floor": 1.0}
+    if as_json:
+        told = after.as_dict()
+        print_json(
+            {"effect": effect, "error": error, "parameters": told["parameters"], "warnings": told["warnings"]}
+        )
+    else:
+        print_fit(after)
+        text = f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)"
+        Console(highlight=False).print(text)

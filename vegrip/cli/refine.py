@@ -1,0 +1,69 @@
+"""``vegrip refine``: effect after effect, until the next one does not pay."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
+MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model.")]
+OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write.")]
+REPORT = Annotated[
+    Path | None, typer.Option("--report", metavar="DIR", help="Write ladder.png and report.json.")
+]
+MOST = Annotated[int, typer.Option(min=1, max=10, help="Add at most this many effects.")]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def refine(
+    recording: RECORDING,
+    model: MODEL = None,
+    output: OUT = None,
+    report: REPORT = None,
+    most: MOST = 4,
+    as_json: JSON = False,
+) -> None:
+    """Add effect after effect, refitting each time, and show the ladder of errors down to the noise.
+
+    It stops when the next effect does not pay, and says so. Held-out errors are those of each episode under
+    a fit without it.
+
+    Example: vegrip refine press -o press-refined.toml --report press-ladder
+    """
+    from vegrip.cli._fits import opened, print_json, progress
+    from vegrip.diagnosis import diagnose
+    from vegrip.diagnosis.ladder import draw, ladder
+    from vegrip.model import write_model
+
+    measured, start = opened(recording, model)
+    with progress("refine") as tell:
+        found = diagnose(measured, start, most=most, report=tell)
+    rungs = ladder(found)
+    if output is not None:
+        write_model(found.model, output)
+    told = {"ladder": [rung.as_dict() for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
+    if report is not None:
+        report.mkdir(parents=True, exist_ok=True)
+        draw(rungs, report / "ladder.png")
+        (report / "report.json").write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+    if as_json:
+        print_json(told)
+        return
+    _print(told)
+
+
+def _print(told: dict[str, object]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console, table = Console(highlight=False), Table(box=None, padding=(0, 2))
+    for heading in ("model", "error / noise", "held out"):
+        table.add_column(heading, justify="left" if heading == "model" else "right")
+    rungs = told["ladder"]
+    assert isinstance(rungs, list)  # noqa: S101
+    for rung in rungs:
+        name = "start" if rung["effect"] is None else f"+ {rung['effect']}"
+        table.add_row(name, f"{rung['error']:.3f}", f"{rung['heldout_error']:.3f}")
+    console.print(table)
+    console.print(f"verdict: {told['verdict']}; the next effect does not pay")
