@@ -17,7 +17,7 @@ import numba
 import numpy as np
 
 njit_ = numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-entry_ = numba.njit(cache=True, error_model="numpy", no_cfunc_wrapper=True)
+entry_ = numba.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
 
 N_STATES = {states}
 N_VALUES = {values}
