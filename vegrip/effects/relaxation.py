@@ -19,6 +19,8 @@ def branch(z: float, elastic_force: float, elastic_before: float, rate: float, d
     ``z+ = E z + (1-E) N_e0 + (1-phi) (N_e1 - N_e0)``, ``E = exp(-nu dt)``, ``phi = (1-E) / (nu dt)``.
     """
     h = rate * dt
+    if h <= 0.0:
+        return z
     lost = -math.expm1(-h)  # 1 - E without cancellation
     phi = lost / h if h > 1e-9 else 1.0 - 0.5 * h
     return z + lost * (elastic_before - z) + (1.0 - phi) * (elastic_force - elastic_before)

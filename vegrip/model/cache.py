@@ -33,9 +33,7 @@ def load(text: str) -> ModuleType:
 
 def load_plain(text: str) -> ModuleType:
     """Return the same module uncompiled, to step through it with a debugger."""
-    plain = text.replace("njit_ = numba.njit(", "njit_ = plain_(").replace(
-        "entry_ = numba.njit(", "entry_ = plain_("
-    )
+    plain = text.replace("_ = numba.njit(", "_ = plain_(")
     plain = plain.replace("import numba", "def plain_(**options):\n    return lambda function: function\n")
     name = "vegrip_plain_" + hashlib.sha256(plain.encode()).hexdigest()[:24]
     if name in sys.modules:

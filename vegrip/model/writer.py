@@ -17,12 +17,17 @@ import numba
 import numpy as np
 
 njit_ = numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-entry_ = numba.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+entry_ = numba.njit(cache=True, error_model="numpy", no_cfunc_wrapper=True)
+batch_ = numba.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
 
 N_STATES = {states}
 N_VALUES = {values}
 N_OUTSIDE = {outside}
 '''
+
+BATCH = frozenset({"run"})
+"""Entries that let other threads run: whole recordings. A single step must not, getting the lock back costs
+more than the step."""
 
 ADVANCE = "m_, values_, states_, delta, speed, exogenous_, elastic_before, dt, new_states_"
 READOUT = "m_, values_, states_, delta, speed, exogenous_, x, elastic_force, force"
@@ -145,12 +150,13 @@ def mounted_(rigid_, compliance, {rest}):
 
 def _readout(plan: Plan) -> str:
     lines = [f"def readout({READOUT}):", *_unpack(plan, _everything(plan, reading=True))]
-    lines += _slopes(plan, ("area", "profile", "friction"))
+    lines += _slopes(plan, ("area", "profile", "friction"), lifted=True)
     lines += [_call(call) for stage in ("area", "profile", "friction") for call in plan.calls[stage]]
     return _indent([*lines, "return contact_radius, exponent, friction"])
 
 
-def _slopes(plan: Plan, stages: Sequence[str]) -> list[str]:
+def _slopes(plan: Plan, stages: Sequence[str], *, lifted: bool = False) -> list[str]:
+    """Slope of the elastic force; ``lifted``: it may be that of a free surface, and no longer that of x."""
     asked = [n for n in ("stiffness", "elastic_exponent") if any(plan.uses(s, n) for s in stages)]
     if not asked:
         return []
@@ -160,8 +166,10 @@ def _slopes(plan: Plan, stages: Sequence[str]) -> list[str]:
         for step in (0.0, SLOPE_STEP)
     ]
     pick = "[0]" if len(_results(_giving(plan, "elastic"), "elastic")) > 1 else ""
+    again = f"    here_ = elastic_stage_({at[0]}){pick}"
     return [
-        f"here_ = elastic_stage_({at[0]}){pick}",
+        "here_ = elastic_force",
+        *(["if not force > 0.0:", again] if lifted else []),
         f"beyond_ = elastic_stage_({at[1]}){pick}",
         "stiffness = 0.0",
         "elastic_exponent = 1.0",
@@ -260,7 +268,8 @@ def _decorated(text: str, entries: set[str]) -> str:
     tree = ast.parse(text)
     for node in tree.body:
         if isinstance(node, ast.FunctionDef):
-            node.decorator_list = [ast.Name("entry_" if node.name in entries else "njit_", ast.Load())]
+            mark = "batch_" if node.name in BATCH else "entry_" if node.name in entries else "njit_"
+            node.decorator_list = [ast.Name(mark, ast.Load())]
             node.returns = None
             for argument in node.args.args:
                 argument.annotation = None
