@@ -78,6 +78,7 @@ class GraspFinger:
             if not self.controller.started:
                 self.controller.start(self._present_force(state), now)
         if self.controller.started:
+            demand = self._no_less(demand) if self.watchdog.doubtful else demand
             self.controller.want(self.watchdog.condition, demand, now)
 
     def watch(self, now: int) -> None:
@@ -138,6 +139,10 @@ class GraspFinger:
         if not math.isnan(state.normal_force):
             return state.normal_force
         return self.estimator.normal_force.value
+
+    def _no_less(self, demand: Demand) -> Demand:
+        """Return ``demand`` with no less force than is held, and no belief that the finger is in the air."""
+        return replace(demand, least_force=max(self.controller.held, demand.least_force), in_contact=True)
 
     def _demand(self, state: FingertipState, margin: SlipMargin, wanted: Wanted) -> Demand:
         load = math.hypot(state.tangential_force_x, state.tangential_force_y)
