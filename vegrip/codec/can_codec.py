@@ -6,12 +6,12 @@ from typing import Any, Final
 
 from vegrip.codec.assembly import Assembly
 from vegrip.codec.database import layouts
-from vegrip.codec.decoder import Decoder
+from vegrip.codec.decoder import Decoder, HandClock
 from vegrip.codec.encoder import Encoder
 from vegrip.codec.frame import Frame
 from vegrip.codec.layout import Layout, Layouts
 from vegrip.errors import ConfigError
-from vegrip.messages import Message, NodeStatus
+from vegrip.messages import FingertipState, Message, NodeStatus
 
 NODES: Final = ("grasp_force", "virtual_hand", "monitor", "record", "replay")
 """The numbers of nodes in the identifier of NodeStatus, unless told otherwise."""
@@ -46,6 +46,9 @@ class CanCodec:
         nodes: names of the nodes whose NodeStatus travels, in the order of their numbers, at most 8.
         use_sender_time: stamp decoded FD messages with the time of the sender, which must run on the same
             monotonic clock (one machine, or synchronised). Otherwise the receive time is the stamp.
+        hand_clock: from the hand's stamp and the receive time [ns] to the time on our clock, for states in FD
+            frames of a hand whose clock is its own; goes before ``use_sender_time``.
+        reach: by how many of its kind an FD message may be overtaken and is still taken, out of order.
 
     Raises:
         ConfigError: more fingers, nodes or hands than the identifier holds, or a name twice.
@@ -60,6 +63,8 @@ class CanCodec:
         hand: int = 0,
         nodes: Sequence[str] = NODES,
         use_sender_time: bool = False,
+        hand_clock: HandClock | None = None,
+        reach: int = 0,
     ) -> None:
         plan = layouts()
         if not 0 <= hand < plan.hands:
@@ -75,6 +80,7 @@ class CanCodec:
         self._encoders: dict[tuple[type[Any], str], Encoder] = {}
         self._decoders: dict[int, Decoder] = {}
         self._faults = _faults(plan, hand, fd)
+        self._hand_clock, self._reach = hand_clock, reach
         for layout in plan.layouts:
             if layout.fd == fd:
                 self._add(plan, layout, hand * plan.hand_stride, use_sender_time)
@@ -125,11 +131,12 @@ class CanCodec:
         for number, owner in enumerate(self.nodes if layout.schema.cls is NodeStatus else self.fingers):
             offset = hand + number * plan.finger_stride
             self._encoders[layout.schema.cls, owner] = Encoder(layout, offset, plan.version, self.clipped)
-            assembly = Assembly(layout.parts)
+            assembly = Assembly(layout.parts, self._reach)
+            clock = self._hand_clock if layout.schema.cls is FingertipState else None
             for part in layout.parts:
                 identifier = part.base + offset
                 self._decoders[identifier] = Decoder(
-                    layout, part, assembly, identifier, owner, plan.version, use_sender_time
+                    layout, part, assembly, identifier, owner, plan.version, use_sender_time, clock
                 )
 
 

@@ -1,6 +1,6 @@
 """One identifier -> the messages of its kind and finger."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from vegrip.codec.assembly import Assembly, Whole
@@ -11,6 +11,9 @@ from vegrip.codec.members import Cells
 from vegrip.messages import Message
 
 HALF: Final = TIME_MODULUS // 2
+
+HandClock = Callable[[int, int], int]
+"""From the hand's stamp and the receive time to the time on our clock, all in ns."""
 
 
 class Decoder:
@@ -24,6 +27,7 @@ class Decoder:
         owner: name of the finger or node.
         version: of the message set.
         use_sender_time: stamp with the sender's time where the frame has it.
+        clock: maps the sender's time to ours, where the frame has it.
 
     """
 
@@ -36,6 +40,7 @@ class Decoder:
         owner: str,
         version: int,
         use_sender_time: bool,
+        clock: HandClock | None = None,
     ) -> None:
         self.assembly = assembly
         self._layout = layout
@@ -43,7 +48,8 @@ class Decoder:
         self._identifier = identifier
         self._owner = owner
         self._version = version % part.version_modulus
-        self._use_sender_time = use_sender_time and part.time is not None
+        self._clock = clock if part.time is not None else None
+        self._use_sender_time = (use_sender_time or clock is not None) and part.time is not None
         self._make: Any = layout.schema.cls
         self._check = part.profile.check
         self._unpack = part.packer.unpack
@@ -82,6 +88,8 @@ class Decoder:
         if values is None:
             return "value"
         stamp = _sender_stamp(received, time) if self._use_sender_time else received
+        if self._clock is not None:
+            stamp = self._clock(stamp, received)
         if self._layout.relative:
             values = _absolute(values, self._layout.relative, stamp)
         message: Message = self._make(stamp, self._owner, seq, *values)

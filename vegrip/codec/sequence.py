@@ -17,12 +17,19 @@ class Sequence:
     [13, 14, 15, None, 17, None]
     >>> stream.lost
     1
+
+    With a ``reach`` a message that was overtaken by at most so many others is taken nevertheless, once, under
+    its own, older number, and is lost no more.
     """
 
-    __slots__ = ("last", "lost", "modulus", "stamp")
+    __slots__ = ("_reach", "_seen", "last", "lost", "modulus", "stamp")
 
-    def __init__(self, modulus: int) -> None:
+    def __init__(self, modulus: int, reach: int = 0) -> None:
         self.modulus = modulus
+        self._reach = reach
+        self._seen = (
+            1 << reach + 1
+        ) - 1  # bit i: last - i has been taken; nothing before the first is awaited
         self.last = -1  # nothing received yet
         self.stamp = 0
         self.lost = 0
@@ -38,10 +45,20 @@ class Sequence:
         else:
             step = (counter - self.last) % self.modulus
             silent = stamp - self.stamp > RESYNC
+            if self._reach and 0 < self.modulus - step <= self._reach and not silent:
+                return self._overtaken(self.modulus - step)
             if step == 0 or (step > self.modulus // 2 and not silent):
                 return None
             self.last += step
+            self._seen = ((self._seen << min(step, self._reach + 1)) | 1) & ((1 << self._reach + 1) - 1)
             if not silent:
                 self.lost += step - 1
         self.stamp = stamp
         return self.last
+
+    def _overtaken(self, back: int) -> int | None:
+        if self._seen >> back & 1:
+            return None
+        self._seen |= 1 << back
+        self.lost -= 1
+        return self.last - back

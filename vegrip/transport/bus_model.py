@@ -120,6 +120,12 @@ class BusModel:
         self._census()
         self._babble(node, 0)
 
+    def endure(self, node: int, faults: NodeFaults, time: int = 0) -> None:
+        """Let ``node`` suffer ``faults`` from ``time`` [ns] on, in place of those it had."""
+        self._nodes[node].chance = None if faults == NO_FAULTS else Chance(faults)
+        self._census()
+        self._babble(node, time)
+
     def detach(self, node: int) -> None:
         """Disconnect ``node``; what it has queued is still sent, if anybody is there to acknowledge it."""
         leaving = self._nodes[node]

@@ -9,10 +9,12 @@ from typing import Protocol
 
 import can
 
+from vegrip.clock import NS
 from vegrip.codec import Frame
 from vegrip.messages import Message
 from vegrip.transport.can_port import CanPort, open_port
 from vegrip.transport.frame_time import BitTiming
+from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import Lossy, losses
 from vegrip.transport.virtual_can import VegripBus
 
@@ -41,17 +43,24 @@ class CanEndpoint:
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent`` for frames the
     bus did not take; ``bus_lost``; ``bus_off``, ``error_passive`` and ``error_frame`` as the controller
-    reports them; ``overrun`` for frames lost because this program did not read; ``lost`` and ``clipped``.
+    reports them; ``overrun`` for frames lost because this program did not read; ``lost`` and ``clipped``;
+    with an ``order_window`` [s] ``reordered`` and ``late``, see :class:`~vegrip.transport.in_order.InOrder`.
     """
 
     def __init__(
-        self, bus: can.BusABC, codec: Codec, reopen: Open | None = None, timing: BitTiming | None = None
+        self,
+        bus: can.BusABC,
+        codec: Codec,
+        reopen: Open | None = None,
+        timing: BitTiming | None = None,
+        order_window: float = 0.0,
     ) -> None:
         self.arrivals: Sequence[int] = ()
         self._codec = codec
         self._reopen = reopen
         self._reopen_at = 0.0  # [s]
         self._timing = timing
+        self._order = InOrder(round(order_window * NS)) if order_window > 0.0 else None
         self._faults: Counter[str] = Counter()
         self._bus: can.BusABC | None = bus
         self._port: CanPort | None = open_port(bus, self._faults, timing)
@@ -61,7 +70,8 @@ class CanEndpoint:
         """What went wrong so far, by name."""
         overruns = self._bus.overruns if isinstance(self._bus, VegripBus) else 0
         overrun = {"overrun": overruns} if overruns else {}
-        return {**self._codec.rejected, **self._faults, **losses(self._codec), **overrun}
+        ordered = self._order.faults if self._order is not None else {}
+        return {**self._codec.rejected, **self._faults, **losses(self._codec), **overrun, **ordered}
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message, then take what is there (``MOST_FRAMES`` at most)."""
@@ -76,6 +86,9 @@ class CanEndpoint:
             if message is not None:
                 messages.append(message)
                 arrivals.append(frame.stamp)
+        if self._order is not None:
+            passed = self._order.restore(messages, arrivals, time.monotonic_ns())
+            messages, arrivals = [m for m, _ in passed], [arrival for _, arrival in passed]
         self.arrivals = arrivals
         return messages
 

@@ -13,7 +13,11 @@ from vegrip.errors import ConfigError, DeviceError
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.frame_time import BitTiming
+from vegrip.transport.sender_clock import SenderClock
 from vegrip.transport.socketcan_link import check_link
+
+REACH = 16
+"""States by which another may be overtaken while its order can be restored."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,12 @@ class CanSettings:
     bitrate: int = parameter(1_000_000, unit="bit/s", low=10_000, high=1_000_000)
     data_bitrate: int = parameter(5_000_000, unit="bit/s", low=10_000, high=10_000_000)
     sender_time: bool = parameter(False, doc="stamp with the sender's clock (FD layout, one clock for all)")
+    estimate_clock: bool = parameter(
+        False, doc="stamp states with the hand's own clock, its offset and drift estimated (FD layout)"
+    )
+    order_window: float = parameter(
+        0.0, unit="s", low=0.0, high=0.1, doc="wait so long for states that were overtaken; 0 = refuse them"
+    )
     options: dict[str, Any] = parameter({}, doc="anything else python-can's interface understands")
 
 
@@ -95,9 +105,17 @@ def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC
 
 def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     settings = build(CanSettings, table, where)
-    codec = CanCodec(hand.fingers, fd=settings.fd, hand=hand.number, use_sender_time=settings.sender_time)
+    clock = SenderClock() if settings.estimate_clock else None
+    codec = CanCodec(
+        hand.fingers,
+        fd=settings.fd,
+        hand=hand.number,
+        use_sender_time=settings.sender_time,
+        hand_clock=clock.hear if clock is not None else None,
+        reach=REACH if settings.order_window > 0.0 else 0,
+    )
     bus, again, timing = open_bus(settings)
-    return CanEndpoint(bus, codec, again, timing)
+    return CanEndpoint(bus, codec, again, timing, settings.order_window)
 
 
 def _open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:

@@ -16,6 +16,7 @@ from vegrip.transport.bus_load import BusLoad
 from vegrip.transport.bus_model import BusError, BusModel, Event, StateChange, Transmission
 from vegrip.transport.fault_confinement import ErrorState
 from vegrip.transport.frame_time import BitTiming, BusFrame
+from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import losses
 from vegrip.transport.node_faults import NO_FAULTS, NodeFaults
 
@@ -40,13 +41,18 @@ class SimulatedCan:
         self._later: list[tuple[int, int, int, BusFrame]] = []  # heap of time [ns], order, node, frame
 
     def endpoint(
-        self, codec: CanCodec, *, listen_only: bool = False, faults: NodeFaults = NO_FAULTS
+        self,
+        codec: CanCodec,
+        *,
+        listen_only: bool = False,
+        faults: NodeFaults = NO_FAULTS,
+        order_window: float = 0.0,
     ) -> "SimulatedEndpoint":
-        """Return a new node on the bus."""
+        """Return a new node on the bus; the arguments are those of the real one."""
         self.advance()
         node = next(self._numbers)
         self.model.attach(node, listen_only=listen_only, faults=faults)
-        self._endpoints[node] = SimulatedEndpoint(self, node, codec)
+        self._endpoints[node] = SimulatedEndpoint(self, node, codec, order_window)
         return self._endpoints[node]
 
     def advance(self) -> None:
@@ -119,13 +125,14 @@ class SimulatedEndpoint:
     ``tamper`` may be set to falsify what this node sends.
     """
 
-    def __init__(self, bus: SimulatedCan, node: int, codec: CanCodec) -> None:
+    def __init__(self, bus: SimulatedCan, node: int, codec: CanCodec, order_window: float = 0.0) -> None:
         self.arrivals: Sequence[int] = ()
         self.faults: Counter[str] = Counter()
         self.heard = 0  # frames
         self.tamper: Tamper | None = None
         self._bus, self._node, self._codec = bus, node, codec
         self._inbox: deque[Frame] = deque()
+        self._order = InOrder(round(order_window * NS)) if order_window > 0.0 else None
 
     @property
     def waiting(self) -> bool:
@@ -140,7 +147,8 @@ class SimulatedEndpoint:
     @property
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by the names of :class:`~vegrip.transport.can_endpoint.CanEndpoint`."""
-        return {**self._codec.rejected, **self.faults, **losses(self._codec)}
+        ordered = self._order.faults if self._order is not None else {}
+        return {**self._codec.rejected, **self.faults, **losses(self._codec), **ordered}
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Take what is there; with nothing there, let the clock run up to ``timeout`` [s] until there is."""
@@ -163,6 +171,11 @@ class SimulatedEndpoint:
         """Send ``frame`` at ``now`` [ns], past the codec."""
         for time, sent in self.tamper(frame, now) if self.tamper else ((now, frame),):
             self._bus.send(time, self._node, sent)
+
+    def endure(self, faults: NodeFaults) -> None:
+        """Suffer ``faults`` from now on, in place of those before."""
+        self._bus.advance()
+        self._bus.model.endure(self._node, faults, self._bus.clock.now())
 
     def hear(self, frame: Frame) -> None:
         """Take a frame from the bus."""
@@ -192,5 +205,8 @@ class SimulatedEndpoint:
             if message is not None:
                 messages.append(message)
                 arrivals.append(frame.stamp)
+        if self._order is not None:
+            passed = self._order.restore(messages, arrivals, self._bus.clock.now())
+            messages, arrivals = [m for m, _ in passed], [arrival for _, arrival in passed]
         self.arrivals = arrivals
         return messages
