@@ -1,11 +1,14 @@
 """The grasp force node on a bus: fingertip states in, slip margins and force commands out."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from vegrip.config import build as build_parameters
+from vegrip.estimator import ContactEstimator
 from vegrip.grasp.node import GraspForce
-from vegrip.grasp.parameters import GraspParameters, estimator_factory, memory_of
+from vegrip.grasp.parameters import GraspParameters, estimator_factory, memory_of, models_of
+from vegrip.grasp.succession import Succession
+from vegrip.model import ContactModel
 from vegrip.node import NodeContext
 
 
@@ -13,6 +16,13 @@ def build(settings: Mapping[str, Any], context: NodeContext) -> GraspForce:
     """Make the node; the fingers are those of the bus."""
     where = f"{context.name} [parameters]"
     parameters = build_parameters(GraspParameters, settings, where)
-    memory = memory_of(parameters)
-    make_estimator = estimator_factory(parameters, context.fingers, where, memory)
-    return GraspForce(context.name, context.fingers, make_estimator, parameters, memory)
+    memory, fingers = memory_of(parameters), context.fingers
+
+    def factory(parameters: GraspParameters) -> Callable[[str], ContactEstimator]:
+        return estimator_factory(parameters, fingers, where, memory)
+
+    def models(parameters: GraspParameters) -> list[ContactModel]:
+        return models_of(parameters, fingers, where)
+
+    succession = Succession(factory, models, context.name)
+    return GraspForce(context.name, fingers, factory(parameters), parameters, memory, succession)

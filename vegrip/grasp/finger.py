@@ -1,6 +1,7 @@
 """One finger of the node: watchdog, estimator, controller, and what is reported of them."""
 
 import math
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -25,6 +26,9 @@ Wanted = tuple[float, float]
 
 UNUSED = Demand()
 """The demand of a finger whose input is not believed."""
+
+PAST = 2000
+"""States kept for a successor: four seconds at 500 Hz, some relaxation times and mostly the first touch."""
 
 LOAD = frozenset({"tangential_force_x", "tangential_force_y", "torque_z"})
 """Channels that make up the load. One that was lost is not zero: without it the margin is not believed."""
@@ -61,6 +65,8 @@ class GraspFinger:
         self._reported = self._healthy = -math.inf  # [ns] when last told
         self._reports = self._healths = 0  # how often
         self._phase = phase
+        self.past: deque[FingertipState] = deque(maxlen=PAST)
+        """What was believed of late, for an estimator that takes over."""
 
     def sense(self, state: FingertipState, now: int, wanted: Wanted, report_period: float = 0.0) -> None:
         """Take in one state that arrived at ``now`` [ns] and ask the controller what it needs.
@@ -70,6 +76,7 @@ class GraspFinger:
         demand = UNUSED
         if self.watchdog.accept(state, now):
             self.estimator.assimilate(state)
+            self.past.append(state)
             self._seen = True
             if self._margin is None or _due(self._reported, now, report_period):
                 self._margin = self.estimator.slip_margin()
@@ -92,6 +99,15 @@ class GraspFinger:
         self.estimator.reset()
         self.watchdog.reset()
         self._seen, self._margin = False, None
+
+    def succeed(self, estimator: Estimator) -> None:
+        """Go on with ``estimator``, which knows the past but for the very last samples."""
+        known = estimator.contact_estimate().stamp
+        for state in self.past:
+            if state.stamp > known:
+                estimator.assimilate(state)
+        self.estimator = estimator
+        self._margin = None
 
     def apply(self, settings: ControlSettings) -> None:
         """Go on with other settings; what has been learned and what is held stay."""

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Protocol
 
 from vegrip.estimator import ContactEstimator, EstimatorSettings, Learner, SensorNoise
-from vegrip.estimator.learning import restored, save
+from vegrip.estimator.learning import fingerprint, restored, save
 from vegrip.model import ContactModel
 
 
@@ -29,7 +29,7 @@ class Nothing:
 
 
 class Folder:
-    """One file per finger, ``FOLDER/<finger>.json``."""
+    """One file per finger and model, ``FOLDER/<finger>-<fingerprint of the model>.json``."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -44,7 +44,7 @@ class Folder:
             ConfigError: what is there does not fit the model.
 
         """
-        found = ContactEstimator(restored(model, self._file(finger)), noise, settings)
+        found = ContactEstimator(restored(model, self._file(finger, model)), noise, settings)
         self.learners[finger] = Learner(found)
         return found
 
@@ -56,7 +56,7 @@ class Folder:
     def keep(self) -> None:
         """Write what is valid."""
         for finger, learner in self.learners.items():
-            save(learner, self._file(finger))
+            save(learner, self._file(finger, learner.model))
 
-    def _file(self, finger: str) -> Path:
-        return self.folder / f"{finger}.json"
+    def _file(self, finger: str, model: ContactModel) -> Path:
+        return self.folder / f"{finger}-{fingerprint(model)}.json"

@@ -10,6 +10,7 @@ from vegrip.grasp.estimator import Estimator
 from vegrip.grasp.finger import UNUSED, GraspFinger, Wanted
 from vegrip.grasp.memory import Memory, Nothing
 from vegrip.grasp.settings import ControlSettings, make_policy, make_share
+from vegrip.grasp.succession import Succession
 from vegrip.grasp.warm_up import dummy_states
 from vegrip.messages import Condition, FingertipState, ForceCommand, Message
 from vegrip.node import NodeBase
@@ -25,6 +26,7 @@ class GraspForce(NodeBase):
         fingers: names of the fingers; states of others are counted in :attr:`rejected` and ignored.
         make_estimator: gives a new estimator for a finger; called by :meth:`configure`.
         settings: how the grasp is controlled.
+        succession: builds new estimators when parameters of the fingertips change while the node runs.
         memory: of what the fingers learn; asked to keep it by :meth:`cleanup`, when nothing is held.
 
     """
@@ -36,12 +38,15 @@ class GraspForce(NodeBase):
         make_estimator: Callable[[str], Estimator],
         settings: ControlSettings,
         memory: Memory | None = None,
+        succession: Succession | None = None,
     ) -> None:
         self.fingers: dict[str, GraspFinger] = {}
         self._names = tuple(fingers)
+        self._succession: Succession | None = None
         super().__init__(name, settings)
         self._make_estimator = make_estimator
         self._memory = memory or Nothing()
+        self._succession = succession
         self._active = False
         self._worn = False  # the fingers have a past
         self._at_fault = False  # of this node itself, not of its input
@@ -53,10 +58,31 @@ class GraspForce(NodeBase):
 
     @parameters.setter
     def parameters(self, settings: ControlSettings) -> None:
+        before = getattr(self, "_parameters", settings)
         self._parameters = settings
+        self._remodel(before, settings)
         self._shared = make_share(settings, self._names)
         for finger in self.fingers.values():
             finger.apply(settings)
+
+    def _remodel(self, before: ControlSettings, settings: ControlSettings) -> None:
+        """When the fingertips are said to be others, build their estimators beside the loop."""
+        succession = self._succession
+        if succession is None or getattr(before, "tip", None) == getattr(settings, "tip", None):
+            return
+        self._make_estimator = succession.factory(settings)
+        if self.fingers:
+            succession.begin(settings, {name: finger.past for name, finger in self.fingers.items()})
+
+    def _hand_over(self) -> None:
+        if self._succession is None:
+            return
+        if self._succession.refused:
+            self.rejected["model refused"] = self._succession.refused
+        successors = self._succession.take()
+        for name, estimator in (successors or {}).items():
+            if name in self.fingers:
+                self.fingers[name].succeed(estimator)
 
     def configure(self) -> None:
         """Build every finger, and compile what will run by running it on fingers that are thrown away."""
@@ -104,6 +130,7 @@ class GraspForce(NodeBase):
         """Watch for silence; renew commands before they expire."""
         if not self._active:
             return ()
+        self._hand_over()
         answers: list[Message] = []
         for finger in self.fingers.values():
             finger.watch(now)

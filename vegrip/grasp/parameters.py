@@ -16,20 +16,17 @@ from vegrip.parameters import changed
 
 @dataclass(frozen=True)
 class TipParameters:
-    """One fingertip as the estimator first believes it to be."""
+    """One fingertip as the estimator first believes it to be.
 
-    model: str = parameter(
-        "", doc="model file (TOML); empty = the paper's model with the two below", live=False
-    )
-    radius: float = parameter(9e-3, unit="m", low=1e-9, high=1.0, doc="radius of the tip", live=False)
-    modulus: float = parameter(
-        3e5, unit="Pa", low=1.0, high=1e12, doc="guess of the effective modulus", live=False
-    )
-    friction: float = parameter(
-        0.0, unit="1", low=0.0, high=10.0, doc="guess of mu; 0 = that of the model", live=False
-    )
+    A change in a running node is taken over without a gap, see :mod:`vegrip.grasp.succession`.
+    """
+
+    model: str = parameter("", doc="model file (TOML); empty = the paper's model with the two below")
+    radius: float = parameter(9e-3, unit="m", low=1e-9, high=1.0, doc="radius of the tip")
+    modulus: float = parameter(3e5, unit="Pa", low=1.0, high=1e12, doc="guess of the effective modulus")
+    friction: float = parameter(0.0, unit="1", low=0.0, high=10.0, doc="guess of mu; 0 = that of the model")
     friction_spread: float = parameter(
-        0.0, unit="1", low=0.0, high=2.0, doc="std of ln mu; 0 = that of the model", live=False
+        0.0, unit="1", low=0.0, high=2.0, doc="std of ln mu; 0 = that of the model"
     )
 
 
@@ -74,6 +71,16 @@ def estimator_factory(
         return ContactEstimator(model, parameters.noise, parameters.estimator)
 
     return make
+
+
+def models_of(parameters: GraspParameters, fingers: tuple[str, ...], where: str) -> list[ContactModel]:
+    """Return the model of each finger.
+
+    Raises:
+        VegripError: a model file cannot be used.
+
+    """
+    return [_model(_tip(parameters, finger, where)) for finger in fingers]
 
 
 def _tip(parameters: GraspParameters, finger: str, where: str) -> TipParameters:
