@@ -3,7 +3,7 @@ PYTHON ?= python3
 V := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: demo test test-fast test-vcan check format lint types docs examples bench clean fuzz-estimator
+.PHONY: demo test test-fast test-vcan check format lint types docs examples bench soak clean fuzz-estimator
 
 demo: $(STAMP)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -51,6 +51,9 @@ $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
 	$(V)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	touch $@
+
+soak: $(STAMP)  ## an hour of holding under faults, in simulated time
+	$(V)/python -m vegrip.faults --soak 3600
 
 clean:
 	rm -rf .venv build dist *.egg-info

@@ -36,6 +36,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "refine": ("vegrip.cli.refine:refine", "Add effects until the next one does not pay."),
     "paper": ("vegrip.cli.paper:paper", "Print the paper's tables and draw its figures."),
     "bench": ("vegrip.cli.bench:bench", "Measure the speed ratios on this machine."),
+    "doctor": ("vegrip.cli.doctor:doctor", "Check this machine and say how to mend what is wrong."),
     "bus-load": ("vegrip.cli.bus_load:bus_load", "Tell whether hands, rates and layout fit a CAN bus."),
     "topic": ("vegrip.cli.topic:app", "Look at topics: list, echo, hz."),
     "param": ("vegrip.cli.param:app", "Read and set parameters of running nodes."),
