@@ -121,3 +121,36 @@ def test_no_force_suffices_for_an_absurd_load(
 ) -> None:
     run(estimator, loaded(press(model, KNOTS, DEPTHS), 1e6))
     assert estimator.least_force(0.3) == math.inf
+
+
+def test_the_ellipse_asks_for_less_force_under_force_and_torque_and_as_much_under_either(
+    model: ContactModel, press: Record, run: Run
+) -> None:
+    """The ellipse lies outside the surface, except at its two ends."""
+    sure = model
+    for symbol in model.values:
+        sure = sure.with_value(symbol, model.values[symbol].value, std=1e-6)
+    noise = SensorNoise(1e-5, 1e-8, 1e-9, 1e-12)
+    found = {}
+    for surface in ("exact", "ellipse"):
+        settings = EstimatorSettings(horizon=0.0, offset=1e-6, force_bias=1e-3, surface=surface)
+        estimator = ContactEstimator(sure, noise, settings)
+        for load, torque in ((0.3, 0.0), (0.0, 8e-4), (0.25, 5e-4)):
+            estimator.reset()
+            states = loaded(press(sure, KNOTS, DEPTHS, noise=noise), load)
+            run(estimator, [dataclasses.replace(s, torque_z=torque) for s in states])
+            found[surface, load] = estimator.least_force(0.2)
+    assert found["ellipse", 0.3] == pytest.approx(found["exact", 0.3], rel=1e-5)
+    assert found["ellipse", 0.0] == pytest.approx(found["exact", 0.0], rel=1e-5)
+    assert 0.93 < found["ellipse", 0.25] / found["exact", 0.25] < 0.99
+
+
+def test_a_surer_grip_asks_for_more_force_and_half_sure_for_the_estimate(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
+) -> None:
+    run(estimator, loaded(press(model, KNOTS, DEPTHS), 0.3))
+    found = [estimator.least_force(0.1, confidence) for confidence in (0.5, 0.8, 0.95, 0.99)]
+    assert found == sorted(found)
+    assert estimator.least_force(0.1) == found[2]
+    spread = estimator.value("mu").std
+    assert found[2] / found[0] > math.exp(1.6 * spread)

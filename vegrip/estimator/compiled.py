@@ -1,11 +1,14 @@
 """The generated module of an estimator: effects, limit surface and kernels in one flat file."""
 
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 
 from vegrip.contact import limit_surface
+from vegrip.effects.contract import Effect
 from vegrip.estimator.layout import Layout
-from vegrip.model import ContactModel, cache
+from vegrip.model import ContactModel, cache, writer
+from vegrip.model.composer import compose
 
 KERNELS = (
     "state", "predict", "gain", "roots", "measure", "sight", "begin", "quantities", "report", "friction",
@@ -25,9 +28,16 @@ def module_for(
 
     With ``ellipse`` the limit surface is the usual one, (f / mu N)^2 + (m / m_max)^2 = 1, for comparisons.
     """
+    text = _text(model.effects, layout, ellipse)
+    return cache.load_plain(text) if plain else cache.load(text)
+
+
+@lru_cache(maxsize=32)
+def _text(effects: tuple[Effect, ...], layout: Layout, ellipse: bool) -> str:
+    """Return the text of the module; the fingers of a hand share it, and writing it takes 0.1 s."""
     here = Path(__file__).parent / "kernels"
     surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
     kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
     surfaces = [surface, ELLIPSE] if ellipse else [surface]
-    text = model.source([layout.constants(), *surfaces, *kernels], ENTRIES)
-    return cache.load_plain(text) if plain else cache.load(text)
+    parts = [layout.constants(), *surfaces, *kernels]
+    return writer.write(compose(effects), [effect.name for effect in effects], parts, ENTRIES)

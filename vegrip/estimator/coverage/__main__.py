@@ -1,8 +1,9 @@
-"""Print the coverage table: ``python -m vegrip.estimator.coverage --truths 100``."""
+"""Print the coverage table: ``python -m vegrip.estimator.coverage --truths 100``, or ``--slips 100``."""
 
 import argparse
 from collections.abc import Sequence
 
+from vegrip.estimator.coverage import slip_table
 from vegrip.estimator.coverage.table import (
     CONFIGURATIONS,
     QUANTITIES,
@@ -19,7 +20,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--start-in-contact", action="store_true", help="the record begins within a contact")
     parser.add_argument("--independent", action="store_true", help="fingertips of the virtual hand")
+    parser.add_argument(
+        "--slips", type=int, help="instead: time to slip, over so many slips in each scenario"
+    )
+    parser.add_argument("--branches", type=int, help="relaxation times told with --slips (default: all)")
     options = parser.parse_args(arguments)
+    if options.slips is not None:
+        print("time to slip, in percent of the looks (number of looks)")  # noqa: T201
+        print(slip_table.header())  # noqa: T201
+        for row in slip_table.table(options.slips, options.seed, options.branches):
+            print(row, flush=True)  # noqa: T201
+        return
     print("95 % coverage in percent (earliest slip: one-sided)".ljust(34))  # noqa: T201
     print("sensors".ljust(12), *(name.rjust(13) for name in QUANTITIES))  # noqa: T201
     for configuration in CONFIGURATIONS:
