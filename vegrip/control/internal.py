@@ -94,6 +94,10 @@ class InternalForces:
                 self._answer[self.names[i]] = max(force, needs[self.names[i]])
         return self._answer
 
+    def forget(self) -> None:
+        """Solve anew at the next call."""
+        self._asked, self._answer = {}, {}
+
     def _least_additions(self, least: Floats, grasp: Floats) -> list[float]:
         scale = np.sqrt(least)
         size = BALANCE * grasp
