@@ -5,11 +5,13 @@ from pathlib import Path
 import pytest
 
 from vegrip.faults import page, table
-from vegrip.faults.injection import Killed, Loss
+from vegrip.faults.accidents import Killed
 from vegrip.faults.run import run, undisturbed
-from vegrip.faults.scene import Scene
+from vegrip.faults.scene import RATE, Scene
 from vegrip.faults.soak import soak
+from vegrip.faults.tampering import Loss
 from vegrip.messages import Condition
+from vegrip.transport.traffic import Plan, forecast
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "faults.md"
 
@@ -52,6 +54,16 @@ def test_a_scene_runs_the_same_twice():
         return scene.course.force
 
     assert forces() == forces()
+
+
+def test_the_bus_is_as_busy_as_foreseen():
+    """The load of hand and node on the simulated bus, against that of ``vegrip bus-load``."""
+    scene = Scene()
+    scene.run_until(3.0)
+    plan = Plan(fingers=2, rate=RATE, report_rate=50.0, health_rate=5.0, status_rate=1.0)
+    told = forecast(plan)
+    assert scene.bus.load() == pytest.approx(told.load, rel=0.07)
+    assert scene.bus.load() < told.worst_load
 
 
 @pytest.mark.slow

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.transport.bus_model import BusError, BusModel, ErrorKind, StateChange, Transmission
+from vegrip.transport.bus_events import BusError, ErrorKind, StateChange, Transmission
+from vegrip.transport.bus_model import BusModel
 from vegrip.transport.fault_confinement import ErrorState
 from vegrip.transport.frame_time import BitTiming, BusFrame, frame_duration
 from vegrip.transport.node_faults import NodeFaults

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vegrip.transport.bus_model import BusModel, Transmission
+from vegrip.transport.bus_events import Transmission
+from vegrip.transport.bus_model import BusModel
 from vegrip.transport.frame_time import FD_SIZES, BitTiming, BusFrame, frame_duration, longest_duration
 from vegrip.transport.schedulability import Stream, fifo_response_times, response_times, utilisation
 from vegrip.transport.traffic import Plan, forecast

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.transport.bus_model import Transmission
+from vegrip.transport.bus_events import Transmission
 from vegrip.transport.frame_time import FD_SIZES, BitTiming, BusFrame, frame_duration
 from vegrip.transport.hub_wire import numbered, pack_delivery, pack_request, unpack_delivery, unpack_request
 from vegrip.transport.runtime_folder import runtime_folder

@@ -11,6 +11,8 @@ from vegrip.faults.run import run
 from vegrip.faults.soak import soak
 from vegrip.faults.table import CASES
 
+MOST_OBJECTS, MOST_MEMORY = 2000, 20_000_000  # more than after the warm-up; what grows with time exceeds them
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Return 0 when everything is as it must be, else 1."""
@@ -33,9 +35,12 @@ def _run(console: Console, only: str) -> int:
     for case in CASES:
         if only not in case.name:
             continue
-        complaints = run(case).complaints()
+        outcome = run(case)
+        complaints = outcome.complaints()
         failed += bool(complaints)
-        console.print(f"{'FAILED' if complaints else 'ok':7}{case.name}", markup=False)
+        seen = "not seen" if outcome.detected_after is None else f"seen after {outcome.detected_after:.2f} s"
+        told = f"{seen}, grip {outcome.least:.2f} to {outcome.most:.2f} N"
+        console.print(f"{'FAILED' if complaints else 'ok':7}{case.name}: {told}", markup=False)
         for complaint in complaints:
             console.print(f"       {complaint}", markup=False)
     return min(failed, 1)
@@ -44,7 +49,8 @@ def _run(console: Console, only: str) -> int:
 def _soak(console: Console, duration: float) -> int:
     done = soak(duration, progress=lambda time: console.print(f"{time:8.0f} s", end="\r"))
     console.print(done, markup=False)
-    return int(done.dropped or done.lost > 0)
+    grown = done.objects > MOST_OBJECTS or done.memory > MOST_MEMORY
+    return int(done.dropped or done.slips > 0 or done.lost > 0 or grown)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,8 @@ class Outcome:
     recovered_after: float | None  # [s] after the end; None: not until the end of the run
     worst_deficit: float  # [N] by which the true grip was below what it must not be below; <= 0 is well
     worst_at: float  # [s] after the beginning
+    least: float  # [N] true force of a finger from the beginning on
+    most: float  # [N]
     slips: int
     dropped: bool
     counted: int  # under the case's name
@@ -79,6 +81,8 @@ def _run(case: Case, folder: Path) -> Outcome:
         recovered_after=_recovery(course, BEGIN + case.duration),
         worst_deficit=deficit,
         worst_at=at,
+        least=min(min(force) for force in course.force[_sample(BEGIN) :]),
+        most=max(max(force) for force in course.force[_sample(BEGIN) :]),
         slips=scene.hand_node.hand.slips,
         dropped=scene.hand_node.hand.dropped,
         counted=counted.get(case.counted_as, 0),

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from vegrip.faults import injection as inject
+from vegrip.faults import accidents, lies, tampering
 from vegrip.faults.injection import Injection
 from vegrip.messages import Condition
 
@@ -63,7 +63,7 @@ def _losses() -> list[Case]:
             cases.append(
                 _case(
                     f"{percent} % of all states lost for {told}",
-                    functools.partial(inject.Loss, share),
+                    functools.partial(tampering.Loss, share),
                     duration,
                     *seen,
                     detection=SILENCE,
@@ -78,24 +78,24 @@ CASES: tuple[Case, ...] = (
     *_losses(),
     _case(
         "all states of one finger lost for 1 s",
-        lambda: inject.Loss(1.0, finger=1),
+        lambda: tampering.Loss(1.0, finger=1),
         1.0,
         STALE,
         detection=SILENCE,
         behaviour=f"that finger: {HELD}; the others go on",
     ),
-    _case("every state sent twice", inject.Duplication, 1.0, counted_as="counter", behaviour=UNTOUCHED),
+    _case("every state sent twice", tampering.Duplication, 1.0, counted_as="counter", behaviour=UNTOUCHED),
     _case(
         "every other state overtaken by the next",
-        inject.Reordering,
+        tampering.Reordering,
         1.0,
         counted_as="counter",
         behaviour="the late ones are refused; " + GOES_ON,
     ),
-    _case("states 20 ms late", lambda: inject.Delay(0.02), 1.0, behaviour=UNTOUCHED),
+    _case("states 20 ms late", lambda: tampering.Delay(0.02), 1.0, behaviour=UNTOUCHED),
     _case(
         "states 200 ms late",
-        lambda: inject.Delay(0.2),
+        lambda: tampering.Delay(0.2),
         1.0,
         STALE,
         detection=SILENCE,
@@ -104,7 +104,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "one bit of every state flipped behind the bus's CRC",
-        inject.BitFlips,
+        tampering.BitFlips,
         1.0,
         *SILENT,
         detection=SILENCE,
@@ -113,7 +113,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "old states replayed with good checksums",
-        inject.Replay,
+        tampering.Replay,
         2.0,
         *SILENT,
         REPLAYED,
@@ -123,7 +123,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "values frozen, counter alive",
-        inject.Frozen,
+        lies.Frozen,
         2.0,
         FROZEN,
         detection=0.25 + 2 * TICK,
@@ -131,7 +131,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "normal force saturated at 70 N",
-        lambda: inject.Saturated(70.0),
+        lambda: lies.Saturated(70.0),
         1.0,
         OUT_OF_RANGE,
         detection=2 * TICK,
@@ -139,7 +139,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "normal force stuck at 2 N",
-        lambda: inject.Saturated(2.0),
+        lambda: lies.Saturated(2.0),
         3.0,
         FROZEN,
         detection=2.0 + 2 * TICK,
@@ -147,7 +147,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "normal force stuck at 0 N",
-        lambda: inject.Saturated(0.0),
+        lambda: lies.Saturated(0.0),
         3.0,
         FROZEN,
         detection=2.0 + 2 * TICK,
@@ -155,16 +155,16 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "normal force stuck at 10 N",
-        lambda: inject.Saturated(10.0),
+        lambda: lies.Saturated(10.0),
         3.0,
         FROZEN,
         detection=2.0 + 2 * TICK,
         behaviour=HELD,
     ),
-    _case("all quantities NaN", inject.NotANumber, 1.0, MISSING, detection=2 * TICK, behaviour=HELD),
+    _case("all quantities NaN", lies.NotANumber, 1.0, MISSING, detection=2 * TICK, behaviour=HELD),
     _case(
         "normal force NaN",
-        lambda: inject.NotANumber(("normal_force",)),
+        lambda: lies.NotANumber(("normal_force",)),
         1.0,
         Condition.DEGRADED,
         detection=2 * TICK,
@@ -172,7 +172,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "tangential force NaN",
-        lambda: inject.NotANumber(("tangential_force_x", "tangential_force_y")),
+        lambda: lies.NotANumber(("tangential_force_x", "tangential_force_y")),
         1.0,
         Condition.DEGRADED,
         detection=2 * TICK,
@@ -180,7 +180,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "sensor clock jumps 10 s ahead",
-        lambda: inject.SenderClockJump(10.0),
+        lambda: lies.SenderClockJump(10.0),
         2.0,
         REPLAYED,
         detection=2.0 + 2 * TICK,
@@ -189,7 +189,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "sensor clock jumps 10 s back",
-        lambda: inject.SenderClockJump(-10.0),
+        lambda: lies.SenderClockJump(-10.0),
         2.0,
         REPLAYED,
         STALE,
@@ -199,7 +199,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "a node babbles the most urgent identifier",
-        lambda: inject.Babbling(0x000),
+        lambda: accidents.Babbling(0x000),
         1.0,
         STALE,
         detection=SILENCE,
@@ -209,21 +209,21 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "a node babbles an identifier below all of ours",
-        lambda: inject.Babbling(0x7FF),
+        lambda: accidents.Babbling(0x7FF),
         1.0,
         counted_as="unknown_id",
         behaviour=UNTOUCHED,
     ),
     _case(
         "10 % of all frames disturbed on the bus",
-        lambda: inject.NoisyWire(0.1),
+        lambda: accidents.NoisyWire(0.1),
         2.0,
         counted_as="error_frame",
         behaviour="the bus sends them again; " + UNTOUCHED,
     ),
     _case(
         "the hand is bus-off, again and again",
-        lambda: inject.BadTransceiver("hand"),
+        lambda: accidents.BadTransceiver("hand"),
         1.0,
         STALE,
         detection=SILENCE,
@@ -231,14 +231,14 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "the gripping node is bus-off, again and again",
-        lambda: inject.BadTransceiver("grip"),
+        lambda: accidents.BadTransceiver("grip"),
         1.0,
         behaviour="the hand holds its position once the last command has expired",
         relaxes=0.05,
     ),
     _case(
         "the gripping node killed, restarted after 1 s",
-        inject.Killed,
+        accidents.Killed,
         1.0,
         MISSING,
         detection=2 * TICK,
@@ -248,18 +248,18 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "CPU of the gripping node starved for 0.08 s",
-        lambda: inject.Starved(0.08),
+        lambda: accidents.Starved(0.08),
         0.1,
         behaviour="within the lifetime of a command: " + UNTOUCHED,
     ),
     _case(
         "CPU of the gripping node starved for 0.5 s",
-        lambda: inject.Starved(0.5),
+        lambda: accidents.Starved(0.5),
         0.5,
         behaviour="the hand holds its position once the last command has expired",
         relaxes=0.05,
         recovery=0.5,
     ),
-    _case("a subscriber killed", inject.SubscriberGone, 0.5, behaviour=UNTOUCHED),
-    _case("disk full while recording", inject.DiskFull, 2.0, behaviour=UNTOUCHED),
+    _case("a subscriber killed", accidents.SubscriberGone, 0.5, behaviour=UNTOUCHED),
+    _case("disk full while recording", accidents.DiskFull, 2.0, behaviour=UNTOUCHED),
 )

@@ -6,7 +6,7 @@ An error frame of SocketCAN is a frame with classes of errors as its identifier 
 
 from typing import Final
 
-from vegrip.transport.bus_model import BusError, Counters, ErrorKind, StateChange
+from vegrip.transport.bus_events import BusError, Counters, ErrorKind, StateChange
 from vegrip.transport.fault_confinement import ErrorState
 
 CONTROLLER: Final = 0x004

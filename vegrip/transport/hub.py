@@ -21,7 +21,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vegrip.clock import NS
-from vegrip.transport.bus_model import BusError, BusModel, StateChange, Transmission
+from vegrip.transport.bus_events import BusError, StateChange, Transmission
+from vegrip.transport.bus_model import BusModel
 from vegrip.transport.error_report import Report, error_report, state_report
 from vegrip.transport.frame_time import BitTiming
 from vegrip.transport.hub_wire import LARGEST, VERSION, numbered, pack_delivery, pack_error, unpack_request

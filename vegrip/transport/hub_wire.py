@@ -3,7 +3,7 @@
 import struct
 from typing import NamedTuple
 
-from vegrip.transport.bus_model import Transmission
+from vegrip.transport.bus_events import Transmission
 from vegrip.transport.error_report import Report
 from vegrip.transport.frame_time import FD_SIZES, BusFrame
 

@@ -12,8 +12,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from vegrip.clock import NS, Clock
 from vegrip.codec import CanCodec, Frame
 from vegrip.messages import Message
+from vegrip.transport.bus_events import BusError, Event, StateChange, Transmission
 from vegrip.transport.bus_load import BusLoad
-from vegrip.transport.bus_model import BusError, BusModel, Event, StateChange, Transmission
+from vegrip.transport.bus_model import BusModel
 from vegrip.transport.fault_confinement import ErrorState
 from vegrip.transport.frame_time import BitTiming, BusFrame
 from vegrip.transport.in_order import InOrder
