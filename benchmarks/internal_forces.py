@@ -8,10 +8,11 @@ the names of the fingers going in and coming out, theirs is the solver alone.
 import importlib
 import importlib.util
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
+from scipy.optimize import Bounds, LinearConstraint, minimize
 from scipy.sparse import csc_matrix
 from vegrip.benchmarks._timing import compared
 
@@ -53,16 +54,15 @@ def solvers() -> Iterator[tuple[str, Callable[[], Floats]]]:
     G, b = np.vstack([A, np.eye(n)]), np.concatenate([np.zeros(rank), NEEDS])
 
     def slsqp() -> Floats:
-        balance = {"type": "eq", "fun": lambda N: A @ N, "jac": lambda _: A}
-        options = {"ftol": 1e-12, "maxiter": 200}
-        found = minimize(
+        search: Any = minimize  # its types ask for one dimension, which arithmetic on arrays does not keep
+        found = search(
             lambda N: float(np.sum((N - NEEDS) ** 2 / NEEDS)),
             2.0 * NEEDS,
             jac=lambda N: 2.0 * (N - NEEDS) / NEEDS,
             method="SLSQP",
-            bounds=[(need, None) for need in NEEDS],
-            constraints=balance,
-            options=options,
+            bounds=Bounds(NEEDS, np.inf),
+            constraints=LinearConstraint(A, 0.0, 0.0),
+            options={"ftol": 1e-12, "maxiter": 200},
         )
         return np.asarray(found.x)
 
