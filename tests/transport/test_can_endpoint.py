@@ -1,5 +1,6 @@
 """Laws of the CAN endpoint, over python-can's in-process bus and over a bus that fails."""
 
+import itertools
 import math
 import time
 
@@ -186,4 +187,41 @@ def test_both_layouts_travel_over_the_virtual_bus(runtime, fd):
     assert other.receive(0.05) == [], "another hand's frames are not ours"
     assert 0.0 < node.bus_load() < 1.0
     for endpoint in (hand, node, other):
+        endpoint.close()
+
+
+def received_within(endpoint, seconds):
+    messages, deadline = [], time.monotonic() + seconds
+    while not messages and time.monotonic() < deadline:
+        messages = list(endpoint.receive(0.05))
+    return messages
+
+
+@pytest.mark.usefixtures("runtime")
+def test_errors_of_the_virtual_bus_are_counted_by_name():
+    alone = open_endpoint({"channel": "alone"}, Hand(FINGERS))
+    alone.send(state(1))
+    assert received_within(alone, 0.1) == []
+    assert alone.rejected["error_passive"] == 1
+    assert alone.rejected["error_frame"] >= 16
+    other = open_endpoint({"channel": "alone"}, Hand(FINGERS))
+    assert [message.seq for message in received_within(other, 2.0)] == [1]
+    for endpoint in (alone, other):
+        endpoint.close()
+
+
+@pytest.mark.usefixtures("runtime")
+def test_the_time_of_a_state_is_that_of_its_sample_whatever_the_clock_of_the_hand():
+    table = {"channel": "clocks"}
+    hand = open_endpoint(table, Hand(FINGERS))
+    node = open_endpoint({**table, "estimate_clock": True, "order_window": 0.01}, Hand(FINGERS))
+    for seq in range(1, 6):
+        hand.send(FingertipState(stamp=seq * 100_000, finger="index", seq=seq, normal_force=1.0))
+    got = []
+    while len(got) < 5:
+        got += received_within(node, 2.0)
+    # The bus takes longer than 0.1 ms for each, so their arrivals lie further apart than their samples did.
+    assert [b.stamp - a.stamp for a, b in itertools.pairwise(got)] == [100_000] * 4
+    assert all(message.stamp <= time.monotonic_ns() for message in got)
+    for endpoint in (hand, node):
         endpoint.close()

@@ -9,7 +9,7 @@ from vegrip.faults.scene import SAMPLING, Course, FickleWriter, Scene
 from vegrip.faults.table import BEGIN, Case
 from vegrip.messages import Condition
 
-AFTER = 1.5  # [s] that a case goes on after its fault
+AFTER = 1.0  # [s] that a case goes on after its fault
 RELATIVE, ABSOLUTE = 0.02, 0.03  # [-], [N] by which two forces count as equal: noise of the loop
 FAIL_SAFE = 5.0  # [N] fail_safe.force
 
