@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from vegrip.demo.candidates import INFORMED, KNOBS, parameters
 from vegrip.demo.closed_loop import Course
 from vegrip.demo.compare import Trial, course, summary, table
 from vegrip.demo.result import Result, result
@@ -54,3 +55,30 @@ def test_trials_are_summed_up_by_controller() -> None:
     assert (s["slips"], s["drops"], s["slip_free"], s["trials"]) == (3, 1, 1, 2)
     assert (s["mean_grip_force"], s["peak_grip_force"], s["min_margin"]) == (3.0, 9.0, 0.0)
     assert table({Trial("vegrip", 0, 1.0, 0.1): good, Trial("cone", 0, 1.0, 0.5): bad}, "x").row_count == 2
+
+
+@pytest.mark.parametrize("grasp", ["hand", "pinch"])
+def test_every_controller_of_the_comparison_is_what_its_name_says(grasp: str) -> None:
+    policies = {name: parameters(name, knob).policy for name, knob in KNOBS[grasp].items()}
+    margin = {name for name, policy in policies.items() if policy == "margin"}
+    assert margin == {"vegrip", "ellipse"}
+    assert parameters("ellipse", 0.15).estimator.surface == "ellipse"
+    assert parameters("vegrip", 0.15).estimator.surface == "exact"
+    assert policies["elastic"] == "elastic"
+
+
+def test_only_who_is_told_knows_the_friction_of_the_object() -> None:
+    for name, knob in (KNOBS["pinch"] | INFORMED).items():
+        one, other = (parameters(name, knob, friction) for friction in (0.5, 0.9))
+        assert (one != other) == (name in INFORMED)
+    assert parameters("elastic, told", 0.9, 0.5).elastic.friction == pytest.approx(0.45)
+    assert parameters("vegrip, told", 0.15, 0.5).tip.friction == 0.5
+
+
+def test_the_elastic_surface_holds_the_object_with_a_tenth_more_than_it_believes_is_needed() -> None:
+    """Told a friction that is low enough it does not slip, and its force follows the load."""
+    run = course(Trial("elastic", seed=5, duration=2.0, knob=0.3, grasp="pinch"))
+    assert run.slips == 0
+    _, _, force = run.since(1.6)
+    assert np.all(force[:, 1] > 1.0)
+    assert result(run).mean_grip_force < 8.0

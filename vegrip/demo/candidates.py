@@ -9,8 +9,8 @@ from vegrip.grasp.parameters import GraspParameters, TipParameters, estimator_fa
 from vegrip.virtual import HandSettings
 
 KNOBS = {
-    "hand": {"vegrip": 0.15, "ellipse": 0.15, "constant": 4.0, "cone": 1.5, "elastic": 0.3},
-    "pinch": {"vegrip": 0.15, "ellipse": 0.15, "constant": 8.0, "cone": 11.0, "elastic": 0.3},
+    "hand": {"vegrip": 0.15, "ellipse": 0.15, "constant": 4.0, "cone": 1.5, "elastic": 0.35},
+    "pinch": {"vegrip": 0.15, "ellipse": 0.15, "constant": 8.0, "cone": 11.0, "elastic": 0.35},
 }
 """By grasp, the trade-off between force and risk as tuned.
 

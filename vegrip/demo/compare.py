@@ -10,12 +10,13 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from vegrip.control.grip import GripSettings
 from vegrip.demo.candidates import INFORMED, KNOBS, NAMES, make_node, parameters
 from vegrip.demo.closed_loop import Course, Loop
 from vegrip.demo.result import Result, result
@@ -23,6 +24,7 @@ from vegrip.demo.scenario import GRASPS, Scenario
 
 DURATION = 20.0  # [s]
 TUNING_SEED = 1000  # the first seed of the sweep; the comparison counts from 0
+CORRELATION = GripSettings().correlation  # [-] of the fingers' errors
 SWEEP = {
     "vegrip": (0.05, 0.1, 0.15, 0.2, 0.3),
     "constant": (2.0, 3.0, 4.0, 6.0, 8.0, 11.0),
@@ -40,6 +42,7 @@ class Trial:
     duration: float
     knob: float
     grasp: str = "hand"
+    correlation: float = CORRELATION
 
 
 def course(trial: Trial) -> Course:
@@ -47,7 +50,9 @@ def course(trial: Trial) -> Course:
     scenario = Scenario(trial.seed, trial.duration, trial.grasp)
     hand = scenario.hand()
     friction = scenario.settings.tip.friction
-    node = make_node(parameters(trial.name, trial.knob, friction), hand.fingers)
+    settings = parameters(trial.name, trial.knob, friction)
+    settings = replace(settings, grip=replace(settings.grip, correlation=trial.correlation))
+    node = make_node(settings, hand.fingers)
     return Loop(hand, node).run(trial.duration)
 
 
@@ -108,6 +113,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--sweep", action="store_true", help="the trade-off curves, on the tuning seeds")
     parser.add_argument("--workers", type=int, default=None, help="processes (default: one per core)")
     parser.add_argument("--grasp", choices=tuple(GRASPS), default="hand")
+    parser.add_argument("--correlation", type=float, default=CORRELATION, help="of the fingers' errors")
     parser.add_argument("--told", action="store_true", help="controllers that know each object's friction")
     parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="these controllers alone")
     given = parser.parse_args(arguments)
@@ -115,7 +121,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     tuned = INFORMED if given.told else KNOBS[given.grasp]
     knobs = SWEEP if given.sweep else {name: (knob,) for name, knob in tuned.items()}
     trials = [
-        Trial(name, seed, given.duration, knob, given.grasp)
+        Trial(name, seed, given.duration, knob, given.grasp, given.correlation)
         for name, settings in knobs.items()
         if name in given.only
         for knob in settings
