@@ -1,20 +1,32 @@
-"""``vegrip import``: any table of numbers, or a CAN log, becomes a recording."""
+"""``vegrip import``: a table of numbers, a CAN log, an MCAP file or a rosbag becomes a recording."""
 
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-SRC = Annotated[Path, typer.Argument(help="Table (CSV, also .gz) or CAN log (.asc, .blf) to read.")]
-OUT = Annotated[Path, typer.Option("-o", "--output", help="Folder to write the recording to.")]
-MAP_FILE = Annotated[Path | None, typer.Option(help="Column map (TOML), see examples/maps.")]
+if TYPE_CHECKING:
+    from vegrip.recording import Recording
+
+SRC = Annotated[
+    Path,
+    typer.Argument(
+        help="Table (CSV, also .gz), CAN log (.asc, .blf), .mcap, rosbag, or a recording to go to .mcap."
+    ),
+]
+OUT = Annotated[
+    Path, typer.Option("-o", "--output", help="Folder to write the recording to; FILE.mcap writes MCAP.")
+]
+MAP_FILE = Annotated[Path | None, typer.Option(help="Map (TOML) of columns or topics, see examples/maps.")]
 MAP = Annotated[list[str] | None, typer.Option("--map", help="CHANNEL=COLUMN, e.g. normal_force=force_N.")]
 UNIT = Annotated[list[str] | None, typer.Option("--unit", help="CHANNEL=UNIT, e.g. displacement=mm.")]
 RADIUS = Annotated[str, typer.Option(help="Radius of the fingertip, e.g. '8 mm'; overrides the map's.")]
 FINGERS = Annotated[str, typer.Option(help="CAN logs: fingers in the order of the bus, by commas.")]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+ALL = "thumb,index,middle,ring,little"
 
 
 def import_(
@@ -24,34 +36,72 @@ def import_(
     columns: MAP = None,
     units: UNIT = None,
     radius: RADIUS = "",
-    fingers: FINGERS = "thumb,index,middle,ring,little",
+    fingers: FINGERS = ALL,
     as_json: JSON = False,
 ) -> None:
-    """Turn a table or a CAN log into a recording: SI units, checked, every bad row reported by its line.
+    """Turn a table, CAN log, MCAP file or rosbag into a recording: SI units, checked, every bad row reported.
 
     Example: vegrip import press.csv -o press --map t=time_s --map normal_force=F --unit normal_force=mN
     """
-    from vegrip.cli._recordings import describe, print_recording
-    from vegrip.recording import Recording, write_recording
-    from vegrip.recording.column_map import ColumnMap, read_column_map, with_columns
-    from vegrip.recording.import_csv import import_csv
     from vegrip.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
-    folders: dict[Path, Recording] = {}
-    if src.suffix.lower() in (".asc", ".blf"):
-        from vegrip.recording.can_log import read_can_log
-
-        for finger, recording in read_can_log(src, fingers.split(","), radius=metres).items():
-            folders[output / finger] = recording
+    if output.suffix.lower() == ".mcap" or (src.suffix.lower() == ".mcap" and map_file is None):
+        _refuse_options({"--map": columns, "--unit": units, "--radius": radius, "--map-file": map_file})
+        found = _mcap(src, output)
+    elif src.suffix.lower() in (".asc", ".blf"):
+        found = _can_log(src, output, fingers, metres)
     else:
-        chart = read_column_map(map_file) if map_file else ColumnMap()
-        folders[output] = import_csv(src, with_columns(chart, columns or [], units or []), radius=metres)
-    for folder, recording in folders.items():
+        found = _table(src, output, map_file, columns or [], units or [], metres)
+    _tell(found, as_json=as_json)
+
+
+def _mcap(src: Path, output: Path) -> "Mapping[Path, Recording]":
+    from vegrip.recording.mcap_read import read_mcap
+    from vegrip.recording.mcap_write import write_mcap
+
+    return write_mcap(src, output) if output.suffix.lower() == ".mcap" else read_mcap(src, output)
+
+
+def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[Path, Recording]":
+    from vegrip.recording.can_log import read_can_log
+
+    found = read_can_log(src, fingers.split(","), radius=radius)
+    return _written({output / finger: recording for finger, recording in found.items()})
+
+
+def _table(
+    src: Path, output: Path, map_file: Path | None, columns: list[str], units: list[str], radius: float
+) -> "Mapping[Path, Recording]":
+    from vegrip.recording.column_map import ColumnMap, read_column_map, with_columns
+    from vegrip.recording.import_csv import import_csv
+
+    chart = read_column_map(map_file) if map_file else ColumnMap()
+    return _written({output: import_csv(src, with_columns(chart, columns, units), radius=radius)})
+
+
+def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
+    from vegrip.recording import write_recording
+
+    for folder, recording in found.items():
         write_recording(recording, folder)
+    return found
+
+
+def _refuse_options(options: Mapping[str, object]) -> None:
+    from vegrip.errors import UsageError
+
+    for name, value in options.items():
+        if value:
+            raise UsageError(f"{name} does not go with a recording in MCAP; it says of itself what it holds")
+
+
+def _tell(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
+    from vegrip.cli._recordings import describe, print_recording
+
     if as_json:
-        found = [{"folder": str(folder), **describe(each)} for folder, each in folders.items()]
-        typer.echo(json.dumps({"recordings": found}))
+        told = [{"folder": str(folder), **describe(recording)} for folder, recording in found.items()]
+        typer.echo(json.dumps({"recordings": told}))
         return
-    for folder, recording in folders.items():
+    for folder, recording in found.items():
         print_recording(recording, folder)

@@ -1,0 +1,122 @@
+"""From an MCAP file written by :mod:`vegrip.recording.mcap_write` back to the folder it was made from."""
+
+import struct
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path, PurePath
+from typing import Any, Final
+
+from vegrip.errors import RecordingError
+from vegrip.recording.data import Recording
+from vegrip.recording.extras import bag_library
+from vegrip.recording.folder import TOML
+from vegrip.recording.mcap_cells import from_json
+from vegrip.recording.mcap_tables import read_all
+from vegrip.recording.rows import FILES
+from vegrip.recording.writer import SESSION
+
+FILES_OF_OURS: Final = (*FILES.values(), TOML, SESSION)
+LARGEST: Final = 2**28  # [bytes] of a record; a damaged length must not eat the memory
+DAMAGE: Final = (ValueError, LookupError, RuntimeError, MemoryError, OverflowError, struct.error, zlib.error)
+"""What the library raises on damaged bytes besides its own errors."""
+
+
+@dataclass(slots=True)
+class _Table:
+    file: str
+    topic: str
+    columns: list[str]
+    rows: int
+    lines: list[str] = field(default_factory=list)
+
+
+def read_mcap(path: Path | str, folder: Path | str) -> dict[Path, Recording]:
+    """Write what ``path`` holds to ``folder`` and return the recordings in it, by the folder of each.
+
+    A message that is missing, out of order or damaged refuses the file: nothing is written then.
+
+    Raises:
+        RecordingError: not an MCAP file, damaged, or not written by vegrip; names topic and message.
+        UsageError: the library mcap is not installed.
+
+    """
+    path, folder = Path(path), Path(folder)
+    if folder.is_file() or (folder.exists() and any(folder.iterdir())):
+        raise RecordingError(f"{folder}: is there already; choose another folder")
+    with _records(path) as records:
+        texts = _texts(path, records)
+    for name, text in texts.items():
+        try:
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text(text, encoding="utf-8", newline="")
+        except OSError as error:
+            raise RecordingError(f"{folder}: cannot be written ({error.strerror or error})") from None
+    return read_all(folder)
+
+
+@contextmanager
+def _records(path: Path) -> Iterator[Iterator[Any]]:
+    """Read from front to end: that is how the library checks the sums over all that is in the file."""
+    library = bag_library("mcap.stream_reader")
+    damage = (bag_library("mcap.exceptions").McapError, bag_library("zstandard").ZstdError, *DAMAGE)
+    try:
+        with path.open("rb") as file:
+            yield library.StreamReader(file, validate_crcs=True, record_size_limit=LARGEST).records
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except damage as error:
+        raise RecordingError(f"{path}: is not a whole MCAP file ({error or type(error).__name__})") from None
+
+
+def _texts(path: Path, records: Iterator[Any]) -> dict[str, str]:
+    """Return file -> its text of every file that went into ``path``."""
+    kinds = bag_library("mcap.records")
+    texts: dict[str, str] = {}
+    tables: dict[int, _Table] = {}
+    for record in records:
+        if isinstance(record, kinds.Attachment):
+            texts[_safe(path, record.name)] = record.data.decode()
+        elif isinstance(record, kinds.Channel) and record.id not in tables:  # they are repeated at the end
+            tables[record.id] = _table(path, record)
+        elif isinstance(record, kinds.Message):
+            _take(path, tables[record.channel_id], record)
+    if not tables:
+        raise RecordingError(f"{path}: holds no recording; it was not written by vegrip")
+    return texts | {table.file: _text(path, table) for table in tables.values()}
+
+
+def _table(path: Path, channel: Any) -> _Table:
+    about = channel.metadata
+    if not {"file", "columns", "rows"} <= about.keys():
+        raise RecordingError(
+            f"{path}: {channel.topic} was not written by vegrip; a bag of ROS needs a --map-file"
+        )
+    return _Table(_safe(path, about["file"]), channel.topic, about["columns"].split(","), int(about["rows"]))
+
+
+def _take(path: Path, table: _Table, message: Any) -> None:
+    where = f"{path}: {table.topic}: message {len(table.lines)}"
+    if message.sequence != len(table.lines):
+        raise RecordingError(f"{where} is missing; in its place stands {message.sequence}")
+    try:
+        table.lines.append(from_json(message.data, table.columns))
+    except RecordingError as error:
+        raise RecordingError(f"{where} {error}") from None
+
+
+def _text(path: Path, table: _Table) -> str:
+    if len(table.lines) != table.rows:
+        raise RecordingError(f"{path}: {table.topic}: holds {len(table.lines)} of {table.rows} messages")
+    return "\n".join([",".join(table.columns), *table.lines]) + "\n"
+
+
+def _safe(path: Path, name: str) -> str:
+    """Return ``name`` if it is a file of ours, at most one folder down: none may lead out of it."""
+    *places, file = PurePath(name).parts or ("",)
+    if file not in FILES_OF_OURS or len(places) > 1 or {"..", PurePath(name).anchor} & set(places):
+        raise RecordingError(f"{path}: holds the unexpected file {name!r}; it was not written by vegrip")
+    return name
