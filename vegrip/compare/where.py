@@ -19,7 +19,7 @@ from vegrip.fit.smoother import Floats
 
 MOST = 6
 LEAST_SHARE = 0.03
-LEAST_ROWS = 20
+LEAST_ROWS = 10
 EVERYWHERE = "everywhere"
 SURE = 5.0  # standard deviations of a sum of squares of noise
 
@@ -67,9 +67,10 @@ class Residuals:
 def where(residuals: list[Residuals], features: Features, most: int = MOST) -> list[Regime]:
     """Return the regimes that hold the misfit, largest share first; none where all is noise."""
     excess = [r.z**2 - 1.0 for r in residuals]
-    total = sum(float(e.sum()) for e in excess)
+    sums = [float(e.sum()) for e in excess]
+    total = sum(s for s, e in zip(sums, excess, strict=True) if s > SURE * math.sqrt(2.0 * max(e.size, 1)))
     count = sum(e.size for e in excess)
-    if total < SURE * math.sqrt(2.0 * max(count, 1)):
+    if total <= 0.0:
         return []
     left = [np.ones(e.size, dtype=bool) for e in excess]
     found: list[Regime] = []

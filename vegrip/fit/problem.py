@@ -67,6 +67,7 @@ class Problem:
     whitener: Whitener
     force_std: Floats
     slip_std: Floats
+    slip_bias: Floats
     radius_std: Floats
 
     def __init__(
@@ -79,7 +80,8 @@ class Problem:
         like: "Problem | None" = None,
     ) -> None:
         self.model, self.measured = model, measured
-        self._predictor = Predictor(model, measured.columns)
+        self._columns = measured.columns if like is None else like._columns
+        self._predictor = Predictor(model, self._columns)
         self._vector = model.vector
         self.depth = model.reference_depth
         self.load = float(np.nanmax(np.abs(measured.force)))
@@ -93,7 +95,8 @@ class Problem:
             self.freeze(self.unknowns.start)
         else:
             self.doubtful, self.stiffness, self.whitener = like.doubtful, like.stiffness, like.whitener
-            self.force_std, self.slip_std, self.radius_std = like.force_std, like.slip_std, like.radius_std
+            self.force_std, self.radius_std = like.force_std, like.radius_std
+            self.slip_std, self.slip_bias = like.slip_std, like.slip_bias
 
     @property
     def symbols(self) -> tuple[str, ...]:
@@ -175,7 +178,7 @@ class Problem:
         self.force_std = np.sqrt(
             noise.normal_force**2 + noise.slow_force**2 + (self.stiffness * m.motion.std) ** 2
         )
-        self.slip_std = self._slip_std(here)
+        self.slip_std, self.slip_bias = self._slip_noise(here)
         slope = (beyond[:, AT["contact_radius"]] - here[:, AT["contact_radius"]]) / h
         radius_std = np.hypot(np.nan_to_num(noise.contact_radius), np.abs(slope) * m.motion.std)
         self.radius_std = np.where(self.doubtful, np.inf, radius_std)[m.seen]
@@ -209,22 +212,27 @@ class Problem:
             self.doubtful[i] = concerned[i] and t[i] - since < memory
         self.freeze(u)
 
-    def _slip_std(self, here: Floats) -> Floats:
-        """Std of ln utilisation at slip, by the ellipse with the same half axes."""
+    def _slip_noise(self, here: Floats) -> tuple[Floats, Floats]:
+        """Return std and mean of what noise makes of ln utilisation, by the ellipse with the same half axes.
+
+        With ``u^2 = f^2 + q^2``, force and torque in units of their limits, noise s_f (of both components)
+        and s_q shifts ln u by ``(2 s_f^2 + s_q^2) / (2 u^2) - (f^2 s_f^2 + q^2 s_q^2) / u^4``.
+        """
         noise, rows = self.measured.noise, self.measured.sliding
-        limit, torsion = here[rows, AT["limit_force"]], here[rows, AT["limit_torque"]]
+        limit = np.maximum(here[rows, AT["limit_force"]], 1e-300)
+        torsion = np.maximum(here[rows, AT["limit_torque"]], 1e-300)
         fx, fy, torque = self._loads()
-        f = np.hypot(fx, fy) / np.maximum(limit, 1e-300)
-        q = np.abs(torque) / np.maximum(torsion, 1e-300)
+        root = np.sqrt(self.measured.stretch)
+        f, q = np.hypot(fx, fy) / limit, np.abs(torque) / torsion
+        s_f = np.nan_to_num(noise.tangential_force) / limit / root
+        s_q = np.nan_to_num(noise.torque_z) / torsion / root
+        load = noise.normal_force / np.maximum(here[rows, AT["contact_force"]], noise.normal_force) / root
         u2 = np.maximum(f * f + q * q, 1e-12)
-        variance = (f / np.maximum(limit, 1e-300) * np.nan_to_num(noise.tangential_force)) ** 2
-        variance += (q / np.maximum(torsion, 1e-300) * np.nan_to_num(noise.torque_z)) ** 2
-        load = np.maximum(here[rows, AT["contact_force"]], noise.normal_force)
-        std: Floats = np.sqrt(variance / u2**2 + (noise.normal_force / load) ** 2)
-        return std
+        along = ((f * s_f) ** 2 + (q * s_q) ** 2) / u2**2
+        return np.sqrt(along + load**2), (2.0 * s_f**2 + s_q**2) / (2.0 * u2) - along + 0.5 * load**2
 
     def _loads(self) -> tuple[Floats, Floats, Floats]:
-        rows, columns = self.measured.sliding, self.measured.recording.columns
+        rows, columns = self.measured.sliding, self._columns
         none = np.zeros(len(self.measured.recording))
         fx, fy, torque = (
             np.nan_to_num(columns.get(name, none)[rows])
@@ -237,7 +245,7 @@ class Problem:
         m = self.measured
         force = np.nan_to_num(m.force - table[:, AT["normal_force"]])
         used = table[m.sliding, AT["utilisation"]]
-        slip = np.log(np.where(np.isfinite(used) & (used > 0.0), used, 1.0))
+        slip = np.log(np.where(np.isfinite(used) & (used > 0.0), used, 1.0)) - self.slip_bias
         radius = m.recording.columns.get("contact_radius", np.zeros(len(m.recording)))[m.seen]
         return force, slip, radius - table[m.seen, AT["contact_radius"]]
 
