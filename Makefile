@@ -3,7 +3,7 @@ PYTHON ?= python3
 V := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: demo test test-fast test-vcan check format lint types docs examples bench soak clean fuzz-estimator
+.PHONY: demo test test-fast test-vcan check format lint types docs examples bench soak clean fuzz fuzz-estimator audit
 
 demo: $(STAMP)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -42,6 +42,18 @@ examples: $(STAMP)
 
 fuzz-estimator: $(STAMP)  ## a million hostile samples through estimator and node (3 minutes)
 	VEGRIP_FUZZ=250000 $(V)/python -m pytest -q -n auto tests/estimator/test_hostile.py tests/grasp/test_hostile.py
+
+FUZZ_SECONDS ?= 60
+fuzz: $(STAMP)  ## look for bytes that break a decoder, guided by coverage
+	$(V)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[fuzz]'
+	mkdir -p build/fuzz
+	$(V)/python tests/security/decoders.py -max_total_time=$(FUZZ_SECONDS) -timeout=5 -max_len=600 \
+	  -artifact_prefix=build/fuzz/ build/fuzz
+
+audit:  ## look for known vulnerabilities in the pinned dependencies; asks pypi.org
+	$(PYTHON) -m venv build/audit
+	build/audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit==2.10.1
+	build/audit/bin/pip-audit --strict --no-deps --disable-pip -r constraints.txt
 
 bench: $(STAMP)
 	$(V)/vegrip bench

@@ -1,6 +1,5 @@
 """The virtual hand on a bus: publishes what its fingertips sense, obeys force commands."""
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -9,6 +8,7 @@ from typing import Any
 from vegrip.clock import NS
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
+from vegrip.control.freshness import objection
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Message
 from vegrip.node import NodeBase, NodeContext
@@ -95,11 +95,7 @@ class VirtualHandNode(NodeBase):
         return VirtualHand(p.hand, p.seed, events if p.disturbed else ())
 
     def _objection(self, command: ForceCommand, now: int) -> str:
-        if command.finger not in self.hand.fingers:
-            return "unknown finger"
-        if not math.isfinite(command.normal_force) or command.normal_force < 0.0:
-            return "no usable force"
-        return "" if command.expires > now else "expired"
+        return objection(command, now) if command.finger in self.hand.fingers else "unknown finger"
 
 
 def build(settings: Mapping[str, Any], context: NodeContext) -> VirtualHandNode:

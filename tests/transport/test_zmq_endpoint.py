@@ -4,12 +4,12 @@ import time
 
 import pytest
 import zmq
-from zmq.auth import create_certificates
 
 from vegrip.codec.msgpack_codec import MsgpackCodec
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import FingertipState
 from vegrip.transport.curve import Curve, Keys
+from vegrip.transport.key_files import make_keys
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.transport.zmq_endpoint import LARGEST, ZmqEndpoint
 
@@ -127,7 +127,7 @@ def test_rubbish_is_counted_and_what_is_too_long_never_arrives(endpoint):
 def keys(tmp_path):
     (tmp_path / "peers").mkdir()
     for name in ("hand", "node", "stranger"):
-        create_certificates(tmp_path, name)
+        make_keys(tmp_path, name)
     for name in ("hand", "node"):
         (tmp_path / "peers" / f"{name}.key").write_bytes((tmp_path / f"{name}.key").read_bytes())
 
@@ -147,6 +147,13 @@ def test_with_keys_those_who_know_each_other_talk_and_strangers_hear_nothing(end
     assert first_message(hand, node) is not None
     assert first_message(hand, stranger, tries=20) is None
     assert first_message(hand, unencrypted, tries=20) is None
+
+
+def test_an_impostor_at_the_address_of_the_hand_is_not_heard(endpoint, keys):
+    impostor = endpoint("tcp://127.0.0.1:0", keys=keys("stranger", "node"))
+    at = impostor._publisher.getsockopt(zmq.LAST_ENDPOINT).decode().rstrip("\0")
+    node = endpoint("", [at], keys=keys("node", "hand"))
+    assert first_message(impostor, node, tries=30) is None
 
 
 def test_a_key_file_that_is_none_is_one_sentence(keys, tmp_path):

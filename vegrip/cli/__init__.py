@@ -40,6 +40,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "bus-load": ("vegrip.cli.bus_load:bus_load", "Tell whether hands, rates and layout fit a CAN bus."),
     "topic": ("vegrip.cli.topic:app", "Look at topics: list, echo, hz."),
     "param": ("vegrip.cli.param:app", "Read and set parameters of running nodes."),
+    "keys": ("vegrip.cli.keys:app", "Make and pass on keys for networks beyond this machine."),
     "lifecycle": ("vegrip.cli.lifecycle:app", "Read and change the state of running nodes."),
 }
 

@@ -4,16 +4,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import zmq
-from zmq.auth import load_certificate
 from zmq.auth.thread import ThreadAuthenticator
 
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
+from vegrip.transport.key_files import read_keys
 
 
 @dataclass(frozen=True)
 class Curve:
-    """The ``[transport.curve]`` table. Key files are those of ``zmq.auth.create_certificates``."""
+    """The ``[transport.curve]`` table; ``vegrip keys`` makes the files."""
 
     own: str = parameter(doc="file with our secret key (NAME.key_secret)")
     peers: str = parameter(doc="folder with the public keys (NAME.key) of everybody who may subscribe to us")
@@ -24,13 +24,15 @@ class Keys:
     """Loaded keys, ready to be put on sockets.
 
     Raises:
-        ConfigError: a key file is missing or not one.
+        ConfigError: a key file is missing or not one, or a secret that others can read.
 
     """
 
     def __init__(self, settings: Curve) -> None:
-        self._public, self._secret = _load(settings.own, secret=True)
-        self._publisher, _ = _load(settings.publisher, secret=False)
+        self._public, self._secret = read_keys(Path(settings.own))
+        if self._secret is None:
+            raise ConfigError(f"{settings.own} has no secret key; give the file that ends in .key_secret")
+        self._publisher, _ = read_keys(Path(settings.publisher))
         self._peers = Path(settings.peers)
         if not self._peers.is_dir():
             raise ConfigError(f"{self._peers} is no folder; put the public keys of the subscribers there")
@@ -57,13 +59,3 @@ class Keys:
         if self._authenticator is not None:
             self._authenticator.stop()
             self._authenticator = None
-
-
-def _load(path: str, secret: bool) -> tuple[bytes, bytes | None]:
-    try:
-        public, private = load_certificate(path)
-    except (OSError, ValueError) as error:
-        raise ConfigError(f"{path} is no key file: {error}") from None
-    if secret and private is None:
-        raise ConfigError(f"{path} has no secret key; give the file that ends in .key_secret")
-    return public, private

@@ -1,0 +1,63 @@
+"""Bytes from outside never raise: the parsers that the tests of the codec do not reach."""
+
+import msgpack
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vegrip.cia301.codec import CanopenCodec
+from vegrip.cia301.connection_set import finger_nodes, identifiers
+from vegrip.codec import CanCodec, Frame
+from vegrip.node.control import ControlServer
+from vegrip.transport.frame_time import BusFrame
+from vegrip.transport.hub_wire import pack_request, unpack_delivery, unpack_request
+
+FINGERS = ("thumb", "index")
+
+
+@given(st.binary(max_size=120))
+def test_any_packet_to_or_from_the_hub_is_a_frame_or_nothing(packet):
+    for found in (unpack_request(packet), unpack_delivery(packet)):
+        assert found is None or isinstance(found, tuple)
+
+
+@given(st.integers(0, 0x7FF), st.binary(max_size=8), st.integers(0, 2**63))
+def test_a_frame_through_the_hub_is_the_same_frame(identifier, data, time):
+    frame = BusFrame(identifier, data, length_code=len(data))
+    assert unpack_request(pack_request(time, frame)) == (time, frame)
+
+
+@given(st.integers(0, 0x7FF), st.binary(max_size=8))
+def test_any_frame_on_a_canopen_bus_is_refused_by_name_or_left_to_the_services(identifier, data):
+    left = []
+    codec = CanCodec(FINGERS, fd=False)
+    pdos = CanopenCodec(
+        codec, identifiers(finger_nodes(32, 0, 2), 16, 0), left.append, lambda _: True, lambda _: True
+    )
+    assert pdos.decode(Frame(identifier, data)) is None
+    assert len(left) + codec.rejected.total() == 1
+
+
+scalars = st.none() | st.booleans() | st.integers(-(2**63), 2**64 - 1) | st.floats() | st.text() | st.binary()
+objects = st.recursive(
+    scalars, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(scalars, inner, max_size=4)
+)
+
+
+@pytest.fixture(scope="module")
+def server():
+    """The part of the control server that answers, without its socket."""
+    server = object.__new__(ControlServer)
+    server._calls = {"state": lambda: {"state": "active"}}
+    return server
+
+
+@given(st.binary(max_size=200) | objects.map(msgpack.packb))
+def test_any_request_to_a_node_is_answered(server, request_bytes):
+    assert set(server._answer(request_bytes)) & {"result", "error"}
+
+
+@given(objects, objects)
+def test_any_call_and_any_arguments_are_answered(server, call, arguments):
+    answer = server._answer(msgpack.packb({"call": call, "arguments": arguments}))
+    assert set(answer) & {"result", "error"}

@@ -1,0 +1,59 @@
+"""Nothing here turns bytes from outside into code."""
+
+import ast
+from pathlib import Path
+
+import pytest
+import vegrip.benchmarks
+import vegrip.nodes
+
+import vegrip
+
+FOLDERS = [Path(str(package.__file__)).parent for package in (vegrip, vegrip.nodes, vegrip.benchmarks)]
+FILES = sorted({file for folder in FOLDERS for file in folder.rglob("*.py")})
+MODULES = {"pickle", "cPickle", "dill", "cloudpickle", "joblib", "marshal", "shelve", "jsonpickle", "yaml"}
+CALLS = {"eval", "exec", "__import__", "recv_pyobj", "send_pyobj", "load_pickle", "read_pickle"}
+EXCEPTIONS = {("probe.py", "exec")}  # a user's own effect, as importing it would run it
+
+
+def name_of(call):
+    return call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+
+
+def dangers(tree):
+    """Yield what could run code that came as data."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name.partition(".")[0] in MODULES)
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] in MODULES:
+            yield str(node.module)
+        elif isinstance(node, ast.Call):
+            if name_of(node) in CALLS:
+                yield name_of(node)
+            yield from (k.arg for k in node.keywords if k.arg in ("allow_pickle", "shell"))
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}/{file.name}")
+def test_no_module_reads_pickles_or_runs_text(file):
+    found = {(file.name, danger) for danger in dangers(ast.parse(file.read_text(encoding="utf-8")))}
+    assert found <= EXCEPTIONS
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import pickle",
+        "from pickle import loads",
+        "eval(x)",
+        "s.recv_pyobj()",
+        "np.load(f, allow_pickle=True)",
+    ],
+)
+def test_the_search_is_not_blind(text):
+    assert list(dangers(ast.parse(text)))
+
+
+def test_the_search_sees_the_whole_of_vegrip():
+    names = {file.name for file in FILES}
+    assert {"msgpack_codec.py", "grasp_force.py", "hub.py", "key_files.py"} <= names
+    assert len(FILES) > 200

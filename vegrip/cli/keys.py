@@ -1,0 +1,74 @@
+"""``vegrip keys``: keys for networks beyond this machine."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    no_args_is_help=True,
+    help="Make and pass on the keys without which no address beyond this machine is opened.\n\n"
+    "Example: vegrip keys new hand && vegrip keys trust node.key",
+)
+Folder = Annotated[Path, typer.Option(help="Folder of our own keys.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+@app.command()
+def new(
+    name: Annotated[str, typer.Argument(help="Whose keys: one name for each program on the network.")],
+    folder: Folder = Path("keys"),
+    as_json: Json = False,
+) -> None:
+    """Make a pair of keys: NAME.key to give away, NAME.key_secret to keep.
+
+    Example: vegrip keys new hand
+
+    """
+    from vegrip.transport.key_files import make_keys
+
+    public, secret = make_keys(folder, name)
+    _tell(
+        {"public": str(public), "secret": str(secret)},
+        f"{public} to give away, {secret} to keep to yourself",
+        as_json=as_json,
+    )
+
+
+@app.command()
+def trust(
+    key: Annotated[Path, typer.Argument(help="A public key, NAME.key.")],
+    peers: Annotated[Path, typer.Option(help="Folder of those who may subscribe to us.")] = Path(
+        "keys/peers"
+    ),
+    as_json: Json = False,
+) -> None:
+    """Let the owner of a public key subscribe to us.
+
+    Example: vegrip keys trust node.key --peers keys/peers
+
+    """
+    from vegrip.transport.key_files import trust as trusted
+
+    place = trusted(key, peers)
+    _tell({"trusted": str(place)}, f"{place}: may subscribe", as_json=as_json)
+
+
+@app.command("list")
+def list_(folder: Folder = Path("keys"), as_json: Json = False) -> None:
+    """List the public keys in a folder, to be compared over another way than the network.
+
+    Example: vegrip keys list --folder keys/peers
+
+    """
+    from vegrip.transport.key_files import listed
+
+    keys = listed(folder)
+    _tell(dict(keys), "\n".join(f"{name}  {key}" for name, key in keys.items()) or "no keys", as_json=as_json)
+
+
+def _tell(found: dict[str, str], sentence: str, *, as_json: bool) -> None:
+    print(json.dumps(found) if as_json else sentence)  # noqa: T201
