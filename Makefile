@@ -22,6 +22,7 @@ check: lint types test test-vcan docs examples  ## what CI runs
 format: $(STAMP)
 	$(V)/ruff format .
 	$(V)/ruff check --fix .
+	$(V)/python -m vegrip.cia301.write_eds proto
 
 lint: $(STAMP)
 	$(V)/ruff format --check .

@@ -58,7 +58,7 @@ def test_the_file_is_what_is_written_from_the_declarations(name):
     there = (PROTO / name).read_text()
     device = fingertip() if name == "fingertip.eds" else grasp_force(known_parameters(there))
     same = without_comments(there) == without_comments(text(device))
-    assert same, "run python -m vegrip.cia301.write_eds proto/"
+    assert same, "run make format: parameters or the DBC have changed"
 
 
 def test_a_parameter_keeps_its_index_when_others_come_and_go():
