@@ -88,7 +88,7 @@ def test_nothing_grows_in_a_short_soak():
     assert not done.dropped
     assert done.slips == 0
     assert done.lost == 0
-    assert done.objects < 2000
+    assert done.objects < 3000, "one for each state would be 4000"
     assert done.memory < 8_000_000
 
 

@@ -11,7 +11,7 @@ from vegrip.faults.run import run
 from vegrip.faults.soak import soak
 from vegrip.faults.table import CASES
 
-MOST_OBJECTS, MOST_MEMORY = 2000, 20_000_000  # more than after the warm-up; what grows with time exceeds them
+MOST_OBJECTS, MOST_MEMORY = 3000, 20_000_000  # more than after the warm-up; what grows with time exceeds them
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

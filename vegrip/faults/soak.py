@@ -11,7 +11,7 @@ from vegrip.faults.scene import FickleWriter, Scene
 from vegrip.faults.table import CASES
 
 REST = 3.0  # [s] between two faults
-WARM = 0.2  # share of the time after which nothing may grow any more
+WARM = 0.5  # share of the time after which nothing may grow any more: bounded memories are full by then
 PAGE = 4096  # [bytes]
 
 
