@@ -68,6 +68,7 @@ class Problem:
     force_std: Floats
     slip_std: Floats
     slip_bias: Floats
+    _columns: dict[str, Floats]
     radius_std: Floats
 
     def __init__(
