@@ -133,6 +133,18 @@ def test_a_full_transmit_queue_says_so_and_never_blocks(bus):
     assert time.monotonic() - start < 2.0
 
 
+def test_the_hub_ends_after_a_lone_node_that_left_with_a_full_queue(bus):
+    alone = bus(bitrate=10_000)
+    with pytest.raises(can.CanOperationError):
+        send_many(alone, 1000)
+    hub = hub_of(alone)
+    alone.shutdown()
+    deadline = time.monotonic() + 10.0
+    while Path(f"/proc/{hub}").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not Path(f"/proc/{hub}").exists()
+
+
 def test_filters_of_python_can_apply(bus):
     sender = bus()
     receiver = bus(can_filters=[{"can_id": 0x200, "can_mask": 0x7FF}])

@@ -99,6 +99,10 @@ class BusModel:
         """Return how many frames of ``node`` wait for the bus or are on it."""
         return self._arbiter.waiting(node)
 
+    def is_heard(self, node: int) -> bool:
+        """Whether anybody would acknowledge a frame of ``node``."""
+        return self._acknowledging > self._nodes[node].acknowledges
+
     def state(self, node: int) -> ErrorState:
         """Return the error state of ``node``."""
         return self._nodes[node].confinement.state

@@ -119,6 +119,8 @@ class Hub:
 
     def _step(self) -> None:
         readers = [fd for fd, member in self._members.items() if self._has_room(member)]
+        if len(readers) < len(self._members):
+            self._dismiss_the_dead()
         writers = [fd for fd, member in self._members.items() if member.is_behind]
         door = self._listener.fileno()
         readable, writable, _ = select.select([door, *readers], writers, [], self._sleep())
@@ -172,6 +174,15 @@ class Hub:
     def _report(self, end: int, node: int, report: Report) -> None:
         busy = self._bus.busy if self._bus is not None else 0
         self._nodes[node].hear(pack_error(end, busy, node, report))
+
+    def _dismiss_the_dead(self) -> None:
+        """Let those go who have left with a full queue that nobody is there to empty.
+
+        They are not read, so that their leaving would never be seen.
+        """
+        for member in [member for member in self._members.values() if not self._has_room(member)]:
+            if self._bus is not None and not self._bus.is_heard(member.node) and _has_left(member.connection):
+                self._dismiss(member)
 
     def _has_room(self, member: Member) -> bool:
         return self._bus is None or self._bus.waiting(member.node) < TRANSMIT_QUEUE
@@ -239,6 +250,12 @@ class Hub:
         if self._nodes.pop(member.node, None) is not None and self._bus is not None:
             self._bus.detach(member.node)
         member.connection.close()
+
+
+def _has_left(connection: socket.socket) -> bool:
+    poll = select.poll()
+    poll.register(connection, 0)
+    return bool(poll.poll(0))  # only a hang-up or an error is told
 
 
 def main(path: Path) -> None:
