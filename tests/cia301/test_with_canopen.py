@@ -58,9 +58,9 @@ def test_a_master_reads_and_sets_parameters_and_is_told_why_not(grasp, other):
     assert refused.value.code == 0x06090030
     assert "it must lie in 0 .. 0.9" in master.sdo["Last refusal"].raw
     with pytest.raises(canopen.SdoAbortedError) as refused:
-        master.sdo["tip.radius"].raw = 0.02
+        master.sdo["policy"].raw = "cone"
     assert refused.value.code == 0x08000022
-    assert node.parameters.tip.radius == pytest.approx(0.009)
+    assert node.parameters.policy == "margin"
     master.sdo["watchdog.recover_after"].raw = 7
     assert node.parameters.watchdog.recover_after == 7
     with pytest.raises(canopen.SdoAbortedError):
