@@ -292,7 +292,7 @@ def test_the_command_goes_both_ways(session: Path, tmp_path: Path, capsys: Capsy
     ("arguments", "sentence"),
     [
         (["absent.mcap", "-o", "out"], "there is no such file"),
-        (["empty.mcap", "-o", "out"], "is not a whole MCAP file"),
+        (["empty.mcap", "-o", "out"], "is not a whole MCAP file (EndOfFile)"),
         (["nothing", "-o", "out.mcap"], "holds no recording"),
     ],
 )

@@ -26,6 +26,7 @@ UNIT = Annotated[list[str] | None, typer.Option("--unit", help="CHANNEL=UNIT, e.
 RADIUS = Annotated[str, typer.Option(help="Radius of the fingertip, e.g. '8 mm'; overrides the map's.")]
 FINGERS = Annotated[str, typer.Option(help="CAN logs: fingers in the order of the bus, by commas.")]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+BAGS = (".bag", ".db3", ".mcap")  # and a folder, of rosbag 2
 ALL = "thumb,index,middle,ring,little"
 
 
@@ -46,13 +47,14 @@ def import_(
     from vegrip.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
-    if output.suffix.lower() == ".mcap" or (src.suffix.lower() == ".mcap" and map_file is None):
+    mapped = map_file is not None or bool(columns)
+    if output.suffix.lower() == ".mcap" or (src.suffix.lower() == ".mcap" and not mapped):
         _refuse_options({"--map": columns, "--unit": units, "--radius": radius, "--map-file": map_file})
         found = _mcap(src, output)
     elif src.suffix.lower() in (".asc", ".blf"):
         found = _can_log(src, output, fingers, metres)
     else:
-        found = _table(src, output, map_file, columns or [], units or [], metres)
+        found = _mapped(src, output, map_file, columns or [], units or [], metres)
     _tell(found, as_json=as_json)
 
 
@@ -70,14 +72,16 @@ def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[P
     return _written({output / finger: recording for finger, recording in found.items()})
 
 
-def _table(
+def _mapped(
     src: Path, output: Path, map_file: Path | None, columns: list[str], units: list[str], radius: float
 ) -> "Mapping[Path, Recording]":
     from vegrip.recording.column_map import ColumnMap, read_column_map, with_columns
     from vegrip.recording.import_csv import import_csv
+    from vegrip.recording.rosbag_import import import_rosbag
 
-    chart = read_column_map(map_file) if map_file else ColumnMap()
-    return _written({output: import_csv(src, with_columns(chart, columns, units), radius=radius)})
+    chart = with_columns(read_column_map(map_file) if map_file else ColumnMap(), columns, units)
+    is_bag = src.is_dir() or src.suffix.lower() in BAGS
+    return _written({output: (import_rosbag if is_bag else import_csv)(src, chart, radius=radius)})
 
 
 def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":

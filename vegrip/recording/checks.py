@@ -19,20 +19,20 @@ Array = NDArray[np.float64]
 Lines = NDArray[np.int64]
 
 
-def usable_rows(t: Array, lines: Lines, report: LoadReport) -> NDArray[np.bool_]:
-    """Return which rows have a time stamp that is a number and later than the one before.
+def usable_rows(t: Array, lines: Lines, report: LoadReport, what: str = "") -> NDArray[np.bool_]:
+    """Return which rows (of ``what``, when there are several sources) have a stamp later than the one before.
 
     Kept is the longest strictly increasing run through the file: one wild stamp costs one row, and a clock
     set back costs the shorter part, never everything after it.
     """
     stamped = ~np.isnan(t)
-    report_if(report, Kind.NO_TIME, "", lines[~stamped])
+    report_if(report, Kind.NO_TIME, what, lines[~stamped])
     keep = np.zeros(len(t), dtype=bool)
     keep[np.flatnonzero(stamped)[longest_increasing(t[stamped])]] = True
     left_out = stamped & ~keep
     twice = left_out & np.isin(t, t[keep])
-    report_if(report, Kind.DUPLICATE, "", lines[twice])
-    report_if(report, Kind.BACKWARDS, "", lines[left_out & ~twice])
+    report_if(report, Kind.DUPLICATE, what, lines[twice])
+    report_if(report, Kind.BACKWARDS, what, lines[left_out & ~twice])
     return keep
 
 

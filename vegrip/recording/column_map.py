@@ -22,6 +22,8 @@
     threshold = 2e-9
     [fingertip]
     radius = 18.64e-6             # leave out when unknown
+
+In the map of a rosbag a column is ``/topic:field.of.the.message``, and ``[bag]`` says whose time it has.
 """
 
 import dataclasses
@@ -93,6 +95,18 @@ class TableMap:
 
 
 @dataclass(frozen=True)
+class BagMap:
+    """How several topics of a rosbag become rows."""
+
+    time: str = parameter("", doc="topic whose messages make the rows; may be left out when there is one")
+    stamp: str = parameter("header", choices=("header", "receive"), doc="whose clock; no header: receive")
+    largest_age: float = parameter(
+        0.0, unit="s", low=0.0, doc="how long a value of another topic is held; older is missing"
+    )
+    definitions: str = parameter("", doc="ROS release whose types a bag without definitions has: ros2_humble")
+
+
+@dataclass(frozen=True)
 class ColumnMap:
     """The whole map."""
 
@@ -103,6 +117,7 @@ class ColumnMap:
     contact: ContactMap = field(default_factory=ContactMap)
     table: TableMap = field(default_factory=TableMap)
     fingertip: Fingertip = field(default_factory=Fingertip)
+    bag: BagMap = field(default_factory=BagMap)
     name: str = ""  # of the file it was read from
 
 
@@ -113,6 +128,7 @@ SECTIONS: dict[str, type[Any]] = {
     "contact": ContactMap,
     "table": TableMap,
     "fingertip": Fingertip,
+    "bag": BagMap,
 }
 
 

@@ -21,7 +21,7 @@ def correct_trial(
         if entry.compliance:
             values -= entry.compliance * _force(columns, name)
         if entry.zero == "first":
-            values -= values[0]
+            values -= _first_known(values)
         elif entry.zero == "baseline":
             values -= _baseline_mean(t, values, name, chart.baseline.duration)
         elif entry.zero == "contact":
@@ -55,6 +55,12 @@ def baseline_noise(values: Array) -> float:
         return 0.0
     spread = np.median(np.abs(differences - np.median(differences)))
     return float(1.4826 * spread / np.sqrt(2.0))
+
+
+def _first_known(values: Array) -> float:
+    """Return the first value that is not missing, 0 when all are."""
+    known = values[~np.isnan(values)]
+    return float(known[0]) if len(known) else 0.0
 
 
 def _baseline_mean(t: Array, values: Array, name: str, duration: float) -> float:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vegrip.clock import NS
 from vegrip.errors import RecordingError
 from vegrip.recording.channels import CHANNELS, noise_name
 from vegrip.recording.checks import report_doubts, usable_rows
@@ -41,12 +42,33 @@ def import_csv(
     chart = own_columns(chart, header)
     _check_mapped(path, chart, header)
     table = _read(path, chart, layout, report)
+    return recording_of(path, table, chart, report, radius)
+
+
+def recording_of(
+    path: Path, table: Table, chart: ColumnMap, report: LoadReport, radius: float, origin: int = 0
+) -> Recording:
+    """Return the recording that ``chart`` makes of ``table``; ``path`` names it in complaints.
+
+    Args:
+        path: where the table came from.
+        table: has the columns that ``chart`` maps.
+        chart: what each column is.
+        report: is added to.
+        radius: of the fingertip [m], NaN takes that of ``chart``.
+        origin: [ns] stamp of time 0 of the table, 0 when it has none.
+
+    Raises:
+        RecordingError: no usable row, or a unit or correction that does not fit.
+
+    """
     trial = _trials(table, chart)
     t = _seconds(path, table, trial, chart, report)
     keep = usable_rows(t, table.lines, report)
     report.rows_kept = int(np.count_nonzero(keep))
     if not report.rows_kept:
         raise RecordingError(f"{path}: no usable row; {report.summary()}")
+    start = origin + round(float(t[keep][0]) * NS) if origin else 0
     t, trial, lines = t[keep] - t[keep][0], trial[keep], table.lines[keep]
     columns = {
         name: _converted(path, table.numbers[entry.column][keep], name, chart)
@@ -62,7 +84,7 @@ def import_csv(
     report_doubts(t, columns, fingertip.radius, lines, report)
     source = {"file": path.name, "map": chart.name or "command line"}
     ordered = {name: columns[name] for name in CHANNELS if name in columns}
-    return Recording(_stem(path), t, trial, ordered, fingertip, noise, source, 0, report)
+    return Recording(_stem(path), t, trial, ordered, fingertip, noise, source, start, report)
 
 
 def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:

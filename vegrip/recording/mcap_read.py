@@ -69,7 +69,9 @@ def _records(path: Path) -> Iterator[Iterator[Any]]:
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
     except damage as error:
-        raise RecordingError(f"{path}: is not a whole MCAP file ({error or type(error).__name__})") from None
+        raise RecordingError(
+            f"{path}: is not a whole MCAP file ({str(error) or type(error).__name__})"
+        ) from None
 
 
 def _texts(path: Path, records: Iterator[Any]) -> dict[str, str]:

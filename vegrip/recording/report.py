@@ -19,6 +19,7 @@ class Kind(Enum):
     NO_TIME = ("no time stamp or episode", True)
     BACKWARDS = ("time runs backwards", True)
     DUPLICATE = ("the time stamp stands twice", True)
+    DECODE = ("message cannot be decoded", True)
     MISSING = ("value missing (NaN)", False)
     IMPLAUSIBLE = ("implausible value, check the unit", False)
     COLUMN = ("column not used", False)
@@ -43,30 +44,35 @@ class Finding:
     what: str
     count: int = 0
     lines: list[int] = field(default_factory=list)
+    place: str = "line"
 
     def __str__(self) -> str:
         text = f"{self.kind.text}: {self.what}" if self.what else self.kind.text
         if not self.lines:
             return text
         more = ", ..." if self.count > len(self.lines) else ""
-        where = f"line{'s' if self.count > 1 else ''} {', '.join(map(str, self.lines))}{more}"
+        where = f"{self.place}{'s' if self.count > 1 else ''} {', '.join(map(str, self.lines))}{more}"
         return f"{text} ({self.count} x, {where})"
 
 
 @dataclass(slots=True)
 class LoadReport:
-    """How many rows were read and kept, and what was found on the way."""
+    """How many rows were read and kept, and what was found on the way.
+
+    ``place`` says what is numbered in a finding: the lines of a file, or the messages of a topic from 0.
+    """
 
     rows_read: int = 0
     rows_kept: int = 0
     findings: list[Finding] = field(default_factory=list)
+    place: str = "line"
 
     def add(self, kind: Kind, what: str = "", lines: Iterable[int] = ()) -> None:
         """Count what was found on ``lines``; the same kind and text is one finding."""
         new = list(lines)
         finding = next((f for f in self.findings if f.kind is kind and f.what == what), None)
         if finding is None:
-            finding = Finding(kind, what)
+            finding = Finding(kind, what, place=self.place)
             self.findings.append(finding)
         finding.count += len(new)
         finding.lines = sorted({*finding.lines, *new})[:SHOWN]
