@@ -111,7 +111,7 @@ def _run(model: ContactModel, *, plain: bool = False, samples: int = SAMPLES) ->
 
 def _motion(model: ContactModel) -> tuple[Array, Array]:
     """Return times [s] and inputs: air, ramps of two speeds, a hold, reversals, with a load that slips."""
-    t = PERIOD * np.arange(SAMPLES)
+    t: Array = PERIOD * np.arange(SAMPLES, dtype=float)
     x = model.reference_depth
     at = [0.0, 0.2, 0.3, 1.2, 1.5, 1.7, 2.0, 2.2, 2.6, 3.0]
     delta = x * np.interp(t, at, [-0.1, -0.1, 1.8, 1.8, 0.3, 2.2, 0.6, 1.0, 1.01, -0.3])
