@@ -1,6 +1,8 @@
 """Bags of ROS 1 and ROS 2 become recordings; whatever does not fit is said with its topic and message."""
 
+import contextlib
 import json
+import sqlite3
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -267,15 +269,11 @@ def test_a_topic_of_two_types_is_refused(tmp_path: Path) -> None:
         import_rosbag(bag, chart(tmp_path))
 
 
-def test_a_bag_without_definitions_needs_the_release(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bag_without_definitions_needs_the_release(tmp_path: Path) -> None:
     bag = write_bag(tmp_path / "bag", "ros2-sqlite3", PRESS)
-    import sqlite3
-
-    (database,) = bag.glob("*.db3")
-    connection = sqlite3.connect(database)
-    connection.execute("DELETE FROM message_definitions")
-    connection.commit()
-    connection.close()
+    with contextlib.closing(sqlite3.connect(next(bag.glob("*.db3")))) as connection:
+        connection.execute("DELETE FROM message_definitions")
+        connection.commit()
     with pytest.raises(
         RecordingError, match=r"does not define its messages; .* definitions = \"ros2_humble\""
     ):
@@ -295,6 +293,34 @@ def test_a_cut_bag_is_refused_or_reported_and_never_crashes(form: str, share: fl
     data.write_bytes(whole[: int(share * len(whole))])
     with pytest.raises(RecordingError, match="bag"):
         import_rosbag(bag, chart(tmp_path))
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_bag_with_a_turned_byte_never_crashes(form: str, tmp_path: Path) -> None:
+    bag = write_bag(tmp_path / "bag", form, PRESS)
+    files = [bag] if bag.is_file() else sorted(bag.iterdir())
+    whole, random = {file: file.read_bytes() for file in files}, np.random.default_rng(len(form))
+    refused = 0
+    for _ in range(25):
+        file = files[int(random.integers(len(files)))]
+        data = bytearray(whole[file])
+        data[int(random.integers(len(data)))] ^= int(random.integers(1, 256))
+        file.write_bytes(data)
+        try:
+            assert import_rosbag(bag, chart(tmp_path)).report.rows_read > 0
+        except RecordingError:  # anything else is a crash
+            refused += 1
+        file.write_bytes(whole[file])
+    assert 0 < refused < 25
+
+
+def test_messages_that_the_bag_counts_and_does_not_hold_are_reported(tmp_path: Path) -> None:
+    bag = write_bag(tmp_path / "bag", "ros2-sqlite3", PRESS)
+    with contextlib.closing(sqlite3.connect(next(bag.glob("*.db3")))) as connection:
+        connection.execute("DELETE FROM messages WHERE timestamp = ?", [EPOCH + 20 * MS])
+        connection.commit()
+    told = import_rosbag(bag, chart(tmp_path)).report.summary()
+    assert "/finger/wrench: 4 of the 5 messages that the bag counts are there" in told
 
 
 @pytest.mark.parametrize(

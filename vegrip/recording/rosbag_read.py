@@ -78,6 +78,8 @@ def read_series(
         for connection, received, data in reader.messages(connections):
             series = found[connection.topic]
             _take(path, series, reader, connection.msgtype, data, received, chart, report)
+        for series in found.values():
+            _note_lost(series, connections, report)
     return found
 
 
@@ -128,6 +130,14 @@ def _take(
     series.stamps.append(received if stamp is None else stamp)
     series.index.append(number)
     series.values.append(values)
+
+
+def _note_lost(series: Series, connections: Sequence[Any], report: LoadReport) -> None:
+    """Report when the bag's own count of messages is another than what is in it."""
+    said = sum(each.msgcount for each in connections if each.topic == series.topic)
+    if said != series.messages:
+        there = f"{series.messages} of the {said} messages that the bag counts are there"
+        report.add(Kind.NOTE, f"{series.topic}: {there}")
 
 
 def _connections(path: Path, reader: Any, wanted: Mapping[str, Series]) -> list[Any]:
