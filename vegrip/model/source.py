@@ -9,6 +9,7 @@ import ast
 import builtins
 import inspect
 import textwrap
+import threading
 import types
 from collections.abc import Callable
 from typing import Any
@@ -17,6 +18,19 @@ from vegrip.effects.contract import Hook
 from vegrip.errors import ModelError
 
 ALLOWED = {"abs", "bool", "float", "int", "max", "min", "range", "round"}
+
+
+_PARSING = threading.Lock()
+
+
+def parsed(text: str) -> ast.Module:
+    """Parse ``text``, one thread at a time.
+
+    CPython counts the depth of the tree it builds in one place for all threads; two at once can end in
+    "SystemError: AST constructor recursion depth mismatch" (seen with 3.11.7).
+    """
+    with _PARSING:
+        return ast.parse(text)
 
 
 class Texts:
@@ -89,7 +103,7 @@ def _text(effect: str, function: Callable[..., Any]) -> str:
 
 
 def _function(effect: str, text: str) -> ast.FunctionDef:
-    body = ast.parse(textwrap.dedent(text)).body
+    body = parsed(textwrap.dedent(text)).body
     functions = [node for node in body if isinstance(node, ast.FunctionDef)]
     if len(functions) != 1:
         raise ModelError(f"a hook of the effect {effect} is not one plain function; write it as one def")
