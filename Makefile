@@ -9,7 +9,7 @@ demo: $(STAMP)  ## run the main job in this terminal
 	$(V)/vegrip demo
 
 test: $(STAMP)  ## pass all tests
-	$(V)/python -m pytest -q -n auto
+	$(V)/python -m pytest -q -n auto --dist worksteal
 
 test-fast: $(STAMP)
 	$(V)/python -m pytest -q -n auto -m "not slow"
