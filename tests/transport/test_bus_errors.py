@@ -95,6 +95,21 @@ def test_a_frame_waits_for_the_first_who_acknowledges_it():
     assert sent.frame == FRAME
 
 
+@given(st.integers(60 * MS, 62 * MS), st.integers(0, 3 * MS))
+def test_who_comes_in_the_middle_of_an_attempt_gets_the_next_one(arrival, late):
+    alone = bus(SENDER)
+    alone.request(0, SENDER, FRAME)
+    alone.advance(arrival)
+    alone.attach(RECEIVER)
+    event = alone.next_event()
+    events = []
+    while event is not None:
+        events += alone.advance(event + late)
+        event = alone.next_event()
+    (sent,) = of(Transmission, events)
+    assert arrival < sent.end < arrival + MS
+
+
 def test_a_node_that_only_listens_cannot_send():
     quiet = bus(SENDER)
     quiet.attach(OTHER, listen_only=True)

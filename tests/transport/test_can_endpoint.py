@@ -197,7 +197,6 @@ def received_within(endpoint, seconds):
     return messages
 
 
-@pytest.mark.xfail(strict=False, reason="on a busy machine the repeated frame now and then reaches nobody")
 @pytest.mark.usefixtures("runtime")
 def test_errors_of_the_virtual_bus_are_counted_by_name():
     alone = open_endpoint({"channel": "alone"}, Hand(FINGERS))

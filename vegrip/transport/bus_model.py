@@ -223,7 +223,9 @@ class BusModel:
         if kind is ErrorKind.ACK:
             sender.not_acknowledged()
             self._hopeless = (
-                before is ErrorState.PASSIVE and len(self._arbiter_nodes()) == 1 and not self._off
+                before is ErrorState.PASSIVE
+                and len(self._arbiter_nodes()) == 1
+                and not (self._off or self.is_heard(attempt.node))
             )
         else:
             sender.failed_to_send()
