@@ -25,6 +25,9 @@ SPREAD = 0.3  # relative std of the share that is still to relax
 QUANTILE = 1.6448536269514722  # of 95 %
 FRICTION = math.sinh(0.1 * math.sqrt(3.0)) / math.sqrt(3.0)
 """Relative std of a lognormal friction of std 0.1, by the estimator's central differences."""
+SCATTER = EstimatorSettings().friction_scatter
+ONSET = math.hypot(0.1, SCATTER)
+"""Relative std of the utilisation at which the next slip begins."""
 
 
 @pytest.fixture
@@ -113,7 +116,7 @@ def test_time_to_slip_and_its_bound_agree_with_simulating_the_hold(
     future = simulated(known, stiffness)
     N, a = future.normal_force, future.contact_radius[0]
     load = np.array([math.cos(twist), a * math.sin(twist)])
-    relative = np.hypot(FRICTION, SPREAD * np.log(N[0] / N))
+    relative = np.hypot(ONSET, SPREAD * np.log(N[0] / N))
     used = utilisation(future, *load)
     bound = used * np.exp(QUANTILE * relative)
     for course in (used, bound):
@@ -125,6 +128,35 @@ def test_time_to_slip_and_its_bound_agree_with_simulating_the_hold(
         margin = estimator.slip_margin()
         found = margin.time_to_slip if course is used else margin.earliest_slip
         assert found == pytest.approx(LATER[at], rel=0.01)
+
+
+@pytest.mark.parametrize("share", [0.9, 1.0, 1.15])
+def test_a_contact_that_has_held_its_load_slips_by_the_conditional_law(
+    known: ContactModel, press: Record, run: Run, share: float
+) -> None:
+    """Half of the grips that have held ``share`` of what friction is believed to carry slip by the estimate."""
+    future = simulated(known, math.inf)
+    N, load = future.normal_force, share * known.values["mu"].value * future.normal_force[0]
+    estimator = holding(known, "position")
+    loaded(estimator, press, run, load)
+    m = estimator._m
+    m[estimator._module.FRI_PEAK] = load / N[0]
+    margin = estimator.slip_margin()
+    rng = np.random.default_rng(0)
+    onset = np.log(known.values["mu"].value) + ONSET * rng.standard_normal(400_000)
+    survivors = onset[onset > math.log(load / N[0])]
+    lost = np.log(N[0] / N)
+    errors = SPREAD * rng.standard_normal(survivors.size)
+    # slip where ln(load/N) + error * lost exceeds the onset; the error may not raise the load that was held
+    slip_at = np.array(
+        [np.mean((1.0 + errors) * part > survivors - math.log(load / N[0])) for part in lost[::40]]
+    )
+    for chance, found in ((0.5, margin.time_to_slip), (0.05, margin.earliest_slip)):
+        if slip_at[-1] < chance:
+            assert found == math.inf
+        else:
+            at = np.interp(chance, slip_at, lost[::40])
+            assert np.interp(found, LATER, lost) == pytest.approx(at, rel=0.03)
 
 
 def test_a_held_force_never_gets_worse(known: ContactModel, press: Record, run: Run) -> None:

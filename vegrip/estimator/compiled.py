@@ -12,7 +12,7 @@ from vegrip.model.composer import compose
 
 KERNELS = (
     "state", "predict", "gain", "roots", "measure", "sight", "begin", "quantities", "report", "friction",
-    "hold", "forecast", "update",
+    "hold", "onset", "forecast", "update",
 )  # fmt: skip
 ENTRIES = ("update", "margin_of", "least_force", "filter_step", "many")
 

@@ -57,7 +57,7 @@ class EstimatorSettings:
     recovery: int = parameter(15, unit="1", low=1, high=100000, doc="rejections in a row before widening")
     health_time: float = parameter(2.0, unit="s", low=1e-2, high=1e4, doc="memory of the consistency check")
     friction_scatter: float = parameter(
-        0.06, unit="1", low=1e-3, high=1.0, doc="of ln mu from one slip to the next"
+        0.06, unit="1", low=1e-3, high=1.0, doc="of ln mu from one slip to the next, about its mean"
     )
     friction_drift: float = parameter(
         0.01, unit="1/sqrt(s)", low=0.0, high=1.0, doc="forgetting: random walk of ln mu"

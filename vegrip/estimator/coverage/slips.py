@@ -2,8 +2,8 @@
 
 The fingertip relaxes by the sum over its history, its limit is searched on the elements of its patch, the
 drive behind it may give way; nothing of that is the estimator's. In one life it is pressed and slips once, so
-that friction has been felt; it is pressed deeper, friction is another by as much as from one slip to the
-next, and it is loaded by a share of what the felt friction would carry. Then it is held. The load is drawn
+that friction has been felt; it is pressed deeper and loaded by a share of what the felt friction would carry.
+Friction scatters about its mean from one slip to the next. Then it is held. The load is drawn
 from what could be known, not from when it shall slip: else the forecast would be judged on the unlucky only.
 """
 
@@ -29,6 +29,7 @@ STEP = 2e-3  # [s]
 GRID = even_grid(16, 32)  # its limit surface is good to 1e-3
 FELT, REGRASPED, HELD = 1.2, 1.8, 2.2  # [s] first slip; pressed deeper; loaded, and held from now on
 EVERY = 5  # samples between two looks of the truth at radius and exponent, which change slowly
+SCATTER = EstimatorSettings().friction_scatter
 LONG = 20.0  # [s] of the hold: what has not slipped then counts as never
 LOOKS = (0.1, 1.0)  # [s] into the hold, when the forecast is asked
 
@@ -162,7 +163,8 @@ def lived(scenario: Scenario, tip: FingertipSettings, rng: np.random.Generator) 
     light, firm = rng.uniform(0.04, 0.1) * R, rng.uniform(0.11, 0.16) * R
     depth = np.interp(t, [0.2, 0.5, REGRASPED - 0.2, REGRASPED], [-0.02 * R, light, light, firm])
     drive = scenario.stiffness * tip.reference_force / tip.reference_indentation
-    friction = tip.friction * np.exp(np.where(t < REGRASPED, 0.0, 0.06 * rng.standard_normal()))
+    before, after = SCATTER * rng.standard_normal(2)
+    friction = tip.friction * np.exp(np.where(t < REGRASPED, before, after))
     contact = pressed(tip, t, depth, drive, friction)
     psi, share, double = rng.uniform(0.0, 1.2), rng.uniform(0.65, 1.0), rng.uniform(2.0, 20.0)
     share = 0.6 * share if scenario.growing else share
@@ -172,8 +174,8 @@ def lived(scenario: Scenario, tip: FingertipSettings, rng: np.random.Generator) 
     load = np.array(unit) * share * known / used_by(contact, held, *unit)
     size = np.interp(t, [REGRASPED, HELD], [0.0, 1.0])
     size *= 1.0 + scenario.growing * np.maximum(t - HELD, 0.0) / double
-    before = np.interp(t, [FELT - 0.5, FELT, FELT + 0.02, FELT + 0.1], [0.0, 1.0, 1.0, 0.0])
-    size += before / used_by(contact, felt, *load)
+    first = np.interp(t, [FELT - 0.5, FELT, FELT + 0.02, FELT + 0.1], [0.0, 1.0, 1.0, 0.0])
+    size += first / used_by(contact, felt, *load)
     return Life(t, contact, size * load[0], size * load[1], drive)
 
 

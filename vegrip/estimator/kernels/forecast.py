@@ -1,13 +1,16 @@
-"""What comes: the gauge of a held contact over time, and the least force that keeps a margin.
+"""What comes: when a held contact slips, and the least force that keeps a margin.
 
 The forecast is the model itself, stepped through the hold (``hold.py``); radius and exponent follow from its
 states. The spread of the gauge grows with what the forecast adds,
-``s(T)^2 = s(0)^2 + [ln(N(0) / N(T)) s_c]^2``, s_c being the relative spread of the relaxing share.
+``s(T)^2 = s(0)^2 + [ln(N(0) / N(T)) s_c]^2``, s_c being the relative spread of the relaxing share. That the
+contact holds by now is used too (``onset.py``): what has held its load does not slip at once.
 """
 
 import math
 
 from vegrip.estimator.kernels.generated import (
+    FRI_LN_MU,
+    FRI_SLIDING,
     REP_CONTACT,
     REP_FORCE,
     REP_FORCE_STD,
@@ -24,6 +27,7 @@ from vegrip.estimator.kernels.generated import (
     gauge,
 )
 from vegrip.estimator.kernels.hold import begin_hold, keep_hold, surface_of, try_hold
+from vegrip.estimator.kernels.onset import onset_probability
 from vegrip.estimator.kernels.report import upper_gauge
 from vegrip.estimator.kernels.state import copy_state, put_learned
 
@@ -49,13 +53,28 @@ def gauge_of(force: float, a: float, k: float, mu: float, load: Load) -> float:
 def gauge_then(
     m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load, quantile: float
 ) -> tuple[float, float, float]:
-    """Gauge after another dt of the hold, its bound if ``quantile`` > 0; ``delta``, ``elastic_force``."""
+    """Bound of the gauge after another dt of the hold; ``delta``, ``elastic_force``."""
     delta, x, elastic, force = try_hold(m, y, before, dt, begun)
     a, k, mu = surface_of(m, delta, x, elastic, force)
     g = gauge_of(force, a, k, mu, load)
-    if quantile > 0.0 and g < math.inf:
+    if g < math.inf:
         g = bound_gauge(m, g, force, a, mu, begun[1], load, quantile)
     return g, delta, elastic
+
+
+def slipped_by(
+    m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load
+) -> tuple[float, float, float]:
+    """Probability of slip within another dt of the hold; ``delta``, ``elastic_force``."""
+    delta, x, elastic, force = try_hold(m, y, before, dt, begun)
+    a, k, mu = surface_of(m, delta, x, elastic, force)
+    g = gauge_of(force, a, k, mu, load)
+    if g == math.inf:
+        return 1.0, delta, elastic
+    noise = math.hypot(m[SET_S_TANGENTIAL], 0.0 if load[1] == 0.0 else m[SET_S_TORQUE] / a)
+    lost = SHARE_SPREAD * math.log(begun[1] / force) if begun[1] > 0.0 else 0.0
+    unsure = math.hypot(lost, noise / (mu * force) / max(g, 1e-300))
+    return onset_probability(m, g * math.exp(m[FRI_LN_MU]), unsure), delta, elastic
 
 
 def bound_gauge(
@@ -72,25 +91,25 @@ def bound_gauge(
     return upper_gauge(g, relative, noise / (mu * force), quantile)
 
 
-def time_to_slip(m: Floats, tangential: float, torque: float, bound: float) -> float:
-    """First time [s] at which the gauge (or its bound) reaches 1 under the present load; inf = never.
+def time_to_slip(m: Floats, tangential: float, torque: float, chance: float) -> float:
+    """Time [s] by which the contact has slipped with probability ``chance``, the load staying; inf = never.
 
     The hold is followed in steps that grow, and the step of the crossing is halved.
     """
-    load, y, quantile = load_of(tangential, torque), TRY0, bound * m[SET_QUANTILE]
+    load, y = load_of(tangential, torque), TRY0
     if math.isnan(load[0]) or m[REP_CONTACT] < 0.5:
         return math.nan
     copy_state(m)
     put_learned(m, y)
     elastic, origin, fresh = begin_hold(m, y)
     begun = (origin, fresh)
-    if gauge_then(m, y, elastic, 0.0, begun, load, quantile)[0] >= 1.0:
+    if m[FRI_SLIDING] > 0.5 or slipped_by(m, y, elastic, 0.0, begun, load)[0] >= chance:
         return 0.0
     t, dt = 0.0, FIRST
     while t < LAST:
-        g, delta, after = gauge_then(m, y, elastic, dt, begun, load, quantile)
-        if g >= 1.0:
-            return t + crossing(m, y, elastic, dt, begun, load, quantile)
+        slipped, delta, after = slipped_by(m, y, elastic, dt, begun, load)
+        if slipped >= chance:
+            return t + crossing(m, y, elastic, dt, begun, load, chance)
         keep_hold(m, y, delta)
         t, elastic = t + dt, after
         dt = GROWTH * t
@@ -98,13 +117,13 @@ def time_to_slip(m: Floats, tangential: float, torque: float, bound: float) -> f
 
 
 def crossing(
-    m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load, quantile: float
+    m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load, chance: float
 ) -> float:
-    """Part of the step ``dt`` [s] after which the gauge (or its bound) is 1, by halving."""
+    """Part of the step ``dt`` [s] after which slip has the probability ``chance``, by halving."""
     low, high = 0.0, dt
     for _ in range(30):
         middle = 0.5 * (low + high)
-        if gauge_then(m, y, before, middle, begun, load, quantile)[0] >= 1.0:
+        if slipped_by(m, y, before, middle, begun, load)[0] >= chance:
             high = middle
         else:
             low = middle

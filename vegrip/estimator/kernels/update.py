@@ -104,5 +104,5 @@ def margin_of(m: Floats, tangential: float, torque: float, out: Floats) -> None:
     out[0] = m[REP_GAUGE]
     out[1] = upper_gauge(m[REP_GAUGE], m[REP_GAUGE_REL], m[REP_GAUGE_ABS], m[SET_QUANTILE])
     out[2] = reserve(m, tangential, torque)
-    out[3] = time_to_slip(m, tangential, torque, 0.0)
-    out[4] = time_to_slip(m, tangential, torque, 1.0)
+    out[3] = time_to_slip(m, tangential, torque, 0.5)
+    out[4] = time_to_slip(m, tangential, torque, 0.5 * math.erfc(m[SET_QUANTILE] * 0.7071067811865476))

@@ -1,0 +1,69 @@
+"""How likely the contact slips at a utilisation, knowing what it has held so far in this loading.
+
+What a load is compared with is the utilisation ``u* = mu`` at which this very contact slips, as far as the
+estimator can know it: ``ln u* ~ N(b, s^2)`` from before the loading, s^2 being the variance of friction, its
+scatter from one slip to the next, and the error of force, radius and exponent. Having held ``u_h`` cuts off
+what lies below, so
+
+    P(slip at u | held u_h) = 1 - Q((ln u - b) / s) / Q((ln u_h - b) / s),    u > u_h,
+
+with Q the upper tail of the normal law: the errors that made u_h large or small make u so too. What is not
+sure about u itself (noise of the load, how much the contact will relax) is averaged over with the nodes of
+Gauss and Hermite [AbramowitzStegun1964]_.
+"""
+
+import math
+
+from vegrip.estimator.kernels.generated import (
+    CONSIDER0,
+    CONSIDERED_MU,
+    FRI_BASE_LN,
+    FRI_BASE_VAR,
+    FRI_PEAK,
+    REP_GAUGE_REL,
+    SET_SCATTER,
+    Floats,
+)
+from vegrip.estimator.kernels.roots import WIDE
+
+NODES = (
+    (0.0, 0.5333333333333333),
+    (1.355626179974266, 0.2220759220056126),
+    (2.8569700138728056, 0.01125741132772068),
+)
+"""Nodes on one side and weights for the mean over a standard normal variable."""
+
+FARTHEST = 8.0  # standard deviations above b; what holds more shows that b was wrong, not that it slips now
+
+
+def onset_probability(m: Floats, u: float, unsure: float) -> float:
+    """Probability of slip at utilisation ``u`` (at mu = 1), which is known to ``unsure`` (relative std)."""
+    if u <= 0.0:
+        return 0.0
+    spread = onset_spread(m)
+    x = (math.log(u) - m[FRI_BASE_LN]) / spread
+    known = (math.log(m[FRI_PEAK]) - m[FRI_BASE_LN]) / spread if m[FRI_PEAK] > 0.0 else -math.inf
+    beyond = max(known - FARTHEST, 0.0)
+    x, known = x - beyond, known - beyond
+    step = unsure / spread
+    total = 0.0
+    for node, weight in NODES:
+        total += weight * slipped_between(known, x + node * step)
+        if node > 0.0:
+            total += weight * slipped_between(known, x - node * step)
+    return total
+
+
+def onset_spread(m: Floats) -> float:
+    """Standard deviation of ``ln u*``: friction before this loading, scatter, error of N, a and k."""
+    friction_part = (math.sinh(WIDE * math.sqrt(m[CONSIDER0 + CONSIDERED_MU])) / WIDE) ** 2
+    rest = max(m[REP_GAUGE_REL] * m[REP_GAUGE_REL] - friction_part, 0.0)
+    return math.sqrt(m[FRI_BASE_VAR] + m[SET_SCATTER] * m[SET_SCATTER] + min(rest, 1e2))
+
+
+def slipped_between(known: float, x: float) -> float:
+    """``1 - Q(x) / Q(known)`` for x > known, else 0."""
+    if x <= known:
+        return 0.0
+    root = 0.7071067811865476
+    return 1.0 - math.erfc(x * root) / math.erfc(known * root)
