@@ -12,9 +12,10 @@ if TYPE_CHECKING:
     from vegrip.recording import Recording
 
 SRC = Annotated[
-    Path,
+    list[Path],
     typer.Argument(
-        help="Table (CSV, also .gz), CAN log (.asc, .blf), .mcap, rosbag, or a recording to go to .mcap."
+        help="Table (CSV, also .gz), CAN log (.asc, .blf), .mcap, rosbag, or a recording to go to .mcap. "
+        "Several tables or bags become the episodes of one recording."
     ),
 ]
 OUT = Annotated[
@@ -26,6 +27,7 @@ UNIT = Annotated[list[str] | None, typer.Option("--unit", help="CHANNEL=UNIT, e.
 RADIUS = Annotated[str, typer.Option(help="Radius of the fingertip, e.g. '8 mm'; overrides the map's.")]
 FINGERS = Annotated[str, typer.Option(help="CAN logs: fingers in the order of the bus, by commas.")]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+LOGS = (".asc", ".blf")
 BAGS = (".bag", ".db3", ".mcap")  # and a folder, of rosbag 2
 ALL = "thumb,index,middle,ring,little"
 
@@ -44,15 +46,20 @@ def import_(
 
     Example: vegrip import press.csv -o press --map t=time_s --map normal_force=F --unit normal_force=mN
     """
+    from vegrip.errors import UsageError
     from vegrip.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
     mapped = map_file is not None or bool(columns)
-    if output.suffix.lower() == ".mcap" or (src.suffix.lower() == ".mcap" and not mapped):
+    one = src[0]
+    alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
+    if len(src) > 1 and (alone or any(path.suffix.lower() in LOGS for path in src)):
+        raise UsageError("only tables and mapped bags go together; import MCAP files and CAN logs one by one")
+    if alone:
         _refuse_options({"--map": columns, "--unit": units, "--radius": radius, "--map-file": map_file})
-        found = _mcap(src, output)
-    elif src.suffix.lower() in (".asc", ".blf"):
-        found = _can_log(src, output, fingers, metres)
+        found = _mcap(one, output)
+    elif one.suffix.lower() in LOGS:
+        found = _can_log(one, output, fingers, metres)
     else:
         found = _mapped(src, output, map_file, columns or [], units or [], metres)
     _tell(found, as_json=as_json)
@@ -73,15 +80,19 @@ def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[P
 
 
 def _mapped(
-    src: Path, output: Path, map_file: Path | None, columns: list[str], units: list[str], radius: float
+    src: list[Path], output: Path, map_file: Path | None, columns: list[str], units: list[str], radius: float
 ) -> "Mapping[Path, Recording]":
     from vegrip.recording.column_map import ColumnMap, read_column_map, with_columns
     from vegrip.recording.import_csv import import_csv
+    from vegrip.recording.joined import joined
     from vegrip.recording.rosbag_import import import_rosbag
 
     chart = with_columns(read_column_map(map_file) if map_file else ColumnMap(), columns, units)
-    is_bag = src.is_dir() or src.suffix.lower() in BAGS
-    return _written({output: (import_rosbag if is_bag else import_csv)(src, chart, radius=radius)})
+    recordings = []
+    for path in src:
+        is_bag = path.is_dir() or path.suffix.lower() in BAGS
+        recordings.append((import_rosbag if is_bag else import_csv)(path, chart, radius=radius))
+    return _written({output: recordings[0] if len(recordings) == 1 else joined(recordings, output.name)})
 
 
 def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
