@@ -82,7 +82,9 @@ class Problem:
     ) -> None:
         self.model, self.measured = model, measured
         self._columns = measured.columns if like is None else like._columns
-        self._predictor = Predictor(model, self._columns)
+        asked = np.zeros(len(measured.recording))
+        asked[measured.seen], asked[measured.sliding] = 1.0, 2.0
+        self._predictor = Predictor(model, self._columns, asked=asked)
         self._vector = model.vector
         self.depth = model.reference_depth
         self.load = float(np.nanmax(np.abs(measured.force)))
@@ -153,7 +155,9 @@ class Problem:
         return vector, (self.depth * zero[:n][self._owner], self.load * zero[n:][self._owner])
 
     def table(self, u: Floats, instead: Mapping[str, float] | None = None) -> Floats:
-        """Return the prediction (n, 14), its normal force with the sensor's zero.
+        """Return the prediction (n, 14), radius and load only of rows that tell.
+
+        The normal force is with the zero of its sensor.
 
         ``instead``: values of parameters that are not among the unknowns.
         """

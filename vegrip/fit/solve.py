@@ -4,16 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
-from vegrip.fit.problem import AT, Problem
+from vegrip.fit.problem import AT, Problem, Unknowns
 from vegrip.fit.smoother import Floats
 
 Report = Callable[[str], None]
 
 ROUGH = 8  # evaluations of a start before the best one is chosen
 FINE = 40
-SETTLED = 1e-3  # of a standard deviation: the last step of a fit
+NEAR = 1e-4  # [nats] a step that foretells less is the last one
+DAMPED = 1e-3  # of the first step
 RATES = (0.1, 1.0, 10.0)  # factors on the rate of relaxation, the parameter with several minima
 
 
@@ -90,26 +90,70 @@ def _scaled(problem: Problem, u: Floats) -> Floats:
 
 
 def refine(problem: Problem, start: Floats, evaluations: int) -> Optimum:
-    """Minimise from one start with the noise as it is frozen."""
+    """Minimise from one start with the noise as it is frozen.
+
+    Damped Gauss-Newton steps within the bounds [Marquardt1963]_. Derivatives are as dear as all unknowns
+    together, so they are kept from step to step, corrected by what each step showed [Broyden1965]_, and taken
+    anew where that foretold little; ``evaluations`` limits the steps.
+    """
     k = problem.unknowns
     inside = 1e-9 * k.std
-    low, high = k.low, k.high
-    start = np.clip(
-        start, np.where(np.isfinite(low), low + inside, low), np.where(np.isfinite(high), high - inside, high)
-    )
+    u = np.clip(start, k.low + inside, k.high - inside)
+    r = problem.residual(u)
+    J, fresh = problem.jacobian(u, r), True
+    cost, damping = _cost(k, r, u), DAMPED
+    for _ in range(evaluations):
+        step, foretold = _step(k, u, r, J, damping)
+        if foretold < NEAR and not fresh:
+            J, fresh = problem.jacobian(u, r), True
+            step, foretold = _step(k, u, r, J, damping)
+        new = u + step
+        r_new = problem.residual(new)
+        found = cost - _cost(k, r_new, new)
+        if found >= 0.0:
+            z = step / k.std
+            if np.any(z):
+                J = J + np.outer((r_new - r - J @ step) / (z @ z), z / k.std)
+            was_fresh, fresh = fresh, False
+            u, r, cost = new, r_new, cost - found
+            if foretold < NEAR and was_fresh:
+                break
+            damping = damping / 10.0 if found > 0.5 * foretold else damping
+            if found < 0.25 * foretold:
+                J, fresh = problem.jacobian(u, r), True
+        elif foretold < NEAR:
+            break
+        elif fresh:
+            damping = 10.0 * max(damping, 1e-9)
+        else:
+            J, fresh = problem.jacobian(u, r), True
+    else:
+        J = J if fresh else problem.jacobian(u, r)
+    return Optimum(u, r, J, cost)
 
-    def cost(u: Floats) -> Floats:
-        return np.concatenate([problem.residual(u), (u - k.prior) / k.std])
 
-    def slope(u: Floats) -> Floats:
-        return np.vstack([problem.jacobian(u), np.diag(1.0 / k.std)])
+def _cost(k: Unknowns, r: Floats, u: Floats) -> float:
+    return 0.5 * float(r @ r) + 0.5 * float(np.sum(((u - k.prior) / k.std) ** 2))
 
-    found = least_squares(
-        cost, start, slope, bounds=(low, high), x_scale=k.std, method="trf",
-        max_nfev=evaluations, ftol=1e-9, xtol=SETTLED * 1e-3, gtol=1e-9,
-    )  # fmt: skip
-    rows = found.fun.size - k.std.size
-    return Optimum(found.x, found.fun[:rows], np.asarray(found.jac)[:rows], float(found.cost))
+
+def _step(k: Unknowns, u: Floats, r: Floats, J: Floats, damping: float) -> tuple[Floats, float]:
+    """Return the damped step, kept within the bounds, and the fall of the cost that it foretells [nats]."""
+    A = J.T @ J + np.diag(k.std**-2.0)
+    g = J.T @ r + (u - k.prior) / k.std**2
+    D = np.diag(A) * damping
+    free = ~(((u <= k.low) & (g > 0.0)) | ((u >= k.high) & (g < 0.0)))
+    step = np.zeros(u.size)
+    for _ in range(u.size):
+        if not free.any():
+            break
+        rest = g[free] + A[np.ix_(free, ~free)] @ step[~free]
+        step[free] = -np.linalg.solve(A[np.ix_(free, free)] + np.diag(D[free]), rest)
+        beyond = free & ((u + step < k.low) | (u + step > k.high))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(u + step, k.low, k.high)[beyond] - u[beyond]
+        free &= ~beyond
+    return step, -float(g @ step) - 0.5 * float(step @ A @ step)
 
 
 def covariance(problem: Problem, optimum: Optimum) -> Floats:

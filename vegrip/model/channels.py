@@ -42,7 +42,7 @@ QUANTITIES = (
 )
 """What :func:`predict` returns, and the columns of the compiled result."""
 
-Drive = Literal["displacement", "normal_force"]
+Drive = Literal["displacement", "normal_force", "either"]
 Load = Literal["measured", "model"]
 
 
@@ -69,9 +69,11 @@ class Predictor:
         model: its effects and initial states count, its values do not.
         recording: with the columns of a recording, or a mapping of them with ``t`` and perhaps ``episode``.
         drive: the channel that is given; the other one is predicted. A displacement that is missing within an
-            episode is taken linear.
+            episode is taken linear. ``either``: the displacement where there is one, else the normal force.
         load: what presses in the friction channels: the model's force corrected by what the sensor shows
             beyond it (so that an error of the normal force is not counted twice), or the model's force alone.
+        asked: (n,) what is wanted of each row: 2 all quantities, 1 those before the friction channels,
+            0 those before the radius; the others are NaN. All when not given.
         plain: run as uncompiled Python, for debugging.
 
     Raises:
@@ -86,10 +88,11 @@ class Predictor:
         *,
         drive: Drive = "displacement",
         load: Load = "measured",
+        asked: Floats | None = None,
         plain: bool = False,
     ) -> None:
         columns = _columns(recording)
-        if drive not in columns:
+        if drive != "either" and drive not in columns:
             raise ModelError(f"the recording has no {drive}; let another channel drive the model")
         self.t = columns["t"]
         n = self.t.size
@@ -98,12 +101,15 @@ class Predictor:
         none = np.full(n, np.nan)
         self._force = columns.get("normal_force", none)
         self._load = self._force if load == "measured" else none
-        self._motion = _motion(self.t, episode, columns[drive] if drive == "displacement" else None)
+        self._motion = _motion(self.t, episode, columns["displacement"] if drive != "normal_force" else None)
+        if drive == "either":
+            self._motion[np.isnan(columns["displacement"]) & np.isfinite(self._force)] = np.nan, 0.0
         self._by_force = bool(np.isnan(self._motion).any())
         self._outside = _outside(columns, n, model.reference_temperature)
         self._span = np.array([-model.reference_depth, model.tip_radius])
         lasting = [float(s.lasting) for e in model.effects for s in e.states]
         self._fresh = np.stack([model.initial_states, np.array(lasting)])
+        self._asked = np.full(n, 2.0) if asked is None else asked
         self._module = _module(model.effects, plain)
 
     def __call__(self, vector: Floats, zeros: tuple[ArrayLike, ArrayLike] = (0.0, 0.0)) -> Floats:
@@ -120,7 +126,7 @@ class Predictor:
         if self._by_force:
             self._module.depths(vector, self._fresh, *beside, motion, force, self._outside, self._span)
         out = np.empty((self.t.size, len(QUANTITIES)))
-        self._module.channels(vector, self._fresh, *beside, motion, load, self._outside, out)
+        self._module.channels(vector, self._fresh, *beside, motion, load, self._outside, self._asked, out)
         return out
 
 

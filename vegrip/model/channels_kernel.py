@@ -18,6 +18,7 @@ def channels(
     motion: Floats,
     normal: Floats,
     outside: Floats,
+    asked: Floats,
     out: Floats,
 ) -> None:
     """Fill the rows of ``out`` (n, 14), see :data:`vegrip.model.channels.QUANTITIES`.
@@ -30,7 +31,8 @@ def channels(
         motion: (n, 2) indentation [m] and speed [m/s].
         normal: (n,) measured normal force [N]; NaN takes that of the model.
         outside: (n, N_OUTSIDE), :data:`vegrip.effects.contract.OUTSIDE`.
-        out: receives the quantities.
+        asked: (n,) 2 for all quantities, 1 for none of the friction channels, 0 for none of the patch either.
+        out: receives the quantities; NaN where they are not asked for.
 
     """
     m = memory(values, fresh)
@@ -46,12 +48,18 @@ def channels(
         load = force
         if not math.isnan(normal[i]):
             load = max(force + normal[i] - sensed, 0.0)
-        a, k, mu = readout(m, 0, at, delta, speed, beside, x, elastic_force, load)
+        a = k = mu = math.nan
+        if asked[i] > 0.5:
+            a, k, mu = readout(m, 0, at, delta, speed, beside, x, elastic_force, load)
         if force == 0.0:
             a = 0.0  # lifted off, though the imposed indentation may lie above zero
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = delta, x, elastic_force, sensed
         out[i, 4], out[i, 5], out[i, 6], out[i, 7] = load, a, k, mu
-        slip_load(out, i, load, a, k, mu, outside[i, 1], outside[i, 2])
+        if asked[i] > 1.5:
+            slip_load(out, i, load, a, k, mu, outside[i, 1], outside[i, 2])
+        else:
+            for j in range(8, 14):
+                out[i, j] = math.nan
 
 
 def depths(
