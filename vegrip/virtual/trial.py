@@ -55,7 +55,7 @@ def run_trial(
     noise: SensorSettings,
     seed: int = 0,
     *,
-    temperature: float = 22.0,
+    temperature: float | Sequence[float] = 22.0,
     step: float = 1e-3,
     pause: float = 20.0,
     rings: int = 16,
@@ -65,7 +65,8 @@ def run_trial(
     """Put ``tip`` through ``protocol`` and measure it at ``noise.rate``.
 
     ``pause`` [s] lies between episodes and is not recorded; ``step`` [s] is that of the simulation. The same
-    seed gives the same trial, bit for bit. ``hidden`` names effects that the plain fingertip does not have,
+    seed gives the same trial, bit for bit. ``temperature`` [degrees Celsius] may be one for each episode.
+    ``hidden`` names effects that the plain fingertip does not have,
     with their parameters (:data:`vegrip.virtual.hidden.HIDDEN`).
     """
     bench = _Bench(tip, step, rings, spokes, make(hidden or {}))
@@ -75,13 +76,14 @@ def run_trial(
     truths: list[tuple[float, ...]] = []
     start = 0.0
     for number, episode in enumerate(protocol):
-        bench.reset(pause)
+        warm = temperature if isinstance(temperature, float) else temperature[number]
+        bench.reset(pause, warm)
         ticks = 0
         for ticks, segment in enumerate(_steps(bench, episode, step), 1):
             bench.slide(segment)
             if ticks % every == 0:
                 true = bench.truth()
-                for state in sensors.measure(bench.reading(temperature), start + ticks * step):
+                for state in sensors.measure(bench.reading(warm), start + ticks * step):
                     measured = [getattr(state, channel) for channel in (*CHANNELS, "slip")]
                     rows.append((state.stamp * 1e-9, number, *measured))
                     truths.append(true)
@@ -117,10 +119,11 @@ class _Bench:
         self._soft = Specimen(tip, step, hidden) if hidden else Fingertips([tip], step)
         self._grid = even_grid(rings, spokes)
 
-    def reset(self, pause: float) -> None:
+    def reset(self, pause: float, temperature: float) -> None:
         """Start an episode after ``pause`` [s]: recovered material, unbent bristles."""
         for one in self._hidden:
             one.start(pause)
+            one.warmed(temperature)
         self._soft.reset()
         self._drive = 0.0
         self._mu = self._tip.friction

@@ -11,7 +11,18 @@ from dataclasses import fields
 from vegrip.errors import ConfigError
 from vegrip.virtual.hidden.adhesion import Adhesion
 from vegrip.virtual.hidden.base import Hidden
+from vegrip.virtual.hidden.depth import Drainage, NonSeparable
 from vegrip.virtual.hidden.mount import Backlash, SeriesCompliance
+from vegrip.virtual.hidden.outside import (
+    Cogging,
+    Crack,
+    DayAndNight,
+    Magnet,
+    ShearShrinking,
+    SpeedBand,
+    TransferFilm,
+    WarmPeak,
+)
 from vegrip.virtual.hidden.patch import PressureProfile, RadiusLaw
 from vegrip.virtual.hidden.relaxations import PowerLawRelaxation, SecondRelaxation
 from vegrip.virtual.hidden.rubbing import (
@@ -20,11 +31,13 @@ from vegrip.virtual.hidden.rubbing import (
     RateDependentFriction,
     WetContact,
 )
-from vegrip.virtual.hidden.sensor import CrossTalk, ForceDrift, SensorLag
+from vegrip.virtual.hidden.sensor import CrossTalk, ForceDrift, GuideFriction, Saturation, SensorLag
 from vegrip.virtual.hidden.stiffness import ExponentialStiffness, HardCore
+from vegrip.virtual.hidden.viscous import FastDamping, RateStiffening
+from vegrip.virtual.hidden.warmth import Softening
 from vegrip.virtual.hidden.wear import Mullins, PermanentSet
 
-__all__ = ["HIDDEN", "Hidden", "make"]
+__all__ = ["HIDDEN", "OUTSIDE", "Hidden", "make"]
 
 HIDDEN: Mapping[str, type[Hidden]] = {
     "adhesion": Adhesion,
@@ -45,8 +58,27 @@ HIDDEN: Mapping[str, type[Hidden]] = {
     "wet_contact": WetContact,
     "contact_radius_law": RadiusLaw,
     "pressure_profile": PressureProfile,
+    "nonseparable_relaxation": NonSeparable,
+    "poroelastic_drainage": Drainage,
+    "rate_stiffening": RateStiffening,
+    "fast_damping": FastDamping,
+    "temperature_shift": Softening,
+    "guide_friction": GuideFriction,
+    "saturation": Saturation,
 }
 """By the names that a diagnosis gives them."""
+
+OUTSIDE: Mapping[str, type[Hidden]] = {
+    "cogging": Cogging,
+    "magnet": Magnet,
+    "day_and_night": DayAndNight,
+    "crack": Crack,
+    "transfer_film": TransferFilm,
+    "shear_shrinking": ShearShrinking,
+    "speed_band": SpeedBand,
+    "warm_peak": WarmPeak,
+}
+"""Effects that no catalogue has; each says in ``shows`` over which variables it is a curve."""
 
 
 def make(settings: Mapping[str, Mapping[str, float]]) -> tuple[Hidden, ...]:
@@ -58,11 +90,12 @@ def make(settings: Mapping[str, Mapping[str, float]]) -> tuple[Hidden, ...]:
     """
     made = []
     for name, given in settings.items():
-        if name not in HIDDEN:
-            raise ConfigError(f"hidden: there is no effect {name!r}; there are {', '.join(HIDDEN)}")
-        known = [f.name for f in fields(HIDDEN[name]) if f.init]  # type: ignore[arg-type]
+        every = {**HIDDEN, **OUTSIDE}
+        if name not in every:
+            raise ConfigError(f"hidden: there is no effect {name!r}; there are {', '.join(every)}")
+        known = [f.name for f in fields(every[name]) if f.init]  # type: ignore[arg-type]
         for key in given:
             if key not in known:
                 raise ConfigError(f"hidden {name}: unknown key {key!r}; known are {', '.join(known)}")
-        made.append(HIDDEN[name](**given))
+        made.append(every[name](**given))
     return tuple(made)

@@ -32,12 +32,25 @@ class Hidden:
         """Return the elastic force [N] at the indentation ``x`` that is felt."""
         return force
 
+    def more(self, x: float, elastic: float) -> float:
+        """Return what the material pushes more [N] at the end of a step than its relaxing past tells.
+
+        There the indentation is ``x`` [m] and the elastic force ``elastic`` [N].
+        """
+        return 0.0
+
     def pull(self, x: float) -> float:
         """Return the attraction of the surfaces [N] at indentation ``x``; negative x is a gap."""
         return 0.0
 
     def remember(self, x: float, force: float, dt: float) -> None:
         """Close a step of ``dt`` [s] that ended at indentation ``x`` [m] and normal force ``force`` [N]."""
+
+    def strained(self, elastic: float, x: float, dt: float) -> None:
+        """Close a step of ``dt`` [s] that ended at the elastic force ``elastic`` [N], indentation ``x``."""
+
+    def warmed(self, temperature: float) -> None:
+        """Take the temperature [degrees Celsius] of the coming episode."""
 
     def radius(self, a: float, x: float, tip_radius: float) -> float:
         """Return the contact radius [m]."""

@@ -1,5 +1,6 @@
 """A normal force sensor that shows something else than the normal force."""
 
+import math
 from dataclasses import dataclass, field
 
 from vegrip.virtual.hidden.base import Hidden
@@ -37,6 +38,50 @@ class CrossTalk(Hidden):
     def sensed(self, shown: float, tangential: float, dt: float) -> float:
         """Return the force with what talks across."""
         return shown + self.share * tangential
+
+
+@dataclass
+class Saturation(Hidden):
+    """The sensor ends at its full scale."""
+
+    limit: float = 1.5  # [N]
+
+    def sensed(self, shown: float, tangential: float, dt: float) -> float:
+        """Return the force as far as the scale goes."""
+        return min(shown, self.limit)
+
+
+@dataclass
+class GuideFriction(Hidden):
+    """The guide of the drive drags: bristles that bend over a short way, then slide (Dahl)."""
+
+    force: float = 0.02  # [N]
+    distance: float = 5e-6  # [m] over which they bend
+    _bent: float = field(default=0.0, init=False)
+    _at: float = field(default=0.0, init=False)
+    _before: float = field(default=0.0, init=False)
+
+    def start(self, pause: float) -> None:
+        """Begin unbent, the drive at its zero."""
+        self._bent = self._at = self._before = 0.0
+
+    def moved(self, position: float) -> float:
+        """Look where the drive stands."""
+        self._at = position
+        return position
+
+    def drive(self, mount: float) -> float:
+        """Look where the drive stands."""
+        self._at = mount
+        return mount
+
+    def sensed(self, shown: float, tangential: float, dt: float) -> float:
+        """Return the force with what drags."""
+        way = self._at - self._before
+        self._before = self._at
+        target = math.copysign(1.0, way)
+        self._bent = target + (self._bent - target) * math.exp(-abs(way) / self.distance)
+        return shown + self.force * self._bent
 
 
 @dataclass

@@ -19,12 +19,13 @@ class Specimen(Fingertips):
     def __init__(
         self, tip: FingertipSettings, step: float, hidden: Sequence[Hidden], fine: int = 1024
     ) -> None:
-        self._hidden = tuple(hidden)
+        self._hidden, self._changes = tuple(hidden), False
         super().__init__([tip], step, fine)
-        g = tip.relaxing()
+        self._g = tip.relaxing()
         for one in hidden:
-            g = one.relaxation(g)
-        self._history = History([g], step, fine)
+            self._g = one.relaxation(self._g)
+        self._history = History([self._g], step, fine)
+        self._changes = any(type(one).warmed is not Hidden.warmed for one in hidden)
         kinds = [type(one) for one in hidden]
         self._plain = all(
             kind.elastic is Hidden.elastic and kind.indentation is Hidden.indentation for kind in kinds
@@ -35,6 +36,8 @@ class Specimen(Fingertips):
     def reset(self) -> None:
         """Make the material recovered and out of contact; what lasts is with the hidden effects."""
         super().reset()
+        if self._changes:
+            self._history.reweigh([self._g])
         self.position = 0.0
         """Where the drive stands [m]."""
         self._pressed = 0.0
@@ -111,7 +114,9 @@ class Specimen(Fingertips):
 
     def _response(self, x: float) -> float:
         """Return what the material would push with [N] at the end of this step; below zero it lifts off."""
-        return float(self.past[0] + self.instant[0] * (self._elastic(x) - self.before[0]))
+        elastic = self._elastic(x)
+        more = sum(one.more(x, elastic) for one in self._hidden)
+        return float(self.past[0] + self.instant[0] * (elastic - self.before[0])) + more
 
     def _pull(self, x: float) -> float:
         return sum(one.pull(x) for one in self._hidden)
@@ -119,11 +124,15 @@ class Specimen(Fingertips):
     def _settle(self, x: float, pressed: float) -> None:
         """Close the step: the history keeps what the material feels, the sensor what is left of it."""
         force = pressed - self._pull(x)
-        self._close(np.array([x]), np.array([pressed]))
-        self._pressed = pressed
+        elastic = self._elastic(x) if pressed > 0.0 else float(self.before[0])
+        more = sum(one.more(x, elastic) for one in self._hidden)
+        largest = np.maximum(self._reference, pressed) if pressed > 0.0 else np.zeros(1)
+        self._close(np.array([x]), np.array([pressed - more]))
+        self._pressed, self._reference = pressed, largest
         self.force = np.array([force])
         for one in self._hidden:
             one.remember(x, force, self.step)
+            one.strained(float(self.before[0]), x, self.step)
 
 
 def _root(f: Callable[[float], float], low: float, high: float) -> float:
