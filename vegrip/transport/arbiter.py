@@ -5,8 +5,15 @@ first frames of all nodes the lowest arbitration field wins.
 """
 
 from collections import deque
+from typing import NamedTuple
 
 from vegrip.transport.frame_time import BusFrame
+
+
+class _Request(NamedTuple):
+    time: int  # [ns]
+    key: int  # of arbitration; the lower one wins
+    frame: BusFrame
 
 
 class Arbiter:
@@ -17,12 +24,15 @@ class Arbiter:
     """
 
     def __init__(self) -> None:
-        self._queues: dict[int, deque[tuple[int, BusFrame]]] = {}  # only those with a frame
+        self._queues: dict[int, deque[_Request]] = {}  # only those with a frame
         self._suspended: dict[int, int] = {}  # [ns] until when a node may not begin
 
     def request(self, time: int, node: int, frame: BusFrame) -> None:
         """Queue ``frame`` of ``node`` at ``time`` [ns]."""
-        self._queues.setdefault(node, deque()).append((time, frame))
+        queue = self._queues.get(node)
+        if queue is None:
+            queue = self._queues[node] = deque()
+        queue.append(_Request(time, frame.arbitration_key, frame))
 
     def suspend(self, node: int, until: int) -> None:
         """Let ``node`` begin no frame before ``until`` [ns]."""
@@ -33,21 +43,28 @@ class Arbiter:
         queue = self._queues.get(node)
         return len(queue) if queue else 0
 
+    @property
+    def queued(self) -> int:
+        """How many frames wait."""
+        return sum(map(len, self._queues.values()))
+
     def next_start(self, free: int) -> int | None:
         """Return when the next frame begins if the bus is free from ``free`` [ns] on; None: none waits."""
-        if not self._queues:
-            return None
-        if self._suspended:
-            return max(free, min(map(self._ready, self._queues)))
-        return max(free, min(queue[0][0] for queue in self._queues.values()))
+        earliest: int | None = None
+        for node in self._queues:
+            ready = self._ready(node)
+            if ready <= free:
+                return free
+            if earliest is None or ready < earliest:
+                earliest = ready
+        return earliest
 
     def winner(self, start: int) -> tuple[int, BusFrame]:
         """Return the node that wins the bus at ``start`` [ns], and its frame, which stays in the queue."""
-        node = min(
-            (node for node in self._queues if self._ready(node) <= start),
-            key=lambda node: (self._queues[node][0][1].arbitration_key, node),
+        _, node = min(
+            [(queue[0].key, node) for node, queue in self._queues.items() if self._ready(node) <= start]
         )
-        return node, self._queues[node][0][1]
+        return node, self._queues[node][0].frame
 
     def done(self, node: int) -> None:
         """Take the first frame of ``node`` out: it was sent."""
@@ -66,5 +83,5 @@ class Arbiter:
         self._suspended.clear()
 
     def _ready(self, node: int) -> int:
-        time = self._queues[node][0][0]
+        time = self._queues[node][0].time
         return max(time, self._suspended[node]) if node in self._suspended else time

@@ -29,18 +29,32 @@ def stuff_bit_by_bit(run: Run | None, bits: int, width: int) -> tuple[int, Run]:
     return stuffed, (value, length)
 
 
+class Stuffing:
+    """A state of the stuffing, with what each byte makes of it: the bits stuffed in, and the state after."""
+
+    __slots__ = ("after", "run")
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        self.after: list[tuple[int, Stuffing]] = []
+
+
 @cache
-def _stuffing_of_byte(run: Run) -> list[tuple[int, Run]]:
-    return [stuff_bit_by_bit(run, byte, 8) for byte in range(256)]
+def _states() -> dict[Run, Stuffing]:
+    states = {(value, length): Stuffing((value, length)) for value in (0, 1) for length in range(1, 6)}
+    for run, state in states.items():
+        after = (stuff_bit_by_bit(run, byte, 8) for byte in range(256))
+        state.after = [(stuffed, states[end]) for stuffed, end in after]
+    return states
 
 
 def stuff_bytes(run: Run, data: bytes) -> tuple[int, Run]:
     """Send ``data`` and return how many bits were stuffed in, as :func:`stuff_bit_by_bit` would."""
-    total = 0
+    total, state = 0, _states()[run]
     for byte in data:
-        stuffed, run = _stuffing_of_byte(run)[byte]
+        stuffed, state = state.after[byte]
         total += stuffed
-    return total, run
+    return total, state.run
 
 
 CRC15 = 0x4599

@@ -99,6 +99,11 @@ class BusModel:
         """Return how many frames of ``node`` wait for the bus or are on it."""
         return self._arbiter.waiting(node)
 
+    @property
+    def queued(self) -> int:
+        """How many frames of all nodes wait for the bus or are on it."""
+        return self._arbiter.queued
+
     def is_heard(self, node: int) -> bool:
         """Whether anybody would acknowledge a frame of ``node``."""
         return self._acknowledging > self._nodes[node].acknowledges
@@ -120,7 +125,7 @@ class BusModel:
         while True:
             if self._off:
                 self._recover(now, events)
-            current = self._begin(now)
+            current = self._current or self._begin(now)
             if current is None or current.end > now:
                 return events
             self._current = None
@@ -130,23 +135,25 @@ class BusModel:
         """Return when :meth:`advance` will have something to do [ns]; None: not before the next request."""
         if self._current is not None:
             return None if self._hopeless else self._current.end
-        times = [self._recovery(node) for node in self._off]
         start = self._arbiter.next_start(self._free)
-        return min([*times, start] if start is not None else times, default=None)
+        if not self._off:
+            return start
+        back = min(self._recovery(node) for node in self._off)
+        return back if start is None else min(start, back)
 
     # --- a frame begins
 
     def _begin(self, now: int) -> _Attempt | None:
-        """Return the frame on the bus, having put the next one there if its time has come."""
-        if self._current is None:
-            start = self._arbiter.next_start(self._free)
-            if start is not None and start <= now:
-                node, frame = self._arbiter.winner(start)
-                if frame.fd and self._nodes[node].state is ErrorState.PASSIVE:
-                    frame = frame._replace(error_state=True)
-                self._current = self._attempt(start, node, frame)
-                self._free = self._current.end
-                self._arbiter.resume()
+        """Put the next frame on the free bus if its time has come, and return it."""
+        start = self._arbiter.next_start(self._free)
+        if start is None or start > now:
+            return None
+        node, frame = self._arbiter.winner(start)
+        if frame.fd and self._nodes[node].state is ErrorState.PASSIVE:
+            frame = frame._replace(error_state=True)
+        self._current = self._attempt(start, node, frame)
+        self._free = self._current.end
+        self._arbiter.resume()
         return self._current
 
     def _attempt(self, start: int, node: int, frame: BusFrame) -> _Attempt:

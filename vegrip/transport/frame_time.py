@@ -107,17 +107,27 @@ def _classic_header(identifier: int, extended: bool, remote: bool, code: int) ->
 
 
 def _fd_bits(frame: BusFrame) -> tuple[int, int]:
-    width, stuffed, run = _fd_header(frame.identifier, frame.extended, frame.bit_rate_switch)
-    in_control, run = stuff_bit_by_bit(run, (frame.error_state << 4) | frame.code, 5)
+    nominal, fast, run = _fd_control(
+        frame.identifier, frame.extended, frame.bit_rate_switch, frame.error_state, frame.code
+    )
     in_data, _ = stuff_bytes(
         run, frame.data
     )  # a run of five at its end is broken by the first fixed stuff bit
-    crc = 4 + (17 if len(frame.data) <= 16 else 21)
-    fixed = 1 + crc // 4
-    delimiter = 1
-    return width + stuffed + _AFTER_CRC_FD, 5 + in_control + 8 * len(
-        frame.data
-    ) + in_data + crc + fixed + delimiter
+    return nominal, fast + in_data
+
+
+@lru_cache(maxsize=4096)
+def _fd_control(
+    identifier: int, extended: bool, switch: bool, error_state: bool, code: int
+) -> tuple[int, int, Run]:
+    """Return the bits at both bit rates, without those stuffed into the data, and the run before the data."""
+    width, stuffed, run = _fd_header(identifier, extended, switch)
+    in_control, run = stuff_bit_by_bit(run, (error_state << 4) | code, 5)
+    length = FD_SIZES[code]
+    crc = 4 + (17 if length <= 16 else 21)
+    fixed, delimiter = 1 + crc // 4, 1
+    fast = 5 + in_control + 8 * length + crc + fixed + delimiter
+    return width + stuffed + _AFTER_CRC_FD, fast, run
 
 
 @lru_cache(maxsize=4096)

@@ -31,6 +31,9 @@ from vegrip.transport.node_faults import NodeFaults
 LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
 LINGER = 1.0  # [s] the hub waits for somebody to come (back)
 TRANSMIT_QUEUE = 64  # frames of one member that may wait for the bus; then the member is not read
+AT_ONCE = int(
+    socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL
+)  # a number: to join the flags takes as long as to send
 BACKLOG = 4096  # frames kept for a member that does not read; then they are lost for it, as in any controller
 
 
@@ -80,8 +83,7 @@ class Member:
 
     def deliver(self, packet: bytes) -> None:
         """Send ``packet`` now or, when the member does not read, later; beyond ``BACKLOG`` never."""
-        delivered = not self._backlog and self._sent(packet)
-        if not delivered and len(self._backlog) < BACKLOG:
+        if (self._backlog or not self._sent(packet)) and len(self._backlog) < BACKLOG:
             self._backlog.append(packet)
 
     def flush(self) -> None:
@@ -91,7 +93,7 @@ class Member:
 
     def _sent(self, packet: bytes) -> bool:
         try:
-            self.connection.send(packet, socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
+            self.connection.send(packet, AT_ONCE)
         except BlockingIOError:
             return False
         except OSError:
@@ -118,9 +120,10 @@ class Hub:
                 alone_since = time.monotonic()
 
     def _step(self) -> None:
-        readers = [fd for fd, member in self._members.items() if self._has_room(member)]
-        if len(readers) < len(self._members):
+        readers = list(self._members)
+        if self._bus is not None and self._bus.queued >= TRANSMIT_QUEUE:  # else no queue can be full
             self._dismiss_the_dead()
+            readers = [fd for fd, member in self._members.items() if self._has_room(member)]
         writers = [fd for fd, member in self._members.items() if member.is_behind]
         door = self._listener.fileno()
         readable, writable, _ = select.select([door, *readers], writers, [], self._sleep())
@@ -163,8 +166,9 @@ class Hub:
         if sent.lost:
             return
         delivery = pack_delivery(sent, bus.busy)
-        for member in self._nodes.values():
-            if member.node not in (sent.node, sent.missed_by) or member.hears_itself:
+        deaf = sent.node, sent.missed_by
+        for node, member in self._nodes.items():
+            if node not in deaf or member.hears_itself:
                 member.hear(delivery)
 
     def _tell_state(self, change: StateChange) -> None:
@@ -195,7 +199,7 @@ class Hub:
     def _read(self, member: Member) -> None:
         while self._has_room(member):
             try:
-                packet = member.connection.recv(LARGEST, socket.MSG_DONTWAIT)
+                packet = member.connection.recv(LARGEST, AT_ONCE)
             except BlockingIOError:
                 return
             except OSError:

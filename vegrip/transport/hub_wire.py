@@ -16,6 +16,23 @@ _DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, leng
 _EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE, _ERROR = 1, 2, 4, 8, 16, 32
 
 
+class _Kind(NamedTuple):
+    """The flags of a frame, in the order of the fields of :class:`BusFrame`."""
+
+    extended: bool
+    remote: bool
+    fd: bool
+    bit_rate_switch: bool
+    error_state: bool
+
+
+_KINDS = [
+    _Kind(*(bool(flags & flag) for flag in (_EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE)))
+    for flags in range(_ERROR)
+]
+_FLAGS = {kind: flags for flags, kind in enumerate(_KINDS)}
+
+
 class Delivery(NamedTuple):
     """A frame that went over the bus, as every member gets it."""
 
@@ -71,28 +88,13 @@ def unpack_delivery(packet: bytes) -> Delivery | None:
 
 
 def _flags(frame: BusFrame) -> int:
-    return (
-        _EXTENDED * frame.extended
-        | _REMOTE * frame.remote
-        | _FD * frame.fd
-        | _SWITCH * frame.bit_rate_switch
-        | _ERROR_STATE * frame.error_state
-    )
+    return _FLAGS[frame[2:7]]
 
 
 def _frame(identifier: int, flags: int, code: int, data: bytes) -> BusFrame | None:
-    fd, remote = bool(flags & _FD), bool(flags & _REMOTE)
-    if code > (15 if fd else 8) or identifier >> (29 if flags & _EXTENDED else 11):
+    kind = _KINDS[flags % _ERROR]
+    if code > (15 if kind.fd else 8) or identifier >> (29 if kind.extended else 11):
         return None
-    if len(data) != (0 if remote else FD_SIZES[code]):
+    if len(data) != (0 if kind.remote else FD_SIZES[code]):
         return None
-    return BusFrame(
-        identifier,
-        data,
-        extended=bool(flags & _EXTENDED),
-        remote=remote,
-        fd=fd,
-        bit_rate_switch=bool(flags & _SWITCH),
-        error_state=bool(flags & _ERROR_STATE),
-        length_code=code,
-    )
+    return BusFrame(identifier, data, *kind, code)

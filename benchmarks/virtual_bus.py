@@ -1,0 +1,177 @@
+"""What the virtual CAN bus costs beside what has no arbitration, no bit rate and no errors.
+
+* A frame through the model of the bus, on a simulated clock, against python-can's ``virtual`` from send to
+  receive.
+* Processor time of the hub per frame, four members on the wall clock, against a process that copies every
+  packet to the other members and does nothing else.
+"""
+
+import json
+import math
+import select
+import socket
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
+from itertools import cycle
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from pathlib import Path
+from random import Random
+
+import can
+from vegrip.benchmarks._timing import compared
+
+from vegrip.transport.bus_model import BusModel
+from vegrip.transport.frame_time import BitTiming, BusFrame
+from vegrip.transport.hub import AT_ONCE, Hub
+from vegrip.transport.hub_wire import LARGEST, VERSION, pack_request
+
+MEMBERS = 4
+MOST = 1000  # packets taken in one go
+FINGERS, PERIOD = 5, 0.002  # [s]
+ROUNDS = 1500
+RANDOM = Random(1)  # noqa: S311 (no secret)
+FRAMES = [
+    BusFrame(0x200 + i % FINGERS, RANDOM.randbytes(32), fd=True, bit_rate_switch=True) for i in range(500)
+]
+
+
+def run() -> dict[str, dict[str, float]]:
+    """Measure both."""
+    with ExitStack() as stack:
+        ends = [
+            stack.enter_context(
+                can.Bus(interface="virtual", channel="bench", protocol=can.CanProtocol.CAN_FD)
+            )
+            for _ in range(MEMBERS)
+        ]
+        model = compared(_through_the_model(), _through_python_can(ends))
+    ours, theirs = _hub_time(_hub, _greeting()), _hub_time(_copy, b"")
+    return {
+        "bus_model_frame_vs_python_can_virtual": model,
+        "hub_cpu_per_frame_vs_copying": {"ours_us": ours, "theirs_us": theirs, "ratio": theirs / ours},
+    }
+
+
+def _through_the_model() -> Callable[[], object]:
+    bus, frames = BusModel(BitTiming()), cycle(FRAMES)
+    for node in range(MEMBERS):
+        bus.attach(node)
+    now = 0
+
+    def send() -> object:
+        nonlocal now
+        bus.request(now, now & 3, next(frames))
+        bus.advance(now)
+        now += 200_001
+        return bus.advance(now)
+
+    return send
+
+
+def _through_python_can(ends: list[can.BusABC]) -> Callable[[], object]:
+    messages = cycle(
+        can.Message(arbitration_id=f.identifier, data=f.data, is_extended_id=False, is_fd=True)
+        for f in FRAMES
+    )
+
+    def send() -> object:
+        ends[0].send(next(messages))
+        return [end.recv(0.0) for end in ends[1:]]
+
+    return send
+
+
+# --- the hub as a process
+
+
+def _greeting() -> bytes:
+    return json.dumps({"version": VERSION, "timing": {}}).encode()
+
+
+def _hub(listener: socket.socket) -> None:
+    Hub(listener).serve()
+
+
+def _copy(listener: socket.socket) -> None:
+    """Bring every packet to all other members until the last has left."""
+    members = [listener.accept()[0] for _ in range(MEMBERS)]
+    while members:
+        for sender in select.select(members, [], [])[0]:
+            try:
+                packet = sender.recv(LARGEST)
+            except ConnectionResetError:  # it left without reading all
+                packet = b""
+            if not packet:
+                members.remove(sender)
+            for member in members:
+                if packet and member is not sender:
+                    with suppress(OSError):  # it does not read, or has left
+                        member.send(packet, AT_ONCE)
+
+
+def _hub_time(serve: Callable[[socket.socket], None], greeting: bytes) -> float:
+    """Return the processor time [us] of the process that serves, per frame."""
+    with tempfile.TemporaryDirectory(prefix="vg-") as folder, closing(_listener(Path(folder))) as listener:
+        ours, theirs = get_context("fork").Pipe()
+        process = get_context("fork").Process(target=_timed, args=(serve, listener, theirs))
+        process.start()
+        with _members(Path(folder), greeting) as members:
+            frames = _traffic(members)
+        process.join()
+        used: float = ours.recv() if ours.poll() else math.nan
+    return used / frames * 1e6
+
+
+def _listener(folder: Path) -> socket.socket:
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    listener.bind(str(folder / "bus"))
+    listener.listen(MEMBERS)
+    return listener
+
+
+def _timed(serve: Callable[[socket.socket], None], listener: socket.socket, answer: Connection) -> None:
+    start = time.process_time()
+    serve(listener)
+    answer.send(time.process_time() - start)
+
+
+@contextmanager
+def _members(folder: Path, greeting: bytes) -> Iterator[list[socket.socket]]:
+    with ExitStack() as stack:
+        members = []
+        for _ in range(MEMBERS):
+            member = stack.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET))
+            member.connect(str(folder / "bus"))
+            if greeting:
+                member.send(greeting)
+                member.recv(LARGEST)
+            member.setblocking(False)
+            members.append(member)
+        yield members
+
+
+def _traffic(members: list[socket.socket]) -> int:
+    """Let the first member send states as fingers do, and the second answer each; return how many frames."""
+    sent, due, frames = 0, time.monotonic(), cycle(FRAMES)
+    for _ in range(ROUNDS):
+        due += PERIOD
+        time.sleep(max(due - time.monotonic(), 0.0))
+        heard = [_take_all(member) for member in members]
+        for member, count in ((members[0], FINGERS), (members[1], heard[1])):
+            for _ in range(count):
+                member.send(pack_request(time.monotonic_ns(), next(frames)))
+                sent += 1
+    return sent
+
+
+def _take_all(member: socket.socket) -> int:
+    """Receive what is there; return how many packets it was."""
+    for count in range(MOST):
+        try:
+            member.recv(LARGEST)
+        except BlockingIOError:
+            return count
+    return MOST
