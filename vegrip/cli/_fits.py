@@ -71,10 +71,18 @@ def print_fit(fit: "Fit") -> None:
     console.print(
         f"zeros: displacement {zeros['displacement']:.3g} m, normal force {zeros['normal_force']:.3g} N"
     )
-    for channel, source in told["noise"]["source"].items():
-        console.print(f"noise of {channel}: {source}")
+    print_noise(told["noise"])
     for sentence in told["warnings"]:
         console.print(f"- {sentence}", markup=False)
+
+
+def print_noise(noise: dict[str, Any]) -> None:
+    """Say how large the noise of every channel was taken to be, and where that comes from."""
+    console = Console(highlight=False)
+    for channel, source in noise["source"].items():
+        size = f"{noise[channel]:.3g}, " if noise.get(channel) else ""
+        slow = f", {noise['slow_time']:.2g} s" if channel == "slow_force" and noise["slow_force"] else ""
+        console.print(f"noise of {channel}: {size}{source}{slow}", soft_wrap=True)
 
 
 def channel_table(channels: dict[str, Any]) -> Any:

@@ -88,5 +88,7 @@ def _print(found: "Diagnosis") -> None:
     if told["experiment"]:
         for name, text in told["experiment"]["suggestions"].items():
             console.print(f"to tell {name}: {text}", markup=False)
+    for channel, source in told["noise"].items():
+        console.print(f"noise of {channel}: {source}", soft_wrap=True)
     for sentence in told["warnings"]:
         console.print(f"- {sentence}", markup=False)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.errors import RecordingError
+from vegrip.fit.events import Event, events
 from vegrip.fit.motion import Motion, motion_of
 from vegrip.fit.noise import LEAST_AIR, Noise, in_air
 from vegrip.fit.smoother import Floats
@@ -37,6 +38,7 @@ class Measured:
         seen: (m,) rows with a contact radius.
         outliers: channel -> how many rows were taken out.
         tare: channel -> what it showed in air, which was taken off.
+        events: sudden losses of force, whose rows were taken out.
 
     """
 
@@ -50,6 +52,7 @@ class Measured:
     seen: NDArray[np.int64]
     outliers: dict[str, int]
     tare: dict[str, float]
+    events: tuple[Event, ...] = ()
 
     @property
     def columns(self) -> dict[str, Floats]:
@@ -96,6 +99,9 @@ def prepare(recording: Recording, noise: Noise) -> Measured:
     wild["normal_force"] = spikes(force, noise.normal_force, first)
     depth[wild["displacement"]] = np.nan
     force[wild["normal_force"]] = np.nan
+    lost = tuple(events(recording.t, first, depth, force, noise.normal_force))
+    for one in lost:
+        force[one.rows] = np.nan
     return Measured(
         recording,
         noise,
@@ -106,6 +112,7 @@ def prepare(recording: Recording, noise: Noise) -> Measured:
         _seen(recording, noise),
         {name: int(np.count_nonzero(rows)) for name, rows in wild.items() if rows.any()},
         tare,
+        lost,
     )
 
 

@@ -1,4 +1,4 @@
-"""How well the sensors of a recording measure: as stated, checked in air, else from the signals themselves.
+"""How well the sensors of a recording measure: as stated, checked on replicates or in air, else from signals.
 
 Noise that is white stands out in differences of neighbouring samples, where motion and contact hardly show:
 the third difference of white noise has the variance ``20 sigma^2``.
@@ -10,13 +10,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vegrip.fit.replicates import noise_of_pairs, pairs
 from vegrip.fit.smoother import Floats
+from vegrip.fit.wandering import Wandering, wandering
 from vegrip.fit.whitening import ForceNoise
 from vegrip.recording import Recording
 from vegrip.recording.channels import noise_name
 
 SERVED = ("normal_force", "displacement", "tangential_force_x", "torque_z", "contact_radius")
 LEAST_AIR = 100  # rows in air from which their scatter is believed
+ABOUT = 5  # samples to either side of one that is at rest
+STATED = "stated by the recording"
+NEIGHBOURS = "differences of neighbouring samples"
 DISAGREE = 1.4  # stated and found noise differ by more than this factor
 
 
@@ -41,41 +46,87 @@ class Noise:
 
 
 def noise_of(recording: Recording) -> Noise:
-    """Return the noise of ``recording``; what it does not state is taken from its own differences."""
+    """Return the noise of ``recording``: as it is stated, else from differences of neighbouring samples.
+
+    The force is checked, and its slow wandering found, where nothing but noise acts: in the differences of
+    replicate episodes if there are some, else at rest in air.
+    """
     values: dict[str, float] = {}
     source: dict[str, str] = {}
-    doubts: list[str] = []
     for channel in SERVED:
         if channel not in recording.columns:
             continue
         name, column = noise_name(channel), recording.columns[channel]
         stated = recording.sensors.get(name, math.nan)
         if stated > 0.0:
-            values[name], source[name] = stated, "stated by the recording"
+            values[name], source[name] = stated, STATED
         else:
-            values[name], source[name] = (
-                rough(column, recording.episode),
-                "differences of neighbouring samples",
-            )
-    air = in_air(recording)
-    if "normal_force" in values and np.count_nonzero(air) >= LEAST_AIR:
-        found = rough(recording.columns["normal_force"][air], recording.episode[air])
-        ratio = found / values["normal_force"]
-        if not 1.0 / DISAGREE < ratio < DISAGREE:
-            doubts.append(
-                f"the force scatters by {found:.3g} N in air, but its noise is stated as "
-                f"{values['normal_force']:.3g} N; the measured one is used"
-            )
-            values["normal_force"], source["normal_force"] = found, "scatter in air"
+            values[name], source[name] = rough(column, recording.episode), NEIGHBOURS
+    doubts: list[str] = []
+    found, where = _seen(recording, values)
+    if found is not None:
+        white = found.white
+        ratio = white / values["normal_force"]
+        if source["normal_force"] == NEIGHBOURS or not 1.0 / DISAGREE < ratio < DISAGREE:
+            if source["normal_force"] == STATED:
+                doubts.append(
+                    f"the force scatters by {white:.3g} N ({where}), but its noise is stated as "
+                    f"{values['normal_force']:.3g} N; the measured one is used"
+                )
+            values["normal_force"], source["normal_force"] = white, where
+        source["slow_force"] = where if found.slow > 0.0 else f"none seen ({where})"
     return Noise(
         values.get("normal_force", math.nan),
         values.get("displacement", 0.0),
         values.get("tangential_force", math.nan),
         values.get("torque_z", math.nan),
         values.get("contact_radius", math.nan),
+        found.slow if found is not None else 0.0,
+        found.time if found is not None else 2.0,
         source=source,
         doubts=tuple(doubts),
     )
+
+
+def _seen(recording: Recording, known: Mapping[str, float]) -> tuple[Wandering | None, str]:
+    """Return the noise of the force where nothing but noise acts, and where that was."""
+    if not {"normal_force", "displacement"} <= set(recording.columns):
+        return None, ""
+    white = known["normal_force"]
+    if not white > 0.0:
+        return None, ""
+    same = pairs(recording, known["displacement"])
+    if same:
+        plural = "s" if len(same) > 1 else ""
+        return noise_of_pairs(recording, same, white), f"{len(same)} pair{plural} of replicate episodes"
+    air = in_air(recording)
+    rest = at_rest(recording, air, known["displacement"])
+    if np.count_nonzero(rest) < LEAST_AIR:
+        if np.count_nonzero(air) < LEAST_AIR:
+            return None, ""
+        scatter = rough(recording.columns["normal_force"][air], recording.episode[air])
+        return Wandering(scatter, 0.0, 2.0, 0.0), "scatter in air"
+    t = recording.t
+    y = np.where(rest, recording.columns["normal_force"], np.nan)
+    first = np.r_[1.0, np.zeros(t.size - 1)]
+    drift = (t - t.mean()) / max(t[-1] - t[0], 1e-300)
+    guess = rough(recording.columns["normal_force"][rest], recording.episode[rest])
+    return wandering(t, first, y, np.column_stack([np.ones(t.size), drift]), guess), "scatter in air"
+
+
+def at_rest(recording: Recording, rows: np.ndarray, noise: float) -> np.ndarray:
+    """Return those of ``rows`` (n,) about which the displacement stays within its ``noise`` [m]."""
+    depth = recording.columns["displacement"]
+    n = depth.size
+    out = np.zeros(n, dtype=bool)
+    if n <= 2 * ABOUT:
+        return out
+    middle = slice(ABOUT, n - ABOUT)
+    moved = np.abs(depth[2 * ABOUT :] - depth[: -2 * ABOUT])
+    same = recording.episode[2 * ABOUT :] == recording.episode[: -2 * ABOUT]
+    calm = rows[middle] & rows[2 * ABOUT :] & rows[: -2 * ABOUT]
+    out[middle] = calm & same & (moved <= 6.0 * noise)
+    return out
 
 
 def rough(values: Floats, episode: Floats | np.ndarray) -> float:

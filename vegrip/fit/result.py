@@ -128,6 +128,8 @@ class Fit:
                 "source": dict(noise.source),
                 "normal_force": noise.normal_force,
                 "displacement": noise.displacement,
+                "slow_force": noise.slow_force,
+                "slow_time": noise.slow_time,
             },
             "outliers": self.problem.measured.outliers,
             "warnings": self.warnings(),
@@ -144,6 +146,14 @@ def _warnings(fit: Fit) -> Iterator[str]:
     yield from problem.measured.noise.doubts
     for channel, count in problem.measured.outliers.items():
         yield f"{count} single outlier(s) of {channel} were left out"
+    for event in problem.measured.events:
+        count = int(
+            np.count_nonzero(np.isfinite(problem.measured.recording.columns["normal_force"][event.rows]))
+        )
+        yield (
+            f"at {event.time:.4g} s the force falls by {event.loss:.3g} N and no motion explains it (a slip, "
+            f"a tear?); {count} rows until it is long back were left out"
+        )
     yield from _missing(fit)
     for j, name in enumerate(k.names):
         found = fit.declared(name)

@@ -1,0 +1,85 @@
+"""Slow wandering of a sensor, beside its white noise: an Ornstein-Uhlenbeck process by maximum likelihood.
+
+    ``y = X b + w + e``,   ``w+ = w exp(-dt / tau) + noise``,   ``e ~ N(0, white^2)``
+
+in stretches where nothing else acts: clear of the surface, or in the difference of two episodes with the same
+motion. X holds what is no noise there (a constant, a drift, another gain); its coefficients b are integrated
+out (restricted likelihood [PattersonThompson1971]_: profiled out, they take a third of the slow part along).
+The slow part is believed when the likelihood pays for its two parameters.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import OptimizeResult, minimize
+
+from vegrip.fit.motion import Motion
+from vegrip.fit.smoother import Floats
+from vegrip.fit.whitening import ForceNoise, Whitener
+
+PAYS = 8.0  # [nats] that the slow part has to gain
+TIMES = (0.3, 1.0, 3.0, 10.0)  # [s] where the search begins
+
+
+@dataclass(frozen=True)
+class Wandering:
+    """White std, slow std and its time constant; slow is 0 where it does not pay."""
+
+    white: float
+    slow: float
+    time: float
+    gain: float  # [nats] of the slow part
+
+
+def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> Wandering:
+    """Estimate the noise of ``y`` (n,), NaN where it does not count, beside ``X`` (n, m).
+
+    ``first`` is 1 where a stretch begins that does not know of the one before; ``rough``: a guess of the
+    white std, same unit as y.
+    """
+    used = np.isfinite(y).astype(np.float64)
+    columns = np.nan_to_num(np.column_stack([y, X]))
+    n = t.size
+    still = Motion(y, np.zeros(n), np.zeros((n, 2)), np.zeros(n), np.zeros((n, 3)))
+    nowhere = np.zeros(n)
+    longest = max((t[-1] - t[0]) / 3.0, 1e-9)
+
+    def cost(noise: ForceNoise) -> float:
+        whitener = Whitener(t, first, still, nowhere, noise, used)
+        white = whitener(columns)
+        G = white.T @ white
+        if G.shape[0] == 1:
+            return 0.5 * float(G[0, 0]) + whitener.log_scale
+        L = np.linalg.cholesky(G[1:, 1:] + 1e-12 * np.diag(np.diag(G)[1:]))
+        along = np.linalg.solve(L, G[1:, 0])
+        return 0.5 * float(G[0, 0] - along @ along) + whitener.log_scale + float(np.sum(np.log(np.diag(L))))
+
+    def alone(p: Floats) -> float:
+        return cost(ForceNoise(rough * float(np.exp(np.clip(p[0], -5.0, 5.0)))))
+
+    def both(p: Floats) -> float:
+        a, b, c = np.clip(p, (-5.0, -7.0, -7.0), (5.0, 5.0, 7.0))
+        time = min(float(np.exp(c)), longest)
+        return cost(ForceNoise(rough * float(np.exp(a)), rough * float(np.exp(b)), time))
+
+    plain = _least(alone, np.array([0.0]))
+    white = rough * float(np.exp(plain.x[0]))
+    starts = [[plain.x[0], -0.7, float(np.log(time))] for time in TIMES if time < longest]
+    if not starts:
+        return Wandering(white, 0.0, 2.0, 0.0)
+    best = min(starts, key=lambda p: both(np.array(p)))
+    found = _least(both, np.array(best))
+    gain = float(plain.fun - found.fun)
+    if gain < PAYS:
+        return Wandering(white, 0.0, 2.0, max(gain, 0.0))
+    a, b, c = (float(v) for v in found.x)
+    return Wandering(rough * float(np.exp(a)), rough * float(np.exp(b)), min(float(np.exp(c)), longest), gain)
+
+
+def _least(cost: Callable[[Floats], float], start: Floats) -> OptimizeResult:
+    """Minimise by simplex; its first steps given, because scipy's are relative and one start is ln 1 = 0."""
+    simplex = np.vstack([start, *(start + 0.3 * row for row in np.eye(start.size))])
+    options: Any = {"xatol": 1e-2, "fatol": 1e-2, "initial_simplex": simplex}
+    return minimize(cost, start, method="Nelder-Mead", options=options)
