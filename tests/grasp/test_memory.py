@@ -25,7 +25,7 @@ def test_it_looks_at_the_pace_of_the_health_reports_and_keeps_at_the_end(make_no
     node.activate()
     memory.looked.clear()
     for i in range(1000):
-        node.on_message(state(i), i * 2 * MS)
+        list(node.on_message(state(i), i * 2 * MS))
     assert len(memory.looked) == 10, "2 s at 500 Hz, health every 0.2 s"
     assert memory.kept == 0, "no file is written while a finger holds"
     node.deactivate()

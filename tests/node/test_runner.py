@@ -8,7 +8,7 @@ import pytest
 
 from vegrip.clock import NS, SimulatedClock
 from vegrip.errors import UsageError
-from vegrip.messages import FingertipState, ForceCommand, Lifecycle, NodeStatus, Reason
+from vegrip.messages import FingertipState, ForceCommand, Lifecycle, ModelHealth, NodeStatus, Reason
 from vegrip.node import NodeBase
 from vegrip.node.runner import LoopSettings, Runner
 from vegrip.transport.pair import pair
@@ -72,6 +72,41 @@ def test_a_state_is_answered_in_the_step_that_receives_it(rig):
     rig.state(force=1.5)
     rig.runner.step()
     assert [command.normal_force for command in rig.answers()] == [3.0]
+
+
+class Talker(Follower):
+    """Reports after each command, which takes its time."""
+
+    def on_message(self, message, now):
+        yield from super().on_message(message, now)
+        self.clock.advance(0.001)
+        yield ModelHealth(self.clock.now(), message.finger, message.seq)
+
+
+def test_no_command_waits_for_the_report_of_another_finger():
+    rig = Rig()
+    rig.runner.managed.node = Talker(rig.clock)
+    rig.runner.start()
+    rig.runner.step()
+    for finger in ("thumb", "index", "middle"):
+        rig.state(finger=finger)
+    rig.runner.step()
+    kinds = [type(message) for message in rig.answers((ForceCommand, ModelHealth))]
+    assert kinds == [ForceCommand] * 3 + [ModelHealth] * 3
+    assert rig.runner.statistics.latency.maximum == 0
+
+
+def test_what_a_node_that_fails_in_its_report_had_commanded_has_been_sent(rig):
+    def answer(message, now):
+        yield from Follower.on_message(rig.node, message, now)
+        raise ZeroDivisionError("a mistake in the report")
+
+    rig.node.on_message = answer
+    rig.state(force=1.5)
+    rig.runner.step()
+    assert rig.answers()[0].normal_force == 3.0
+    assert rig.runner.state is Lifecycle.INACTIVE
+    assert rig.runner.managed.faults == {"fault ZeroDivisionError": 1}
 
 
 def test_messages_before_activation_are_not_processed():

@@ -1,6 +1,7 @@
 """The node that grips: any number of fingers, each with its own estimator, watchdog and controller."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
 
 from vegrip.control.confidence import each_confidence
 from vegrip.control.fail_safe import FailSafe
@@ -19,7 +20,8 @@ from vegrip.node import NodeBase
 class GraspForce(NodeBase):
     """FingertipState in; ForceCommand, ContactEstimate, SlipMargin and ModelHealth out.
 
-    The command comes first of every answer, because it is the one that is waited for.
+    The command comes first of every answer, because it is the one that is waited for. The reports are worked
+    out when they are taken.
 
     Args:
         name: of the node.
@@ -124,7 +126,7 @@ class GraspForce(NodeBase):
             self.rejected["unknown finger"] += 1
             return ()
         finger.sense(message, now, self._wanted, self.parameters.report_period)
-        return [*self._commands([finger], now), *self._reports(finger, now)]
+        return chain(self._commands([finger], now), self._reports(finger, now))
 
     def on_tick(self, now: int) -> Iterable[Message]:
         """Watch for silence; renew commands before they expire."""
@@ -170,7 +172,7 @@ class GraspForce(NodeBase):
         started = {f.name: f.controller.need for f in self.fingers.values() if f.controller.started}
         return self._shared(started).get(finger.name, 0.0)
 
-    def _reports(self, finger: GraspFinger, now: int) -> list[Message]:
+    def _reports(self, finger: GraspFinger, now: int) -> Iterator[Message]:
         if finger.health_due(now, self.parameters.health_period):
             self._memory.look(finger.name, now)
-        return list(finger.reports(now, self.parameters.report_period, self.parameters.health_period))
+        yield from finger.reports(now, self.parameters.report_period, self.parameters.health_period)

@@ -2,7 +2,7 @@
 
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from vegrip.clock import NS
@@ -48,11 +48,17 @@ class ManagedNode:
         self.state = target
         self.on_hold = False
 
-    def on_message(self, message: Message, now: int) -> Sequence[Message]:
-        """Let an active node answer; nothing from any other."""
+    def on_message(self, message: Message, now: int) -> Iterator[Message]:
+        """Let an active node answer, as far as the answers are taken; nothing from any other."""
         if self.state is not Lifecycle.ACTIVE:
-            return ()
-        return self._remembered(self._guarded(self.node.on_message, now, message, now))
+            return
+        try:
+            for answer in self.node.on_message(message, now):
+                yield self._hold.remembered(answer)
+                if self.state is not Lifecycle.ACTIVE:
+                    return
+        except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
+            self._fault(error, now)
 
     def on_tick(self, now: int) -> Sequence[Message]:
         """Let an active node act, or hold the last safe commands of a failed one."""

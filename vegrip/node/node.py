@@ -42,7 +42,12 @@ class Node(Protocol):
         """Forget what ``configure`` built."""
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
-        """Answer one message with any number of messages."""
+        """Answer one message with any number of messages.
+
+        A ForceCommand is sent at once. What comes after the first one is taken when no other message waits
+        to be answered: a lazy iterable thereby lets the commands of all fingers leave before any report is
+        worked out.
+        """
 
     def on_tick(self, now: int) -> Iterable[Message]:
         """Do what is due by the clock; called once per tick period."""

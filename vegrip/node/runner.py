@@ -2,7 +2,7 @@
 
 import gc
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from vegrip.clock import NS, Clock
@@ -20,6 +20,7 @@ LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the ti
 BACKLOG = (
     100  # drains of the bus before activation; a bus that never runs dry must not keep the node from starting
 )
+MOST_UNFINISHED = 64  # answers put off while states come without end
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,7 @@ class Runner:
         self._telemetry = telemetry
         self._status_schedule = Schedule(settings.status_period)
         self._stop = False
+        self._unfinished: list[Iterator[Message]] = []  # answers of which the command has been sent
         self._more = False  # the last look at the bus may have left something there
         self.running = False  # whether run() has begun
 
@@ -111,9 +113,10 @@ class Runner:
     def step(self) -> None:
         """Wait for messages or the next tick, whichever comes first, and serve it."""
         wait = (self.due - self._clock.now()) / NS
-        messages = self._gather(min(max(wait, 0.0), LONGEST_WAIT))
-        for message, arrived in zip(messages, self._endpoint.arrivals, strict=True):
-            self._answer(message, arrived)
+        self._answer_all(self._gather(min(max(wait, 0.0), LONGEST_WAIT)))
+        while 0 < len(self._unfinished) < MOST_UNFINISHED and (more := self._endpoint.receive(0.0)):
+            self._answer_all(more)
+        self._finish()
         self.inbox.serve()
         now = self._clock.now()
         if now >= self.schedule.due:
@@ -132,12 +135,28 @@ class Runner:
         self._more = bool(messages)
         return messages
 
+    def _answer_all(self, messages: Sequence[Message]) -> None:
+        for message, arrived in zip(messages, self._endpoint.arrivals, strict=True):
+            self._answer(message, arrived)
+
     def _answer(self, message: Message, arrived: int) -> None:
         if isinstance(message, FingertipState) and self.state is Lifecycle.ACTIVE:
             self.statistics.state(message.finger, arrived)
         if self._telemetry is not None:
             self._telemetry.offer(message, Direction.IN)
-        self._send(self.managed.on_message(message, self._clock.now()))
+        answers = self.managed.on_message(message, self._clock.now())
+        for answer in answers:
+            self._send((answer,))
+            if isinstance(answer, ForceCommand):
+                self._unfinished.append(answers)
+                return
+
+    def _finish(self) -> None:
+        """Send what was to come after the commands."""
+        for answers in self._unfinished:
+            for answer in answers:
+                self._send((answer,))
+        self._unfinished.clear()
 
     def _tick(self, now: int) -> None:
         self.statistics.ticked(self.schedule.take(now))

@@ -30,7 +30,7 @@ _KINDS = [
     _Kind(*(bool(flags & flag) for flag in (_EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE)))
     for flags in range(_ERROR)
 ]
-_FLAGS = {kind: flags for flags, kind in enumerate(_KINDS)}
+_FLAGS: dict[tuple[bool, ...], int] = {kind: flags for flags, kind in enumerate(_KINDS)}
 
 
 class Delivery(NamedTuple):
