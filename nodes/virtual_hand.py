@@ -1,9 +1,15 @@
-"""The virtual hand on a bus: publishes what its fingertips sense, obeys force commands."""
+"""The virtual hand on a bus: publishes what its fingertips sense, obeys force commands.
+
+With a ``protocol`` it is no hand but its fingertips, each on a test bench (``virtual_bench.py``).
+"""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
+
+from vegrip.nodes.virtual_bench import VirtualBenchNode
 
 from vegrip.clock import NS
 from vegrip.config import build as build_parameters
@@ -12,7 +18,10 @@ from vegrip.control.freshness import objection
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Message
 from vegrip.node import NodeBase, NodeContext
+from vegrip.simulate.bench import Benches
+from vegrip.simulate.protocol import read_protocol
 from vegrip.virtual import HandSettings, VirtualHand, disturbances
+from vegrip.virtual.hidden import make
 
 LONGEST_STEP = 0.05
 """More than this is never simulated in one tick [s]; a loop that late lets simulated time fall behind."""
@@ -27,6 +36,12 @@ class Parameters:
     disturbance_seed: int = parameter(0, low=0, high=2**31, doc="of the disturbances", live=False)
     duration: float = parameter(0.0, unit="s", low=0.0, high=1e6, doc="end after this; 0 = never", live=False)
     hand: HandSettings = parameter(HandSettings(), doc="what the hand is made of", live=False)
+    protocol: str = parameter(
+        "", doc="protocol file: each fingertip alone on a bench goes through it; empty = a hand", live=False
+    )
+    hidden: dict[str, Any] = parameter(
+        {}, doc="on a bench: effects that the plain fingertip does not have, by name", live=False
+    )
 
 
 class VirtualHandNode(NodeBase):
@@ -98,10 +113,17 @@ class VirtualHandNode(NodeBase):
         return objection(command, now) if command.finger in self.hand.fingers else "unknown finger"
 
 
-def build(settings: Mapping[str, Any], context: NodeContext) -> VirtualHandNode:
+def build(settings: Mapping[str, Any], context: NodeContext) -> VirtualHandNode | VirtualBenchNode:
     """Make the node; the fingers of the hand are those of the bus."""
     where = f"{context.name} [parameters]"
     parameters = build_parameters(Parameters, settings, where)
+    if parameters.protocol:
+        protocol = read_protocol(Path(parameters.protocol))
+        make(parameters.hidden)  # says what is wrong with a name or a key
+        benches = Benches(context.fingers, parameters.hand, protocol, parameters.seed, parameters.hidden)
+        return VirtualBenchNode(context.name, parameters, benches)
+    if parameters.hidden:
+        raise ConfigError(f"{where}: 'hidden' works on a bench only; give a 'protocol' too")
     if "fingers" not in settings.get("hand", {}):
         parameters = replace(parameters, hand=only(parameters.hand, context.fingers, where))
     if not set(parameters.hand.fingers) <= set(context.fingers):

@@ -25,6 +25,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "record": ("vegrip.cli.record:record", "Record the bus to a folder."),
     "replay": ("vegrip.cli.replay:replay", "Play a recording on the bus."),
     "import": ("vegrip.cli.import_:import_", "Turn any CSV into a recording, with a column map."),
+    "simulate": ("vegrip.cli.simulate:simulate", "Make a recording as a model would give it."),
     "fit": ("vegrip.cli.fit:fit", "Fit the contact model to a recording."),
     "compare": ("vegrip.cli.compare:compare", "Compare a model with a recording, and see where it fails."),
     "new-effect": (
@@ -34,6 +35,12 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "diagnose": ("vegrip.cli.diagnose:diagnose", "Say which physical effects the model lacks."),
     "add": ("vegrip.cli.add:add", "Put an effect into a model and fit again."),
     "refine": ("vegrip.cli.refine:refine", "Add effects until the next one does not pay."),
+    "experiment": (
+        "vegrip.cli.experiment:experiment",
+        "Find the experiment that tells candidates apart.",
+    ),
+    "fleet": ("vegrip.cli.fleet:fleet", "Diagnose a folder of many recordings, on all cores."),
+    "trial": ("vegrip.cli.trial:trial", "Hide effects in simulated recordings, and count what is named."),
     "paper": ("vegrip.cli.paper:paper", "Print the paper's tables and draw its figures."),
     "bench": ("vegrip.cli.bench:bench", "Measure the speed ratios on this machine."),
     "doctor": ("vegrip.cli.doctor:doctor", "Check this machine and say how to mend what is wrong."),

@@ -132,15 +132,12 @@ class Diagnosis:
         }
 
     def experiment(self) -> dict[str, Any] | None:
-        """Return what would tell the candidates apart, None when there is nothing to tell apart."""
-        names = [name for group in self.indistinguishable for name in group]
-        if not names:
+        """Return the experiment that would tell the candidates apart, None when there is nothing to tell."""
+        if not self.indistinguishable:
             return None
-        by_name = {
-            one.candidate.name: one.candidate.effect for step in self.search.steps for one in step.tried
-        }
-        told = {name: by_name[name].experiment for name in names if by_name[name].experiment}
-        return {"between": names, "suggestions": told}
+        from vegrip.experiment.after import next_experiment  # noqa: PLC0415 (it builds on diagnoses)
+
+        return next_experiment(self)
 
     def as_dict(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""

@@ -1,0 +1,38 @@
+"""Fingertips of the virtual hand on test benches, on a bus: they go through a protocol, and obey nothing."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from vegrip.clock import NS
+from vegrip.messages import Message
+from vegrip.node import NodeBase
+from vegrip.simulate.bench import Benches
+
+
+class VirtualBenchNode(NodeBase):
+    """Publishes what the fingertips on ``benches`` feel as time goes by; ends with the protocol."""
+
+    answers = False
+
+    def __init__(self, name: str, parameters: Any, benches: Benches) -> None:
+        super().__init__(name, parameters)
+        self.benches = benches
+        self._last: int | None = None
+
+    def configure(self) -> None:
+        """Work out what will be felt."""
+        self.benches.prepare()
+
+    def activate(self) -> None:
+        """Begin the protocol."""
+        self.benches.rewind()
+        self._last, self.finished = None, False
+
+    def on_tick(self, now: int) -> Iterable[Message]:
+        """Return the states up to now."""
+        elapsed = 0 if self._last is None else now - self._last
+        self._last = now
+        self.benches.epoch = now - round((self.benches.time + elapsed / NS) * NS)
+        states = self.benches.step(elapsed / NS)
+        self.finished = self.benches.finished
+        return states

@@ -1,0 +1,166 @@
+"""``vegrip experiment``: what to do next."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from vegrip.experiment import Contest, Design, RigLimits
+    from vegrip.recording import Recording
+
+RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
+MODEL = Annotated[
+    Path | None, typer.Option("--model", help="Model file; else the paper's model. It is refitted.")
+]
+CANDIDATE = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--candidates", metavar="NAME", help="Effects to tell apart (again for each), or 'nothing'."
+    ),
+]
+OUT = Annotated[Path | None, typer.Option("-o", "--output", metavar="TOML", help="Protocol file to write.")]
+LIMITS = Annotated[
+    Path | None,
+    typer.Option("--limits", metavar="TOML", help="depth, force, speed, tangential_force, ... in SI."),
+]
+DEPTH = Annotated[float | None, typer.Option("--depth", help="Greatest indentation [m].")]
+FORCE = Annotated[float | None, typer.Option("--force", help="Greatest normal force [N].")]
+SPEED = Annotated[float | None, typer.Option("--speed", help="Fastest motion along the normal [m/s].")]
+PULL = Annotated[float | None, typer.Option("--tangential-force", help="Greatest pull [N]; 0: cannot pull.")]
+LASTS = Annotated[float | None, typer.Option("--duration", help="Longest experiment [s], pauses included.")]
+PLOT = Annotated[
+    Path | None, typer.Option("--plot", metavar="PNG", help="Draw it, with what each candidate says.")
+]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def experiment(
+    recording: RECORDING,
+    model: MODEL = None,
+    candidates: CANDIDATE = None,
+    output: OUT = None,
+    limits: LIMITS = None,
+    depth: DEPTH = None,
+    force: FORCE = None,
+    speed: SPEED = None,
+    tangential_force: PULL = None,
+    duration: LASTS = None,
+    plot: PLOT = None,
+    as_json: JSON = False,
+) -> None:
+    """Find the next experiment that tells candidates apart, and write it as a protocol that a rig can do.
+
+    The candidates are those that a diagnosis of the recording cannot tell apart, or those given. Each is
+    fitted to the recording; experiments of a menu, their amplitudes chosen within the limits of the rig (as
+    in the recording, where nothing else is said), are judged by how far apart they put the fitted models
+    after every refit, in nats: 20 decide, below 5 decide nothing.
+
+    Example: vegrip experiment press --candidates adhesion,force_drift --force 3 -o next.toml
+    """
+    from vegrip.cli._fits import opened, print_json, progress
+    from vegrip.errors import UsageError
+    from vegrip.experiment import design
+    from vegrip.experiment.limits import completed, limits_of
+    from vegrip.simulate import write_protocol
+    from vegrip.simulate.plot import draw
+
+    measured, start = opened(recording, model)
+    own = {"depth": depth, "force": force, "speed": speed, "tangential_force": tangential_force}
+    allowed = completed(_limits(limits, {**own, "duration": duration}), limits_of(_usable(measured)))
+    with progress("experiment") as report:
+        contest = _contest(measured, start, _names(candidates or []), report)
+        if isinstance(contest, dict):
+            return _nothing_to_do(contest, as_json)
+        found = design(contest, allowed, report=report)
+    best = found.best
+    if best is not None and output is not None:
+        write_protocol(best.whole, output, found.advice)
+    if plot is not None:
+        if best is None:
+            raise UsageError(f"nothing to draw: {found.advice}")
+        draw(best.whole, dict(contest.models), plot)
+    told = found.as_dict() | {"needed": True, "protocol": str(output) if output and best else None}
+    if as_json:
+        print_json(told)
+    else:
+        _print(found, output)
+    return None
+
+
+def _names(given: list[str]) -> list[str]:
+    return [name.strip() for text in given for name in text.split(",") if name.strip()]
+
+
+def _usable(recording: "Recording") -> "Recording":
+    from vegrip.fit.measured import prepare
+    from vegrip.fit.noise import noise_of
+
+    prepare(recording, noise_of(recording))  # says in one sentence what a fit would miss
+    return recording
+
+
+def _limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
+    from vegrip.config import build
+    from vegrip.config import replace as changed
+    from vegrip.experiment.limits import RigLimits, read_limits
+
+    limits = read_limits(path) if path is not None else build(RigLimits, {}, "limits")
+    for name, value in given.items():
+        if value is not None:
+            limits = changed(limits, name, value, f"--{name.replace('_', '-')}")
+    return limits
+
+
+def _contest(recording: "Recording", model: Any, names: list[str], report: Any) -> "Contest | dict[str, Any]":
+    """Return the contest, or the diagnosis where there is nothing to tell apart."""
+    from vegrip.diagnosis import diagnose
+    from vegrip.experiment import contest_of
+    from vegrip.experiment.after import contest_after
+    from vegrip.fit import fit
+
+    if names:
+        return contest_of(fit(recording, model, report=report), names, report)
+    found = diagnose(recording, model, report=report)
+    if found.verdict != "ambiguous":
+        return {"verdict": found.verdict, "named": found.named}
+    contest = contest_after(found)
+    assert contest is not None  # noqa: S101
+    return contest
+
+
+def _nothing_to_do(told: dict[str, Any], as_json: bool) -> None:
+    from vegrip.cli._fits import print_json
+
+    reasons = {
+        "adequate": "nothing is missing that this recording shows",
+        "named": "the recording tells by itself: " + ", ".join(told["named"]),
+        "unexplained": "none of the catalogue explains it, so there are no candidates to tell apart",
+    }
+    sentence = f"{reasons[told['verdict']]}; name --candidates to plan an experiment all the same"
+    if as_json:
+        print_json({"needed": False, "advice": sentence, **told})
+    else:
+        typer.echo(f"no experiment is needed: {sentence}")
+
+
+def _print(found: "Design", output: Path | None) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    table = Table(box=None, padding=(0, 2))
+    for heading in ("experiment", "expected [nats]", "duration [s]", "times", "amplitudes", ""):
+        table.add_column(heading, justify="right" if "[" in heading or heading == "times" else "left")
+    for one in found.tried[:10]:
+        sizes = ", ".join(f"{name} {value:.3g}" for name, value in one.amplitudes.items())
+        cells = (f"{one.nats:.1f}", f"{one.whole.duration:.0f}", str(one.times), sizes)
+        table.add_row(one.item, *cells, "" if one.refitted else "without refits")
+    console.print(table)
+    for name in found.contest.assumed:
+        console.print(f"- the recording does not show {name}; it is taken at its declared size", markup=False)
+    for (truth, rival), nats in found.achieved.items():
+        console.print(f"simulated with {truth}: it beats {rival} by {nats:.1f} nats", markup=False)
+    console.print(found.advice, style="bold", markup=False)
+    if found.best is not None and output is not None:
+        console.print(f"written to {output}", markup=False, soft_wrap=True)

@@ -1,0 +1,1 @@
+"""Many recordings at once: which hand, which pad, which effect, since when."""
