@@ -6,7 +6,6 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.diagnosis import diagnose
-from vegrip.diagnosis.evaluate import Case, Outcome, cases, settings
 from vegrip.diagnosis.ladder import add, ladder
 from vegrip.effects import effect
 from vegrip.errors import UsageError
@@ -135,26 +134,6 @@ def test_commands_hold_to_the_contract(bench, tmp_path, capsys) -> None:
     assert (tmp_path / "report" / "ladder.png").exists()
     assert main(["add", "no_such_effect", press]) == 3
     assert "Traceback" not in capsys.readouterr().err
-
-
-def test_an_outcome_is_right_only_with_exactly_what_is_hidden() -> None:
-    def of(hidden, verdict, named=(), sets=()):
-        return Outcome(Case(hidden, "strong", 0), verdict, named, sets, 2.0, 1.0, 1.0).right
-
-    assert of((), "adequate")
-    assert not of((), "unexplained")
-    assert of(("adhesion",), "named", ("adhesion",))
-    assert not of(("adhesion",), "named", ("adhesion", "sensor_lag"))
-    assert of(("adhesion",), "ambiguous", (), (("adhesion", "force_drift"),))
-    assert not of(("adhesion", "sensor_lag"), "named", ("adhesion",))
-
-
-def test_weak_is_weaker() -> None:
-    weak = {c.hidden: settings(c) for c in cases(1, ["weak"], ["sensor_lag", "layer_over_core"])}
-    strong = {c.hidden: settings(c) for c in cases(1, ["strong"], ["sensor_lag", "layer_over_core"])}
-    assert weak[("sensor_lag",)]["sensor_lag"]["time"] < strong[("sensor_lag",)]["sensor_lag"]["time"]
-    thick = weak[("layer_over_core",)]["layer_over_core"]["thickness"]
-    assert thick > strong[("layer_over_core",)]["layer_over_core"]["thickness"]
 
 
 def test_base_model_of_a_tip_has_none_of_the_candidates(bench) -> None:

@@ -21,6 +21,7 @@ from vegrip.virtual.hidden.outside import (
     ShearShrinking,
     SpeedBand,
     TransferFilm,
+    Unknown,
     WarmPeak,
 )
 from vegrip.virtual.hidden.patch import PressureProfile, RadiusLaw
@@ -68,7 +69,7 @@ HIDDEN: Mapping[str, type[Hidden]] = {
 }
 """By the names that a diagnosis gives them."""
 
-OUTSIDE: Mapping[str, type[Hidden]] = {
+OUTSIDE: Mapping[str, type[Unknown]] = {
     "cogging": Cogging,
     "magnet": Magnet,
     "day_and_night": DayAndNight,

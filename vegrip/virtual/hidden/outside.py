@@ -7,8 +7,14 @@ from typing import ClassVar
 from vegrip.virtual.hidden.base import Hidden
 
 
+class Unknown(Hidden):
+    """An effect that no catalogue has."""
+
+    shows: ClassVar[frozenset[str]] = frozenset()
+
+
 @dataclass
-class Cogging(Hidden):
+class Cogging(Unknown):
     """A force that repeats with the position of the drive, as that of a magnet or a toothed rack."""
 
     shows: ClassVar[frozenset[str]] = frozenset({"displacement"})
@@ -32,7 +38,7 @@ class Cogging(Hidden):
 
 
 @dataclass
-class Magnet(Hidden):
+class Magnet(Unknown):
     """An attraction that is felt through the gap, before anything touches."""
 
     shows: ClassVar[frozenset[str]] = frozenset({"displacement", "contact", "time_in_contact"})
@@ -45,7 +51,7 @@ class Magnet(Hidden):
 
 
 @dataclass
-class _Clocked(Hidden):
+class _Clocked(Unknown):
     """Knows how late it is in the session."""
 
     _time: float = field(default=0.0, init=False)
@@ -101,7 +107,7 @@ class TransferFilm(_Clocked):
 
 
 @dataclass
-class ShearShrinking(Hidden):
+class ShearShrinking(Unknown):
     """The contact shrinks under a tangential load."""
 
     shows: ClassVar[frozenset[str]] = frozenset({"tangential_force"})
@@ -124,7 +130,7 @@ class ShearShrinking(Hidden):
 
 
 @dataclass
-class SpeedBand(Hidden):
+class SpeedBand(Unknown):
     """A drive that hums in a band of speeds and adds its force there, whichever way it goes."""
 
     shows: ClassVar[frozenset[str]] = frozenset({"speed"})
@@ -158,7 +164,7 @@ class SpeedBand(Hidden):
 
 
 @dataclass
-class WarmPeak(Hidden):
+class WarmPeak(Unknown):
     """Stiffest at one temperature, softer on both sides of it: a phase that freezes and melts."""
 
     shows: ClassVar[frozenset[str]] = frozenset({"temperature"})

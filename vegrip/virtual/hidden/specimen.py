@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from vegrip.virtual.history import History
 from vegrip.virtual.settings import FingertipSettings
 
 ROUNDS = 100
+NEARBY = 2e-3  # of the radius, within which the next step ends as a rule
 
 
 class Specimen(Fingertips):
@@ -25,11 +27,11 @@ class Specimen(Fingertips):
         for one in hidden:
             self._g = one.relaxation(self._g)
         self._history = History([self._g], step, fine)
-        self._changes = any(type(one).warmed is not Hidden.warmed for one in hidden)
-        kinds = [type(one) for one in hidden]
-        self._plain = all(
-            kind.elastic is Hidden.elastic and kind.indentation is Hidden.indentation for kind in kinds
-        )
+        self._changes = bool(_those(hidden, "warmed"))
+        self._indented, self._stressed = _those(hidden, "indentation"), _those(hidden, "elastic")
+        self._more, self._pulls = _those(hidden, "more"), _those(hidden, "pull")
+        self._plain = not self._indented and not self._stressed
+        self._x = 0.0  # [m] where the last search ended
         self._compliance = sum(one.compliance for one in hidden)
         self._law = (tip.reference_force, tip.reference_indentation, tip.exponent)
 
@@ -51,7 +53,14 @@ class Specimen(Fingertips):
         if self._plain:
             return super().elastic_indentation(force)
         R = float(self.radius[0])
-        return np.array([_root(partial(self._excess, N), 0.0, R) if N > 0.0 else 0.0 for N in force.tolist()])
+        return np.array(
+            [
+                _root(partial(self._excess, N), *_about(partial(self._excess, N), self._x, 0.0, R))
+                if N > 0.0
+                else 0.0
+                for N in force.tolist()
+            ]
+        )
 
     def press(self, indentation: Array) -> Array:
         """Put the drive at a position [m]; return the normal force [N]."""
@@ -60,7 +69,7 @@ class Specimen(Fingertips):
             mount = one.moved(mount)
         C, x = self._compliance, mount
         if C > 0.0:
-            strongest = sum(one.pull(1e-300) for one in self._hidden)
+            strongest = self._pull(1e-300)
             x = _root(
                 lambda x: x + C * (max(self._response(x), 0.0) - self._pull(x)) - mount,
                 mount - C * max(self._response(mount), 0.0),
@@ -73,8 +82,15 @@ class Specimen(Fingertips):
         """Impose a normal force [N]; return where the drive stands [m]."""
         wanted = max(float(force[0]), 0.0)
         x = 0.0
-        if self._response(0.0) - self._pull(1e-300) < wanted:
-            x = _root(lambda x: self._response(x) - self._pull(x) - wanted, 1e-300, float(self.radius[0]))
+        if self._plain and not self._more and not self._pulls:
+            surface = self.before + (wanted - self.past) / self.instant
+            x = float(super().elastic_indentation(surface)[0])
+        elif self._response(0.0) - self._pull(1e-300) < wanted:
+
+            def excess(x: float) -> float:
+                return self._response(x) - self._pull(x) - wanted
+
+            x = _root(excess, *_about(excess, self._x, 1e-300, float(self.radius[0])))
         mount = x + self._compliance * wanted
         for one in reversed(self._hidden):
             mount = one.drive(mount)
@@ -101,12 +117,12 @@ class Specimen(Fingertips):
         return np.array([k])
 
     def _elastic(self, x: float) -> float:
-        for one in self._hidden:
-            x = one.indentation(x)
+        for indented in self._indented:
+            x = indented(x)
         F0, d0, p = self._law
-        force = float(F0 * (max(x, 0.0) / d0) ** p)
-        for one in self._hidden:
-            force = one.elastic(force, x)
+        force = float(F0 * (x / d0) ** p) if x > 0.0 else 0.0
+        for stressed in self._stressed:
+            force = stressed(force, x)
         return force
 
     def _excess(self, wanted: float, x: float) -> float:
@@ -115,17 +131,21 @@ class Specimen(Fingertips):
     def _response(self, x: float) -> float:
         """Return what the material would push with [N] at the end of this step; below zero it lifts off."""
         elastic = self._elastic(x)
-        more = sum(one.more(x, elastic) for one in self._hidden)
-        return float(self.past[0] + self.instant[0] * (elastic - self.before[0])) + more
+        force = float(self.past[0] + self.instant[0] * (elastic - self.before[0]))
+        return force + self._added(x, elastic)
+
+    def _added(self, x: float, elastic: float) -> float:
+        return float(sum(more(x, elastic) for more in self._more)) if self._more else 0.0
 
     def _pull(self, x: float) -> float:
-        return sum(one.pull(x) for one in self._hidden)
+        return float(sum(pull(x) for pull in self._pulls)) if self._pulls else 0.0
 
     def _settle(self, x: float, pressed: float) -> None:
         """Close the step: the history keeps what the material feels, the sensor what is left of it."""
         force = pressed - self._pull(x)
         elastic = self._elastic(x) if pressed > 0.0 else float(self.before[0])
-        more = sum(one.more(x, elastic) for one in self._hidden)
+        more = self._added(x, elastic)
+        self._x = x
         largest = np.maximum(self._reference, pressed) if pressed > 0.0 else np.zeros(1)
         self._close(np.array([x]), np.array([pressed - more]))
         self._pressed, self._reference = pressed, largest
@@ -133,6 +153,21 @@ class Specimen(Fingertips):
         for one in self._hidden:
             one.remember(x, force, self.step)
             one.strained(float(self.before[0]), x, self.step)
+
+
+def _those(hidden: Sequence[Hidden], name: str) -> list[Callable[..., Any]]:
+    """Return the methods ``name`` of those that have one of their own."""
+    plain = getattr(Hidden, name)
+    return [getattr(one, name) for one in hidden if getattr(type(one), name) is not plain]
+
+
+def _about(f: Callable[[float], float], x: float, low: float, high: float) -> tuple[float, float]:
+    """Return a bracket of the zero of the growing f, as narrow about ``x`` as a few looks make it."""
+    reach = NEARBY * high
+    below, above = max(x - reach, low), min(x + reach, high)
+    if f(below) > 0.0:
+        return low, below
+    return (below, above) if f(above) > 0.0 else (above, high)
 
 
 def _root(f: Callable[[float], float], low: float, high: float) -> float:

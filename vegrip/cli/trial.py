@@ -1,0 +1,137 @@
+"""``vegrip trial``: how often a diagnosis is right, on recordings whose hidden effects are known."""
+
+import json
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vegrip.errors import RecordingError, UsageError
+
+if TYPE_CHECKING:
+    from vegrip.diagnosis.trials import Case, Outcome
+
+TRIALS = Annotated[int, typer.Option("--trials", "-n", min=1, help="How many recordings.")]
+SEED = Annotated[int, typer.Option("--seed", min=0, help="Of fingertips, noise, protocols.")]
+KIND = Annotated[
+    list[str] | None,
+    typer.Option("--kind", help="none, one, pair or outside; may be repeated. All when not given."),
+]
+EFFECT = Annotated[
+    list[str] | None, typer.Option("--effect", help="Only with this effect hidden; may be repeated.")
+]
+JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Recordings at a time.")]
+OUT = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", help="File of results, a line each; what is in it is not done again."),
+]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def trial(
+    trials: TRIALS = 20,
+    seed: SEED = 0,
+    kind: KIND = None,
+    effect: EFFECT = None,
+    jobs: JOBS = 1,
+    output: OUT = None,
+    as_json: JSON = False,
+) -> None:
+    """Hide effects in simulated recordings, diagnose each, and count what was named.
+
+    The recordings are those of the virtual bench, which shares no physics code with the model: random
+    fingertips, noise and protocols with nothing hidden, one effect, two, or one that is in no catalogue.
+
+    Example: vegrip trial -n 200 --jobs 2 -o trials.jsonl
+    """
+    from vegrip.cli._fits import print_json, progress
+    from vegrip.diagnosis.trials import cases, tally
+    from vegrip.diagnosis.trials.cases import KINDS
+
+    for name in kind or ():
+        if name not in KINDS:
+            raise UsageError(f"there is no kind {name!r}; there are {', '.join(KINDS)}")
+    wanted = list(cases(trials, seed, kind or KINDS, _known(effect or [])))
+    done = _read(output) if output is not None else {}
+    outcomes = [done[case.key] for case in wanted if case.key in done]
+    with progress("trial") as report:
+        for one in _run([case for case in wanted if case.key not in done], jobs):
+            outcomes.append(one)
+            if output is not None:
+                with output.open("a", encoding="utf-8") as stream:
+                    stream.write(json.dumps(one.as_dict()) + "\n")
+            right = sum(each.right for each in outcomes)
+            report(f"{len(outcomes)} of {len(wanted)}, {right} right; {one.case.key}: {one.answer}")
+    told = tally(outcomes)
+    if as_json:
+        print_json(told)
+    else:
+        _print(told)
+
+
+def _known(effects: list[str]) -> list[str]:
+    from vegrip.diagnosis.trials.amounts import INSIDE, OUTSIDE
+
+    for name in effects:
+        if name not in INSIDE and name not in OUTSIDE:
+            raise UsageError(
+                f"the bench cannot hide {name!r}; it can {', '.join(INSIDE)}, and outside any catalogue "
+                + ", ".join(OUTSIDE)
+            )
+    return effects
+
+
+def _read(path: Path) -> "dict[str, Outcome]":
+    """Return the outcomes of a file by their keys."""
+    from vegrip.diagnosis.trials import Outcome
+
+    out: dict[str, Outcome] = {}
+    if path.exists():
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            try:
+                one = Outcome.of(json.loads(line))
+            except (ValueError, TypeError, KeyError) as error:
+                raise RecordingError(f"{path}, line {number} is no outcome of a trial") from error
+            out[one.case.key] = one
+    return out
+
+
+def _run(cases: "list[Case]", jobs: int) -> "Any":
+    """Yield outcomes as they come."""
+    from vegrip.diagnosis.trials import outcome
+
+    if jobs == 1:
+        for case in cases:
+            yield outcome(case)
+        return
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        for done in as_completed([pool.submit(outcome, case) for case in cases]):
+            yield done.result()
+
+
+def _print(told: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    table = Table(box=None, padding=(0, 2))
+    for heading in ("hidden", "trials", "right", "share", "answers"):
+        table.add_column(heading, justify="left" if heading in ("hidden", "answers") else "right")
+    rows = {**told["kinds"], **{f"one, {size}": some for size, some in told["sizes"].items()}}
+    for name, some in {**rows, **told["effects"]}.items():
+        answers = ", ".join(f"{answer} {count}" for answer, count in some["answers"].items())
+        table.add_row(name, str(some["trials"]), str(some["right"]), f"{some['share']:.0%}", answers)
+    console.print(table)
+    floor = told["at_the_floor"]
+    console.print(
+        f"error within 5 % of the noise after adding what was named: {floor['right']} of {floor['of']}"
+    )
+    console.print("hidden -> said, where it was not the same:")
+    for hidden, counts in told["confusion"].items():
+        others = {text: n for text, n in counts.items() if text != hidden}
+        if others:
+            console.print(
+                f"  {hidden} -> " + ", ".join(f"{text} ({n})" for text, n in others.items()), markup=False
+            )
