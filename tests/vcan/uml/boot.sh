@@ -13,6 +13,15 @@ seconds=$1
 shift
 "$here/fetch.sh" "$uml" || { echo "boot.sh: User-Mode-Linux cannot be fetched; is the Debian mirror reachable?" >&2; exit 125; }
 
+# Where the processor has AMX its registers are larger than this kernel knows.
+help=$uml/xstate.so
+if ! grep -qw amx_tile /proc/cpuinfo; then
+  help=
+elif [ "$here/xstate.c" -nt "$help" ]; then
+  ${CC:-cc} -O2 -shared -fPIC -o "$help.$$" "$here/xstate.c" -ldl && mv "$help.$$" "$help" ||
+    { echo "boot.sh: this processor has AMX, for which a C compiler is needed here; install one or set CC" >&2; exit 125; }
+fi
+
 # The guest's memory is a file, mapped executable: of the shared memory if that is large enough.
 room() { df --output=avail -m "$1" 2>/dev/null | tail -n 1; }
 [ "$(room /dev/shm || echo 0)" -ge $memory ] && place=/dev/shm || place=${TMPDIR:-/tmp}
@@ -25,7 +34,7 @@ pwd >"$job/folder"
 cp "$here/init.sh" "$job/init"
 chmod +x "$job/init"
 exec 8> >(exec cat) 9> >(exec cat >&2) # the kernel makes its consoles non-blocking: never the caller's own
-env -i PATH="$PATH" TMPDIR="$place" setpriv --pdeathsig TERM timeout -k 3 "$seconds" "$uml/linux" \
+env -i PATH="$PATH" TMPDIR="$place" LD_PRELOAD="$help" setpriv --pdeathsig TERM timeout -k 3 "$seconds" "$uml/linux" \
   mem=${memory}M quiet loglevel=4 rootfstype=hostfs rootflags=/ ro panic=-1 \
   init="$job/init" VEGRIP_JOB="$job" VEGRIP_UML="$uml" \
   con=null con0=null,fd:2 con1=null,fd:8 con2=null,fd:9 ssl=null umid=u uml_dir="$job" \
