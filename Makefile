@@ -3,7 +3,7 @@ PYTHON ?= python3
 V := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: demo test test-fast test-vcan check format lint types docs examples bench soak clean fuzz fuzz-estimator audit
+.PHONY: demo test test-fast test-vcan check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator audit
 
 demo: $(STAMP)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -54,6 +54,8 @@ fuzz: $(STAMP)  ## look for bytes that break a decoder, guided by coverage
 audit:  ## look for known vulnerabilities in the pinned dependencies; asks pypi.org
 	$(PYTHON) -m venv build/audit
 	build/audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit==2.10.1
+	@build/audit/bin/python -c 'import requests; requests.get("https://pypi.org/pypi/pip/24.0/json", timeout=10).raise_for_status()' \
+	  2>/dev/null || { echo "audit: https://pypi.org/pypi/pip/24.0/json does not answer here; run this where it does" >&2; exit 1; }
 	build/audit/bin/pip-audit --strict --no-deps --disable-pip -r constraints.txt
 
 bench: $(STAMP)
@@ -65,8 +67,14 @@ $(STAMP): pyproject.toml constraints.txt
 	$(V)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	touch $@
 
+latency: $(STAMP)  ## state in to command out against an echo, over every link (5 minutes on a quiet machine)
+	$(V)/python -m vegrip.benchmarks._latency_matrix
+
 soak: $(STAMP)  ## an hour of holding under faults, in simulated time
 	$(V)/python -m vegrip.faults --soak 3600
+
+soak-wall: $(STAMP)  ## four minutes of real processes that are killed, stopped and babbled at
+	$(V)/python -m vegrip.faults --wall 240
 
 clean:
 	rm -rf .venv build dist *.egg-info

@@ -10,6 +10,7 @@ from vegrip.faults.page import markdown
 from vegrip.faults.run import run
 from vegrip.faults.soak import soak
 from vegrip.faults.table import CASES
+from vegrip.faults.wall import wall_soak
 
 MOST_OBJECTS, MOST_MEMORY = 3000, 20_000_000  # more than after the warm-up; what grows with time exceeds them
 
@@ -19,6 +20,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m vegrip.faults", description=__doc__)
     parser.add_argument("--table", action="store_true", help="print the table of docs/faults.md and end")
     parser.add_argument("--soak", type=float, metavar="S", help="hold for S simulated seconds under faults")
+    parser.add_argument(
+        "--wall",
+        type=float,
+        metavar="S",
+        help="the same for S seconds of the wall clock, with real processes",
+    )
     parser.add_argument("--only", default="", help="run the cases whose name contains this")
     given = parser.parse_args(arguments)
     console = Console(highlight=False, soft_wrap=True)
@@ -27,6 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     if given.soak:
         return _soak(console, given.soak)
+    if given.wall:
+        return _wall(console, given.wall)
     return _run(console, given.only)
 
 
@@ -51,6 +60,25 @@ def _soak(console: Console, duration: float) -> int:
     console.print(done, markup=False)
     grown = done.objects > MOST_OBJECTS or done.memory > MOST_MEMORY
     return int(done.dropped or done.slips > 0 or done.lost > 0 or grown)
+
+
+def _wall(console: Console, duration: float) -> int:
+    done = wall_soak(duration, progress=lambda line: console.print(line, markup=False))
+    console.print(
+        f"{sum(done.accidents.values())} accidents in {done.duration:.0f} s: {dict(done.accidents)}\n"
+        f"commands again after {done.slowest_recovery:.1f} s at most, "
+        f"least measured grip {done.least_grip:.2f} N",
+        markup=False,
+    )
+    for pid, used in done.footprints.items():
+        console.print(
+            f"{used.name:16} {pid:7} {len(used.time):5} s  {used.memory[-1] / 1e6:6.1f} MB, "
+            f"{used.growth:+.2f} MB/min; {used.descriptors[-1]} descriptors, {used.threads[-1]} threads",
+            markup=False,
+        )
+    for complaint in done.complaints:
+        console.print(f"FAILED {complaint}", markup=False)
+    return min(len(done.complaints), 1)
 
 
 if __name__ == "__main__":

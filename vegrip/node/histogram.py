@@ -1,5 +1,6 @@
 """A histogram of durations: fixed size, relative resolution of 3 %, cheap enough for the loop."""
 
+from collections.abc import Iterable
 from itertools import accumulate
 
 _SUB = 5  # 2^5 linear buckets per octave: a bucket is at most 1/32 of its value wide
@@ -36,6 +37,16 @@ class Histogram:
             if below >= wanted and below:
                 return float(min(_upper_edge(bucket), self.maximum))
         return float(self.maximum)
+
+    @classmethod
+    def sum_of(cls, parts: Iterable["Histogram"]) -> "Histogram":
+        """Return a histogram of all that ``parts`` have counted."""
+        total = cls()
+        for part in parts:
+            total._counts = [a + b for a, b in zip(total._counts, part._counts, strict=True)]
+            total.count += part.count
+            total.maximum = max(total.maximum, part.maximum)
+        return total
 
     def clear(self) -> None:
         """Forget everything."""
