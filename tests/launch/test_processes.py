@@ -149,6 +149,71 @@ def test_a_mistake_is_one_sentence_and_the_exit_code(arguments, code, words):
     assert output == ""
 
 
+@pytest.mark.slow
+def test_who_listens_to_a_node_that_ends_is_told():
+    node = start("node", "echo", "--set", "transport.channel=ending")
+    try:
+        wait_for(lambda: states() or None)
+        listener = start("topic", "echo", "/hand")
+        time.sleep(2.0)  # until it listens
+    finally:
+        node.terminate()
+        node.communicate(timeout=20)
+    output, _ = listener.communicate(timeout=30)
+    assert listener.returncode == 4
+    assert output.strip() == "vegrip: /echo ended: nothing comes any more"
+
+
+@pytest.mark.slow
+def test_a_node_that_was_suspended_goes_on_and_counts_what_it_missed():
+    node = start("node", "echo", "--set", "transport.channel=suspended", "--set", "loop.status_period=0.2")
+    try:
+        pid = wait_for(the_active_one)
+        os.kill(pid, signal.SIGSTOP)
+        time.sleep(0.5)  # the suspension itself
+        os.kill(pid, signal.SIGCONT)
+        missed = wait_for(lambda: status if (status := last_status())["deadline_misses"] else None)
+        assert missed["state"] == "active"
+        assert missed["deadline_misses"] == 1, "one late tick, not one for each that was skipped"
+    finally:
+        node.terminate()
+        node.communicate(timeout=20)
+
+
+def the_active_one():
+    found = list(states().values())
+    return found[0][0] if [state for _, state in found] == ["active"] else None
+
+
+def last_status():
+    from vegrip.node.client import ask
+    from vegrip.node.registry import find_node
+
+    status = ask(find_node("echo"), "status")
+    return {**status, "state": ask(find_node("echo"), "state")["state"]}
+
+
+@pytest.mark.slow
+def test_the_canopen_hand_that_comes_with_vegrip_is_gripped():
+    launched = start("launch", "canopen")
+    try:
+        wait_for(both_active, seconds=90.0)
+        lines = vegrip("topic", "echo", "/hand/thumb/force_command", "--count", "20", "--json")[
+            1
+        ].splitlines()
+        commands = [json.loads(line) for line in lines]
+        assert len(commands) == 20
+        assert all(0.0 <= command["normal_force"] <= 15.0 for command in commands)
+        rejected = json.loads(vegrip("topic", "echo", "/diagnostics", "--count", "1", "--json")[1])[
+            "rejected"
+        ]
+        assert not {"not_its_eds", "id_taken"} & set(rejected)
+    finally:
+        launched.send_signal(signal.SIGINT)
+        output, _ = launched.communicate(timeout=30)
+    assert launched.returncode == 0, output
+
+
 def test_a_busy_port_is_one_sentence():
     import socket
 

@@ -24,6 +24,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object per me
 Count = Annotated[int, typer.Option(help="End after so many messages; 0: no limit.")]
 Duration = Annotated[float, typer.Option(help="End after so many seconds; 0: no limit.")]
 LOOK = 0.1  # [s]
+GONE = 3.0  # [s] without any of the nodes; one that is restarted comes back within
 
 
 @app.command("list")
@@ -85,7 +86,7 @@ def _rate(times: list[float]) -> dict[str, float]:
 
 def _messages(prefix: str, count: int, duration: float) -> Iterator[tuple[str, Any]]:
     """Yield topic and message, each message once: as sent or, when no node of ours sends it, as received."""
-    from vegrip.errors import UsageError
+    from vegrip.errors import DeviceError, UsageError
     from vegrip.node.registry import running_nodes
     from vegrip.node.telemetry_socket import TelemetryReader
 
@@ -94,14 +95,21 @@ def _messages(prefix: str, count: int, duration: float) -> Iterator[tuple[str, A
         raise UsageError("no node runs; try `vegrip launch demo`")
     sources = _Sources()
     reader = TelemetryReader(nodes, [prefix])
-    ends = time.monotonic() + (duration or math.inf)
+    alive = time.monotonic()
+    ends = alive + (duration or math.inf)
     left = count or math.inf
     try:
         while left > 0 and time.monotonic() < ends:
+            heard = False
             for entry, topic, direction, message in reader.read(min(LOOK, ends - time.monotonic())):
+                heard = True
                 if left > 0 and _is_asked(topic, prefix) and sources.counts(topic, entry.name, direction):
                     left -= 1
                     yield topic, message
+            if heard or running_nodes():
+                alive = time.monotonic()
+            elif time.monotonic() - alive > GONE:
+                raise DeviceError(f"{', '.join(node.name for node in nodes)} ended: nothing comes any more")
     finally:
         reader.close()
 
