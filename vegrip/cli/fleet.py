@@ -1,0 +1,136 @@
+"""``vegrip fleet``: many recordings, one table."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from vegrip.fleet import Finding, Found, Row
+
+FOLDER = Annotated[Path, typer.Argument(help="Folder with recordings in it, at any depth.")]
+MODEL = Annotated[
+    Path | None, typer.Option("--model", help="Model file to start from; else the paper's model.")
+]
+OUT = Annotated[Path | None, typer.Option("-o", "--output", metavar="CSV", help="Write the table.")]
+LEDGER = Annotated[
+    Path | None,
+    typer.Option("--ledger", help="What is done already; else .vegrip-fleet.jsonl in the folder."),
+]
+PROCESSES = Annotated[int, typer.Option("-j", "--processes", min=0, help="On this machine; 0: all cores.")]
+SCHEDULER = Annotated[
+    str, typer.Option("--scheduler", metavar="ADDRESS", help="Of a Dask cluster, tcp://host:8786.")
+]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def fleet(
+    folder: FOLDER,
+    model: MODEL = None,
+    output: OUT = None,
+    ledger: LEDGER = None,
+    processes: PROCESSES = 0,
+    scheduler: SCHEDULER = "",
+    as_json: JSON = False,
+) -> None:
+    """Diagnose every recording below a folder: which hand, which pad, which effect, since when.
+
+    Hand, pad and date come from [source] of recording.toml (hand, pad, date or began), else from folder,
+    finger and file. A recording that cannot be used is a row that says why. A run that was stopped goes on
+    where it was, and recordings that have not changed are not examined again.
+
+    Example: vegrip fleet recordings -o fleet.csv
+    """
+    from vegrip.cli._fits import print_json
+    from vegrip.errors import InputError
+    from vegrip.fleet import findings, look_for, run
+    from vegrip.fleet.findings import as_csv
+    from vegrip.fleet.ledger import Ledger
+    from vegrip.model import read_model
+
+    if model is not None:
+        read_model(model)  # a wrong one is told here, once
+        model = model.resolve()
+    known = Ledger(
+        ledger if ledger is not None else folder / ".vegrip-fleet.jsonl",
+        model.read_text(encoding="utf-8") if model is not None else "",
+    )
+    found = look_for(folder)
+    done = [(one, row) for one in found if (row := known.row(one)) is not None]
+    left = [one for one in found if known.row(one) is None]
+    with _counted(len(found), len(done)) as count:
+        for one, row in run(left, str(model or ""), processes=processes, scheduler=scheduler):
+            known.add(one, row)
+            done.append((one, row))
+            count(one, row)
+    table = findings(done)
+    if output is not None:
+        try:
+            output.write_text(as_csv(table), encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
+    if as_json:
+        print_json({"findings": [one.as_dict() for one in table], "recordings": _recordings(done)})
+    else:
+        _print(table, len(found), output)
+
+
+def _recordings(done: "list[tuple[Found, Row]]") -> list[dict[str, Any]]:
+    from dataclasses import asdict
+
+    return [
+        {**asdict(found), **row.as_dict()}
+        for found, row in sorted(done, key=lambda pair: (pair[0].date, pair[0].path))
+    ]
+
+
+@contextmanager
+def _counted(total: int, done: int) -> Iterator[Any]:
+    """Show a bar on standard error in a terminal, lines elsewhere."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True, highlight=False)
+    if not console.is_terminal:
+        number = done
+        print(f"{total} recordings, {done} of them known", file=sys.stderr)  # noqa: T201
+
+        def line(found: "Found", row: "Row") -> None:
+            nonlocal number
+            number += 1
+            print(f"{number} of {total}: {found.path}: {row.verdict}", file=sys.stderr)  # noqa: T201
+
+        yield line
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console) as bar:
+        task = bar.add_task("recordings", total=total, completed=done)
+        yield lambda found, row: bar.update(
+            task, advance=1, description=f"{found.hand} {found.pad}: {row.verdict}"
+        )
+
+
+def _print(table: "list[Finding]", total: int, output: Path | None) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    shown = Table(box=None, padding=(0, 2))
+    for heading in ("hand", "pad", "effect", "since", "seen in", "now", "size"):
+        shown.add_column(heading)
+    for one in table:
+        if one.effect == "failed":
+            continue
+        since = one.since[:10] + ("" if one.dated_by == "recording" else " (file)")
+        now = "yes" if one.present else f"not since {one.until[:10]}"
+        shown.add_row(one.hand, one.pad, one.effect, since, f"{one.shown} of {one.judged}", now, one.size)
+    console.print(shown)
+    failed = [one for one in table if one.effect == "failed"]
+    for one in failed:
+        console.print(f"- {one.note}", markup=False, soft_wrap=True)
+    console.print(f"{total} recordings, {len(failed)} of them could not be used")
+    if output is not None:
+        console.print(f"table in {output}", markup=False, soft_wrap=True)
