@@ -6,15 +6,34 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from vegrip.fit import Fit
+    from vegrip.fit import Fit, Noise
     from vegrip.model import ContactModel
     from vegrip.recording import Recording
+
+
+EACH = Annotated[
+    bool,
+    typer.Option("--zeros-each-episode", help="Zeros of displacement and force differ between episodes."),
+]
+TOLERANCE = Annotated[
+    float,
+    typer.Option(
+        min=0.0, max=1.0, help="Share of an episode's peak force by which a model may be wrong, e.g. 0.01."
+    ),
+]
+
+
+def noise_for(recording: "Recording", tolerance: float) -> "Noise":
+    """Return the noise of a recording, for a model that may be wrong by ``tolerance`` of the peak force."""
+    from vegrip.fit import noise_of
+
+    return noise_of(recording).tolerant(tolerance)
 
 
 def opened(recording: Path, model: Path | None) -> "tuple[Recording, ContactModel | None]":
@@ -83,6 +102,8 @@ def print_noise(noise: dict[str, Any]) -> None:
         size = f"{noise[channel]:.3g}, " if noise.get(channel) else ""
         slow = f", {noise['slow_time']:.2g} s" if channel == "slow_force" and noise["slow_force"] else ""
         console.print(f"noise of {channel}: {size}{source}{slow}", soft_wrap=True)
+    if noise.get("tolerance"):
+        console.print(f"and {100.0 * noise['tolerance']:.3g} % of each episode's peak force, as asked for")
 
 
 def channel_table(channels: dict[str, Any]) -> Any:

@@ -1,9 +1,11 @@
 """``vegrip add``: one effect into a model."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
+
+from vegrip.cli._fits import EACH, TOLERANCE
 
 EFFECT = Annotated[str, typer.Argument(help="Name of an effect, built in or of your own package.")]
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
@@ -13,7 +15,13 @@ JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def add(
-    effect: EFFECT, recording: RECORDING, model: MODEL = None, output: OUT = None, as_json: JSON = False
+    effect: EFFECT,
+    recording: RECORDING,
+    model: MODEL = None,
+    output: OUT = None,
+    zeros_each_episode: EACH = False,
+    tolerance: TOLERANCE = 0.0,
+    as_json: JSON = False,
 ) -> None:
     """Put an effect into the model, fit again, and say how far the error fell.
 
@@ -23,14 +31,16 @@ def add(
     """
     from rich.console import Console
 
-    from vegrip.cli._fits import opened, print_fit, print_json, progress
+    from vegrip.cli._fits import noise_for, opened, print_fit, print_json, progress
     from vegrip.diagnosis.ladder import add as add_effect
     from vegrip.fit import fit
     from vegrip.model import write_model
 
     measured, start = opened(recording, model)
     with progress("add") as report:
-        before = fit(measured, start, report=report)
+        zeros: Literal["recording", "episode"] = "episode" if zeros_each_episode else "recording"
+        noise = noise_for(measured, tolerance)
+        before = fit(measured, start, noise=noise, zeros=zeros, report=report)
         after, base = add_effect(effect, before)
     if output is not None:
         write_model(after.model, output)

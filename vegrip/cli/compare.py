@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vegrip.cli._fits import EACH, TOLERANCE
+
 if TYPE_CHECKING:
     from vegrip.compare import Comparison
 
@@ -14,10 +16,6 @@ VERSUS = Annotated[
     Path | None, typer.Option("--versus", help="A second model (file) or recording (folder) beside it.")
 ]
 OUT = Annotated[Path | None, typer.Option("-o", "--out", metavar="DIR", help="Draw pictures into DIR.")]
-EACH = Annotated[
-    bool,
-    typer.Option("--zeros-each-episode", help="Zeros of displacement and force differ between episodes."),
-]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
@@ -27,6 +25,7 @@ def compare(
     versus: VERSUS = None,
     out: OUT = None,
     zeros_each_episode: EACH = False,
+    tolerance: TOLERANCE = 0.0,
     as_json: JSON = False,
 ) -> None:
     """Say how large the error of every channel is against its noise, and where the model fails.
@@ -41,7 +40,7 @@ def compare(
     if versus is not None:
         pairs.append((versus, model) if versus.is_dir() else (recording, versus))
     with progress("compare") as report:
-        found = [_compared(folder, file, zeros_each_episode, report) for folder, file in pairs]
+        found = [_compared(folder, file, zeros_each_episode, tolerance, report) for folder, file in pairs]
     if out is not None:
         _drawn(found, out)
     if as_json:
@@ -53,12 +52,18 @@ def compare(
         _print(found)
 
 
-def _compared(folder: Path, file: Path | None, each: bool, report: object) -> "Comparison":
-    from vegrip.cli._fits import opened
+def _compared(folder: Path, file: Path | None, each: bool, tolerance: float, report: object) -> "Comparison":
+    from vegrip.cli._fits import noise_for, opened
     from vegrip.compare import compare as compare_model
 
     measured, model = opened(folder, file)
-    return compare_model(measured, model, zeros="episode" if each else "recording", report=report)  # type: ignore[arg-type]
+    return compare_model(
+        measured,
+        model,
+        noise=noise_for(measured, tolerance),
+        zeros="episode" if each else "recording",
+        report=report,  # type: ignore[arg-type]
+    )
 
 
 def _drawn(found: "list[Comparison]", out: Path) -> None:

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vegrip.cli._fits import EACH, TOLERANCE
+
 if TYPE_CHECKING:
     from vegrip.diagnosis import Diagnosis
 
@@ -13,10 +15,6 @@ MODEL = Annotated[
     Path | None, typer.Option("--model", help="Model file; else the paper's model. It is refitted.")
 ]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write, with what was named.")]
-EACH = Annotated[
-    bool,
-    typer.Option("--zeros-each-episode", help="Zeros of displacement and force differ between episodes."),
-]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
@@ -25,6 +23,7 @@ def diagnose(
     model: MODEL = None,
     output: OUT = None,
     zeros_each_episode: EACH = False,
+    tolerance: TOLERANCE = 0.0,
     as_json: JSON = False,
 ) -> None:
     """Say which physical effects would explain what the model leaves of a recording.
@@ -34,14 +33,18 @@ def diagnose(
 
     Example: vegrip diagnose press -o press-extended.toml
     """
-    from vegrip.cli._fits import opened, print_json, progress
+    from vegrip.cli._fits import noise_for, opened, print_json, progress
     from vegrip.diagnosis import diagnose as diagnose_model
     from vegrip.model import write_model
 
     measured, start = opened(recording, model)
     with progress("diagnose") as report:
         found = diagnose_model(
-            measured, start, zeros="episode" if zeros_each_episode else "recording", report=report
+            measured,
+            start,
+            noise=noise_for(measured, tolerance),
+            zeros="episode" if zeros_each_episode else "recording",
+            report=report,
         )
     if output is not None:
         write_model(found.model, output)

@@ -5,15 +5,13 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._fits import EACH, TOLERANCE
+
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[
     Path | None, typer.Option("--model", help="Model file to start from; else the paper's model.")
 ]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write.")]
-EACH = Annotated[
-    bool,
-    typer.Option("--zeros-each-episode", help="Zeros of displacement and force differ between episodes."),
-]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
@@ -22,6 +20,7 @@ def fit(
     model: MODEL = None,
     output: OUT = None,
     zeros_each_episode: EACH = False,
+    tolerance: TOLERANCE = 0.0,
     as_json: JSON = False,
 ) -> None:
     """Fit a contact model to a recording: all channels at once, noise of force and displacement alike.
@@ -31,14 +30,18 @@ def fit(
 
     Example: vegrip fit press -o press.toml
     """
-    from vegrip.cli._fits import opened, print_fit, print_json, progress
+    from vegrip.cli._fits import noise_for, opened, print_fit, print_json, progress
     from vegrip.fit import fit as fit_model
     from vegrip.model import write_model
 
     measured, start = opened(recording, model)
     with progress("fit") as report:
         found = fit_model(
-            measured, start, zeros="episode" if zeros_each_episode else "recording", report=report
+            measured,
+            start,
+            noise=noise_for(measured, tolerance),
+            zeros="episode" if zeros_each_episode else "recording",
+            report=report,
         )
     if output is not None:
         write_model(found.model, output)

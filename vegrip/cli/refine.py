@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._fits import EACH, TOLERANCE
+
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model.")]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write.")]
@@ -22,6 +24,8 @@ def refine(
     output: OUT = None,
     report: REPORT = None,
     most: MOST = 4,
+    zeros_each_episode: EACH = False,
+    tolerance: TOLERANCE = 0.0,
     as_json: JSON = False,
 ) -> None:
     """Add effect after effect, refitting each time, and show the ladder of errors down to the noise.
@@ -31,14 +35,21 @@ def refine(
 
     Example: vegrip refine press -o press-refined.toml --report press-ladder
     """
-    from vegrip.cli._fits import opened, print_json, progress
+    from vegrip.cli._fits import noise_for, opened, print_json, progress
     from vegrip.diagnosis import diagnose
     from vegrip.diagnosis.ladder import draw, ladder
     from vegrip.model import write_model
 
     measured, start = opened(recording, model)
     with progress("refine") as tell:
-        found = diagnose(measured, start, most=most, report=tell)
+        found = diagnose(
+            measured,
+            start,
+            noise=noise_for(measured, tolerance),
+            zeros="episode" if zeros_each_episode else "recording",
+            most=most,
+            report=tell,
+        )
     rungs = ladder(found)
     if output is not None:
         write_model(found.model, output)

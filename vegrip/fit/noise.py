@@ -4,6 +4,7 @@ Noise that is white stands out in differences of neighbouring samples, where mot
 the third difference of white noise has the variance ``20 sigma^2``.
 """
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -36,13 +37,20 @@ class Noise:
     contact_radius: float = math.nan
     slow_force: float = 0.0  # [N] wandering of the force sensor
     slow_time: float = 2.0  # [s] its time constant
+    tolerance: float = 0.0  # share of an episode's peak force by which a model may be wrong
     source: Mapping[str, str] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
 
-    @property
-    def force(self) -> ForceNoise:
-        """What the whitening needs."""
-        return ForceNoise(self.normal_force, self.slow_force, self.slow_time)
+    def of_force(self, force: Floats, episode: np.ndarray) -> ForceNoise:
+        """Return what the whitening needs for the measured ``force`` (n,) [N]; NaN counts as none."""
+        peaks = np.zeros(int(episode.max()) + 1)
+        np.maximum.at(peaks, episode, np.abs(np.nan_to_num(force)))
+        white = np.hypot(self.normal_force, self.tolerance * peaks[episode])
+        return ForceNoise(white, self.slow_force, self.slow_time)
+
+    def tolerant(self, tolerance: float) -> "Noise":
+        """Return the same noise, for a model that may be wrong by ``tolerance`` of the peak force."""
+        return dataclasses.replace(self, tolerance=tolerance)
 
 
 def noise_of(recording: Recording) -> Noise:

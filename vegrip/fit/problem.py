@@ -25,7 +25,7 @@ Zeros = Literal["recording", "episode"]
 AT = {name: i for i, name in enumerate(QUANTITIES)}
 VAGUE = 3.0  # the prior of a fit is this many times wider than the declared one
 VAGUE_LOG_SCALE = 5.0  # and that of a stiffness, whose unit may be a cell or a car tyre
-FREE_ZERO = 0.5  # [x_ref] prior std of the zero of the displacement
+FREE_ZERO = 0.5  # [x_ref], [greatest force] prior std and bound of the zeros
 FORGOTTEN = 2.0  # relaxation times after a contact was made anew
 LONGEST = 5.0  # [s]
 STEP = 1e-4  # of a prior std, for derivatives
@@ -59,6 +59,7 @@ class Problem:
         symbols: parameters to fit; those with a standard deviation when not given.
         like: a problem whose rows and noise to share, so that models can be compared; else the noise is
             that at the start, until :meth:`freeze`.
+        within: a model that has all effects of ``model`` and more, those absent; it is what runs.
 
     """
 
@@ -79,18 +80,22 @@ class Problem:
         zeros: Zeros = "recording",
         symbols: tuple[str, ...] | None = None,
         like: "Problem | None" = None,
+        within: ContactModel | None = None,
     ) -> None:
         self.model, self.measured = model, measured
         self._columns = measured.columns if like is None else like._columns
         asked = np.zeros(len(measured.recording))
         asked[measured.seen], asked[measured.sliding] = 1.0, 2.0
-        self._predictor = Predictor(model, self._columns, asked=asked)
-        self._vector = model.vector
+        runs = within or model
+        self._predictor = Predictor(runs, self._columns, asked=asked)
+        self._places = {symbol: i for i, symbol in enumerate(runs.parameters)}
+        self._vector = runs.vector
+        for symbol, value in model.values.items():
+            self._vector[self._places[symbol]] = value.value
         self.depth = model.reference_depth
         self.load = float(np.nanmax(np.abs(measured.force)))
         self.episodes = np.cumsum(measured.first > 0.5).astype(np.int64) - 1
         self._owner = self.episodes if zeros == "episode" else np.zeros_like(self.episodes)
-        self._places = {symbol: i for i, symbol in enumerate(model.parameters)}
         self.zeros = zeros
         self.unknowns = self._unknowns(symbols)
         if like is None:
@@ -117,7 +122,9 @@ class Problem:
             for kind in ("zero_displacement", "zero_force")
             for i in range(zeros)
         ]
-        place = [list(known).index(s) for s in names]
+        place = [self._places[s] for s in names]
+
+        # a first touch that lies deeper, or long before the record began, is no zero but another law
 
         def joined(inner: list[float], zero: float) -> Floats:
             return np.array([*inner, *[zero] * len(extra)], dtype=np.float64)
@@ -136,8 +143,8 @@ class Problem:
             np.array([p.transform == "log" for p in declared] + [False] * len(extra)),
             np.array([*place, *[-1] * len(extra)], dtype=np.int64),
             joined([coordinate(p, v.value) for p, v in zip(declared, values, strict=True)], 0.0),
-            joined([_bound(p.transform, v.low) for p, v in zip(declared, values, strict=True)], -math.inf),
-            joined([_bound(p.transform, v.high) for p, v in zip(declared, values, strict=True)], math.inf),
+            joined([_bound(p.transform, v.low) for p, v in zip(declared, values, strict=True)], -FREE_ZERO),
+            joined([_bound(p.transform, v.high) for p, v in zip(declared, values, strict=True)], FREE_ZERO),
             joined(middle, 0.0),
             joined(wide, FREE_ZERO),
         )
@@ -179,9 +186,10 @@ class Problem:
         touching = here[:, AT["normal_force"]] - zeros[1] != 0.0
         self.stiffness = np.where(touching, np.maximum(rise, 0.0), 0.0)
         used = self.used.astype(np.float64)
-        self.whitener = Whitener(m.recording.t, m.first, m.motion, self.stiffness, noise.force, used)
+        white = noise.of_force(m.force, self.episodes)
+        self.whitener = Whitener(m.recording.t, m.first, m.motion, self.stiffness, white, used)
         self.force_std = np.sqrt(
-            noise.normal_force**2 + noise.slow_force**2 + (self.stiffness * m.motion.std) ** 2
+            np.square(white.white) + noise.slow_force**2 + (self.stiffness * m.motion.std) ** 2
         )
         self.slip_std, self.slip_bias = self._slip_noise(here)
         slope = (beyond[:, AT["contact_radius"]] - here[:, AT["contact_radius"]]) / h
@@ -204,7 +212,7 @@ class Problem:
         out = self.table(u)
         vector, _ = self.parts(u)
         dented = (out[:, AT["indentation"]] > 0.0) & (out[:, AT["contact_radius"]] == 0.0)
-        rates = [vector[i] for i, s in enumerate(self.model.parameters) if s == "nu1"]
+        rates = [vector[self._places["nu1"]]] if "nu1" in self._places else []
         memory = min(FORGOTTEN / max(rates[0], 1e-9), LONGEST) if rates else LONGEST
         t, since = self.measured.recording.t, -math.inf
         rising = np.gradient(self.measured.motion.displacement, t) > 0.0
@@ -267,12 +275,20 @@ class Problem:
         """Return the whitened residual at ``u``."""
         return self.white(self.raw(self.table(u)))
 
-    def jacobian(self, u: Floats, residual: Floats | None = None) -> Floats:
-        """Return the derivative of :meth:`residual`, (rows, unknowns), by differences away from bounds."""
+    def jacobian(
+        self, u: Floats, residual: Floats | None = None, known: Mapping[str, Floats] | None = None
+    ) -> Floats:
+        """Return the derivative of :meth:`residual`, (rows, unknowns), by differences away from bounds.
+
+        ``known``: columns to be taken as they are, by the names of the unknowns.
+        """
         base = self.residual(u) if residual is None else residual
         out = np.empty((base.size, u.size))
         k = self.unknowns
         for j in range(u.size):
+            if known is not None and k.names[j] in known:
+                out[:, j] = known[k.names[j]]
+                continue
             h = STEP * k.std[j]
             h = -h if u[j] + h > k.high[j] else h
             moved = u.copy()

@@ -19,6 +19,7 @@ from vegrip.parameters import Parameter, changed
 UNKNOWN = 0.7  # a posterior std above this share of the prior's: the data say nothing
 ENTANGLED = 0.98  # a correlation above this: only a combination is known
 AT_BOUND = 1e-3  # of the range, or of a prior std
+HOPELESS = 10.0  # and from which it says little to count in units of the noise
 MISFIT = 1.1  # rms of standardised residuals from which the model is said to fail
 
 
@@ -130,6 +131,7 @@ class Fit:
                 "displacement": noise.displacement,
                 "slow_force": noise.slow_force,
                 "slow_time": noise.slow_time,
+                "tolerance": noise.tolerance,
             },
             "outliers": self.problem.measured.outliers,
             "warnings": self.warnings(),
@@ -158,6 +160,8 @@ def _warnings(fit: Fit) -> Iterator[str]:
     for j, name in enumerate(k.names):
         found = fit.declared(name)
         if found is None:
+            if abs(fit.optimum.u[j]) > (1.0 - AT_BOUND) * k.high[j]:
+                yield f"{name} is as far off as it may be: is the zero of the recording right, or the radius?"
             continue
         told = f"{name} ({found[0].name})"
         if fit.std[name] > UNKNOWN * k.std[j]:
@@ -172,6 +176,11 @@ def _warnings(fit: Fit) -> Iterator[str]:
     if fit.error > MISFIT:
         yield (
             f"the model leaves {fit.error:.2f} times the noise; `vegrip diagnose` looks for what is missing"
+        )
+    if fit.error > HOPELESS and not problem.measured.noise.tolerance:
+        yield (
+            "no model of this kind may be right to the noise here; --tolerance 0.01 asks for 1 % of each "
+            "episode's peak force, and keeps the deepest press from deciding alone"
         )
 
 

@@ -1,6 +1,6 @@
 """Bounded least squares with priors, from several starts; the noise is set up anew at every better model."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,8 +57,8 @@ def fit_problem(problem: Problem, report: Report = lambda _: None) -> Optimum:
 def _badness(problem: Problem, u: Floats) -> float:
     """Compare optima whose noise was frozen elsewhere: in plain units of force, radius and slip."""
     force, slip, radius = problem.raw(problem.table(u))
-    noise = problem.measured.noise
-    total = float(np.sum((force / noise.normal_force) ** 2)) + float(np.sum((slip / problem.slip_std) ** 2))
+    white = problem.measured.noise.of_force(problem.measured.force, problem.episodes).white
+    total = float(np.sum((force / white) ** 2)) + float(np.sum((slip / problem.slip_std) ** 2))
     return total + float(np.sum((radius / problem.radius_std) ** 2))
 
 
@@ -89,8 +89,14 @@ def _scaled(problem: Problem, u: Floats) -> Floats:
     return u
 
 
-def refine(problem: Problem, start: Floats, evaluations: int) -> Optimum:
-    """Minimise from one start with the noise as it is frozen.
+def refine(
+    problem: Problem,
+    start: Floats,
+    evaluations: int,
+    known: Mapping[str, Floats] | None = None,
+    near: float = NEAR,
+) -> Optimum:
+    """Minimise from one start with the noise as it is frozen; ``known``: derivatives near the start.
 
     Damped Gauss-Newton steps within the bounds [Marquardt1963]_. Derivatives are as dear as all unknowns
     together, so they are kept from step to step, corrected by what each step showed [Broyden1965]_, and taken
@@ -100,11 +106,11 @@ def refine(problem: Problem, start: Floats, evaluations: int) -> Optimum:
     inside = 1e-9 * k.std
     u = np.clip(start, k.low + inside, k.high - inside)
     r = problem.residual(u)
-    J, fresh = problem.jacobian(u, r), True
+    J, fresh = problem.jacobian(u, r, known), known is None
     cost, damping = _cost(k, r, u), DAMPED
     for _ in range(evaluations):
         step, foretold = _step(k, u, r, J, damping)
-        if foretold < NEAR and not fresh:
+        if foretold < near and not fresh:
             J, fresh = problem.jacobian(u, r), True
             step, foretold = _step(k, u, r, J, damping)
         new = u + step
@@ -116,12 +122,12 @@ def refine(problem: Problem, start: Floats, evaluations: int) -> Optimum:
                 J = J + np.outer((r_new - r - J @ step) / (z @ z), z / k.std)
             was_fresh, fresh = fresh, False
             u, r, cost = new, r_new, cost - found
-            if foretold < NEAR and was_fresh:
+            if foretold < near and was_fresh:
                 break
             damping = damping / 10.0 if found > 0.5 * foretold else damping
             if found < 0.25 * foretold:
                 J, fresh = problem.jacobian(u, r), True
-        elif foretold < NEAR:
+        elif foretold < near:
             break
         elif fresh:
             damping = 10.0 * max(damping, 1e-9)

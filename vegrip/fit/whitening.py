@@ -22,9 +22,9 @@ from vegrip.fit.smoother import Floats
 
 @dataclass(frozen=True)
 class ForceNoise:
-    """Noise of the normal force: white std [N], slow std [N] and its time constant [s]."""
+    """Noise of the normal force: white std [N] (one or of every row), slow std [N], its time constant [s]."""
 
-    white: float
+    white: float | Floats
     slow: float = 0.0
     time: float = 2.0
 
@@ -53,9 +53,18 @@ class Whitener:
     ) -> None:
         self._beside = (t, first, motion.pull, stiffness)
         self._time = noise.time
-        variances = (noise.white**2, noise.slow**2)
+        white = np.full(t.size, 1.0) * np.square(noise.white)
         self._gain, self._scale = gains(
-            t, first, motion.pull, motion.push, motion.start, stiffness, variances, noise.time, used
+            t,
+            first,
+            motion.pull,
+            motion.push,
+            motion.start,
+            stiffness,
+            white,
+            noise.slow**2,
+            noise.time,
+            used,
         )
 
     def __call__(self, columns: Floats) -> Floats:
@@ -79,14 +88,14 @@ def gains(
     push: Floats,
     start: Floats,
     stiffness: Floats,
-    variances: tuple[float, float],
+    white: Floats,
+    S_b: float,
     time: float,
     used: Floats,
 ) -> tuple[Floats, Floats]:
     """Return the Kalman gains (n, 3) of error, its rate and b, and one over the std of the innovation."""
     n = t.shape[0]
     gain, scale = np.zeros((n, 3)), np.zeros(n)
-    R, S_b = variances
     P = np.zeros((3, 3))
     for i in range(n):
         if first[i] > 0.5:
@@ -96,7 +105,7 @@ def gains(
         k = stiffness[i]
         if used[i] > 0.5:
             g0, g1, g2 = k * P[0, 0] + P[0, 2], k * P[1, 0] + P[1, 2], k * P[2, 0] + P[2, 2]
-            S = k * g0 + g2 + R
+            S = k * g0 + g2 + white[i]
             gain[i, 0], gain[i, 1], gain[i, 2] = g0 / S, g1 / S, g2 / S
             scale[i] = 1.0 / np.sqrt(S)
             g = (g0, g1, g2)
