@@ -167,6 +167,19 @@ class ModelHealth:
 
 
 @dataclass(frozen=True, slots=True)
+class LearnedParameter:
+    """What the estimator has learned of one parameter of its model."""
+
+    stamp: int
+    finger: str
+    seq: int
+    symbol: str = ""  # of the model, which knows the unit
+    raw: Estimate = UNKNOWN  # as the filter has it now
+    filtered: Estimate = UNKNOWN  # smoothed over excited contact; valid with hysteresis
+    excited: float = NAN  # [s] of motion in contact that went into it
+
+
+@dataclass(frozen=True, slots=True)
 class NodeStatus:
     """How a node is doing."""
 
@@ -185,4 +198,6 @@ class NodeStatus:
     rejected: Mapping[str, int] = field(default_factory=dict)  # named decoding failures
 
 
-Message = FingertipState | ContactEstimate | SlipMargin | ForceCommand | ModelHealth | NodeStatus
+Message = (
+    FingertipState | ContactEstimate | SlipMargin | ForceCommand | ModelHealth | LearnedParameter | NodeStatus
+)

@@ -18,6 +18,7 @@ from vegrip.messages import (
     Estimate,
     FingertipState,
     ForceCommand,
+    LearnedParameter,
     Lifecycle,
     Message,
     ModelHealth,
@@ -120,6 +121,13 @@ STRATEGIES: dict[type[Any], st.SearchStrategy[Any]] = {
         suspect=st.sampled_from(("", "second_relaxation", "adhesion", "rolling")),
         rejected=_counts,
     ),
+    LearnedParameter: _builds(
+        LearnedParameter,
+        symbol=st.sampled_from(("K", "p", "mu")),
+        raw=_estimates(),
+        filtered=_estimates(),
+        excited=_quantities,
+    ),
     NodeStatus: _builds(
         NodeStatus,
         node=st.sampled_from(("grasp_force", "virtual_hand")),
@@ -158,6 +166,7 @@ def examples() -> list[Message]:
         SlipMargin(second, "index", 7, Estimate(0.4, 0.03, True, 0.002), 0.33, 0.95, 1.2, 4.0, 2.5),
         ForceCommand(second, "index", 7, 4.2, 0.2, Reason.RAISE, second + 50_000_000),
         ModelHealth(second, "index", 7, Condition.DEGRADED, 1.5, True, "torque_z", "hold", "adhesion", 3),
+        LearnedParameter(second, "index", 7, "K", known, known, 12.5),
         NodeStatus(
             *(second, "grasp_force", 7, Lifecycle.ACTIVE),
             *(2500.0, 2500.0, 40.0, 90.0, 400.0, 60.0, 1, 2, {"checksum": 3}),

@@ -16,6 +16,7 @@ from vegrip.errors import ConfigError
 from vegrip.estimator.layout import CHANNELS, REGIMES
 from vegrip.messages import UNKNOWN, Condition, Lifecycle, Reason
 
+ON_CAN = tuple(cls for cls, schema in message_set().messages.items() if schema.on_can)
 FD_LENGTHS = (8, 12, 16, 20, 24, 32, 48, 64)
 
 every_message = pytest.mark.parametrize("message", database().messages, ids=lambda m: m.name)
@@ -66,10 +67,10 @@ def test_no_identifier_is_used_twice_by_any_hand_and_finger() -> None:
 
 
 def test_commands_win_the_arbitration_then_states() -> None:
-    first = {cls: min(m.frame_id for m in database().messages if kind(m) is cls) for cls in CLASSES.values()}
+    first = {cls: min(m.frame_id for m in database().messages if kind(m) is cls) for cls in ON_CAN}
     order = sorted(first, key=lambda cls: first[cls])
     assert order[:3] == [messages.ForceCommand, messages.FingertipState, messages.SlipMargin]
-    for cls in CLASSES.values():
+    for cls in ON_CAN:
         parts = [m for m in database().messages if kind(m) is cls and not m.is_fd]
         identifiers = [m.frame_id for m in sorted(parts, key=lambda m: int(attribute(m, "MessagePart")))]
         assert identifiers == sorted(identifiers), "a controller sends the lowest identifier first"
@@ -87,7 +88,7 @@ def test_every_signal_is_a_field_of_its_message(message: DbcMessage) -> None:
 
 
 def test_the_fd_layout_carries_every_field() -> None:
-    for cls in CLASSES.values():
+    for cls in ON_CAN:
         names = {s.name for m in database().messages if m.is_fd and kind(m) is cls for s in m.signals}
         for field in dataclasses.fields(cls)[3:]:
             wanted = [field.name]

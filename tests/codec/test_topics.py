@@ -7,7 +7,7 @@ from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, Message
 
 TOPICS = ["/hand/index/state", "/hand/index/contact", "/hand/index/slip_margin"]
-TOPICS += ["/hand/index/force_command", "/hand/index/model_health", "/diagnostics"]
+TOPICS += ["/hand/index/force_command", "/hand/index/model_health", "/hand/index/learned", "/diagnostics"]
 
 
 def topics(codec: MsgpackCodec, examples: list[Message]) -> list[str]:
@@ -89,6 +89,6 @@ def test_eight_hands_of_eight_fingers_share_a_bus() -> None:
 def test_the_namespace_of_a_node_is_the_hand_on_can(examples: list[Message]) -> None:
     from dataclasses import replace
 
-    status = replace(examples[5], node="left/grasp_force")  # type: ignore[call-arg]
+    status = replace(examples[-1], node="left/grasp_force")  # type: ignore[call-arg]
     received = CanCodec(["thumb"], fd=True).decode(CanCodec(["thumb"], fd=True).encode(status)[0])
     assert received.node == "grasp_force"  # type: ignore[union-attr]

@@ -1,7 +1,12 @@
 """The node keeps what its fingers learn, when nothing is held."""
 
+from vegrip.estimator import EstimatorSettings, SensorNoise
+from vegrip.estimator.learning import Learned
+from vegrip.grasp.memory import Watching
 from vegrip.grasp.node import GraspForce
 from vegrip.grasp.settings import ControlSettings
+from vegrip.messages import Estimate, LearnedParameter
+from vegrip.model import paper_model
 
 MS = 1_000_000
 
@@ -12,6 +17,8 @@ class Memory:
 
     def look(self, finger, now):
         self.looked.append((finger, now))
+        raw = Estimate(1.3, 0.2, True, 0.01)
+        return {"K": Learned(raw, 1.2, valid=False, excited=2.5)}
 
     def keep(self):
         self.kept += 1
@@ -32,6 +39,26 @@ def test_it_looks_at_the_pace_of_the_health_reports_and_keeps_at_the_end(make_no
     assert memory.kept == 0
     node.cleanup()
     assert memory.kept == 1
+
+
+def test_it_tells_what_is_learned_once_a_second(make_node, state):
+    node = GraspForce("grasp", ("index",), make_node()._make_estimator, ControlSettings(), Memory())
+    node.configure()
+    node.activate()
+    told = []
+    for i in range(2000):
+        told += [m for m in node.on_message(state(i), i * 2 * MS) if isinstance(m, LearnedParameter)]
+    assert [m.seq for m in told] == [0, 1, 2, 3]
+    assert {(m.symbol, m.raw.value, m.filtered.value, m.filtered.valid, m.excited) for m in told} == {
+        ("K", 1.3, 1.2, False, 2.5)
+    }
+
+
+def test_without_a_folder_it_still_watches():
+    model, memory = paper_model(8e-3), Watching()
+    memory.estimator("index", model, SensorNoise(), EstimatorSettings())
+    assert set(memory.look("index", 0)) == set(memory.learners["index"].symbols)
+    assert memory.look("thumb", 0) == {}
 
 
 def test_a_node_that_is_activated_again_does_not_lose_what_it_learned(make_node):

@@ -10,6 +10,7 @@ from vegrip.codec.decoder import Decoder, HandClock
 from vegrip.codec.encoder import Encoder
 from vegrip.codec.frame import Frame
 from vegrip.codec.layout import Layout, Layouts
+from vegrip.codec.schema import message_set
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, Message, NodeStatus
 
@@ -96,9 +97,12 @@ class CanCodec:
         The counter on the wire is ``seq``: sending a message twice is a repeat for the receiver. A quantity
         beyond the range of its signal is sent as "not measured" (a force command: as the end of the range,
         never more than asked for) and counted. A message that cannot be sent at all - a command that is not
-        finite, a finger or node that is not configured - gives no frame and is counted.
+        finite, a finger or node that is not configured - gives no frame and is counted. A kind of message
+        that is not told on CAN gives none either, and is not counted.
         """
         encoder = self._encoders.get((type(message), _owner(message)))
+        if encoder is None and not message_set().messages[type(message)].on_can:
+            return []
         if encoder is None:
             self.clipped["finger"] += 1
             return []

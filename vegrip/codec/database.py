@@ -54,6 +54,7 @@ def build_layouts(db: Database) -> Layouts:
     compiled = tuple(
         _layout(schema, fd, [m for m in db.messages if m.is_fd == fd and _kind(m) == schema.cls.__name__])
         for schema in message_set().messages.values()
+        if schema.on_can
         for fd in (False, True)
     )
     return Layouts(version, hand, finger, block // hand, hand // finger, compiled)

@@ -47,6 +47,7 @@ class MessageSchema:
     cls: type[Any]
     topic: str  # with the place holder {finger}
     fields: tuple[Field, ...]
+    on_can: bool = True
 
     @property
     def owner(self) -> str:
@@ -90,7 +91,7 @@ def _message(name: str, entry: Mapping[str, Any]) -> MessageSchema:
     if name not in CLASSES:
         raise ConfigError(f"messages.toml: there is no message {name!r}; there are {', '.join(CLASSES)}")
     fields = tuple(_field(key, value, f"messages.toml [{name}]") for key, value in entry["fields"].items())
-    return MessageSchema(CLASSES[name], entry["topic"], fields)
+    return MessageSchema(CLASSES[name], entry["topic"], fields, entry.get("can", True))
 
 
 def _field(name: str, entry: Mapping[str, Any], where: str) -> Field:

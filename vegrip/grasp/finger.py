@@ -2,13 +2,14 @@
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from vegrip.clock import NS
 from vegrip.control.demand import Demand
 from vegrip.control.finger import FingerController
 from vegrip.control.watchdog import InputWatchdog
+from vegrip.estimator.learning import Learned
 from vegrip.grasp.estimator import Estimator
 from vegrip.grasp.settings import ControlSettings, apply_policy
 from vegrip.messages import (
@@ -17,6 +18,7 @@ from vegrip.messages import (
     Estimate,
     FingertipState,
     ForceCommand,
+    LearnedParameter,
     Message,
     SlipMargin,
 )
@@ -62,8 +64,8 @@ class GraspFinger:
         self._seen = False  # the estimator has had a state
         self._margin: SlipMargin | None = None
         self._used = 0  # [ns] arrival of the last state that was believed
-        self._reported = self._healthy = -math.inf  # [ns] when last told
-        self._reports = self._healths = 0  # how often
+        self._reported = self._healthy = self._taught = -math.inf  # [ns] when last told
+        self._reports = self._healths = self._lessons = 0  # how often
         self._phase = phase
         self.past: deque[FingertipState] = deque(maxlen=PAST)
         """What was believed of late, for an estimator that takes over."""
@@ -139,6 +141,16 @@ class GraspFinger:
             health = self.estimator.health()
             yield replace(health, stamp=now, finger=self.name, seq=self._healths, condition=condition)
             self._healths += 1
+
+    def lessons(self, learned: Mapping[str, Learned], now: int, period: float) -> Iterator[Message]:
+        """Yield what is learned, one message for each parameter, when that is due."""
+        if not _due(self._taught, now, period):
+            return
+        self._taught = self._staggered(self._taught, now, period)
+        for symbol, one in learned.items():
+            filtered = Estimate(one.filtered, one.raw.std, one.valid, one.raw.age)
+            yield LearnedParameter(now, self.name, self._lessons, symbol, one.raw, filtered, one.excited)
+            self._lessons += 1
 
     def _staggered(self, last: float, now: int, period: float) -> float:
         first = last == -math.inf

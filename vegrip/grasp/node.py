@@ -1,24 +1,26 @@
 """The node that grips: any number of fingers, each with its own estimator, watchdog and controller."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 
 from vegrip.control.confidence import each_confidence
 from vegrip.control.fail_safe import FailSafe
 from vegrip.control.finger import FingerController
 from vegrip.control.watchdog import InputWatchdog
+from vegrip.estimator.learning import Learned
 from vegrip.grasp.estimator import Estimator
 from vegrip.grasp.finger import UNUSED, GraspFinger, Wanted
 from vegrip.grasp.memory import Memory, Nothing
 from vegrip.grasp.settings import ControlSettings, make_policy, make_share
 from vegrip.grasp.succession import Succession
+from vegrip.grasp.suspicion import Nobody, Suspects
 from vegrip.grasp.warm_up import dummy_states
-from vegrip.messages import Condition, FingertipState, ForceCommand, Message
+from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth
 from vegrip.node import NodeBase
 
 
 class GraspForce(NodeBase):
-    """FingertipState in; ForceCommand, ContactEstimate, SlipMargin and ModelHealth out.
+    """FingertipState in; ForceCommand, ContactEstimate, SlipMargin, ModelHealth, LearnedParameter out.
 
     The command comes first of every answer, because it is the one that is waited for. The reports are worked
     out when they are taken.
@@ -29,6 +31,7 @@ class GraspForce(NodeBase):
         make_estimator: gives a new estimator for a finger; called by :meth:`configure`.
         settings: how the grasp is controlled.
         succession: builds new estimators when parameters of the fingertips change while the node runs.
+        suspects: looks for what is behind a model that fails.
         memory: of what the fingers learn; asked to keep it by :meth:`cleanup`, when nothing is held.
 
     """
@@ -41,6 +44,7 @@ class GraspForce(NodeBase):
         settings: ControlSettings,
         memory: Memory | None = None,
         succession: Succession | None = None,
+        suspects: Suspects | None = None,
     ) -> None:
         self.fingers: dict[str, GraspFinger] = {}
         self._names = tuple(fingers)
@@ -49,6 +53,7 @@ class GraspForce(NodeBase):
         self._make_estimator = make_estimator
         self._memory = memory or Nothing()
         self._succession = succession
+        self.suspects = suspects or Nobody()
         self._active = False
         self._worn = False  # the fingers have a past
         self._at_fault = False  # of this node itself, not of its input
@@ -85,6 +90,7 @@ class GraspForce(NodeBase):
         for name, estimator in (successors or {}).items():
             if name in self.fingers:
                 self.fingers[name].succeed(estimator)
+                self.suspects.forget(name)
 
     def configure(self) -> None:
         """Build every finger, and compile what will run by running it on fingers that are thrown away."""
@@ -126,6 +132,8 @@ class GraspForce(NodeBase):
             self.rejected["unknown finger"] += 1
             return ()
         finger.sense(message, now, self._wanted, self.parameters.report_period)
+        if finger.past and finger.past[-1] is message:  # it was believed
+            self.suspects.note(finger.name, message, finger.estimator.in_contact)
         return chain(self._commands([finger], now), self._reports(finger, now))
 
     def on_tick(self, now: int) -> Iterable[Message]:
@@ -173,6 +181,10 @@ class GraspForce(NodeBase):
         return self._shared(started).get(finger.name, 0.0)
 
     def _reports(self, finger: GraspFinger, now: int) -> Iterator[Message]:
+        learned: Mapping[str, Learned] = {}
         if finger.health_due(now, self.parameters.health_period):
-            self._memory.look(finger.name, now)
-        yield from finger.reports(now, self.parameters.report_period, self.parameters.health_period)
+            learned = self._memory.look(finger.name, now)
+        for report in finger.reports(now, self.parameters.report_period, self.parameters.health_period):
+            yield self.suspects.judged(report) if isinstance(report, ModelHealth) else report
+        if learned:
+            yield from finger.lessons(learned, now, self.parameters.learned_period)

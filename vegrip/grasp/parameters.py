@@ -8,7 +8,7 @@ from typing import Any
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
-from vegrip.grasp.memory import Folder
+from vegrip.grasp.memory import Folder, Watching
 from vegrip.grasp.settings import ControlSettings
 from vegrip.model import ContactModel, paper_model, read_model
 from vegrip.parameters import changed
@@ -38,18 +38,21 @@ class GraspParameters(ControlSettings):
     tips: dict[str, Any] = parameter({}, doc="what is different at a finger, by its name", live=False)
     noise: SensorNoise = parameter(SensorNoise(), doc="of the sensors", live=False)
     estimator: EstimatorSettings = parameter(EstimatorSettings(), doc="the estimator", live=False)
+    suspects: bool = parameter(
+        True, doc="look for the effect that a failing model lacks, in a process of low priority", live=False
+    )
     learned: str = parameter(
         "", doc="folder that keeps what the fingers learn, read at the start; empty = none", live=False
     )
 
 
-def memory_of(parameters: GraspParameters) -> Folder | None:
+def memory_of(parameters: GraspParameters) -> Watching:
     """Return the memory that the parameters ask for."""
-    return Folder(Path(parameters.learned)) if parameters.learned else None
+    return Folder(Path(parameters.learned)) if parameters.learned else Watching()
 
 
 def estimator_factory(
-    parameters: GraspParameters, fingers: tuple[str, ...], where: str, memory: Folder | None = None
+    parameters: GraspParameters, fingers: tuple[str, ...], where: str, memory: Watching | None = None
 ) -> Callable[[str], ContactEstimator]:
     """Return the function that makes the estimator of a finger, with what ``memory`` has of it.
 

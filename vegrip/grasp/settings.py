@@ -41,6 +41,7 @@ class ControlSettings:
     )
     report_period: float = parameter(0.02, unit="s", low=0.0, high=10.0, doc="of estimates; 0 = every state")
     health_period: float = parameter(0.2, unit="s", low=0.0, high=60.0, doc="of ModelHealth")
+    learned_period: float = parameter(1.0, unit="s", low=0.0, high=60.0, doc="of LearnedParameter")
     grip: GripSettings = parameter(GripSettings(), doc="the margin grip")
     constant: ConstantSettings = parameter(ConstantSettings(), doc="the constant grip")
     cone: ConeSettings = parameter(ConeSettings(), doc="the Coulomb cone")

@@ -12,6 +12,7 @@ from vegrip.messages import (
     Estimate,
     FingertipState,
     ForceCommand,
+    LearnedParameter,
     Message,
     ModelHealth,
     NodeStatus,
@@ -25,6 +26,7 @@ FILES: Final[dict[type[Message], str]] = {
     SlipMargin: "slip_margin.csv",
     ForceCommand: "force_command.csv",
     ModelHealth: "model_health.csv",
+    LearnedParameter: "learned.csv",
     NodeStatus: "diagnostics.csv",
 }
 """Which file of a finger's folder a message goes to; diagnostics lie beside the fingers."""

@@ -5,7 +5,8 @@
     session/session.toml            when it began, whether it was closed, what was lost
     session/diagnostics.csv         NodeStatus of every node
     session/thumb/recording.toml    with recording.csv: a recording like any other
-    session/thumb/contact.csv       ContactEstimate; slip_margin.csv, force_command.csv, model_health.csv
+    session/thumb/contact.csv       ContactEstimate; slip_margin.csv, force_command.csv, model_health.csv,
+                                    learned.csv
 
 Rows are whole lines, written out by :meth:`RecordingWriter.flush`, so that after a crash at most what came
 since the last flush is missing. Nothing here raises once the folder is made: what the disk refuses is

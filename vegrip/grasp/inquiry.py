@@ -1,0 +1,46 @@
+"""The process that looks for a suspect: ``python -m vegrip.grasp.inquiry FOLDER SENSOR=STD ...``.
+
+FOLDER holds ``felt.npz`` and ``model.toml``; the answer is one word on standard output, empty when the model
+only had to be fitted anew. It makes way for everything else on the machine.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from vegrip.diagnosis import diagnose
+from vegrip.model import ContactModel, read_model
+from vegrip.recording import Fingertip, Recording
+
+LOWEST = 19
+MOST = 1  # effects that are looked for: the leading suspect
+UNEXPLAINED = "unexplained"
+
+
+def suspect(recording: Recording, model: ContactModel) -> str:
+    """Return the effect that explains most of what ``model`` leaves; "unexplained" when none does."""
+    found = diagnose(recording, model, most=MOST, threads=1)
+    if found.search.accepted:
+        return found.search.accepted[0].candidate.name
+    return UNEXPLAINED if found.verdict == "unexplained" else ""
+
+
+def main(arguments: list[str]) -> int:
+    """Read, look, and print the answer."""
+    os.nice(LOWEST)
+    folder = Path(arguments[0])
+    model = read_model(folder / "model.toml")
+    with np.load(folder / "felt.npz") as felt:
+        columns = {name: felt[name] for name in felt.files}
+    t = columns.pop("t")
+    sensors = {name: float(std) for name, _, std in (text.partition("=") for text in arguments[1:])}
+    episode = np.zeros(t.size, dtype=np.int64)
+    recording = Recording("felt", t, episode, columns, Fingertip(model.tip_radius), sensors)
+    print(suspect(recording, model))  # noqa: T201
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
