@@ -27,7 +27,11 @@ FRICTION = (
 )  # fmt: skip
 
 CHANNELS = ("displacement", "normal_force", "contact_radius")
-REGIMES = ("air", "loading", "hold", "unloading")
+REGIMES = (
+    "air", "loading", "hold", "unloading", "deep loading", "fast loading", "deep hold", "late hold",
+    "deep unloading", "fast unloading", "sliding",
+)  # fmt: skip
+"""In which the innovations are watched; those without a word are shallow and slow, or early."""
 BOUNDS = ("", "elastic_force", "force", "x")
 """What a state of unknown history may lie between; the place is the code the kernels know."""
 
@@ -49,6 +53,7 @@ class Layout:
     state_low: tuple[int, ...]  # see BOUNDS
     state_high: tuple[int, ...]
     extreme: tuple[bool, ...]  # states of the effects that no measurement corrects
+    speed_felt: bool  # whether any effect reads the speed
 
     @property
     def n(self) -> int:
@@ -69,7 +74,7 @@ class Layout:
             "FRICTION": len(FRICTION), "CONSIDER": len(self.considered), "REPORT": len(REPORT),
             "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
-            "LOAD": 5, "MOTION": 1, "START": n, "LOST": 1,
+            "LOAD": 6, "MOTION": 1, "START": n, "LOST": 1,
             "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n,
             "S0": s + 1, "S1": s + 1, "L": m * m, "D": 5 * (m + len(self.considered)), "TRY": n,
         }  # fmt: skip
@@ -99,6 +104,7 @@ class Layout:
         lines += [f"STATE_LOW = {(*self.state_low, 0)}", f"STATE_HIGH = {(*self.state_high, 0)}"]
         free = (False,) * (self.n - 2 - self.n_states)
         lines += [f"KEPT = {(False, False, *self.extreme, *free)}"]
+        lines += [f"FELT = {(True, self.speed_felt, *[True] * (self.n - 2))}"]
         lines += [f"MU_PLACE = {self.mu}", f"CONSIDERED_MU = {self.considered.index(self.mu)}"]
         for name, (start, end) in self.places().items():
             lines += [f"{name}0 = {start}", f"{name}1 = {end}"]
@@ -126,7 +132,9 @@ def layout_of(model: ContactModel) -> Layout:
     considered = [n for n in names if n in reading - moving and n != mu and model.values[n].std > 0.0]
     log = {n: declared.transform == "log" for n, (_, declared) in model.parameters.items()}
     states = [s for e in model.effects for s in e.states]
+    taken = {name for calls in model.plan.calls.values() for call in calls for name in call.takes}
     return Layout(
+        speed_felt="speed" in taken,
         state_low=tuple(BOUNDS.index(s.low) for s in states),
         extreme=tuple(s.extreme for s in states),
         state_high=tuple(BOUNDS.index(s.high) for s in states),

@@ -153,6 +153,15 @@ def torsion_limit(k: float) -> float:
 
 
 @njit
+def torsion_gradient(k: float) -> tuple[float, float]:
+    """Torsion limit with its derivative: (M(k), dM/dk)."""
+    if not k >= 1.0:
+        return math.nan, math.nan
+    value, by_t = _torsion(2.0 / k - 1.0)
+    return value, -2.0 * by_t / (k * k)
+
+
+@njit
 def gauge(k: float, f: float, m: float) -> float:
     """Load over limit: 1 on the limit surface, below 1 inside, proportional to the load; any signs."""
     if not k >= 1.0:
@@ -202,9 +211,15 @@ def gauge_gradient(k: float, f: float, m: float) -> tuple[float, float, float, f
 @njit
 def radius_gradient(k: float, psi: float) -> tuple[float, float, float]:
     """Radius along the load angle psi with its derivatives: (radius, d/dk, d/dpsi)."""
-    c, s = math.cos(psi), math.sin(psi)
+    return radius_gradient_towards(k, math.cos(psi), math.sin(psi))
+
+
+@njit
+def radius_gradient_towards(k: float, c: float, s: float) -> tuple[float, float, float]:
+    """Return the same towards the unit load (c, s) = (cos(psi), sin(psi))."""
     value, by_k, by_f, by_m = gauge_gradient(k, c, s)
-    return 1.0 / value, -by_k / value**2, (by_f * s - by_m * c) / value**2
+    least = 1.0 / value
+    return least, -by_k * least * least, (by_f * s - by_m * c) * least * least
 
 
 @njit
@@ -332,12 +347,15 @@ def least_normal_forces(
 
 @njit
 def _torsion(t: float) -> tuple[float, float]:
-    """Torsion limit and its derivative in t = 2/k - 1, by Horner's rule."""
-    value = slope = 0.0
-    for i in range(len(TORSION_TABLE) - 1, -1, -1):
-        slope = slope * t + value
-        value = value * t + TORSION_TABLE[i]
-    return value, slope
+    """Torsion limit and its derivative in t = 2/k - 1: even and odd powers side by side, by Horner's rule."""
+    q = t * t
+    even = odd = even_q = odd_q = 0.0
+    for i in range(len(TORSION_TABLE) - 2, -1, -2):
+        even_q = even_q * q + even
+        odd_q = odd_q * q + odd
+        even = even * q + TORSION_TABLE[i]
+        odd = odd * q + TORSION_TABLE[i + 1]
+    return even + t * odd, odd + 2.0 * t * (even_q + t * odd_q)
 
 
 @njit
@@ -354,14 +372,17 @@ def _value(table: Array, t: float, u: float) -> float:
 
 @njit
 def _derivatives(table: Array, t: float, u: float) -> tuple[float, float, float]:
-    """Sum of table[i, j] t^i u^j with its derivatives in t and u."""
+    """Sum of table[i, j] t^i u^j with its derivatives in t and u; even and odd powers of u side by side."""
+    q = u * u
     value = by_t = by_u = 0.0
     for i in range(table.shape[0] - 1, -1, -1):
-        row = row_u = 0.0
-        for j in range(table.shape[1] - 1, -1, -1):
-            row_u = row_u * u + row
-            row = row * u + table[i, j]
+        even = odd = even_q = odd_q = 0.0
+        for j in range(table.shape[1] - 2, -1, -2):
+            even_q = even_q * q + even
+            odd_q = odd_q * q + odd
+            even = even * q + table[i, j]
+            odd = odd * q + table[i, j + 1]
         by_t = by_t * t + value
-        value = value * t + row
-        by_u = by_u * t + row_u
+        value = value * t + (even + u * odd)
+        by_u = by_u * t + (odd + 2.0 * u * (even_q + u * odd_q))
     return value, by_t, by_u

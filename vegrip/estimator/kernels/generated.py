@@ -5,10 +5,10 @@ imports from vegrip, is appended to the generated module of a model, where these
 values (:meth:`vegrip.estimator.layout.Layout.constants`). This file declares them.
 """
 
-from vegrip.contact.limit_surface.fast import gauge, radius_gradient
+from vegrip.contact.limit_surface.fast import gauge, radius_gradient_towards, torsion_gradient
 from vegrip.model.generated import Floats, advance, readout
 
-__all__ = ["Floats", "advance", "gauge", "radius_gradient", "readout"]
+__all__ = ["Floats", "advance", "gauge", "radius_gradient_towards", "readout", "torsion_gradient"]
 
 N: int
 M: int
@@ -23,6 +23,7 @@ CONSIDERED_LOG: tuple[bool, ...]
 STATE_LOW: tuple[int, ...]
 STATE_HIGH: tuple[int, ...]
 KEPT: tuple[bool, ...]
+FELT: tuple[bool, ...]
 MU_PLACE: int
 CONSIDERED_MU: int
 Y0: int

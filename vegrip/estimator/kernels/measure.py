@@ -5,6 +5,7 @@ import math
 from vegrip.estimator.kernels.gain import scalar_update
 from vegrip.estimator.kernels.generated import (
     EXOGENOUS0,
+    FELT,
     G0,
     H0,
     H1,
@@ -46,7 +47,7 @@ def force_gradient(m: Floats, y: int) -> float:
     base = contact(m, y)[3]
     for j in range(2 + NS if m[LOAD0 + 1] > 0.5 else M):
         h = step_of(m, y, j)
-        if h > 0.0:
+        if FELT[j] and h > 0.0:
             keep = m[y + j]
             m[y + j] = keep + h
             m[H0 + j] = (contact(m, y)[3] - base) / h
@@ -132,7 +133,7 @@ def measure_radius(m: Floats, value: float) -> bool:
         return False
     for j in range(M):
         h = step_of(m, y, j)
-        if h > 0.0:
+        if FELT[j] and h > 0.0:
             keep = m[y + j]
             m[y + j] = keep + h
             m[H0 + j] = (radius_of(m, y) - base) / h

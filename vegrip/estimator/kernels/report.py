@@ -43,7 +43,8 @@ from vegrip.estimator.kernels.generated import (
     Y0,
     Y1,
     Floats,
-    radius_gradient,
+    radius_gradient_towards,
+    torsion_gradient,
 )
 from vegrip.estimator.kernels.quantities import spread, spread_quantities
 from vegrip.estimator.kernels.roots import WIDE
@@ -95,7 +96,7 @@ def limits(m: Floats, force: float, a: float, k: float, mu: float) -> None:
         m[REP_LIMIT_TORQUE] = 0.0
         m[REP_LIMIT_TORQUE_STD] = 0.0
         return
-    reach, by_k, _ = radius_gradient(k, 0.5 * math.pi)
+    reach, by_k = torsion_gradient(k)
     torque = mu * force * a * reach
     m[REP_LIMIT_TORQUE] = torque
     m[REP_LIMIT_TORQUE_STD] = torque * spread(m, 1.0 / force, 1.0 / a, by_k / reach, 1.0 / mu, 0.0)
@@ -120,9 +121,8 @@ def along(m: Floats, tangential: float, torque: float, force: float, a: float, k
     s_m = 0.0 if math.isnan(torque) else m[SET_S_TORQUE]
     along_f, along_m = f, moment / a
     load = math.hypot(along_f, along_m)
-    psi = math.atan2(along_m, along_f)
-    reach, by_k, by_psi = radius_gradient(k, psi)
-    c, s = math.cos(psi), math.sin(psi)
+    c, s = (along_f / load, along_m / load) if load > 0.0 else (1.0, 0.0)
+    reach, by_k, by_psi = radius_gradient_towards(k, c, s)
     turn = by_psi / reach
     limit = mu * force * reach
     gauge_now = load / limit
