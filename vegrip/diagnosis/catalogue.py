@@ -23,6 +23,8 @@ SPREADS = {1: (-3.0, -1.5, 0.0, 1.5, 3.0), 2: (-2.0, 0.0, 2.0)}
 SIZES = {"displacement_backlash": (0.2, 1.0, 4.0)}
 """Sizes at which an effect is tried that is not proportional to its amount."""
 
+STEADY = 0.3  # [K] of scatter below which a temperature tells nothing
+
 FRICTION_CHANNELS = {"tangential_force", "torque_z"}
 
 Trial = Mapping[str, float]
@@ -74,8 +76,11 @@ def unseen(one: Effect, measured: Measured) -> str:
     """Return why the recording cannot show an effect, empty where it can."""
     columns = measured.recording.columns
     takes = {name for hook in one.hooks for name in _arguments(hook.function)}
-    if "temperature" in takes and "temperature" not in columns:
-        return "no temperature was recorded"
+    if "temperature" in takes:
+        if "temperature" not in columns:
+            return "no temperature was recorded"
+        if np.nanstd(columns["temperature"]) < STEADY:
+            return "the temperature hardly changed"
     tangential = {"tangential_force", "tangential_force_x", "tangential_force_y"} & takes
     if tangential and not {"tangential_force_x", "tangential_force_y"} & set(columns):
         return "no tangential force was recorded"

@@ -2,9 +2,9 @@
 
 With residual w, derivatives J of the model that is there, and the change s that a candidate at its declared
 size makes, the best multiple of s beside a refit of everything else leaves
-``|w|^2 / 2 - gain``,   ``gain = (p . w)^2 / (2 p . p)``,   p = s without what J can imitate,
-a score test [Rao1948]_ that costs one run of the model. All candidates live in one compiled model, absent but
-for the one on trial.
+``|w|^2 / 2 - gain``,   ``gain = (p . w)^2 / (2 (p . p + q))``,   p = s without what J can imitate,
+q what the prior asks for a multiple of one: a score test [Rao1948]_ that costs one run of the model. All
+candidates live in one compiled model, absent but for the one on trial.
 """
 
 import dataclasses
@@ -15,17 +15,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.diagnosis.catalogue import Candidate, Trial
-from vegrip.effects import place
+from vegrip.diagnosis.catalogue import Candidate, Trial, null
+from vegrip.effects import BUILT_IN, effect, place
 from vegrip.errors import ModelError
 from vegrip.fit.problem import Problem
 from vegrip.fit.smoother import Floats
 from vegrip.fit.solve import Optimum
 from vegrip.model import ContactModel
-from vegrip.parameters import changed, declared
+from vegrip.parameters import changed, coordinate, declared
 
 DEAR = ("series_compliance", "power_law_relaxation")
-"""Effects that slow a model down even when they are absent."""
+"""Effects that slow a model down even when they are absent: they run in models of their own."""
 
 VISIBLE = 1e-12  # of a signature's power that must be left beside the model
 
@@ -67,8 +67,9 @@ def screen(
         if left < VISIBLE * power or left <= 0.0:
             return None
         along = float(p @ padded)
-        multiple = -along / left
-        gain = 0.5 * along * along / left if _allowed(candidate, trial, multiple) else 0.0
+        firm = left + _prior(candidate, trial)
+        multiple = -along / firm
+        gain = 0.5 * along * along / firm if _allowed(candidate, trial, multiple) else 0.0
         return Hint(
             candidate, gain, trial, multiple, left / power, (p / math.sqrt(left))[:rows].astype(np.float32)
         )
@@ -84,24 +85,36 @@ def screen(
 
 
 def _groups(problem: Problem, candidates: Sequence[Candidate]) -> list[tuple[Problem, list[Candidate]]]:
-    """Put candidates into few models: one for friction, one for motion and force; dear ones by themselves.
-
-    One model with all would take two to five times as long for each trial as these.
-    """
-    rubbing = [c for c in candidates if "normal_force" not in c.effect.channels]
-    alone = [c for c in candidates if c.name in DEAR]
-    pressing = [c for c in candidates if c not in rubbing and c not in alone]
-    groups = [group for group in (rubbing, pressing, *([c] for c in alone)) if group]
+    """Put candidates into few models: one for all but the dear ones, which stand alone."""
+    alone = [[c] for c in candidates if c.name in DEAR]
+    together = [c for c in candidates if c.name not in DEAR]
     try:
+        groups = [group for group in (together, *alone) if group]
         return [(widened(problem, group), group) for group in groups]
     except ModelError:  # effects that do not go with each other
         return [(widened(problem, [c]), [c]) for c in candidates]
 
 
 def widened(problem: Problem, candidates: list[Candidate]) -> Problem:
-    """Return the problem with the candidates in its model, absent; noise and rows are kept."""
-    model = with_candidates(problem.model, candidates)
-    return Problem(model, problem.measured, zeros=problem.zeros, symbols=problem.symbols, like=problem)
+    """Return the problem, run by a model in which the candidates are, absent; noise and rows are kept."""
+    p = problem
+    within = carrier(p.model, candidates)
+    return Problem(p.model, p.measured, zeros=p.zeros, symbols=p.symbols, like=p, within=within)
+
+
+def carrier(model: ContactModel, candidates: Sequence[Candidate]) -> ContactModel:
+    """Return a model with the candidates, absent, and unless it is dear with every effect that is built in.
+
+    The same whatever can be seen and whatever was accepted, because to compile it takes ten seconds.
+    """
+    present = {one.name for one in model.effects} | {one.name for one in candidates}
+    more = (
+        []
+        if set(DEAR) & {one.name for one in candidates}
+        else [n for n in BUILT_IN if n not in {*present, *DEAR}]
+    )
+    absent = [Candidate(effect(name), null(effect(name)), ()) for name in more]
+    return with_candidates(model, [*candidates, *absent])
 
 
 def with_candidates(model: ContactModel, candidates: Sequence[Candidate]) -> ContactModel:
@@ -116,6 +129,15 @@ def with_candidates(model: ContactModel, candidates: Sequence[Candidate]) -> Con
 
 def _residual(wide: Problem, trial: Trial, u: Floats) -> Floats:
     return wide.white(wide.raw(wide.table(u, trial)))
+
+
+def _prior(candidate: Candidate, trial: Trial) -> float:
+    """Return the square of what the trial's amount is in standard deviations of its prior."""
+    total = 0.0
+    for p in candidate.effect.parameters:
+        if p.null is not None and trial[p.symbol] != p.null:
+            total += ((coordinate(p, trial[p.symbol]) - coordinate(p, p.null)) / p.std) ** 2
+    return total
 
 
 def _allowed(candidate: Candidate, trial: Trial, multiple: float) -> bool:

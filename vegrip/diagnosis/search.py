@@ -14,15 +14,15 @@ from vegrip.diagnosis.catalogue import Candidate, candidates
 from vegrip.diagnosis.gates import PAYS, Verdict, gated, misfit_by_regime
 from vegrip.diagnosis.nested import EVALUATIONS, Fitted, extended, judged
 from vegrip.diagnosis.regimes import held_out_groups, regime_map
-from vegrip.diagnosis.screen import Hint, screen
+from vegrip.diagnosis.screen import Hint, carrier, screen
 from vegrip.fit.problem import Problem
 from vegrip.fit.smoother import Floats
 from vegrip.fit.solve import Optimum, refine
 
 MOST = 4  # effects that are named together
-REFITS = 6  # of candidates that the screen puts first, and
+REFITS = 5  # of candidates that the screen puts first, and
 KINKED = ("displacement_backlash", "saturation", "adhesion")  # whose derivative at nothing says little
-RELATIVE = 0.02  # of the best one's gain on the screen, below which no refit is tried
+RELATIVE = 0.05  # of the best one's gain on the screen, below which no refit is tried
 MATERIAL = 0.005  # of what was gained so far: a further effect gains at least that
 
 Report = Callable[[str], None]
@@ -163,7 +163,8 @@ def _without(fitted: Fitted, candidate: Candidate) -> Problem:
     for symbol in own:
         model = model.with_value(symbol, candidate.null[symbol])
     symbols = tuple(s for s in problem.symbols if s not in own)
-    return Problem(model, problem.measured, zeros=problem.zeros, symbols=symbols, like=problem)
+    within = carrier(model, [])
+    return Problem(model, problem.measured, zeros=problem.zeros, symbols=symbols, like=problem, within=within)
 
 
 def _shared(fitted: Fitted, other: Problem) -> Floats:
