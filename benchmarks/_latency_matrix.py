@@ -124,9 +124,9 @@ def _ends(link: str, label: str, hand: int) -> tuple[dict[str, Any], dict[str, A
 
 def _cell(link: str, fingers: int, rate: float, program: str, felt: Sequence[Felt]) -> Cell:
     latency = Histogram.sum_of(part.counts for part in felt)
-    percentiles = (latency.percentile(share) / 1e3 for share in (0.5, 0.99, 0.999))
+    p50, p99, p999 = (latency.percentile(share) / 1e3 for share in (0.5, 0.99, 0.999))
     sent, misses = (sum(getattr(part, name) for part in felt) for name in ("sent", "misses"))
-    return Cell(link, fingers, rate, program, sent, misses, *percentiles, latency.maximum / 1e3)
+    return Cell(link, fingers, rate, program, sent, misses, p50, p99, p999, latency.maximum / 1e3)
 
 
 # --- the table

@@ -82,6 +82,7 @@ def test_a_launch_starts_watches_restarts_and_stops_in_reverse(tmp_path):
         assert vegrip("lifecycle", "set", "second", "inactive")[1].strip() == "inactive"
         topics = json.loads(vegrip("topic", "list", "--json")[1])
         assert topics["/diagnostics"]["from"] == ["/first", "/second"]
+        assert json.loads(vegrip("lifecycle", "status", "first", "--json")[1])["state"] == "active"
         echoed = json.loads(vegrip("topic", "echo", "/diagnostics", "--count", "1", "--json")[1])
         assert echoed["node"] in ("/first", "/second")
         rates = json.loads(vegrip("topic", "hz", "/diagnostics", "--duration", "3", "--json")[1])

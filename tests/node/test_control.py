@@ -20,6 +20,7 @@ from vegrip.node.runner import LoopSettings, Runner
 from vegrip.node.telemetry import Telemetry
 from vegrip.node.telemetry_socket import TelemetryReader, TelemetrySocket
 from vegrip.transport.pair import pair
+from vegrip.transport.sender_clock import ClockEstimate
 
 
 @dataclass(frozen=True)
@@ -150,3 +151,17 @@ def test_what_is_fixed_while_running_is_refused_then_and_allowed_before():
 def test_what_is_no_parameter_is_named_with_those_there_are(name):
     with pytest.raises(ConfigError, match=r"inner\.gain, seed"):
         with_value(Outer(), name, 1, running=False, where="node")
+
+
+def test_the_status_has_the_clock_of_the_hand_where_it_is_estimated():
+    endpoint, _ = pair()
+    endpoint.clock = ClockEstimate(offset=1.5, drift=1e-5, jitter=2e-4, worst=1e-3, jumps=1)
+    runner = Runner(
+        EchoNode("echo", EchoParameters()), endpoint, WallClock(), LoopSettings(status_period=0.01)
+    )
+    status = Control(runner, dict).status
+    assert status() is None, "nothing has been reported"
+    runner.step()
+    told = status()
+    assert told["clock"] == {"offset": 1.5, "drift": 1e-5, "jitter": 2e-4, "worst": 1e-3, "jumps": 1}
+    assert told["state"] == "unconfigured"

@@ -7,6 +7,7 @@ import time
 import can
 import pytest
 
+from vegrip.clock import NS
 from vegrip.codec import CanCodec
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Reason
@@ -223,5 +224,11 @@ def test_the_time_of_a_state_is_that_of_its_sample_whatever_the_clock_of_the_han
     # The bus takes longer than 0.1 ms for each, so their arrivals lie further apart than their samples did.
     assert [b.stamp - a.stamp for a, b in itertools.pairwise(got)] == [100_000] * 4
     assert all(message.stamp <= time.monotonic_ns() for message in got)
+    assert node.clock.jitter > 0.0
+    assert hand.clock is None
+    assert "clock_jump" not in node.rejected
+    hand.send(FingertipState(stamp=3600 * NS, finger="index", seq=6, normal_force=1.0))
+    assert received_within(node, 2.0)
+    assert node.rejected["clock_jump"] == 1
     for endpoint in (hand, node):
         endpoint.close()

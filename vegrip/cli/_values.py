@@ -1,5 +1,6 @@
 """Values on the command line, written as in TOML; what is no TOML is text."""
 
+import math
 import tomllib
 from typing import Any
 
@@ -30,3 +31,14 @@ def assigned(table: dict[str, Any], assignment: str) -> None:
         if not isinstance(table, dict):
             raise UsageError(f"{group!r} in {key!r} is a value, not a table")
     table[last] = parsed(value)
+
+
+def jsonable(value: Any) -> Any:
+    """Return ``value`` as JSON can carry it: NaN as None, infinity and members of enumerations as text."""
+    if isinstance(value, dict):
+        return {key: jsonable(item) for key, item in value.items()}
+    if isinstance(value, float) and math.isnan(value):
+        return None
+    if isinstance(value, float) and math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    return getattr(value, "name", value)

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from vegrip.cli._tables import show, table
+from vegrip.cli._values import jsonable
 
 app = typer.Typer(
     add_completion=False,
@@ -51,6 +52,20 @@ def get(node: NodeName, as_json: Json = False) -> None:
     from vegrip.node.registry import find_node
 
     _show(ask(find_node(node), "state"), as_json)
+
+
+@app.command()
+def status(node: NodeName, as_json: Json = False) -> None:
+    """Print how a node is doing: its last NodeStatus, and the hand's clock where it is estimated."""
+    from vegrip.node.client import ask
+    from vegrip.node.registry import find_node
+
+    told = jsonable(ask(find_node(node), "status"))
+    if as_json:
+        print(json.dumps(told))  # noqa: T201
+        return
+    for name, value in (told or {}).items():
+        print(f"{name}: {value}")  # noqa: T201
 
 
 @app.command("set")

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from vegrip.cli._tables import show, table
+from vegrip.cli._values import jsonable
 
 app = typer.Typer(
     add_completion=False,
@@ -154,14 +155,4 @@ def _topics() -> dict[str, dict[str, Any]]:
 
 def _plain(message: Any) -> dict[str, Any]:
     """Return the fields of a message; NaN and infinity, which JSON lacks, as None and text."""
-    return {key: _jsonable(value) for key, value in dataclasses.asdict(message).items()}
-
-
-def _jsonable(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _jsonable(item) for key, item in value.items()}
-    if isinstance(value, float) and math.isnan(value):
-        return None
-    if isinstance(value, float) and math.isinf(value):
-        return "inf" if value > 0 else "-inf"
-    return getattr(value, "name", value)
+    return {key: jsonable(value) for key, value in dataclasses.asdict(message).items()}

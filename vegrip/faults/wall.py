@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -63,10 +63,12 @@ loop.tick_period = 0.1
 START = 120.0  # [s] at most until the grip is held
 SETTLE = 10.0  # [s] then, before anything is judged
 REST = 3.0  # [s] between two accidents
+HELD = 0.2  # [N] a finger that measures less has lost the object
 RECOVERY = 15.0  # [s] within which all fingers are commanded again; a restart waits 1 s and imports for some
 DEADLY = 0.3  # share of the time in which processes are killed; later on each is watched for growth
 MEGABYTE = 1e6
 STEEP = 1.0  # [MB/min] of resident memory, beyond which it is a leak
+YOUNG = 60.0  # [s] of life, in which caches and bounded memories fill
 MORE = 2  # descriptors or threads; what is open for a moment
 
 
@@ -95,21 +97,22 @@ class Footprint:
 
     @property
     def growth(self) -> float:
-        """Slope of the memory over the second half of the life [MB/min]."""
+        """Slope of the memory over the second half of the life [MB/min]; 0 of a life too short to tell."""
         half = len(self.time) // 2
-        if half < 5:  # too short to tell
+        if self.time[-1] - self.time[0] < YOUNG:
             return 0.0
         slope = statistics.linear_regression(self.time[half:], self.memory[half:]).slope
         return slope * 60.0 / MEGABYTE
 
     def complaints(self) -> Iterator[str]:
         """Yield what has grown."""
-        half = len(self.time) // 2
+        count = len(self.time)
         if self.growth > STEEP:
             yield f"{self.name} grows by {self.growth:.1f} MB/min"
         for what, counts in (("descriptors", self.descriptors), ("threads", self.threads)):
-            if half and min(counts[half:]) > counts[half // 2] + MORE:
-                yield f"{self.name} has {min(counts[half:])} {what}, and had {counts[half // 2]}"
+            before, after = max(counts[: count // 2], default=0), min(counts[count * 3 // 4 :])
+            if count > YOUNG and after > before + MORE:
+                yield f"{self.name} has {after} {what}, and had {before}"
 
 
 @dataclass
@@ -162,7 +165,7 @@ class _Soak:
             self.result.slowest_recovery = max(self.result.slowest_recovery, took or 0.0)
             self._watch(REST)
         self.result.duration = time.monotonic() - start
-        if not self.result.least_grip > 0.0:
+        if self.result.least_grip < HELD:
             self.result.complaints.append("the object was dropped")
 
     def _watch_until_commanded(self, patience: float) -> float | None:
@@ -242,13 +245,13 @@ def _subscriber_killed() -> Iterator[None]:
 
 Accident = Callable[[], Any]
 
-GENTLE: Mapping[str, Accident] = {
+GENTLE: dict[str, Accident] = {
     "a node babbles": lambda: _member(babble=0),
     "a node misreads": lambda: _member(misreading=0.1),
     "the gripping node stopped": _stopped,
     "a subscriber killed": _subscriber_killed,
 }
-DEADLY_ONES: Mapping[str, Accident] = {
+DEADLY_ONES: dict[str, Accident] = {
     "the gripping node killed": lambda: _killed("grasp_force"),
     "the recorder killed": lambda: _killed("record"),
     "the bus killed": _bus_killed,

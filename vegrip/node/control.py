@@ -73,9 +73,12 @@ class Control:
         return self.state()
 
     def status(self) -> dict[str, Any] | None:
-        """Return the last NodeStatus."""
-        status = self._runner.status
-        return None if status is None else dataclasses.asdict(status)
+        """Return the last NodeStatus, and the clock of the sender where it is estimated."""
+        status, clock = self._runner.status, self._runner.clock
+        if status is None:
+            return None
+        told = {} if clock is None else {"clock": dataclasses.asdict(clock)}
+        return {**dataclasses.asdict(status), "state": status.state.name.lower(), **told}
 
     def _in_loop(self, call: Call) -> None:
         self._runner.inbox.put(call).result(timeout=PATIENCE)

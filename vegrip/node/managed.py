@@ -50,12 +50,12 @@ class ManagedNode:
 
     def on_message(self, message: Message, now: int) -> Iterator[Message]:
         """Let an active node answer, as far as the answers are taken; nothing from any other."""
-        if self.state is not Lifecycle.ACTIVE:
+        if not self._is_active():
             return
         try:
             for answer in self.node.on_message(message, now):
                 yield self._hold.remembered(answer)
-                if self.state is not Lifecycle.ACTIVE:
+                if not self._is_active():  # it may have been changed before the next answer is taken
                     return
         except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
             self._fault(error, now)
@@ -64,9 +64,12 @@ class ManagedNode:
         """Let an active node act, or hold the last safe commands of a failed one."""
         if self.on_hold:
             return self._held(now)
-        if self.state is not Lifecycle.ACTIVE:
+        if not self._is_active():
             return ()
         return self._remembered(self._guarded(self.node.on_tick, now, now))
+
+    def _is_active(self) -> bool:
+        return self.state is Lifecycle.ACTIVE
 
     def _remembered(self, messages: Sequence[Message]) -> Sequence[Message]:
         return [self._hold.remembered(message) for message in messages]

@@ -14,7 +14,8 @@ from vegrip.node.node import Node
 from vegrip.node.schedule import Schedule
 from vegrip.node.statistics import LoopStatistics
 from vegrip.node.telemetry import Direction, Telemetry
-from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.endpoint import Endpoint, Timed
+from vegrip.transport.sender_clock import ClockEstimate
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
 BACKLOG = (
@@ -61,6 +62,7 @@ class Runner:
         self.schedule = Schedule(settings.tick_period)
         self.statistics = LoopStatistics(round(settings.deadline * NS), clock.now())
         self.status: NodeStatus | None = None  # the last one sent
+        self.clock: ClockEstimate | None = None  # of the sender, as of then
         self._endpoint = endpoint
         self._clock = clock
         self._telemetry = telemetry
@@ -173,6 +175,7 @@ class Runner:
     def _report(self, now: int) -> None:
         dropped = self._telemetry.dropped if self._telemetry is not None else 0
         self.status = self.statistics.status(self.full_name, self.state, now, dropped, self._rejected())
+        self.clock = self._endpoint.clock if isinstance(self._endpoint, Timed) else None
         self._send([self.status])
 
     def _rejected(self) -> Mapping[str, int]:

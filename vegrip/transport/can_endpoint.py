@@ -16,6 +16,7 @@ from vegrip.transport.can_port import CanPort, open_port
 from vegrip.transport.frame_time import BitTiming
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import Lossy, losses
+from vegrip.transport.sender_clock import ClockEstimate, SenderClock
 from vegrip.transport.virtual_can import VegripBus
 
 MOST_FRAMES = 256  # taken in one go; a babbling node must not keep the loop from its ticks
@@ -44,7 +45,8 @@ class CanEndpoint:
     After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent`` for frames the
     bus did not take; ``bus_lost``; ``bus_off``, ``error_passive`` and ``error_frame`` as the controller
     reports them; ``overrun`` for frames lost because this program did not read; ``lost`` and ``clipped``;
-    with an ``order_window`` [s] ``reordered`` and ``late``, see :class:`~vegrip.transport.in_order.InOrder`.
+    with an ``order_window`` [s] ``reordered`` and ``late``, see :class:`~vegrip.transport.in_order.InOrder`;
+    with the ``clock`` of the hand ``clock_jump``.
     """
 
     def __init__(
@@ -54,6 +56,7 @@ class CanEndpoint:
         reopen: Open | None = None,
         timing: BitTiming | None = None,
         order_window: float = 0.0,
+        clock: SenderClock | None = None,
     ) -> None:
         self.arrivals: Sequence[int] = ()
         self._codec = codec
@@ -61,6 +64,7 @@ class CanEndpoint:
         self._reopen_at = 0.0  # [s]
         self._timing = timing
         self._order = InOrder(round(order_window * NS)) if order_window > 0.0 else None
+        self._clock = clock
         self._faults: Counter[str] = Counter()
         self._bus: can.BusABC | None = bus
         self._port: CanPort | None = open_port(bus, self._faults, timing)
@@ -71,7 +75,13 @@ class CanEndpoint:
         overruns = self._bus.overruns if isinstance(self._bus, VegripBus) else 0
         overrun = {"overrun": overruns} if overruns else {}
         ordered = self._order.faults if self._order is not None else {}
-        return {**self._codec.rejected, **self._faults, **losses(self._codec), **overrun, **ordered}
+        jumps = {"clock_jump": self._clock.jumps} if self._clock is not None and self._clock.jumps else {}
+        return {**self._codec.rejected, **self._faults, **losses(self._codec), **overrun, **ordered, **jumps}
+
+    @property
+    def clock(self) -> ClockEstimate | None:
+        """The clock of the hand against ours, None when it is not estimated."""
+        return None if self._clock is None else self._clock.estimate()
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message, then take what is there (``MOST_FRAMES`` at most)."""

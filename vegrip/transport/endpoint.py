@@ -1,9 +1,10 @@
 """What a node sees of the outside: messages come in, messages go out."""
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from vegrip.messages import Message
+from vegrip.transport.sender_clock import ClockEstimate
 
 
 class Endpoint(Protocol):
@@ -31,3 +32,12 @@ class Endpoint(Protocol):
 
     def close(self) -> None:
         """Release the bus; further calls do nothing."""
+
+
+@runtime_checkable
+class Timed(Protocol):
+    """An endpoint that estimates the clock of those who send to it."""
+
+    @property
+    def clock(self) -> ClockEstimate | None:
+        """The sender's clock against ours, None when it is not estimated."""

@@ -115,7 +115,7 @@ def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
         reach=REACH if settings.order_window > 0.0 else 0,
     )
     bus, again, timing = open_bus(settings)
-    return CanEndpoint(bus, codec, again, timing, settings.order_window)
+    return CanEndpoint(bus, codec, again, timing, settings.order_window, clock)
 
 
 def _open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
