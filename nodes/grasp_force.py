@@ -1,6 +1,7 @@
 """The grasp force node on a bus: fingertip states in, slip margins and force commands out."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from typing import Any
 
 from vegrip.config import build as build_parameters
@@ -8,6 +9,7 @@ from vegrip.estimator import ContactEstimator
 from vegrip.grasp.node import GraspForce
 from vegrip.grasp.parameters import GraspParameters, estimator_factory, memory_of, models_of
 from vegrip.grasp.succession import Succession
+from vegrip.grasp.suspicion import Inquiries
 from vegrip.model import ContactModel
 from vegrip.node import NodeContext
 
@@ -24,5 +26,13 @@ def build(settings: Mapping[str, Any], context: NodeContext) -> GraspForce:
     def models(parameters: GraspParameters) -> list[ContactModel]:
         return models_of(parameters, fingers, where)
 
+    def present_models() -> dict[str, ContactModel]:
+        now: Any = node.parameters
+        return dict(zip(fingers, models_of(now, fingers, where), strict=True))
+
     succession = Succession(factory, models, context.name)
-    return GraspForce(context.name, fingers, factory(parameters), parameters, memory, succession)
+    inquiries = (
+        Inquiries(present_models, asdict(parameters.noise), context.name) if parameters.suspects else None
+    )
+    node = GraspForce(context.name, fingers, factory(parameters), parameters, memory, succession, inquiries)
+    return node

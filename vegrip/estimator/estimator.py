@@ -8,7 +8,7 @@ import numpy as np
 
 from vegrip.clock import NS
 from vegrip.estimator.compiled import module_for
-from vegrip.estimator.health import health_of
+from vegrip.estimator.health import Watch, health_of
 from vegrip.estimator.layout import CHANNELS, REPORT, Layout, layout_of
 from vegrip.estimator.past import Past
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
@@ -75,6 +75,7 @@ class ContactEstimator:
         """Samples that came late and were put in their place."""
         self._backwards = 0
         self._past.clear()
+        self._watch = Watch()
         self._shown: FingertipState | None = None  # the last sample offered, taken or not
         self._trusted = False  # whether it was taken
 
@@ -241,7 +242,7 @@ class ContactEstimator:
         if not self._valid():
             condition = Condition.STALE
         cells, channels = self._m[self._places["HEALTH"]], self._m[self._places["CHANNEL"]]
-        return health_of(self._state, self._seq, condition, cells, channels)
+        return health_of(self._state, self._seq, condition, cells, channels, self._watch)
 
     def value(self, symbol: str) -> Estimate:
         """Return the present estimate of a parameter of the model; its std is that of the coordinate."""

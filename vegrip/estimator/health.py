@@ -1,7 +1,8 @@
 """Whether the model still explains the measurements: normalised innovations by channel and regime.
 
 A mean NIS near 1 alone proves little: a filter that was 21 um wrong in the indentation still had 0.98. So the
-mean innovation is watched as well, in every regime of its own (air, loading, hold, unloading).
+mean innovation is watched as well, in every regime of its own: air, loading, hold, unloading, each shallow or
+deep, slow or fast, early or late, and sliding.
 """
 
 import math
@@ -9,8 +10,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from vegrip.clock import NS
 from vegrip.estimator.layout import CHANNELS, REGIMES
 from vegrip.messages import Condition, FingertipState, ModelHealth
+
+Floats = NDArray[np.float64]
 
 BAND = (0.5, 1.7)
 """Mean NIS in which the filter counts as consistent, once enough samples are in."""
@@ -18,36 +22,68 @@ BAND = (0.5, 1.7)
 BIAS = 0.6
 """Mean normalised innovation of a regime beyond which it does not, whatever its NIS."""
 
-ENOUGH = 50.0
+MOTION = 3.0
+"""So much wider for the displacement: its innovations tell how suddenly motion starts, not the contact."""
+
+ENOUGH = 100.0
 """Samples in the (fading) memory of a cell before it is judged."""
+
+FAILS = 0.5  # [s] for which a cell has to be outside before the model is said to fail
+CALM = 0.8  # of the way to the edge, within which all cells have to be
+MENDED = 10.0  # [s] for so long, before it is said to explain again
+TAKES_OVER = 1.25  # by how much another cell has to be worse than the one that was told
+
+
+class Watch:
+    """The verdict over time, with hysteresis: it neither comes with a single look nor goes with one."""
+
+    def __init__(self) -> None:
+        self.failing: tuple[int, int] | None = None  # channel and regime that fail most
+        self._outside: int | None = None  # [ns] since when some cell is outside
+        self._inside: int | None = None  # [ns] since when all are well inside
+
+    def look(self, wrong: Floats, stamp: int) -> tuple[int, int] | None:
+        """Take a look at ``wrong`` (channels, regimes), 1 = at the edge; return which cell fails, if any."""
+        worst = np.unravel_index(int(np.argmax(wrong)), wrong.shape)
+        top = float(wrong[worst])
+        self._outside = None if top <= 1.0 else stamp if self._outside is None else self._outside
+        self._inside = None if top >= CALM else stamp if self._inside is None else self._inside
+        if self._outside is not None and stamp - self._outside >= FAILS * NS:
+            if self.failing is None or top > TAKES_OVER * float(wrong[self.failing]):
+                self.failing = (int(worst[0]), int(worst[1]))
+        elif self._inside is not None and stamp - self._inside >= MENDED * NS:
+            self.failing = None
+        return self.failing
+
+
+def wrongness(cells: Floats) -> Floats:
+    """Return how far each cell (channels, regimes) is outside, 1 = at the edge, 0 = too little is known."""
+    weight, mean, nis = np.moveaxis(cells.reshape(len(CHANNELS), len(REGIMES), 3), 2, 0)
+    beyond = np.maximum(np.maximum(nis / BAND[1], BAND[0] / np.maximum(nis, 1e-9)), abs(mean) / BIAS)
+    beyond[CHANNELS.index("displacement")] /= MOTION
+    return np.where(weight >= ENOUGH, beyond, 0.0)
 
 
 def health_of(
     state: FingertipState,
     seq: int,
     condition: Condition,
-    cells: NDArray[np.float64],
-    channels: NDArray[np.float64],
+    cells: Floats,
+    channels: Floats,
+    watch: Watch,
 ) -> ModelHealth:
     """Return the health message from the sections HEALTH and CHANNEL of an estimator's memory."""
-    weight, mean, nis = np.moveaxis(cells.reshape(len(CHANNELS), len(REGIMES), 3), 2, 0)
-    used = weight > 0.0
-    overall = float(np.sum(weight * nis) / np.sum(weight)) if used.any() else math.nan
-    judged = weight >= ENOUGH
-    # how far a cell is outside, 1 = at the edge
-    wrong = np.where(
-        judged, np.maximum(np.maximum(nis / BAND[1], BAND[0] / np.maximum(nis, 1e-9)), abs(mean) / BIAS), 0.0
-    )
-    channel, regime = np.unravel_index(int(np.argmax(wrong)), wrong.shape)
-    failing = bool(wrong[channel, regime] > 1.0)
+    weight, _, nis = np.moveaxis(cells.reshape(len(CHANNELS), len(REGIMES), 3), 2, 0)
+    total = float(np.sum(weight))
+    failing = watch.look(wrongness(cells), state.stamp)
     return ModelHealth(
         state.stamp,
         state.finger,
         seq,
         condition=condition,
-        nis=overall,
-        consistent=bool(judged.any()) and not failing,
-        channel=CHANNELS[channel] if failing else "",
-        regime=REGIMES[regime] if failing else "",
+        nis=float(np.sum(weight * nis)) / total if total > 0.0 else math.nan,
+        consistent=bool(np.any(weight >= ENOUGH)) and failing is None,
+        channel=CHANNELS[failing[0]] if failing is not None else "",
+        regime=REGIMES[failing[1]] if failing is not None else "",
         rejected=int(channels.reshape(len(CHANNELS), 4)[:, 1].sum()),
     )

@@ -1,4 +1,4 @@
-"""Who is behind a misfit: when the health of a finger fails for a while, another process looks for the effect.
+"""Who is behind a misfit: when the health of a finger fails for a while, another process looks for it.
 
 The loop only keeps the last contacts of each finger, thinned out, in arrays of fixed size. Once a finger's
 model is said to fail, a side thread hands them to a process of low priority, which diagnoses them as ``vegrip
@@ -55,12 +55,12 @@ class Evidence:
         self._count = 0
         self._last = self._touched = -(10**18)  # [ns]
 
-    def note(self, state: FingertipState, touching: bool) -> None:  # noqa: FBT001
+    def note(self, state: FingertipState, touching: bool) -> None:
         """Keep a state if it is time for one and there is, or just was, a contact."""
         stamp = state.stamp
         if touching:
             self._touched = stamp
-        if not SPACING * NS <= stamp - self._last or stamp - self._touched > AIR * NS:
+        if not stamp - self._last >= SPACING * NS or stamp - self._touched > AIR * NS:
             if stamp < self._last:
                 self.clear()  # the sender's clock began anew
             return
@@ -80,14 +80,14 @@ class Evidence:
         return min(self._count, KEPT)
 
     def columns(self) -> dict[str, Floats]:
-        """Return copies in order of time from the first air on, ``t`` [s], and the channels that were measured.
+        """Return copies in order of time from the first air on: ``t`` [s] and what was measured.
 
         The loop may go on writing meanwhile: what it has overtaken is left out.
         """
         count = self._count
         order = np.arange(max(count - KEPT, 0), count) % KEPT
         stamps, values, touching = self._stamps[order], self._values[order], self._touching[order]
-        keep = np.r_[True, np.diff(stamps) > 0] & (stamps <= stamps[-1] if stamps.size else True)
+        keep = np.diff(stamps, prepend=stamps[:1] - 1) > 0
         free = np.flatnonzero(keep & ~touching)
         keep[: free[0] if free.size else 0] = False
         t = (stamps[keep] - stamps[keep][:1]) / NS
@@ -98,7 +98,7 @@ class Evidence:
 class Suspects(Protocol):
     """What the node tells whoever looks for suspects."""
 
-    def note(self, finger: str, state: FingertipState, touching: bool) -> None:  # noqa: FBT001
+    def note(self, finger: str, state: FingertipState, touching: bool) -> None:
         """Keep ``state`` as evidence."""
 
     def judged(self, health: ModelHealth) -> ModelHealth:
@@ -111,7 +111,7 @@ class Suspects(Protocol):
 class Nobody:
     """Nobody looks."""
 
-    def note(self, finger: str, state: FingertipState, touching: bool) -> None:  # noqa: FBT001
+    def note(self, finger: str, state: FingertipState, touching: bool) -> None:
         """Keep nothing."""
 
     def judged(self, health: ModelHealth) -> ModelHealth:
@@ -143,9 +143,11 @@ class Inquiries:
         self._asked: dict[str, int] = {}  # [ns] when last
         self.busy: threading.Thread | None = None
 
-    def note(self, finger: str, state: FingertipState, touching: bool) -> None:  # noqa: FBT001
+    def note(self, finger: str, state: FingertipState, touching: bool) -> None:
         """Keep ``state`` as evidence."""
-        self._evidence.setdefault(finger, Evidence()).note(state, touching)
+        if finger not in self._evidence:
+            self._evidence[finger] = Evidence()
+        self._evidence[finger].note(state, touching)
 
     def judged(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the suspect; begin to look when it has failed for long enough."""

@@ -8,9 +8,11 @@ from vegrip.estimator.kernels.generated import (
     CH_STREAK,
     CH_USED,
     CHANNEL0,
+    FRI_SLIDING,
     G0,
     H0,
     HEALTH0,
+    HEALTH1,
     K0,
     KEPT,
     LOAD0,
@@ -18,6 +20,7 @@ from vegrip.estimator.kernels.generated import (
     NS,
     P0,
     REP_CONTACT,
+    SET_DEPTH,
     SET_LEARNING_REST,
     Y0,
     Floats,
@@ -33,6 +36,9 @@ Zero error, unknown history, stiffness and exponent all explain the same force t
 takes its own noise for the difference: with the whole gain the 95 % interval of the radius held 58 % of the
 truths, with this one 92 %. The first touch that is felt ends it.
 """
+
+FAST = 2.0  # [x_ref / s] above which loading and unloading are fast
+LATE = 1.0  # [s] at rest from which a hold is late
 
 
 def scalar_update(m: Floats, channel: int, innovation: float, R: float) -> bool:
@@ -104,7 +110,7 @@ def restless(m: Floats, nis: float) -> None:
 
 def note(m: Floats, channel: int, normalised: float, nis: float) -> None:
     """Remember the innovation for the consistency check, by channel and regime."""
-    at = HEALTH0 + 3 * (4 * channel + int(m[LOAD0 + 3]))
+    at = HEALTH0 + (HEALTH1 - HEALTH0) // 3 * channel + 3 * int(m[LOAD0 + 5])
     keep = m[LOAD0 + 2]  # exp(-dt / memory), set by update
     m[at] = keep * m[at] + 1.0
     gain = 1.0 / m[at]
@@ -120,3 +126,21 @@ def regime_of(m: Floats) -> float:
     if abs(m[Y0 + 1]) <= slow:
         return 2.0
     return 1.0 if m[Y0 + 1] > 0.0 else 3.0
+
+
+def cell_of(m: Floats) -> float:
+    """Where among :data:`vegrip.estimator.layout.REGIMES` the innovations of this sample are noted."""
+    regime = float(m[LOAD0 + 3])
+    cell = regime
+    deep, fast = m[Y0] > m[SET_DEPTH], abs(m[Y0 + 1]) > FAST * m[SET_DEPTH]
+    if regime > 0.0 and m[FRI_SLIDING] > 0.5:
+        cell = 10.0
+    elif regime == 1.0 and (deep or fast):
+        cell = 5.0 if fast else 4.0
+    elif regime == 2.0 and m[LOAD0 + 4] > LATE:
+        cell = 7.0
+    elif regime == 2.0 and deep:
+        cell = 6.0
+    elif regime == 3.0 and (deep or fast):
+        cell = 9.0 if fast else 8.0
+    return cell

@@ -5,7 +5,7 @@ import math
 from vegrip.estimator.kernels.begin import begin, keep_finite, widen
 from vegrip.estimator.kernels.forecast import reserve, time_to_slip
 from vegrip.estimator.kernels.friction import learn_friction
-from vegrip.estimator.kernels.gain import regime_of
+from vegrip.estimator.kernels.gain import cell_of, regime_of
 from vegrip.estimator.kernels.generated import (
     CH_AGE,
     CH_STREAK,
@@ -49,6 +49,7 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
     m[LOAD0 + 3] = regime_of(m)
     moves = m[LOAD0 + 3] == 1.0 or m[LOAD0 + 3] == 3.0
     m[LOAD0 + 4] = 0.0 if moves else m[LOAD0 + 4] + dt
+    m[LOAD0 + 5] = cell_of(m)
     if blind and not known and m[Y0] < 0.0:
         m[Y0] = 0.0  # out of contact nothing tells how far
         m[Y0 + 1] = 0.0
