@@ -141,7 +141,7 @@ def hand_of_ours(bus, **table):
     thread = threading.Thread(target=serve)
     thread.start()
     try:
-        yield heard, to_send
+        yield heard, to_send, endpoint
     finally:
         stop.set()
         thread.join()

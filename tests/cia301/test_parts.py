@@ -13,6 +13,7 @@ from vegrip.cia301.heartbeat import HeartbeatConsumer
 from vegrip.cia301.network import LoopNetwork
 from vegrip.cia301.nmt import STATE_OF
 from vegrip.cia301.sdo_reader import PATIENCE, RETRIES, SdoReader
+from vegrip.cia301.time_stamp import TIME, packed, unpacked
 from vegrip.errors import ConfigError
 from vegrip.messages import Lifecycle
 
@@ -134,3 +135,19 @@ def test_identifiers_are_different_for_all_frames_of_all_hands():
     assert len(seen) == len(set(seen)) == 8 * (8 * 6 + 1)
     with pytest.raises(ConfigError, match="127"):
         finger_nodes(100, 3, 8)
+
+
+@given(st.integers(441_763_200_000, 441_763_200_000 + 65_535 * 86_400_000))
+def test_time_is_packed_as_the_package_packs_it(milliseconds):
+    """From 1984 to 2163; whole seconds, because the package goes by way of a float."""
+    sent = []
+    network = LoopNetwork(lambda cob_id, data: sent.append((cob_id, data)), lambda: 0)
+    seconds = milliseconds // 1000
+    network.time.transmit(seconds)
+    assert sent == [(TIME, packed(1000 * seconds * MS))]
+    assert unpacked(packed(milliseconds * MS)) == milliseconds * MS
+
+
+@pytest.mark.parametrize("data", [b"", bytes(5), bytes(7), (86_400_000).to_bytes(4, "little") + bytes(2)])
+def test_what_is_no_time_is_none(data):
+    assert unpacked(data) is None

@@ -6,6 +6,7 @@ import canopen
 import pytest
 from vegrip.nodes.grasp_force import build
 
+from vegrip.cia301.time_stamp import unpacked
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.node import NodeContext
 
@@ -95,7 +96,7 @@ def test_what_was_sent_can_be_read(grasp, fingers, other):
 
 
 def test_a_hand_of_ours_obeys_a_master_of_another_maker(bus, other):
-    with hand_of_ours(bus) as (heard, to_send):
+    with hand_of_ours(bus) as (heard, to_send, _):
         thumb = other.add_node(canopen.RemoteNode(THUMB, FINGERTIP))
         thumb.sdo.RESPONSE_TIMEOUT = 5.0
         assert thumb.nmt.wait_for_heartbeat(2.0) == "PRE-OPERATIONAL"
@@ -118,7 +119,7 @@ def test_a_hand_of_ours_obeys_a_master_of_another_maker(bus, other):
 
 
 def test_a_finger_told_so_sends_with_every_second_sync(bus, other):
-    with hand_of_ours(bus) as (_, to_send):
+    with hand_of_ours(bus) as (_, to_send, __):
         thumb = other.add_node(canopen.RemoteNode(THUMB, FINGERTIP))
         thumb.sdo.RESPONSE_TIMEOUT = 5.0
         thumb.tpdo.read()
@@ -138,3 +139,30 @@ def test_a_finger_told_so_sends_with_every_second_sync(bus, other):
         other.sync.transmit()
         eventually(lambda: received)
         assert received == [2000], "the newest state"
+
+
+def test_the_time_of_a_master_is_followed(bus, other):
+    with hand_of_ours(bus) as (_, __, endpoint):
+        assert endpoint.clock is None
+        for _ in range(3):
+            other.time.transmit()
+        eventually(lambda: endpoint.clock)
+        offset = time.monotonic() - time.time()
+        assert endpoint.clock.offset == pytest.approx(
+            offset, abs=1.0
+        )  # [s]; how well, test_sender_clock tells
+        other.time.transmit(time.time() + 3600.0)
+        eventually(lambda: endpoint.rejected.get("clock_jump"))
+        other.send_message(0x100, b"no time")
+        eventually(lambda: endpoint.rejected.get("malformed"))
+
+
+def test_a_grasp_node_told_so_produces_time(grasp, other):
+    heard = []
+    other.subscribe(0x100, lambda _, data, __: heard.append(bytes(data)))
+    grasp(time_period=0.1)
+    eventually(lambda: len(heard) > 1)
+    assert [unpacked(data) / 1e9 for data in heard[:2]] == pytest.approx([time.time()] * 2, abs=60.0)
+    ours = other.add_node(canopen.RemoteNode(GRASP, GRASP_FORCE))
+    ours.sdo.RESPONSE_TIMEOUT = 5.0
+    assert ours.sdo[0x1012].raw == 0x4000_0100

@@ -38,6 +38,7 @@ from vegrip.cia301.objects import (
     Variable,
 )
 from vegrip.cia301.pdo_records import mapping, pdo_record
+from vegrip.cia301.time_stamp import CONSUMED, TIME
 from vegrip.codec.database import layouts
 from vegrip.grasp.parameters import GraspParameters
 from vegrip.node.parameter_table import rows
@@ -159,6 +160,7 @@ def common(name: str, product: int) -> tuple[Object, ...]:
         Record(0x1018, "Identity object", identity),
         Variable(0x1005, Entry("COB-ID SYNC", UNSIGNED32, "rw", "0x80")),
         Variable(0x1008, Entry("Manufacturer device name", VISIBLE_STRING, "const", name)),
+        Variable(0x1012, Entry("COB-ID time stamp object", UNSIGNED32, "ro", f"{CONSUMED | TIME:#x}")),
         Variable(0x1014, Entry("COB-ID EMCY", UNSIGNED32, "ro", "$NODEID+0x80")),
         Variable(0x1017, Entry("Producer heartbeat time", UNSIGNED16, "rw", str(HEARTBEAT_TIME), note="ms")),
         Record(0x1200, "SDO server parameter", server),

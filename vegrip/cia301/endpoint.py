@@ -1,5 +1,6 @@
 """What both ends of a CANopen bus share: PDOs go through the codec, other frames to the services."""
 
+import math
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -9,11 +10,13 @@ import can
 from vegrip.cia301.claim import LAST_WORDS
 from vegrip.cia301.codec import CanopenCodec
 from vegrip.cia301.network import LoopNetwork
+from vegrip.cia301.time_stamp import TIME, unpacked
 from vegrip.clock import NS
 from vegrip.codec import CanCodec, Frame
 from vegrip.messages import ContactEstimate, Message
 from vegrip.transport.can_endpoint import CanEndpoint, Open
 from vegrip.transport.frame_time import BitTiming
+from vegrip.transport.sender_clock import ClockEstimate, SenderClock
 
 
 class CanopenEndpoint:
@@ -47,12 +50,28 @@ class CanopenEndpoint:
             codec, identifiers, self.service, self.hears, self.speaks, self.keep, (ContactEstimate,)
         )
         self.can = CanEndpoint(bus, self.pdos, reopen, timing)
+        self._clock = SenderClock()
+        self.network.subscribe(TIME, self._on_time)
 
     @property
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
         malformed = {"malformed": self.network.malformed} if self.network.malformed else {}
-        return {**self.can.rejected, **self.faults, **malformed}
+        jumps = {"clock_jump": self._clock.jumps} if self._clock.jumps else {}
+        return {**self.can.rejected, **self.faults, **malformed, **jumps}
+
+    @property
+    def clock(self) -> ClockEstimate | None:
+        """The clock of whoever sends TIME, in ns since 1970, against ours; None before the first."""
+        known = self._clock.estimate()
+        return None if math.isnan(known.offset) else known
+
+    def _on_time(self, _: int, data: bytearray, stamp: float) -> None:
+        told = unpacked(bytes(data))
+        if told is None:
+            self.network.malformed += 1
+        else:
+            self._clock.hear(told, round(stamp * NS))
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message; meanwhile serve what is due."""

@@ -16,6 +16,7 @@ from vegrip.cia301.mirror import Mirror
 from vegrip.cia301.nmt import COMMANDED, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, STOPPED, nmt_state
 from vegrip.cia301.parameters import SdoParameters
 from vegrip.cia301.sensors import Sensors
+from vegrip.cia301.time_stamp import CONSUMED, PRODUCED, TIME, TimeProducer
 from vegrip.clock import NS
 from vegrip.codec import CanCodec, Frame
 from vegrip.messages import Lifecycle, Message
@@ -48,6 +49,7 @@ class GraspEndpoint(CanopenEndpoint):
         heartbeat: own period [s].
         limit: longest time between two heartbeats of a finger [s].
         sync_period: of the SYNC we produce [s]; 0: none.
+        time_period: of the TIME we produce [s]; 0: none.
         master: whether fingers are told to start when they have been found right.
         reopen: opens a lost bus again.
         timing: for the estimate of the load.
@@ -67,6 +69,7 @@ class GraspEndpoint(CanopenEndpoint):
         heartbeat: float = 0.2,
         limit: float = 0.5,
         sync_period: float = 0.0,
+        time_period: float = 0.0,
         master: bool = True,
         reopen: Open | None = None,
         timing: BitTiming | None = None,
@@ -78,7 +81,7 @@ class GraspEndpoint(CanopenEndpoint):
         )
         self._names = dict(zip(fingers, codec.fingers, strict=True))
         self._mirror = Mirror(self.device, codec.fingers, hand)
-        self._sync_period = sync_period
+        self._sync_period, self._time_period = sync_period, time_period
         self._look_at = 0  # [ns]
         self._node: NodeHandle | None = None
         self._autostart = self._start_pending = False
@@ -102,6 +105,8 @@ class GraspEndpoint(CanopenEndpoint):
         self._appear()
         if self._sync_period > 0.0:
             self.network.send_periodic(SYNC, b"", self._sync_period)
+        if self._time_period > 0.0:
+            self.network.tasks.add(TimeProducer(self._time_period, self.now(), self.network))
 
     def serve(self, now: int) -> None:
         """Send what is due; look after the fingers and our own state."""
@@ -148,6 +153,7 @@ class GraspEndpoint(CanopenEndpoint):
         """Let the object dictionary say how we are configured."""
         store = self.device.store
         store(0x1017, 0, round(heartbeat * 1000).to_bytes(2, "little"))
+        store(0x1012, 0, (TIME | (PRODUCED if self._time_period else CONSUMED)).to_bytes(4, "little"))
         store(0x1006, 0, round(self._sync_period * 1e6).to_bytes(4, "little"))
         for number, finger in enumerate(fingers):
             store(0x1016, number + 1, (finger << 16 | round(limit * 1000)).to_bytes(4, "little"))
