@@ -32,11 +32,11 @@ def unpacked(data: bytes) -> int | None:
     """Return the time of a TIME message [ns since 1970], None when it is none."""
     if len(data) != _TIME_OF_DAY.size:
         return None
-    milliseconds, days = _TIME_OF_DAY.unpack(data)
-    milliseconds &= 0x0FFF_FFFF  # four bits are reserved
+    counted, days = (int(number) for number in _TIME_OF_DAY.unpack(data))
+    milliseconds = counted & 0x0FFF_FFFF  # four bits are reserved
     if milliseconds >= _DAY * 1000:
         return None
-    return int(_EPOCH + days * _DAY) * NS + milliseconds * _MILLISECOND
+    return (_EPOCH + days * _DAY) * NS + milliseconds * _MILLISECOND
 
 
 class TimeProducer(PeriodicTask):
