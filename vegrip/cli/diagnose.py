@@ -93,5 +93,10 @@ def _print(found: "Diagnosis") -> None:
             console.print(f"to tell {name}: {text}", markup=False)
     for channel, source in told["noise"].items():
         console.print(f"noise of {channel}: {source}", soft_wrap=True)
-    for sentence in told["warnings"]:
+    unseen: dict[str, list[str]] = {}
+    for name, reason in told["out_of_sight"].items():
+        unseen.setdefault(reason, []).append(name)
+    for reason, names in unseen.items():
+        console.print(f"could not be seen, {reason}: {', '.join(names)}", markup=False)
+    for sentence in [*told["doubts"], *told["warnings"]]:
         console.print(f"- {sentence}", markup=False)

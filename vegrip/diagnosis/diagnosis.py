@@ -7,13 +7,14 @@
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 from vegrip.compare.comparison import Comparison
 from vegrip.compare.where import Regime
 from vegrip.diagnosis.discrepancy import Discrepancy, discrepancy
+from vegrip.diagnosis.doubts import Doubt, before, clocks, lookalikes, refuse
 from vegrip.diagnosis.search import Report, Search, Tried, search
 from vegrip.fit.noise import Noise
 from vegrip.fit.problem import Zeros
@@ -24,6 +25,8 @@ from vegrip.recording import Recording
 
 CALM = 1.5  # chi-square per regime up to which a misfit is noise
 EXPLAINED = 0.8  # share of the misfit by regime that the named effects have to take
+NEAR = 1.05  # error over noise that named effects may leave where some of it depends on the regime, and
+ROUGH = 1.1  # where none does
 CLOSE = 5.0  # [nats] within which candidates cannot be told apart, and
 CLOSE_SHARE = 1e-3  # of the gain: no model of a measured contact is exact
 
@@ -35,11 +38,13 @@ class Diagnosis:
     Attributes:
         start: the fit of the model that was given, or the paper's.
         search: every step.
+        doubts: what is wrong with the recording; a grave one forbids names.
 
     """
 
     start: Fit
     search: Search
+    doubts: list[Doubt] = field(default_factory=list)
 
     @property
     def named(self) -> list[str]:
@@ -54,6 +59,8 @@ class Diagnosis:
         if not s.accepted:
             return "adequate" if before <= CALM else "unexplained"
         if after > CALM and (before - after) < EXPLAINED * (before - 1.0):
+            return "unexplained"
+        if s.last.error > (NEAR if after > CALM else ROUGH):
             return "unexplained"
         return "ambiguous" if self.indistinguishable else "named"
 
@@ -154,6 +161,7 @@ class Diagnosis:
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
             "experiment": self.experiment(),
             "out_of_sight": s.out_of_sight,
+            "doubts": [doubt.text for doubt in self.doubts],
             "noise": dict(self.start.problem.measured.noise.source),
             "warnings": self.start.warnings(),
         }
@@ -179,4 +187,15 @@ def diagnose(
 
     """
     start = fit(recording, model, noise=noise, zeros=zeros, report=report)
-    return Diagnosis(start, search(start.problem, start.optimum, most=most, threads=threads, report=report))
+    refuse(recording, start.problem.measured)
+    doubts = before(start.problem)
+    grave = any(doubt.grave for doubt in doubts)
+    found = search(start.problem, start.optimum, most=0 if grave else most, threads=threads, report=report)
+    if not grave:
+        gains = [one.verdict.gain for one in found.steps[0].tried]
+        doubts += clocks(found.first, max(gains, default=0.0))
+    if any(doubt.grave for doubt in doubts):
+        return Diagnosis(start, found.untaken, doubts)
+    names = [one.candidate.name for one in found.accepted]
+    values = {symbol: found.last.value(symbol) for symbol in found.last.problem.symbols}
+    return Diagnosis(start, found, doubts + lookalikes(names, values, start.problem.model.tip_radius))

@@ -4,8 +4,8 @@
 2. episodes that were held out agree: their scores grow in sum, what some lose is little, and the gain is not
    that of one episode alone,
 3. the regimes of the misfit get smaller, and so does the plain error,
-4. its amount is more than the sensors resolve: three standard errors, and three standard deviations of the
-   displacement for a play, a third of a millisecond for a lag.
+4. its amount is more than the sensors resolve: three standard errors at the shape that was found, and three
+   standard deviations of the displacement for a play, a third of a millisecond for a lag.
 """
 
 from dataclasses import dataclass
@@ -63,8 +63,8 @@ def gated(
 
 def resolved(candidate: Candidate, new: Fitted) -> bool:
     """Whether any amount of the effect is more than the sensors resolve."""
-    problem, std = new.problem, new.std
-    noise = problem.measured.noise
+    problem, noise = new.problem, new.problem.measured.noise
+    std = amount_std(candidate, new)
     for p in candidate.effect.parameters:
         if p.null is None:
             continue
@@ -77,6 +77,21 @@ def resolved(candidate: Candidate, new: Fitted) -> bool:
         if amount > RESOLVED * std[j] and abs(new.value(p.symbol) - p.null) > least:
             return True
     return False
+
+
+def amount_std(candidate: Candidate, new: Fitted) -> Floats:
+    """Return the standard errors of the coordinates, what only shapes the effect held.
+
+    A rate and an amplitude of which only the product is known have no standard errors of their own, but the
+    effect is there.
+    """
+    names = new.problem.unknowns.names
+    shapes = {p.symbol for p in candidate.effect.parameters if p.null is None}
+    free = [j for j, name in enumerate(names) if name not in shapes]
+    J, s = new.optimum.jacobian[:, free], new.problem.unknowns.std[free]
+    out = np.zeros(len(names))
+    out[free] = np.sqrt(np.maximum(np.diag(np.linalg.inv(J.T @ J + np.diag(s**-2.0))), 0.0))
+    return out
 
 
 def misfit_by_regime(residual: Floats, regimes: Floats) -> float:

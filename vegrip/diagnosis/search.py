@@ -73,6 +73,12 @@ class Search:
         taken = [step.taken for step in self.steps if step.taken is not None]
         return [one for one in taken if one.candidate.name not in self.dropped]
 
+    @property
+    def untaken(self) -> "Search":
+        """The first round, with nothing taken."""
+        first = self.steps[0]
+        return Search([Step(first.base, first.hints, first.tried)], self.out_of_sight, self.regimes)
+
     def misfit(self, fitted: Fitted) -> float:
         """Chi-square per regime; 1 is noise."""
         return misfit_by_regime(fitted.optimum.residual, self.regimes)

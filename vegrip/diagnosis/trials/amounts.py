@@ -68,7 +68,7 @@ INSIDE: Mapping[str, Amount] = {
     "permanent_set": lambda s: {"share": 0.04 * s.size, "threshold": 0.15 * s.depth},
     "mullins_softening": lambda s: {"loss": 0.15 * s.size, "width": 0.3 * s.depth},
     "exponential_stiffness": lambda s: {"length": 1.2 * s.depth / s.size},
-    "layer_over_core": lambda s: {"thickness": 3.0 * s.depth / s.size},
+    "layer_over_core": lambda s: {"thickness": 0.9 * s.tip.radius / s.size, "tip_radius": s.tip.radius},
     "sensor_lag": lambda s: {"time": 6e-3 * s.size},
     "cross_talk": lambda s: {"share": 0.04 * s.size},
     "force_drift": lambda s: {"rate": 0.02 * s.noise * s.size},

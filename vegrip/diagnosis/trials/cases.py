@@ -131,7 +131,7 @@ def _sensors(case: Case, rng: np.random.Generator) -> SensorSettings:
     shaky = float(np.exp(rng.uniform(np.log(0.4), np.log(1.6))))
     sees = bool(rng.random() < 0.5) or bool(SEEN_IN_RADIUS & set(case.hidden))
     return SensorSettings(
-        rate=float(rng.choice([100.0, 200.0])),
+        rate=float(rng.choice([100.0, 100.0, 200.0])),
         normal_force=0.01 * louder,
         tangential_force=0.01 * louder,
         displacement=5e-6 * shaky,

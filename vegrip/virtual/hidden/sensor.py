@@ -45,7 +45,7 @@ class CrossTalk(Hidden):
 class Saturation(Hidden):
     """The sensor ends at its full scale."""
 
-    limit: float = 1.5  # [N]
+    limit: float = 0.8  # [N]
 
     def sensed(self, shown: float, tangential: float, dt: float) -> float:
         """Return the force as far as the scale goes."""

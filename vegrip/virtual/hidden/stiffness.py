@@ -20,10 +20,12 @@ class ExponentialStiffness(Hidden):
 
 @dataclass
 class HardCore(Hidden):
-    """A rigid core under the soft layer: the force rises without bound as the layer is used up."""
+    """A rigid core under the soft layer, as Garcia and Garcia (Biophysical Journal 114, 2018) have it."""
 
-    thickness: float = 5e-3  # [m] of the layer
+    thickness: float = 8e-3  # [m] of the layer
+    tip_radius: float = 9e-3  # [m]
 
     def elastic(self, force: float, x: float) -> float:
-        """Return the force on what is left of the layer."""
-        return force / (1.0 - min(max(x, 0.0) / self.thickness, 0.99)) ** 2
+        """Return the force on the layer: it grows with the radius of the contact over the thickness."""
+        X = math.sqrt(self.tip_radius * max(x, 0.0)) / self.thickness
+        return force * (1.0 + X * (1.133 + X * (1.497 + X * (1.469 + X * 0.755))))
