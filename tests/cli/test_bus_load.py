@@ -33,3 +33,9 @@ def test_what_the_identifiers_do_not_hold_is_refused(capsys):
     assert code == 3
     assert "1 .. 8" in out.err
     assert run(capsys, "--layout", "fdx")[0] == 2
+
+
+def test_no_number_is_cut_off_where_there_is_no_terminal(capsys):
+    _, out = run(capsys, "--fingers", "8", "--rate", "200", "--queue", "priority")
+    assert "…" not in out.out
+    assert "FingertipStateFd" in out.out

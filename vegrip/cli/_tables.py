@@ -14,4 +14,4 @@ def table(*header: str, wraps: str = "") -> Table:
 def show(content: Table) -> None:
     """Print ``content``."""
     console = Console()
-    console.print(content, width=None if console.is_terminal else WIDE)
+    (console if console.is_terminal else Console(width=WIDE)).print(content)

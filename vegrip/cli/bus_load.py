@@ -86,9 +86,7 @@ def _show(told: "Forecast", queue: str) -> None:
 
     from vegrip.cli._tables import show, table
 
-    out = table(
-        "frame", "of", "identifier", "bytes", "rate [Hz]", "longest [us]", "wait [us]", "response [us]", ""
-    )
+    out = table("frame", "of", "id", "bytes", "Hz", "longest/us", "wait/us", "response/us", "")
     for row in told.rows:
         out.add_row(
             row.name, row.owner, f"0x{row.identifier:03X}", str(row.length), f"{row.rate:g}",
