@@ -46,7 +46,7 @@ class Plan:
     warm: float = 0.3
 
 
-SLOW = Plan(("vcan",), (1, 5), (100.0, 250.0), 3.0, 1.0)
+SLOW = Plan(("vcan",), (1, 5), (50.0, 100.0), 3.0, 1.0)
 """What User-Mode-Linux can carry."""
 
 

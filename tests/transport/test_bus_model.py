@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from vegrip.transport.bus_load import BusLoad
 from vegrip.transport.bus_model import BusModel
 from vegrip.transport.frame_time import BitTiming, BusFrame, frame_duration
+from vegrip.transport.node_faults import NodeFaults
 
 TIMING = BitTiming(bitrate=500_000)
 US = 1000
@@ -121,3 +122,26 @@ def test_load_forgets_what_is_older_than_its_window():
 
 def test_an_untouched_bus_has_no_load():
     assert BusLoad().share(123) == 0.0
+
+
+def faulty_bus():
+    bus = BusModel(TIMING)
+    for node in range(4):
+        bus.attach(node, faults=NodeFaults(corruption=0.3, misreading=0.1, seed=node))
+    return bus
+
+
+@pytest.mark.parametrize("make", [new_bus, faulty_bus])
+@given(requests, st.lists(st.integers(0, 4000 * US), max_size=30))
+def test_to_conclude_a_frame_first_changes_nothing(make, asked, looks):
+    one, other = make(), make()
+    told, wanted = [], []
+    steps = [(time, False, node, identifier) for time, node, identifier in asked]
+    for time, look, node, identifier in sorted(steps + [(time, True, 0, 0) for time in looks]):
+        if look:
+            told += [*one.conclude(time), *one.advance(time)]
+            wanted += other.advance(time)
+        else:
+            for bus in (one, other):
+                bus.request(time, node, BusFrame(identifier, bytes([node])))
+    assert told + one.advance(10**9) == wanted + other.advance(10**9)

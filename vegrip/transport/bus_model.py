@@ -131,6 +131,18 @@ class BusModel:
             self._current = None
             self._finish(current, events)
 
+    def conclude(self, now: int) -> list[Event]:
+        """Finish the frame on the bus if it has ended by ``now`` [ns], but begin no other.
+
+        For who wants to hear of it before looking at who else asks for the bus.
+        """
+        events: list[Event] = []
+        current = self._current
+        if current is not None and current.end <= now and not self._hopeless:
+            self._current = None
+            self._finish(current, events)
+        return events
+
     def next_event(self) -> int | None:
         """Return when :meth:`advance` will have something to do [ns]; None: not before the next request."""
         if self._current is not None:

@@ -17,11 +17,12 @@ import socket
 import sys
 import time
 from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from vegrip.clock import NS
-from vegrip.transport.bus_events import BusError, StateChange, Transmission
+from vegrip.transport.bus_events import BusError, Event, StateChange, Transmission
 from vegrip.transport.bus_model import BusModel
 from vegrip.transport.error_report import Report, error_report, state_report
 from vegrip.transport.frame_time import BitTiming
@@ -120,13 +121,16 @@ class Hub:
                 alone_since = time.monotonic()
 
     def _step(self) -> None:
+        patience = self._sleep()
+        if self._bus is not None:
+            self._tell(self._bus, self._bus.conclude(time.monotonic_ns()))
         readers = list(self._members)
         if self._bus is not None and self._bus.queued >= TRANSMIT_QUEUE:  # else no queue can be full
             self._dismiss_the_dead()
             readers = [fd for fd, member in self._members.items() if self._has_room(member)]
         writers = [fd for fd, member in self._members.items() if member.is_behind]
         door = self._listener.fileno()
-        readable, writable, _ = select.select([door, *readers], writers, [], self._sleep())
+        readable, writable, _ = select.select([door, *readers], writers, [], patience)
         for fd in writable:
             self._members[fd].flush()
         for fd in readable:
@@ -151,11 +155,13 @@ class Hub:
         return 0.0
 
     def _advance(self) -> None:
-        if self._bus is None:
-            return
-        for event in self._bus.advance(time.monotonic_ns()):
+        if self._bus is not None:
+            self._tell(self._bus, self._bus.advance(time.monotonic_ns()))
+
+    def _tell(self, bus: BusModel, events: Sequence[Event]) -> None:
+        for event in events:
             if isinstance(event, Transmission):
-                self._deliver(self._bus, event)
+                self._deliver(bus, event)
             elif isinstance(event, BusError):
                 for node in self._nodes:
                     self._report(event.end, node, error_report(event, node))
