@@ -23,6 +23,7 @@ LEAST_AIR = 100  # rows in air from which their scatter is believed
 ABOUT = 5  # samples to either side of one that is at rest
 STATED = "stated by the recording"
 NEIGHBOURS = "differences of neighbouring samples"
+SAME_VALUE = 1e-9  # of the range: values that differ by less are the same number, converted
 DISAGREE = 1.4  # stated and found noise differ by more than this factor
 
 
@@ -73,7 +74,7 @@ def noise_of(recording: Recording) -> Noise:
     doubts: list[str] = []
     found, where = _seen(recording, values)
     if found is not None:
-        white = found.white
+        white = max(found.white, rounding(recording.columns["normal_force"]))
         ratio = white / values["normal_force"]
         if source["normal_force"] == NEIGHBOURS or not 1.0 / DISAGREE < ratio < DISAGREE:
             if source["normal_force"] == STATED:
@@ -83,6 +84,12 @@ def noise_of(recording: Recording) -> Noise:
                 )
             values["normal_force"], source["normal_force"] = white, where
         source["slow_force"] = where if found.slow > 0.0 else f"none seen ({where})"
+        if found.beyond:
+            source["slow_force"] = "not believed"
+            doubts.append(
+                f"the force wanders by far more than noise ({where}): a zero that shifts, or what is left of "
+                "a contact; it is not counted as noise"
+            )
     return Noise(
         values.get("normal_force", math.nan),
         values.get("displacement", 0.0),
@@ -144,9 +151,15 @@ def rough(values: Floats, episode: Floats | np.ndarray) -> float:
     if jumps.size < 8:
         return math.nan
     middle = float(np.median(np.abs(jumps))) / 0.6745 / math.sqrt(20.0)
-    steps = np.abs(np.diff(np.unique(values[np.isfinite(values)])))
-    rounding = float(steps.min()) / math.sqrt(12.0) if steps.size else 0.0
-    return max(middle, rounding, 1e-12)
+    return max(middle, rounding(values), 1e-12)
+
+
+def rounding(values: Floats) -> float:
+    """Return the std of what rounding to the least step of ``values`` leaves, 0 where there is no step."""
+    known = np.unique(values[np.isfinite(values)])
+    steps = np.diff(known)
+    steps = steps[steps > SAME_VALUE * np.ptp(known)] if steps.size else steps
+    return float(steps.min()) / math.sqrt(12.0) if steps.size else 0.0
 
 
 def in_air(recording: Recording) -> np.ndarray:

@@ -20,6 +20,7 @@ UNKNOWN = 0.7  # a posterior std above this share of the prior's: the data say n
 ENTANGLED = 0.98  # a correlation above this: only a combination is known
 AT_BOUND = 1e-3  # of the range, or of a prior std
 HOPELESS = 10.0  # and from which it says little to count in units of the noise
+GENEROUS = 0.5  # and below which the noise cannot be that of the sensors
 MISFIT = 1.1  # rms of standardised residuals from which the model is said to fail
 
 
@@ -170,12 +171,22 @@ def _warnings(fit: Fit) -> Iterator[str]:
         span = min(k.std[j], k.high[j] - k.low[j])
         for bound, side in ((k.low[j], "lower"), (k.high[j], "upper")):
             if math.isfinite(bound) and abs(fit.optimum.u[j] - bound) < AT_BOUND * span:
-                yield f"{told} sits on its {side} bound; its standard error means nothing"
+                absent = side == "lower" and bound == 0.0 and found[1].transform != "log"
+                yield (
+                    f"this recording shows no {found[0].name}: {name} sits at 0"
+                    if absent
+                    else f"{told} sits on its {side} bound; its standard error means nothing"
+                )
     for one, other, c in fit.correlations(ENTANGLED):
         yield f"{one} and {other} are known only together (correlation {c:+.3f})"
     if fit.error > MISFIT:
         yield (
             f"the model leaves {fit.error:.2f} times the noise; `vegrip diagnose` looks for what is missing"
+        )
+    if fit.error < GENEROUS:
+        yield (
+            f"the model leaves {fit.error:.2f} times the noise, so the noise was taken to be too large; what "
+            "is less than it goes unseen"
         )
     if fit.error > HOPELESS and not problem.measured.noise.tolerance:
         yield (

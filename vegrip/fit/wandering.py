@@ -20,17 +20,19 @@ from vegrip.fit.smoother import Floats
 from vegrip.fit.whitening import ForceNoise, Whitener
 
 PAYS = 8.0  # [nats] that the slow part has to gain
+LEAST, MOST = (-5.0, -7.0, -7.0), (5.0, 3.0, 7.0)  # ln of white and slow over the guess, of the time [s]
 TIMES = (0.3, 1.0, 3.0, 10.0)  # [s] where the search begins
 
 
 @dataclass(frozen=True)
 class Wandering:
-    """White std, slow std and its time constant; slow is 0 where it does not pay."""
+    """White std, slow std and its time constant; slow is 0 where it does not pay, or is ``beyond`` noise."""
 
     white: float
     slow: float
     time: float
     gain: float  # [nats] of the slow part
+    beyond: bool = False
 
 
 def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> Wandering:
@@ -59,10 +61,12 @@ def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> W
     def alone(p: Floats) -> float:
         return cost(ForceNoise(rough * float(np.exp(np.clip(p[0], -5.0, 5.0)))))
 
+    def of(p: Floats) -> ForceNoise:
+        a, b, c = np.clip(p, LEAST, MOST)
+        return ForceNoise(rough * float(np.exp(a)), rough * float(np.exp(b)), min(float(np.exp(c)), longest))
+
     def both(p: Floats) -> float:
-        a, b, c = np.clip(p, (-5.0, -7.0, -7.0), (5.0, 5.0, 7.0))
-        time = min(float(np.exp(c)), longest)
-        return cost(ForceNoise(rough * float(np.exp(a)), rough * float(np.exp(b)), time))
+        return cost(of(p))
 
     plain = _least(alone, np.array([0.0]))
     white = rough * float(np.exp(plain.x[0]))
@@ -74,8 +78,10 @@ def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> W
     gain = float(plain.fun - found.fun)
     if gain < PAYS:
         return Wandering(white, 0.0, 2.0, max(gain, 0.0))
-    a, b, c = (float(v) for v in found.x)
-    return Wandering(rough * float(np.exp(a)), rough * float(np.exp(b)), min(float(np.exp(c)), longest), gain)
+    if found.x[1] > MOST[1] - 0.1:
+        return Wandering(rough, 0.0, 2.0, gain, beyond=True)
+    best_noise = of(found.x)
+    return Wandering(float(best_noise.white), best_noise.slow, best_noise.time, gain)
 
 
 def _least(cost: Callable[[Floats], float], start: Floats) -> OptimizeResult:

@@ -1,0 +1,80 @@
+"""The loop on measured recordings, which are not part of the project: skipped without them (VEGRIP_DATA)."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip.compare import compare
+from vegrip.diagnosis import diagnose
+from vegrip.fit import fit, noise_of
+from vegrip.fit.problem import AT
+from vegrip.recording import Recording
+from vegrip.recording.column_map import read_column_map
+from vegrip.recording.import_csv import import_csv
+
+PROJECT = Path(__file__).parents[2]
+DATA = Path(os.environ.get("VEGRIP_DATA", PROJECT.parent / "shared" / "data"))
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not DATA.is_dir(), reason=f"no measured recordings in {DATA}"),
+]
+
+
+def read(file: str, chart: str, radius: float) -> Recording:
+    return import_csv(DATA / file, read_column_map(PROJECT / f"examples/maps/{chart}.toml"), radius=radius)
+
+
+@pytest.fixture(scope="module")
+def hand() -> Recording:
+    """Twenty trials of the robot finger, without the opening between them."""
+    whole = read("robot-hand-rh56/middlefinger_hybrid_force250_20trials_20260303-185511.csv", "rh56", 8e-3)
+    closing = np.zeros(len(whole), dtype=bool)
+    for number in np.unique(whole.episode):
+        rows = np.flatnonzero(whole.episode == number)
+        opened = np.flatnonzero(whole.columns["displacement"][rows] < -0.02)
+        closing[rows[opened[-1] :]] = True
+    return whole.select(closing)
+
+
+def test_the_deepest_press_into_silicone_gets_a_second_relaxation_time_and_another_press_agrees() -> None:
+    deep = read("silicone-indent/relax_P002-laser-1.csv", "silicone_hold", 40e-3)
+    other = read("silicone-indent/relax_P002-laser-3.csv", "silicone_hold", 40e-3)
+    found = diagnose(deep, noise=noise_of(deep).tolerant(0.005))
+    taken = [one.candidate.name for one in found.search.accepted]
+    assert "second_relaxation" in taken
+    assert found.error["after"] < 0.5 * found.error["before"]
+    before, after = (
+        compare(other, model, noise=noise_of(other).tolerant(0.005)).error
+        for model in (found.start.model, found.model)
+    )
+    assert after < 0.85 * before
+
+
+def test_the_slip_in_the_deepest_press_is_told_and_left_out() -> None:
+    deep = read("silicone-indent/relax_P002-laser-1.csv", "silicone_hold", 40e-3)
+    found = fit(deep, noise=noise_of(deep).tolerant(0.005))
+    (event,) = found.problem.measured.events
+    assert event.time == pytest.approx(66.4, abs=0.3)
+    assert event.loss == pytest.approx(0.34, abs=0.03)
+    assert any("no motion explains it" in sentence for sentence in found.warnings())
+
+
+def test_an_actuator_that_backs_off_is_not_called_relaxation(hand) -> None:
+    noise = noise_of(hand).tolerant(0.02)
+    found = fit(hand, noise=noise)
+    assert found.model.values["c1"].value < 0.01
+    assert any("shows no relaxation" in sentence for sentence in found.warnings())
+    seen = hand.columns["normal_force"]
+    said = found.problem.table(found.optimum.u)[:, AT["normal_force"]]
+    falls = []
+    for number in np.unique(hand.episode):
+        rows = np.flatnonzero(hand.episode == number)
+        falls.append([1.0 - np.mean(force[rows[-5:]]) / np.max(force[rows]) for force in (seen, said)])
+    measured, by_the_motion = np.mean(falls, axis=0)
+    assert measured > 0.15
+    assert by_the_motion == pytest.approx(measured, abs=0.05)
+    named = diagnose(hand, noise=noise).named
+    assert not {"second_relaxation", "power_law_relaxation", "nonseparable_relaxation"} & set(named)
