@@ -47,6 +47,27 @@ def test_messages_go_through_and_bear_the_time_of_arrival(two):
     assert before - 2_000_000 <= node.arrivals[0] <= time.monotonic_ns()
 
 
+@pytest.mark.parametrize("jump", [-86_400.0, -2.0, 0.3, 2.0, 86_400.0])
+@pytest.mark.parametrize("interface", ["virtual", "vegrip"])
+@pytest.mark.usefixtures("runtime")
+def test_a_wall_clock_that_is_set_moves_no_stamp(monkeypatch, interface, jump):
+    table = {"interface": interface, "channel": "set"}
+    hand, node = (open_endpoint(table, Hand(FINGERS)) for _ in range(2))
+    hand.send(state(0))
+    assert received_within(node, 2.0)
+    wall, wall_ns = time.time, time.time_ns
+    monkeypatch.setattr(time, "time", lambda: wall() + jump)
+    monkeypatch.setattr(time, "time_ns", lambda: wall_ns() + round(jump * NS))
+    for seq in range(1, 4):
+        sent = time.monotonic_ns()
+        hand.send(state(seq))
+        (got,) = received_within(node, 2.0)
+        assert sent - NS <= node.arrivals[0] <= time.monotonic_ns(), "within a second the new offset is read"
+        assert got.seq == seq
+    for endpoint in (hand, node):
+        endpoint.close()
+
+
 def test_everything_that_waits_is_taken_at_once_up_to_a_limit(two):
     hand, node = two
     for seq in range(MOST_FRAMES + 20):
