@@ -9,61 +9,30 @@ from vegrip.nodes.grasp_force import build
 
 from vegrip.estimator.health import CALM, FAILS, MENDED, Watch, wrongness
 from vegrip.estimator.layout import CHANNELS, REGIMES
-from vegrip.fit import fit
 from vegrip.grasp import suspicion
 from vegrip.grasp.suspicion import Evidence, Inquiries
+from vegrip.grasp.vigilance import felt, fitted
 from vegrip.messages import FingertipState, ModelHealth
 from vegrip.model import write_model
 from vegrip.node import NodeContext
-from vegrip.recording import Fingertip, Recording
-from vegrip.simulate import Protocol, Segment
-from vegrip.simulate.bench import Benches
-from vegrip.virtual import FingertipSettings, HandSettings
-from vegrip.virtual.settings import SensorSettings
+from vegrip.virtual import FingertipSettings
 
 TIP = FingertipSettings(
     radius=8e-3, reference_force=2.0, amplitudes=(0.25,), rates=(3.0,), bristle_stiffness=1e10
 )
-SENSORS = SensorSettings(rate=250.0, force_bias=0.0, displacement_bias=0.0)
-HAND = HandSettings(tip=TIP, sensor=SENSORS, spread=0.0)
-HIDDEN = {
-    "nothing": {},
-    "adhesion": {"adhesion": {"force": 0.05}},
-    "second_relaxation": {"second_relaxation": {"amplitude": 0.15, "rate": 0.2}},
-    "series_compliance": {"series_compliance": {"compliance": 2e-4}},
-}
 NOISE = {"normal_force": 0.01, "displacement": 5e-6, "tangential_force": 0.01, "torque_z": 1e-4}
 
 
-def contacts(count: int, seed: int = 0) -> Protocol:
-    """Return grasps of all kinds: fast and slow, short and long, light and firm, some gripped anew."""
-    rng = np.random.default_rng(seed)
-    segments = [Segment(0.5, depth=-2e-4)]
-    for _ in range(count):
-        depth = rng.uniform(0.06, 0.16) * TIP.radius
-        rise, fall = rng.choice([0.1, 0.3, 1.0], 2)
-        segments += [Segment(rise, depth=depth), Segment(rng.uniform(0.3, 4.0))]
-        if rng.random() < 0.5:
-            segments += [Segment(0.2, depth=depth * rng.uniform(0.5, 1.1)), Segment(rng.uniform(0.3, 2.0))]
-        segments += [Segment(fall, depth=-2e-4), Segment(rng.uniform(0.5, 2.0))]
-    return Protocol("grasps", (tuple(segments),), 0.0)
+@cache
+def contacts_of(hidden: str, count: int, seed: int = 0) -> tuple[FingertipState, ...]:
+    """Return what the fingertip feels in a number of contacts."""
+    return tuple(felt(TIP, count, seed, hidden))
 
 
 @cache
-def felt(hidden: str, count: int, seed: int = 0) -> tuple[FingertipState, ...]:
-    """Return what a fingertip feels in a number of contacts."""
-    benches = Benches(("index",), HAND, contacts(count, seed), seed, HIDDEN[hidden])
-    return tuple(benches.step(benches.duration))
-
-
-@cache
-def fitted():
+def model():
     """Return the model of the fingertip, from contacts in which nothing is hidden."""
-    states = felt("nothing", 8, 1)[::2]
-    t = np.array([s.stamp for s in states]) * 1e-9
-    columns = {c: np.array([getattr(s, c) for s in states]) for c in ("displacement", "normal_force")}
-    whole = Recording("felt", t, np.zeros(t.size, dtype=np.int64), columns, Fingertip(TIP.radius), NOISE)
-    return fit(whole).model
+    return fitted(TIP, 1)
 
 
 def health_of(node, states) -> list[ModelHealth]:
@@ -77,7 +46,7 @@ def health_of(node, states) -> list[ModelHealth]:
 
 @pytest.fixture
 def node(tmp_path):
-    write_model(fitted(), tmp_path / "tip.toml")
+    write_model(model(), tmp_path / "tip.toml")
     settings = {"tip": {"model": str(tmp_path / "tip.toml")}, "noise": NOISE, "policy": "constant"}
     made = build(settings, NodeContext("grasp_force", "", ("index",), 0.004))
     made.configure()
@@ -88,7 +57,7 @@ def node(tmp_path):
 @pytest.mark.slow
 def test_with_nothing_hidden_it_stays_quiet_and_starts_no_process(node) -> None:
     for seed in (2, 3):
-        told = health_of(node, felt("nothing", 20, seed))
+        told = health_of(node, contacts_of("nothing", 10, seed))
         assert all(one.consistent for one in told[50:])
         assert not any(one.channel or one.suspect for one in told)
     assert node.suspects.busy is None
@@ -105,7 +74,7 @@ REGIME = {
 @pytest.mark.parametrize("hidden", ["adhesion", "second_relaxation", "series_compliance"])
 def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypatch, hidden) -> None:
     monkeypatch.setattr(suspicion, "WAIT", 2.0)
-    states = felt(hidden, 20, 4)
+    states = contacts_of(hidden, 14, 4)
     told = health_of(node, states)
     failing = [one for one in told if one.channel]
     assert failing
@@ -138,10 +107,11 @@ def test_the_verdict_comes_after_a_while_and_goes_after_a_longer_one() -> None:
     assert watch.look(cells(CALM / 2), now + round(MENDED * 1e9)) is None
 
 
-def test_a_single_look_outside_changes_nothing() -> None:
+def test_a_single_look_a_little_outside_changes_nothing_and_one_far_outside_does() -> None:
     watch = Watch()
     for i in range(100):
-        assert watch.look(cells(3.0 if i % 2 else 0.1), i * 200_000_000) is None
+        assert watch.look(cells(1.5 if i % 2 else 0.1), i * 200_000_000) is None
+    assert watch.look(cells(2.5), 10**11) == (1, 2)
 
 
 def test_another_cell_takes_over_only_when_it_is_clearly_worse() -> None:

@@ -2,7 +2,7 @@
 
 A mean NIS near 1 alone proves little: a filter that was 21 um wrong in the indentation still had 0.98. So the
 mean innovation is watched as well, in every regime of its own: air, loading, hold, unloading, each shallow or
-deep, slow or fast, early or late, and sliding.
+deep, slow or fast, early or late, and sliding. What follows a jerk tells of the motion and is not judged.
 """
 
 import math
@@ -28,7 +28,8 @@ MOTION = 3.0
 ENOUGH = 100.0
 """Samples in the (fading) memory of a cell before it is judged."""
 
-FAILS = 0.5  # [s] for which a cell has to be outside before the model is said to fail
+FAILS = 0.5  # [s] for which a cell has to be outside before the model is said to fail,
+PLAIN = 2.0  # or so far outside
 CALM = 0.8  # of the way to the edge, within which all cells have to be
 MENDED = 10.0  # [s] for so long, before it is said to explain again
 TAKES_OVER = 1.25  # by how much another cell has to be worse than the one that was told
@@ -48,7 +49,8 @@ class Watch:
         top = float(wrong[worst])
         self._outside = None if top <= 1.0 else stamp if self._outside is None else self._outside
         self._inside = None if top >= CALM else stamp if self._inside is None else self._inside
-        if self._outside is not None and stamp - self._outside >= FAILS * NS:
+        lasting = self._outside is not None and stamp - self._outside >= FAILS * NS
+        if lasting or top > PLAIN:
             if self.failing is None or top > TAKES_OVER * float(wrong[self.failing]):
                 self.failing = (int(worst[0]), int(worst[1]))
         elif self._inside is not None and stamp - self._inside >= MENDED * NS:
@@ -61,6 +63,7 @@ def wrongness(cells: Floats) -> Floats:
     weight, mean, nis = np.moveaxis(cells.reshape(len(CHANNELS), len(REGIMES), 3), 2, 0)
     beyond = np.maximum(np.maximum(nis / BAND[1], BAND[0] / np.maximum(nis, 1e-9)), abs(mean) / BIAS)
     beyond[CHANNELS.index("displacement")] /= MOTION
+    beyond[:, REGIMES.index("jerk")] = 0.0
     return np.where(weight >= ENOUGH, beyond, 0.0)
 
 

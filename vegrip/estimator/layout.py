@@ -29,7 +29,7 @@ FRICTION = (
 CHANNELS = ("displacement", "normal_force", "contact_radius")
 REGIMES = (
     "air", "loading", "hold", "unloading", "deep loading", "fast loading", "deep hold", "late hold",
-    "deep unloading", "fast unloading", "sliding",
+    "deep unloading", "fast unloading", "sliding", "jerk",
 )  # fmt: skip
 """In which the innovations are watched; those without a word are shallow and slow, or early."""
 BOUNDS = ("", "elastic_force", "force", "x")
@@ -74,7 +74,7 @@ class Layout:
             "FRICTION": len(FRICTION), "CONSIDER": len(self.considered), "REPORT": len(REPORT),
             "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
-            "LOAD": 6, "MOTION": 1, "START": n, "LOST": 1,
+            "LOAD": 7, "MOTION": 1, "START": n, "LOST": 1,
             "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n,
             "S0": s + 1, "S1": s + 1, "L": m * m, "D": 5 * (m + len(self.considered)), "TRY": n,
         }  # fmt: skip

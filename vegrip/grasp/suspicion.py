@@ -39,42 +39,52 @@ CHANNELS = (
 )
 KEPT = 10_000  # samples of a finger
 SPACING = 0.005  # [s] least time between two of them
-AIR = 1.0  # [s] of air after a contact that is kept; the rest tells nothing
+AIR = 1.0  # [s] of air after a contact that is kept, and
+ROLL = 32  # samples before the next one; the rest tells nothing
+NEVER = -(10**18)  # [ns]
 LEAST = 4_000  # samples before anybody looks
 WAIT = 10.0  # [s] for which the health has failed before
 AGAIN = 120.0  # [s] from one look at a finger to the next
 
 
 class Evidence:
-    """The last contacts of one finger: a ring of ``KEPT`` samples, written in place."""
+    """The last contacts of one finger: a ring of ``KEPT`` samples, written in place.
+
+    Of a longer stay in the air only the end is kept, over and over: contacts begin with it.
+    """
 
     def __init__(self) -> None:
         self._values = np.full((KEPT, len(CHANNELS)), np.nan)
         self._stamps = np.zeros(KEPT, dtype=np.int64)
         self._touching = np.zeros(KEPT, dtype=bool)
-        self._count = 0
-        self._last = self._touched = -(10**18)  # [ns]
-
-    def note(self, state: FingertipState, touching: bool) -> None:
-        """Keep a state if it is time for one and there is, or just was, a contact."""
-        stamp = state.stamp
-        if touching:
-            self._touched = stamp
-        if not stamp - self._last >= SPACING * NS or stamp - self._touched > AIR * NS:
-            if stamp < self._last:
-                self.clear()  # the sender's clock began anew
-            return
-        at = self._count % KEPT
-        self._stamps[at] = self._last = stamp
-        self._touching[at] = touching
-        row = self._values[at]
-        for i, name in enumerate(CHANNELS):
-            row[i] = getattr(state, name)
-        self._count += 1
+        self.clear()
 
     def clear(self) -> None:
         """Forget everything."""
-        self._count, self._last, self._touched = 0, -(10**18), -(10**18)
+        self._count = self._rolling = 0
+        self._last = self._touched = NEVER  # [ns]
+
+    def note(self, state: FingertipState, touching: bool) -> None:
+        """Keep a state, if it is time for one."""
+        stamp = state.stamp
+        if stamp < self._last:
+            self.clear()  # the sender's clock began anew
+        if touching:
+            self._touched = stamp
+        if stamp - self._last < SPACING * NS:
+            return
+        self._last = stamp
+        if stamp - self._touched > AIR * NS:
+            at = (self._count + self._rolling % ROLL) % KEPT
+            self._rolling += 1
+        else:
+            self._count += min(self._rolling, ROLL)
+            at, self._rolling = self._count % KEPT, 0
+            self._count += 1
+        self._stamps[at], self._touching[at] = stamp, touching
+        row = self._values[at]
+        for i, name in enumerate(CHANNELS):
+            row[i] = getattr(state, name)
 
     def __len__(self) -> int:
         return min(self._count, KEPT)
@@ -82,10 +92,11 @@ class Evidence:
     def columns(self) -> dict[str, Floats]:
         """Return copies in order of time from the first air on: ``t`` [s] and what was measured.
 
-        The loop may go on writing meanwhile: what it has overtaken is left out.
+        The loop may go on writing meanwhile: what is out of order is put in order.
         """
         count = self._count
         order = np.arange(max(count - KEPT, 0), count) % KEPT
+        order = order[np.argsort(self._stamps[order], kind="stable")]
         stamps, values, touching = self._stamps[order], self._values[order], self._touching[order]
         keep = np.diff(stamps, prepend=stamps[:1] - 1) > 0
         free = np.flatnonzero(keep & ~touching)
@@ -157,7 +168,7 @@ class Inquiries:
             self._suspect.pop(finger, None)
             return health
         since = self._failing.setdefault(finger, now)
-        if now - since >= WAIT * NS and now - self._asked.get(finger, -(10**18)) >= AGAIN * NS:
+        if now - since >= WAIT * NS and now - self._asked.get(finger, NEVER) >= AGAIN * NS:
             self._ask(finger, now)
         return replace(health, suspect=self._suspect.get(finger, ""))
 

@@ -48,7 +48,7 @@ def draw(protocol: Protocol, models: dict[str, ContactModel], path: Path) -> Non
                 axes[2].plot(
                     t, _cut(one, difference), lw=1, color=f"C{i}", label=f"{name} - {next(iter(found))}"
                 )
-        axes[2].set_ylabel("difference [mN]")
+        axes[2].set_ylabel("before refits [mN]")
         axes[2].legend(fontsize=8)
     if loads:
         axes[-1].plot(

@@ -39,6 +39,8 @@ truths, with this one 92 %. The first touch that is felt ends it.
 
 FAST = 2.0  # [x_ref / s] above which loading and unloading are fast
 LATE = 1.0  # [s] at rest from which a hold is late
+SUDDEN = 9.0  # NIS of the displacement at which the motion is taken to have jerked, and
+SETTLED = 0.05  # [s] for which innovations then tell of the motion more than of the contact
 
 
 def scalar_update(m: Floats, channel: int, innovation: float, R: float) -> bool:
@@ -61,6 +63,8 @@ def scalar_update(m: Floats, channel: int, innovation: float, R: float) -> bool:
         S += m[H0 + i] * m[G0 + i]
     at = CHANNEL0 + 4 * channel
     nis = innovation * innovation / S
+    if channel == 0 and nis > SUDDEN:
+        m[LOAD0 + 5], m[LOAD0 + 6] = 11.0, 0.0
     note(m, channel, innovation / math.sqrt(S), nis)
     if not nis <= 100.0:
         m[at + CH_STREAK] += 1.0
@@ -133,7 +137,9 @@ def cell_of(m: Floats) -> float:
     regime = float(m[LOAD0 + 3])
     cell = regime
     deep, fast = m[Y0] > m[SET_DEPTH], abs(m[Y0 + 1]) > FAST * m[SET_DEPTH]
-    if regime > 0.0 and m[FRI_SLIDING] > 0.5:
+    if m[LOAD0 + 6] < SETTLED:
+        cell = 11.0
+    elif regime > 0.0 and m[FRI_SLIDING] > 0.5:
         cell = 10.0
     elif regime == 1.0 and (deep or fast):
         cell = 5.0 if fast else 4.0

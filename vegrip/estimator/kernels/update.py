@@ -49,6 +49,7 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
     m[LOAD0 + 3] = regime_of(m)
     moves = m[LOAD0 + 3] == 1.0 or m[LOAD0 + 3] == 3.0
     m[LOAD0 + 4] = 0.0 if moves else m[LOAD0 + 4] + dt
+    m[LOAD0 + 6] += dt
     m[LOAD0 + 5] = cell_of(m)
     if blind and not known and m[Y0] < 0.0:
         m[Y0] = 0.0  # out of contact nothing tells how far
