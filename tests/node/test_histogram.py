@@ -43,3 +43,17 @@ def test_impossible_durations_are_counted_at_the_ends(duration):
     histogram = Histogram()
     histogram.add(duration)
     assert histogram.percentile(1.0) == min(max(duration, 0), LONGEST)
+
+
+@given(st.lists(st.lists(st.integers(0, 10**9), max_size=20), max_size=4))
+def test_the_sum_of_histograms_is_the_histogram_of_all(parts):
+    def of(durations):
+        histogram = Histogram()
+        for duration in durations:
+            histogram.add(duration)
+        return histogram
+
+    total, whole = Histogram.sum_of(map(of, parts)), of([d for part in parts for d in part])
+    assert (total.count, total.maximum) == (whole.count, whole.maximum)
+    for share in (0.5, 0.99, 1.0):
+        assert total.percentile(share) == pytest.approx(whole.percentile(share), nan_ok=True)

@@ -70,17 +70,17 @@ class GraspFinger:
         self.past: deque[FingertipState] = deque(maxlen=PAST)
         """What was believed of late, for an estimator that takes over."""
 
-    def sense(self, state: FingertipState, now: int, wanted: Wanted, report_period: float = 0.0) -> None:
+    def sense(self, state: FingertipState, now: int, wanted: Wanted) -> None:
         """Take in one state that arrived at ``now`` [ns] and ask the controller what it needs.
 
-        The margin itself, which control does not need, is worked out when it is due to be reported.
+        The margin itself, which no command waits for, is worked out when it is reported.
         """
         demand = UNUSED
         if self.watchdog.accept(state, now):
             self.estimator.assimilate(state)
             self.past.append(state)
             self._seen = True
-            if self._margin is None or _due(self._reported, now, report_period):
+            if self._margin is None:
                 self._margin = self.estimator.slip_margin()
             self._used = now
             demand = self._demand(state, self._margin, wanted)
@@ -130,6 +130,7 @@ class GraspFinger:
         """Yield what is due to be told: contact, margin, and less often the health of the model."""
         if self._seen and self._margin is not None and _due(self._reported, now, report_period):
             self._reported = self._staggered(self._reported, now, report_period)
+            self._margin = self.estimator.slip_margin()
             contact = replace(self.estimator.contact_estimate(), seq=self._reports)
             margin = replace(self._margin, seq=self._reports)
             self._reports += 1

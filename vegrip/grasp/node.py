@@ -131,7 +131,7 @@ class GraspForce(NodeBase):
         if finger is None:
             self.rejected["unknown finger"] += 1
             return ()
-        finger.sense(message, now, self._wanted, self.parameters.report_period)
+        finger.sense(message, now, self._wanted)
         if finger.past and finger.past[-1] is message:  # it was believed
             self.suspects.note(finger.name, message, finger.estimator.in_contact)
         return chain(self._commands([finger], now), self._reports(finger, now))
