@@ -14,7 +14,7 @@ from vegrip.compare.where import Residuals, where
 from vegrip.compare.words import quantity, span
 from vegrip.fit import fit
 from vegrip.model import write_model
-from vegrip.recording import write_recording
+from vegrip.recording import Fingertip, Recording, write_recording
 
 _spec = importlib.util.spec_from_file_location("bench", Path(__file__).parents[1] / "fit" / "conftest.py")
 _bench = importlib.util.module_from_spec(_spec)
@@ -66,7 +66,9 @@ def test_numbers_are_said_with_a_fitting_prefix(name, value, text) -> None:
 
 def test_ranges_are_said() -> None:
     assert span("speed", 5e-3, None) == "at more than 5 mm/s"
-    assert span("indentation", None, 1e-3) == "at a depth of at most 1 mm"
+    assert span("indentation", None, 1e-3) == "at a depth of up to 1 mm"
+    assert span("frequency", 0.0, None) == "while going to and fro"
+    assert span("time", 240.0, None) == "more than 240 s after the start"
     assert span("time_in_contact", 1.0, 2.0) == "1 s to 2 s into the contact"
 
 
@@ -83,6 +85,29 @@ def test_the_right_model_has_nothing_to_show_and_the_wrong_one_has() -> None:
     assert rubbing.channels["normal_force"].ratio == pytest.approx(1.0, abs=0.03)
     assert {one.channel for one in rubbing.where} <= {"tangential_force", "torque_z"}
     assert rubbing.where
+
+
+@pytest.mark.slow
+def test_a_press_that_takes_a_minute_is_loading_and_no_hold() -> None:
+    t = np.arange(0.0, 60.0, 0.05)
+    depth = np.interp(t, [0.0, 5.0, 35.0, 50.0, 55.0, 60.0], [-1e-4, -1e-4, 1e-3, 1e-3, -1e-4, -1e-4])
+    force = 1.5 * np.maximum(depth / 1e-3, 0.0) ** 1.5 + 1e-3 * RNG.standard_normal(t.size)
+    columns = {"displacement": depth + 1e-7 * RNG.standard_normal(t.size), "normal_force": force}
+    sensors = {"normal_force": 1e-3, "displacement": 1e-7}
+    slow = Recording("slow", t, np.zeros(t.size, dtype=np.int64), columns, Fingertip(0.01), sensors)
+    phase = compare(slow).features.phase
+    for begin, end, name in ((12.0, 34.0, "loading"), (37.0, 49.0, "hold"), (51.0, 54.0, "unloading")):
+        rows = (t > begin) & (t < end)
+        assert np.mean(phase[rows] == PHASES.index(name)) > 0.95, name
+
+
+@pytest.mark.slow
+def test_rows_that_stick_under_a_load_are_a_regime() -> None:
+    found = compare(recorded()).features
+    assert found.sticking is not None
+    assert found.sticking.any()
+    assert not np.any(found.sticking & (found.phase == PHASES.index("sliding")))
+    assert not np.any(found.sticking & (found.phase == PHASES.index("out of contact")))
 
 
 @pytest.mark.slow

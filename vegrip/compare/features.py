@@ -5,10 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vegrip.fit.measured import Measured
 from vegrip.fit.problem import AT, Problem
 from vegrip.fit.smoother import Floats
 
-SLOW = 0.1  # [x_ref / s] below which a displacement is held
+SLOW = 0.1  # [x_ref / s] below which a displacement is held, and below
+RESTING = (
+    0.1  # of the speed at which most of the way is gone: a testing machine may take a minute for a press
+)
+LOADED = 5.0  # standard deviations of a tangential load that is one
 TURN = 0.05  # [s] after a turn that count as reversal
 
 PHASES = ("out of contact", "loading", "hold", "unloading", "reversal", "sliding")
@@ -16,10 +21,14 @@ PHASES = ("out of contact", "loading", "hold", "unloading", "reversal", "sliding
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """One value per row of the recording, by name; ``phase`` are places in :data:`PHASES`."""
+    """One value per row of the recording, by name; ``phase`` are places in :data:`PHASES`.
+
+    ``sticking`` are the rows that hold a tangential load and do not slide, in whatever phase.
+    """
 
     phase: NDArray[np.int64]
     values: dict[str, Floats]
+    sticking: NDArray[np.bool_] | None = None
 
 
 def features_of(problem: Problem, table: Floats) -> Features:
@@ -31,7 +40,7 @@ def features_of(problem: Problem, table: Floats) -> Features:
     force = table[:, AT["normal_force"]]
     touching = (problem.stiffness > 0.0) | (np.nan_to_num(m.force) > 5.0 * m.noise.normal_force)
     phase = np.full(t.size, PHASES.index("hold"))
-    moving = SLOW * problem.depth
+    moving = _moving(speed, problem.depth)
     phase[speed > moving] = PHASES.index("loading")
     phase[speed < -moving] = PHASES.index("unloading")
     phase[_turning(t, speed, moving, m.first)] = PHASES.index("reversal")
@@ -55,7 +64,29 @@ def features_of(problem: Problem, table: Floats) -> Features:
         values["temperature"] = np.nan_to_num(
             columns["temperature"], nan=float(np.nanmean(columns["temperature"]))
         )
-    return Features(phase, values)
+    return Features(phase, values, _sticking(m, touching & (phase != PHASES.index("sliding"))))
+
+
+def _moving(speed: Floats, depth: float) -> float:
+    """Return the speed [m/s] above which the tip moves; ``depth``: the reference depth [m]."""
+    way = float(np.sum(np.abs(speed)))
+    usual = float(np.sum(speed**2)) / way if way > 0.0 else 0.0
+    return min(SLOW * depth, RESTING * usual)
+
+
+def _sticking(m: Measured, rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    columns = m.recording.columns
+    loaded = np.zeros(rows.size, dtype=bool)
+    for name, noise in (
+        ("tangential_force_x", m.noise.tangential_force),
+        ("tangential_force_y", m.noise.tangential_force),
+        ("torque_z", m.noise.torque_z),
+    ):
+        if name in columns and noise > 0.0:
+            loaded |= np.abs(np.nan_to_num(columns[name])) > LOADED * noise
+    slips: NDArray[np.bool_] = columns.get("slip", np.zeros(rows.size)) == 1.0
+    sticks: NDArray[np.bool_] = rows & loaded & ~slips
+    return sticks
 
 
 def _speed(t: Floats, depth: Floats, first: Floats) -> Floats:

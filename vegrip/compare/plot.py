@@ -1,4 +1,4 @@
-"""Pictures of a comparison: measured and predicted, what is left over time, phase and depth."""
+"""Pictures of a comparison: measured and modelled, what is left in order, over depth and over time."""
 
 from pathlib import Path
 from typing import Any
@@ -7,6 +7,8 @@ import numpy as np
 
 from vegrip.compare.comparison import Comparison, residuals_of
 from vegrip.compare.features import PHASES
+from vegrip.compare.where import Residuals
+from vegrip.compare.words import UNITS
 from vegrip.errors import UsageError
 
 
@@ -28,11 +30,13 @@ def draw(comparison: Comparison, folder: Path) -> list[Path]:
     features = comparison.features
     files = []
     for residuals in residuals_of(comparison.problem, comparison.u):
-        figure, axes = plt.subplots(3, 1, figsize=(9, 8), constrained_layout=True)
+        figure, every = plt.subplots(4, 1, figsize=(9, 10), constrained_layout=True)
         rows = np.arange(residuals.rows.size)  # pauses between episodes left out
+        _measured(every[0], comparison, residuals, rows)
+        axes = every[1:]
         axes[0].plot(rows, residuals.z, ".", ms=1.5)
         _labels(axes[0], "row", "residual / std")
-        axes[0].set_title(f"{comparison.problem.measured.recording.name}: {residuals.channel}")
+        every[0].set_title(f"{comparison.problem.measured.recording.name}: {residuals.channel}")
         depth = 1e3 * features.values["indentation"][residuals.rows]
         phase = features.phase[residuals.rows]
         for p in np.unique(phase):
@@ -47,6 +51,23 @@ def draw(comparison: Comparison, folder: Path) -> list[Path]:
         figure.savefig(files[-1], dpi=110)
         plt.close(figure)
     return files
+
+
+def _measured(axis: Any, comparison: Comparison, residuals: Residuals, rows: Any) -> None:
+    """Draw measurement and model; of loads at slip, which point anywhere, their sizes."""
+    columns = comparison.problem.measured.columns
+    if residuals.channel == "tangential_force":
+        none = np.zeros(columns["t"].size)
+        seen = np.hypot(*(columns.get(f"tangential_force_{i}", none)[residuals.rows] for i in "xy"))
+    else:
+        seen = np.abs(columns[residuals.channel][residuals.rows])
+        if residuals.channel == "normal_force":
+            seen = columns["normal_force"][residuals.rows]
+    axis.plot(rows, seen, "k.", ms=1.5, label="measured")
+    axis.plot(rows, seen - residuals.raw, ".", ms=1.0, label="model")
+    axis.legend(markerscale=5, fontsize=7)
+    axis.set_xlabel("row")
+    axis.set_ylabel(f"{residuals.channel.replace('_', ' ')} [{UNITS[residuals.channel]}]")
 
 
 def _labels(axis: Any, x: str, y: str) -> None:

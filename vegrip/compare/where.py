@@ -104,6 +104,8 @@ def _candidates(residuals: Residuals, features: Features) -> Iterator[tuple[str,
     present = [p for p in range(len(PHASES)) if np.count_nonzero(phase == p) >= LEAST_ROWS]
     for p in present:
         yield PHASES[p], phase == p
+    if features.sticking is not None and np.count_nonzero(features.sticking[residuals.rows]) >= LEAST_ROWS:
+        yield "sticking", features.sticking[residuals.rows]
     for name, values in features.values.items():
         here = values[residuals.rows]
         for group in (None, *present):
@@ -118,9 +120,9 @@ def _thirds(name: str, values: Floats, rows: Mask) -> Iterator[tuple[str, Mask]]
         return
     if low > values[rows].min():
         yield span(name, None, low), rows & (values <= low)
-    if high > low > values[rows].min():
+    if high > low > values[rows].min() and quantity(name, high) != quantity(name, low):
         yield span(name, low, high), rows & (values > low) & (values <= high)
-    if high < values[rows].max():
+    if high < values[rows].max() and quantity(name, high) != quantity(name, float(values[rows].max())):
         yield span(name, high, None), rows & (values > high)
 
 

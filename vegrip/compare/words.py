@@ -38,7 +38,7 @@ def quantity(name: str, value: float) -> str:
     """Return ``value`` with its unit, two digits."""
     unit = UNITS.get(name, "")
     if unit in ("", "degC", "s", "Hz") or value == 0.0:
-        return f"{value:.2g} {unit}".strip()
+        return f"{value:.0f} {unit}".strip() if abs(value) >= 100.0 else f"{value:.2g} {unit}".strip()
     power = min(max(math.floor(math.log10(abs(value)) / 3.0), -3), 1)
     if unit.startswith("m") and power == 1:
         power = 0
@@ -49,8 +49,10 @@ def quantity(name: str, value: float) -> str:
 
 def span(name: str, low: float | None, high: float | None) -> str:
     """Return a range in words."""
+    if name == "frequency" and not low:
+        return "without going to and fro" if low is None else "while going to and fro"
     if low is None and high is not None:
-        text = f"at most {quantity(name, high)}"
+        text = f"up to {quantity(name, high)}"
     elif high is None and low is not None:
         text = f"more than {quantity(name, low)}"
     elif low is not None and high is not None:
