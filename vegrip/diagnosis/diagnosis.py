@@ -29,6 +29,17 @@ NEAR = 1.05  # error over noise that named effects may leave where some of it de
 ROUGH = 1.1  # where none does
 CLOSE = 5.0  # [nats] within which candidates cannot be told apart, and
 CLOSE_SHARE = 1e-3  # of the gain: no model of a measured contact is exact
+SAME = 0.95  # cosine of what two candidates do, from which their difference is one of form, unless it is
+FORM = 20.0  # [nats] or more, and
+FORM_SHARE = 0.1  # of the gain
+
+
+def alike(one: Tried, other: Tried) -> bool:
+    """Whether two candidates do nearly the same: between them only the form of a law decides."""
+    a, b = one.change, other.change
+    cosine = float(a @ b) / math.sqrt(max(float(a @ a) * float(b @ b), 1e-300))
+    apart = one.verdict.gain - other.verdict.gain
+    return cosine > SAME and apart <= min(FORM, FORM_SHARE * one.verdict.gain)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +86,8 @@ class Diagnosis:
             close = [
                 one.candidate.name
                 for one in step.tried
-                if one.verdict.passed and best - one.verdict.gain <= CLOSE + CLOSE_SHARE * best
+                if one.verdict.passed
+                and (best - one.verdict.gain <= CLOSE + CLOSE_SHARE * best or alike(step.taken, one))
             ]
             if len(close) > 1:
                 sets.append(close)

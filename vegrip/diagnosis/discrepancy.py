@@ -7,6 +7,7 @@ not physics.
 """
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ KNOTS = (9, 33)  # a bend, or a ripple
 FOLDS = 5
 ALIKE = 0.95  # of the best gain; of those the first variable is told
 RIDGE = 1e-4
+SLOW = ("time", "temperature")  # over which a stiffness may change
 LEAST = 20.0  # [nats] of held-out gain below which a curve points nowhere
 
 
@@ -37,6 +39,7 @@ class Discrepancy:
         share: of the misfit of that channel that it takes.
         at: knots [unit of the variable].
         value: measured less model there [N, or relative load at slip, or m].
+        times: what the value is multiplied by, "normal_force" for a stiffness that changes; or nothing.
         others: variable -> gain, of the next best ones.
 
     """
@@ -47,11 +50,12 @@ class Discrepancy:
     share: float
     at: list[float]
     value: list[float]
+    times: str
     others: dict[str, float]
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON."""
-        shape = {"at": self.at, "residual": self.value}
+        shape = {"at": self.at, "residual": self.value, "times": self.times}
         return {
             "variable": self.variable, "channel": self.channel, "gain": self.gain, "share": self.share,
             "shape": shape, "others": self.others,
@@ -67,14 +71,20 @@ def discrepancy(fitted: Fitted) -> Discrepancy | None:
     for channel, rows, block in _blocks(problem):
         w, J = fitted.optimum.residual[block], fitted.optimum.jacobian[block]
         fold = problem.episodes[rows] % FOLDS
+        scales = {"": np.ones(rows.size)}
+        if channel == "normal_force":
+            scales["normal_force"] = np.maximum(features.values["normal_force"], 0.0)
         for name, values in _variables(problem, features, table, rows, channel):
-            for count in KNOTS:
-                knots = _knots(values, count) if w.size >= 10 * count else np.zeros(0)
+            for (times, scale), count in itertools.product(scales.items(), KNOTS):
+                if (times and name not in SLOW) or w.size < 10 * count:
+                    continue
+                knots = _knots(values, count)
                 if knots.size < 2:
                     continue
-                B = _whitened(problem, _tents(values, knots), channel, rows)
+                B = _whitened(problem, _tents(values, knots) * scale[:, None], channel, rows)
                 gain, share, curve = _gain(w, J, B, fold)
-                found.append(Discrepancy(name, channel, gain, share, knots.tolist(), curve.tolist(), {}))
+                at, value = knots.tolist(), curve.tolist()
+                found.append(Discrepancy(name, channel, gain, share, at, value, times, {}))
     top = max((one.gain for one in found), default=0.0)
     if top <= LEAST:
         return None

@@ -22,10 +22,12 @@ BRIEF = 1.0  # [s] in contact below which effects are not told apart
 LONGEST_SHIFT = 1.0  # [s] between the clocks that is looked for
 SHIFTED = 0.015  # [s] and
 SAMPLES = 2.5  # samples, from which a shift is seen by eye
-BETTER = 5.0  # [nats] by which a shift has to beat every effect
+CLEAR = 20.0  # [nats] that a shift has to gain, and
+BETTER = 0.1  # of the best effect's gain by which it has to beat it
 DEEPEST = 0.9  # of the radius
 
 LOOKALIKES = {
+    "fast_damping": "a force whose clock is early by {eta:.2g} s would show nearly the same",
     "sensor_lag": "a force whose clock is late by {tau:.2g} s would show nearly the same",
     "contact_radius_law": "a tip of another radius than the {radius:.3g} m stated would show the same",
     "pressure_profile": "where only torques tell, a radius other than {radius:.3g} m would show alike",
@@ -139,7 +141,7 @@ def _rate(t: Floats, first: Floats, values: Floats) -> Floats:
 def clocks(base: Fitted, best: float) -> list[Doubt]:
     """Return the doubt that clocks disagree, if that explains more than the ``best`` effect [nats]."""
     late, gain = apart(base)
-    if gain < max(4.0 * BETTER, best + BETTER + 0.01 * best):
+    if gain < CLEAR + (1.0 + BETTER) * max(best, 0.0):
         return []
     return [
         Doubt(
@@ -152,5 +154,5 @@ def clocks(base: Fitted, best: float) -> list[Doubt]:
 
 def lookalikes(names: list[str], values: dict[str, float], radius: float) -> list[Doubt]:
     """Return which named effects a fault of the recording would imitate."""
-    told = {"tau": values.get("tau", math.nan), "radius": radius}
+    told = {"tau": math.nan, "eta": math.nan, **values, "radius": radius}
     return [Doubt(LOOKALIKES[name].format(**told)) for name in names if name in LOOKALIKES]

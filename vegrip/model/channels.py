@@ -153,7 +153,11 @@ def _columns(recording: Recorded | Mapping[str, ArrayLike]) -> dict[str, Floats]
 
 
 def _motion(t: Floats, episode: Floats, displacement: Floats | None) -> Floats:
-    """Return indentation and speed (n, 2); NaN and 0 where the force drives."""
+    """Return indentation and speed (n, 2); NaN and 0 where the force drives.
+
+    The speed is that at the sample, between those of the steps before and after: that of the step before is
+    half a step old, and a friction that follows it turns a sample late.
+    """
     motion = np.stack([np.full(t.size, np.nan), np.zeros(t.size)], axis=1)
     if displacement is None:
         return motion
@@ -162,7 +166,9 @@ def _motion(t: Floats, episode: Floats, displacement: Floats | None) -> Floats:
         known = rows[np.isfinite(displacement[rows])]
         if known.size:
             motion[rows, 0] = np.interp(t[rows], t[known], displacement[known])
-            motion[rows[1:], 1] = np.diff(motion[rows, 0]) / np.diff(t[rows])
+            steps = np.diff(motion[rows, 0]) / np.diff(t[rows])
+            motion[rows[1:], 1] = steps
+            motion[rows[1:-1], 1] = 0.5 * (steps[:-1] + steps[1:])
     return motion
 
 

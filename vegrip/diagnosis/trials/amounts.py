@@ -83,7 +83,7 @@ INSIDE: Mapping[str, Amount] = {
     "rate_stiffening": lambda s: {"growth": 0.03 * s.size, "slow": 0.1 * s.depth},
     "fast_damping": lambda s: {"time": 5e-3 * s.size},
     "temperature_shift": lambda s: {"softening": 0.01 * s.size, "quickening": 0.06 * s.size},
-    "guide_friction": lambda s: {"force": 3.0 * s.noise * s.size},
+    "guide_friction": lambda s: {"force": 3.0 * s.noise * s.size, "speed": 0.05 * s.depth},
     "saturation": lambda s: {"limit": (1.0 - 0.35 * s.size) * s.force},
 }
 """Strong: what leaves about as much as the noise, or more, once the plain model is refitted."""

@@ -54,17 +54,16 @@ class Saturation(Hidden):
 
 @dataclass
 class GuideFriction(Hidden):
-    """The guide of the drive drags: bristles that bend over a short way, then slide (Dahl)."""
+    """The guide of the drive drags against its motion; at rest it lets go."""
 
     force: float = 0.02  # [N]
-    distance: float = 5e-6  # [m] over which they bend
-    _bent: float = field(default=0.0, init=False)
+    speed: float = 1e-4  # [m/s] where 70 % of it is reached
     _at: float = field(default=0.0, init=False)
     _before: float = field(default=0.0, init=False)
 
     def start(self, pause: float) -> None:
-        """Begin unbent, the drive at its zero."""
-        self._bent = self._at = self._before = 0.0
+        """Begin at rest, the drive at its zero."""
+        self._at = self._before = 0.0
 
     def moved(self, position: float) -> float:
         """Look where the drive stands."""
@@ -78,11 +77,9 @@ class GuideFriction(Hidden):
 
     def sensed(self, shown: float, tangential: float, dt: float) -> float:
         """Return the force with what drags."""
-        way = self._at - self._before
+        speed = (self._at - self._before) / dt
         self._before = self._at
-        target = math.copysign(1.0, way)
-        self._bent = target + (self._bent - target) * math.exp(-abs(way) / self.distance)
-        return shown + self.force * self._bent
+        return shown + self.force * speed / math.hypot(speed, self.speed)
 
 
 @dataclass

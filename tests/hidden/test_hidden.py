@@ -1,0 +1,40 @@
+"""Laws of a diagnosis, each on a short recording of the bench: what is hidden is named, nothing else."""
+
+import pytest
+
+from vegrip.diagnosis import diagnose
+
+pytestmark = pytest.mark.slow
+
+
+def test_nothing_hidden_nothing_named(hide) -> None:
+    found = diagnose(hide(seed=3))
+    assert found.verdict == "adequate"
+    assert not found.search.accepted
+
+
+def test_adhesion_hidden_adhesion_named(hide) -> None:
+    found = diagnose(hide(seed=4, adhesion={"force": 0.05, "stretch": 1e-4}))
+    assert found.named == ["adhesion"]
+    assert found.error["after"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_two_hidden_both_named(hide) -> None:
+    found = diagnose(hide(seed=5, sensor_lag={"time": 5e-3}, load_dependent_friction={"exponent": 0.2}))
+    assert set(found.named) == {"sensor_lag", "load_dependent_friction"}
+    assert found.error["after"] == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "variable"),
+    [
+        ("cogging", {"force": 0.04, "period": 5e-4}, "displacement"),
+        ("day_and_night", {"share": 0.04, "period": 150.0}, "time"),
+    ],
+)
+def test_what_no_catalogue_has_is_unexplained_and_its_variable_told(hide, name, given, variable) -> None:
+    found = diagnose(hide(seed=6, **{name: given}))
+    assert found.verdict == "unexplained"
+    assert found.named == []
+    assert found.unexplained is not None
+    assert found.unexplained.variable == variable
