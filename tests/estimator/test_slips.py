@@ -92,4 +92,5 @@ def test_a_forecast_is_judged_by_when_it_slipped() -> None:
     assert (grown.before_bound, grown.by_estimate, grown.though_never) == (0.25, 1.0, 0.5)
     assert (held.before_bound, held.by_estimate, held.though_never) == (0.0, 0.0, 0.0)
     assert (grown.looks, grown.estimates, grown.nevers) == (4, 2, 2)
+    assert (grown.before_time, grown.bounds, grown.though_none) == (1 / 3, 3, 0.0)
     assert len(slip_table.header()) == len(str(grown))

@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for row in slip_table.table(options.slips, options.seed, options.branches):
             print(row, flush=True)  # noqa: T201
         return
-    print("95 % coverage in percent (earliest slip: one-sided)".ljust(34))  # noqa: T201
+    print("95 % coverage in percent (number of looks)")  # noqa: T201
     print("sensors".ljust(12), *(name.rjust(13) for name in QUANTITIES))  # noqa: T201
     for configuration in CONFIGURATIONS:
         if options.independent:

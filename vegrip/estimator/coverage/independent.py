@@ -5,13 +5,12 @@ their standard deviations say.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from vegrip.contact.limit_surface.reference import radius
 from vegrip.effects import effect
-from vegrip.estimator.coverage.truth import Truth, motion, sensed
+from vegrip.estimator.coverage.truth import Truth, motion, scattered, sensed
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import ContactModel, Simulation, paper_model
 from vegrip.virtual.fingertip import Fingertips
@@ -20,26 +19,17 @@ from vegrip.virtual.settings import FingertipSettings, random_fingertip
 STEP = 2e-3  # [s]
 
 
-@dataclass(frozen=True)
-class Life(Truth):
-    """A history of a virtual fingertip; how long it would hold on is not asked."""
-
-    def time_to_slip(self, i: int) -> float:  # noqa: ARG002
-        """Return NaN: not known."""
-        return math.nan
-
-
 def live_independently(
     noise: SensorNoise, settings: EstimatorSettings, rng: np.random.Generator, *, duration: float = 12.0
 ) -> tuple[ContactModel, Truth]:
     """Draw a fingertip, let it live; return what the estimator is told of it, and the truth."""
     tip = random_fingertip(rng)
     t = np.arange(1.0, duration / STEP) * STEP
-    delta, share = motion(t, tip.radius, rng, start_in_contact=False)
-    contact = pressed(tip, delta)
-    tangential, torque, used, slip = loading(contact, share, rng)
+    delta, share, number = motion(t, tip.radius, rng, start_in_contact=False)
+    contact, friction = pressed(tip, delta), scattered(number, settings, rng)
+    tangential, torque, used, slip = loading(contact, share, friction, rng)
     model = told(tip, rng)
-    record = Life(model, t, delta, contact, tangential, torque, used, [])
+    record = Truth(model, t, delta, contact, tangential, torque, used, [], friction)
     record.states.extend(sensed(record, slip, noise, settings, rng))
     return model, record
 
@@ -55,14 +45,14 @@ def pressed(tip: FingertipSettings, delta: np.ndarray) -> Simulation:
 
 
 def loading(
-    contact: Simulation, share: np.ndarray, rng: np.random.Generator
+    contact: Simulation, share: np.ndarray, friction: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Load by its share of the limit, the limit by quadrature: force, torque, utilisation, slip flag."""
     psi = rng.uniform(0.0, 1.2)
     k = np.clip(contact.pressure_exponent, 1.0, 180.0)
     knots = np.geomspace(1.0, 180.0, 120)
     reach = np.interp(k, knots, radius(knots, np.full(knots.size, psi)))
-    limit = contact.friction_coefficient * contact.normal_force * reach
+    limit = friction * contact.friction_coefficient * contact.normal_force * reach
     used = np.minimum(share, 1.0)
     touching = contact.normal_force > 0.0
     torque = used * limit * contact.contact_radius * math.sin(psi)

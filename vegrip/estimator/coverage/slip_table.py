@@ -8,7 +8,10 @@ import numpy as np
 
 from vegrip.estimator.coverage.slips import LOOKS, SCENARIOS, Forecast, Scenario, forecasts
 
-HEADER = ("hold", "looked after", "load", "looks", "before the bound", "by the estimate", "though never")
+HEADER = (
+    *("hold", "looked after", "load", "looks", "before the bound"),
+    *("before a time", "though none", "by the estimate", "though never"),
+)
 
 
 class Row(NamedTuple):
@@ -19,6 +22,9 @@ class Row(NamedTuple):
     load: str  # judged by the slip with the load as it went on, or had it stayed
     looks: int
     before_bound: float  # slipped before the earliest bound; honest: at most 0.05
+    before_time: float  # the same of the looks where that bound is a time; honest: 0.05
+    bounds: int
+    though_none: float  # slipped, of the looks where the bound is never; honest: at most 0.05
     by_estimate: float  # slipped by the estimated time, where there was one; honest: 0.5
     estimates: int
     though_never: float  # slipped, where the estimate was never
@@ -26,13 +32,15 @@ class Row(NamedTuple):
 
     def __str__(self) -> str:
         """Return the line of the table."""
-        before = percent(self.before_bound)
-        by, never = (
+        cells = (
+            percent(self.before_bound),
+            f"{percent(self.before_time)} ({self.bounds})",
+            f"{percent(self.though_none)} ({self.looks - self.bounds})",
             f"{percent(self.by_estimate)} ({self.estimates})",
             f"{percent(self.though_never)} ({self.nevers})",
         )
         start = f"{self.scenario:<17}{self.look:>10.1f} s  {self.load:<14}{self.looks:>7}"
-        return f"{start}{before:>18}{by:>17}{never:>14}"
+        return start + "".join(cell.rjust(17) for cell in cells)
 
 
 def table(slips: int, seed: int, branches: int | None = None) -> Iterator[Row]:
@@ -56,13 +64,16 @@ def row(name: str, look: float, load: str, found: Sequence[Forecast], slips: Seq
     """Judge the forecasts by when the grips slipped."""
     slip = np.array(slips)
     estimate, earliest = np.array([(f.estimate, f.earliest) for f in found]).reshape(-1, 2).T
-    finite = estimate < math.inf
+    finite, bounded = estimate < math.inf, earliest < math.inf
     return Row(
         name,
         look,
         load,
         len(found),
         share(slip < earliest),
+        share((slip < earliest)[bounded]),
+        int(bounded.sum()),
+        share((slip < math.inf)[~bounded]),
         share((slip <= estimate)[finite]),
         int(finite.sum()),
         share((slip < math.inf)[~finite]),
@@ -83,6 +94,5 @@ def percent(value: float) -> str:
 def header() -> str:
     """Return the first line of the table."""
     names = HEADER
-    return (
-        f"{names[0]:<17}{names[1]:>12}  {names[2]:<14}{names[3]:>7}{names[4]:>18}{names[5]:>17}{names[6]:>14}"
-    )
+    start = f"{names[0]:<17}{names[1]:>12}  {names[2]:<14}{names[3]:>7}"
+    return start + "".join(name.rjust(17) for name in names[4:])

@@ -124,7 +124,8 @@ def looks(
     part = Simulation(*(column[:last] for column in life.contact))
     sliding = ((life.t > FELT) & (life.t <= FELT + 0.02)).astype(float)[:last]
     load = life.tangential[:last], life.torque[:last]
-    truth = Truth(model, life.t[:last], part.indentation, part, *load, sliding, [])
+    one = np.ones(last)  # the friction of the life has its scatter already
+    truth = Truth(model, life.t[:last], part.indentation, part, *load, sliding, [], one)
     for i, state in enumerate(sensed(truth, sliding, noise, settings, rng)):
         estimator.assimilate(state)
         if i in due:

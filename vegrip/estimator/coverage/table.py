@@ -13,7 +13,7 @@ from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.messages import NAN, Estimate, FingertipState
 from vegrip.model import ContactModel, paper_model
 
-QUANTITIES = ("a", "k", "mu", "N", "limit_radius", "earliest_slip")
+QUANTITIES = ("a", "k", "mu", "N", "limit_radius")
 CONFIGURATIONS = ("both", "position", "force")
 EVERY = 0.25  # [s] between looks
 FIRST = 1.0  # [s] of the first look
@@ -86,9 +86,6 @@ def looks(estimator: ContactEstimator, truth: Truth, configuration: str) -> Iter
         yield "N", within(estimate.normal_force, true.normal_force[i])
         if truth.utilisation[i] > 0.3:
             yield "limit_radius", within_log(estimate.limit_radius, truth.limit_radius(i))
-            when = truth.time_to_slip(i)
-            if 0.0 < when < math.inf:
-                yield "earliest_slip", estimator.slip_margin().earliest_slip <= when
 
 
 def seen(state: FingertipState, configuration: str) -> FingertipState:

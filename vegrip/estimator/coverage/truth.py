@@ -27,25 +27,13 @@ class Truth:
     torque: Floats  # [N m]
     utilisation: Floats  # gauge of the load, 1 = slipping; NaN out of contact
     states: list[FingertipState]  # what the sensors say
+    friction: Floats  # of each loading over the mean, as slips scatter
 
     def limit_radius(self, i: int) -> float:
         """True distance [N] to the limit surface along the load of sample i; NaN without load or contact."""
         a = self.contact.contact_radius[i]
         load = math.hypot(self.tangential[i], self.torque[i] / a) if a > 0.0 else 0.0
         return load / self.utilisation[i] if load > 0.0 else math.nan
-
-    def time_to_slip(self, i: int) -> float:
-        """True time [s] to slip from sample i on with indentation and load held, by long simulation."""
-        later = np.geomspace(1e-3, 1e4, 1500)
-        t = np.concatenate([self.t[: i + 1], self.t[i] + later])
-        held = np.concatenate([self.indentation[: i + 1], np.full(later.size, self.indentation[i])])
-        future = self.model.simulate(t, held)
-        tail = Simulation(*(column[i:] for column in future))
-        load = np.full(later.size + 1, self.tangential[i]), np.full(later.size + 1, self.torque[i])
-        over = np.flatnonzero(utilisation(tail, *load) >= 1.0)
-        if over.size == 0:
-            return math.inf
-        return float(t[i + over[0]] - self.t[i])
 
 
 def utilisation(contact: Simulation, tangential: Floats, torque: Floats) -> Floats:
@@ -83,18 +71,22 @@ def live(
     model = draw(prior, rng)
     n = int(duration * rate)
     t = np.cumsum((1.0 + 0.3 * rng.uniform(-1.0, 1.0, n)) / rate)
-    delta, share = motion(t, model.tip_radius, rng, start_in_contact=start_in_contact)
-    contact = model.simulate(t, delta)
-    tangential, torque, slip = _loading(contact, share, rng)
-    record = Truth(model, t, delta, contact, tangential, torque, utilisation(contact, tangential, torque), [])
+    delta, share, number = motion(t, model.tip_radius, rng, start_in_contact=start_in_contact)
+    contact, friction = model.simulate(t, delta), scattered(number, settings, rng)
+    tangential, torque, slip = _loading(contact, share, friction, rng)
+    used = utilisation(contact, tangential, torque) / friction
+    record = Truth(model, t, delta, contact, tangential, torque, used, [], friction)
     record.states.extend(sensed(record, slip, noise, settings, rng))
     return record
 
 
-def motion(t: Floats, R: float, rng: np.random.Generator, *, start_in_contact: bool) -> tuple[Floats, Floats]:
-    """Indentation [m] and the share of its limit that the load shall have: presses with loadings inside."""
+def motion(
+    t: Floats, R: float, rng: np.random.Generator, *, start_in_contact: bool
+) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """Indentation [m], share of its limit that the load shall have, number of the loading."""
     air = -0.02 * R
     knots, depth, load = [0.0], [0.08 * R if start_in_contact else air], [0.0]
+    begun = [0.0]  # [s] of each loading
 
     def go(seconds: float, to: float, share: float) -> None:
         knots.append(knots[-1] + seconds)
@@ -107,6 +99,7 @@ def motion(t: Floats, R: float, rng: np.random.Generator, *, start_in_contact: b
         go(rng.uniform(0.15, 0.6), press, 0.0)
         for _ in range(rng.integers(1, 4)):
             press *= rng.uniform(0.85, 1.15)
+            begun.append(knots[-1])
             peak = rng.uniform(1.05, 1.3) if rng.random() < 0.3 else rng.uniform(0.5, 0.97)
             go(rng.uniform(0.1, 0.4), press, 0.1)
             go(rng.uniform(0.3, 0.8), press, peak)
@@ -116,16 +109,23 @@ def motion(t: Floats, R: float, rng: np.random.Generator, *, start_in_contact: b
             go(0.1, press, 0.0)
             go(rng.uniform(0.1, 0.4), air, 0.0)
             go(rng.uniform(0.1, 0.5), air, 0.0)
-    return np.interp(t, knots, depth), np.interp(t, knots, load)
+    return np.interp(t, knots, depth), np.interp(t, knots, load), np.searchsorted(begun, t, side="right")
 
 
-def _loading(contact: Simulation, share: Floats, rng: np.random.Generator) -> tuple[Floats, Floats, Floats]:
+def scattered(number: NDArray[np.int64], settings: EstimatorSettings, rng: np.random.Generator) -> Floats:
+    """Friction over its mean: another one for each loading, as the settings say that slips scatter."""
+    return np.exp(settings.friction_scatter * rng.standard_normal(int(number.max()) + 1))[number]
+
+
+def _loading(
+    contact: Simulation, share: Floats, friction: Floats, rng: np.random.Generator
+) -> tuple[Floats, Floats, Floats]:
     """Tangential force [N], torque [N m] and slip flag; beyond its limit the load stays on it and slips."""
     slip = (share >= 1.0) & (contact.normal_force > 0.0)
     reach = np.minimum(share, 1.0)
     psi = rng.uniform(0.0, 1.2)
     one = np.ones_like(share)
-    limit = contact.friction_coefficient * contact.normal_force
+    limit = friction * contact.friction_coefficient * contact.normal_force
     gauge = gauges(contact.pressure_exponent, math.cos(psi) * one, math.sin(psi) * one)
     tangential = reach * limit * math.cos(psi) / gauge
     torque = reach * limit * contact.contact_radius * math.sin(psi) / gauge
