@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vegrip.cli import main
+from vegrip.diagnosis import diagnose
 from vegrip.effects import effect
 from vegrip.errors import ConfigError, UsageError
 from vegrip.experiment import NOTHING, Contest, RigLimits, contest_of, design
@@ -188,3 +189,15 @@ def test_the_command_writes_a_protocol_that_reads_back(tmp_path, capsys) -> None
     assert main(["experiment", press, "--candidates", "magic,adhesion"]) == 3
     assert main(["experiment", press, "--candidates", "adhesion", "--force", "-1"]) == 3
     assert "Traceback" not in capsys.readouterr().err
+
+
+def test_an_ambiguous_diagnosis_has_its_experiment() -> None:
+    found = diagnose(recorded("second_relaxation", 0.5), most=1)
+    tried = [one.candidate.name for one in found.search.steps[0].tried][:2]
+    assert found.experiment() is None
+    found.__dict__["indistinguishable"] = [tried]  # as if the evidence had been equal
+    told = found.as_dict()["experiment"]
+    assert sorted(told["between"]) == sorted(tried)
+    assert told["items"]
+    assert set(told["suggestions"]) <= set(tried)
+    assert json.dumps(told)

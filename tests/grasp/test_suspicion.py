@@ -7,14 +7,18 @@ import numpy as np
 import pytest
 from vegrip.nodes.grasp_force import build
 
+from vegrip.diagnosis.ladder import add
 from vegrip.estimator.health import CALM, FAILS, MENDED, Watch, wrongness
 from vegrip.estimator.layout import CHANNELS, REGIMES
+from vegrip.fit import fit
 from vegrip.grasp import suspicion
+from vegrip.grasp.succession import Succession
 from vegrip.grasp.suspicion import Evidence, Inquiries
 from vegrip.grasp.vigilance import felt, fitted
 from vegrip.messages import FingertipState, ModelHealth
 from vegrip.model import write_model
 from vegrip.node import NodeContext
+from vegrip.recording import Fingertip, Recording
 from vegrip.virtual import FingertipSettings
 
 TIP = FingertipSettings(
@@ -86,6 +90,32 @@ def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypat
     last = states[-1]
     again = node.suspects.judged(replace(failing[-1], stamp=last.stamp))
     assert again.suspect == hidden
+
+
+@pytest.mark.slow
+def test_with_the_effect_in_its_model_the_node_is_consistent_again(node, monkeypatch, tmp_path) -> None:
+    threads = []
+    begin = Succession.begin
+    monkeypatch.setattr(Succession, "begin", lambda self, *given: threads.append(begin(self, *given)))
+    monkeypatch.setattr(suspicion, "WAIT", 1e6)
+    hidden = "second_relaxation"
+    before = health_of(node, contacts_of(hidden, 10, 5))
+    evidence = node.suspects._evidence["index"].columns()
+    t = evidence.pop("t")
+    episode = np.zeros(t.size, dtype=np.int64)
+    recording = Recording("felt", t, episode, evidence, Fingertip(TIP.radius), NOISE)
+    after, _ = add(hidden, fit(recording, model()))
+    write_model(after.model, tmp_path / "extended.toml")
+    tip = replace(node.parameters.tip, model=str(tmp_path / "extended.toml"))
+    node.parameters = replace(node.parameters, tip=tip)
+    threads[0].join()
+    later = [replace(s, stamp=s.stamp + 10**12, seq=s.seq + 10**6) for s in contacts_of(hidden, 10, 6)]
+    told = health_of(node, later)
+    half = len(told) // 2
+    assert any(one.channel for one in before)
+    assert not any(one.channel for one in told[half:])
+    assert np.mean([one.nis for one in told[half:]]) < np.mean([one.nis for one in before[half:]])
+    assert "second_relaxation" in [e.name for e in node.fingers["index"].estimator.model.effects]
 
 
 def cells(value: float = 0.0, *, at: tuple[int, int] = (1, 2)) -> np.ndarray:

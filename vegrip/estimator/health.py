@@ -16,10 +16,10 @@ from vegrip.messages import Condition, FingertipState, ModelHealth
 
 Floats = NDArray[np.float64]
 
-BAND = (0.5, 1.7)
+BAND = (0.5, 1.5)
 """Mean NIS in which the filter counts as consistent, once enough samples are in."""
 
-BIAS = 0.6
+BIAS = 0.4
 """Mean normalised innovation of a regime beyond which it does not, whatever its NIS."""
 
 MOTION = 3.0

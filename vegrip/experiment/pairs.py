@@ -25,7 +25,7 @@ from vegrip.simulate.standard import standard
 
 RADIUS = 8e-3  # [m]
 PRESSES = 11  # episodes of the standard protocol without slip
-SENSORS = {"normal_force": 0.01, "displacement": 5e-6, "temperature": 0.05}
+SENSORS = {"normal_force": 0.01, "displacement": 5e-6}
 PAIRS = (
     ("second_relaxation", "power_law_relaxation", 0.3),
     ("series_compliance", "layer_over_core", 0.3),
@@ -35,7 +35,6 @@ PAIRS = (
     ("mullins_softening", "permanent_set", 0.3),
     ("mullins_softening", "displacement_backlash", 0.3),
     ("adhesion", "layer_over_core", 0.5),
-    ("temperature_shift", "force_drift", 0.5),
 )
 """Truth of the recording, its rival, and the truth's share of its declared size."""
 
