@@ -96,6 +96,30 @@ def test_no_command_waits_for_the_report_of_another_finger():
     assert rig.runner.statistics.latency.maximum == 0
 
 
+def test_a_state_that_comes_during_the_reports_is_answered_before_the_next_report():
+    rig = Rig()
+    node = rig.runner.managed.node = Talker(rig.clock)
+    rig.runner.start()
+    rig.runner.step()
+    for finger in ("thumb", "index"):
+        rig.state(finger=finger)
+    say, late = node.on_message, iter(["middle"])
+
+    def answer(message, now):
+        for told in say(message, now):
+            if isinstance(told, ModelHealth):
+                for finger in late:
+                    rig.state(finger=finger)  # while the first report is worked out
+            yield told
+
+    node.on_message = answer
+    rig.runner.step()
+    told = [(type(message).__name__, message.finger) for message in rig.answers((ForceCommand, ModelHealth))]
+    assert told[:2] == [("ForceCommand", "thumb"), ("ForceCommand", "index")]
+    assert told[2:4] == [("ModelHealth", "thumb"), ("ForceCommand", "middle")]
+    assert sorted(told[4:]) == [("ModelHealth", "index"), ("ModelHealth", "middle")]
+
+
 def test_what_a_node_that_fails_in_its_report_had_commanded_has_been_sent(rig):
     def answer(message, now):
         yield from Follower.on_message(rig.node, message, now)

@@ -1,13 +1,12 @@
 """The node that grips: any number of fingers, each with its own estimator, watchdog and controller."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 
 from vegrip.control.confidence import each_confidence
 from vegrip.control.fail_safe import FailSafe
 from vegrip.control.finger import FingerController
 from vegrip.control.watchdog import InputWatchdog
-from vegrip.estimator.learning import Learned
 from vegrip.grasp.estimator import Estimator
 from vegrip.grasp.finger import UNUSED, GraspFinger, Wanted
 from vegrip.grasp.memory import Memory, Nothing
@@ -181,10 +180,9 @@ class GraspForce(NodeBase):
         return self._shared(started).get(finger.name, 0.0)
 
     def _reports(self, finger: GraspFinger, now: int) -> Iterator[Message]:
-        learned: Mapping[str, Learned] = {}
-        if finger.health_due(now, self.parameters.health_period):
-            learned = self._memory.look(finger.name, now)
+        looks = finger.health_due(now, self.parameters.health_period)
         for report in finger.reports(now, self.parameters.report_period, self.parameters.health_period):
             yield self.suspects.judged(report) if isinstance(report, ModelHealth) else report
-        if learned:
-            yield from finger.lessons(learned, now, self.parameters.learned_period)
+        if looks:  # last, so that a state that has come meanwhile need not wait for it
+            if learned := self._memory.look(finger.name, now):
+                yield from finger.lessons(learned, now, self.parameters.learned_period)

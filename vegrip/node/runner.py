@@ -2,6 +2,7 @@
 
 import gc
 import logging
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -68,7 +69,7 @@ class Runner:
         self._telemetry = telemetry
         self._status_schedule = Schedule(settings.status_period)
         self._stop = False
-        self._unfinished: list[Iterator[Message]] = []  # answers of which the command has been sent
+        self._unfinished: deque[Iterator[Message]] = deque()  # answers of which the command has been sent
         self._more = False  # the last look at the bus may have left something there
         self.running = False  # whether run() has begun
 
@@ -116,9 +117,9 @@ class Runner:
         """Wait for messages or the next tick, whichever comes first, and serve it."""
         wait = (self.due - self._clock.now()) / NS
         self._answer_all(self._gather(min(max(wait, 0.0), LONGEST_WAIT)))
-        while 0 < len(self._unfinished) < MOST_UNFINISHED and (more := self._endpoint.receive(0.0)):
-            self._answer_all(more)
-        self._finish()
+        while self._unfinished:
+            self._answer_all(self._newcomers())
+            self._finish_one()
         self.inbox.serve()
         now = self._clock.now()
         if now >= self.schedule.due:
@@ -138,6 +139,8 @@ class Runner:
         return messages
 
     def _answer_all(self, messages: Sequence[Message]) -> None:
+        if not messages:
+            return
         for message, arrived in zip(messages, self._endpoint.arrivals, strict=True):
             self._answer(message, arrived)
 
@@ -153,12 +156,18 @@ class Runner:
                 self._unfinished.append(answers)
                 return
 
-    def _finish(self) -> None:
-        """Send what was to come after the commands."""
-        for answers in self._unfinished:
-            for answer in answers:
+    def _newcomers(self) -> Sequence[Message]:
+        """Return what has come while reports were sent, unless a tick or too much else is due."""
+        busy = len(self._unfinished) >= MOST_UNFINISHED or self._clock.now() >= self.due
+        return () if busy else self._endpoint.receive(0.0)
+
+    def _finish_one(self) -> None:
+        """Send one message of what was to come after the commands."""
+        while self._unfinished:
+            for answer in self._unfinished[0]:
                 self._send((answer,))
-        self._unfinished.clear()
+                return
+            self._unfinished.popleft()
 
     def _tick(self, now: int) -> None:
         self.statistics.ticked(self.schedule.take(now))
