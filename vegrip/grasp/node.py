@@ -183,6 +183,6 @@ class GraspForce(NodeBase):
         looks = finger.health_due(now, self.parameters.health_period)
         for report in finger.reports(now, self.parameters.report_period, self.parameters.health_period):
             yield self.suspects.judged(report) if isinstance(report, ModelHealth) else report
-        if looks:  # last, so that a state that has come meanwhile need not wait for it
-            if learned := self._memory.look(finger.name, now):
-                yield from finger.lessons(learned, now, self.parameters.learned_period)
+        # last, so that a state that has come meanwhile need not wait for it
+        if looks and (learned := self._memory.look(finger.name, now)):
+            yield from finger.lessons(learned, now, self.parameters.learned_period)
