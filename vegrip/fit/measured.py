@@ -55,6 +55,11 @@ class Measured:
     events: tuple[Event, ...] = ()
 
     @property
+    def recovered(self) -> bool:
+        """Whether the contact had recovered before each episode; a recording may say that it had not."""
+        return bool(self.recording.source.get("recovered", True))
+
+    @property
     def columns(self) -> dict[str, Floats]:
         """Columns for the prediction: smoothed displacement, loads averaged over each stretch of slip.
 
@@ -62,9 +67,10 @@ class Measured:
         the torque at slip, a pull seems to reach five percent beyond the limit surface.
         """
         recording = self.recording
+        episode = recording.episode.astype(np.float64) if self.recovered else np.zeros(len(recording))
         columns = {
             "t": recording.t,
-            "episode": recording.episode.astype(np.float64),
+            "episode": episode,
             **recording.columns,
             "normal_force": self.force,
             "displacement": self.motion.displacement,
@@ -146,7 +152,8 @@ def spikes(values: Floats, noise: float, first: Floats) -> Mask:
     off = np.minimum(np.abs(here - before), np.abs(here - after))
     apart = np.abs(values[3:-1] - values[1:-3])
     same = np.maximum.reduce([first[1:-3], first[2:-2], first[3:-1], first[4:]]) < 0.5
-    out[2:-2] = (off > SPIKE * noise) & (off > 4.0 * apart) & same
+    steady = np.abs(before - after) < 0.25 * off  # a ramp, on which neighbours are far apart
+    out[2:-2] = (off > SPIKE * noise) & ((off > 4.0 * apart) | steady) & same
     return out
 
 

@@ -208,7 +208,10 @@ class Problem:
         surface then recovers freely, as the model has it, or as if it were still held, as equation (20) of
         [TiezziKao2007]_ cut off at zero has it, makes up to a few percent of the force at the next touch,
         and is no evidence of anything else. Two relaxation times later it is forgotten.
+        Where a recording says that its episodes begin unrecovered, that history is what is to be fitted.
         """
+        if not self.measured.recovered:
+            return
         out = self.table(u)
         vector, _ = self.parts(u)
         dented = (out[:, AT["indentation"]] > 0.0) & (out[:, AT["contact_radius"]] == 0.0)

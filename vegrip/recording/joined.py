@@ -44,7 +44,11 @@ def joined(recordings: Sequence[Recording], name: str) -> Recording:
         for key in first.sensors
         if all(key in one.sensors for one in recordings)
     }
-    source = {"files": ", ".join(str(one.source.get("file", one.name)) for one in recordings)}
+    source: dict[str, str | int | float | bool] = {
+        "files": ", ".join(str(one.source.get("file", one.name)) for one in recordings)
+    }
+    if not all(one.source.get("recovered", True) for one in recordings):
+        source["recovered"] = False
     return Recording(
         name, np.concatenate(times), np.concatenate(episodes), columns, first.fingertip, sensors, source,
         report=_reports(recordings),
