@@ -69,7 +69,7 @@ def run(case: Case, data: Path, out: Path) -> str:
             notes.append(f"| fall after the peak: measured {seen:.1%} | {said:.1%} | |")
             notes.append(f"| meanwhile the finger opens by {1e6 * moved:.0f} um | | |")
         doubts = told("diagnose", train, *case.options)["doubts"] if case.add else []
-        if case.add:
+        if case.add and len(ladder["ladder"]) == 1:
             told("add", case.add, train, "-o", refined, *case.options)
         errors = [
             [told("compare", str(here / name), "--model", model, *case.options) for model in (start, refined)]
