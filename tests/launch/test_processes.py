@@ -167,7 +167,8 @@ def test_who_listens_to_a_node_that_ends_is_told():
 
 @pytest.mark.slow
 def test_a_node_that_was_suspended_goes_on_and_counts_what_it_missed():
-    node = start("node", "echo", "--set", "transport.channel=suspended", "--set", "loop.status_period=0.2")
+    loop = ("--set", "loop.status_period=0.2", "--set", "loop.deadline=0.3")
+    node = start("node", "echo", "--set", "transport.channel=suspended", *loop)
     try:
         pid = wait_for(the_active_one)
         os.kill(pid, signal.SIGSTOP)
@@ -190,8 +191,7 @@ def last_status():
     from vegrip.node.client import ask
     from vegrip.node.registry import find_node
 
-    status = ask(find_node("echo"), "status")
-    return {**status, "state": ask(find_node("echo"), "state")["state"]}
+    return ask(find_node("echo"), "status") or {"deadline_misses": 0}
 
 
 @pytest.mark.slow

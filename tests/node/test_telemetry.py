@@ -8,10 +8,19 @@ from vegrip.node.telemetry import Direction, Telemetry
 
 
 class ListSink:
+    wanted = True
+
     def __init__(self):
+        self.counted = 0
         self.got = []
         self.directions = set()
         self.closed = False
+
+    def count(self, *_):
+        self.counted += 1
+
+    def listen(self):
+        pass
 
     def publish(self, messages):
         self.got += [message.seq for message, _ in messages]
@@ -57,3 +66,13 @@ def test_the_thread_delivers_everything_and_ends_with_close():
     telemetry.close()
     assert sink.got == list(range(500))
     assert telemetry.dropped == 0
+
+
+def test_what_nobody_wants_is_counted_and_neither_kept_nor_dropped():
+    sink = ListSink()
+    sink.wanted = False
+    telemetry = Telemetry(sink, capacity=3)
+    for seq in range(8):
+        telemetry.offer(FingertipState(0, "thumb", seq), Direction.IN)
+    telemetry.drain()
+    assert (sink.counted, sink.got, telemetry.dropped) == (8, [], 0)

@@ -1,7 +1,6 @@
 """Telemetry over ZeroMQ: one socket per node, and only what somebody has subscribed to is encoded."""
 
 import time
-from collections import Counter
 from collections.abc import Iterator, Sequence
 
 import zmq
@@ -25,18 +24,20 @@ class TelemetrySocket:
         self._socket.set_hwm(HIGH_WATER)
         self._socket.bind(address)
         self._subscribed: set[bytes] = set()
-        self._counts: Counter[tuple[type[Message], str, Direction]] = Counter()
+        self._counts: dict[tuple[type[Message], str, Direction], int] = {}
+        self.wanted = False
+
+    def count(self, message: Message, direction: Direction) -> None:
+        """Count a message."""
+        stream = (type(message), _owner(message), direction)
+        known = self._counts.get(stream)
+        if known is not None or len(self._counts) < MOST_STREAMS:
+            self._counts[stream] = (known or 0) + 1
 
     def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
-        """Count the messages, and send those that somebody wants."""
-        self._listen()
+        """Send the messages that somebody wants."""
         for message, direction in messages:
-            owner = message.node if isinstance(message, NodeStatus) else message.finger
-            stream = (type(message), owner, direction)
-            if stream in self._counts or len(self._counts) < MOST_STREAMS:
-                self._counts[stream] += 1
-            if self._subscribed:
-                self._send(message, owner, direction)
+            self._send(message, _owner(message), direction)
 
     def topics(self) -> dict[str, dict[str, int]]:
         """Return how many messages were received (``in``) and sent (``out``) on each topic."""
@@ -52,11 +53,13 @@ class TelemetrySocket:
         self._socket.close(linger=100)
         self._context.term()
 
-    def _listen(self) -> None:
+    def listen(self) -> None:
+        """Take note of who subscribes to what."""
         while int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
             request = self._socket.recv()
             change = self._subscribed.add if request[:1] == b"\x01" else self._subscribed.discard
             change(request[1:])
+        self.wanted = bool(self._subscribed)
 
     def _send(self, message: Message, owner: str, direction: Direction) -> None:
         route = self._codec.topics.outgoing(type(message), owner)
@@ -67,6 +70,10 @@ class TelemetrySocket:
             encoded = self._codec.encode(message)
             if encoded is not None:
                 self._socket.send_multipart([topic, direction.value.encode(), encoded[1]], zmq.DONTWAIT)
+
+
+def _owner(message: Message) -> str:
+    return message.node if isinstance(message, NodeStatus) else message.finger
 
 
 def _waiting(socket: zmq.Socket[bytes]) -> Iterator[tuple[str, str, bytes]]:
