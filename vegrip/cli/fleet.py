@@ -38,7 +38,7 @@ def fleet(
 ) -> None:
     """Diagnose every recording below a folder: which hand, which pad, which effect, since when.
 
-    Hand, pad and date come from [source] of recording.toml (hand, pad, date or began), else from folder,
+    Hand, pad and date come from the source table of recording.toml (hand, pad, date), else from folder,
     finger and file. A recording that cannot be used is a row that says why. A run that was stopped goes on
     where it was, and recordings that have not changed are not examined again.
 
