@@ -157,7 +157,7 @@ def test_another_cell_takes_over_only_when_it_is_clearly_worse() -> None:
 
 def test_a_cell_with_little_in_it_is_not_judged() -> None:
     raw = np.zeros((len(CHANNELS), len(REGIMES), 3))
-    raw[1, 2] = 50.0, 3.0, 9.0
+    raw[1, 2] = 150.0, 3.0, 9.0
     assert np.all(wrongness(raw.ravel()) == 0.0)
     raw[1, 2, 0] = 500.0
     found = wrongness(raw.ravel())

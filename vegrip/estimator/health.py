@@ -16,7 +16,7 @@ from vegrip.messages import Condition, FingertipState, ModelHealth
 
 Floats = NDArray[np.float64]
 
-BAND = (0.5, 1.5)
+BAND = (0.4, 1.6)
 """Mean NIS in which the filter counts as consistent, once enough samples are in."""
 
 BIAS = 0.4
@@ -25,7 +25,7 @@ BIAS = 0.4
 MOTION = 3.0
 """So much wider for the displacement: its innovations tell how suddenly motion starts, not the contact."""
 
-ENOUGH = 100.0
+ENOUGH = 200.0
 """Samples in the (fading) memory of a cell before it is judged."""
 
 FAILS = 0.5  # [s] for which a cell has to be outside before the model is said to fail,
