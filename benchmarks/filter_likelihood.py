@@ -122,9 +122,13 @@ class FilterLikelihood:
         def at(x: Floats) -> Floats:
             return np.asarray(np.clip(u + root @ x, k.low, k.high))
 
+        def cost(x: Floats) -> float:
+            return self(at(x))
+
+        nowhere = np.zeros(u.size)
         options: Any = {"maxiter": 15, "maxfun": 30 * (u.size + 1), "eps": 0.02}
-        found = minimize(lambda x: self(at(x)), np.zeros(u.size), method="L-BFGS-B", options=options)
-        return min(((self(at(x)), at(x)) for x in (np.zeros(u.size), found.x)), key=lambda pair: pair[0])
+        found = minimize(cost, nowhere, method="L-BFGS-B", options=options)
+        return min(((cost(x), at(x)) for x in (nowhere, found.x)), key=lambda pair: pair[0])
 
 
 def without_effect(problem: Problem, base: Problem, u: Floats) -> Floats:
@@ -135,8 +139,10 @@ def without_effect(problem: Problem, base: Problem, u: Floats) -> Floats:
     for j, name in enumerate(k.names):
         if name in known:
             out[j] = known[name]
-        elif declared[name][1].null is not None:
-            out[j] = coordinate(declared[name][1], declared[name][1].null)
+        else:
+            _, parameter = declared[name]
+            if parameter.null is not None:
+                out[j] = coordinate(parameter, parameter.null)
     return np.clip(out, k.low, k.high)
 
 
