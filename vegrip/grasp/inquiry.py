@@ -12,6 +12,7 @@ import numpy as np
 
 from vegrip.diagnosis import diagnose
 from vegrip.model import ContactModel, read_model
+from vegrip.node.launcher import end_with_parent
 from vegrip.recording import Fingertip, Recording
 
 LOWEST = 19
@@ -43,4 +44,5 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
+    end_with_parent()  # nobody reads the answer of a node that has ended
     sys.exit(main(sys.argv[1:]))
