@@ -61,7 +61,7 @@ def test_shortlist_keeps_what_is_worth_a_refit() -> None:
     def hint(name: str, gain: float) -> Hint:
         return Hint(Named(name), gain, {}, 1.0, 1.0, np.zeros(1))  # type: ignore[arg-type]
 
-    hints = [hint("a", 1000.0), hint("b", 30.0), hint("c", 10.0), hint("displacement_backlash", 12.0)]
+    hints = [hint("a", 1000.0), hint("b", 80.0), hint("c", 40.0), hint("displacement_backlash", 30.0)]
     names = [one.candidate.name for one in shortlist(hints)]
     assert names == ["a", "b", "displacement_backlash"]
     assert shortlist([]) == []

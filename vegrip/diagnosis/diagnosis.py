@@ -95,8 +95,13 @@ class Diagnosis:
 
     @cached_property
     def unexplained(self) -> Discrepancy | None:
-        """The curve over one variable that takes most of what is left; None when noise is left."""
+        """The curve over one variable that takes most of what is left; None when noise is left.
+
+        Where nothing is named, of what the first model leaves: a wrong effect has only bent that.
+        """
         s = self.search
+        if self.verdict == "unexplained":
+            return discrepancy(s.first)
         return discrepancy(s.last) if s.misfit(s.last) > CALM else None
 
     @cached_property
