@@ -11,7 +11,7 @@ from vegrip.diagnosis.ladder import add
 from vegrip.estimator.health import CALM, FAILS, MENDED, Watch, wrongness
 from vegrip.estimator.layout import CHANNELS, REGIMES
 from vegrip.fit import fit
-from vegrip.grasp import suspicion
+from vegrip.grasp import suspicion, vigilance
 from vegrip.grasp.succession import Succession
 from vegrip.grasp.suspicion import Evidence, Inquiries
 from vegrip.grasp.vigilance import felt, fitted
@@ -69,8 +69,24 @@ def test_with_nothing_hidden_it_stays_quiet_and_starts_no_process(node) -> None:
 
 REGIME = {
     "adhesion": {"air"},
-    "second_relaxation": {"loading", "deep loading", "fast loading", "fast unloading", "hold", "deep hold"},
-    "series_compliance": {"loading", "deep loading", "fast loading", "fast unloading", "hold", "deep hold"},
+    "second_relaxation": {
+        "loading",
+        "deep loading",
+        "fast loading",
+        "fast unloading",
+        "hold",
+        "deep hold",
+        "late hold",
+    },
+    "series_compliance": {
+        "loading",
+        "deep loading",
+        "fast loading",
+        "fast unloading",
+        "hold",
+        "deep hold",
+        "late hold",
+    },
 }
 
 
@@ -78,6 +94,8 @@ REGIME = {
 @pytest.mark.parametrize("hidden", ["adhesion", "second_relaxation", "series_compliance"])
 def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypatch, hidden) -> None:
     monkeypatch.setattr(suspicion, "WAIT", 2.0)
+    strong = {"second_relaxation": {"amplitude": 0.3, "rate": 0.2}}  # half of it the filter learns away
+    monkeypatch.setitem(vigilance.HIDDEN, "second_relaxation", strong)
     states = contacts_of(hidden, 14, 4)
     told = health_of(node, states)
     failing = [one for one in told if one.channel]
