@@ -1,7 +1,7 @@
 """Four ways to make one model of a list of effects, on the base and four effects.
 
 * ``flat``: all sources in one generated module on disk, which numba compiles and caches (this project's way)
-* ``memory``: the same text compiled in memory, as closures and exec come to: nothing is left for the next process
+* ``memory``: the same text compiled in memory, as closures and exec come to: none for the next process
 * ``superset``: every effect that goes together in one module, the absent ones at their null values
 * ``plain``: the same source uncompiled
 
