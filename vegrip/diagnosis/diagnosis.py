@@ -16,6 +16,7 @@ from vegrip.compare.where import Regime
 from vegrip.diagnosis.discrepancy import Discrepancy, discrepancy
 from vegrip.diagnosis.doubts import Doubt, before, clocks, lookalikes, refuse
 from vegrip.diagnosis.search import Report, Search, Tried, search
+from vegrip.fit.blas import on_one_thread
 from vegrip.fit.noise import Noise
 from vegrip.fit.problem import Zeros
 from vegrip.fit.recipe import fit
@@ -184,6 +185,7 @@ class Diagnosis:
         }
 
 
+@on_one_thread
 def diagnose(
     recording: Recording,
     model: ContactModel | None = None,

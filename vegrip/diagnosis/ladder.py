@@ -16,6 +16,7 @@ from vegrip.diagnosis.screen import Hint, screen
 from vegrip.diagnosis.search import settled
 from vegrip.effects import effect
 from vegrip.errors import UsageError
+from vegrip.fit.blas import on_one_thread
 from vegrip.fit.result import Fit, fitted
 
 
@@ -48,6 +49,7 @@ def ladder(found: Diagnosis) -> list[Rung]:
     return rungs
 
 
+@on_one_thread
 def add(name: str, start: Fit) -> tuple[Fit, Fitted]:
     """Put the effect ``name`` into a fitted model and fit again; return that fit, and the model before.
 

@@ -3,6 +3,7 @@
 import math
 
 from vegrip.errors import RecordingError
+from vegrip.fit.blas import on_one_thread
 from vegrip.fit.measured import prepare
 from vegrip.fit.noise import Noise, noise_of
 from vegrip.fit.problem import Problem, Zeros
@@ -12,6 +13,7 @@ from vegrip.model import ContactModel, paper_model
 from vegrip.recording import Recording
 
 
+@on_one_thread
 def fit(
     recording: Recording,
     model: ContactModel | None = None,
