@@ -134,7 +134,7 @@ def test_time_to_slip_and_its_bound_agree_with_simulating_the_hold(
 def test_a_contact_that_has_held_its_load_slips_by_the_conditional_law(
     known: ContactModel, press: Record, run: Run, share: float
 ) -> None:
-    """Half of the grips that have held ``share`` of what friction is believed to carry slip by the estimate."""
+    """Half of the grips that have held ``share`` of what they are believed to carry slip by the estimate."""
     future = simulated(known, math.inf)
     N, load = future.normal_force, share * known.values["mu"].value * future.normal_force[0]
     estimator = holding(known, "position")

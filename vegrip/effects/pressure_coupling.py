@@ -21,7 +21,7 @@ def excess_of(k: float) -> float:
     """Return ``C_k - 1``, eq. (4), ``C_k = Gamma(1 + 3/k) / (Gamma(1 + 1/k) Gamma(1 + 2/k))``, to 3e-7.
 
     ``(C_k - 1) k^2`` is smooth in 1 / k; fitted in Chebyshev nodes for k = 1 .. 20, held beyond. A tenth of
-    the time of three gamma functions; powers are gathered in pairs, which the processor computes side by side.
+    the time of three gamma functions; powers gathered in pairs are computed side by side.
     """
     u = min(max(1.0 / k, 0.05), 1.0) if k > 0.0 else 1.0
     s = u * 2.105263157894737 - 1.105263157894737
