@@ -1,0 +1,31 @@
+"""Recordings of another simulator, named after what is hidden in them."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from vegrip.diagnosis import diagnose
+from vegrip.recording import read_recording
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    "folder",
+    [
+        "adhesion",
+        "load-dependent-friction",
+        "nothing",
+        "second-relaxation",
+        "sensor-lag",
+        "series-compliance",
+    ],
+)
+def test_what_the_folder_is_named_after_is_named(folder: str, measured: Callable[[str], Path]) -> None:
+    found = diagnose(read_recording(measured("hidden-effects") / folder))
+    if folder == "nothing":
+        assert (found.verdict, found.named) == ("adequate", [])
+    else:
+        assert (found.verdict, found.named) == ("named", [folder.replace("-", "_")])
+        assert found.error["after"] < found.error["before"]
