@@ -110,7 +110,10 @@ def search(
 
 
 def _step(base: Fitted, groups: Floats, found: Search, threads: int, report: Report) -> Step:
-    possible, out_of_sight = candidates(base.problem.model, base.problem.measured)
+    model = base.problem.model
+    if "K" in model.values:  # the scale of forces, which a saturation is measured by
+        model = model.with_value("K", base.value("K"))
+    possible, out_of_sight = candidates(model, base.problem.measured)
     found.out_of_sight = found.out_of_sight or out_of_sight
     report(f"screens {len(possible)} effects")
     hints = screen(base.problem, base.optimum, possible, threads)
