@@ -27,7 +27,9 @@ from vegrip.recording import Recording
 CALM = 1.5  # chi-square per regime up to which a misfit is noise
 EXPLAINED = 0.8  # share of the misfit by regime that the named effects have to take
 NEAR = 1.05  # error over noise that named effects may leave where some of it depends on the regime, and
-ROUGH = 1.1  # where none does
+ROUGH = 1.1  # where none does;
+REST = 0.1  # or that share of the excess of the squared error over the noise's,
+TOLERABLE = 1.15  # and no more than this
 CLOSE = 5.0  # [nats] within which candidates cannot be told apart, and
 CLOSE_SHARE = 1e-3  # of the gain: no model of a measured contact is exact
 SAME = 0.95  # cosine of what two candidates do, from which their difference is one of form, unless it is
@@ -72,9 +74,15 @@ class Diagnosis:
             return "adequate" if before <= CALM else "unexplained"
         if after > CALM and (before - after) < EXPLAINED * (before - 1.0):
             return "unexplained"
-        if s.last.error > (NEAR if after > CALM else ROUGH):
+        if s.last.error > (NEAR if after > CALM else ROUGH) and not self._nearly_all:
             return "unexplained"
         return "ambiguous" if self.indistinguishable else "named"
+
+    @property
+    def _nearly_all(self) -> bool:
+        """Whether what is accepted takes nearly all of the excess of the squared error over the noise's."""
+        first, last = (one.error**2 - 1.0 for one in (self.search.first, self.search.last))
+        return last <= REST * first and self.search.last.error <= TOLERABLE
 
     @cached_property
     def indistinguishable(self) -> list[list[str]]:

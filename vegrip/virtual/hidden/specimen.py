@@ -102,6 +102,8 @@ class Specimen(Fingertips):
     def contact_radius(self) -> Array:
         """Contact radius [m], zero out of contact."""
         x = float(self.indentation[0])
+        for indented in self._indented:  # a dented surface touches less
+            x = indented(x)
         R = float(self.radius[0])
         a = float(np.sqrt(2.0 * R * x)) if self._pressed > 0.0 and x > 0.0 else 0.0
         for one in self._hidden:
