@@ -6,6 +6,7 @@ the Laplace approximation of the probability of the recording under the model, i
 for the width of its prior [MacKay1992]_.
 """
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -25,6 +26,7 @@ EVALUATIONS = 20
 STARTS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads nowhere
 NEXT_TO_NOTHING = 0.01
 ROUGHLY = 0.02  # [nats] to which a candidate's best is sought
+FAR = 100.0  # [nats] from the base, beyond which the last steps are taken with derivatives made anew
 AWAY = 1e-3  # of the range, from a bound at which derivatives vanish
 
 
@@ -84,9 +86,14 @@ def extended(base: Fitted, hint: Hint, groups: Floats) -> Fitted:
         if best.cost < base.optimum.cost - 0.5 * hint.gain:
             break
     assert best is not None  # noqa: S101
+    if any(p.null is None for p in hint.candidate.effect.parameters):  # a shape may have a better place
+        found = refine(problem, _start(problem, base, _as_declared(hint), 1.0), EVALUATIONS, known, ROUGHLY)
+        best = min(best, found, key=lambda one: one.cost)
     if best.cost > base.optimum.cost:  # led astray: from next to nothing it cannot end above the base
         start = _start(problem, base, hint, NEXT_TO_NOTHING)
         best = refine(problem, start, 2 * EVALUATIONS, known, ROUGHLY)
+    if best.cost < base.optimum.cost - FAR:  # so far away derivatives that were kept lead nowhere
+        best = refine(problem, best.u, 2 * EVALUATIONS)
     return judged(problem, best, groups)
 
 
@@ -106,6 +113,12 @@ def _problem(base: Fitted, candidate: Candidate) -> Problem:
     plain = {one.name for one in p.model.effects} <= set(BASE)
     within = None if plain or candidate.name in DEAR else carrier(p.model, [candidate])
     return Problem(model, p.measured, zeros=p.zeros, symbols=ordered, like=p, within=within)
+
+
+def _as_declared(hint: Hint) -> Hint:
+    """Return the hint at the declared shape and size."""
+    trial = {p.symbol: p.default for p in hint.candidate.effect.parameters}
+    return dataclasses.replace(hint, trial=trial, multiple=1.0)
 
 
 def _start(problem: Problem, base: Fitted, hint: Hint, factor: float) -> Floats:
