@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vegrip.compare import compare
 from vegrip.diagnosis import diagnose
 from vegrip.fit import fit, noise_of
 from vegrip.fit.problem import AT
@@ -39,18 +38,13 @@ def hand() -> Recording:
     return whole.select(closing)
 
 
-def test_the_deepest_press_into_silicone_gets_a_second_relaxation_time_and_another_press_agrees() -> None:
+def test_one_deep_press_into_silicone_names_nothing_as_every_law_that_fits_it_runs_into_a_bound() -> None:
     deep = read("silicone-indent/relax_P002-laser-1.csv", "silicone_hold", 40e-3)
-    other = read("silicone-indent/relax_P002-laser-3.csv", "silicone_hold", 40e-3)
     found = diagnose(deep, noise=noise_of(deep).tolerant(0.005))
-    taken = [one.candidate.name for one in found.search.accepted]
-    assert "second_relaxation" in taken
-    assert found.error["after"] < 0.5 * found.error["before"]
-    before, after = (
-        compare(other, model, noise=noise_of(other).tolerant(0.005)).error
-        for model in (found.start.model, found.model)
-    )
-    assert after < 0.85 * before
+    assert (found.verdict, found.named) == ("unexplained", [])
+    best = found.search.steps[0].tried[0]
+    assert best.fitted.error < 0.5 * found.error["before"]
+    assert "bounds" in best.verdict.failed
 
 
 def test_the_slip_in_the_deepest_press_is_told_and_left_out() -> None:

@@ -5,7 +5,8 @@
    that of one episode alone,
 3. the regimes of the misfit get smaller, and so does the plain error,
 4. its amount is more than the sensors resolve: three standard errors at the shape that was found, and three
-   standard deviations of the displacement for a play, a third of a millisecond for a lag.
+   standard deviations of the displacement for a play, a third of a millisecond for a lag,
+5. it drives no parameter of the model onto its bound.
 """
 
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ PAYS = 5.0  # [nats]
 LOST = 0.2  # of the gain that other episodes may lose, and
 SCATTER = 5.0  # [nats] that chance may take
 RESOLVED = 3.0  # standard errors
+AT_BOUND = 1e-3  # prior standard deviations
 SMALLEST = {"tau": 3e-4}  # [s]
 PLAY = "play"
 
@@ -58,7 +60,23 @@ def gated(
         failed.append("error")
     if not resolved(candidate, new):
         failed.append("resolution")
+    if strained(base, new):
+        failed.append("bounds")
     return Verdict(gain, float(change.sum()), tuple(failed))
+
+
+def strained(base: Fitted, new: Fitted) -> bool:
+    """Whether the candidate drives a parameter that the model had before onto its bound.
+
+    Such a fit describes one recording and no other.
+    """
+    return bool((_at_bounds(new) - _at_bounds(base)) & set(base.problem.symbols))
+
+
+def _at_bounds(fitted: Fitted) -> set[str]:
+    k, u = fitted.problem.unknowns, fitted.optimum.u
+    near = AT_BOUND * k.std
+    return {n for n, at in zip(k.names, (u - k.low < near) | (k.high - u < near), strict=True) if at}
 
 
 def resolved(candidate: Candidate, new: Fitted) -> bool:
