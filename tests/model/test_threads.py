@@ -2,8 +2,11 @@
 
 from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
+
 from vegrip.effects import BUILT_IN, effect
-from vegrip.model import BASE, paper_model
+from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.model import BASE, Predictor, paper_model
 
 
 def test_the_text_of_a_model_is_the_same_from_any_number_of_threads():
@@ -17,3 +20,13 @@ def test_the_text_of_a_model_is_the_same_from_any_number_of_threads():
     with ThreadPoolExecutor(8) as pool:
         for _ in range(3):
             assert list(pool.map(text, names)) == alone
+
+
+def test_a_whole_recording_runs_beside_other_threads_and_a_single_step_keeps_the_lock():
+    model = paper_model(8e-3)
+    t = np.linspace(0.0, 1.0, 50)
+    whole = Predictor(model, {"t": t, "displacement": 1e-3 * t})._module
+    for entry in (whole.channels, whole.depths):
+        assert entry.targetoptions["nogil"]
+    step = ContactEstimator(model, SensorNoise())._module.update
+    assert not step.targetoptions.get("nogil", False)

@@ -26,7 +26,7 @@ N_VALUES = {values}
 N_OUTSIDE = {outside}
 '''
 
-BATCH = frozenset({"run"})
+BATCH = frozenset({"run", "channels", "depths"})
 """Entries that let other threads run: whole recordings. A single step must not, getting the lock back costs
 more than the step."""
 
