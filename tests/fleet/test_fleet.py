@@ -21,11 +21,11 @@ from vegrip.simulate.standard import standard
 MODEL = paper_model(8e-3)
 
 
-def pressed() -> Recording:
+def pressed(rate: float = 50.0) -> Recording:
     """Return a short recording with nothing hidden."""
     whole = standard(MODEL)
     protocol = replace(whole, episodes=(whole.episodes[1], whole.episodes[6], whole.episodes[1]), notes=())
-    return simulate(MODEL, protocol, sensors={"normal_force": 0.01, "displacement": 5e-6}, rate=50.0)
+    return simulate(MODEL, protocol, sensors={"normal_force": 0.01, "displacement": 5e-6}, rate=rate)
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +70,23 @@ def test_a_bad_recording_is_a_row_that_says_why(folder) -> None:
     assert examined(str(folder / "absent")).verdict == "failed"
 
 
+@pytest.mark.slow
+def test_what_cannot_carry_an_answer_is_not_judged_and_lost_rows_are_told(tmp_path) -> None:
+    quick = pressed(200.0)
+    touched = np.cumsum(quick.columns["normal_force"] > 0.05)
+    write_recording(quick.select(touched <= 120), tmp_path / "brief")  # 0.6 s
+    row = examined(str(tmp_path / "brief"))
+    assert row.verdict == "failed"
+    assert "in contact" in row.note
+    write_recording(pressed(), tmp_path / "cut")
+    text = (tmp_path / "cut" / "recording.csv").read_text()
+    (tmp_path / "cut" / "recording.csv").write_text(text[: text.rindex(",")])
+    row = examined(str(tmp_path / "cut"))
+    assert row.verdict == "adequate"
+    assert "the last line is cut" in row.lost
+    assert "\n" not in row.lost
+
+
 def found(when: str, pad: str = "index", path: str = "") -> Found:
     return Found(path or f"{pad}-{when}", "left", pad, when, "recording", "f")
 
@@ -111,6 +128,12 @@ def test_failures_do_not_break_a_run_and_pads_are_told_apart() -> None:
     assert as_csv(findings(rows)).count("\n") == 6
 
 
+def test_what_else_may_have_caused_an_effect_is_told_beside_it() -> None:
+    row = replace(named("sensor_lag"), doubts=("a clock that is late would show the same",))
+    (one,) = findings([(found("2026-01"), row)])
+    assert one.note == "a clock that is late would show the same"
+
+
 def test_the_ledger_knows_a_recording_until_it_or_the_model_changes(tmp_path) -> None:
     one = found("2026-01")
     ledger = Ledger(tmp_path / "l.jsonl", "model")
@@ -124,6 +147,26 @@ def test_the_ledger_knows_a_recording_until_it_or_the_model_changes(tmp_path) ->
     assert np.isnan(again.row(found("2026-02")).before)
     assert again.row(replace(one, fingerprint="g")) is None
     assert Ledger(tmp_path / "l.jsonl", "other").row(one) is None
+
+
+def test_the_table_names_pad_effect_and_date_in_full_and_what_was_not_judged(
+    tmp_path, capsys, monkeypatch
+) -> None:
+    rows = {
+        "index-2026-03-01": replace(named("second_relaxation"), lost="9 of 10 rows kept"),
+        "thumb-2026-02-01": named(),
+        "ring-2026-01-01": Row("", "failed", note="no displacement"),
+    }
+    there = [found(path.partition("-")[2], path.partition("-")[0], path) for path in rows]
+    monkeypatch.setattr("vegrip.fleet.look_for", lambda _: there)
+    monkeypatch.setattr("vegrip.fleet.run", lambda left, *_, **__: ((one, rows[one.path]) for one in left))
+    assert main(["fleet", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    assert "left  index  second_relaxation  2026-03-01  1 of 1   yes  second_relaxation 0.1" in told
+    assert "left  thumb  nothing missing" in told
+    assert "- not judged: ring-2026-01-01: no displacement" in told
+    assert "- index-2026-03-01: 9 of 10 rows kept" in told
+    assert "3 recordings, 1 of them not judged; the others are of 2 pads of 1 hands" in told
 
 
 @pytest.mark.slow

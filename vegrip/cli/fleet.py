@@ -75,7 +75,7 @@ def fleet(
     if as_json:
         print_json({"findings": [one.as_dict() for one in table], "recordings": _recordings(done)})
     else:
-        _print(table, len(found), output)
+        _print(table, done, output)
 
 
 def _recordings(done: "list[tuple[Found, Row]]") -> list[dict[str, Any]]:
@@ -113,24 +113,39 @@ def _counted(total: int, done: int) -> Iterator[Any]:
         )
 
 
-def _print(table: "list[Finding]", total: int, output: Path | None) -> None:
+def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: Path | None) -> None:
     from rich.console import Console
-    from rich.table import Table
 
-    console = Console(highlight=False)
-    shown = Table(box=None, padding=(0, 2))
-    for heading in ("hand", "pad", "effect", "since", "seen in", "now", "size"):
-        shown.add_column(heading)
-    for one in table:
-        if one.effect == "failed":
+    from vegrip.cli._tables import show, table
+    from vegrip.fleet.findings import NONE
+    from vegrip.fleet.row import FAILED
+
+    shown = table("hand", "pad", "effect", "since", "seen in", "now", "size", wraps="size")
+    for one in findings:
+        if one.effect in (FAILED, NONE):
             continue
-        since = one.since[:10] + ("" if one.dated_by == "recording" else " (file)")
-        now = "yes" if one.present else f"not since {one.until[:10]}"
+        since = one.since[:10] + ("" if one.dated_by == "recording" else " (of the file)")
+        now = "yes" if one.present else f"not after {one.until[:10]}"
         shown.add_row(one.hand, one.pad, one.effect, since, f"{one.shown} of {one.judged}", now, one.size)
-    console.print(shown)
-    failed = [one for one in table if one.effect == "failed"]
-    for one in failed:
-        console.print(f"- {one.note}", markup=False, soft_wrap=True)
-    console.print(f"{total} recordings, {len(failed)} of them could not be used")
+    for one in findings:
+        if one.effect == NONE:
+            shown.add_row(one.hand, one.pad, "nothing missing", "", f"{one.shown} of {one.judged}", "", "")
+    show(shown)
+    console = Console(highlight=False, soft_wrap=True)
+    failed = [one for one in findings if one.effect == FAILED]
+    told = [
+        f"{one.hand} {one.pad}, {one.effect}: {one.note}"
+        for one in findings
+        if one.note and one.effect != FAILED
+    ]
+    told += [f"not judged: {one.note}" for one in failed]
+    told += [f"{found.path}: {row.lost}" for found, row in done if row.lost]
+    for text in told:
+        console.print(f"- {text}", markup=False)
+    pads = {(one.hand, one.pad) for one in findings if one.effect != FAILED}
+    console.print(
+        f"{len(done)} recordings, {len(failed)} of them not judged; "
+        f"the others are of {len(pads)} pads of {len({hand for hand, _ in pads})} hands"
+    )
     if output is not None:
-        console.print(f"table in {output}", markup=False, soft_wrap=True)
+        console.print(f"table in {output}", markup=False)

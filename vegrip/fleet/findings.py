@@ -98,7 +98,7 @@ def _finding(name: str, judged: list[tuple[Found, Row]]) -> Finding:
         len(shows),
         size,
         by,
-        row.note,
+        "; ".join(text for text in (row.note, *row.doubts) if text),
     )
 
 

@@ -55,7 +55,7 @@ class Ledger:
             try:
                 told = json.loads(line)
                 key = told.pop("key")
-                told["effects"] = tuple(told["effects"])
+                told |= {name: tuple(told[name]) for name in ("effects", "doubts")}
                 told |= {name: math.nan for name in ("before", "after") if told[name] is None}
                 self._known[key] = Row(**told)
             except (ValueError, KeyError, TypeError, AttributeError):

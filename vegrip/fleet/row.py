@@ -20,6 +20,8 @@ class Row:
         sizes: parameters of what was named.
         before, after: error in units of the noise; NaN when it failed.
         note: why it failed, or what is left that nothing explains.
+        doubts: what else may have caused what was named.
+        lost: what of the recording could not be read, and was left out.
 
     """
 
@@ -30,6 +32,8 @@ class Row:
     before: float = float("nan")
     after: float = float("nan")
     note: str = ""
+    doubts: tuple[str, ...] = ()
+    lost: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON."""
@@ -37,14 +41,22 @@ class Row:
 
 
 def examined(path: str, model: str = "") -> Row:
-    """Diagnose the recording in ``path``; ``model`` is a file to start from. Nothing is raised."""
+    """Diagnose the recording in ``path``; ``model`` is a file to start from. Nothing is raised.
+
+    A recording that is too short or too faulty to name anything has failed: that it shows no effect says
+    nothing about its pad.
+    """
     from vegrip.diagnosis import diagnose  # noqa: PLC0415 (in the worker, not in the command)
     from vegrip.model import read_model  # noqa: PLC0415
     from vegrip.recording import read_recording  # noqa: PLC0415
 
     try:
         recording = read_recording(Path(path), announce=False)
+        lost = _in_a_line(recording.report.summary()) if recording.report.rows_lost else ""
         found = diagnose(recording, read_model(Path(model)) if model else None, threads=1)
+        grave = [one.text for one in found.doubts if one.grave]
+        if grave:
+            return Row(path, FAILED, note="; ".join(grave), lost=lost)
         verdict = found.verdict
         values = found.model.values
         effects = tuple(found.named)
@@ -59,4 +71,9 @@ def examined(path: str, model: str = "") -> Row:
         return Row(path, FAILED, note=str(wrong))
     except Exception as wrong:  # noqa: BLE001 (one recording must not stop the others)
         return Row(path, FAILED, note=f"{type(wrong).__name__}: {wrong}")
-    return Row(path, verdict, effects, sizes, error["before"], error["after"], note)
+    doubts = tuple(one.text for one in found.doubts)
+    return Row(path, verdict, effects, sizes, error["before"], error["after"], note, doubts, lost)
+
+
+def _in_a_line(text: str) -> str:
+    return "; ".join(line.strip() for line in text.splitlines())

@@ -5,6 +5,7 @@ import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 from typing import Any
 
 from vegrip.errors import DeviceError, UsageError
@@ -91,7 +92,13 @@ def _on_cluster(found: Sequence[Found], model: str, scheduler: str) -> Iterator[
         raise DeviceError(f"the scheduler {scheduler} does not answer ({error})") from None
     with client:
         futures: dict[Any, Found] = {
-            client.submit(examined, one.path, model, pure=False, key=f"vegrip-{one.fingerprint}-{i}"): one
+            client.submit(
+                examined,
+                str(Path(one.path).resolve()),
+                model,
+                pure=False,
+                key=f"vegrip-{one.fingerprint}-{i}",
+            ): one
             for i, one in enumerate(found)
         }
         for future in as_completed(futures):
