@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 from vegrip.diagnosis.catalogue import moved, null, trials
-from vegrip.diagnosis.discrepancy import _gain, _tents
+from vegrip.diagnosis.discrepancy import LENGTHS, _curve, _tents
 from vegrip.diagnosis.gates import misfit_by_regime
 from vegrip.diagnosis.screen import Hint
 from vegrip.diagnosis.search import shortlist
@@ -68,22 +69,40 @@ def test_shortlist_keeps_what_is_worth_a_refit() -> None:
     assert shortlist([hint("a", 4.0)]) == []
 
 
-def test_discrepancy_gains_on_held_out_folds_only_where_there_is_a_curve() -> None:
+def test_discrepancy_has_evidence_only_where_there_is_a_curve() -> None:
     n = 4000
     x = RNG.uniform(0.0, 1.0, n)
     other = RNG.uniform(0.0, 1.0, n)
-    J = np.stack([np.ones(n), x], axis=1)  # what the parameters can do
-    fold = np.arange(n) // 100 % 5
-    knots = np.linspace(0.0, 1.0, 9)
+    J, prior = np.stack([np.ones(n), x], axis=1), np.array([10.0, 10.0])  # what the parameters can do
+    knots = np.linspace(0.0, 1.0, 25)
     w = RNG.standard_normal(n) + 2.0 * np.sin(6.0 * x)
-    right, share, curve = _gain(w, J, _tents(x, knots), fold)
-    wrong, _, _ = _gain(w, J, _tents(other, knots), fold)
-    nothing, _, _ = _gain(RNG.standard_normal(n) + 3.0 * x, J, _tents(x, knots), fold)
+    right, share, curve = _curve(w, J, prior, _tents(x, knots), knots)
+    wrong, _, _ = _curve(w, J, prior, _tents(other, knots), knots)
+    nothing, _, _ = _curve(RNG.standard_normal(n) + 3.0 * x, J, prior, _tents(x, knots), knots)
     assert right > 500.0
-    assert share > 0.3
+    assert share > 0.2
     assert abs(wrong) < 10.0
     assert abs(nothing) < 10.0
     assert np.ptp(curve) > 1.0
+
+
+def test_evidence_of_a_curve_is_that_of_the_gaussian_it_is() -> None:
+    """``ln N(w; 0, 1 + B C B' + J S J')`` less the same without the curve, by dense covariances."""
+    n = 300
+    x = np.sort(RNG.uniform(0.0, 1.0, n))
+    knots = np.linspace(0.0, 1.0, 13)
+    J, prior = np.stack([np.ones(n), x], axis=1), np.array([2.0, 3.0])
+    w = RNG.standard_normal(n) + np.sin(20.0 * x)
+    B = _tents(x, knots)
+    gain, _, _ = _curve(w, J, prior, B, knots)
+    dense = []
+    for length in LENGTHS:
+        C = np.exp(-0.5 * ((knots[:, None] - knots) / length) ** 2)
+        for size in np.logspace(-2.0, 2.0, 41):
+            plain = np.eye(n) + (J * prior**2) @ J.T
+            both = multivariate_normal(cov=plain + size**2 * B @ C @ B.T).logpdf(w)
+            dense.append(both - multivariate_normal(cov=plain).logpdf(w))
+    assert gain == pytest.approx(max(dense), abs=0.5)  # of sizes on another grid
 
 
 def test_tents_interpolate() -> None:

@@ -79,6 +79,20 @@ def test_deeper_holds_relax_by_another_fraction(model_with):
         assert left == pytest.approx(1.0 - c * (1.0 + beta * (depth - 1.0)), rel=1e-9)
 
 
+@pytest.mark.parametrize("share", [0.4, 1.0])
+def test_depth_at_loading_weighs_the_hereditary_integral(model_with, share):
+    """``N = N_e - c int nu e^{-nu (t - s)} [1 + beta ((1 - h) s(t) + h s(s))] N_e(s) ds``, by quadrature."""
+    model = model_with("nonseparable_relaxation").with_value("h_x", share)
+    c, nu, beta = (model.values[symbol].value for symbol in ("c1", "nu1", "beta_x"))
+    t = np.linspace(0.0, 1.5, 6001)
+    delta = model.reference_depth * (0.9 + 0.5 * np.sin(5.0 * t) - 0.9 * np.exp(-20.0 * t))
+    elastic, deeper = power_law(model, delta), delta / model.reference_depth - 1.0
+    kernel = nu * np.exp(-nu * (t[-1] - t))
+    weight = 1.0 + beta * ((1.0 - share) * deeper[-1] + share * deeper)
+    expected = elastic[-1] - c * np.trapezoid(kernel * weight * elastic, t)
+    assert model.simulate(t, delta).normal_force[-1] == pytest.approx(expected, rel=1e-6)
+
+
 def test_a_smaller_contact_drains_faster_by_the_square_of_its_radius(model_with):
     """``nu = D / a^2``; the rate is read off two instants of a hold."""
     model = model_with("poroelastic_drainage")

@@ -57,6 +57,13 @@ def test_a_step_is_no_spike() -> None:
     assert np.flatnonzero(spikes(step, 0.01, np.zeros(40))).tolist() == [7]
 
 
+def test_crests_of_a_fast_oscillation_are_no_spikes() -> None:
+    crests = 2.0 * np.sin(0.3 * np.arange(200))  # 21 samples to a cycle, 400 times the noise
+    assert not spikes(crests, 5e-3, np.zeros(200)).any()
+    crests[[57, 120]] += 0.5
+    assert np.flatnonzero(spikes(crests, 5e-3, np.zeros(200))).tolist() == [57, 120]
+
+
 def _with_sensors(recording: Recording, sensors: dict[str, float]) -> Recording:
     return Recording(
         recording.name, recording.t, recording.episode, recording.columns, recording.fingertip, sensors

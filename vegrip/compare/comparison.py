@@ -40,7 +40,7 @@ class Comparison:
 
     @property
     def error(self) -> float:
-        """Rms of standardised residuals over all channels; 1 is the noise."""
+        """Rms of the whitened residuals over all channels; 1 is the noise."""
         return overall(self.problem, self.u)
 
     @property

@@ -35,14 +35,19 @@ CLOSE_SHARE = 1e-3  # of the gain: no model of a measured contact is exact
 SAME = 0.95  # cosine of what two candidates do, from which their difference is one of form, unless it is
 FORM = 20.0  # [nats] or more, and
 FORM_SHARE = 0.1  # of the gain
+ROUGH_SHARE = 0.01  # of the gain, where forms leave a misfit anyhow
 
 
-def alike(one: Tried, other: Tried) -> bool:
-    """Whether two candidates do nearly the same: between them only the form of a law decides."""
+def alike(one: Tried, other: Tried, *, rough: bool = False) -> bool:
+    """Whether two candidates do nearly the same: between them only the form of a law decides.
+
+    ``rough``: the forms of the laws that were accepted leave more than noise, and so may these.
+    """
     a, b = one.change, other.change
     cosine = float(a @ b) / math.sqrt(max(float(a @ a) * float(b @ b), 1e-300))
     apart = one.verdict.gain - other.verdict.gain
-    return cosine > SAME and apart <= min(FORM, FORM_SHARE * one.verdict.gain)
+    most = min(FORM, FORM_SHARE * one.verdict.gain)
+    return cosine > SAME and apart <= (max(most, ROUGH_SHARE * one.verdict.gain) if rough else most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +93,7 @@ class Diagnosis:
     def indistinguishable(self) -> list[list[str]]:
         """Sets of effects that explain the same equally well."""
         sets = []
+        rough = self.search.misfit(self.search.last) > CALM
         for step in self.search.steps:
             if step.taken is None or step.taken.candidate.name in self.search.dropped:
                 continue
@@ -96,7 +102,10 @@ class Diagnosis:
                 one.candidate.name
                 for one in step.tried
                 if one.verdict.passed
-                and (best - one.verdict.gain <= CLOSE + CLOSE_SHARE * best or alike(step.taken, one))
+                and (
+                    best - one.verdict.gain <= CLOSE + CLOSE_SHARE * best
+                    or alike(step.taken, one, rough=rough)
+                )
             ]
             if len(close) > 1:
                 sets.append(close)

@@ -22,6 +22,7 @@ BRIEF = 1.0  # [s] in contact below which effects are not told apart
 LONGEST_SHIFT = 1.0  # [s] between the clocks that is looked for
 SHIFTED = 0.015  # [s] and
 SAMPLES = 2.5  # samples, from which a shift is seen by eye
+AGREE = 0.3  # correlation of the rates, below which a lag means nothing
 CLEAR = 20.0  # [nats] that a shift has to gain, and
 BETTER = 0.1  # of the best effect's gain by which it has to beat it
 DEEPEST = 0.9  # of the radius
@@ -93,7 +94,10 @@ def _before(problem: Problem) -> Iterator[Doubt]:
 
 
 def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> float:
-    """Return by how much the force follows the displacement [s]: the lag at which their rates agree best."""
+    """Return by how much the force follows the displacement [s]: the lag at which their rates agree best.
+
+    0 where they agree at none.
+    """
     step = float(np.median(np.diff(t)))
     same = (first[1:] < 0.5) & (np.diff(t) < 3.0 * step)
     quick = np.where(same, np.diff(displacement), 0.0)
@@ -105,7 +109,10 @@ def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> floa
     size = 2 ** math.ceil(math.log2(2 * quick.size))
     crossed = np.fft.irfft(np.fft.rfft(push, size) * np.conj(np.fft.rfft(quick, size)), size)
     lags = np.r_[np.arange(most + 1), np.arange(-most, 0)]
-    return float(lags[np.argmax(crossed[lags])]) * step
+    best = int(lags[np.argmax(crossed[lags])])
+    if crossed[best] < AGREE * math.sqrt(float(push @ push) * float(quick @ quick)):
+        return 0.0
+    return best * step
 
 
 def apart(base: Fitted) -> tuple[float, float]:

@@ -3,12 +3,13 @@
 1. the evidence pays for its parameters: ``ln Z`` grows by more than 5 nats,
 2. episodes that were held out agree: their scores grow in sum, what some lose is little, and the gain is not
    that of one episode alone,
-3. the regimes of the misfit get smaller, and so does the plain error,
+3. the regimes of the misfit get smaller, unless it takes most of what is left, and so does the plain error,
 4. its amount is more than the sensors resolve: three standard errors at the shape that was found, and three
    standard deviations of the displacement for a play, a third of a millisecond for a lag,
-5. it drives no parameter of the model onto its bound.
+5. it drives no parameter of the base model onto its bound.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,10 +17,12 @@ import numpy as np
 from vegrip.diagnosis.catalogue import Candidate
 from vegrip.diagnosis.nested import Fitted
 from vegrip.fit.smoother import Floats
+from vegrip.model import BASE
 
 PAYS = 5.0  # [nats]
 LOST = 0.2  # of the gain that other episodes may lose, and
 SCATTER = 5.0  # [nats] that chance may take
+MOSTLY = 0.3  # of what is left; whatever takes that much may leave what another effect does standing out
 RESOLVED = 3.0  # standard errors
 AT_BOUND = 1e-3  # prior standard deviations
 SMALLEST = {"tau": 3e-4}  # [s]
@@ -41,9 +44,18 @@ class Verdict:
 
 
 def gated(
-    candidate: Candidate, base: Fitted, new: Fitted, regimes: tuple[float, float], pays: float = PAYS
+    candidate: Candidate,
+    base: Fitted,
+    new: Fitted,
+    regimes: tuple[float, float],
+    pays: float = PAYS,
+    left: float = math.inf,
 ) -> Verdict:
-    """Judge a candidate; ``regimes`` are the chi-squares per regime of the misfit before and after."""
+    """Judge a candidate.
+
+    ``regimes`` are the chi-squares per regime of the misfit before and after, ``pays`` and ``left`` [nats]
+    what it has to gain and what there is to be gained.
+    """
     gain = new.evidence - base.evidence
     change = new.heldout - base.heldout
     failed = []
@@ -54,7 +66,7 @@ def gated(
         failed.append("held-out episodes")
     if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
         failed.append("one episode only")
-    if not regimes[1] < regimes[0]:
+    if not regimes[1] < regimes[0] and gain < MOSTLY * left:
         failed.append("regimes")
     if not new.error < base.error:
         failed.append("error")
@@ -66,11 +78,13 @@ def gated(
 
 
 def strained(base: Fitted, new: Fitted) -> bool:
-    """Whether the candidate drives a parameter that the model had before onto its bound.
+    """Whether the candidate drives a parameter of the base model onto its bound.
 
-    Such a fit describes one recording and no other.
+    Such a fit describes one recording and no other. Effects that were added may well end at a bound, which is
+    one of the laws that they can be.
     """
-    return bool((_at_bounds(new) - _at_bounds(base)) & set(base.problem.symbols))
+    own = {p.symbol for e in base.problem.model.effects if e.name in BASE for p in e.parameters}
+    return bool((_at_bounds(new) - _at_bounds(base)) & own)
 
 
 def _at_bounds(fitted: Fitted) -> set[str]:

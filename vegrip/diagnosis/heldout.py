@@ -28,7 +28,7 @@ class Weighted(Problem):
 
 
 def scores(problem: Problem, optimum: Optimum, A: Floats, groups: Floats) -> Floats:
-    """Return the score of each group (numbered by ``groups``, (rows,)) under a fit without it [nats].
+    """Return minus half the squares of each group (numbered by ``groups``, (rows,)) under a fit without it.
 
     ``A``: information of the optimum, priors included. One linear step tells the fit without a group where
     the model is nearly right. Where much is left the step is wild (it once foretold -1e8 nats where a fit

@@ -1,6 +1,5 @@
 """The ladder of errors: from the model that was given, effect by effect, down to the noise."""
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -33,19 +32,13 @@ class Rung:
         return {"effect": self.effect, "error": self.error, "heldout_error": self.heldout_error}
 
 
-def heldout_error(one: Fitted) -> float:
-    """Return the rms of whitened residuals of each episode under a fit without it."""
-    count = int(np.count_nonzero(one.problem.counted))
-    return math.sqrt(max(-2.0 * float(one.heldout.sum()), 0.0) / max(count, 1))
-
-
 def ladder(found: Diagnosis) -> list[Rung]:
     """Return the rungs of a diagnosis, from the first model to the last."""
     steps = found.search.steps
-    rungs = [Rung(None, steps[0].base.error, heldout_error(steps[0].base))]
+    rungs = [Rung(None, steps[0].base.error, steps[0].base.heldout_error)]
     for step, after in pairwise(steps):
         if step.taken is not None:
-            rungs.append(Rung(step.taken.candidate.name, after.base.error, heldout_error(after.base)))
+            rungs.append(Rung(step.taken.candidate.name, after.base.error, after.base.heldout_error))
     return rungs
 
 

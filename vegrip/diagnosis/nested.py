@@ -17,6 +17,7 @@ from vegrip.diagnosis.heldout import scores
 from vegrip.diagnosis.screen import DEAR, Hint, carrier, with_candidates
 from vegrip.fit.channels import rms
 from vegrip.fit.problem import Problem
+from vegrip.fit.sensitivity import has_play
 from vegrip.fit.smoother import Floats
 from vegrip.fit.solve import Optimum, refine
 from vegrip.model import BASE
@@ -38,8 +39,9 @@ class Fitted:
         problem: the model and the recording.
         optimum: where it is best.
         evidence: ln Z [nats].
-        heldout: (episodes,) score of each episode under a fit without it [nats].
-        error: rms of standardised residuals over all channels.
+        heldout: (episodes,) ln probability of each episode under a fit without it, but for a constant [nats].
+        heldout_error: rms of the whitened residuals of the episodes under fits without them.
+        error: rms of the whitened residuals over all channels; 1 is noise.
 
     """
 
@@ -47,6 +49,7 @@ class Fitted:
     optimum: Optimum
     evidence: float
     heldout: Floats
+    heldout_error: float
     error: float
 
     @property
@@ -54,6 +57,12 @@ class Fitted:
         """Standard errors of the coordinates."""
         J, s = self.optimum.jacobian, self.problem.unknowns.std
         return np.sqrt(np.maximum(np.diag(np.linalg.inv(J.T @ J + np.diag(s**-2.0))), 0.0))
+
+    def whitened(self, other: "Fitted") -> Floats:
+        """Return the residual of another model of the same rows in units of this one's noise."""
+        if other.problem.whitener is self.problem.whitener:
+            return other.optimum.residual
+        return self.problem.white(other.problem.raw(other.problem.table(other.optimum.u)))
 
     def value(self, symbol: str) -> float:
         """Return the fitted value of a parameter."""
@@ -68,9 +77,15 @@ def judged(problem: Problem, optimum: Optimum, groups: Floats) -> Fitted:
     J = optimum.jacobian
     prior = np.diag(s**-2.0)
     A = J.T @ J + prior
-    evidence = -optimum.cost - float(np.sum(np.log(s))) - 0.5 * float(np.linalg.slogdet(A)[1])
-    z = problem.standardised(problem.raw(problem.table(optimum.u)))
-    return Fitted(problem, optimum, evidence, scores(problem, optimum, A, groups), rms(z[problem.counted]))
+    noise = float(np.sum(problem.log_scale))
+    evidence = -optimum.cost - noise - float(np.sum(np.log(s))) - 0.5 * float(np.linalg.slogdet(A)[1])
+    squares = scores(problem, optimum, A, groups)
+    scales = np.array([float(np.sum(problem.log_scale[groups == one])) for one in np.unique(groups)])
+    count = max(int(np.count_nonzero(problem.counted)), 1)
+    without = math.sqrt(-2.0 * float(squares.sum()) / count)
+    return Fitted(
+        problem, optimum, evidence, squares - scales, without, rms(optimum.residual[problem.counted])
+    )
 
 
 def extended(base: Fitted, hint: Hint, groups: Floats) -> Fitted:
@@ -94,6 +109,9 @@ def extended(base: Fitted, hint: Hint, groups: Floats) -> Fitted:
         best = refine(problem, start, 2 * EVALUATIONS, known, ROUGHLY)
     if best.cost < base.optimum.cost - FAR:  # so far away derivatives that were kept lead nowhere
         best = refine(problem, best.u, 2 * EVALUATIONS)
+    if has_play(problem.model):  # what the tip does not follow is another noise
+        problem.freeze(best.u)
+        best = refine(problem, best.u, EVALUATIONS)
     return judged(problem, best, groups)
 
 

@@ -4,6 +4,7 @@ Effects that are hidden together are found one after the other, each beside thos
 effect that the accepted ones have made superfluous goes again.
 """
 
+import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -23,7 +24,10 @@ MOST = 4  # effects that are named together
 REFITS = 5  # of candidates that the screen puts first, and
 KINKED = ("displacement_backlash", "saturation", "adhesion")  # whose derivative at nothing says little
 RELATIVE = 0.05  # of the best one's gain on the screen, below which no refit is tried
-MATERIAL = 0.005  # of what was gained so far: a further effect gains at least that
+MATERIAL = 0.005  # of what was gained so far: a further effect gains at least that, and
+SHARE = 0.15  # of what is left, if that is little:
+SMALL = 0.15  # of what was gained; it then only mends the form of an effect that is there
+SURELY = 2.0  # standard deviations of the sum of squares of noise
 
 Report = Callable[[str], None]
 
@@ -121,16 +125,23 @@ def _step(base: Fitted, groups: Floats, found: Search, threads: int, report: Rep
     report("refits " + (", ".join(hint.candidate.name for hint in chosen) or "none"))
     misfit = found.misfit(base)
     gained = base.evidence - found.steps[0].base.evidence if found.steps else 0.0
-    pays = max(PAYS, MATERIAL * gained)
+    rest = left(base)
+    pays = max(PAYS, MATERIAL * gained, SHARE * rest if rest < SMALL * gained else 0.0)
 
     def refit(hint: Hint) -> Tried:
         new = extended(base, hint, groups)
-        verdict = gated(hint.candidate, base, new, (misfit, found.misfit(new)), pays)
-        return Tried(hint.candidate, new, verdict, new.optimum.residual - base.optimum.residual)
+        verdict = gated(hint.candidate, base, new, (misfit, found.misfit(new)), pays, rest)
+        return Tried(hint.candidate, new, verdict, base.whitened(new) - base.optimum.residual)
 
     with ThreadPoolExecutor(threads) as pool:
         tried = list(pool.map(refit, chosen))
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
+
+
+def left(fitted: Fitted) -> float:
+    """Return what is certainly more than noise in the sum of squares [nats]."""
+    power = fitted.optimum.residual[fitted.problem.counted] ** 2
+    return max(0.5 * float(np.sum(power - 1.0)) - SURELY * math.sqrt(0.5 * power.size), 0.0)
 
 
 def shortlist(hints: list[Hint]) -> list[Hint]:

@@ -40,9 +40,8 @@ class ChannelError:
 
 
 def overall(problem: Problem, u: Floats) -> float:
-    """Return the rms of standardised residuals over all channels."""
-    z = problem.standardised(problem.raw(problem.table(u)))
-    return rms(z[problem.counted])
+    """Return the rms of the whitened residuals over all channels; 1 is the noise."""
+    return rms(problem.residual(u)[problem.counted])
 
 
 def channel_errors(problem: Problem, u: Floats) -> dict[str, ChannelError]:

@@ -142,18 +142,22 @@ def tared(recording: Recording) -> tuple[Recording, dict[str, float]]:
 def spikes(values: Floats, noise: float, first: Floats) -> Mask:
     """Return single rows far off the line through the two before and the two after: errors, not motion.
 
-    Both lines, because at the turn of a fast stroke a row may be far off its neighbours' mean.
+    Both lines, because at the turn of a fast stroke a row may be far off its neighbours' mean; and the cubic
+    through all four, because at the crest of a fast oscillation it lies far below where both lines meet.
     """
     out = np.zeros(values.size, dtype=bool)
     if values.size < 5:
         return out
     here = values[2:-2]
     before, after = 2.0 * values[1:-3] - values[:-4], 2.0 * values[3:-1] - values[4:]
-    off = np.minimum(np.abs(here - before), np.abs(here - after))
+    cubic = (4.0 * (values[1:-3] + values[3:-1]) - values[:-4] - values[4:]) / 6.0
+    off = np.minimum(np.minimum(np.abs(here - before), np.abs(here - after)), np.abs(here - cubic))
     apart = np.abs(values[3:-1] - values[1:-3])
     same = np.maximum.reduce([first[1:-3], first[2:-2], first[3:-1], first[4:]]) < 0.5
     steady = np.abs(before - after) < 0.25 * off  # a ramp, on which neighbours are far apart
-    out[2:-2] = (off > SPIKE * noise) & ((off > 4.0 * apart) | steady) & same
+    wild = np.where((off > SPIKE * noise) & ((off > 4.0 * apart) | steady) & same, off, 0.0)
+    beside = np.maximum(np.r_[0.0, wild[:-1]], np.r_[wild[1:], 0.0])  # whose line goes through the wild row
+    out[2:-2] = wild > beside
     return out
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.fit.measured import Measured
+from vegrip.fit.sensitivity import Sensitivity, by_position, by_speed, feels_speed, follows, has_play
 from vegrip.fit.smoother import Floats
 from vegrip.fit.whitening import Whitener
 from vegrip.model import BASE, ContactModel, Predictor
@@ -26,6 +27,9 @@ AT = {name: i for i, name in enumerate(QUANTITIES)}
 VAGUE = 3.0  # the prior of a fit is this many times wider than the declared one
 VAGUE_LOG_SCALE = 5.0  # and that of a stiffness, whose unit may be a cell or a car tyre
 FREE_ZERO = 0.5  # [x_ref], [greatest force] prior std and bound of the zeros
+FIRM = (
+    5.0  # standard deviations of the force: with less a model may take the surface for lifted, without radius
+)
 FORGOTTEN = 2.0  # relaxation times after a contact was made anew
 LONGEST = 5.0  # [s]
 STEP = 1e-4  # of a prior std, for derivatives
@@ -185,16 +189,45 @@ class Problem:
         rise = (beyond[:, AT["elastic_force"]] - here[:, AT["elastic_force"]]) / h
         touching = here[:, AT["normal_force"]] - zeros[1] != 0.0
         self.stiffness = np.where(touching, np.maximum(rise, 0.0), 0.0)
-        used = self.used.astype(np.float64)
-        white = noise.of_force(m.force, self.episodes)
-        self.whitener = Whitener(m.recording.t, m.first, m.motion, self.stiffness, white, used)
-        self.force_std = np.sqrt(
-            np.square(white.white) + noise.slow_force**2 + (self.stiffness * m.motion.std) ** 2
+        self.whitener = Whitener(
+            m.recording.t,
+            m.first,
+            m.motion,
+            self._sensitivity(vector, zeros),
+            noise.of_force(m.force, self.episodes),
+            self.used.astype(np.float64),
         )
+        self.force_std = self.whitener.std
         self.slip_std, self.slip_bias = self._slip_noise(here)
         slope = (beyond[:, AT["contact_radius"]] - here[:, AT["contact_radius"]]) / h
         radius_std = np.hypot(np.nan_to_num(noise.contact_radius), np.abs(slope) * m.motion.std)
-        self.radius_std = np.where(self.doubtful, np.inf, radius_std)[m.seen]
+        firm = np.fmin(m.force, here[:, AT["normal_force"]]) - zeros[1] > FIRM * self.force_std
+        self.radius_std = np.where(self.doubtful | ~firm, np.inf, radius_std)[m.seen]
+
+    def _sensitivity(self, vector: Floats, zeros: tuple[Floats, Floats]) -> Sensitivity:
+        """Return what errors of the motion do to the force, beside what the stiffness says."""
+        m, plain = self.measured, by_position(self.stiffness)
+        tip, speed, bend = plain.follows, plain.speed, plain.bend
+        noise = m.noise.displacement
+        if has_play(self.model) and noise > 0.0:
+
+            def indentation(moved: Floats) -> Floats:
+                return self._predictor(vector, (zeros[0] - moved, zeros[1]))[:, AT["indentation"]]
+
+            tip = follows(indentation, m.first, m.motion.displacement, noise)
+        if feels_speed(self.model):
+
+            def force(at: Floats) -> Floats:
+                return self._predictor(vector, zeros, at)[:, AT["normal_force"]]
+
+            speed, bend = by_speed(force, m.recording.t, m.first, m.motion)
+        return Sensitivity(self.stiffness, speed, tip, bend)
+
+    @property
+    def log_scale(self) -> Floats:
+        """Logarithm of the std of every residual (rows,): the likelihood's part that the noise makes."""
+        radius = np.where(np.isfinite(self.radius_std), self.radius_std, 1.0)
+        return np.concatenate([self.whitener.log_scale, np.log(self.slip_std), np.log(radius)])
 
     @property
     def used(self) -> NDArray[np.bool_]:

@@ -21,7 +21,7 @@ ENTANGLED = 0.98  # a correlation above this: only a combination is known
 AT_BOUND = 1e-3  # of the range, or of a prior std
 HOPELESS = 10.0  # and from which it says little to count in units of the noise
 GENEROUS = 0.5  # and below which the noise cannot be that of the sensors
-MISFIT = 1.1  # rms of standardised residuals from which the model is said to fail
+MISFIT = 1.1  # rms of whitened residuals from which the model is said to fail
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Fit:
             "origin": "fit",
             "recording": recording.name,
             "date": datetime.date.today().isoformat(),
-            "error": f"{self.error:.4g} (rms of standardised residuals)",
+            "error": f"{self.error:.4g} (rms of whitened residuals; 1 is noise)",
         }
         m = problem.model
         return ContactModel(
@@ -75,7 +75,7 @@ class Fit:
 
     @property
     def error(self) -> float:
-        """Rms of standardised residuals over all channels; 1 is the noise."""
+        """Rms of the whitened residuals over all channels; 1 is the noise."""
         return overall(self.problem, self.optimum.u)
 
     def declared(self, name: str) -> tuple[Effect, Parameter] | None:

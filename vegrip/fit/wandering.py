@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import OptimizeResult, minimize
 
 from vegrip.fit.motion import Motion
+from vegrip.fit.sensitivity import by_position
 from vegrip.fit.smoother import Floats
 from vegrip.fit.whitening import ForceNoise, Whitener
 
@@ -45,18 +46,19 @@ def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> W
     columns = np.nan_to_num(np.column_stack([y, X]))
     n = t.size
     still = Motion(y, np.zeros(n), np.zeros((n, 2)), np.zeros(n), np.zeros((n, 3)))
-    nowhere = np.zeros(n)
+    nowhere = by_position(np.zeros(n))
     longest = max((t[-1] - t[0]) / 3.0, 1e-9)
 
     def cost(noise: ForceNoise) -> float:
         whitener = Whitener(t, first, still, nowhere, noise, used)
         white = whitener(columns)
         G = white.T @ white
+        scale = float(np.sum(whitener.log_scale))
         if G.shape[0] == 1:
-            return 0.5 * float(G[0, 0]) + whitener.log_scale
+            return 0.5 * float(G[0, 0]) + scale
         L = np.linalg.cholesky(G[1:, 1:] + 1e-12 * np.diag(np.diag(G)[1:]))
         along = np.linalg.solve(L, G[1:, 0])
-        return 0.5 * float(G[0, 0] - along @ along) + whitener.log_scale + float(np.sum(np.log(np.diag(L))))
+        return 0.5 * float(G[0, 0] - along @ along) + scale + float(np.sum(np.log(np.diag(L))))
 
     def alone(p: Floats) -> float:
         return cost(ForceNoise(rough * float(np.exp(np.clip(p[0], -5.0, 5.0)))))

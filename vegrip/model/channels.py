@@ -112,17 +112,25 @@ class Predictor:
         self._asked = np.full(n, 2.0) if asked is None else asked
         self._module = _module(model.effects, plain)
 
-    def __call__(self, vector: Floats, zeros: tuple[ArrayLike, ArrayLike] = (0.0, 0.0)) -> Floats:
+    def __call__(
+        self,
+        vector: Floats,
+        zeros: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
+        speed: Floats | None = None,
+    ) -> Floats:
         """Return (n, 14), columns :data:`QUANTITIES`, for ``vector`` as :attr:`ContactModel.vector`.
 
         ``zeros``: what the sensors of displacement [m] and normal force [N] show where there is none, a
         number or (n,) each. It is taken off what was measured; the force that comes out is without it.
+        ``speed`` (n,) [m/s] replaces that of the displacement.
         """
         motion, beside = self._motion, (self.t, self._first)
         zero, bias = (np.asarray(one, dtype=np.float64) for one in zeros)
         load, force = self._load - bias, self._force - bias
         if self._by_force or np.any(zero):
             motion = np.stack([motion[:, 0] - zero, motion[:, 1]], axis=1)
+        if speed is not None:
+            motion = np.stack([motion[:, 0], speed], axis=1)
         if self._by_force:
             self._module.depths(vector, self._fresh, *beside, motion, force, self._outside, self._span)
         out = np.empty((self.t.size, len(QUANTITIES)))
@@ -168,6 +176,7 @@ def _motion(t: Floats, episode: Floats, displacement: Floats | None) -> Floats:
             motion[rows, 0] = np.interp(t[rows], t[known], displacement[known])
             steps = np.diff(motion[rows, 0]) / np.diff(t[rows])
             motion[rows[1:], 1] = steps
+            motion[rows[:1], 1] = steps[:1]
             motion[rows[1:-1], 1] = 0.5 * (steps[:-1] + steps[1:])
     return motion
 
