@@ -4,20 +4,17 @@ A running node has this done by another process before it takes a new model over
 would hold the interpreter's lock too long.
 """
 
-import os
 import sys
 from pathlib import Path
 
 from vegrip.errors import VegripError
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.model import read_model
-
-NICENESS = 10
+from vegrip.node.background import serve_behind
 
 
 def main(path: Path) -> int:
     """Compile, and say in one sentence why not."""
-    os.nice(NICENESS)
     try:
         ContactEstimator(read_model(path), SensorNoise())
     except VegripError as error:
@@ -27,4 +24,5 @@ def main(path: Path) -> int:
 
 
 if __name__ == "__main__":
+    serve_behind()
     sys.exit(main(Path(sys.argv[1])))

@@ -4,7 +4,6 @@ FOLDER holds ``felt.npz`` and ``model.toml``; the answer is one word on standard
 only had to be fitted anew. It makes way for everything else on the machine.
 """
 
-import os
 import sys
 from pathlib import Path
 
@@ -12,10 +11,9 @@ import numpy as np
 
 from vegrip.diagnosis import diagnose
 from vegrip.model import ContactModel, read_model
-from vegrip.node.launcher import end_with_parent
+from vegrip.node.background import serve_behind
 from vegrip.recording import Fingertip, Recording
 
-LOWEST = 19
 MOST = 1  # effects that are looked for: the leading suspect
 UNEXPLAINED = "unexplained"
 
@@ -30,7 +28,6 @@ def suspect(recording: Recording, model: ContactModel) -> str:
 
 def main(arguments: list[str]) -> int:
     """Read, look, and print the answer."""
-    os.nice(LOWEST)
     folder = Path(arguments[0])
     model = read_model(folder / "model.toml")
     with np.load(folder / "felt.npz") as felt:
@@ -44,5 +41,5 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    end_with_parent()  # nobody reads the answer of a node that has ended
+    serve_behind()
     sys.exit(main(sys.argv[1:]))
