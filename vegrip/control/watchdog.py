@@ -8,7 +8,7 @@ state too late          STALE: it took `time_out` longer than the quickest one; 
 counter or stamp        REPLAYED: runs backwards or stands still
 a value out of range    OUT_OF_RANGE, infinities included
 all values frozen       FROZEN: the counter runs, every mechanical channel repeats itself to the last bit
-normal force frozen     FROZEN: the same of the normal force alone, for longer
+normal force frozen     FROZEN: the same of the normal force alone, for longer; at once when it has noise
 no force, no position   MISSING
 a channel went missing  DEGRADED: it had been there; the rest is good
 ======================  ====================================================================================
@@ -27,6 +27,7 @@ from itertools import compress
 
 from vegrip.clock import NS
 from vegrip.config import parameter
+from vegrip.control.noise_watch import NoiseWatch
 from vegrip.control.ranges import CHANNELS, VALUES, Ranges
 from vegrip.control.stillness import Stillness
 from vegrip.messages import Condition, FingertipState
@@ -42,6 +43,13 @@ class WatchdogSettings:
     time_out: float = parameter(0.05, unit="s", low=0.001, high=10.0, doc="input older than this is stale")
     frozen_after: float = parameter(0.25, unit="s", low=0.01, doc="all values the same for so long: frozen")
     force_frozen_after: float = parameter(2.0, unit="s", low=0.01, doc="the same of the normal force alone")
+    frozen_chance: float = parameter(
+        1e-7,
+        unit="1",
+        low=0.0,
+        high=0.01,
+        doc="frozen at once when a noisy normal force repeats itself more often than with this chance",
+    )
     doubt_after: float = parameter(
         0.05, unit="s", low=0.001, doc="normal force the same for so long: not lowered on its word"
     )
@@ -72,14 +80,14 @@ class InputWatchdog:
         self._quickest = math.inf  # [ns] least difference between arrival and stamp
         self._all_still = Stillness(*MECHANICAL)
         self._force_still = Stillness("normal_force")
+        self._force_noise = NoiseWatch("normal_force")
 
     def accept(self, state: FingertipState, now: int) -> bool:
         """Judge ``state`` arriving at ``now`` [ns]; tell whether the estimator may use it."""
         found = max(
             self._order(state),
             self._lateness(state, now),
-            self._believable(state),
-            self._alive(state, now),
+            self._believable(state) or self._alive(state, now),
             self._complete(state),
         )
         self._last, self._heard = state, now
@@ -136,7 +144,9 @@ class InputWatchdog:
         all_still, force_still = self._all_still.duration(state, now), self._force_still.duration(state, now)
         self.doubtful = force_still > self.settings.doubt_after * NS
         frozen = (
-            all_still > self.settings.frozen_after * NS or force_still > self.settings.force_frozen_after * NS
+            self._force_noise.vanished(state, self.settings.frozen_chance)
+            or all_still > self.settings.frozen_after * NS
+            or force_still > self.settings.force_frozen_after * NS
         )
         return Condition.FROZEN if frozen else Condition.OK
 

@@ -26,6 +26,7 @@ class Outcome:
     worst_at: float  # [s] after the beginning
     least: float  # [N] true force of a finger from the beginning on
     most: float  # [N]
+    worst_surplus: float  # [N] by which it was above what a fault may raise it to; <= 0 is well
     slips: int
     dropped: bool
     counted: int  # under the case's name
@@ -43,6 +44,8 @@ class Outcome:
             found.append(f"it was over after {self.recovered_after} s, not within {case.recovery:g} s")
         if self.worst_deficit > 0.0:
             found.append(f"the grip was {self.worst_deficit:.3f} N too low {self.worst_at:.2f} s into it")
+        if case.held and self.worst_surplus > 0.0:
+            found.append(f"the grip was raised {self.worst_surplus:.3f} N too far")
         if self.slips or self.dropped:
             found.append(f"{self.slips} slips, {'the object was dropped' if self.dropped else 'not dropped'}")
         if case.counted_as and not self.counted:
@@ -83,6 +86,7 @@ def _run(case: Case, folder: Path) -> Outcome:
         worst_at=at,
         least=min(min(force) for force in course.force[_sample(BEGIN) :]),
         most=max(max(force) for force in course.force[_sample(BEGIN) :]),
+        worst_surplus=_surplus(course, reference),
         slips=scene.hand_node.hand.slips,
         dropped=scene.hand_node.hand.dropped,
         counted=counted.get(case.counted_as, 0),
@@ -122,6 +126,16 @@ def _deficit(course: Course, reference: Course, case: Case) -> tuple[float, floa
             if deficit > worst:
                 worst, at = deficit, course.time[i] - BEGIN
     return worst, at
+
+
+def _surplus(course: Course, reference: Course) -> float:
+    """Return by how much a grip exceeds what it was, would be, and the fail-safe grip, at worst [N]."""
+    begin, worst = _sample(BEGIN), -1.0
+    for i in range(begin, len(course.time)):
+        for finger, force in enumerate(course.force[i]):
+            usual = max(course.force[begin][finger], reference.force[i][finger], FAIL_SAFE)
+            worst = max(worst, force - usual * (1.0 + RELATIVE) - ABSOLUTE)
+    return worst
 
 
 def _detection(course: Course) -> tuple[float | None, frozenset[Condition]]:
