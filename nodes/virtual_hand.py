@@ -16,7 +16,7 @@ from vegrip.config import build as build_parameters
 from vegrip.config import parameter
 from vegrip.control.freshness import objection
 from vegrip.errors import ConfigError
-from vegrip.messages import ForceCommand, Message
+from vegrip.messages import FingertipState, ForceCommand, Message
 from vegrip.node import NodeBase, NodeContext
 from vegrip.simulate.bench import Benches
 from vegrip.simulate.protocol import read_protocol
@@ -48,6 +48,7 @@ class VirtualHandNode(NodeBase):
     """Steps the hand by the time that has passed, and drops commands that have expired."""
 
     answers = False
+    alone: tuple[type[Message], ...] = (FingertipState,)
     _running = False
 
     def __init__(self, name: str, parameters: Parameters) -> None:

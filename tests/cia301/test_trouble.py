@@ -66,7 +66,9 @@ def test_a_device_that_is_not_what_its_eds_says_is_not_listened_to(grasp, finger
     assert emergency(master, 0x6300, Lifecycle.INACTIVE).data[1] == THUMB
     (sentence,) = (s for s in sentences(ours) if "fingertip.eds" in s)
     assert (
-        sentence == "thumb (node 32) is not what fingertip.eds says: object 1018sub2 is 0x2, its EDS says 0x1"
+        sentence
+        == "thumb (node 32) is not what fingertip.eds says: object 1018sub2 is 0x2, its EDS says 0x1; "
+        "connect the right device, or give its EDS (transport.finger_eds)"
     )
     assert master.nmt.wait_for_heartbeat(2.0) == "PRE-OPERATIONAL"
     assert ours.endpoint.rejected["not_its_eds"] == 1

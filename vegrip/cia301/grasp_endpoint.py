@@ -25,6 +25,7 @@ from vegrip.transport.can_endpoint import Open
 from vegrip.transport.frame_time import BitTiming
 
 STATES = {BASES[name] for name in OUT_OF_A_FINGER}
+IS_IT = "is it connected, switched on, and at the same bit rate (transport.bitrate)?"
 LOOK = 10_000_000  # [ns] between two looks at the fingers; what it finds is told with the next heartbeat
 ON_ERROR = {0: Lifecycle.INACTIVE, 2: Lifecycle.UNCONFIGURED}  # object 1029sub1; 1: go on
 NAMES = {
@@ -182,12 +183,13 @@ class GraspEndpoint(CanopenEndpoint):
     def _judge(self, missing: Sequence[int], node: NodeHandle) -> None:
         for finger in missing:
             name = self._names[finger]
-            self._begin(HEARTBEAT_LOST, finger, f"no heartbeat from {name} (node {finger}); is it connected?")
+            self._begin(HEARTBEAT_LOST, finger, f"no heartbeat from {name} (node {finger}); {IS_IT}")
             self._react(node)
         for finger, sensor in self.sensors.all.items():
             if sensor.difference:
                 what = f"{self._names[finger]} (node {finger}) is not what fingertip.eds says: "
-                self._begin(NOT_ITS_EDS, finger, what + sensor.difference)
+                remedy = "; connect the right device, or give its EDS (transport.finger_eds)"
+                self._begin(NOT_ITS_EDS, finger, what + sensor.difference + remedy)
             elif sensor.verified:
                 self._end(NOT_ITS_EDS, finger)
             if finger not in self.sensors.consumer.missing:

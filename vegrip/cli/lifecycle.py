@@ -24,10 +24,12 @@ CONFIGURING_MAY_TAKE = 120.0  # [s] it compiles
 
 @app.command("list")
 def list_(as_json: Json = False) -> None:
-    """List the running nodes and their states."""
+    """List the running nodes and their states, and those that could not be started, with the reason."""
+    from vegrip.node.last_words import last_words
     from vegrip.node.registry import running_nodes
 
-    nodes = {
+    nodes = {name: _ended(words) for name, words in last_words().items()}
+    nodes |= {
         entry.name: {"program": entry.program, "pid": entry.pid, **_state(entry)} for entry in running_nodes()
     }
     if as_json:
@@ -36,31 +38,24 @@ def list_(as_json: Json = False) -> None:
     if not nodes:
         print("no node runs; try: vegrip launch demo")  # noqa: T201
         return
-    content = table("node", "program", "process", "state", "can")
-    for name, row in nodes.items():
+    content = table("node", "program", "process", "state", "can, or why not", wraps="can, or why not")
+    for name, row in sorted(nodes.items()):
         held = " (on hold)" if row["on_hold"] else ""
-        content.add_row(
-            name, row["program"], str(row["pid"]), row["state"] + held, ", ".join(row["transitions"])
-        )
+        can = row.get("reason") or ", ".join(row["transitions"])
+        content.add_row(name, row["program"], str(row["pid"] or "-"), row["state"] + held, can)
     show(content)
 
 
 @app.command()
 def get(node: NodeName, as_json: Json = False) -> None:
     """Print the state of a node."""
-    from vegrip.node.client import ask
-    from vegrip.node.registry import find_node
-
-    _show(ask(find_node(node), "state"), as_json)
+    _show(_asked(node, "state"), as_json)
 
 
 @app.command()
 def status(node: NodeName, as_json: Json = False) -> None:
     """Print how a node is doing: its last NodeStatus, and the hand's clock where it is estimated."""
-    from vegrip.node.client import ask
-    from vegrip.node.registry import find_node
-
-    told = jsonable(ask(find_node(node), "status"))
+    told = jsonable(_asked(node, "status"))
     if as_json:
         print(json.dumps(told))  # noqa: T201
         return
@@ -84,8 +79,39 @@ def set_(
     _show(ask(find_node(node), "set_state", patience=CONFIGURING_MAY_TAKE, target=target), as_json)
 
 
+def _asked(node: str, call: str) -> Any:
+    """Return what the node answers, or what is known of one that could not be started."""
+    from vegrip.errors import UsageError
+    from vegrip.node.client import ask
+    from vegrip.node.last_words import last_words
+    from vegrip.node.registry import find_node
+
+    try:
+        found = find_node(node)
+    except UsageError:
+        ends = [words for name, words in last_words().items() if name == node or name.endswith(f"/{node}")]
+        if len(ends) != 1:
+            raise
+        return {"node": ends[0].name, **_ended(ends[0])}
+    return ask(found, call)
+
+
+def _ended(words: Any) -> dict[str, Any]:
+    return {
+        "program": words.program,
+        "pid": 0,
+        "state": "finalized",
+        "on_hold": False,
+        "transitions": [],
+        "reason": words.reason,
+        "exit_code": words.exit_code,
+    }
+
+
 def _show(state: dict[str, Any], as_json: bool) -> None:
-    print(json.dumps(state) if as_json else state["state"] + (" (on hold)" if state["on_hold"] else ""))  # noqa: T201
+    held = " (on hold)" if state["on_hold"] else ""
+    reason = f": {state['reason']}" if "reason" in state else ""
+    print(json.dumps(state) if as_json else state["state"] + held + reason)  # noqa: T201
 
 
 def _state(entry: Any) -> dict[str, Any]:

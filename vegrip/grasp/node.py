@@ -35,6 +35,8 @@ class GraspForce(NodeBase):
 
     """
 
+    alone: tuple[type[Message], ...] = (ForceCommand,)
+
     def __init__(
         self,
         name: str,

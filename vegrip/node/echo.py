@@ -23,6 +23,8 @@ class EchoParameters:
 class EchoNode(NodeBase):
     """Answers each state with a command that bears its number."""
 
+    alone: tuple[type[Message], ...] = (ForceCommand,)
+
     parameters: EchoParameters
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:

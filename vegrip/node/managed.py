@@ -31,7 +31,7 @@ class ManagedNode:
         self._hold = Hold()
         self._retry_at = 0  # [ns]
         self._back_off = FIRST_RETRY
-        self._logger = logger
+        self.logger = logger
 
     def change(self, transition: str) -> None:
         """Make one transition; the node's own method is called first, and when it raises nothing changes.
@@ -85,7 +85,7 @@ class ManagedNode:
 
     def _fault(self, error: Exception, now: int) -> None:
         self.faults[f"fault {type(error).__name__}"] += 1
-        self._logger.error("on hold after %s: %s", type(error).__name__, error, exc_info=error)
+        self.logger.error("on hold after %s: %s", type(error).__name__, error, exc_info=error)
         if not self.on_hold:
             self.on_hold = True
             self.state = Lifecycle.INACTIVE
@@ -107,7 +107,7 @@ class ManagedNode:
             self._fault(error, now)
             return False
         self.on_hold, self.state = False, Lifecycle.ACTIVE
-        self._logger.warning("active again")
+        self.logger.warning("active again")
         return True
 
     def _wind_down(self) -> None:
@@ -117,4 +117,4 @@ class ManagedNode:
                 getattr(self.node, step)()
             except Exception as error:
                 self.faults[f"fault {type(error).__name__}"] += 1
-                self._logger.error("%s failed: %s", step, error, exc_info=error)
+                self.logger.error("%s failed: %s", step, error, exc_info=error)

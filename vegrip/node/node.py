@@ -22,6 +22,9 @@ class Node(Protocol):
     answers: bool
     """Whether messages are to be answered as they come. A node that acts on its ticks only is not woken by
     messages; it finds them at its next tick, which saves a busy machine thousands of awakenings a second."""
+    alone: tuple[type[Message], ...]
+    """Kinds of message that nobody but this node may send for its fingers. It is not activated where somebody
+    else sends them, and counts them as ``also_sent`` later."""
     finished: bool
     """Set by a node that has nothing more to do (the end of a replay); the loop then ends."""
 
@@ -64,6 +67,7 @@ class NodeBase:
     """A node that does nothing; override what is needed."""
 
     answers = True
+    alone: tuple[type[Message], ...] = ()
 
     def __init__(self, name: str, parameters: Any = None) -> None:
         self.name = name

@@ -4,13 +4,15 @@ import logging
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 
 from vegrip.clock import WallClock
 from vegrip.codec.msgpack_codec import MsgpackCodec
 from vegrip.errors import VegripError
-from vegrip.messages import Lifecycle
+from vegrip.messages import Lifecycle, NodeStatus
+from vegrip.node import last_words
 from vegrip.node.control import Control, ControlServer
 from vegrip.node.handle import NodeHandle, Supervised
 from vegrip.node.launch_file import NodeConfig
@@ -18,11 +20,12 @@ from vegrip.node.logs import node_logs
 from vegrip.node.program import NodeContext, find_program
 from vegrip.node.registry import Entry, registered
 from vegrip.node.runner import Runner
-from vegrip.node.telemetry import Telemetry
+from vegrip.node.telemetry import Direction, Telemetry
 from vegrip.node.telemetry_socket import TelemetrySocket
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
 
+FAREWELL = 0.25  # [s] in which those who follow a node that came back have connected to its telemetry
 SWITCH_INTERVAL = 0.0005
 """[s] after which a side thread must yield to the loop; the 5 ms of Python are more than two ticks."""
 
@@ -42,10 +45,13 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
     with ExitStack() as stack:
         stack.enter_context(node_logs(name))
         stack.enter_context(registered(entry))
-        endpoint = stack.enter_context(closing(open_endpoint(config.transport, hand, f"{name} [transport]")))
+        stack.enter_context(_last_words(entry))
         codec = MsgpackCodec(config.namespace, remap=config.remap)
         sink = TelemetrySocket(entry.telemetry, codec)
         telemetry = stack.enter_context(closing(Telemetry(sink)))
+        with _told(telemetry, sink, name):
+            endpoint = open_endpoint(config.transport, hand, f"{name} [transport]")
+        stack.enter_context(closing(endpoint))
         runner = Runner(node, endpoint, WallClock(), config.loop, telemetry, name)
         control = Control(runner, sink.topics)
         stack.enter_context(closing(ControlServer(entry.control, control)))
@@ -55,27 +61,52 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         _run(runner, endpoint, autostart)
 
 
+@contextmanager
+def _last_words(entry: Entry) -> Iterator[None]:
+    """Leave the reason of a bad end for those who ask after it."""
+    try:
+        yield
+    except VegripError as error:
+        last_words.leave(last_words.LastWords(entry.name, entry.program, str(error), error.exit_code))
+        raise
+
+
+@contextmanager
+def _told(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[None]:
+    """Tell those who follow the telemetry of a node without a bus that it is finalized."""
+    try:
+        yield
+    except VegripError:
+        time.sleep(FAREWELL)
+        sink.listen()
+        status = NodeStatus(time.monotonic_ns(), name, 0, Lifecycle.FINALIZED, rejected={"bus_not_opened": 1})
+        telemetry.offer(status, Direction.OUT)
+        raise
+
+
 def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
     logger = logging.getLogger(f"vegrip.{runner.full_name}")
     if isinstance(endpoint, Supervised):
         if autostart:
-            _start(runner.full_name, lambda: runner.change("configure"))
+            _start(runner, lambda: runner.change("configure"))
         endpoint.supervise(NodeHandle(runner), autostart=autostart)
     elif autostart:
-        _start(runner.full_name, runner.start)
-        logger.info("active")
+        _start(runner, runner.bring_up)
     runner.run()
     logger.info("ended")
 
 
-def _start(name: str, begin: Callable[[], None]) -> None:
+def _start(runner: Runner, begin: Callable[[], None]) -> None:
     """Start the node; what somebody's own effect or program raises becomes one sentence, too."""
     try:
         begin()
     except VegripError:
+        runner.give_up()
         raise
     except Exception as error:
+        runner.give_up()
         reason = str(error).partition("\n")[0]
+        name = runner.full_name
         raise VegripError(f"{name} cannot be started: {type(error).__name__}: {reason}") from error
 
 

@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from vegrip.errors import UsageError
+from vegrip.node import last_words
 from vegrip.transport.runtime_folder import runtime_folder, socket_path
 
 ATTEMPTS = 10
@@ -62,6 +63,7 @@ def registered(entry: Entry) -> Iterator[None]:
     try:
         os.ftruncate(handle, 0)
         os.write(handle, json.dumps(asdict(entry)).encode())
+        last_words.forget(entry.name)
         yield
     finally:
         for leftover in (path, _socket_file(entry.control), _socket_file(entry.telemetry)):

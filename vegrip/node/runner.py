@@ -8,20 +8,24 @@ from dataclasses import dataclass
 
 from vegrip.clock import NS, Clock
 from vegrip.config import parameter
+from vegrip.errors import DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
 from vegrip.node.inbox import Inbox
 from vegrip.node.managed import ManagedNode
 from vegrip.node.node import Node
+from vegrip.node.remedies import REMEDY, Remedies
 from vegrip.node.schedule import Schedule
 from vegrip.node.statistics import LoopStatistics
 from vegrip.node.telemetry import Direction, Telemetry
-from vegrip.transport.endpoint import Endpoint, Timed
+from vegrip.transport.endpoint import Endpoint, Guarded, Timed
 from vegrip.transport.sender_clock import ClockEstimate
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
 BACKLOG = (
     100  # drains of the bus before activation; a bus that never runs dry must not keep the node from starting
 )
+LISTEN = 0.1  # [s] before the first activation; whoever else speaks for these fingers does so within
+RECENT = 0.5  # [s] somebody who spoke so long ago still does
 MOST_UNFINISHED = 64  # answers put off while states come without end
 
 
@@ -72,6 +76,10 @@ class Runner:
         self._unfinished: deque[Iterator[Message]] = deque()  # answers of which the command has been sent
         self._more = False  # the last look at the bus may have left something there
         self.running = False  # whether run() has begun
+        self._pending = False  # to be activated as soon as nothing stands in the way
+        self._remedies = Remedies()
+        self._also_sent = 0  # messages of others that only this node may send
+        self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
 
     @property
     def state(self) -> Lifecycle:
@@ -88,14 +96,40 @@ class Runner:
         self.change("configure")
         self.change("activate")
 
+    def bring_up(self) -> None:
+        """Configure, listen, and activate; an endpoint that is in trouble is waited for, in state inactive.
+
+        Raises:
+            VegripError: the node cannot be configured, or somebody else sends what it would.
+
+        """
+        self.change("configure")
+        self._forget_the_past()
+        end = self._clock.now() + round(LISTEN * NS)
+        while (left := end - self._clock.now()) > 0:
+            self._answer_all(self._endpoint.receive(left / NS))
+        self._pending = True
+        self._activate_if_well()
+        if self._pending:
+            self._report(self._clock.now())
+
+    def give_up(self) -> None:
+        """Say on the bus that this node is finalized; it could not be brought up."""
+        self.change("shutdown")
+        self._report(self._clock.now())
+
     def change(self, transition: str) -> None:
         """Make a lifecycle transition, in the thread of the loop.
 
         Raises:
-            VegripError: the transition is not possible, or the node refuses.
+            VegripError: it is not possible, the node refuses, or somebody else sends what it would.
 
         """
+        if transition == "activate":
+            self._refuse_a_second()
+            gc.collect()  # takes a tenth of a second, so before the node is said to be active
         self.managed.change(transition)
+        self._pending = False
         if transition == "activate":
             self._settle()
 
@@ -126,6 +160,7 @@ class Runner:
             self._tick(now)
         if now >= self._status_schedule.due:
             self._status_schedule.take(now)
+            self._activate_if_well()
             self._report(now)
 
     def _gather(self, wait: float) -> Sequence[Message]:
@@ -147,6 +182,9 @@ class Runner:
     def _answer(self, message: Message, arrived: int) -> None:
         if isinstance(message, FingertipState) and self.state is Lifecycle.ACTIVE:
             self.statistics.state(message.finger, arrived)
+        if isinstance(message, self.managed.node.alone) and not isinstance(message, NodeStatus):
+            self._also_sent += 1
+            self._other = (arrived, f"{type(message).__name__} of {message.finger}")
         if self._telemetry is not None:
             self._telemetry.offer(message, Direction.IN)
         answers = self.managed.on_message(message, self._clock.now())
@@ -185,19 +223,39 @@ class Runner:
         dropped = self._telemetry.dropped if self._telemetry is not None else 0
         self.status = self.statistics.status(self.full_name, self.state, now, dropped, self._rejected())
         self.clock = self._endpoint.clock if isinstance(self._endpoint, Timed) else None
+        if self.state is not Lifecycle.FINALIZED:  # whoever ends for that reason says so last
+            for _, sentence in self._remedies.news(self.status.rejected, now):
+                self.managed.logger.error("%s", sentence)
         self._send([self.status])
 
     def _rejected(self) -> Mapping[str, int]:
-        return {**self._endpoint.rejected, **self.managed.node.rejected, **self.managed.faults}
+        also_sent = {"also_sent": self._also_sent} if self._also_sent else {}
+        return {**self._endpoint.rejected, **self.managed.node.rejected, **self.managed.faults, **also_sent}
+
+    def _refuse_a_second(self) -> None:
+        """Raise if somebody else speaks for the fingers of this node: two would pull at them in turn."""
+        if self._other is None:
+            return
+        heard, what = self._other
+        if self._clock.now() - heard < RECENT * NS:
+            raise DeviceError(f"{self.full_name} is not activated ({what}): {REMEDY['also_sent']}")
+
+    def _activate_if_well(self) -> None:
+        in_trouble = isinstance(self._endpoint, Guarded) and self._endpoint.in_trouble
+        if self._pending and not in_trouble:
+            self.change("activate")
+            self.managed.logger.info("active")
 
     def _settle(self) -> None:
         """Freeze what exists out of the garbage collector's sight, drop what came before, lay the grid."""
-        gc.collect()
         gc.freeze()
-        for _ in range(BACKLOG):
-            if not self._endpoint.receive(0.0):
-                break
+        self._forget_the_past()
         now = self._clock.now()
         self.statistics.forget_states()
         self.schedule.start(now)
         self._status_schedule.start(now)
+
+    def _forget_the_past(self) -> None:
+        for _ in range(BACKLOG):
+            if not self._endpoint.receive(0.0):
+                break

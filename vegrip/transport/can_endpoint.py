@@ -44,7 +44,8 @@ class CanEndpoint:
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent`` for frames the
     bus did not take; ``bus_lost``; ``bus_off``, ``error_passive`` and ``error_frame`` as the controller
-    reports them; ``overrun`` for frames lost because this program did not read; ``lost`` and ``clipped``;
+    reports them; ``overrun`` for frames lost because this program did not read; ``fd_refused`` for CAN FD
+    frames on a bus opened for classic ones; ``lost`` and ``clipped``;
     with an ``order_window`` [s] ``reordered`` and ``late``, see :class:`~vegrip.transport.in_order.InOrder`;
     with the ``clock`` of the hand ``clock_jump``.
     """
@@ -72,11 +73,13 @@ class CanEndpoint:
     @property
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
-        overruns = self._bus.overruns if isinstance(self._bus, VegripBus) else 0
-        overrun = {"overrun": overruns} if overruns else {}
+        seen = {}
+        if isinstance(self._bus, VegripBus):
+            seen = {"overrun": self._bus.overruns, "fd_refused": self._bus.fd_refused}
         ordered = self._order.faults if self._order is not None else {}
         jumps = {"clock_jump": self._clock.jumps} if self._clock is not None and self._clock.jumps else {}
-        return {**self._codec.rejected, **self._faults, **losses(self._codec), **overrun, **ordered, **jumps}
+        met = {name: count for name, count in seen.items() if count}
+        return {**self._codec.rejected, **self._faults, **losses(self._codec), **met, **ordered, **jumps}
 
     @property
     def clock(self) -> ClockEstimate | None:

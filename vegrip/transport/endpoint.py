@@ -41,3 +41,12 @@ class Timed(Protocol):
     @property
     def clock(self) -> ClockEstimate | None:
         """The sender's clock against ours, None when it is not estimated."""
+
+
+@runtime_checkable
+class Guarded(Protocol):
+    """An endpoint whose connections may be refused, by others or by itself."""
+
+    @property
+    def in_trouble(self) -> bool:
+        """Whether a connection that we need is refused at present; the counts say why."""

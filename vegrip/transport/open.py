@@ -13,6 +13,7 @@ from vegrip.errors import ConfigError, DeviceError
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.frame_time import BitTiming
+from vegrip.transport.link_rates import check_rates
 from vegrip.transport.sender_clock import SenderClock
 from vegrip.transport.socketcan_link import check_link
 
@@ -96,6 +97,9 @@ def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC
         )
 
     try:
+        if settings.interface == "socketcan":
+            check_link(settings.channel, fd=settings.fd)
+            check_rates(settings.channel, settings.bitrate, settings.data_bitrate, fd=settings.fd)
         bus = again()
     except (can.CanError, OSError, ValueError, TypeError, ImportError) as error:
         raise DeviceError(_remedy(settings, error)) from None

@@ -71,6 +71,8 @@ class VegripBus(can.BusABC):
         self.channel_info = f"virtual CAN bus {channel!r}"
         self.overruns = 0
         """Frames lost because this node did not read."""
+        self.fd_refused = 0
+        """CAN FD frames that came, though this node was opened for classic ones only."""
         self.error_counters = (0, 0)
         """Transmit and receive error counter, as of the last error frame."""
         self._fd = fd
@@ -212,7 +214,10 @@ class VegripBus(can.BusABC):
         if delivery.error:
             self._learn(delivery)
             return self._error_frames
-        return self._fd or not delivery.frame.fd
+        if delivery.frame.fd and not self._fd:
+            self.fd_refused += 1
+            return False
+        return True
 
     def _learn(self, error: Delivery) -> None:
         detail = error.frame.data

@@ -16,6 +16,7 @@ from vegrip.codec.msgpack_codec import MsgpackCodec
 from vegrip.errors import DeviceError
 from vegrip.messages import Message
 from vegrip.transport.curve import Keys
+from vegrip.transport.handshakes import Handshakes
 from vegrip.transport.losses import losses
 from vegrip.transport.zmq_address import check_reach, resolve
 
@@ -28,7 +29,8 @@ class ZmqEndpoint:
     """Messages in and out as ``[topic, payload]``.
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent``, ``parts`` for
-    messages not made of two parts, ``lost`` for gaps in the numbers of messages, and ``clipped``.
+    messages not made of two parts, ``lost`` for gaps in the numbers of messages, and ``clipped``; with keys
+    also those of :class:`~vegrip.transport.handshakes.Handshakes`.
 
     Args:
         publish: address to bind, "" to send nothing.
@@ -60,6 +62,7 @@ class ZmqEndpoint:
             keys.guard(self._context)
         self._publisher = self._socket(zmq.PUB)
         self._subscriber = self._socket(zmq.SUB)
+        self._handshakes = Handshakes(self._publisher, self._subscriber) if keys is not None else None
         try:
             self._open(bound, connected)
         except zmq.ZMQError as error:
@@ -69,7 +72,13 @@ class ZmqEndpoint:
     @property
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
-        return {**self._codec.rejected, **self._faults, **losses(self._codec)}
+        refused = self._handshakes.refused() if self._handshakes is not None else {}
+        return {**self._codec.rejected, **self._faults, **losses(self._codec), **refused}
+
+    @property
+    def in_trouble(self) -> bool:
+        """Whether a publisher that we need refuses us, or is not the one we know."""
+        return self._handshakes is not None and self._handshakes.in_trouble
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message, then take what is there, at most ``MOST_MESSAGES``."""
@@ -102,6 +111,8 @@ class ZmqEndpoint:
         self._closed = True
         if self._keys is not None:
             self._keys.close()
+        if self._handshakes is not None:
+            self._handshakes.close()
         self._publisher.close(linger=100)
         self._subscriber.close(linger=0)
         self._context.term()

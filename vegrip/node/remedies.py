@@ -1,0 +1,42 @@
+"""What to do about the troubles that NodeStatus only counts by name; said once, when they begin."""
+
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from vegrip.clock import NS
+
+QUIET: Final = 60 * NS
+"""[ns] without the trouble after which it is news again."""
+
+REMEDY: Final[Mapping[str, str]] = {
+    "also_sent": "another node on this bus also sends what only this one may send; stop one of the two, or "
+    "give them different hands (hand, namespace or channel)",
+    "bus_off": "bus-off: the CAN controller has cut itself off after too many errors; give all nodes of the "
+    "bus the same bit rates (transport.bitrate, transport.data_bitrate), then look at wiring and termination",
+    "fd_refused": "CAN FD frames come, and this node was told that there are none; set transport.fd = true",
+    "key_refused": "a publisher turns us away because it does not know our key; put our public key there "
+    "with `vegrip keys trust`, and start it again",
+    "key_wrong": "a publisher cannot prove to have the key in curve.publisher; put its present public key "
+    "(.key) there, and start this node again",
+    "key_unknown": "somebody whose key is not in curve.peers wanted to listen and was turned away; if they "
+    "may, `vegrip keys trust THEIR.key`, and start this node again",
+    "key_stale": "somebody who wanted to listen does not have our public key, or none at all, and was turned "
+    "away; give them the .key file that belongs to curve.own",
+}
+
+
+class Remedies:
+    """Finds what is new in the counts of a node."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, tuple[int, int]] = {}  # name: (count, [ns] when it last rose)
+
+    def news(self, rejected: Mapping[str, int], now: int) -> Iterator[tuple[str, str]]:
+        """Yield name and remedy of each trouble that has begun, or come back after ``QUIET``."""
+        for name, sentence in REMEDY.items():
+            count = rejected.get(name, 0)
+            before, when = self._last.get(name, (0, -QUIET))
+            if count > before:
+                self._last[name] = (count, now)
+                if now - when >= QUIET:
+                    yield name, sentence
