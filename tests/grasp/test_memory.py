@@ -1,9 +1,16 @@
-"""The node keeps what its fingers learn, when nothing is held."""
+"""The node keeps what its fingers learn: when nothing is held, and now and then beside the loop."""
 
+from dataclasses import replace
+
+import pytest
+
+from vegrip.demo.candidates import demo_parameters
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.learning import Learned
+from vegrip.faults.scene import Scene
 from vegrip.grasp.memory import Watching
 from vegrip.grasp.node import GraspForce
+from vegrip.grasp.parameters import estimator_factory, memory_of
 from vegrip.grasp.settings import ControlSettings
 from vegrip.messages import Estimate, LearnedParameter
 from vegrip.model import paper_model
@@ -69,3 +76,55 @@ def test_a_node_that_is_activated_again_does_not_lose_what_it_learned(make_node)
     node.deactivate()
     node.activate()
     assert memory.kept == 1
+
+
+def settled(folder):
+    """Return a pinch that holds its object, with a node that keeps what it learns in ``folder``."""
+    scene = Scene()
+    scene.simulation.kill(scene.grip)
+    scene.grip = scene.simulation.add(remembering(folder, scene.fingers), scene.endpoint(), scene.loop)
+    return scene
+
+
+def remembering(folder, fingers):
+    settings = replace(demo_parameters(), learned=str(folder))
+    settings = replace(settings, tips={"thumb": settings.tips["thumb"]})
+    memory = memory_of(settings)
+    make = estimator_factory(settings, tuple(fingers), "grasp_force", memory)
+    node = GraspForce("grasp_force", tuple(fingers), make, settings, memory)
+    node.memory = memory
+    return node
+
+
+def worst_margin(node):
+    return min(finger.estimator.slip_margin().lower_bound for finger in node.fingers.values())
+
+
+def test_a_node_that_is_killed_while_holding_knows_afterwards_what_it_had_learned(tmp_path):
+    """Kill -9 has no end at which to keep anything: it was written before, and the margin is no worse."""
+    scene = settled(tmp_path)
+    node = scene.grip.node
+    scene.run_until(12.0)
+    node.memory.writing.join()
+    files = sorted(path.name.partition("-")[0] for path in tmp_path.glob("*.json"))
+    assert files == ["index", "thumb"]
+    stiffness = {f: finger.estimator.value("K").value for f, finger in node.fingers.items()}
+    margin = worst_margin(node)
+    scene.simulation.kill(scene.grip)
+    scene.run_until(13.0)
+    again = remembering(tmp_path, scene.fingers)
+    scene.simulation.add(again, scene.endpoint(), scene.loop)
+    for name, finger in again.fingers.items():
+        prior = finger.estimator.model.values["K"]
+        assert prior.value == pytest.approx(stiffness[name], rel=0.05)
+    scene.run_until(14.0)
+    assert scene.hand_node.hand.slips == 0
+    assert worst_margin(again) > min(margin, again.parameters.grip.wanted_margin) - 0.02
+
+
+def test_a_folder_that_cannot_be_written_is_told_and_nothing_else(tmp_path, caplog):
+    (tmp_path / "file").write_text("")
+    scene = settled(tmp_path / "file" / "folder")
+    scene.run_until(12.0)
+    scene.grip.node.memory.writing.join()
+    assert "cannot be written" in caplog.text

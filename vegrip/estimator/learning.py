@@ -101,7 +101,7 @@ def save(learner: Learner, path: Path) -> int:
     """Write what is valid, whole or not at all; return how many parameters that were."""
     kept = {
         symbol: {"value": one.filtered, "std": one.raw.std, "excited": one.excited}
-        for symbol, one in learner.learned.items()
+        for symbol, one in tuple(learner.learned.items())  # a thread may write while the loop learns
         if one.valid
     }
     if not kept:

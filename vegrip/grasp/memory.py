@@ -1,12 +1,18 @@
 """What the fingers have learned, kept in a folder from one run to the next."""
 
+import logging
+import threading
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
 
+from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, EstimatorSettings, Learner, SensorNoise
 from vegrip.estimator.learning import Learned, fingerprint, restored, save
 from vegrip.model import ContactModel
+
+KEPT_EVERY = 10 * NS
+"""[ns] between two writings of what is learned: so much a node that is killed forgets."""
 
 
 class Memory(Protocol):
@@ -61,16 +67,42 @@ class Watching:
 
 
 class Folder(Watching):
-    """One file per finger and model, ``FOLDER/<finger>-<fingerprint of the model>.json``."""
+    """One file per finger and model, ``FOLDER/<finger>-<fingerprint of the model>.json``.
+
+    It is written at the end, and now and then beside the loop, for a node that is killed has no end.
+    """
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
         self.folder = folder
+        self.writing: threading.Thread | None = None
+        self._kept: int | None = None  # [ns] when last
+        self._one_at_a_time = threading.Lock()  # never waited for by the loop
+
+    def look(self, finger: str, now: int) -> Mapping[str, Learned]:
+        """Take note of what is learned; have it written when that is due."""
+        learned = super().look(finger, now)
+        if self._kept is None or now < self._kept:
+            self._kept = now
+        if now - self._kept >= KEPT_EVERY and (self.writing is None or not self.writing.is_alive()):
+            self._kept = now
+            self.writing = threading.Thread(target=self._try_to_keep, name="memory", daemon=True)
+            self.writing.start()
+        return learned
 
     def keep(self) -> None:
         """Write what is valid."""
-        for finger, learner in self.learners.items():
-            save(learner, self._file(finger, learner.model))
+        with self._one_at_a_time:
+            for finger, learner in tuple(self.learners.items()):
+                save(learner, self._file(finger, learner.model))
+
+    def _try_to_keep(self) -> None:
+        try:
+            self.keep()
+        except OSError as error:
+            logging.getLogger("vegrip.memory").warning(
+                "what is learned cannot be written to %s: %s", self.folder, error.strerror
+            )
 
     def _known(self, finger: str, model: ContactModel) -> ContactModel:
         return restored(model, self._file(finger, model))
