@@ -12,6 +12,7 @@ from vegrip.estimator.kernels.generated import (
     CH_USED,
     CHANNEL0,
     LOAD0,
+    P0,
     REP_CONTACT,
     REP_FORCE,
     REP_GAUGE,
@@ -24,6 +25,7 @@ from vegrip.estimator.kernels.generated import (
     SET_RHO_SPEED,
     Y0,
     Floats,
+    N,
 )
 from vegrip.estimator.kernels.measure import measure_displacement, measure_force, measure_radius
 from vegrip.estimator.kernels.predict import predict
@@ -42,7 +44,7 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
         m[CHANNEL0 + 4 * channel + CH_AGE] += dt
         m[CHANNEL0 + 4 * channel + CH_USED] = 0.0
     if gap:
-        m[Y0 + 1] = 0.0
+        stand_still(m)
     known = math.isfinite(displacement)
     look(m, blind and not known)
     predict(m, dt, rho)
@@ -69,6 +71,17 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
             m[CHANNEL0 + 4 + CH_STREAK] = 0.0
     if math.isfinite(radius) and radius > 0.0:
         measure_radius(m, radius)
+
+
+def stand_still(m: Floats) -> None:
+    """Forget the speed: what it was says nothing of where a long gap has led to.
+
+    Carried through the gap, its spread made the memory of the contact follow wherever the tip was seen next:
+    a free fingertip came out of a gap of some minutes dented by as much as it had ever been pressed.
+    """
+    m[Y0 + 1] = 0.0
+    for j in range(N):
+        m[P0 + N + j] = m[P0 + j * N + 1] = 0.0
 
 
 def update(
