@@ -63,6 +63,9 @@ class ConeEstimator:
     def health(self) -> ModelHealth:
         return ModelHealth(stamp=0, finger=self.finger, seq=len(self.seen), nis=1.0, consistent=True)
 
+    def judge_anew(self) -> None:
+        pass
+
     def least_force(self, margin: float, confidence: float) -> float:
         self.confidence = confidence
         return self._load / (MU * (1.0 - margin))

@@ -11,7 +11,7 @@ from vegrip.diagnosis.ladder import add
 from vegrip.estimator.health import CALM, FAILS, MENDED, Watch, wrongness
 from vegrip.estimator.layout import CHANNELS, REGIMES
 from vegrip.fit import fit
-from vegrip.grasp import suspicion, vigilance
+from vegrip.grasp import suspicion
 from vegrip.grasp.succession import Succession
 from vegrip.grasp.suspicion import Evidence, Inquiries
 from vegrip.grasp.vigilance import felt, fitted
@@ -24,13 +24,19 @@ from vegrip.virtual import FingertipSettings
 TIP = FingertipSettings(
     radius=8e-3, reference_force=2.0, amplitudes=(0.25,), rates=(3.0,), bristle_stiffness=1e10
 )
+HIDDEN = {
+    "nothing": {},
+    "adhesion": {"adhesion": {"force": 0.05}},
+    "second_relaxation": {"second_relaxation": {"amplitude": 0.3, "rate": 0.2}},
+    "series_compliance": {"series_compliance": {"compliance": 2e-4}},
+}
 NOISE = {"normal_force": 0.01, "displacement": 5e-6, "tangential_force": 0.01, "torque_z": 1e-4}
 
 
 @cache
 def contacts_of(hidden: str, count: int, seed: int = 0) -> tuple[FingertipState, ...]:
     """Return what the fingertip feels in a number of contacts."""
-    return tuple(felt(TIP, count, seed, hidden))
+    return tuple(felt(TIP, count, seed, HIDDEN[hidden]))
 
 
 @cache
@@ -94,8 +100,6 @@ REGIME = {
 @pytest.mark.parametrize("hidden", ["adhesion", "second_relaxation", "series_compliance"])
 def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypatch, hidden) -> None:
     monkeypatch.setattr(suspicion, "WAIT", 2.0)
-    strong = {"second_relaxation": {"amplitude": 0.3, "rate": 0.2}}  # half of it the filter learns away
-    monkeypatch.setitem(vigilance.HIDDEN, "second_relaxation", strong)
     states = contacts_of(hidden, 14, 4)
     told = health_of(node, states)
     failing = [one for one in told if one.channel]

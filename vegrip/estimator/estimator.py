@@ -9,7 +9,7 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import Watch, health_of
-from vegrip.estimator.layout import CHANNELS, REPORT, Layout, layout_of
+from vegrip.estimator.layout import CHANNELS, PER_CHANNEL, REPORT, Layout, layout_of
 from vegrip.estimator.past import Past
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.estimator.start import blank
@@ -243,6 +243,12 @@ class ContactEstimator:
             condition = Condition.STALE
         cells, channels = self._m[self._places["HEALTH"]], self._m[self._places["CHANNEL"]]
         return health_of(self._state, self._seq, condition, cells, channels, self._watch)
+
+    def judge_anew(self) -> None:
+        """Forget how well the model explained what was felt so far; what is known of the contact stays."""
+        self._m[self._places["HEALTH"]] = 0.0
+        self._m[self._places["CHANNEL"]].reshape(len(CHANNELS), -1)[:, PER_CHANNEL.index("REJECTED")] = 0.0
+        self._watch = Watch()
 
     def value(self, symbol: str) -> Estimate:
         """Return the present estimate of a parameter of the model; its std is that of the coordinate."""

@@ -28,6 +28,9 @@ class Estimator(Protocol):
     def health(self) -> ModelHealth:
         """Return whether the model explains what was measured."""
 
+    def judge_anew(self) -> None:
+        """Forget how well the model explained what was felt so far."""
+
     def least_force(self, margin: float, confidence: float) -> float:
         """Return the least normal force [N] for the wanted margin over the horizon; NaN = unknown.
 

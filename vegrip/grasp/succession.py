@@ -75,8 +75,14 @@ class Succession:
 
 
 def _experienced(estimator: Estimator, past: Sequence[FingertipState]) -> Estimator:
+    """Let it feel what its finger felt lately.
+
+    That began in the middle of something, with a history that is not known: how well the model explains it
+    is no verdict on the model (it cost half a minute of alarm).
+    """
     for state in past:
         estimator.assimilate(state)
+    estimator.judge_anew()
     return estimator
 
 

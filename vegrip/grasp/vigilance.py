@@ -1,22 +1,23 @@
 """How often the live health cries wolf, and how soon it sees what is hidden, on independent fingertips.
 
-``python -m vegrip.grasp.vigilance --fingers 8 --contacts 40`` draws fingertips of the virtual hand, fits each
-a model to eight contacts in which nothing is hidden, lets the node's estimator with that model feel further
-contacts with nothing and with something hidden, and prints what its health said. ``--suspects`` also asks who
-is behind it, as the node would.
+``python -m vegrip.grasp.vigilance --first 100 --fingers 8 --contacts 40`` draws virtual fingertips,
+fits each a model to eight contacts in which nothing is hidden, lets the node's estimator with that model feel
+further contacts with nothing and with something hidden, and prints what its health said. ``--suspects`` also
+asks who is behind it, as the node would.
 """
 
 import argparse
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from vegrip.clock import NS
+from vegrip.diagnosis.trials.amounts import INSIDE, Setting
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.fit import fit
 from vegrip.grasp.suspicion import Evidence, look_elsewhere
@@ -24,36 +25,57 @@ from vegrip.messages import FingertipState
 from vegrip.model import ContactModel
 from vegrip.recording import Fingertip, Recording
 from vegrip.simulate import Protocol, Segment
-from vegrip.simulate.bench import Benches
+from vegrip.simulate.bench import Benches, Hidden
 from vegrip.virtual import FingertipSettings, HandSettings, random_fingertip
 from vegrip.virtual.settings import SensorSettings
 
-HIDDEN: Mapping[str, Mapping[str, Mapping[str, float]]] = {
-    "nothing": {},
-    "adhesion": {"adhesion": {"force": 0.05}},
-    "second_relaxation": {"second_relaxation": {"amplitude": 0.15, "rate": 0.2}},
-    "series_compliance": {"series_compliance": {"compliance": 2e-4}},
-    "sensor_lag": {"sensor_lag": {}},
-    "mullins_softening": {"mullins_softening": {}},
-    "displacement_backlash": {"displacement_backlash": {}},
-}
+NOTHING = "nothing"
+UNSEEN = (
+    "load_dependent_friction",
+    "rate_dependent_friction",
+    "friction_ageing",
+    "wet_contact",
+    "cross_talk",
+    "contact_radius_law",
+    "pressure_profile",
+    "temperature_shift",
+)
+"""Effects that change nothing in these contacts: nothing is rubbed or warmed, and nobody sees the radius."""
+NAMES = (NOTHING, *(name for name in INSIDE if name not in UNSEEN))
 RATE = 250.0  # [Hz] of the states
 LOOK = 0.2  # [s] from one report of the health to the next
 FIT = 8  # contacts from which the model is fitted
+DEEPEST = 0.16  # of the radius
 SENSORS = SensorSettings(rate=RATE, force_bias=0.0, displacement_bias=0.0)
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What the health said in one run."""
+    """What the health said in one run.
+
+    Attributes:
+        hidden: name of the effect, or "nothing".
+        finger: number, the seed of the fingertip.
+        duration: [s].
+        failing: share of the reports that say that the model fails.
+        alarms: how often it began to say so.
+        first: [s] until it first did; None: never.
+        cells: channel and regime -> number of reports that told them.
+        left: what a refit of the plain model leaves of these very states, in units of the noise; 1 is noise,
+            and what is hidden there nobody can see.
+        suspect: who was named; None = nobody was asked.
+
+    """
 
     hidden: str
     finger: int
-    duration: float  # [s]
-    failing: float  # share of the reports that say the model fails
-    first: float | None  # [s] until the first of them
-    cell: str  # channel and regime that were told most often
-    suspect: str | None  # who was named; None = nobody was asked
+    duration: float
+    failing: float
+    alarms: int
+    first: float | None
+    cells: dict[str, int]
+    left: float
+    suspect: str | None
 
 
 def contacts(radius: float, count: int, seed: int) -> Protocol:
@@ -62,7 +84,7 @@ def contacts(radius: float, count: int, seed: int) -> Protocol:
     away = -0.025 * radius
     segments = [Segment(0.5, depth=away)]
     for _ in range(count):
-        depth = rng.uniform(0.06, 0.16) * radius
+        depth = rng.uniform(0.06, DEEPEST) * radius
         rise, fall = rng.choice([0.1, 0.3, 1.0], 2)
         segments += [Segment(float(rise), depth=depth), Segment(rng.uniform(0.3, 4.0))]
         if rng.random() < 0.5:
@@ -78,22 +100,33 @@ def plain_fingertip(seed: int) -> FingertipSettings:
     return replace(random_fingertip(rng), amplitudes=(amplitude,), rates=(rate,), bristle_stiffness=1e10)
 
 
-def felt(tip: FingertipSettings, count: int, seed: int, hidden: str) -> list[FingertipState]:
+def strong(name: str, tip: FingertipSettings, seed: int) -> Hidden:
+    """Return as much of an effect as the trials of the diagnosis call strong; nothing for "nothing"."""
+    if name == NOTHING:
+        return {}
+    rng = np.random.default_rng([seed, 11])
+    return {name: dict(INSIDE[name](Setting(tip, SENSORS, DEEPEST * tip.radius, 1.0, rng)))}
+
+
+def felt(tip: FingertipSettings, count: int, seed: int, hidden: Hidden) -> list[FingertipState]:
     """Return what ``tip`` feels in ``count`` contacts."""
     hand = HandSettings(tip=tip, sensor=SENSORS, spread=0.0)
-    benches = Benches(("index",), hand, contacts(tip.radius, count, seed), seed, HIDDEN[hidden])
+    benches = Benches(("index",), hand, contacts(tip.radius, count, seed), seed, hidden)
     return benches.step(benches.duration)
+
+
+def as_recording(tip: FingertipSettings, states: list[FingertipState]) -> Recording:
+    """Return every other state as a recording."""
+    states = states[::2]
+    t = np.array([s.stamp for s in states]) / NS
+    columns = {c: np.array([getattr(s, c) for s in states]) for c in ("displacement", "normal_force")}
+    sensors = {"normal_force": SENSORS.normal_force, "displacement": SENSORS.displacement}
+    return Recording("felt", t, np.zeros(t.size, dtype=np.int64), columns, Fingertip(tip.radius), sensors)
 
 
 def fitted(tip: FingertipSettings, seed: int) -> ContactModel:
     """Return the model of ``tip`` from contacts in which nothing is hidden."""
-    states = felt(tip, FIT, seed, "nothing")[::2]
-    t = np.array([s.stamp for s in states]) / NS
-    columns = {c: np.array([getattr(s, c) for s in states]) for c in ("displacement", "normal_force")}
-    sensors = {"normal_force": SENSORS.normal_force, "displacement": SENSORS.displacement}
-    return fit(
-        Recording("felt", t, np.zeros(t.size, dtype=np.int64), columns, Fingertip(tip.radius), sensors)
-    ).model
+    return fit(as_recording(tip, felt(tip, FIT, seed, {}))).model
 
 
 def watched(hidden: str, finger: int, count: int, *, ask: bool) -> Seen:
@@ -103,7 +136,7 @@ def watched(hidden: str, finger: int, count: int, *, ask: bool) -> Seen:
     estimator, evidence = ContactEstimator(model, SensorNoise()), Evidence()
     reports: list[tuple[float, str]] = []
     next_look = 0
-    states = felt(tip, count, finger, hidden)
+    states = felt(tip, count, finger, strong(hidden, tip, finger))
     for state in states:
         estimator.assimilate(state)
         evidence.note(state, estimator.in_contact)
@@ -112,16 +145,17 @@ def watched(hidden: str, finger: int, count: int, *, ask: bool) -> Seen:
             health = estimator.health()
             reports.append((state.stamp / NS, f"{health.channel}, {health.regime}" if health.channel else ""))
     failing = [(time, cell) for time, cell in reports if cell]
-    suspect = look_elsewhere(evidence.columns(), model, asdict(SensorNoise())) if ask and failing else None
-    often = Counter(cell for _, cell in failing).most_common(1)
+    said = np.array([bool(cell) for _, cell in reports])
     return Seen(
         hidden,
         finger,
-        states[-1].stamp / NS,
-        len(failing) / len(reports),
-        failing[0][0] if failing else None,
-        often[0][0] if often else "",
-        suspect,
+        duration=states[-1].stamp / NS,
+        failing=float(np.mean(said)),
+        alarms=int(np.count_nonzero(said[1:] & ~said[:-1])) + int(said[0]),
+        first=failing[0][0] if failing else None,
+        cells=dict(Counter(cell for _, cell in failing).most_common()),
+        left=fit(as_recording(tip, states)).error,
+        suspect=look_elsewhere(evidence.columns(), model, asdict(SensorNoise())) if ask and failing else None,
     )
 
 
@@ -133,37 +167,48 @@ def _watched(job: tuple[str, int, int, bool]) -> Seen:
 def main(arguments: list[str] | None = None) -> int:
     """Run all and print a line for each, then the table."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
+    parser.add_argument("--first", type=int, default=0, help="number of the first fingertip")
     parser.add_argument("--fingers", type=int, default=4)
     parser.add_argument("--contacts", type=int, default=20)
-    parser.add_argument("--hidden", nargs="*", default=list(HIDDEN), choices=list(HIDDEN))
+    parser.add_argument("--hidden", nargs="*", default=list(NAMES), choices=list(NAMES))
     parser.add_argument("--suspects", action="store_true")
     parser.add_argument("--processes", type=int, default=1)
     given = parser.parse_args(arguments)
-    jobs = [(h, f, given.contacts, given.suspects) for f in range(given.fingers) for h in given.hidden]
+    fingers = range(given.first, given.first + given.fingers)
+    jobs = [(h, f, given.contacts, given.suspects) for f in fingers for h in given.hidden]
     seen = []
     with ProcessPoolExecutor(given.processes) as pool:
         for one in pool.map(_watched, jobs):
             seen.append(one)
             print(json.dumps(asdict(one)), file=sys.stderr, flush=True)  # noqa: T201
-    for line in _table(seen, given.hidden):
+    for line in table(seen):
         print(line)  # noqa: T201
     return 0
 
 
-def _table(seen: list[Seen], names: list[str]) -> Iterator[str]:
-    yield f"{'hidden':24s}{'minutes':>8s}{'seen in':>9s}{'of reports':>12s}{'after':>9s}  mostly in; named"
-    for name in names:
+def table(seen: list[Seen]) -> Iterator[str]:
+    """Yield the lines of the table: a line for each effect."""
+    yield (
+        f"{'hidden':24s}{'refit leaves':>13s}{'minutes':>9s}{'alarms/h':>10s}{'seen in':>10s}"
+        f"{'after':>7s}{'of reports':>12s}{'named':>9s}  mostly in"
+    )
+    for name in dict.fromkeys(one.hidden for one in seen):
         runs = [one for one in seen if one.hidden == name]
         alarms = [one for one in runs if one.first is not None]
-        minutes = sum(one.duration for one in runs) / 60.0
-        share = float(np.mean([one.failing for one in runs]))
+        hours = sum(one.duration for one in runs) / 3600.0
+        rate = sum(one.alarms for one in runs) / hours
         after = f"{np.median([one.first for one in alarms]):.0f} s" if alarms else "-"
-        cell = Counter(one.cell for one in alarms).most_common(1)
+        cells = Counter[str]()
+        for one in alarms:
+            cells.update(one.cells)
+        mostly = "; ".join(cell for cell, _ in cells.most_common(2))
         asked = [one for one in alarms if one.suspect is not None]
-        named = f"; {sum(one.suspect == name for one in asked)} of {len(asked)}" if asked else ""
+        named = f"{sum(one.suspect == name for one in asked)} of {len(asked)}" if asked else "-"
+        left = float(np.median([one.left for one in runs]))
+        share = 100.0 * float(np.mean([one.failing for one in runs]))
         yield (
-            f"{name:24s}{minutes:8.1f}{len(alarms):5d} of {len(runs):d}{100.0 * share:10.1f} %{after:>9s}"
-            f"  {cell[0][0] if cell else '-'}{named}"
+            f"{name:24s}{left:13.2f}{60.0 * hours:9.1f}{rate:10.1f}{f'{len(alarms)} of {len(runs)}':>10s}"
+            f"{after:>7s}{f'{share:.0f} %':>12s}{named:>9s}  {mostly or '-'}"
         )
 
 
