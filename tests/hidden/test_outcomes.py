@@ -8,13 +8,15 @@ import pytest
 from vegrip.cli import main
 from vegrip.diagnosis.trials import Case, Outcome, cases, recorded, tally
 from vegrip.diagnosis.trials.amounts import INSIDE, OUTSIDE
+from vegrip.diagnosis.trials.visible import leaves
 from vegrip.effects import BUILT_IN
 from vegrip.virtual.hidden import HIDDEN
 from vegrip.virtual.hidden import OUTSIDE as UNKNOWN
 
 
-def of(hidden, verdict, named=(), sets=(), variable="", after=1.0) -> Outcome:
-    return Outcome(Case(hidden, "strong", 0), verdict, named, sets, variable, 2.0, after, (9.0, 1.0), 1.0)
+def of(hidden, verdict, named=(), sets=(), variable="", after=1.0, leaves=()) -> Outcome:
+    case = Case(hidden, "strong", 0)
+    return Outcome(case, verdict, named, sets, variable, 2.0, after, (9.0, 1.0), 1.0, dict(leaves))
 
 
 @pytest.mark.parametrize(
@@ -31,6 +33,8 @@ def of(hidden, verdict, named=(), sets=(), variable="", after=1.0) -> Outcome:
         (of(("adhesion",), "ambiguous", ("force_drift",), (("inertia", "force_drift"),)), "wrong"),
         (of(("adhesion", "sensor_lag"), "named", ("adhesion",)), "partly"),
         (of(("adhesion", "sensor_lag"), "named", ("sensor_lag", "adhesion")), "right"),
+        (of(("adhesion", "sensor_lag"), "named", ("adhesion",), leaves={"sensor_lag": 3.0}), "right"),
+        (of(("adhesion", "sensor_lag"), "named", ("adhesion",), leaves={"sensor_lag": 30.0}), "partly"),
         (of(("day_and_night",), "unexplained", variable="time"), "right"),
         (of(("day_and_night",), "unexplained", variable="speed"), "other variable"),
         (of(("day_and_night",), "named", ("mullins_softening",)), "wrong"),
@@ -59,6 +63,26 @@ def test_tally_counts_by_kind_and_says_what_was_taken_for_what() -> None:
     }  # fmt: skip
     assert told["confusion"]["nothing"] == {"adequate": 1, "sensor_lag": 1}
     assert told["at_the_floor"] == {"right": 1, "of": 2}
+
+
+def test_what_a_recording_cannot_show_is_counted_by_itself_whatever_was_said() -> None:
+    dim = {"adhesion": 2.0}
+    told = tally(
+        [
+            of(("adhesion",), "adequate", leaves=dim),
+            of(("adhesion",), "named", ("adhesion",), leaves=dim),
+            of(("adhesion",), "adequate", leaves={"adhesion": 20.0}),
+        ]
+    )
+    assert told["kinds"]["one"]["answers"] == {"missed": 1}
+    assert told["out_of_sight"] == {"adhesion": {"adequate": 1, "adhesion": 1}}
+
+
+def test_what_an_effect_leaves_is_seen_in_the_same_recording_without_it() -> None:
+    shown = leaves(Case(("adhesion", "pressure_profile"), "weak", 3))
+    assert shown["adhesion"] > 100.0
+    assert abs(shown["pressure_profile"]) < 20.0
+    assert leaves(Case((), "strong", 3)) == {}
 
 
 def test_everything_the_bench_can_hide_has_an_amount_and_a_name_of_the_catalogue_or_a_variable() -> None:

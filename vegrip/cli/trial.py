@@ -128,10 +128,15 @@ def _print(told: dict[str, Any]) -> None:
     console.print(
         f"error within 5 % of the noise after adding what was named: {floor['right']} of {floor['of']}"
     )
-    console.print("hidden -> said, where it was not the same:")
-    for hidden, counts in told["confusion"].items():
-        others = {text: n for text, n in counts.items() if text != hidden}
-        if others:
-            console.print(
-                f"  {hidden} -> " + ", ".join(f"{text} ({n})" for text, n in others.items()), markup=False
-            )
+    for title, confusion in (
+        ("hidden -> said, where it was not the same:", told["confusion"]),
+        ("not counted, because the recording does not show what is hidden in it:", told["out_of_sight"]),
+    ):
+        if confusion:
+            console.print(title)
+        for hidden, counts in confusion.items():
+            others = {text: n for text, n in counts.items() if text != hidden}
+            if others:
+                console.print(
+                    f"  {hidden} -> " + ", ".join(f"{text} ({n})" for text, n in others.items()), markup=False
+                )

@@ -101,7 +101,9 @@ def residuals_of(problem: Problem, u: Floats) -> list[Residuals]:
         pulled = pull * np.maximum(table[m.sliding, AT["limit_torque"]], 0.0) >= turn * np.maximum(
             table[m.sliding, AT["limit_force"]], 0.0
         )
-        for name, size, rows in (("tangential_force", pull, pulled), ("torque_z", turn, ~pulled)):
+        certain = np.isfinite(problem.slip_std)
+        for name, size, which in (("tangential_force", pull, pulled), ("torque_z", turn, ~pulled)):
+            rows = which & certain
             if rows.any():
                 out.append(Residuals(name, m.sliding[rows], (raw[1] * size)[rows], z[n : n + k][rows]))
     if m.seen.size:

@@ -15,6 +15,7 @@ from vegrip.compare.comparison import Comparison
 from vegrip.compare.where import Regime
 from vegrip.diagnosis.discrepancy import Discrepancy, discrepancy
 from vegrip.diagnosis.doubts import Doubt, before, clocks, lookalikes, refuse
+from vegrip.diagnosis.gates import CALM
 from vegrip.diagnosis.search import Report, Search, Tried, search
 from vegrip.fit.blas import on_one_thread
 from vegrip.fit.noise import Noise
@@ -24,7 +25,6 @@ from vegrip.fit.result import Fit, fitted
 from vegrip.model import ContactModel
 from vegrip.recording import Recording
 
-CALM = 1.5  # chi-square per regime up to which a misfit is noise
 EXPLAINED = 0.8  # share of the misfit by regime that the named effects have to take
 NEAR = 1.05  # error over noise that named effects may leave where some of it depends on the regime, and
 ROUGH = 1.1  # where none does;
@@ -45,7 +45,7 @@ def alike(one: Tried, other: Tried, *, rough: bool = False) -> bool:
     """
     a, b = one.change, other.change
     cosine = float(a @ b) / math.sqrt(max(float(a @ a) * float(b @ b), 1e-300))
-    apart = one.verdict.gain - other.verdict.gain
+    apart = abs(one.verdict.gain - other.verdict.gain)
     most = min(FORM, FORM_SHARE * one.verdict.gain)
     return cosine > SAME and apart <= (max(most, ROUGH_SHARE * one.verdict.gain) if rough else most)
 

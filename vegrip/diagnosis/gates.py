@@ -20,6 +20,7 @@ from vegrip.fit.smoother import Floats
 from vegrip.model import BASE
 
 PAYS = 5.0  # [nats]
+CALM = 1.5  # chi-square per regime up to which a misfit is noise
 LOST = 0.2  # of the gain that other episodes may lose, and
 SCATTER = 5.0  # [nats] that chance may take
 MOSTLY = 0.3  # of what is left; whatever takes that much may leave what another effect does standing out

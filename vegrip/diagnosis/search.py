@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vegrip.diagnosis.catalogue import Candidate, candidates
-from vegrip.diagnosis.gates import PAYS, Verdict, gated, misfit_by_regime
+from vegrip.diagnosis.gates import CALM, PAYS, Verdict, gated, misfit_by_regime
 from vegrip.diagnosis.nested import EVALUATIONS, Fitted, extended, judged
 from vegrip.diagnosis.regimes import held_out_groups, regime_map
 from vegrip.diagnosis.screen import Hint, carrier, screen
@@ -24,9 +24,12 @@ MOST = 4  # effects that are named together
 REFITS = 5  # of candidates that the screen puts first, and
 KINKED = ("displacement_backlash", "saturation", "adhesion")  # whose derivative at nothing says little
 RELATIVE = 0.05  # of the best one's gain on the screen, below which no refit is tried
+LATER = 20.0  # [nats] for a further effect where no regime stands out any more; and in any case
 MATERIAL = 0.005  # of what was gained so far: a further effect gains at least that, and
 SHARE = 0.15  # of what is left, if that is little:
 SMALL = 0.15  # of what was gained; it then only mends the form of an effect that is there
+RIVAL = 0.6  # of the best first gain, from which another first effect is followed, and
+RIVALS = 2  # how many are
 SURELY = 2.0  # standard deviations of the sum of squares of noise
 
 Report = Callable[[str], None]
@@ -96,19 +99,49 @@ def search(
     threads: int = 2,
     report: Report = lambda _: None,
 ) -> Search:
-    """Look for what ``problem``'s model lacks, from its optimum."""
+    """Look for what ``problem``'s model lacks, from its optimum.
+
+    What is best alone need not be part of what is best together: a second relaxation time imitates a power
+    law and damping at once. Where several effects are named, or too few, the search is therefore made again
+    from what came next, and the greatest evidence counts.
+    """
     groups = held_out_groups(problem)
     base = judged(problem, optimum, groups)
-    found = Search(regimes=regime_map(problem, optimum.u))
+    empty = Search(regimes=regime_map(problem, optimum.u))
+    first = _step(base, groups, empty, threads, report)
+    best = _grown(first, None, groups, empty, most, threads, report)
+    for rival in rivals(best):
+        report(f"begins with {rival.candidate.name}")
+        other = _grown(first, rival, groups, empty, most, threads, report)
+        if other.last.evidence > best.last.evidence + PAYS:
+            best = other
+    return best
+
+
+def rivals(found: Search) -> list[Tried]:
+    """Return with what else a search might have begun, when it is worth while."""
+    first, names = found.steps[0], {one.candidate.name for one in found.accepted}
+    if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= CALM):
+        return []
+    least = RIVAL * first.taken.verdict.gain
+    passed = [one for one in first.tried if one.verdict.passed and one.verdict.gain >= least]
+    return [one for one in passed if one.candidate.name not in names][:RIVALS]
+
+
+def _grown(
+    first: Step, choice: Tried | None, groups: Floats, empty: Search, most: int, threads: int, report: Report
+) -> Search:
+    """Take effects one after the other, the first of them the ``choice``, the best when not given."""
+    found = Search([Step(first.base, first.hints, first.tried)], empty.out_of_sight, empty.regimes)
     while True:
-        step = _step(base, groups, found, threads, report)
-        found.steps.append(step)
+        step = found.steps[-1]
         passed = [one for one in step.tried if one.verdict.passed]
         if not passed or len(found.accepted) >= most:
             break
-        step.taken = max(passed, key=lambda one: one.verdict.gain)
+        step.taken = choice or max(passed, key=lambda one: one.verdict.gain)
+        choice = None
         report(f"takes {step.taken.candidate.name}")
-        base = settled(step.taken.fitted, groups)
+        found.steps.append(_step(settled(step.taken.fitted, groups), groups, found, threads, report))
     _drop_superfluous(found, groups)
     return found
 
@@ -126,7 +159,8 @@ def _step(base: Fitted, groups: Floats, found: Search, threads: int, report: Rep
     misfit = found.misfit(base)
     gained = base.evidence - found.steps[0].base.evidence if found.steps else 0.0
     rest = left(base)
-    pays = max(PAYS, MATERIAL * gained, SHARE * rest if rest < SMALL * gained else 0.0)
+    pays = LATER if gained > 0.0 and misfit <= CALM else PAYS
+    pays = max(pays, MATERIAL * gained, SHARE * rest if rest < SMALL * gained else 0.0)
 
     def refit(hint: Hint) -> Tried:
         new = extended(base, hint, groups)

@@ -68,7 +68,9 @@ def channel_errors(problem: Problem, u: Floats) -> dict[str, ChannelError]:
         turned = np.abs(table[m.sliding, AT["torque_z"]]) * np.maximum(
             table[m.sliding, AT["limit_force"]], 0.0
         )
-        for name, rows in (("tangential_force", pulled >= turned), ("torque_z", pulled < turned)):
+        sure = np.isfinite(problem.slip_std)
+        for name, which in (("tangential_force", pulled >= turned), ("torque_z", pulled < turned)):
+            rows = which & sure
             if rows.any():
                 size = np.abs(table[m.sliding, AT[name]])
                 z = white[n : n + k]

@@ -30,6 +30,7 @@ FREE_ZERO = 0.5  # [x_ref], [greatest force] prior std and bound of the zeros
 FIRM = (
     5.0  # standard deviations of the force: with less a model may take the surface for lifted, without radius
 )
+UNSURE = 0.15  # of the load at slip that noise may be
 FORGOTTEN = 2.0  # relaxation times after a contact was made anew
 LONGEST = 5.0  # [s]
 STEP = 1e-4  # of a prior std, for derivatives
@@ -226,8 +227,8 @@ class Problem:
     @property
     def log_scale(self) -> Floats:
         """Logarithm of the std of every residual (rows,): the likelihood's part that the noise makes."""
-        radius = np.where(np.isfinite(self.radius_std), self.radius_std, 1.0)
-        return np.concatenate([self.whitener.log_scale, np.log(self.slip_std), np.log(radius)])
+        beside = np.concatenate([self.slip_std, self.radius_std])
+        return np.concatenate([self.whitener.log_scale, np.log(np.where(np.isfinite(beside), beside, 1.0))])
 
     @property
     def used(self) -> NDArray[np.bool_]:
@@ -265,7 +266,8 @@ class Problem:
         """Return std and mean of what noise makes of ln utilisation, by the ellipse with the same half axes.
 
         With ``u^2 = f^2 + q^2``, force and torque in units of their limits, noise s_f (of both components)
-        and s_q shifts ln u by ``(2 s_f^2 + s_q^2) / (2 u^2) - (f^2 s_f^2 + q^2 s_q^2) / u^4``.
+        and s_q shifts ln u by ``(2 s_f^2 + s_q^2) / (2 u^2) - (f^2 s_f^2 + q^2 s_q^2) / u^4``. Slips of which
+        the noise is no small part, where that expansion ends, do not count.
         """
         noise, rows = self.measured.noise, self.measured.sliding
         limit = np.maximum(here[rows, AT["limit_force"]], 1e-300)
@@ -278,7 +280,10 @@ class Problem:
         load = noise.normal_force / np.maximum(here[rows, AT["contact_force"]], noise.normal_force) / root
         u2 = np.maximum(f * f + q * q, 1e-12)
         along = ((f * s_f) ** 2 + (q * s_q) ** 2) / u2**2
-        return np.sqrt(along + load**2), (2.0 * s_f**2 + s_q**2) / (2.0 * u2) - along + 0.5 * load**2
+        std = np.sqrt(along + load**2)
+        bias = (2.0 * s_f**2 + s_q**2) / (2.0 * u2) - along + 0.5 * load**2
+        sure = (std < UNSURE) & (bias < UNSURE)
+        return np.where(sure, std, np.inf), np.where(sure, bias, 0.0)
 
     def _loads(self) -> tuple[Floats, Floats, Floats]:
         rows, columns = self.measured.sliding, self._columns
@@ -341,8 +346,7 @@ class Problem:
     @property
     def counted(self) -> NDArray[np.bool_]:
         """Which residuals are measurements (a missing force has none)."""
-        m = self.measured
-        return np.concatenate([self.used, np.ones(m.sliding.size, dtype=bool), np.isfinite(self.radius_std)])
+        return np.concatenate([self.used, np.isfinite(self.slip_std), np.isfinite(self.radius_std)])
 
 
 def _bound(transform: str, value: float) -> float:

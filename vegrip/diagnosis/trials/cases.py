@@ -5,7 +5,7 @@ temperatures - is drawn from the seed. The bench shares no physics code with the
 laws have another form than the catalogue's.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -77,8 +77,11 @@ def _names(kind: str, only: Sequence[str]) -> list[tuple[str, ...]]:
     return [tuple(names) for names in chosen]
 
 
-def recorded(case: Case, times: int = 1) -> Recording:
-    """Make the recording of a case, with the protocol run through so many ``times``."""
+def recorded(case: Case, times: int = 1, only: Collection[str] | None = None) -> Recording:
+    """Make the recording of a case, with the protocol run through so many ``times``.
+
+    ``only``: hide no more than these of its effects, all else the same.
+    """
     rng = np.random.default_rng([case.seed, 7])
     tip = replace(
         random_fingertip(rng),
@@ -91,7 +94,8 @@ def recorded(case: Case, times: int = 1) -> Recording:
     episodes = protocol(tip, part, rng) * times
     warm = _temperatures(case, len(episodes), rng)
     setting = Setting(tip, sensors, 0.2 * part * tip.radius, SIZES[case.size], rng)
-    hidden = {name: {**INSIDE, **OUTSIDE}[name](setting) for name in case.hidden}
+    every = {name: {**INSIDE, **OUTSIDE}[name](setting) for name in case.hidden}
+    hidden = {name: amount for name, amount in every.items() if only is None or name in only}
     trial = run_trial(
         tip,
         episodes,

@@ -1,11 +1,14 @@
 """What came of a case, and whether it is right."""
 
+import math
 import time
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from vegrip.diagnosis.diagnosis import diagnose
 from vegrip.diagnosis.trials.cases import Case, recorded
+from vegrip.diagnosis.trials.visible import VISIBLE, leaves
 from vegrip.virtual.hidden import OUTSIDE
 
 NEAR_FLOOR = 1.05  # times the noise
@@ -24,6 +27,7 @@ class Outcome:
         before, after: rms of standardised residuals of the refitted paper's model, and of the last one.
         misfit: chi-square per regime of both.
         seconds: of processor time.
+        leaves: what each hidden effect by itself leaves [nats], see :mod:`vegrip.diagnosis.trials.visible`.
 
     """
 
@@ -36,6 +40,17 @@ class Outcome:
     after: float
     misfit: tuple[float, float]
     seconds: float
+    leaves: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def visible(self) -> frozenset[str]:
+        """What is hidden and can be seen in the recording."""
+        return frozenset(name for name in self.case.hidden if self.leaves.get(name, math.inf) >= VISIBLE)
+
+    @property
+    def out_of_sight(self) -> bool:
+        """Whether something is hidden that the recording cannot show."""
+        return bool(self.case.hidden) and not self.visible
 
     @property
     def answer(self) -> str:
@@ -54,10 +69,10 @@ class Outcome:
 
     def _of_names(self) -> str:
         hidden, named = set(self.case.hidden), set(self.named)
-        if self.verdict == "named" and named == hidden:
+        if self.verdict == "named" and self.visible <= named <= hidden:
             return "right"
-        held = [one in named or any(one in group for group in self.sets) for one in hidden]
-        if self.verdict == "ambiguous" and all(held) and len(named) == len(hidden):
+        held = [one in named or any(one in group for group in self.sets) for one in self.visible]
+        if self.verdict == "ambiguous" and all(held) and len(self.visible) <= len(named) <= len(hidden):
             return "set"
         return "partly" if named < hidden else "wrong"
 
@@ -73,12 +88,12 @@ class Outcome:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for a line of a file."""
-        return {**asdict(self), "answer": self.answer}
+        return {**asdict(self), "answer": self.answer, "out_of_sight": self.out_of_sight}
 
     @classmethod
     def of(cls, told: dict[str, Any]) -> "Outcome":
         """Return what :meth:`as_dict` told."""
-        kept = {key: value for key, value in told.items() if key != "answer"}
+        kept = {key: value for key, value in told.items() if key not in ("answer", "out_of_sight")}
         case = Case(**{**kept.pop("case"), "hidden": tuple(told["case"]["hidden"])})
         sets = tuple(tuple(group) for group in kept.pop("sets"))
         return cls(case, sets=sets, named=tuple(kept.pop("named")), misfit=tuple(kept.pop("misfit")), **kept)
@@ -102,4 +117,5 @@ def outcome(case: Case, threads: int = 1) -> Outcome:
         told["error"]["after"],
         (told["misfit"]["before"], told["misfit"]["after"]),
         spent,
+        leaves(case),
     )

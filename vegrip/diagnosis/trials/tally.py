@@ -9,8 +9,12 @@ from vegrip.diagnosis.trials.outcome import Outcome
 
 
 def tally(outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """Return counts by kind, by effect, and what was said for what was hidden."""
-    kinds = {kind: [one for one in outcomes if one.case.kind == kind] for kind in KINDS}
+    """Return counts by kind, by effect, and what was said for what was hidden.
+
+    Recordings that cannot show what is hidden in them count by themselves, whatever was said of them.
+    """
+    shown = [one for one in outcomes if not one.out_of_sight]
+    kinds = {kind: [one for one in shown if one.case.kind == kind] for kind in KINDS}
     explained = [one for one in kinds["one"] + kinds["pair"] if one.answer != "missed"]
     return {
         "trials": len(outcomes),
@@ -20,13 +24,14 @@ def tally(outcomes: Sequence[Outcome]) -> dict[str, Any]:
             for size in ("strong", "weak")
             if kinds["one"]
         },
+        "out_of_sight": _confusion([one for one in outcomes if one.out_of_sight]),
         "false_alarms": sum(not one.right for one in kinds["none"]),
         "at_the_floor": {
             "right": sum(one.at_the_floor for one in explained),
             "of": len(explained),
         },
         "effects": _by_effect(kinds["one"] + kinds["outside"]),
-        "confusion": _confusion(outcomes),
+        "confusion": _confusion(shown),
         "seconds": sum(one.seconds for one in outcomes) / max(len(outcomes), 1),
     }
 
