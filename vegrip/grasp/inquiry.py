@@ -11,7 +11,7 @@ import numpy as np
 
 from vegrip.diagnosis import diagnose
 from vegrip.model import ContactModel, read_model
-from vegrip.node.background import serve_behind
+from vegrip.node.launcher import end_with_parent
 from vegrip.recording import Fingertip, Recording
 
 MOST = 1  # effects that are looked for: the leading suspect
@@ -41,5 +41,5 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    serve_behind()
+    end_with_parent()  # nobody reads the answer of a node that has ended
     sys.exit(main(sys.argv[1:]))

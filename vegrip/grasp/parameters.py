@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -93,7 +94,21 @@ def _tip(parameters: GraspParameters, finger: str, where: str) -> TipParameters:
 
 
 def _model(tip: TipParameters) -> ContactModel:
+    return _made(tip, _stamp(Path(tip.model)) if tip.model else None)
+
+
+@lru_cache(maxsize=64)
+def _made(tip: TipParameters, stamp: object) -> ContactModel:  # noqa: ARG001 (a file that changed is read again)
+    """Return the model of ``tip``; kept, because a running node asks again, whose loop 10 ms would delay."""
     model = read_model(Path(tip.model)) if tip.model else paper_model(tip.radius, modulus=tip.modulus)
     mu = model.values["mu"]
     mu = changed(mu, value=tip.friction or mu.value, std=tip.friction_spread or mu.std)
     return replace(model, values={**model.values, "mu": mu})
+
+
+def _stamp(file: Path) -> tuple[int, int] | None:
+    try:
+        status = file.stat()
+    except OSError:
+        return None  # reading it says what is wrong
+    return status.st_mtime_ns, status.st_size

@@ -5,8 +5,6 @@ log and counted, and the old one stays.
 """
 
 import logging
-import subprocess
-import sys
 import tempfile
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -17,6 +15,7 @@ from vegrip.errors import ModelError
 from vegrip.grasp.estimator import Estimator
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel, write_model
+from vegrip.node.background import run_behind
 
 Pasts = Mapping[str, Sequence[FingertipState]]
 
@@ -96,8 +95,7 @@ def compile_elsewhere(model: ContactModel) -> None:
     with tempfile.TemporaryDirectory(prefix="vegrip-") as folder:
         path = Path(folder, "model.toml")
         write_model(model, path)
-        command = [sys.executable, "-m", "vegrip.estimator.prepare", str(path)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = run_behind("vegrip.estimator.prepare", [str(path)], idle=False)
     if done.returncode:
         lines = done.stderr.strip().splitlines() or ["it does not compile"]
         raise ModelError(lines[-1])

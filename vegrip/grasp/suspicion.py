@@ -8,8 +8,6 @@ a model that explains what is measured no process is ever started.
 
 import logging
 import math
-import subprocess
-import sys
 import tempfile
 import threading
 from collections.abc import Callable, Mapping
@@ -23,6 +21,7 @@ from numpy.typing import NDArray
 from vegrip.clock import NS
 from vegrip.messages import FingertipState, ModelHealth
 from vegrip.model import ContactModel, write_model
+from vegrip.node.background import run_behind
 
 Floats = NDArray[np.float64]
 
@@ -214,8 +213,7 @@ def look_elsewhere(columns: Mapping[str, Floats], model: ContactModel, noise: Ma
         known = {name: std for name, std in noise.items() if std > 0.0 and math.isfinite(std)}
         np.savez(path / "felt.npz", **columns)  # type: ignore[arg-type]
         given = [f"{name}={std!r}" for name, std in known.items()]
-        command = [sys.executable, "-m", "vegrip.grasp.inquiry", folder, *given]
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600.0)
+        done = run_behind("vegrip.grasp.inquiry", [folder, *given], patience=600.0)
     if done.returncode:
         raise RuntimeError((done.stderr.strip().splitlines() or ["it died"])[-1])
     return done.stdout.strip()

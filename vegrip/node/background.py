@@ -1,20 +1,39 @@
-"""Helper processes of a node: they end with it, and everything else on the machine goes first."""
+"""Helper processes of a node: everything else on the machine goes first."""
 
-import contextlib
-import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
 
-from vegrip.node.launcher import end_with_parent
-
-LOWEST = 19  # nice
+LOWEST, WAITED_FOR = "19", "10"  # nice
 
 
-def serve_behind() -> None:
-    """Be a helper: end when the parent dies, in whatever way, and make way for all that is in a hurry.
+def run_behind(
+    module: str, arguments: Sequence[str], patience: float | None = None, *, idle: bool = True
+) -> subprocess.CompletedProcess[str]:
+    """Run ``python -m module`` as a helper, and return it when it has ended.
 
-    Nice alone is not enough on a core that is shared with the loop: a nice process that runs keeps the core
-    for the rest of its slice, some milliseconds, while one that is SCHED_IDLE gives it up at once.
+    It has a low priority from its first instruction on, also when this process has a real-time one: what it
+    imports alone takes a second, each slice of which could delay the loop on a core that they share. With
+    ``idle`` it gives a core up at once to whoever wants it, where one that is nice keeps it for the rest of
+    its slice, some milliseconds; but on a machine without idle time it does not come to an end. The module
+    itself calls :func:`~vegrip.node.launcher.end_with_parent`.
+
+    A program in front of it sets the priority. Python code between fork and exec has no place in a process
+    with threads, and a priority that is lowered before the exec would let this process, which waits for it
+    with the interpreter's lock, stand behind everything else on the machine.
+
+    Raises:
+        subprocess.TimeoutExpired: it took more than ``patience`` [s], and was killed.
+
     """
-    end_with_parent()
-    os.nice(LOWEST)
-    with contextlib.suppress(OSError):  # forbidden in some containers
-        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    command = [*_in_front(idle), sys.executable, "-m", module, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=patience)
+
+
+def _in_front(idle: bool) -> list[str]:
+    chrt, nice = shutil.which("chrt"), shutil.which("nice")
+    if idle and chrt is not None:
+        return [chrt, "--idle", "0"]
+    usual = [chrt, "--other", "0"] if chrt is not None else []
+    return [*usual, nice, "-n", LOWEST if idle else WAITED_FOR] if nice is not None else usual
