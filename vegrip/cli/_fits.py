@@ -3,7 +3,7 @@
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,6 +13,7 @@ from rich.console import Console
 
 if TYPE_CHECKING:
     from vegrip.fit import Fit, Noise
+    from vegrip.fit.problem import Problem
     from vegrip.model import ContactModel
     from vegrip.recording import Recording
 
@@ -70,11 +71,34 @@ def _plain(told: Any) -> Any:
     return told
 
 
+def doubted(problem: "Problem") -> list[str]:
+    """Return what is wrong with the recording itself, a sentence each.
+
+    Raises:
+        RecordingError: nothing in it touches.
+
+    """
+    from vegrip.diagnosis.doubts import before, refuse
+
+    refuse(problem.measured.recording, problem.measured)
+    return [doubt.text for doubt in before(problem)]
+
+
+def print_sentences(sentences: Iterable[str]) -> None:
+    """Print one line for each."""
+    from vegrip.cli._tables import printer
+
+    for sentence in sentences:
+        printer().print(f"- {sentence}", markup=False)
+
+
 def print_fit(fit: "Fit") -> None:
     """Print values with their standard errors, errors by channel, and warnings."""
     from rich.table import Table
 
-    console = Console(highlight=False)
+    from vegrip.cli._tables import printer
+
+    console = printer()
     told = fit.as_dict()
     table = Table(box=None, padding=(0, 2))
     for heading in ("parameter", "value", "std", "unit", "effect"):
@@ -91,8 +115,7 @@ def print_fit(fit: "Fit") -> None:
         f"zeros: displacement {zeros['displacement']:.3g} m, normal force {zeros['normal_force']:.3g} N"
     )
     print_noise(told["noise"])
-    for sentence in told["warnings"]:
-        console.print(f"- {sentence}", markup=False)
+    print_sentences(told["warnings"])
 
 
 def print_noise(noise: dict[str, Any]) -> None:

@@ -11,6 +11,12 @@ def table(*header: str, wraps: str = "") -> Table:
     return Table(*(Column(name, no_wrap=name != wraps) for name in header), box=None, pad_edge=False)
 
 
+def printer() -> Console:
+    """Return where sentences go: broken between words in a terminal, unbroken in a file."""
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, soft_wrap=True, width=WIDE)
+
+
 def show(content: Table) -> None:
     """Print ``content``."""
     console = Console()

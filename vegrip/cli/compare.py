@@ -1,7 +1,7 @@
 """``vegrip compare``: a model against a recording."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -34,22 +34,21 @@ def compare(
 
     Example: vegrip compare press --model press.toml --versus press-adhesion.toml -o pictures
     """
-    from vegrip.cli._fits import print_json, progress
+    from vegrip.cli._fits import doubted, print_json, progress
 
     pairs = [(recording, model)]
     if versus is not None:
         pairs.append((versus, model) if versus.is_dir() else (recording, versus))
     with progress("compare") as report:
         found = [_compared(folder, file, zeros_each_episode, tolerance, report) for folder, file in pairs]
+    told = [one.as_dict() | {"doubts": doubted(one.problem)} for one in found]
     if out is not None:
         _drawn(found, out)
     if as_json:
-        told = found[0].as_dict()
-        if len(found) > 1:
-            told["versus"] = found[1].as_dict()
-        print_json(told)
+        print_json(told[0] | ({"versus": told[1]} if len(told) > 1 else {}))
     else:
-        _print(found)
+        for one, values in zip(found, told, strict=True):
+            _print(one, values)
 
 
 def _compared(folder: Path, file: Path | None, each: bool, tolerance: float, report: object) -> "Comparison":
@@ -78,18 +77,15 @@ def _drawn(found: "list[Comparison]", out: Path) -> None:
         )
 
 
-def _print(found: "list[Comparison]") -> None:
-    from rich.console import Console
+def _print(found: "Comparison", told: dict[str, Any]) -> None:
+    from vegrip.cli._fits import channel_table, print_sentences
+    from vegrip.cli._tables import printer
 
-    from vegrip.cli._fits import channel_table
-
-    console = Console(highlight=False)
-    for one in found:
-        told = one.as_dict()
-        origin = "the paper's model, fitted" if one.fitted else "the model as it is"
-        console.print(f"[bold]{told['recording']}[/bold]: {origin}, {told['error']:.3f} times the noise")
-        console.print(channel_table(told["channels"]))
-        for regime in told["where"]:
-            console.print(f"- {regime['note']}", markup=False)
-        if not told["where"]:
-            console.print("nothing stands out of the noise")
+    console = printer()
+    origin = "the paper's model, fitted" if found.fitted else "the model as it is"
+    console.print(f"[bold]{told['recording']}[/bold]: {origin}, {told['error']:.3f} times the noise")
+    console.print(channel_table(told["channels"]))
+    print_sentences(regime["note"] for regime in told["where"])
+    if not told["where"]:
+        console.print("nothing stands out of the noise")
+    print_sentences(told["doubts"])

@@ -63,16 +63,18 @@ SENTENCES = {
 
 
 def _print(found: "Diagnosis") -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(highlight=False)
+    from vegrip.cli._fits import print_sentences
+    from vegrip.cli._tables import printer
+
+    console = printer()
     told = found.as_dict()
     error = told["error"]
-    console.print(
-        f"[bold]{told['recording']}: {told['verdict']}[/bold] - {SENTENCES[told['verdict']]} "
-        + (", ".join(told["named"]) if told["named"] else "")
-    )
+    grave = [doubt.text for doubt in found.doubts if doubt.grave]
+    sentence = f"not to be relied on: {'; '.join(grave)}" if grave else SENTENCES[told["verdict"]]
+    head = f"[bold]{told['recording']}: {told['verdict']}[/bold] - {sentence}"
+    console.print(f"{head} {', '.join(told['named'])}".rstrip())
     for group in told["indistinguishable"]:
         console.print(f"not told apart: {', '.join(group)}")
     console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
@@ -83,8 +85,7 @@ def _print(found: "Diagnosis") -> None:
         cells = (f"{one['evidence_gain']:.1f}", f"{one['heldout_gain']:.1f}", f"{one['error_after']:.3f}")
         table.add_row(one["name"], *cells, ", ".join(one["failed"]))
     console.print(table)
-    for regime in told["where"]:
-        console.print(f"- {regime['note']}", markup=False)
+    print_sentences(regime["note"] for regime in told["where"])
     if told["unexplained"]:
         left = told["unexplained"]
         console.print(f"what is left depends on {left['variable']} ({left['channel']})")
@@ -98,5 +99,4 @@ def _print(found: "Diagnosis") -> None:
         unseen.setdefault(reason, []).append(name)
     for reason, names in unseen.items():
         console.print(f"could not be seen, {reason}: {', '.join(names)}", markup=False)
-    for sentence in [*told["doubts"], *told["warnings"]]:
-        console.print(f"- {sentence}", markup=False)
+    print_sentences(text for text in [*told["doubts"], *told["warnings"]] if text not in grave)

@@ -30,7 +30,7 @@ def fit(
 
     Example: vegrip fit press -o press.toml
     """
-    from vegrip.cli._fits import noise_for, opened, print_fit, print_json, progress
+    from vegrip.cli._fits import doubted, noise_for, opened, print_fit, print_json, print_sentences, progress
     from vegrip.fit import fit as fit_model
     from vegrip.model import write_model
 
@@ -43,9 +43,11 @@ def fit(
             zeros="episode" if zeros_each_episode else "recording",
             report=report,
         )
+    doubts = doubted(found.problem)
     if output is not None:
         write_model(found.model, output)
     if as_json:
-        print_json(found.as_dict())
+        print_json(found.as_dict() | {"doubts": doubts})
     else:
         print_fit(found)
+        print_sentences(doubts)
