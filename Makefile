@@ -53,7 +53,8 @@ fuzz: $(STAMP)  ## look for bytes that break a decoder, guided by coverage
 
 audit:  ## look for known vulnerabilities in the pinned dependencies; asks pypi.org
 	$(PYTHON) -m venv build/audit
-	build/audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit==2.10.1
+	@build/audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit==2.10.1 2>/dev/null \
+	  || { echo "audit: pip-audit cannot be installed from here; run this where pip reaches its index" >&2; exit 1; }
 	@build/audit/bin/python -c 'import requests; requests.get("https://pypi.org/pypi/pip/24.0/json", timeout=10).raise_for_status()' \
 	  2>/dev/null || { echo "audit: https://pypi.org/pypi/pip/24.0/json does not answer here; run this where it does" >&2; exit 1; }
 	build/audit/bin/pip-audit --strict --no-deps --disable-pip -r constraints.txt

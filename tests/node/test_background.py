@@ -55,7 +55,8 @@ def test_without_the_program_that_lowers_it_all_the_way_a_helper_is_nice(module,
 ORPHAN = """
 import subprocess, sys, time
 helper = subprocess.Popen([sys.executable, "-c", "from vegrip.node import launcher; "
-    "launcher.end_with_parent(); print('ready', flush=True); import time; time.sleep(100)"], stdout=subprocess.PIPE)
+    "launcher.end_with_parent(); print('ready', flush=True); import time; time.sleep(100)"],
+    stdout=subprocess.PIPE)
 helper.stdout.readline()
 print(helper.pid, flush=True)
 time.sleep(100)
