@@ -18,6 +18,7 @@ from vegrip.estimator.kernels.generated import (
     REP_GAUGE,
     REP_GAUGE_ABS,
     REP_GAUGE_REL,
+    SET_DEPTH,
     SET_HEALTH_TIME,
     SET_LONGEST_GAP,
     SET_QUANTILE,
@@ -44,7 +45,7 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
         m[CHANNEL0 + 4 * channel + CH_AGE] += dt
         m[CHANNEL0 + 4 * channel + CH_USED] = 0.0
     if gap:
-        stand_still(m)
+        stand_still(m, dt)
     known = math.isfinite(displacement)
     look(m, blind and not known)
     predict(m, dt, rho)
@@ -73,15 +74,17 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
         measure_radius(m, radius)
 
 
-def stand_still(m: Floats) -> None:
-    """Forget the speed: what it was says nothing of where a long gap has led to.
+def stand_still(m: Floats, dt: float) -> None:
+    """Take the tip to rest in a gap of ``dt`` [s]; where it may have led anywhere, forget the speed's spread.
 
-    Carried through the gap, its spread made the memory of the contact follow wherever the tip was seen next:
-    a free fingertip came out of a gap of some minutes dented by as much as it had ever been pressed.
+    Carried through minutes, that spread is many times the depth of a contact, and linearised the memory of
+    the contact follows it wherever the tip is seen next: a free fingertip came out of the gap as dented as
+    it had ever been pressed, and refused its next contact.
     """
     m[Y0 + 1] = 0.0
-    for j in range(N):
-        m[P0 + N + j] = m[P0 + j * N + 1] = 0.0
+    if math.sqrt(max(m[P0 + N + 1], 0.0)) * dt > m[SET_DEPTH]:
+        for j in range(N):
+            m[P0 + N + j] = m[P0 + j * N + 1] = 0.0
 
 
 def update(
