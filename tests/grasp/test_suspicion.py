@@ -15,7 +15,7 @@ from vegrip.grasp import suspicion
 from vegrip.grasp.succession import Succession
 from vegrip.grasp.suspicion import Evidence, Inquiries
 from vegrip.grasp.vigilance import felt, fitted
-from vegrip.messages import FingertipState, ModelHealth
+from vegrip.messages import FingertipState, ForceCommand, ModelHealth
 from vegrip.model import write_model
 from vegrip.node import NodeContext
 from vegrip.recording import Fingertip, Recording
@@ -46,12 +46,17 @@ def model():
 
 
 def health_of(node, states) -> list[ModelHealth]:
-    """Feed a node; return what it said of its model."""
+    """Feed a node; return what it said of its model. Each state must get its command."""
     told = []
     for state in states:
-        told += [m for m in node.on_message(state, state.stamp) if isinstance(m, ModelHealth)]
-        node.on_tick(state.stamp)
+        answers = [*node.on_message(state, state.stamp), *node.on_tick(state.stamp)]
+        assert any(isinstance(m, ForceCommand) for m in answers)
+        told += [m for m in answers if isinstance(m, ModelHealth)]
     return told
+
+
+def mean_nis(told) -> float:
+    return float(np.mean([one.nis for one in told]))
 
 
 @pytest.fixture
@@ -115,7 +120,9 @@ def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypat
 
 
 @pytest.mark.slow
-def test_with_the_effect_in_its_model_the_node_is_consistent_again(node, monkeypatch, tmp_path) -> None:
+def test_a_running_node_takes_the_extended_model_over_and_its_innovations_fall_as_the_error_did(
+    node, monkeypatch, tmp_path
+) -> None:
     threads = []
     begin = Succession.begin
     monkeypatch.setattr(Succession, "begin", lambda self, *given: threads.append(begin(self, *given)))
@@ -126,7 +133,7 @@ def test_with_the_effect_in_its_model_the_node_is_consistent_again(node, monkeyp
     t = evidence.pop("t")
     episode = np.zeros(t.size, dtype=np.int64)
     recording = Recording("felt", t, episode, evidence, Fingertip(TIP.radius), NOISE)
-    after, _ = add(hidden, fit(recording, model()))
+    after, offline = add(hidden, fit(recording, model()))
     write_model(after.model, tmp_path / "extended.toml")
     tip = replace(node.parameters.tip, model=str(tmp_path / "extended.toml"))
     node.parameters = replace(node.parameters, tip=tip)
@@ -135,8 +142,11 @@ def test_with_the_effect_in_its_model_the_node_is_consistent_again(node, monkeyp
     told = health_of(node, later)
     half = len(told) // 2
     assert any(one.channel for one in before)
-    assert not any(one.channel for one in told[half:])
-    assert np.mean([one.nis for one in told[half:]]) < np.mean([one.nis for one in before[half:]])
+    assert not any(one.channel for one in told[1:])  # the first was of the old model
+    assert offline.error > 1.1
+    assert mean_nis(before[half:]) > 1.1
+    assert after.error < 1.05
+    assert mean_nis(told[half:]) < 1.05
     assert "second_relaxation" in [e.name for e in node.fingers["index"].estimator.model.effects]
 
 
