@@ -318,3 +318,17 @@ def test_requests_of_other_threads_are_served_between_messages(rig):
 def test_without_states_latency_is_not_a_number(rig):
     rig.steps(600)
     assert math.isnan(rig.answers(NodeStatus)[-1].latency_p99)
+
+
+def test_what_passed_by_before_the_activation_is_not_lost(rig):
+    endpoint = rig.runner._endpoint
+    rig.runner.change("deactivate")
+    endpoint.rejected["lost"] = 6000
+    rig.runner.change("activate")
+    rig.clock.advance(1.0)
+    rig.runner.step()
+    assert "lost" not in rig.runner.status.rejected
+    endpoint.rejected["lost"] += 2
+    rig.clock.advance(1.0)
+    rig.runner.step()
+    assert rig.runner.status.rejected["lost"] == 2

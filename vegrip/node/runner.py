@@ -79,6 +79,7 @@ class Runner:
         self._pending = False  # to be activated as soon as nothing stands in the way
         self._remedies = Remedies()
         self._also_sent = 0  # messages of others that only this node may send
+        self._missed: dict[str, int] = {}  # counts of what passed by while nobody listened
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
 
     @property
@@ -230,7 +231,10 @@ class Runner:
 
     def _rejected(self) -> Mapping[str, int]:
         also_sent = {"also_sent": self._also_sent} if self._also_sent else {}
-        return {**self._endpoint.rejected, **self.managed.node.rejected, **self.managed.faults, **also_sent}
+        counts = {**self._endpoint.rejected, **self.managed.node.rejected, **self.managed.faults, **also_sent}
+        for name in counts.keys() & self._missed.keys():
+            counts[name] -= self._missed[name]
+        return {name: count for name, count in counts.items() if count}
 
     def _refuse_a_second(self) -> None:
         """Raise if somebody else speaks for the fingers of this node: two would pull at them in turn."""
@@ -250,6 +254,7 @@ class Runner:
         """Freeze what exists out of the garbage collector's sight, drop what came before, lay the grid."""
         gc.freeze()
         self._forget_the_past()
+        self._missed = {name: self._endpoint.rejected.get(name, 0) for name in ("lost", "overrun")}
         now = self._clock.now()
         self.statistics.forget_states()
         self.schedule.start(now)
