@@ -30,6 +30,8 @@ NEAR = 1.05  # error over noise that named effects may leave where some of it de
 ROUGH = 1.1  # where none does;
 REST = 0.1  # or that share of the excess of the squared error over the noise's,
 TOLERABLE = 1.15  # and no more than this
+TELLING = 0.1  # of the evidence that was gained, from which a curve over one variable is more than a form
+PATCHWORK = 3  # effects after which something still stands out bend to what none of them is
 CLOSE = 5.0  # [nats] within which candidates cannot be told apart, and
 CLOSE_SHARE = 1e-3  # of the gain: no model of a measured contact is exact
 SAME = 0.95  # cosine of what two candidates do, from which their difference is one of form, unless it is
@@ -74,14 +76,30 @@ class Diagnosis:
     def verdict(self) -> str:
         """adequate, named, ambiguous or unexplained."""
         s = self.search
-        before, after = s.misfit(s.first), s.misfit(s.last)
+        after = s.misfit(s.last)
         if not s.accepted:
-            return "adequate" if before <= CALM else "unexplained"
-        if after > CALM and (before - after) < EXPLAINED * (before - 1.0):
+            return "adequate" if after <= CALM else "unexplained"
+        if after > CALM and not self._sufficient:
             return "unexplained"
         if s.last.error > (NEAR if after > CALM else ROUGH) and not self._nearly_all:
             return "unexplained"
         return "ambiguous" if self.indistinguishable else "named"
+
+    @property
+    def _sufficient(self) -> bool:
+        """Whether what is accepted takes so much that what still stands out may be the forms of its laws."""
+        s = self.search
+        if len(s.accepted) >= PATCHWORK or s.misfit(s.last) - 1.0 > (1.0 - EXPLAINED) * (
+            s.misfit(s.first) - 1.0
+        ):
+            return False
+        rest = self._rest
+        return rest is None or rest.gain <= TELLING * (s.last.evidence - s.first.evidence)
+
+    @cached_property
+    def _rest(self) -> Discrepancy | None:
+        """The curve that explains most of what the last model leaves."""
+        return discrepancy(self.search.last)
 
     @property
     def _nearly_all(self) -> bool:
@@ -120,7 +138,7 @@ class Diagnosis:
         s = self.search
         if self.verdict == "unexplained":
             return discrepancy(s.first)
-        return discrepancy(s.last) if s.misfit(s.last) > CALM else None
+        return self._rest if s.misfit(s.last) > CALM else None
 
     @cached_property
     def where(self) -> list[Regime]:

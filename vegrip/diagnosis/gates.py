@@ -1,6 +1,6 @@
 """What a candidate has to pass before it is named. More evidence alone names something on every recording.
 
-1. the evidence pays for its parameters: ``ln Z`` grows by more than 5 nats,
+1. the evidence pays for its parameters: ``ln Z`` grows by more than 8 nats,
 2. episodes that were held out agree: their scores grow in sum, what some lose is little, and the gain is not
    that of one episode alone,
 3. the regimes of the misfit get smaller, unless it takes most of what is left, and so does the plain error,
@@ -19,7 +19,8 @@ from vegrip.diagnosis.nested import Fitted
 from vegrip.fit.smoother import Floats
 from vegrip.model import BASE
 
-PAYS = 5.0  # [nats]
+PAYS = 8.0  # [nats]
+DEARER = {"inertia": 20.0}  # [nats], because errors of the motion are accelerations too
 CALM = 1.5  # chi-square per regime up to which a misfit is noise
 LOST = 0.2  # of the gain that other episodes may lose, and
 SCATTER = 5.0  # [nats] that chance may take
@@ -60,14 +61,14 @@ def gated(
     gain = new.evidence - base.evidence
     change = new.heldout - base.heldout
     failed = []
-    if not gain > pays:
+    if not gain > max(pays, DEARER.get(candidate.name, 0.0)):
         failed.append("evidence")
     up, down = float(change[change > 0.0].sum()), -float(change[change < 0.0].sum())
     if not (up > down and down <= LOST * up + SCATTER):
         failed.append("held-out episodes")
     if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
         failed.append("one episode only")
-    if not regimes[1] < regimes[0] and gain < MOSTLY * left:
+    if not regimes[1] < regimes[0] and (regimes[0] <= CALM or gain < MOSTLY * left):
         failed.append("regimes")
     if not new.error < base.error:
         failed.append("error")

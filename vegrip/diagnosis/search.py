@@ -23,6 +23,7 @@ from vegrip.fit.solve import Optimum, refine
 MOST = 4  # effects that are named together
 REFITS = 5  # of candidates that the screen puts first, and
 KINKED = ("displacement_backlash", "saturation", "adhesion")  # whose derivative at nothing says little
+SPECTRA = ("second_relaxation", "power_law_relaxation")  # if one is tried, so is the other
 RELATIVE = 0.05  # of the best one's gain on the screen, below which no refit is tried
 LATER = 20.0  # [nats] for a further effect where no regime stands out any more; and in any case
 MATERIAL = 0.005  # of what was gained so far: a further effect gains at least that, and
@@ -185,8 +186,10 @@ def shortlist(hints: list[Hint]) -> list[Hint]:
     least = max(PAYS, RELATIVE * hints[0].gain)
     chosen = [hint for hint in hints if hint.gain >= least][:REFITS]
     names = {hint.candidate.name for hint in chosen}
-    kinked = [h for h in hints if h.candidate.name in KINKED and h.candidate.name not in names]
-    return chosen + [h for h in kinked if h.gain >= 0.5 * least]
+    others = [hint for hint in hints if hint.candidate.name not in names]
+    kinked = [h for h in others if h.candidate.name in KINKED and h.gain >= 0.5 * least]
+    mates = [h for h in others if h.candidate.name in SPECTRA and names & set(SPECTRA)]
+    return chosen + kinked + mates
 
 
 def settled(fitted: Fitted, groups: Floats) -> Fitted:
