@@ -58,6 +58,10 @@ def in_millimetres(good: Recording) -> Recording:
     return replace(good, columns={**good.columns, "displacement": 1e3 * good.columns["displacement"]})
 
 
+def pulled(good: Recording) -> Recording:
+    return replace(good, columns={**good.columns, "normal_force": -good.columns["normal_force"]})
+
+
 def touched(good: Recording) -> Recording:
     return good.select(np.cumsum(good.columns["normal_force"] > 0.05) <= 60)
 
@@ -65,6 +69,7 @@ def touched(good: Recording) -> Recording:
 FAULTS = {
     "radius": (lambda good: replace(good, fingertip=Fingertip(1e-3)), "the radius of the tip is stated as"),
     "millimetres": (in_millimetres, "unit of the displacement is wrong"),
+    "sign": (pulled, "has the wrong sign"),
     "a touch": (touched, "too little to tell effects apart"),
     "clocks": (lambda good: later(good, 0.06), "their clocks disagree"),
 }

@@ -23,6 +23,9 @@ SPREADS = {1: (-3.0, -1.5, 0.0, 1.5, 3.0), 2: (-2.0, 0.0, 2.0)}
 SIZES = {"displacement_backlash": (0.2, 1.0, 4.0)}
 """Sizes at which an effect is tried that is not proportional to its amount."""
 
+RATES = {"nu2": (0.02, 0.06, 0.2, 0.6, 2.0, 8.0, 40.0)}
+"""[1/s] values of what shapes an effect on either side of what the base model has."""
+
 STEADY = 0.3  # [K] of scatter below which a temperature tells nothing
 
 FRICTION_CHANNELS = {"tangential_force", "torque_z"}
@@ -115,12 +118,12 @@ def trials(one: Effect) -> Iterator[dict[str, float]]:
     for amount in amounts:
         kept = [p for p in shapes if p.transform == "log"][:2] or shapes[:1]
         spreads = SPREADS.get(len(kept), (0.0,))
-        for at in itertools.product(spreads, repeat=len(kept)):
+        places = [RATES.get(p.symbol) or [moved(p, z) for z in spreads] for p in kept]
+        for at in itertools.product(*places):
             for size in SIZES.get(one.name, (1.0,)):
                 values = null(one)
                 values[amount.symbol] = min(size * _amount(amount), amount.high)
-                values |= {p.symbol: moved(p, z) for p, z in zip(kept, at, strict=True)}
-                yield values
+                yield values | dict(zip([p.symbol for p in kept], at, strict=True))
 
 
 def clipping(one: Effect, model: ContactModel, measured: Measured) -> Iterator[dict[str, float]]:

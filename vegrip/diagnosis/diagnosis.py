@@ -30,6 +30,7 @@ NEAR = 1.05  # error over noise that named effects may leave where some of it de
 ROUGH = 1.1  # where none does;
 REST = 0.1  # or that share of the excess of the squared error over the noise's,
 TOLERABLE = 1.15  # and no more than this
+CURVED = 40.0  # [nats] of a curve over one variable, from which a misfit that no regime shows is one
 TELLING = 0.1  # of the evidence that was gained, from which a curve over one variable is more than a form
 PATCHWORK = 3  # effects after which something still stands out bend to what none of them is
 CLOSE = 5.0  # [nats] within which candidates cannot be told apart, and
@@ -78,7 +79,8 @@ class Diagnosis:
         s = self.search
         after = s.misfit(s.last)
         if not s.accepted:
-            return "adequate" if after <= CALM else "unexplained"
+            curved = self._rest is not None and self._rest.gain > CURVED
+            return "unexplained" if after > CALM or curved else "adequate"
         if after > CALM and not self._sufficient:
             return "unexplained"
         if s.last.error > (NEAR if after > CALM else ROUGH) and not self._nearly_all:

@@ -22,6 +22,7 @@ BRIEF = 1.0  # [s] in contact below which effects are not told apart
 LONGEST_SHIFT = 1.0  # [s] between the clocks that is looked for
 SHIFTED = 0.015  # [s] and
 SAMPLES = 2.5  # samples, from which a shift is seen by eye
+OPPOSED = 0.5  # correlation of depth and force, against which they go
 AGREE = 0.3  # correlation of the rates, below which a lag means nothing
 CLEAR = 20.0  # [nats] that a shift has to gain, and
 BETTER = 0.1  # of the best effect's gain by which it has to beat it
@@ -77,6 +78,13 @@ def _before(problem: Problem) -> Iterator[Doubt]:
             "too little to tell effects apart",
             grave=True,
         )
+    pressed = np.isfinite(m.force) & (m.motion.displacement > 0.0)
+    if opposed(m.motion.displacement[pressed], m.force[pressed]):
+        yield Doubt(
+            "the force falls where the tip goes deeper: one of the two has the wrong sign (compression and "
+            "indentation are positive)",
+            grave=True,
+        )
     deepest = float(np.nanmax(m.motion.displacement))
     if deepest > DEEPEST * problem.model.tip_radius:
         yield Doubt(
@@ -91,6 +99,13 @@ def _before(problem: Problem) -> Iterator[Doubt]:
             "displacement: their clocks disagree; shift one of them and diagnose again",
             grave=True,
         )
+
+
+def opposed(depth: Floats, force: Floats) -> bool:
+    """Return whether the force falls with the depth."""
+    if depth.size < LEAST_CONTACT or not np.ptp(depth) > 0.0 or not np.ptp(force) > 0.0:
+        return False
+    return float(np.corrcoef(depth, force)[0, 1]) < -OPPOSED
 
 
 def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> float:

@@ -23,6 +23,7 @@ PAYS = 8.0  # [nats]
 DEARER = {"inertia": 20.0}  # [nats], because errors of the motion are accelerations too
 CALM = 1.5  # chi-square per regime up to which a misfit is noise
 LOST = 0.2  # of the gain that other episodes may lose, and
+MORE_LOST = 0.5  # if what is gained is most of what is left: another missing effect may rule some episodes
 SCATTER = 5.0  # [nats] that chance may take
 MOSTLY = 0.3  # of what is left; whatever takes that much may leave what another effect does standing out
 RESOLVED = 3.0  # standard errors
@@ -64,11 +65,12 @@ def gated(
     if not gain > max(pays, DEARER.get(candidate.name, 0.0)):
         failed.append("evidence")
     up, down = float(change[change > 0.0].sum()), -float(change[change < 0.0].sum())
-    if not (up > down and down <= LOST * up + SCATTER):
+    mostly = gain >= MOSTLY * left and regimes[0] > CALM
+    if not (up > down and down <= (MORE_LOST if mostly else LOST) * up + SCATTER):
         failed.append("held-out episodes")
     if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
         failed.append("one episode only")
-    if not regimes[1] < regimes[0] and (regimes[0] <= CALM or gain < MOSTLY * left):
+    if not (regimes[1] < regimes[0] or mostly):
         failed.append("regimes")
     if not new.error < base.error:
         failed.append("error")

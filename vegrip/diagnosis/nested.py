@@ -19,7 +19,7 @@ from vegrip.fit.channels import rms
 from vegrip.fit.problem import Problem
 from vegrip.fit.sensitivity import has_play
 from vegrip.fit.smoother import Floats
-from vegrip.fit.solve import Optimum, refine
+from vegrip.fit.solve import Optimum, refine, scaled
 from vegrip.model import BASE
 from vegrip.parameters import coordinate
 
@@ -28,6 +28,7 @@ STARTS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads n
 NEXT_TO_NOTHING = 0.01
 ROUGHLY = 0.02  # [nats] to which a candidate's best is sought
 FAR = 100.0  # [nats] from the base, beyond which the last steps are taken with derivatives made anew
+ASTRAY = 0.05  # [x_ref] of the zero of the displacement, from which the base is far from what there is
 AWAY = 1e-3  # of the range, from a bound at which derivatives vanish
 
 
@@ -104,15 +105,24 @@ def extended(base: Fitted, hint: Hint, groups: Floats) -> Fitted:
     if any(p.null is None for p in hint.candidate.effect.parameters):  # a shape may have a better place
         found = refine(problem, _start(problem, base, _as_declared(hint), 1.0), EVALUATIONS, known, ROUGHLY)
         best = min(best, found, key=lambda one: one.cost)
+    if _astray(base):
+        start = _start(problem, base, hint, STARTS[-1])
+        found = refine(problem, _unshifted(problem, start), 2 * EVALUATIONS, near=ROUGHLY)
+        best = min(best, found, key=lambda one: one.cost)
     if best.cost > base.optimum.cost:  # led astray: from next to nothing it cannot end above the base
         start = _start(problem, base, hint, NEXT_TO_NOTHING)
         best = refine(problem, start, 2 * EVALUATIONS, known, ROUGHLY)
-    if best.cost < base.optimum.cost - FAR:  # so far away derivatives that were kept lead nowhere
-        best = refine(problem, best.u, 2 * EVALUATIONS)
     if has_play(problem.model):  # what the tip does not follow is another noise
         problem.freeze(best.u)
         best = refine(problem, best.u, EVALUATIONS)
     return judged(problem, best, groups)
+
+
+def finished(base: Fitted, rough: Fitted, groups: Floats) -> Fitted:
+    """Return a candidate that ended far from the base with its last steps taken by derivatives made anew."""
+    if rough.optimum.cost > base.optimum.cost - FAR:
+        return rough
+    return judged(rough.problem, refine(rough.problem, rough.optimum.u, 2 * EVALUATIONS), groups)
 
 
 def _problem(base: Fitted, candidate: Candidate) -> Problem:
@@ -131,6 +141,20 @@ def _problem(base: Fitted, candidate: Candidate) -> Problem:
     plain = {one.name for one in p.model.effects} <= set(BASE)
     within = None if plain or candidate.name in DEAR else carrier(p.model, [candidate])
     return Problem(model, p.measured, zeros=p.zeros, symbols=ordered, like=p, within=within)
+
+
+def _astray(base: Fitted) -> bool:
+    at = zip(base.problem.unknowns.names, base.optimum.u, strict=True)
+    return any(abs(zero) > ASTRAY for name, zero in at if name.startswith("zero_displacement"))
+
+
+def _unshifted(problem: Problem, start: Floats) -> Floats:
+    """Return the start with both zeros at 0 and forces as large as the measured ones.
+
+    What pulls where nothing should touch yet makes the plain model shift the surface, and nothing leads back.
+    """
+    zeros = np.array([name.startswith("zero_") for name in problem.unknowns.names])
+    return scaled(problem, np.where(zeros, 0.0, start))
 
 
 def _as_declared(hint: Hint) -> Hint:

@@ -13,7 +13,7 @@ import numpy as np
 
 from vegrip.diagnosis.catalogue import Candidate, candidates
 from vegrip.diagnosis.gates import CALM, PAYS, Verdict, gated, misfit_by_regime
-from vegrip.diagnosis.nested import EVALUATIONS, Fitted, extended, judged
+from vegrip.diagnosis.nested import EVALUATIONS, Fitted, extended, finished, judged
 from vegrip.diagnosis.regimes import held_out_groups, regime_map
 from vegrip.diagnosis.screen import Hint, carrier, screen
 from vegrip.fit.problem import Problem
@@ -29,6 +29,7 @@ LATER = 20.0  # [nats] for a further effect where no regime stands out any more;
 MATERIAL = 0.005  # of what was gained so far: a further effect gains at least that, and
 SHARE = 0.15  # of what is left, if that is little:
 SMALL = 0.15  # of what was gained; it then only mends the form of an effect that is there
+CONTENDS = 0.4  # of the best one's gain, from which a candidate is fitted to the end
 RIVAL = 0.6  # of the best first gain, from which another first effect is followed, and
 RIVALS = 2  # how many are
 SURELY = 2.0  # standard deviations of the sum of squares of noise
@@ -163,14 +164,22 @@ def _step(base: Fitted, groups: Floats, found: Search, threads: int, report: Rep
     pays = LATER if gained > 0.0 and misfit <= CALM else PAYS
     pays = max(pays, MATERIAL * gained, SHARE * rest if rest < SMALL * gained else 0.0)
 
-    def refit(hint: Hint) -> Tried:
-        new = extended(base, hint, groups)
+    fits = _refitted(base, chosen, groups, threads)
+
+    def told(hint: Hint, new: Fitted) -> Tried:
         verdict = gated(hint.candidate, base, new, (misfit, found.misfit(new)), pays, rest)
         return Tried(hint.candidate, new, verdict, base.whitened(new) - base.optimum.residual)
 
-    with ThreadPoolExecutor(threads) as pool:
-        tried = list(pool.map(refit, chosen))
+    tried = [told(hint, new) for hint, new in zip(chosen, fits, strict=True)]
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
+
+
+def _refitted(base: Fitted, chosen: list[Hint], groups: Floats, threads: int) -> list[Fitted]:
+    """Return the fits with each of the ``chosen``; only those that contend are made to the end."""
+    with ThreadPoolExecutor(threads) as pool:
+        fits = list(pool.map(lambda hint: extended(base, hint, groups), chosen))
+        least = base.evidence + CONTENDS * max((one.evidence - base.evidence for one in fits), default=0.0)
+        return list(pool.map(lambda one: finished(base, one, groups) if one.evidence >= least else one, fits))
 
 
 def left(fitted: Fitted) -> float:

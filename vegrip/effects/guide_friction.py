@@ -14,6 +14,8 @@ def sense(
     sensed_force: float, speed: float, reference_depth: float, K: float, F_g: float, v_g: float
 ) -> float:
     """Return what the sensor shows [N]."""
+    if F_g == 0.0:
+        return sensed_force
     return sensed_force + F_g * K * math.tanh(speed / (v_g * reference_depth))
 
 

@@ -23,6 +23,8 @@ LEAST = 1e-3  # of mu: an incline steeper than the friction angle slides by itse
 
 def upright(tilt_x: float, tilt_y: float) -> float:
     """Return n_z, the cosine of the inclination."""
+    if tilt_x == 0.0 and tilt_y == 0.0:
+        return 1.0
     return math.sqrt(1.0 - math.sin(tilt_x) ** 2 - math.sin(tilt_y) ** 2)
 
 
@@ -39,6 +41,8 @@ def sense(
     tilt_y: float,
 ) -> float:
     """Return the force [N] along the sensor's axis."""
+    if tilt_x == 0.0 and tilt_y == 0.0:
+        return sensed_force
     along = tangential_force_x * math.sin(tilt_x) + tangential_force_y * math.sin(tilt_y)
     return (sensed_force - along) / upright(tilt_x, tilt_y)
 

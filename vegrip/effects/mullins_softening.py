@@ -22,7 +22,7 @@ def elastic(
 ) -> tuple[float, float]:
     """Return the elastic force [N] and the deepest indentation [m]."""
     x_max = max(x_max, x)
-    if x <= 0.0:
+    if x <= 0.0 or r_m == 0.0:
         return elastic_force, x_max
     near = math.tanh((x_max - x) / (w_m * reference_depth))
     return elastic_force * (1.0 - r_m * ((1.0 - l_m) * near + l_m * (1.0 - x / x_max))), x_max

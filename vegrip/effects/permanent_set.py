@@ -25,7 +25,7 @@ def tip(
     delta_max = max(delta_max, x)
     yielded = alpha_p * max(delta_max - x_y * reference_depth, 0.0)
     depth = x - yielded - d_c
-    if depth > 0.0:
+    if depth > 0.0 and r_p > 0.0:
         d_c = d_c - depth * math.expm1(-r_p * dt)
     return x - yielded - d_c, delta_max, d_c
 

@@ -13,6 +13,8 @@ SHALLOWEST = 0.01  # [x_ref]
 
 def elastic(relaxation_rate: float, x: float, reference_depth: float, q_D: float) -> float:
     """Return the factor on the rates of all branches."""
+    if q_D == 0.0:
+        return relaxation_rate
     depth: float = max(x / reference_depth, SHALLOWEST)
     return float(relaxation_rate * depth**-q_D)
 

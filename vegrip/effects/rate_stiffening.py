@@ -12,7 +12,9 @@ from vegrip.parameters import Parameter
 
 def force(force: float, speed: float, reference_depth: float, r_v: float, v_r: float) -> float:
     """Return the force [N]."""
-    return force * (1.0 + r_v * math.log10(1.0 + max(speed, 0.0) / (v_r * reference_depth)))
+    if speed <= 0.0 or r_v == 0.0:
+        return force
+    return force * (1.0 + r_v * math.log10(1.0 + speed / (v_r * reference_depth)))
 
 
 EFFECT = Effect(

@@ -26,12 +26,16 @@ def angle(ratio: float, force: float, K: float, rho: float) -> float:
 
 def sense(sensed_force: float, tangential_force: float, K: float, rho: float) -> float:
     """Return the force [N] along the sensor's axis."""
+    if rho == 0.0:
+        return sensed_force
     th = angle(1.0, tangential_force, K, rho)
     return sensed_force / math.cos(th) - tangential_force * math.tan(th)
 
 
 def friction(friction: float, force: float, K: float, rho: float) -> float:
     """Return the ratio of measured tangential to normal force at slip."""
+    if rho == 0.0:
+        return friction
     u = friction
     for _ in range(ROUNDS):
         th = angle(u, force, K, rho)

@@ -21,6 +21,8 @@ def rate(
     relaxation_rate: float, temperature: float, reference_temperature: float, s_T: float, C_2: float
 ) -> float:
     """Return the factor on all rates, ``1 / a_T``."""
+    if s_T == 0.0:
+        return relaxation_rate
     dT = max(temperature - reference_temperature, -0.5 * C_2)
     decades = s_T * dT / (1.0 + dT / C_2)
     return float(relaxation_rate * 10.0 ** min(max(decades, -DECADES), DECADES))

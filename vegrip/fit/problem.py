@@ -24,7 +24,7 @@ from vegrip.parameters import coordinate
 Zeros = Literal["recording", "episode"]
 
 AT = {name: i for i, name in enumerate(QUANTITIES)}
-VAGUE = 3.0  # the prior of a fit is this many times wider than the declared one
+VAGUE = 3.0  # the prior of a fit is this many times wider than declared, of the base model and of shapes
 VAGUE_LOG_SCALE = 5.0  # and that of a stiffness, whose unit may be a cell or a car tyre
 FREE_ZERO = 0.5  # [x_ref], [greatest force] prior std and bound of the zeros
 FIRM = (
@@ -40,8 +40,8 @@ STEP = 1e-4  # of a prior std, for derivatives
 class Unknowns:
     """Names, bounds and priors of what is fitted, in coordinates; zeros in x_ref and greatest force.
 
-    Priors: the declared ones for an added effect; for the base model wide ones around the values it has,
-    which matter only where the recording is silent.
+    Priors: the declared ones for the amount of an added effect; for what shapes it wider ones, and for the
+    base model wide ones around the values it has, which matter only where the recording is silent.
     """
 
     names: tuple[str, ...]
@@ -136,7 +136,7 @@ class Problem:
 
         base = [known[s][0] in BASE for s in names]
         wide = [
-            VAGUE_LOG_SCALE if p.symbol == "K" else p.std * (VAGUE if own else 1.0)
+            VAGUE_LOG_SCALE if p.symbol == "K" else p.std * (VAGUE if own or p.null is None else 1.0)
             for p, own in zip(declared, base, strict=True)
         ]
         middle = [

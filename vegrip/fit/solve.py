@@ -70,11 +70,11 @@ def starting_points(problem: Problem) -> list[Floats]:
         u = k.start.copy()
         if "nu1" in k.names:
             u[k.names.index("nu1")] += np.log(factor)
-        out.append(np.clip(_scaled(problem, u), k.low, k.high))
+        out.append(np.clip(scaled(problem, u), k.low, k.high))
     return out
 
 
-def _scaled(problem: Problem, u: Floats) -> Floats:
+def scaled(problem: Problem, u: Floats) -> Floats:
     """Scale K so that the predicted forces are as large as the measured ones."""
     k = problem.unknowns
     if "K" not in k.names:

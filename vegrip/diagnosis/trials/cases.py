@@ -25,6 +25,7 @@ SIZES = {"strong": 1.0, "weak": WEAK}
 SEEN_IN_RADIUS = {"contact_radius_law", "shear_shrinking"}
 FELT_AS_WARMTH = {"temperature_shift", "warm_peak"}
 CLEAR = 0.3  # [s] well above the surface before and after each episode
+QUIET = 1e-3  # of the noise, where there should be none
 STEP = 2.5e-3  # [s] of the simulation: 0.1 mN of error
 
 
@@ -77,10 +78,13 @@ def _names(kind: str, only: Sequence[str]) -> list[tuple[str, ...]]:
     return [tuple(names) for names in chosen]
 
 
-def recorded(case: Case, times: int = 1, only: Collection[str] | None = None) -> Recording:
+def recorded(
+    case: Case, times: int = 1, only: Collection[str] | None = None, *, quiet: bool = False
+) -> Recording:
     """Make the recording of a case, with the protocol run through so many ``times``.
 
-    ``only``: hide no more than these of its effects, all else the same.
+    ``only``: hide no more than these of its effects, all else the same; ``quiet``: next to no noise, though
+    that of the sensors is stated.
     """
     rng = np.random.default_rng([case.seed, 7])
     tip = replace(
@@ -99,7 +103,7 @@ def recorded(case: Case, times: int = 1, only: Collection[str] | None = None) ->
     trial = run_trial(
         tip,
         episodes,
-        sensors,
+        _quietened(sensors) if quiet else sensors,
         case.seed,
         hidden=hidden,
         temperature=warm,
@@ -142,6 +146,11 @@ def _sensors(case: Case, rng: np.random.Generator) -> SensorSettings:
         radius_sensor=sees,
         force_bias=2e-3,
     )
+
+
+def _quietened(sensors: SensorSettings) -> SensorSettings:
+    noises = ("normal_force", "tangential_force", "torque_z", "displacement", "contact_radius")
+    return replace(sensors, **{name: QUIET * getattr(sensors, name) for name in noises})
 
 
 def _temperatures(case: Case, count: int, rng: np.random.Generator) -> list[float]:
