@@ -25,7 +25,6 @@ from vegrip.fit.result import Fit, fitted
 from vegrip.model import ContactModel
 from vegrip.recording import Recording
 
-EXPLAINED = 0.8  # share of the misfit by regime that the named effects have to take
 NEAR = 1.05  # error over noise that named effects may leave where some of it depends on the regime, and
 ROUGH = 1.1  # where none does;
 REST = 0.1  # or that share of the excess of the squared error over the noise's,
@@ -37,7 +36,7 @@ CLOSE = 5.0  # [nats] within which candidates cannot be told apart, and
 CLOSE_SHARE = 1e-3  # of the gain: no model of a measured contact is exact
 SAME = 0.95  # cosine of what two candidates do, from which their difference is one of form, unless it is
 FORM = 20.0  # [nats] or more, and
-FORM_SHARE = 0.1  # of the gain
+FORM_SHARE = 0.25  # of the gain
 ROUGH_SHARE = 0.01  # of the gain, where forms leave a misfit anyhow
 
 
@@ -79,8 +78,8 @@ class Diagnosis:
         s = self.search
         after = s.misfit(s.last)
         if not s.accepted:
-            curved = self._rest is not None and self._rest.gain > CURVED
-            return "unexplained" if after > CALM or curved else "adequate"
+            rest = self._rest
+            return "unexplained" if rest is not None and (after > CALM or rest.gain > CURVED) else "adequate"
         if after > CALM and not self._sufficient:
             return "unexplained"
         if s.last.error > (NEAR if after > CALM else ROUGH) and not self._nearly_all:
@@ -89,13 +88,10 @@ class Diagnosis:
 
     @property
     def _sufficient(self) -> bool:
-        """Whether what is accepted takes so much that what still stands out may be the forms of its laws."""
-        s = self.search
-        if len(s.accepted) >= PATCHWORK or s.misfit(s.last) - 1.0 > (1.0 - EXPLAINED) * (
-            s.misfit(s.first) - 1.0
-        ):
+        """Whether what still stands out beside what is accepted may be the forms of its laws."""
+        s, rest = self.search, self._rest
+        if len(s.accepted) >= PATCHWORK:
             return False
-        rest = self._rest
         return rest is None or rest.gain <= TELLING * (s.last.evidence - s.first.evidence)
 
     @cached_property

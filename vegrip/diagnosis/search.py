@@ -26,12 +26,15 @@ KINKED = ("displacement_backlash", "saturation", "adhesion")  # whose derivative
 SPECTRA = ("second_relaxation", "power_law_relaxation")  # if one is tried, so is the other
 RELATIVE = 0.05  # of the best one's gain on the screen, below which no refit is tried
 LATER = 20.0  # [nats] for a further effect where no regime stands out any more; and in any case
-MATERIAL = 0.005  # of what was gained so far: a further effect gains at least that, and
+MATERIAL = 0.005  # of what was gained so far: a further effect gains at least that,
+ROUGHLY = 0.015  # where the forms of those that are there leave something standing out, and
 SHARE = 0.15  # of what is left, if that is little:
 SMALL = 0.15  # of what was gained; it then only mends the form of an effect that is there
 CONTENDS = 0.4  # of the best one's gain, from which a candidate is fitted to the end
 RIVAL = 0.6  # of the best first gain, from which another first effect is followed, and
 RIVALS = 2  # how many are
+TIMING = {"sensor_lag", "fast_damping", "inertia"}  # one beside another does what the other law's form does
+TIMED = 0.1  # of what was gained: less is form
 SURELY = 2.0  # standard deviations of the sum of squares of noise
 
 Report = Callable[[str], None]
@@ -162,12 +165,16 @@ def _step(base: Fitted, groups: Floats, found: Search, threads: int, report: Rep
     gained = base.evidence - found.steps[0].base.evidence if found.steps else 0.0
     rest = left(base)
     pays = LATER if gained > 0.0 and misfit <= CALM else PAYS
-    pays = max(pays, MATERIAL * gained, SHARE * rest if rest < SMALL * gained else 0.0)
+    material = MATERIAL if misfit <= CALM else ROUGHLY
+    pays = max(pays, material * gained, SHARE * rest if rest < SMALL * gained else 0.0)
 
     fits = _refitted(base, chosen, groups, threads)
 
+    timed = bool(TIMING & {one.candidate.name for one in found.accepted})
+
     def told(hint: Hint, new: Fitted) -> Tried:
-        verdict = gated(hint.candidate, base, new, (misfit, found.misfit(new)), pays, rest)
+        asked = max(pays, TIMED * gained) if timed and hint.candidate.name in TIMING else pays
+        verdict = gated(hint.candidate, base, new, (misfit, found.misfit(new)), asked, rest)
         return Tried(hint.candidate, new, verdict, base.whitened(new) - base.optimum.residual)
 
     tried = [told(hint, new) for hint, new in zip(chosen, fits, strict=True)]

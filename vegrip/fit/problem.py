@@ -30,7 +30,7 @@ FREE_ZERO = 0.5  # [x_ref], [greatest force] prior std and bound of the zeros
 FIRM = (
     5.0  # standard deviations of the force: with less a model may take the surface for lifted, without radius
 )
-UNSURE = 0.15  # of the load at slip that noise may be
+UNSURE = 0.07  # of the load at slip that noise may be
 FORGOTTEN = 2.0  # relaxation times after a contact was made anew
 LONGEST = 5.0  # [s]
 STEP = 1e-4  # of a prior std, for derivatives
