@@ -5,6 +5,7 @@ import pytest
 
 from vegrip.fit.motion import motion_of
 from vegrip.fit.sensitivity import Sensitivity, by_position, by_speed, follows
+from vegrip.fit.wandering import innovations
 from vegrip.fit.whitening import ForceNoise, Whitener
 
 N = 60
@@ -114,3 +115,13 @@ def test_drag_is_as_uncertain_as_the_speed_and_most_where_the_motion_bends() -> 
     dry = by_speed(lambda speed: 0.05 * np.tanh(speed / 1e-3), T, FIRST, MOTION)
     assert abs(T[int(np.argmax(dry[1]))] - 0.1) < 0.01  # where the ramp ends
     assert dry[1].max() == pytest.approx(0.05 / np.sqrt(12.0), rel=0.4)
+
+
+def test_a_wandering_zero_alone_is_whitened_as_by_the_whole_filter() -> None:
+    used = np.ones(N)
+    used[[3, 30]] = 0.0
+    columns = 0.02 * RNG.standard_normal((N, 2))
+    whole = Whitener(T, FIRST, MOTION, by_position(np.zeros(N)), NOISE, used)
+    white, scale = innovations(T, FIRST, NOISE.white**2, NOISE.slow**2, NOISE.time, used, columns)
+    assert white == pytest.approx(whole(columns), abs=1e-12)
+    assert scale == pytest.approx(whole.log_scale.sum(), rel=1e-12)

@@ -26,7 +26,8 @@ from vegrip.parameters import coordinate
 EVALUATIONS = 20
 STARTS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads nowhere
 NEXT_TO_NOTHING = 0.01
-ROUGHLY = 0.02  # [nats] to which a candidate's best is sought
+ROUGHLY = 0.02  # [nats] to which a candidate's best is sought, or
+SLOPPY = 1e-4  # of what the screen expects of it, before it is known to contend
 FAR = 100.0  # [nats] from the base, beyond which the last steps are taken with derivatives made anew
 ASTRAY = 0.05  # [x_ref] of the zero of the displacement, from which the base is far from what there is
 AWAY = 1e-3  # of the range, from a bound at which derivatives vanish
@@ -93,25 +94,26 @@ def extended(base: Fitted, hint: Hint, groups: Floats) -> Fitted:
     """Refit with a candidate, from where the screen points."""
     best: Optimum | None = None
     problem = _problem(base, hint.candidate)
+    near = max(ROUGHLY, SLOPPY * hint.gain)
     known = dict(zip(base.problem.unknowns.names, base.optimum.jacobian.T, strict=True))
     for factor in STARTS:
         start = _start(problem, base, hint, factor)
-        found = refine(problem, start, EVALUATIONS, known, ROUGHLY)
+        found = refine(problem, start, EVALUATIONS, known, near)
         if best is None or found.cost < best.cost:
             best = found
         if best.cost < base.optimum.cost - 0.5 * hint.gain:
             break
     assert best is not None  # noqa: S101
     if any(p.null is None for p in hint.candidate.effect.parameters):  # a shape may have a better place
-        found = refine(problem, _start(problem, base, _as_declared(hint), 1.0), EVALUATIONS, known, ROUGHLY)
+        found = refine(problem, _start(problem, base, _as_declared(hint), 1.0), EVALUATIONS, known, near)
         best = min(best, found, key=lambda one: one.cost)
     if _astray(base):
         start = _start(problem, base, hint, STARTS[-1])
-        found = refine(problem, _unshifted(problem, start), 2 * EVALUATIONS, near=ROUGHLY)
+        found = refine(problem, _unshifted(problem, start), 2 * EVALUATIONS, near=near)
         best = min(best, found, key=lambda one: one.cost)
     if best.cost > base.optimum.cost:  # led astray: from next to nothing it cannot end above the base
         start = _start(problem, base, hint, NEXT_TO_NOTHING)
-        best = refine(problem, start, 2 * EVALUATIONS, known, ROUGHLY)
+        best = refine(problem, start, 2 * EVALUATIONS, known, near)
     if has_play(problem.model):  # what the tip does not follow is another noise
         problem.freeze(best.u)
         best = refine(problem, best.u, EVALUATIONS)
@@ -122,7 +124,9 @@ def finished(base: Fitted, rough: Fitted, groups: Floats) -> Fitted:
     """Return a candidate that ended far from the base with its last steps taken by derivatives made anew."""
     if rough.optimum.cost > base.optimum.cost - FAR:
         return rough
-    return judged(rough.problem, refine(rough.problem, rough.optimum.u, 2 * EVALUATIONS), groups)
+    return judged(
+        rough.problem, refine(rough.problem, rough.optimum.u, 2 * EVALUATIONS, near=ROUGHLY), groups
+    )
 
 
 def _problem(base: Fitted, candidate: Candidate) -> Problem:

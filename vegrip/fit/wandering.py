@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import OptimizeResult, minimize
 
-from vegrip.fit.motion import Motion
-from vegrip.fit.sensitivity import by_position
+from vegrip.compiled import njit
 from vegrip.fit.smoother import Floats
-from vegrip.fit.whitening import ForceNoise, Whitener
+from vegrip.fit.whitening import ForceNoise
 
 PAYS = 8.0  # [nats] that the slow part has to gain
 LEAST, MOST = (-5.0, -7.0, -7.0), (5.0, 3.0, 7.0)  # ln of white and slow over the guess, of the time [s]
@@ -44,16 +43,11 @@ def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> W
     """
     used = np.isfinite(y).astype(np.float64)
     columns = np.nan_to_num(np.column_stack([y, X]))
-    n = t.size
-    still = Motion(y, np.zeros(n), np.zeros((n, 2)), np.zeros(n), np.zeros((n, 3)))
-    nowhere = by_position(np.zeros(n))
     longest = max((t[-1] - t[0]) / 3.0, 1e-9)
 
     def cost(noise: ForceNoise) -> float:
-        whitener = Whitener(t, first, still, nowhere, noise, used)
-        white = whitener(columns)
+        white, scale = innovations(t, first, noise.white**2, noise.slow**2, noise.time, used, columns)
         G = white.T @ white
-        scale = float(np.sum(whitener.log_scale))
         if G.shape[0] == 1:
             return 0.5 * float(G[0, 0]) + scale
         L = np.linalg.cholesky(G[1:, 1:] + 1e-12 * np.diag(np.diag(G)[1:]))
@@ -84,6 +78,36 @@ def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> W
         return Wandering(rough, 0.0, 2.0, gain, beyond=True)
     best_noise = of(found.x)
     return Wandering(float(best_noise.white), best_noise.slow, best_noise.time, gain)
+
+
+@njit
+def innovations(
+    t: Floats, first: Floats, white: float, slow: float, time: float, used: Floats, columns: Floats
+) -> tuple[Floats, float]:
+    """Return the one-step prediction errors of ``columns`` (n, m) over their std, and the sum of ln std.
+
+    ``white`` and ``slow`` are variances; the recursion of :mod:`vegrip.fit.whitening` for a tip that rests.
+    """
+    n, m = columns.shape
+    out, x = np.zeros((n, m)), np.zeros(m)
+    scale, P = 0.0, slow
+    for i in range(n):
+        if first[i] > 0.5:
+            x[:] = 0.0
+            P = slow
+        else:
+            kept = np.exp(-(t[i] - t[i - 1]) / time)
+            x *= kept
+            P = kept * kept * P + slow * (1.0 - kept * kept)
+        if used[i] > 0.5:
+            S = P + white
+            scale += 0.5 * np.log(S)
+            for c in range(m):
+                v = columns[i, c] - x[c]
+                x[c] += P / S * v
+                out[i, c] = v / np.sqrt(S)
+            P -= P * P / S
+    return out, scale
 
 
 def _least(cost: Callable[[Floats], float], start: Floats) -> OptimizeResult:
