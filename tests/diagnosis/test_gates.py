@@ -7,6 +7,7 @@ from scipy.stats import multivariate_normal
 from vegrip.diagnosis.catalogue import moved, null, trials
 from vegrip.diagnosis.discrepancy import LENGTHS, _curve, _tents
 from vegrip.diagnosis.gates import misfit_by_regime
+from vegrip.diagnosis.price import Price
 from vegrip.diagnosis.screen import Hint
 from vegrip.diagnosis.search import shortlist
 from vegrip.effects import BUILT_IN, effect
@@ -109,3 +110,14 @@ def test_tents_interpolate() -> None:
     knots = np.array([0.0, 1.0, 3.0])
     values = np.array([0.0, 0.5, 2.0, 5.0])
     assert _tents(values, knots) @ np.array([0.0, 10.0, 30.0]) == pytest.approx([0.0, 5.0, 20.0, 30.0])
+
+
+def test_a_further_effect_pays_more_than_the_first_and_form_pays_most() -> None:
+    nothing = frozenset[str]()
+    assert Price(0.0, 900.0, 9.0, nothing).of("adhesion") == 8.0
+    lag = frozenset({"sensor_lag"})
+    calm, rough = Price(1000.0, 0.0, 1.0, lag), Price(1000.0, 100.0, 3.0, lag)
+    assert calm.of("adhesion") == 20.0  # nothing stands out any more
+    assert rough.of("adhesion") == 15.0  # of 100 nats that are left, and of 1000 that were gained
+    assert rough.of("fast_damping") == 100.0  # damping beside a lag
+    assert Price(1000.0, 900.0, 3.0, lag).of("adhesion") == 15.0  # much is left: another effect may take it

@@ -4,7 +4,6 @@ Effects that are hidden together are found one after the other, each beside thos
 effect that the accepted ones have made superfluous goes again.
 """
 
-import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -14,6 +13,7 @@ import numpy as np
 from vegrip.diagnosis.catalogue import Candidate, candidates
 from vegrip.diagnosis.gates import CALM, PAYS, Verdict, gated, misfit_by_regime
 from vegrip.diagnosis.nested import EVALUATIONS, Fitted, extended, finished, judged
+from vegrip.diagnosis.price import price
 from vegrip.diagnosis.regimes import held_out_groups, regime_map
 from vegrip.diagnosis.screen import Hint, carrier, screen
 from vegrip.fit.problem import Problem
@@ -25,17 +25,9 @@ REFITS = 5  # of candidates that the screen puts first, and
 KINKED = ("displacement_backlash", "saturation", "adhesion")  # whose derivative at nothing says little
 SPECTRA = ("second_relaxation", "power_law_relaxation")  # if one is tried, so is the other
 RELATIVE = 0.05  # of the best one's gain on the screen, below which no refit is tried
-LATER = 20.0  # [nats] for a further effect where no regime stands out any more; and in any case
-MATERIAL = 0.005  # of what was gained so far: a further effect gains at least that,
-ROUGHLY = 0.015  # where the forms of those that are there leave something standing out, and
-SHARE = 0.15  # of what is left, if that is little:
-SMALL = 0.15  # of what was gained; it then only mends the form of an effect that is there
 CONTENDS = 0.4  # of the best one's gain, from which a candidate is fitted to the end
 RIVAL = 0.6  # of the best first gain, from which another first effect is followed, and
 RIVALS = 2  # how many are
-TIMING = {"sensor_lag", "fast_damping", "inertia"}  # one beside another does what the other law's form does
-TIMED = 0.1  # of what was gained: less is form
-SURELY = 2.0  # standard deviations of the sum of squares of noise
 
 Report = Callable[[str], None]
 
@@ -162,21 +154,15 @@ def _step(base: Fitted, groups: Floats, found: Search, threads: int, report: Rep
     chosen = shortlist(hints)
     report("refits " + (", ".join(hint.candidate.name for hint in chosen) or "none"))
     misfit = found.misfit(base)
-    gained = base.evidence - found.steps[0].base.evidence if found.steps else 0.0
-    rest = left(base)
-    pays = LATER if gained > 0.0 and misfit <= CALM else PAYS
-    material = MATERIAL if misfit <= CALM else ROUGHLY
-    pays = max(pays, material * gained, SHARE * rest if rest < SMALL * gained else 0.0)
-
-    fits = _refitted(base, chosen, groups, threads)
-
-    timed = bool(TIMING & {one.candidate.name for one in found.accepted})
+    first = found.steps[0].base if found.steps else base
+    asked = price(first, base, misfit, [one.candidate.name for one in found.accepted])
 
     def told(hint: Hint, new: Fitted) -> Tried:
-        asked = max(pays, TIMED * gained) if timed and hint.candidate.name in TIMING else pays
-        verdict = gated(hint.candidate, base, new, (misfit, found.misfit(new)), asked, rest)
+        pays = asked.of(hint.candidate.name)
+        verdict = gated(hint.candidate, base, new, (misfit, found.misfit(new)), pays, asked.left)
         return Tried(hint.candidate, new, verdict, base.whitened(new) - base.optimum.residual)
 
+    fits = _refitted(base, chosen, groups, threads)
     tried = [told(hint, new) for hint, new in zip(chosen, fits, strict=True)]
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
 
@@ -187,12 +173,6 @@ def _refitted(base: Fitted, chosen: list[Hint], groups: Floats, threads: int) ->
         fits = list(pool.map(lambda hint: extended(base, hint, groups), chosen))
         least = base.evidence + CONTENDS * max((one.evidence - base.evidence for one in fits), default=0.0)
         return list(pool.map(lambda one: finished(base, one, groups) if one.evidence >= least else one, fits))
-
-
-def left(fitted: Fitted) -> float:
-    """Return what is certainly more than noise in the sum of squares [nats]."""
-    power = fitted.optimum.residual[fitted.problem.counted] ** 2
-    return max(0.5 * float(np.sum(power - 1.0)) - SURELY * math.sqrt(0.5 * power.size), 0.0)
 
 
 def shortlist(hints: list[Hint]) -> list[Hint]:
