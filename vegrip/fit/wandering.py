@@ -17,7 +17,6 @@ from scipy.optimize import OptimizeResult, minimize
 
 from vegrip.compiled import njit
 from vegrip.fit.smoother import Floats
-from vegrip.fit.whitening import ForceNoise
 
 PAYS = 8.0  # [nats] that the slow part has to gain
 LEAST, MOST = (-5.0, -7.0, -7.0), (5.0, 3.0, 7.0)  # ln of white and slow over the guess, of the time [s]
@@ -45,9 +44,9 @@ def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> W
     columns = np.nan_to_num(np.column_stack([y, X]))
     longest = max((t[-1] - t[0]) / 3.0, 1e-9)
 
-    def cost(noise: ForceNoise) -> float:
-        white, scale = innovations(t, first, noise.white**2, noise.slow**2, noise.time, used, columns)
-        G = white.T @ white
+    def cost(white: float, slow: float, time: float) -> float:
+        errors, scale = innovations(t, first, white**2, slow**2, time, used, columns)
+        G = errors.T @ errors
         if G.shape[0] == 1:
             return 0.5 * float(G[0, 0]) + scale
         L = np.linalg.cholesky(G[1:, 1:] + 1e-12 * np.diag(np.diag(G)[1:]))
@@ -55,14 +54,14 @@ def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> W
         return 0.5 * float(G[0, 0] - along @ along) + scale + float(np.sum(np.log(np.diag(L))))
 
     def alone(p: Floats) -> float:
-        return cost(ForceNoise(rough * float(np.exp(np.clip(p[0], -5.0, 5.0)))))
+        return cost(rough * float(np.exp(np.clip(p[0], -5.0, 5.0))), 0.0, 2.0)
 
-    def of(p: Floats) -> ForceNoise:
+    def of(p: Floats) -> tuple[float, float, float]:
         a, b, c = np.clip(p, LEAST, MOST)
-        return ForceNoise(rough * float(np.exp(a)), rough * float(np.exp(b)), min(float(np.exp(c)), longest))
+        return rough * float(np.exp(a)), rough * float(np.exp(b)), min(float(np.exp(c)), longest)
 
     def both(p: Floats) -> float:
-        return cost(of(p))
+        return cost(*of(p))
 
     plain = _least(alone, np.array([0.0]))
     white = rough * float(np.exp(plain.x[0]))
@@ -76,8 +75,7 @@ def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> W
         return Wandering(white, 0.0, 2.0, max(gain, 0.0))
     if found.x[1] > MOST[1] - 0.1:
         return Wandering(rough, 0.0, 2.0, gain, beyond=True)
-    best_noise = of(found.x)
-    return Wandering(float(best_noise.white), best_noise.slow, best_noise.time, gain)
+    return Wandering(*of(found.x), gain)
 
 
 @njit
