@@ -91,6 +91,35 @@ def test_a_sender_that_starts_its_clock_anew_is_followed(
     assert estimator.refused == estimator.settings.recovery
 
 
+@pytest.mark.parametrize("jump", [-1e4, -10.0, -0.5])
+def test_a_clock_that_jumps_back_while_something_is_held_takes_nothing_of_what_is_known(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run, jump: float
+) -> None:
+    """Met in its middle, this contact asks for twice as much."""
+    states, recovery = press(model, KNOTS, DEPTHS, share=0.4), estimator.settings.recovery
+    run(estimator, states[:1000])
+    undisturbed = [(estimator.update(s), estimator.least_force(0.15))[1] for s in states[1000:1200]]
+    estimator.reset()
+    run(estimator, states[:1000])
+    after = [dataclasses.replace(s, stamp=s.stamp + round(jump * 1e9)) for s in states[1000:1200]]
+    assert not run(estimator, after[: recovery - 1]).normal_force.valid
+    for state, asked in zip(after[recovery - 1 :], undisturbed[recovery - 1 :], strict=True):
+        assert estimator.update(state).normal_force.valid
+        assert estimator.least_force(0.15) == pytest.approx(asked, rel=0.02)
+    assert estimator.health().rejected == 0
+
+
+def test_a_clock_that_starts_anew_with_nothing_measured_makes_nothing_valid(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
+) -> None:
+    run(estimator, press(model, KNOTS, DEPTHS, share=0.4))
+    blind = [FingertipState(i * 2_000_000, "tip", i) for i in range(40)]
+    e = run(estimator, blind)
+    assert estimator.refused == estimator.settings.recovery
+    assert not e.normal_force.valid
+    assert math.isnan(estimator.least_force(0.15))
+
+
 def test_single_outliers_are_refused_and_do_no_harm(
     estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
 ) -> None:

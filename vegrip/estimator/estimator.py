@@ -1,6 +1,7 @@
 """The online estimator of one fingertip: states in, contact, margin and health out. It never raises."""
 
 import math
+from dataclasses import replace
 from functools import cache
 from statistics import NormalDist
 
@@ -90,8 +91,9 @@ class ContactEstimator:
         A sample that comes late, at most ``settings.late`` samples after its turn, takes its place among the
         others (a camera's radius, say, which is some frames old). A stamp that was there already, or older
         still, is refused and counted (:attr:`refused`), and what is known is not trusted until the next one;
-        after ``settings.recovery`` of them in a row the sender's clock is taken to have started anew, and so
-        does the estimator. Values that are not finite count as not measured.
+        after ``settings.recovery`` of them in a row the sender's clock is taken to have started anew after a
+        gap, and what is known of the contact is carried over it. Values that are not finite count as not
+        measured.
         """
         self._shown, self._trusted = state, False
         last = self._state
@@ -100,12 +102,23 @@ class ContactEstimator:
                 return
             self.refused += 1
             self._backwards += 1
-            if self._backwards < self.settings.recovery:
-                return
-            refused = self.refused
-            self.reset()
-            self._shown, self.refused = state, refused
+            if self._backwards >= self.settings.recovery:
+                self._follow_clock(last, state)
+            return
         self._backwards = 0
+        self._take(state)
+
+    def _follow_clock(self, last: FingertipState, state: FingertipState) -> None:
+        """Take ``state``, the next after ``last`` but by a clock that has started anew.
+
+        For how long nothing was heard nobody knows: as long as it takes until the motion counts as unknown.
+        """
+        self._backwards = 0
+        self._past.clear()
+        self._watch.follow_clock()
+        gap = round(self.settings.longest_gap * NS) + 1
+        self._state = replace(last, stamp=state.stamp - gap)
+        self._informed = state.stamp - gap
         self._take(state)
 
     def _late(self, state: FingertipState) -> bool:

@@ -54,6 +54,10 @@ class Watch:
         self._outside: int | None = None  # [ns] since when some cell is outside
         self._inside: int | None = None  # [ns] since when all are well inside
 
+    def follow_clock(self) -> None:
+        """Count anew what has lasted: the stamps come from another clock now."""
+        self._outside = self._inside = None
+
     def look(self, wrong: Floats, stamp: int) -> tuple[int, int] | None:
         """Take a look at ``wrong`` (channels, regimes), 1 = at the edge; return which cell fails, if any."""
         worst = np.unravel_index(int(np.argmax(wrong)), wrong.shape)
