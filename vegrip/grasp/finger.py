@@ -8,6 +8,7 @@ from dataclasses import replace
 from vegrip.clock import NS
 from vegrip.control.demand import Demand
 from vegrip.control.finger import FingerController
+from vegrip.control.takeover import Takeover
 from vegrip.control.watchdog import InputWatchdog
 from vegrip.estimator.learning import Learned
 from vegrip.grasp.estimator import Estimator
@@ -62,6 +63,7 @@ class GraspFinger:
         self.controller = controller
         self.watchdog = watchdog
         self._seen = False  # the estimator has had a state
+        self._takeover = Takeover()
         self._margin: SlipMargin | None = None
         self._used = 0  # [ns] arrival of the last state that was believed
         self._reported = self._healthy = self._taught = -math.inf  # [ns] when last told
@@ -79,14 +81,18 @@ class GraspFinger:
         if self.watchdog.accept(state, now):
             self.estimator.assimilate(state)
             self.past.append(state)
-            self._seen = True
+            first, self._seen = not self._seen, True
             if self._margin is None:
                 self._margin = self.estimator.slip_margin()
             self._used = now
             demand = self._demand(state, self._margin, wanted)
             if not self.controller.started:
                 self.controller.start(self._present_force(state), now)
+            if first:
+                arm = self.estimator.contact_estimate().contact_radius.value
+                self._takeover.begin(self.controller.need, demand, arm, now)
         if self.controller.started:
+            demand = self._no_more(demand, now)
             demand = self._no_less(demand) if self.watchdog.doubtful else demand
             self.controller.want(self.watchdog.condition, demand, now)
 
@@ -168,6 +174,12 @@ class GraspFinger:
         if not math.isnan(state.normal_force):
             return state.normal_force
         return self.estimator.normal_force.value
+
+    def _no_more(self, demand: Demand, now: int) -> Demand:
+        """Return ``demand`` with no more force than a contact that was met in its middle shows to suffice."""
+        fail_safe = self.controller.fail_safe.settings
+        least = self._takeover.bounded(demand.least_force, demand, now, fail_safe)
+        return demand if not least < demand.least_force else replace(demand, least_force=least)
 
     def _no_less(self, demand: Demand) -> Demand:
         """Return ``demand`` with no less force than is held, and no belief that the finger is in the air."""
