@@ -7,7 +7,7 @@ import pytest
 from vegrip.faults import page, table
 from vegrip.faults.accidents import Killed
 from vegrip.faults.run import run, undisturbed
-from vegrip.faults.scene import RATE, Scene
+from vegrip.faults.scene import RATE, SAMPLING, Scene
 from vegrip.faults.soak import soak
 from vegrip.faults.tampering import Loss
 from vegrip.messages import Condition
@@ -43,6 +43,21 @@ def test_a_fault_that_does_harm_is_found():
     case = table.Case("never back", NeverBack, 0.5, frozenset({Condition.MISSING}), detection=0.02)
     complaints = run(case).complaints()
     assert any("over after None" in complaint for complaint in complaints)
+
+
+@pytest.mark.parametrize("begin", [1.5, 2.3, 4.0])
+def test_a_node_takes_over_what_is_held_whenever_it_is_killed(begin):
+    """What its first sample tells is chance; at these times it asks for 9 N to 12.6 N."""
+    scene = Scene()
+    scene.run_until(begin)
+    fault = Killed()
+    fault.begin(scene)
+    scene.run_until(begin + 0.3)
+    held = max(scene.course.force[-1])
+    fault.end(scene)
+    scene.run_until(begin + 1.3)
+    assert max(max(forces) for forces in scene.course.force[round((begin + 0.3) / SAMPLING) :]) < held + 0.6
+    assert scene.hand_node.hand.slips == 0
 
 
 def test_a_scene_runs_the_same_twice():

@@ -44,7 +44,7 @@ class Outcome:
             found.append(f"it was over after {self.recovered_after} s, not within {case.recovery:g} s")
         if self.worst_deficit > 0.0:
             found.append(f"the grip was {self.worst_deficit:.3f} N too low {self.worst_at:.2f} s into it")
-        if case.held and self.worst_surplus > 0.0:
+        if self.worst_surplus > 0.0:
             found.append(f"the grip was raised {self.worst_surplus:.3f} N too far")
         if self.slips or self.dropped:
             found.append(f"{self.slips} slips, {'the object was dropped' if self.dropped else 'not dropped'}")
