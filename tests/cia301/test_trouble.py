@@ -38,8 +38,7 @@ def test_a_missing_finger_keeps_the_node_from_becoming_active_and_everybody_is_t
     assert master.nmt.wait_for_heartbeat(2.0) == "PRE-OPERATIONAL"
     assert ours.endpoint.rejected["heartbeat_lost"] >= 1
     fingers(INDEX)
-    eventually(lambda: ours.state == "ACTIVE")
-    assert sentences(ours) == []
+    eventually(lambda: ours.state == "ACTIVE" and sentences(ours) == [])
 
 
 @pytest.mark.parametrize(("behaviour", "state"), [(1, "OPERATIONAL"), (0, "PRE-OPERATIONAL"), (2, "STOPPED")])
