@@ -9,8 +9,9 @@ import pytest
 from vegrip.codec import CanCodec, Frame, MsgpackCodec
 from vegrip.codec.database import layouts
 from vegrip.codec.protection import P04, P04_HEADER
+from vegrip.codec.streams import MOST_STRANGERS, Streams
 from vegrip.codec.topics import Topics
-from vegrip.messages import Message
+from vegrip.messages import FingertipState, Lifecycle, Message, NodeStatus
 
 FINGERS = ("thumb", "index")
 PROFILES = {part.base: part.profile for layout in layouts().layouts for part in layout.parts}
@@ -184,9 +185,65 @@ def test_an_unknown_topic_is_named(topic: str) -> None:
     assert receiver.rejected == {"unknown_topic": 1}
 
 
-def test_a_flood_of_finger_names_does_not_grow_the_memory() -> None:
+def test_a_flood_of_finger_names_does_not_grow_the_memory_and_keeps_no_newcomer_out() -> None:
     receiver = MsgpackCodec()
     for number in range(3000):
         topic = f"/hand/f{number}/force_command"
-        receiver.decode(topic, payload_of(GOOD | {"finger": f"f{number}"}, topic), 0)
-    assert receiver.rejected == {"size": 3000 - 1024}
+        assert receiver.decode(topic, payload_of(GOOD | {"finger": f"f{number}"}, topic), 0) is not None
+    assert receiver.rejected == {}
+    assert receiver.crowded == 3000 - MOST_STRANGERS
+
+
+@pytest.mark.parametrize("before", [0, 1], ids=["first heard after the flood", "heard before it"])
+def test_a_flood_of_node_names_takes_no_place_of_a_configured_finger(before: int) -> None:
+    sender, receiver = MsgpackCodec(), MsgpackCodec(fingers=FINGERS)
+    states = [sender.encode(FingertipState(0, "index", seq)) or ("", b"") for seq in range(3)]
+    for seq in range(before):
+        assert receiver.decode(*states[seq], 0) is not None
+    for number in range(5000):
+        receiver.decode(*(sender.encode(NodeStatus(0, f"n{number}", 0, Lifecycle.ACTIVE)) or ("", b"")), 0)
+    for seq in range(before, 3):
+        assert receiver.decode(*states[seq], 0) is not None
+    assert receiver.decode(*states[2], 0) is None, "its counter was not forgotten"
+    assert receiver.rejected == {"counter": 1}
+
+
+def test_of_those_who_crowd_the_one_silent_for_longest_gives_way() -> None:
+    streams = Streams((), 2**32)
+    steady = streams.of("/diagnostics", "steady")
+    for number in range(5000):
+        streams.of("/diagnostics", f"n{number}")
+        assert streams.of("/diagnostics", "steady") is steady
+    assert streams.crowded == 5001 - MOST_STRANGERS
+
+
+def test_what_forgotten_streams_have_lost_stays_counted() -> None:
+    streams = Streams((), 2**32)
+    for number in range(3000):
+        stream = streams.of("/diagnostics", f"n{number}")
+        stream.advance(0, 0)
+        stream.advance(2, 0)
+    assert streams.lost == 3000
+
+
+@pytest.mark.parametrize("at", [2**63, 2**64 - 1])
+@pytest.mark.parametrize("field", ["stamp", "expires"])
+def test_a_time_beyond_64_bits_is_refused(field: str, at: int) -> None:
+    receiver = MsgpackCodec()
+    assert receiver.decode("/hand/index/force_command", payload_of(GOOD | {field: at}), 0) is None
+    assert receiver.rejected == {"value": 1}
+
+
+@pytest.mark.parametrize("at", [-(2**63), 2**63 - 1])
+def test_a_time_moved_to_our_clock_that_leaves_64_bits_is_refused(at: int) -> None:
+    receiver = MsgpackCodec(use_sender_time=False)
+    body = GOOD | {"stamp": -at - 1, "expires": at}
+    assert receiver.decode("/hand/index/force_command", payload_of(body), 10**18) is None
+    assert receiver.rejected == {"value": 1}
+
+
+@pytest.mark.parametrize("at", [2**63, -(2**63) - 1, 2**64, 2**200])
+def test_a_time_beyond_64_bits_is_not_sent_and_counted(at: int) -> None:
+    sender = MsgpackCodec()
+    assert sender.encode(FingertipState(at, "index", 0)) is None
+    assert sender.clipped == {"stamp": 1}

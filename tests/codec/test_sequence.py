@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.codec import CanCodec, Frame, MsgpackCodec
-from vegrip.codec.sequence import RESYNC, Sequence
+from vegrip.codec.sequence import MOST_SKIPPED, RESYNC, Sequence
 from vegrip.messages import FingertipState
 
 MODULI = [15, 2**32]
@@ -48,6 +48,26 @@ def test_a_sender_that_starts_again_is_heard_after_a_silence(modulus: int) -> No
     assert restarted is not None
     assert restarted > 11, "the running number never runs backwards"
     assert stream.lost == 0, "what a restart has skipped is not known, hence not counted"
+
+
+@given(start=st.integers(0, 2**32 - 1), jump=st.integers(MOST_SKIPPED + 2, 2**32 - 1))
+def test_one_wrong_counter_neither_ends_its_stream_nor_counts_as_lost(start: int, jump: int) -> None:
+    stream = Sequence(2**32)
+    counters = [start, start + 1, start + 1 + jump, start + 2, start + 3]
+    taken = [stream.advance(counter % 2**32, MILLISECOND * i) for i, counter in enumerate(counters)]
+    assert taken == [start, start + 1, None, start + 2, start + 3]
+    assert stream.lost == 0
+
+
+@pytest.mark.parametrize("jump", [MOST_SKIPPED + 2, 2**31, 2**31 + 1, 2**32 - 1000])
+def test_a_sender_that_goes_on_elsewhere_is_heard_after_the_silence_of_its_old_numbers(jump: int) -> None:
+    stream = Sequence(2**32)
+    stream.advance(7, 0)
+    heard = [stream.advance((7 + jump + i) % 2**32, (1 + i) * 5 * MILLISECOND) for i in range(200)]
+    first = next(i for i, seq in enumerate(heard) if seq is not None)
+    assert (1 + first) * 5 * MILLISECOND > RESYNC >= first * 5 * MILLISECOND
+    assert None not in heard[first:]
+    assert stream.lost == 0
 
 
 def test_a_sender_that_stands_still_is_never_heard_again() -> None:

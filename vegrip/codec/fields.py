@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from vegrip.codec.packing import RefusedError, packer, unpacker
+from vegrip.codec.packing import RefusedError, checked_time, packer, unpacker
 from vegrip.codec.schema import MessageSchema
 from vegrip.messages import Message
 
@@ -48,8 +48,8 @@ class Fields:
 
 
 def restamp(schema: MessageSchema, values: dict[str, Any], stamp: int) -> None:
-    """Set the stamp to ``stamp`` [ns] and move all other times by as much."""
+    """Set the stamp to ``stamp`` [ns] and move all other times by as much, if they stay times."""
     shift = stamp - values["stamp"]
     for field in schema.fields:
         if field.kind == "time":
-            values[field.name] += shift
+            values[field.name] = checked_time(values[field.name] + shift)

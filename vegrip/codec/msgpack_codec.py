@@ -16,8 +16,8 @@ from vegrip.codec.fields import Fields, restamp
 from vegrip.codec.packing import MAP_LIMIT, SEQUENCE_MODULUS, TEXT_LIMIT, RefusedError
 from vegrip.codec.protection import P04, P04_HEADER, P04_LIMIT
 from vegrip.codec.schema import message_set
-from vegrip.codec.sequence import Sequence
-from vegrip.codec.topics import ROUTES, Route, Topics
+from vegrip.codec.streams import Streams
+from vegrip.codec.topics import Route, Topics
 from vegrip.messages import Message
 
 COUNTER: Final = slice(2, 4)  # of profile 4, most significant byte first
@@ -44,10 +44,11 @@ class MsgpackCodec:
     ``type``           a field of another type
     ``value``          infinite where that is no value, unknown member of an enumeration, ...
     ``finger``         the finger in the message is not the one of the topic
-    ``counter``        a repeat, or older than the last one
+    ``counter``        a repeat, older than the last one, or too far ahead of it
     =================  ==================================================================================
 
-    ``lost`` counts messages that never arrived, ``clipped`` (by field) values that could not be sent.
+    ``lost`` counts messages that never arrived, ``clipped`` (by field) values that could not be sent, and
+    ``crowded`` the streams that were forgotten to make room for others.
 
     Args:
         namespace: in front of every topic; one for each hand on the network.
@@ -75,12 +76,17 @@ class MsgpackCodec:
         self._use_sender_time = use_sender_time
         self._version = message_set().version
         self._fields = {s.cls: Fields(s) for s in message_set().messages.values()}
-        self._streams: dict[tuple[str, str], Sequence] = {}
+        self._streams = Streams(fingers or (), SEQUENCE_MODULUS)
 
     @property
     def lost(self) -> int:
         """Messages that never arrived, over all streams."""
-        return sum(stream.lost for stream in self._streams.values())
+        return self._streams.lost
+
+    @property
+    def crowded(self) -> int:
+        """How many streams were forgotten to make room for others."""
+        return self._streams.crowded
 
     def encode(self, message: Message) -> tuple[str, bytes] | None:
         """Return topic and payload, None for a message that cannot be sent (counted in ``clipped``).
@@ -114,8 +120,7 @@ class MsgpackCodec:
 
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""
-        for stream in self._streams.values():
-            stream.last = -1
+        self._streams.reset()
 
     def _decode(self, topic: str, payload: bytes, stamp: int) -> Message:
         route = self.topics.incoming(topic)
@@ -150,12 +155,7 @@ class MsgpackCodec:
         return body
 
     def _advance(self, key: tuple[str, str], counter: int, stamp: int) -> int:
-        stream = self._streams.get(key)
-        if stream is None:
-            if len(self._streams) >= ROUTES:
-                raise RefusedError("size")
-            stream = self._streams[key] = Sequence(SEQUENCE_MODULUS)
-        seq = stream.advance(counter, stamp)
+        seq = self._streams.of(*key).advance(counter, stamp)
         if seq is None:
             raise RefusedError("counter")
         return seq

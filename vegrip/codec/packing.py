@@ -11,6 +11,7 @@ from vegrip.messages import Estimate
 TEXT_LIMIT: Final = 64  # characters
 MAP_LIMIT: Final = 64  # entries
 SEQUENCE_MODULUS: Final = 1 << 32
+INT64_MIN: Final = -(1 << 63)
 INT64_MAX: Final = (1 << 63) - 1
 NAME: Final = re.compile(r"[A-Za-z0-9_\-./]{1,64}")
 
@@ -59,7 +60,7 @@ def _pack_estimate(estimate: Estimate) -> list[float | bool]:
 
 
 def _pack_counts(counts: Mapping[str, int]) -> dict[str, int]:
-    return {name[:TEXT_LIMIT]: int(count) for name, count in list(counts.items())[:MAP_LIMIT]}
+    return {name[:TEXT_LIMIT]: _integer(int(count)) for name, count in list(counts.items())[:MAP_LIMIT]}
 
 
 def _integer(item: Any, high: int = INT64_MAX) -> int:
@@ -70,9 +71,12 @@ def _integer(item: Any, high: int = INT64_MAX) -> int:
     return item
 
 
-def _time(item: Any) -> int:
+def checked_time(item: Any) -> int:
+    """Return a time [ns] that is an int64; what else msgpack can carry would overflow in numpy later."""
     if type(item) is not int:
         raise RefusedError("type")
+    if not INT64_MIN <= item <= INT64_MAX:
+        raise RefusedError("value")
     return item
 
 
@@ -136,17 +140,17 @@ def _enumerated(item: Any, enumeration: Enumeration) -> Any:
 
 
 _PACK: Final[Mapping[str, Convert]] = {
-    "time": int,
+    "time": lambda value: checked_time(int(value)),
     "sequence": lambda value: int(value) % SEQUENCE_MODULUS,
     "name": str,
     "flag": bool,
-    "count": int,
+    "count": lambda value: _integer(int(value)),
     "text": lambda value: value[:TEXT_LIMIT],
     "estimate": _pack_estimate,
     "counts": _pack_counts,
 }
 _UNPACK: Final[Mapping[str, Convert]] = {
-    "time": _time,
+    "time": checked_time,
     "sequence": lambda item: _integer(item, SEQUENCE_MODULUS - 1),
     "name": _name,
     "flag": _flag,

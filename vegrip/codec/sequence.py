@@ -5,12 +5,18 @@ from typing import Final
 RESYNC: Final = 500_000_000
 """[ns] A stream silent for longer may go on anywhere: its sender has started again."""
 
+MOST_SKIPPED: Final = 10_000
+"""Messages that can be lost in a row within ``RESYNC``: those of a stream of 20 kHz. A counter that jumps
+further is not that of the next message of this stream."""
+
 
 class Sequence:
     """The counter of one stream, made an ever-growing number.
 
     A counter modulo ``m`` that moved by ``d = (counter - last) mod m`` is a repeat for d = 0, has lost
-    d - 1 messages for d <= m // 2, and ran backwards for any larger d.
+    d - 1 messages for d <= m // 2, and ran backwards for any larger d. One that jumped further than
+    ``MOST_SKIPPED`` is refused as well, until the stream has been silent for ``RESYNC``: one wrong counter
+    must neither end the stream it stands in nor count as messages that were never sent.
 
     >>> stream = Sequence(15)
     >>> [stream.advance(counter, stamp=0) for counter in (13, 14, 0, 0, 2, 1)]
@@ -47,7 +53,7 @@ class Sequence:
             silent = stamp - self.stamp > RESYNC
             if self._reach and 0 < self.modulus - step <= self._reach and not silent:
                 return self._overtaken(self.modulus - step)
-            if step == 0 or (step > self.modulus // 2 and not silent):
+            if step == 0 or (step > min(self.modulus // 2, MOST_SKIPPED) and not silent):
                 return None
             self.last += step
             self._seen = ((self._seen << min(step, self._reach + 1)) | 1) & ((1 << self._reach + 1) - 1)
