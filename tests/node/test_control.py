@@ -4,7 +4,9 @@ import threading
 import time
 from dataclasses import dataclass
 
+import msgpack
 import pytest
+import zmq
 
 from vegrip.clock import WallClock
 from vegrip.codec.msgpack_codec import MsgpackCodec
@@ -46,7 +48,7 @@ class Running:
         self.runner = Runner(
             self.node, endpoint, WallClock(), LoopSettings(tick_period=0.001), self.telemetry, "/left/echo"
         )
-        self.server = ControlServer(self.entry.control, Control(self.runner, sink.topics))
+        self.server = ControlServer(self.entry.control, Control(self.runner, sink.topics), self.runner.beside)
         self.telemetry.start()
         self.runner.start()
         self.thread = threading.Thread(target=self.runner.run)
@@ -106,6 +108,56 @@ def test_a_bad_request_is_answered_and_the_next_one_too(running, call):
     with pytest.raises(UsageError):
         ask(running.entry, call)
     assert ask(running.entry, "state")["state"] == "active"
+
+
+FRAMES = {
+    "two empty ones": [b"", b"", b""],
+    "one empty one": [b""],
+    "nothing after the delimiter": [b"", b""],
+    "a request in two": [b"", b"\x81", b"\xa4"],
+    "no delimiter": [b"\x81\xa4call\xa5state"],
+    "many": [b"x"] * 1000,
+    "not msgpack": [b"", b"\xc1"],
+    "deep": [b"", b"\x91" * 60_000],
+}
+
+
+@pytest.mark.parametrize("frames", FRAMES.values(), ids=FRAMES)
+def test_whatever_the_frames_of_a_request_the_next_asker_is_answered(running, frames):
+    with zmq.Context() as context, context.socket(zmq.DEALER) as stranger:
+        stranger.linger = 0
+        stranger.connect(running.entry.control)
+        for _ in range(3):
+            stranger.send_multipart(frames)
+        assert stranger.poll(5000), "it is answered, too"
+    assert ask(running.entry, "state")["state"] == "active"
+
+
+def test_what_is_no_request_is_counted_and_told_once(running, caplog):
+    with zmq.Context() as context, context.socket(zmq.DEALER) as stranger:
+        stranger.linger = 0
+        stranger.connect(running.entry.control)
+        for _ in range(5):
+            stranger.send_multipart([b"", b"", b""])
+            assert stranger.poll(5000)
+    for _ in range(2):
+        seen = running.runner.status
+        deadline = time.monotonic() + 10.0
+        while running.runner.status is seen and time.monotonic() < deadline:
+            time.sleep(0.01)
+    assert running.runner.status.rejected["request"] == 5
+    assert sum("control socket" in record.getMessage() for record in caplog.records) == 1
+
+
+def test_one_who_asks_and_never_reads_keeps_nobody_waiting(running):
+    with zmq.Context() as context, context.socket(zmq.DEALER) as stranger:
+        stranger.linger = 0
+        stranger.connect(running.entry.control)
+        for _ in range(3000):
+            stranger.send_multipart([b"", msgpack.packb({"call": "parameters"})], zmq.DONTWAIT)
+            if not stranger.poll(0, zmq.POLLOUT):
+                break
+        assert ask(running.entry, "state", patience=30.0)["state"] == "active"
 
 
 def test_telemetry_shows_what_comes_in_and_goes_out_with_namespace(running):

@@ -1,16 +1,20 @@
 """Laws of the ZeroMQ endpoint."""
 
+import contextlib
+import socket
 import time
+from pathlib import Path
 
 import pytest
 import zmq
 
 from vegrip.codec.msgpack_codec import MsgpackCodec
 from vegrip.errors import ConfigError, DeviceError
-from vegrip.messages import FingertipState
+from vegrip.messages import FingertipState, Lifecycle, NodeStatus
 from vegrip.transport.curve import Curve, Keys
 from vegrip.transport.key_files import make_keys
 from vegrip.transport.open import Hand, open_endpoint
+from vegrip.transport.zmq_address import resolve
 from vegrip.transport.zmq_endpoint import LARGEST, ZmqEndpoint
 
 FINGERS = ("thumb", "index")
@@ -103,8 +107,6 @@ def test_an_address_in_use_is_one_sentence(endpoint):
 
 def test_rubbish_is_counted_and_what_is_too_long_never_arrives(endpoint):
     receiver = endpoint("", ["ipc:rubbish"])
-    from vegrip.transport.zmq_address import resolve
-
     with zmq.Context() as context, context.socket(zmq.PUB) as sender:
         sender.linger = 0
         sender.bind(resolve("ipc:rubbish"))
@@ -176,3 +178,94 @@ def test_an_endpoint_is_made_from_a_table():
     assert first_message(one, other) is not None
     one.close()
     other.close()
+
+
+def heard_after(seconds, receiver, send):
+    """Whether ``receiver`` hears what ``send(seq)`` sends again and again; gives up after ``seconds``."""
+    end = time.monotonic() + seconds
+    seq = 10_000
+    while time.monotonic() < end:
+        send(seq)
+        if receiver.receive(0.01):
+            return True
+        seq += 1
+    return False
+
+
+@pytest.fixture
+def publisher():
+    with zmq.Context() as context, context.socket(zmq.PUB) as socket:
+        socket.linger = 0
+        yield socket
+
+
+@pytest.mark.parametrize("address", ["ipc:large", "tcp://127.0.0.1:*"])
+def test_a_message_that_is_too_long_is_counted_and_the_next_ones_are_heard(endpoint, publisher, address):
+    publisher.bind(resolve(address))
+    at = publisher.getsockopt(zmq.LAST_ENDPOINT).decode().rstrip("\0")
+    receiver = endpoint("", [at])
+    codec = MsgpackCodec()
+
+    def send(seq):
+        topic, payload = codec.encode(state(seq))
+        publisher.send_multipart([topic.encode(), payload])
+
+    for times in (1, 2, 3):
+        assert heard_after(20.0, receiver, send)
+        publisher.send_multipart([b"/hand/index/state", bytes(LARGEST + 1)])
+        deadline = time.monotonic() + 20.0
+        while receiver.rejected.get("cut_off", 0) < times and time.monotonic() < deadline:
+            receiver.receive(0.01)
+        assert receiver.rejected["cut_off"] == times
+    assert heard_after(20.0, receiver, send)
+
+
+def test_bytes_that_are_no_zeromq_end_no_subscription(endpoint):
+    """The publisher greets as it should, then sends a frame that cannot be."""
+    path = resolve("ipc:wrong").removeprefix("ipc://")
+    receiver = endpoint("", ["ipc:wrong"])
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(path)
+        listener.listen()
+        listener.settimeout(0.01)
+        came = []
+        end = time.monotonic() + 20.0
+        while len(came) < 2 and time.monotonic() < end:
+            receiver.receive(0.01)
+            with contextlib.suppress(TimeoutError):
+                came.append(listener.accept()[0])
+                came[-1].sendall(GREETING + READY)
+                came[-1].sendall(b"\xff" * 16)
+    for each in came:
+        each.close()
+    assert len(came) == 2, "it came again"
+    Path(path).unlink()
+    sender = endpoint("ipc:wrong")
+    assert heard_after(20.0, receiver, lambda seq: sender.send(state(seq)))
+    assert receiver.rejected["cut_off"] >= 1
+
+
+GREETING = b"\xff" + bytes(8) + b"\x7f\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
+READY = b"\x04\x19\x05READY\x0bSocket-Type\x00\x00\x00\x03PUB"
+
+
+def test_a_publisher_that_leaves_and_comes_back_is_not_counted_as_cut_off(endpoint):
+    receiver = endpoint("", ["ipc:comes"])
+    for _ in range(3):
+        sender = endpoint("ipc:comes")
+        assert heard_after(20.0, receiver, lambda seq, sender=sender: sender.send(state(seq)))
+        sender.close()
+        receiver.receive(0.3)
+    assert "cut_off" not in receiver.rejected
+
+
+def test_of_several_publishers_each_is_heard(endpoint):
+    senders = {name: endpoint(f"ipc:{name}") for name in ("a", "b", "c")}
+    receiver = endpoint("", [f"ipc:{name}" for name in senders])
+    heard = set()
+    end = time.monotonic() + 20.0
+    while len(heard) < 3 and time.monotonic() < end:
+        for name, sender in senders.items():
+            sender.send(NodeStatus(time.monotonic_ns(), name, 0, Lifecycle.ACTIVE))
+        heard |= {message.node for message in receiver.receive(0.01)}
+    assert heard == set(senders)

@@ -6,7 +6,8 @@ reads a frozen value is answered at once.
 
 import dataclasses
 import threading
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import msgpack
@@ -85,12 +86,23 @@ class Control:
 
 
 class ControlServer:
-    """The thread that answers at ``address``."""
+    """The thread that answers at ``address``.
 
-    def __init__(self, address: str, control: Control) -> None:
+    A request is one frame of msgpack, after an empty one as a socket of kind REQ puts it. Every other one is
+    answered with an error and counted as ``request`` in ``counts``, and whoever asks next is answered as well.
+
+    Args:
+        address: to bind.
+        control: what may be asked.
+        counts: where bad requests are counted.
+
+    """
+
+    def __init__(self, address: str, control: Control, counts: Counter[str] | None = None) -> None:
         self._calls = control.calls
+        self._counts = Counter() if counts is None else counts
         self._context = zmq.Context()
-        self._socket = self._context.socket(zmq.REP)
+        self._socket = self._context.socket(zmq.ROUTER)
         self._socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
         self._socket.bind(address)
         self._stop = threading.Event()
@@ -106,15 +118,32 @@ class ControlServer:
 
     def _run(self) -> None:
         while not self._stop.is_set():
-            if self._socket.poll(LOOK):
-                self._socket.send(msgpack.packb(self._answer(self._socket.recv()), default=str))
+            try:
+                if self._socket.poll(LOOK):
+                    self._serve(self._socket.recv_multipart())
+            except zmq.ZMQError:  # of this one request; it must not end the thread
+                self._counts["request"] += 1
 
-    def _answer(self, request: bytes) -> dict[str, Any]:
+    def _serve(self, frames: Sequence[bytes]) -> None:
+        envelope, request = _split(frames)
+        self._socket.send_multipart([*envelope, self._answer(request)], zmq.DONTWAIT)
+
+    def _answer(self, request: Sequence[bytes]) -> bytes:
         try:
-            asked = msgpack.unpackb(request)
+            (body,) = request
+            asked = msgpack.unpackb(body)
             call, arguments = self._calls[asked["call"]], asked.get("arguments", {})
-            return {"result": call(**arguments)}
+            answer = {"result": call(**arguments)}
+            return bytes(msgpack.packb(answer, default=str))
         except VegripError as error:
-            return {"error": str(error), "exit_code": error.exit_code}
+            refusal = str(error), error.exit_code
         except Exception as error:  # noqa: BLE001 (a bad request must not end the thread)
-            return {"error": f"the request cannot be answered: {error!r}", "exit_code": UsageError.exit_code}
+            self._counts["request"] += 1
+            refusal = f"the request cannot be answered: {error!r}", UsageError.exit_code
+        return bytes(msgpack.packb({"error": refusal[0], "exit_code": refusal[1]}))
+
+
+def _split(frames: Sequence[bytes]) -> tuple[Sequence[bytes], Sequence[bytes]]:
+    """Return what leads back to the asker (its name, and an empty frame if it sent one) and the request."""
+    end = 2 if b"" in frames[1:2] else 1
+    return frames[:end], frames[end:]

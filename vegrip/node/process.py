@@ -54,7 +54,7 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         stack.enter_context(closing(endpoint))
         runner = Runner(node, endpoint, WallClock(), config.loop, telemetry, name)
         control = Control(runner, sink.topics)
-        stack.enter_context(closing(ControlServer(entry.control, control)))
+        stack.enter_context(closing(ControlServer(entry.control, control, runner.beside)))
         stack.enter_context(_stopped_by_signals(runner))
         stack.enter_context(_brisk_switching())
         telemetry.start()

@@ -2,7 +2,7 @@
 
 import gc
 import logging
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -81,6 +81,7 @@ class Runner:
         self._also_sent = 0  # messages of others that only this node may send
         self._missed: dict[str, int] = {}  # counts of what passed by while nobody listened
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
+        self.beside: Counter[str] = Counter()  # refused by the threads beside the loop
 
     @property
     def state(self) -> Lifecycle:
@@ -231,7 +232,13 @@ class Runner:
 
     def _rejected(self) -> Mapping[str, int]:
         also_sent = {"also_sent": self._also_sent} if self._also_sent else {}
-        counts = {**self._endpoint.rejected, **self.managed.node.rejected, **self.managed.faults, **also_sent}
+        counts = {
+            **self._endpoint.rejected,
+            **self.managed.node.rejected,
+            **self.managed.faults,
+            **also_sent,
+            **self.beside,
+        }
         for name in counts.keys() & self._missed.keys():
             counts[name] -= self._missed[name]
         return {name: count for name, count in counts.items() if count}

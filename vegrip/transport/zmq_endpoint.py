@@ -4,6 +4,7 @@ Each node binds one publisher and connects to the publishers it listens to; ther
 and the order of starting does not matter.
 """
 
+import functools
 import math
 import select
 import time
@@ -18,19 +19,22 @@ from vegrip.messages import Message
 from vegrip.transport.curve import Keys
 from vegrip.transport.handshakes import Handshakes
 from vegrip.transport.losses import losses
+from vegrip.transport.subscription import Subscription
 from vegrip.transport.zmq_address import check_reach, resolve
 
 HIGH_WATER = 1000  # messages kept for one subscriber; then the newest are lost for it
-LARGEST = 65_536  # [bytes] a peer that sends more is cut off by ZeroMQ
+LARGEST = 65_536  # [bytes] a peer that sends more is cut off by ZeroMQ, and connected to anew by us
 MOST_MESSAGES = 256  # taken in one go; a flood must not keep the loop from its ticks
+LOOK = 0.05  # [s] between two looks at the connections
 
 
 class ZmqEndpoint:
     """Messages in and out as ``[topic, payload]``.
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent``, ``parts`` for
-    messages not made of two parts, ``lost`` for gaps in the numbers of messages, and ``clipped``; with keys
-    also those of :class:`~vegrip.transport.handshakes.Handshakes`.
+    messages not made of two parts, ``cut_off`` for connections that ZeroMQ ended for what came over them,
+    ``lost`` for gaps in the numbers of messages, ``crowded`` and ``clipped``; with keys also those of
+    :class:`~vegrip.transport.handshakes.Handshakes`.
 
     Args:
         publish: address to bind, "" to send nothing.
@@ -61,8 +65,9 @@ class ZmqEndpoint:
         if keys is not None:
             keys.guard(self._context)
         self._publisher = self._socket(zmq.PUB)
-        self._subscriber = self._socket(zmq.SUB)
-        self._handshakes = Handshakes(self._publisher, self._subscriber) if keys is not None else None
+        self._subscriptions: list[Subscription] = []
+        self._look_at = 0.0  # [s]
+        self._handshakes = Handshakes(self._publisher) if keys is not None else None
         try:
             self._open(bound, connected)
         except zmq.ZMQError as error:
@@ -72,19 +77,26 @@ class ZmqEndpoint:
     @property
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
+        self._look(time.monotonic())
         refused = self._handshakes.refused() if self._handshakes is not None else {}
-        return {**self._codec.rejected, **self._faults, **losses(self._codec), **refused}
+        more = {"cut_off": sum(each.cut_off for each in self._subscriptions), "crowded": self._codec.crowded}
+        more = {name: count for name, count in more.items() if count}
+        return {**self._codec.rejected, **self._faults, **losses(self._codec), **refused, **more}
 
     @property
     def in_trouble(self) -> bool:
         """Whether a publisher that we need refuses us, or is not the one we know."""
+        self._look(time.monotonic())
         return self._handshakes is not None and self._handshakes.in_trouble
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message, then take what is there, at most ``MOST_MESSAGES``."""
         messages: list[Message] = []
-        deadline = time.monotonic() + timeout
-        while not messages and self._readable(deadline):
+        now = time.monotonic()
+        if now >= self._look_at:
+            self._look(now)
+            self._look_at = now + LOOK
+        while not messages and self._readable(now + timeout):
             self._drain(messages)
         self.arrivals = [time.monotonic_ns()] * len(messages)
         return messages
@@ -114,7 +126,8 @@ class ZmqEndpoint:
         if self._handshakes is not None:
             self._handshakes.close()
         self._publisher.close(linger=100)
-        self._subscriber.close(linger=0)
+        for each in self._subscriptions:
+            each.close()
         self._context.term()
 
     def _socket(self, kind: int) -> zmq.Socket[bytes]:
@@ -126,22 +139,33 @@ class ZmqEndpoint:
     def _open(self, publish: Sequence[str], subscribe: Sequence[str]) -> None:
         if self._keys is not None:
             self._keys.serve(self._publisher)
-            self._keys.subscribe(self._subscriber)
         for address in publish:
             self._publisher.bind(address)
         for address in subscribe:
-            self._subscriber.connect(address)
-        self._subscriber.subscribe("")
+            self._subscriptions.append(self._subscription(address))
+
+    def _subscription(self, address: str) -> Subscription:
+        socket = self._socket(zmq.SUB)
+        if self._keys is None or self._handshakes is None:
+            return Subscription(socket, address)
+        self._keys.subscribe(socket)
+        return Subscription(socket, address, functools.partial(self._handshakes.subscribed, address))
+
+    def _look(self, now: float) -> None:
+        for each in self._subscriptions:
+            each.look(now)
+        if self._handshakes is not None:
+            self._handshakes.look()
 
     def _drain(self, messages: list[Message]) -> None:
-        for _ in range(MOST_MESSAGES):
-            try:
-                parts = self._subscriber.recv_multipart(zmq.DONTWAIT)
-            except zmq.Again:
-                return
-            message = self._decoded(parts)
-            if message is not None:
-                messages.append(message)
+        for subscription in self._subscriptions:
+            for _ in range(MOST_MESSAGES // len(self._subscriptions) or 1):
+                parts = subscription.take()
+                if parts is None:
+                    break
+                message = self._decoded(parts)
+                if message is not None:
+                    messages.append(message)
 
     def _decoded(self, parts: Sequence[bytes]) -> Message | None:
         if len(parts) != 2:
@@ -155,11 +179,11 @@ class ZmqEndpoint:
         ``Socket.poll`` counts in whole milliseconds, too coarse for a tick. The descriptor of the socket
         signals edges only, so ``EVENTS`` is asked before each wait.
         """
-        while not int(self._subscriber.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
+        while not any(each.readable() for each in self._subscriptions):
             remaining = deadline - time.monotonic()
             if remaining <= 0.0:
                 return False
-            select.select([self._subscriber], [], [], remaining)
+            select.select(self._subscriptions, [], [], remaining)
         return True
 
 

@@ -1,0 +1,91 @@
+"""One publisher that is listened to, and connected to anew when libzmq has given it up.
+
+libzmq connects again by itself to a publisher that has gone. After an error of the protocol (a message above
+MAXMSGSIZE, or bytes that are no message) it does not: it ends the session without a word, and the socket stays
+deaf for ever. Its events tell the two apart: where it tries again, CONNECT_RETRIED follows DISCONNECTED at once.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import zmq
+
+from vegrip.transport.socket_monitor import SocketMonitor
+
+REOPEN_AFTER: Final = 0.1
+"""[s] from the end of a connection that libzmq does not try again until it is opened anew; its own interval."""
+
+HANDSHAKES: Final = (
+    zmq.EVENT_HANDSHAKE_SUCCEEDED
+    | zmq.EVENT_HANDSHAKE_FAILED_AUTH
+    | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
+    | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
+)
+_TRIED_AGAIN: Final = (zmq.EVENT_CONNECT_RETRIED, zmq.EVENT_CONNECT_DELAYED, zmq.EVENT_CONNECTED)
+_EVENTS: Final = HANDSHAKES | zmq.EVENT_DISCONNECTED | sum(_TRIED_AGAIN)
+_KEEPALIVE: Final = (
+    (zmq.TCP_KEEPALIVE, 1),
+    (zmq.TCP_KEEPALIVE_IDLE, 1),  # [s]
+    (zmq.TCP_KEEPALIVE_INTVL, 1),  # [s]
+    (zmq.TCP_KEEPALIVE_CNT, 3),
+)  # a machine that was switched off sends no end of its connections; who only listens would wait for ever
+
+
+class Subscription:
+    """A subscriber of one address.
+
+    Args:
+        socket: of kind SUB, its options set; closed by :meth:`close`.
+        address: of the publisher, resolved.
+        on_handshake: told how each handshake went, by its event.
+
+    """
+
+    def __init__(
+        self, socket: zmq.Socket[bytes], address: str, on_handshake: Callable[[int], None] | None = None
+    ) -> None:
+        self.cut_off = 0  # connections that were ended for what came over them
+        self._socket = socket
+        self._address = address
+        self._on_handshake = on_handshake
+        self._ended: float | None = None  # [s] when the connection ended that nobody tries again so far
+        self._monitor = SocketMonitor(socket, int(_EVENTS))
+        for option, value in _KEEPALIVE if address.startswith("tcp:") else ():
+            socket.setsockopt(option, value)
+        socket.connect(address)
+        socket.subscribe("")
+
+    def fileno(self) -> int:
+        """Return the descriptor that signals edges only; ask :meth:`readable` before waiting for it."""
+        return int(self._socket.fileno())
+
+    def readable(self) -> bool:
+        """Whether a message is there."""
+        return bool(int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN)
+
+    def take(self) -> Sequence[bytes] | None:
+        """Return the parts of the next message, None when there is none."""
+        try:
+            return self._socket.recv_multipart(zmq.DONTWAIT)
+        except zmq.Again:
+            return None
+
+    def look(self, now: float) -> None:
+        """See how the connection is at ``now`` [s], and open it anew if nobody else does."""
+        for event, _ in self._monitor.events():
+            if event == zmq.EVENT_DISCONNECTED:
+                self._ended = now
+            elif event in _TRIED_AGAIN:
+                self._ended = None
+            elif self._on_handshake is not None:
+                self._on_handshake(event)
+        if self._ended is not None and now - self._ended >= REOPEN_AFTER:
+            self._ended = None
+            self.cut_off += 1
+            self._socket.disconnect(self._address)
+            self._socket.connect(self._address)
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._monitor.close()
+        self._socket.close(linger=0)
