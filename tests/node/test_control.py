@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections import Counter
 from dataclasses import dataclass
 
 import msgpack
@@ -43,12 +44,14 @@ class Running:
         self.entry = Entry("/left/echo", "echo", "left")
         endpoint, self.outside = pair()
         self.node = EchoNode("echo", EchoParameters())
-        sink = TelemetrySocket(self.entry.telemetry, MsgpackCodec("left"))
-        self.telemetry = Telemetry(sink)
+        beside = Counter()
+        self.sink = TelemetrySocket(self.entry.telemetry, MsgpackCodec("left"), ("thumb",), beside)
+        self.telemetry = Telemetry(self.sink)
+        settings = LoopSettings(tick_period=0.001)
         self.runner = Runner(
-            self.node, endpoint, WallClock(), LoopSettings(tick_period=0.001), self.telemetry, "/left/echo"
+            self.node, endpoint, WallClock(), settings, self.telemetry, self.entry.name, beside
         )
-        self.server = ControlServer(self.entry.control, Control(self.runner, sink.topics), self.runner.beside)
+        self.server = ControlServer(self.entry.control, Control(self.runner, self.sink.topics), beside)
         self.telemetry.start()
         self.runner.start()
         self.thread = threading.Thread(target=self.runner.run)

@@ -1,5 +1,7 @@
 """Laws of addresses and of the folder they live in."""
 
+from pathlib import Path
+
 import pytest
 
 from vegrip.errors import ConfigError, DeviceError
@@ -9,7 +11,7 @@ from vegrip.transport.zmq_address import check_reach, is_local, resolve
 
 @pytest.mark.parametrize(
     "address",
-    ["ipc:///tmp/x", "tcp://127.0.0.1:5600", "tcp://127.8.8.8:1", "tcp://[::1]:5600", "tcp://localhost:1"],
+    ["tcp://127.0.0.1:5600", "tcp://127.8.8.8:1", "tcp://[::1]:5600", "tcp://localhost:1"],
 )
 def test_addresses_of_this_machine_need_no_keys(address):
     assert is_local(address)
@@ -33,10 +35,81 @@ def test_addresses_beyond_this_machine_are_refused_without_keys(address):
     check_reach(address, encrypted=True)
 
 
-@pytest.mark.parametrize("address", ["udp://1.2.3.4:5", "hand", "tcp:5600", "tcp://", "", "ipc:"])
+@pytest.mark.parametrize(
+    "address",
+    [
+        "udp://1.2.3.4:5",
+        "hand",
+        "tcp:5600",
+        "tcp://",
+        "",
+        "ipc:",
+        "ipc://",
+        "ipc:../x",
+        "ipc:a/b",
+        "ipc:/tmp/x",
+        "ipc:..",
+        "ipc:.hidden",
+        "ipc:@x",
+        "ipc:*",
+        "ipc:a b",
+        "ipc:a~",
+        "ipc:a\0b",
+        "ipc:a\n",
+        "ipc://x",
+        "ipc://./x",
+        "ipc://*",
+        "ipc:///a/../tmp/x",
+        "ipc:///tmp/\0x",
+        "inproc://x",
+    ],
+)
 def test_what_is_no_address_is_refused_with_the_right_form(address):
     with pytest.raises(ConfigError, match="ipc:NAME"):
         resolve(address)
+
+
+@pytest.fixture
+def private(runtime):
+    folder = Path(runtime) / "mine"
+    folder.mkdir(mode=0o700)
+    return folder
+
+
+def test_a_path_in_a_folder_of_this_user_alone_needs_no_keys(private):
+    check_reach(resolve(f"ipc://{private}/x"), encrypted=False)
+
+
+@pytest.mark.parametrize("name", ["@vegrip", "@/x", "/tmp/x", "/x", "/absent/folder/x"])  # noqa: S108
+def test_a_socket_that_others_can_reach_or_replace_is_refused_without_keys(name):
+    address = resolve(f"ipc://{name}")
+    with pytest.raises(ConfigError, match="curve"):
+        check_reach(address, encrypted=False)
+    check_reach(address, encrypted=True)
+
+
+@pytest.mark.parametrize("mode", [0o701, 0o710, 0o702, 0o770, 0o777, 0o1777])
+@pytest.mark.parametrize("level", ["the folder", "the one above"])
+def test_a_folder_that_others_can_enter_or_exchange_is_refused_without_keys(private, mode, level):
+    inner = private / "inner"
+    inner.mkdir(mode=0o700)
+    (inner if level == "the folder" else private).chmod(mode)
+    harmless = level == "the one above" and (not mode & 0o022 or mode & 0o1000)
+    address = resolve(f"ipc://{inner}/x")
+    if harmless:
+        check_reach(address, encrypted=False)
+    else:
+        with pytest.raises(ConfigError, match="curve"):
+            check_reach(address, encrypted=False)
+
+
+def test_a_link_on_the_way_counts_with_the_folder_it_leads_to(private):
+    other = private / "open"
+    other.mkdir()
+    other.chmod(0o777)
+    (private / "link").symlink_to(other)
+    with pytest.raises(ConfigError, match="curve"):
+        check_reach(resolve(f"ipc://{private}/link/x"), encrypted=False)
 
 
 def test_a_short_name_is_a_socket_in_the_private_folder(monkeypatch, tmp_path):

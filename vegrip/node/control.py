@@ -19,6 +19,7 @@ from vegrip.node.handle import NodeHandle
 from vegrip.node.lifecycle import allowed, route
 from vegrip.node.parameter_table import described
 from vegrip.node.runner import Runner
+from vegrip.transport.connection_limit import ConnectionLimit
 
 LARGEST = 65_536  # [bytes] of a request
 LOOK = 100  # [ms] between two looks at whether to stop
@@ -88,13 +89,13 @@ class Control:
 class ControlServer:
     """The thread that answers at ``address``.
 
-    A request is one frame of msgpack, after an empty one as a socket of kind REQ puts it. Every other one is
-    answered with an error and counted as ``request`` in ``counts``, and whoever asks next is answered as well.
+    A request is one frame of msgpack, after an empty one as a socket of kind REQ puts it. Every other one
+    is answered with an error and counted as ``request``, and whoever asks next is answered as well.
 
     Args:
         address: to bind.
         control: what may be asked.
-        counts: where bad requests are counted.
+        counts: where bad requests are counted, and ``connections``, the times that no more were let in.
 
     """
 
@@ -104,7 +105,9 @@ class ControlServer:
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.ROUTER)
         self._socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
+        self._limit = ConnectionLimit(self._socket, self._counts)
         self._socket.bind(address)
+        self._limit.start(address)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="control", daemon=True)
         self._thread.start()
@@ -113,6 +116,7 @@ class ControlServer:
         """End the thread."""
         self._stop.set()
         self._thread.join()
+        self._limit.close()
         self._socket.close(linger=0)
         self._context.term()
 

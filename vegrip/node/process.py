@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 
@@ -22,6 +23,7 @@ from vegrip.node.registry import Entry, registered
 from vegrip.node.runner import Runner
 from vegrip.node.telemetry import Direction, Telemetry
 from vegrip.node.telemetry_socket import TelemetrySocket
+from vegrip.transport import descriptors
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
 
@@ -37,6 +39,7 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         VegripError: it cannot be started; the message says what to do.
 
     """
+    descriptors.raise_limit()
     name = config.full_name
     context = NodeContext(name.rpartition("/")[2], config.namespace, config.fingers, config.loop.tick_period)
     node = find_program(config.program)(config.parameters, context)
@@ -47,14 +50,15 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         stack.enter_context(registered(entry))
         stack.enter_context(_last_words(entry))
         codec = MsgpackCodec(config.namespace, remap=config.remap)
-        sink = TelemetrySocket(entry.telemetry, codec)
+        beside: Counter[str] = Counter()
+        sink = TelemetrySocket(entry.telemetry, codec, config.fingers, beside)
         telemetry = stack.enter_context(closing(Telemetry(sink)))
         with _told(telemetry, sink, name):
             endpoint = open_endpoint(config.transport, hand, f"{name} [transport]")
         stack.enter_context(closing(endpoint))
-        runner = Runner(node, endpoint, WallClock(), config.loop, telemetry, name)
+        runner = Runner(node, endpoint, WallClock(), config.loop, telemetry, name, beside)
         control = Control(runner, sink.topics)
-        stack.enter_context(closing(ControlServer(entry.control, control, runner.beside)))
+        stack.enter_context(closing(ControlServer(entry.control, control, beside)))
         stack.enter_context(_stopped_by_signals(runner))
         stack.enter_context(_brisk_switching())
         telemetry.start()

@@ -13,14 +13,18 @@ REMEDY: Final[Mapping[str, str]] = {
     "give them different hands (hand, namespace or channel)",
     "bus_off": "bus-off: the CAN controller has cut itself off after too many errors; give all nodes of the "
     "bus the same bit rates (transport.bitrate, transport.data_bitrate), then look at wiring and termination",
-    "cut_off": "a publisher sent what is no message of ours (bytes that are not ZeroMQ, or more than 64 KiB); "
-    "ZeroMQ ended the connection, and it was opened anew; look what runs at that address (transport.subscribe)",
+    "connections": "too many programs are connected to a socket of this node, and the next one must wait; "
+    "look for one that connects again and again, and never closes",
+    "cut_off": "a publisher sent what is no message of ours (bytes that are not ZeroMQ, or above 64 KiB); "
+    "the connection was opened anew; look what runs at the addresses in transport.subscribe",
     "parts": "messages come that are not topic and payload, and are refused; look what else publishes at the "
     "addresses in transport.subscribe",
     "crowded": "more senders than there are places for have been heard, and those silent for longest were "
     "forgotten; somebody makes up names on this network",
     "request": "somebody sent to the control socket what is no request; use `vegrip param`, `lifecycle` or "
     "`topic` of this version",
+    "subscription": "somebody sent to the telemetry socket what is no subscription; use `vegrip topic` or "
+    "`monitor`, or a ZeroMQ socket of kind SUB",
     "fd_refused": "CAN FD frames come, and this node was told that there are none; set transport.fd = true",
     "key_refused": "a publisher turns us away because it does not know our key; put our public key there "
     "with `vegrip keys trust`, and start it again",

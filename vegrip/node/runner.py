@@ -2,7 +2,7 @@
 
 import gc
 import logging
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -59,6 +59,7 @@ class Runner:
         settings: LoopSettings | None = None,
         telemetry: Telemetry | None = None,
         full_name: str = "",
+        beside: Mapping[str, int] | None = None,  # what the threads beside the loop refuse, counted by name
     ) -> None:
         settings = settings or LoopSettings()
         self.full_name = full_name or node.name
@@ -81,7 +82,7 @@ class Runner:
         self._also_sent = 0  # messages of others that only this node may send
         self._missed: dict[str, int] = {}  # counts of what passed by while nobody listened
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
-        self.beside: Counter[str] = Counter()  # refused by the threads beside the loop
+        self._beside = beside
 
     @property
     def state(self) -> Lifecycle:
@@ -237,7 +238,7 @@ class Runner:
             **self.managed.node.rejected,
             **self.managed.faults,
             **also_sent,
-            **self.beside,
+            **(self._beside or {}),
         }
         for name in counts.keys() & self._missed.keys():
             counts[name] -= self._missed[name]

@@ -1,7 +1,8 @@
 """Telemetry over ZeroMQ: one socket per node, and only what somebody has subscribed to is encoded."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
 
 import zmq
 
@@ -9,20 +10,43 @@ from vegrip.codec.msgpack_codec import MsgpackCodec
 from vegrip.messages import Message, NodeStatus
 from vegrip.node.registry import Entry
 from vegrip.node.telemetry import Direction
+from vegrip.transport.connection_limit import ConnectionLimit
 
 HIGH_WATER = 10_000  # messages kept for one subscriber
-MOST_STREAMS = 1024  # are counted; a sender of made-up names must not make the table grow
+LARGEST = 4096  # [bytes] of a subscription
+MOST_STREAMS = 1024  # are counted besides those of configured fingers; names may be made up
+MOST_PREFIXES = 256  # subscriptions told apart; when there are more, everything is encoded
+SUBSCRIBE, UNSUBSCRIBE = b"\x01", b"\x00"  # the first byte of what subscribers send
 
 
 class TelemetrySocket:
-    """Publishes ``[topic, direction, payload]``; a sink of :class:`~vegrip.node.telemetry.Telemetry`."""
+    """Publishes ``[topic, direction, payload]``; a sink of :class:`~vegrip.node.telemetry.Telemetry`.
 
-    def __init__(self, address: str, codec: MsgpackCodec) -> None:
+    Args:
+        address: to bind.
+        codec: how messages are encoded, and their topics.
+        fingers: those that are configured; their messages are counted whatever else comes.
+        counts: where ``subscription`` is counted, what subscribers sent that is none, and ``connections``.
+
+    """
+
+    def __init__(
+        self,
+        address: str,
+        codec: MsgpackCodec,
+        fingers: Collection[str] = (),
+        counts: Counter[str] | None = None,
+    ) -> None:
         self._codec = codec
+        self._fingers = frozenset(fingers)
+        self._refused: Counter[str] = Counter() if counts is None else counts
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.XPUB)
         self._socket.set_hwm(HIGH_WATER)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
+        self._limit = ConnectionLimit(self._socket, self._refused)
         self._socket.bind(address)
+        self._limit.start(address)
         self._subscribed: set[bytes] = set()
         self._counts: dict[tuple[type[Message], str, Direction], int] = {}
         self.wanted = False
@@ -31,7 +55,7 @@ class TelemetrySocket:
         """Count a message."""
         stream = (type(message), _owner(message), direction)
         known = self._counts.get(stream)
-        if known is not None or len(self._counts) < MOST_STREAMS:
+        if known is not None or len(self._counts) < MOST_STREAMS or stream[1] in self._fingers:
             self._counts[stream] = (known or 0) + 1
 
     def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
@@ -50,16 +74,34 @@ class TelemetrySocket:
 
     def close(self) -> None:
         """Close the socket; what is queued has 100 ms to leave."""
+        self._limit.close()
         self._socket.close(linger=100)
         self._context.term()
 
     def listen(self) -> None:
-        """Take note of who subscribes to what."""
-        while int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
-            request = self._socket.recv()
-            change = self._subscribed.add if request[:1] == b"\x01" else self._subscribed.discard
-            change(request[1:])
+        """Take note of what is subscribed to.
+
+        A prefix is forgotten when nobody is connected any more, and not when somebody unsubscribes: libzmq
+        passes on what it is sent, also by one who had not subscribed to what others want. What nobody wants
+        is not sent in any case, only encoded.
+        """
+        for _ in range(HIGH_WATER):
+            if not int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
+                break
+            self._subscribe(self._socket.recv(zmq.DONTWAIT))
+        if (
+            self._subscribed and not self._limit.connected()
+        ):  # asked last: who subscribed was connected before
+            self._subscribed.clear()
         self.wanted = bool(self._subscribed)
+
+    def _subscribe(self, frame: bytes) -> None:
+        """Take one frame; to wait for all of a message would be to wait for ever, since libzmq drops some."""
+        kind, prefix = frame[:1], frame[1:]
+        if kind not in (SUBSCRIBE, UNSUBSCRIBE):
+            self._refused["subscription"] += 1
+        elif kind == SUBSCRIBE:
+            self._subscribed.add(prefix if len(self._subscribed) < MOST_PREFIXES else b"")
 
     def _send(self, message: Message, owner: str, direction: Direction) -> None:
         route = self._codec.topics.outgoing(type(message), owner)

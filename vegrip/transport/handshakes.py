@@ -5,9 +5,6 @@ from collections.abc import Mapping
 
 import zmq
 
-from vegrip.transport.socket_monitor import SocketMonitor
-from vegrip.transport.subscription import HANDSHAKES
-
 
 class Handshakes:
     """Counts refused connections by name.
@@ -18,8 +15,7 @@ class Handshakes:
     first two.
     """
 
-    def __init__(self, publisher: zmq.Socket[bytes]) -> None:
-        self._at_publisher = SocketMonitor(publisher, int(HANDSHAKES))
+    def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
         self._failing: set[str] = set()  # addresses of publishers that we cannot hear
 
@@ -32,16 +28,11 @@ class Handshakes:
         """Whether a publisher cannot be heard because of keys."""
         return bool(self._failing)
 
-    def close(self) -> None:
-        """Watch no more; before the publisher is closed."""
-        self._at_publisher.close()
-
-    def look(self) -> None:
-        """Count what has happened at the publisher."""
-        for event, _ in self._at_publisher.events():
-            if event != zmq.EVENT_HANDSHAKE_SUCCEEDED:
-                known = event == zmq.EVENT_HANDSHAKE_FAILED_AUTH
-                self._counts["key_unknown" if known else "key_stale"] += 1
+    def published(self, event: int) -> None:
+        """Take note of how a handshake with one who wanted to subscribe went."""
+        if event != zmq.EVENT_HANDSHAKE_SUCCEEDED:
+            known = event == zmq.EVENT_HANDSHAKE_FAILED_AUTH
+            self._counts["key_unknown" if known else "key_stale"] += 1
 
     def subscribed(self, address: str, event: int) -> None:
         """Take note of how a handshake with the publisher at ``address`` went."""

@@ -38,7 +38,11 @@ class SocketMonitor:
             head, address = self.socket.recv_multipart(zmq.DONTWAIT)
             yield _HEAD.unpack(head)[0], address
 
-    def close(self) -> None:
-        """Watch no more."""
+    def stop(self) -> None:
+        """Watch no more; what has happened can still be read. From the thread of the watched socket."""
         self._watched.disable_monitor()
+
+    def close(self) -> None:
+        """Watch no more, and forget what has happened."""
+        self.stop()
         self.socket.close(linger=0)

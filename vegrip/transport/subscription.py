@@ -1,8 +1,9 @@
 """One publisher that is listened to, and connected to anew when libzmq has given it up.
 
-libzmq connects again by itself to a publisher that has gone. After an error of the protocol (a message above
-MAXMSGSIZE, or bytes that are no message) it does not: it ends the session without a word, and the socket stays
-deaf for ever. Its events tell the two apart: where it tries again, CONNECT_RETRIED follows DISCONNECTED at once.
+libzmq connects again by itself to a publisher that has gone. After an error of the protocol (a message
+above MAXMSGSIZE, or bytes that are no message) it does not: it ends the session without a word, and the
+socket stays deaf for ever. Its events tell the two apart: where it tries again, CONNECT_RETRIED follows
+DISCONNECTED at once.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,7 +14,7 @@ import zmq
 from vegrip.transport.socket_monitor import SocketMonitor
 
 REOPEN_AFTER: Final = 0.1
-"""[s] from the end of a connection that libzmq does not try again until it is opened anew; its own interval."""
+"""[s] from the end of a connection that libzmq does not try again until it is opened anew: its interval."""
 
 HANDSHAKES: Final = (
     zmq.EVENT_HANDSHAKE_SUCCEEDED

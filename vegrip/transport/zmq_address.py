@@ -2,9 +2,17 @@
 
 import ipaddress
 import os
+import re
+import stat
+from pathlib import Path
+from typing import Final
 
 from vegrip.errors import ConfigError
 from vegrip.transport.runtime_folder import LONGEST_SOCKET, socket_path
+
+NAME: Final = re.compile(r"[A-Za-z0-9_\-][A-Za-z0-9_.\-]*")
+ABSTRACT: Final = "@"
+"""First character of a name that is no file: it has no permissions, any user may connect or bind it first."""
 
 
 def resolve(address: str) -> str:
@@ -15,20 +23,26 @@ def resolve(address: str) -> str:
 
     """
     scheme, _, rest = address.partition(":")
-    if scheme == "ipc" and rest and not rest.startswith("/"):
+    if scheme == "ipc" and rest and not rest.startswith("//"):
+        if not NAME.fullmatch(rest):
+            raise ConfigError(
+                f"{address!r} is no address: in ipc:NAME the name consists of letters, digits, '_', '-' "
+                "and '.', and does not begin with '.'"
+            )
         return f"ipc://{socket_path('zmq', rest)}"
-    if scheme not in ("ipc", "tcp") or not rest.startswith("//") or len(rest) == len("//"):
+    path = rest.removeprefix("//")
+    if scheme not in ("ipc", "tcp") or not rest.startswith("//") or not path.isprintable() or not path:
         raise ConfigError(f"{address!r} is no address; write ipc:NAME, ipc:///path or tcp://127.0.0.1:PORT")
-    path = rest[len("//") :]
-    if scheme == "ipc" and len(os.fsencode(path)) > LONGEST_SOCKET:
-        raise ConfigError(f"{path} is too long for a socket (at most {LONGEST_SOCKET} bytes); use ipc:NAME")
+    if scheme == "ipc":
+        _check_path(path)
     return address
 
 
 def is_local(address: str) -> bool:
-    """Whether a resolved ``address`` can be reached from this machine only."""
+    """Whether a resolved ``address`` is one of this machine and, if it is a file, of this user alone."""
     if address.startswith("ipc://"):
-        return True
+        path = address.removeprefix("ipc://")
+        return not path.startswith(ABSTRACT) and _is_private(Path(path).parent)
     host = address.removeprefix("tcp://").rpartition(":")[0].strip("[]")
     if host == "localhost":
         return True
@@ -39,14 +53,48 @@ def is_local(address: str) -> bool:
 
 
 def check_reach(address: str, encrypted: bool) -> None:
-    """Refuse an address beyond this machine without keys.
+    """Refuse an address that others can reach without keys.
 
     Raises:
         ConfigError: with the remedy.
 
     """
-    if not (encrypted or is_local(address)):
+    if encrypted or is_local(address):
+        return
+    if address.startswith("ipc://"):
         raise ConfigError(
-            f"{address} can be reached from other machines; add a [transport.curve] table with keys, "
-            "or use tcp://127.0.0.1:PORT or ipc:NAME"
+            f"{address} can be reached by other users, or lies where they can put a socket of theirs; use "
+            "ipc:NAME, a folder that only you can enter (chmod 700), or a [transport.curve] table with keys"
         )
+    raise ConfigError(
+        f"{address} can be reached from other machines; add a [transport.curve] table with keys, "
+        "or use tcp://127.0.0.1:PORT or ipc:NAME"
+    )
+
+
+def _check_path(path: str) -> None:
+    """Refuse a path that is none: a name without a file is one, but only with keys."""
+    if not path.startswith(("/", ABSTRACT)) or ".." in Path(path).parts:
+        raise ConfigError(f"{path!r} is no path of a socket; use ipc:NAME, or a full path without '..'")
+    if len(os.fsencode(path)) > LONGEST_SOCKET:
+        raise ConfigError(f"{path} is too long for a socket (at most {LONGEST_SOCKET} bytes); use ipc:NAME")
+
+
+def _is_private(folder: Path) -> bool:
+    """Whether this user alone can make files in ``folder``, and no other can exchange a folder above it."""
+    try:
+        real = folder.resolve(strict=True)
+        own = real.stat()
+        above = [each.lstat() for each in {folder, *folder.parents, *real.parents}]
+    except OSError:
+        return False
+    private = own.st_uid == os.getuid() and not stat.S_IMODE(own.st_mode) & 0o077
+    return private and all(_is_kept(each) for each in above)
+
+
+def _is_kept(entry: os.stat_result) -> bool:
+    """Whether only root and this user can replace what ``entry``, a link or folder, leads to."""
+    if entry.st_uid not in (0, os.getuid()):
+        return False
+    by_others = entry.st_mode & (stat.S_IWGRP | stat.S_IWOTH) and not entry.st_mode & stat.S_ISVTX
+    return stat.S_ISLNK(entry.st_mode) or not by_others

@@ -16,10 +16,11 @@ import zmq
 from vegrip.codec.msgpack_codec import MsgpackCodec
 from vegrip.errors import DeviceError
 from vegrip.messages import Message
+from vegrip.transport.connection_limit import ConnectionLimit
 from vegrip.transport.curve import Keys
 from vegrip.transport.handshakes import Handshakes
 from vegrip.transport.losses import losses
-from vegrip.transport.subscription import Subscription
+from vegrip.transport.subscription import HANDSHAKES, Subscription
 from vegrip.transport.zmq_address import check_reach, resolve
 
 HIGH_WATER = 1000  # messages kept for one subscriber; then the newest are lost for it
@@ -33,7 +34,8 @@ class ZmqEndpoint:
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent``, ``parts`` for
     messages not made of two parts, ``cut_off`` for connections that ZeroMQ ended for what came over them,
-    ``lost`` for gaps in the numbers of messages, ``crowded`` and ``clipped``; with keys also those of
+    ``connections`` for the times that no more subscribers were let in, ``lost`` for gaps in the numbers of
+    messages, ``crowded`` and ``clipped``; with keys also those of
     :class:`~vegrip.transport.handshakes.Handshakes`.
 
     Args:
@@ -67,7 +69,8 @@ class ZmqEndpoint:
         self._publisher = self._socket(zmq.PUB)
         self._subscriptions: list[Subscription] = []
         self._look_at = 0.0  # [s]
-        self._handshakes = Handshakes(self._publisher) if keys is not None else None
+        self._handshakes = Handshakes() if keys is not None else None
+        self._limit = self._limited(self._publisher)
         try:
             self._open(bound, connected)
         except zmq.ZMQError as error:
@@ -123,8 +126,7 @@ class ZmqEndpoint:
         self._closed = True
         if self._keys is not None:
             self._keys.close()
-        if self._handshakes is not None:
-            self._handshakes.close()
+        self._limit.close()
         self._publisher.close(linger=100)
         for each in self._subscriptions:
             each.close()
@@ -136,11 +138,17 @@ class ZmqEndpoint:
         socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
         return socket
 
+    def _limited(self, publisher: zmq.Socket[bytes]) -> ConnectionLimit:
+        if self._handshakes is None:
+            return ConnectionLimit(publisher, self._faults)
+        return ConnectionLimit(publisher, self._faults, int(HANDSHAKES), self._handshakes.published)
+
     def _open(self, publish: Sequence[str], subscribe: Sequence[str]) -> None:
         if self._keys is not None:
             self._keys.serve(self._publisher)
         for address in publish:
             self._publisher.bind(address)
+            self._limit.start(address)
         for address in subscribe:
             self._subscriptions.append(self._subscription(address))
 
@@ -154,8 +162,6 @@ class ZmqEndpoint:
     def _look(self, now: float) -> None:
         for each in self._subscriptions:
             each.look(now)
-        if self._handshakes is not None:
-            self._handshakes.look()
 
     def _drain(self, messages: list[Message]) -> None:
         for subscription in self._subscriptions:
