@@ -66,11 +66,13 @@ class BusModel:
         self._off: set[int] = set()
         self._misreaders: list[int] = []
 
-    def attach(self, node: int, *, listen_only: bool = False, faults: NodeFaults = NO_FAULTS) -> None:
-        """Connect ``node``; from the next frame on it takes part."""
+    def attach(
+        self, node: int, *, listen_only: bool = False, faults: NodeFaults = NO_FAULTS, time: int = 0
+    ) -> None:
+        """Connect ``node`` at ``time`` [ns]; from the next frame on it takes part."""
         self._nodes[node] = _Node(listen_only, faults)
         self._census()
-        self._babble(node, 0)
+        self._babble(node, time)
 
     def endure(self, node: int, faults: NodeFaults, time: int = 0) -> None:
         """Let ``node`` suffer ``faults`` from ``time`` [ns] on, in place of those it had."""
@@ -120,9 +122,9 @@ class BusModel:
     def advance(self, now: int) -> list[Event]:
         """Let time pass up to ``now`` [ns] and return what was finished, in order."""
         events: list[Event] = []
-        if self._hopeless:
-            self._repeat_until(now)
         while True:
+            if self._hopeless:  # it may become so within a call that has much to make up for
+                self._repeat_until(now)
             if self._off:
                 self._recover(now, events)
             current = self._current or self._begin(now)

@@ -19,15 +19,14 @@ import time
 from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from vegrip.clock import NS
+from vegrip.errors import ConfigError
 from vegrip.transport.bus_events import BusError, Event, StateChange, Transmission
 from vegrip.transport.bus_model import BusModel
 from vegrip.transport.error_report import Report, error_report, state_report
-from vegrip.transport.frame_time import BitTiming
-from vegrip.transport.hub_wire import LARGEST, VERSION, numbered, pack_delivery, pack_error, unpack_request
-from vegrip.transport.node_faults import NodeFaults
+from vegrip.transport.greeting import Greeting, understand
+from vegrip.transport.hub_wire import LARGEST, numbered, pack_delivery, pack_error, unpack_request
 
 LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
 LINGER = 1.0  # [s] the hub waits for somebody to come (back)
@@ -35,30 +34,11 @@ TRANSMIT_QUEUE = 64  # frames of one member that may wait for the bus; then the 
 AT_ONCE = int(
     socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL
 )  # a number: to join the flags takes as long as to send
+MOST_MEMBERS = 256  # far below what select() can watch and a process may open
+GREETING_WITHIN = 2.0  # [s] from the connection on; who says nothing must not keep a place
+SLICE = NS // 20  # [ns] of the bus at a time, when the hub is behind; else those who come and leave must wait
+OLDEST_REQUEST = NS  # [ns] a frame that claims to have waited for longer has not
 BACKLOG = 4096  # frames kept for a member that does not read; then they are lost for it, as in any controller
-
-
-class Greeting(NamedTuple):
-    """What a newcomer says."""
-
-    version: int
-    timing: BitTiming
-    strict: bool  # the bit rates must be these
-    own: bool  # it wants to hear its own frames
-    listen_only: bool
-    faults: NodeFaults
-
-
-def _greeting(packet: bytes) -> Greeting | None:
-    try:
-        said = json.loads(packet)
-        timing, faults = BitTiming(**said["timing"]), NodeFaults(**said.get("faults", {}))
-        listens = bool(said.get("listen_only"))
-        return Greeting(
-            said["version"], timing, bool(said.get("strict")), bool(said.get("own")), listens, faults
-        )
-    except (ValueError, TypeError, KeyError, AttributeError):
-        return None
 
 
 class Member:
@@ -68,6 +48,7 @@ class Member:
         self.node = node
         self.connection = connection
         self.greeted = False
+        self.since = time.monotonic()  # [s]
         self.hears_itself = False
         self._number = 0
         self._backlog: deque[bytes] = deque()
@@ -138,6 +119,7 @@ class Hub:
                 self._admit()
             else:
                 self._read(self._members[fd])
+        self._dismiss_the_silent()
         self._advance()
 
     def _sleep(self) -> float:
@@ -155,8 +137,11 @@ class Hub:
         return 0.0
 
     def _advance(self) -> None:
-        if self._bus is not None:
-            self._tell(self._bus, self._bus.advance(time.monotonic_ns()))
+        """Bring the bus up to the present, or by a slice towards it when that is far."""
+        if self._bus is None:
+            return
+        now, event = time.monotonic_ns(), self._bus.next_event()
+        self._tell(self._bus, self._bus.advance(now if event is None else min(now, event + SLICE)))
 
     def _tell(self, bus: BusModel, events: Sequence[Event]) -> None:
         for event in events:
@@ -197,8 +182,22 @@ class Hub:
     def _has_room(self, member: Member) -> bool:
         return self._bus is None or self._bus.waiting(member.node) < TRANSMIT_QUEUE
 
+    def _dismiss_the_silent(self) -> None:
+        if len(self._members) == len(self._nodes):
+            return
+        latest = time.monotonic() - GREETING_WITHIN
+        for member in [m for m in self._members.values() if not m.greeted and m.since < latest]:
+            self._dismiss(member)
+
     def _admit(self) -> None:
-        connection, _ = self._listener.accept()
+        try:
+            connection, _ = self._listener.accept()
+        except OSError:  # it has gone again, or there is no descriptor for it
+            return
+        if len(self._members) >= MOST_MEMBERS:
+            with contextlib.suppress(OSError), connection:
+                connection.send(_refusal(f"it has {MOST_MEMBERS} members, and no room for more"), AT_ONCE)
+            return
         self._last_node = (self._last_node + 1) & 0xFFFF
         self._members[connection.fileno()] = Member(self._last_node, connection)
 
@@ -222,37 +221,45 @@ class Hub:
         asked = unpack_request(packet)
         if asked is not None and self._bus is not None:
             queued, frame = asked
-            self._bus.request(min(queued, time.monotonic_ns()), member.node, frame)
+            now = time.monotonic_ns()
+            self._bus.request(min(max(queued, now - OLDEST_REQUEST), now), member.node, frame)
 
     def _greet(self, member: Member, packet: bytes) -> None:
-        greeting = _greeting(packet)
-        answer = self._answer(greeting)
-        if greeting is not None and self._bus is not None and "refused" not in answer:
-            answer |= {"node": member.node, "busy": self._bus.busy}
-            member.greeted, member.hears_itself = True, greeting.own
-            self._advance()  # who joins now takes part from now on
-            self._bus.attach(member.node, listen_only=greeting.listen_only, faults=greeting.faults)
-            self._nodes[member.node] = member
+        try:
+            greeting = understand(packet)
+            bus = self._joined(greeting)
+        except ConfigError as error:
+            member.deliver(_refusal(str(error)))
+            return
+        self._advance()  # who joins now takes part from now on
+        here = bus.timing
+        answer = {
+            "timing": {"bitrate": here.bitrate, "data_bitrate": here.data_bitrate},
+            "node": member.node,
+            "busy": bus.busy,
+        }
+        member.greeted, member.hears_itself = True, greeting.own
+        bus.attach(
+            member.node,
+            listen_only=greeting.listen_only,
+            faults=greeting.faults,
+            time=time.monotonic_ns(),
+        )
+        self._nodes[member.node] = member
         member.deliver(json.dumps(answer).encode())
 
-    def _answer(self, greeting: Greeting | None) -> dict[str, object]:
-        if greeting is None:
-            return {"refused": "it does not speak the language of this bus"}
-        if greeting.version != VERSION:
-            return {
-                "refused": f"its version is {greeting.version}, that of the bus {VERSION}; "
-                "stop the older programs"
-            }
-        asked = greeting.timing
+    def _joined(self, greeting: Greeting) -> BusModel:
+        """Return the bus, made when it is the first greeting; ConfigError: it runs at other bit rates."""
+        asked = greeting.timing.timing
         if self._bus is None:
             self._bus = BusModel(asked)
         here = self._bus.timing
         if greeting.strict and here != asked:
-            return {
-                "refused": f"the bus runs at {here.bitrate} and {here.data_bitrate} bit/s, "
+            raise ConfigError(
+                f"the bus runs at {here.bitrate} and {here.data_bitrate} bit/s, "
                 f"not at {asked.bitrate} and {asked.data_bitrate}; open it with the same rates"
-            }
-        return {"timing": {"bitrate": here.bitrate, "data_bitrate": here.data_bitrate}}
+            )
+        return self._bus
 
     def _dismiss(self, member: Member) -> None:
         """Let ``member`` go; what it has queued is still sent, as the queue of a network interface is."""
@@ -260,6 +267,10 @@ class Hub:
         if self._nodes.pop(member.node, None) is not None and self._bus is not None:
             self._bus.detach(member.node)
         member.connection.close()
+
+
+def _refusal(reason: str) -> bytes:
+    return json.dumps({"refused": reason}).encode()
 
 
 def _has_left(connection: socket.socket) -> bool:

@@ -52,7 +52,7 @@ class SimulatedCan:
         """Return a new node on the bus; the arguments are those of the real one."""
         self.advance()
         node = next(self._numbers)
-        self.model.attach(node, listen_only=listen_only, faults=faults)
+        self.model.attach(node, listen_only=listen_only, faults=faults, time=self.clock.now())
         self._endpoints[node] = SimulatedEndpoint(self, node, codec, order_window)
         return self._endpoints[node]
 

@@ -12,21 +12,19 @@ import sys
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import can
 
 from vegrip.clock import NS
-from vegrip.config import build
-from vegrip.errors import ConfigError, DeviceError
+from vegrip.errors import VegripError
 from vegrip.transport.bus_load import BusLoad
 from vegrip.transport.error_report import told_state
 from vegrip.transport.fault_confinement import ErrorState
 from vegrip.transport.frame_time import FD_SIZES, BitTiming, BusFrame
-from vegrip.transport.hub_wire import LARGEST, VERSION, Delivery, pack_request, unpack_delivery
-from vegrip.transport.node_faults import NodeFaults
+from vegrip.transport.greeting import greet
+from vegrip.transport.hub_wire import LARGEST, Delivery, pack_request, unpack_delivery
 from vegrip.transport.runtime_folder import runtime_folder, socket_path
 
 PATIENCE = 10.0  # [s] to find or start the hub
@@ -86,7 +84,7 @@ class VegripBus(can.BusABC):
         character = {
             "own": receive_own_messages,
             "listen_only": listen_only,
-            "faults": _faults(faults or {}),
+            "faults": dict(faults or {}),
         }
         self._socket, answer = _join(str(channel), bitrate, data_bitrate, character)
         self._node: int = answer["node"]
@@ -282,32 +280,20 @@ class VegripBus(can.BusABC):
         return [{"interface": "vegrip", "channel": name} for name in sorted(names)]
 
 
-def _faults(table: Mapping[str, Any]) -> dict[str, Any]:
-    try:
-        return asdict(build(NodeFaults, table, "faults"))
-    except ConfigError as error:
-        raise can.CanInitializationError(str(error)) from None
-
-
 def _join(
     channel: str, bitrate: int | None, data_bitrate: int | None, character: Mapping[str, Any]
 ) -> tuple[socket.socket, dict[str, Any]]:
     """Connect to the hub of ``channel``, started if need be; return socket and the hub's answer."""
     if not channel.replace("-", "").replace("_", "").isalnum():
         raise can.CanInitializationError(f"{channel!r} is no name for a bus: letters, digits, - and _ only")
-    standard = BitTiming()
-    timing = BitTiming(bitrate or standard.bitrate, data_bitrate or standard.data_bitrate)
-    greeting = {
-        "version": VERSION,
-        "timing": {"bitrate": timing.bitrate, "data_bitrate": timing.data_bitrate},
-        "strict": bool(bitrate or data_bitrate),
-        **character,
-    }
+    rates = {"bitrate": bitrate, "data_bitrate": data_bitrate}
+    asked = {name: rate for name, rate in rates.items() if rate is not None}
     try:
+        greeting = greet({"timing": asked, "strict": bool(asked), **character})
         path = socket_path("can", f"{channel}.bus")
-    except DeviceError as error:
+    except VegripError as error:
         raise can.CanInitializationError(str(error)) from None
-    connection, answer = _greet(path, json.dumps(greeting).encode())
+    connection, answer = _greet(path, greeting)
     if "refused" in answer:
         connection.close()
         raise can.CanInitializationError(f"virtual CAN bus {channel!r}: {answer['refused']}")
