@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 from vegrip.config import build
 from vegrip.control.limits import LimitSettings, clamped, limited
 from vegrip.errors import ConfigError
+from vegrip.grasp.settings import ControlSettings
 from vegrip.messages import Reason
+from vegrip.node.parameter_table import rows
 
 LIMITS = LimitSettings(min_force=0.5, max_force=10.0, raise_rate=40.0, lower_rate=4.0)
 anything = st.floats(allow_nan=True, allow_infinity=True)
@@ -57,3 +59,15 @@ def test_clamping_what_is_not_a_number_gives_the_least_force() -> None:
 def test_crossed_limits_are_refused_in_one_sentence() -> None:
     with pytest.raises(ConfigError, match="least force must not exceed the largest"):
         build(LimitSettings, {"min_force": 5.0, "max_force": 1.0}, "hand.toml [limits]")
+
+
+@pytest.mark.parametrize("value", [1e308, math.inf, math.nan, -1.0, 2e5])
+@pytest.mark.parametrize("name", ["max_force", "min_force", "raise_rate", "lower_rate"])
+def test_a_limit_that_is_none_is_refused(name: str, value: float) -> None:
+    with pytest.raises(ConfigError, match=name):
+        build(LimitSettings, {name: value}, "hand.toml [limits]")
+
+
+def test_every_number_that_can_be_set_while_the_node_grips_is_bounded() -> None:
+    numbers = [(n, d) for n, value, d in rows(ControlSettings()) if type(value) in (int, float) and d.live]
+    assert [name for name, d in numbers if not (math.isfinite(d.low) and math.isfinite(d.high))] == []

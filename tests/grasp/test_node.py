@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import pytest
 
@@ -49,7 +50,29 @@ def test_estimates_are_told_less_often_than_commands(make_node: MakeNode, state:
     kinds = [type(message) for message in answers]
     assert kinds.count(ForceCommand) == 500
     assert kinds.count(SlipMargin) == 50  # one second, every 20 ms
-    assert kinds.count(ModelHealth) == 5  # every 0.2 s
+    assert kinds.count(ModelHealth) == 6  # every 0.2 s, and when the finger is first believed
+
+
+def test_a_change_of_the_condition_is_told_with_the_state_or_tick_that_shows_it(
+    make_node: MakeNode, state: MakeState
+) -> None:
+    node = make_node()
+    told = []
+    for i in range(1, 401):
+        answers = []
+        if not 200 < i <= 250:  # silence of 100 ms
+            force = 1000.0 if 100 < i <= 103 else 1.0
+            answers += node.on_message(state(i, normal_force=force), i * PERIOD)
+        answers += node.on_tick(i * PERIOD)
+        told += [(i, m.condition) for m in answers if isinstance(m, ModelHealth)]
+    changes = [one for before, one in pairwise(told) if one[1] is not before[1]]
+    assert changes == [
+        (5, Condition.OK),
+        (101, Condition.OUT_OF_RANGE),
+        (108, Condition.OK),
+        (226, Condition.STALE),
+        (255, Condition.OK),
+    ]
 
 
 def test_the_first_command_is_the_force_that_is_there(make_node: MakeNode, state: MakeState) -> None:

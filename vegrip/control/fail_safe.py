@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 
 from vegrip.config import parameter
+from vegrip.control.limits import MOST_FORCE, MOST_RATE
 from vegrip.messages import Reason
 
 
@@ -19,11 +20,15 @@ from vegrip.messages import Reason
 class FailSafeSettings:
     """The grip of last resort."""
 
-    force: float = parameter(5.0, unit="N", low=0.0, doc="fail-safe grip; lower commands ramp up to it")
+    force: float = parameter(
+        5.0, unit="N", low=0.0, high=MOST_FORCE, doc="fail-safe grip; lower commands ramp up to it"
+    )
     hold_time: float = parameter(
         0.25, unit="s", low=0.0, high=60.0, doc="the last safe command is held so long"
     )
-    ramp_rate: float = parameter(10.0, unit="N/s", low=0.0, doc="rate of the ramp to the fail-safe grip")
+    ramp_rate: float = parameter(
+        10.0, unit="N/s", low=0.0, high=MOST_RATE, doc="rate of the ramp to the fail-safe grip"
+    )
 
 
 class FailSafe:

@@ -2,20 +2,31 @@
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
 from vegrip.messages import Reason
+
+MOST_FORCE: Final = 1e3
+"""[N] Beyond any fingertip; a limit that is set higher by mistake would be none."""
+
+MOST_RATE: Final = 1e5
+"""[N/s] The same of rates."""
 
 
 @dataclass(frozen=True)
 class LimitSettings:
     """Bounds of the commanded grip force."""
 
-    min_force: float = parameter(0.3, unit="N", low=0.0, doc="least commanded force; keeps touch")
-    max_force: float = parameter(15.0, unit="N", low=0.0, doc="largest commanded force")
-    raise_rate: float = parameter(80.0, unit="N/s", low=0.0, doc="fastest rise of the command")
-    lower_rate: float = parameter(8.0, unit="N/s", low=0.0, doc="fastest fall of the command")
+    min_force: float = parameter(
+        0.3, unit="N", low=0.0, high=MOST_FORCE, doc="least commanded force; keeps touch"
+    )
+    max_force: float = parameter(15.0, unit="N", low=0.0, high=MOST_FORCE, doc="largest commanded force")
+    raise_rate: float = parameter(
+        80.0, unit="N/s", low=0.0, high=MOST_RATE, doc="fastest rise of the command"
+    )
+    lower_rate: float = parameter(8.0, unit="N/s", low=0.0, high=MOST_RATE, doc="fastest fall of the command")
     lifetime: float = parameter(0.1, unit="s", low=0.001, high=10.0, doc="a command expires after so long")
 
     def __post_init__(self) -> None:

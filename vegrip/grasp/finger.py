@@ -68,6 +68,7 @@ class GraspFinger:
         self._used = 0  # [ns] arrival of the last state that was believed
         self._reported = self._healthy = self._taught = -math.inf  # [ns] when last told
         self._reports = self._healths = self._lessons = 0  # how often
+        self._told: Condition | None = None  # the condition in the last ModelHealth
         self._phase = phase
         self.past: deque[FingertipState] = deque(maxlen=PAST)
         """What was believed of late, for an estimator that takes over."""
@@ -133,7 +134,10 @@ class GraspFinger:
         return _due(self._healthy, now, health_period)
 
     def reports(self, now: int, report_period: float, health_period: float) -> Iterator[Message]:
-        """Yield what is due to be told: contact, margin, and less often the health of the model."""
+        """Yield what is due to be told: contact, margin, and less often the health of the model.
+
+        A change of the condition is told at once.
+        """
         if self._seen and self._margin is not None and _due(self._reported, now, report_period):
             self._reported = self._staggered(self._reported, now, report_period)
             self._margin = self.estimator.slip_margin()
@@ -142,9 +146,11 @@ class GraspFinger:
             self._reports += 1
             yield contact if self._fresh else _untrusted_contact(contact, self._age(now))
             yield margin if self._fresh else _untrusted_margin(margin, self._age(now))
-        if self.health_due(now, health_period):
-            self._healthy = self._staggered(self._healthy, now, health_period)
-            condition = self.watchdog.condition
+        condition = self.watchdog.condition
+        due = self.health_due(now, health_period)
+        if due or condition is not self._told:
+            self._told = condition
+            self._healthy = self._staggered(self._healthy, now, health_period) if due else self._healthy
             health = self.estimator.health()
             yield replace(health, stamp=now, finger=self.name, seq=self._healths, condition=condition)
             self._healths += 1
