@@ -90,6 +90,22 @@ def test_every_connection_that_ends_makes_room_however_it_ends(limited):
     assert not counts
 
 
+def test_who_connects_and_says_nothing_keeps_no_place(limited, monkeypatch):
+    limit, server, address, _ = limited
+    monkeypatch.setattr(connection_limit, "MOST", 3)
+    silent = []
+    while (knocking := knock(address.removeprefix("ipc://"))) is not None and len(silent) < 4000:
+        silent.append(knocking)
+    with zmq.Context() as context, context.socket(zmq.DEALER) as asking:
+        asking.linger = 0
+        asking.connect(address)
+        asking.send(b"hello")
+        assert server.poll(int(PATIENCE * 1000))
+    for each in silent:
+        each.close()
+    assert until(lambda: limit.connected() == 0)
+
+
 NODE = """
 import resource, sys
 from vegrip.node.control import ControlServer

@@ -19,6 +19,26 @@ REMEDY: Final[Mapping[str, str]] = {
     "the connection was opened anew; look what runs at the addresses in transport.subscribe",
     "parts": "messages come that are not topic and payload, and are refused; look what else publishes at the "
     "addresses in transport.subscribe",
+    "two_senders": "the states of a finger jump to and fro between two values: two hands send under one "
+    "name, give them different ones (hand, namespace or channel); or it vibrates at half the rate of the states",
+    "checksum": "what comes has a wrong checksum and is refused; the link is disturbed, or the sender has "
+    "another layout, finger or namespace than it says",
+    "counter": "messages come twice, or with numbers that run backwards or jump, and are refused; look for a "
+    "second sender of the same name, or for a link that repeats and reorders",
+    "version": "messages of another version of the message set come and are refused; update the older side",
+    "layout": "frames of the other layout come and are refused; give both ends the same transport.fd",
+    "length": "frames of another length come and are refused; give both ends the same layout and version",
+    "finger": "messages of a finger that is not configured come and are refused; name it in `fingers`, in "
+    "the same order at both ends",
+    **{
+        name: f"messages come {what} and are refused; look at the sender, proto/messages.toml has the format"
+        for name, what in (
+            ("schema", "that are not complete maps of msgpack"),
+            ("type", "with a field of another type"),
+            ("value", "with a value that is none"),
+            ("size", "that are too long or too short"),
+        )
+    },
     "crowded": "more senders than there are places for have been heard, and those silent for longest were "
     "forgotten; somebody makes up names on this network",
     "request": "somebody sent to the control socket what is no request; use `vegrip param`, `lifecycle` or "

@@ -15,6 +15,7 @@ from vegrip.node.managed import ManagedNode
 from vegrip.node.node import Node
 from vegrip.node.remedies import REMEDY, Remedies
 from vegrip.node.schedule import Schedule
+from vegrip.node.sender_watch import SenderWatch
 from vegrip.node.statistics import LoopStatistics
 from vegrip.node.telemetry import Direction, Telemetry
 from vegrip.transport.endpoint import Endpoint, Guarded, Timed
@@ -83,6 +84,7 @@ class Runner:
         self._missed: dict[str, int] = {}  # counts of what passed by while nobody listened
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
         self._beside = beside
+        self._senders = SenderWatch()
 
     @property
     def state(self) -> Lifecycle:
@@ -185,6 +187,7 @@ class Runner:
     def _answer(self, message: Message, arrived: int) -> None:
         if isinstance(message, FingertipState) and self.state is Lifecycle.ACTIVE:
             self.statistics.state(message.finger, arrived)
+            self._senders.note(message)
         if isinstance(message, self.managed.node.alone) and not isinstance(message, NodeStatus):
             self._also_sent += 1
             self._other = (arrived, f"{type(message).__name__} of {message.finger}")
@@ -232,12 +235,12 @@ class Runner:
         self._send([self.status])
 
     def _rejected(self) -> Mapping[str, int]:
-        also_sent = {"also_sent": self._also_sent} if self._also_sent else {}
+        of_others = {"also_sent": self._also_sent, "two_senders": self._senders.count}
         counts = {
             **self._endpoint.rejected,
             **self.managed.node.rejected,
             **self.managed.faults,
-            **also_sent,
+            **of_others,
             **(self._beside or {}),
         }
         for name in counts.keys() & self._missed.keys():

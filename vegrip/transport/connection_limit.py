@@ -29,6 +29,7 @@ SPARE: Final = 256
 """Descriptors that stay free; a quarter of all where that is less."""
 
 BACKLOG: Final = 4  # connections that the kernel keeps until they are accepted
+HANDSHAKE: Final = 3000  # [ms] in which one that connects must greet; who says nothing must not keep a place
 LOOK: Final = 0.2  # [s] between two looks without an event
 
 _EVENTS: Final = zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED | zmq.EVENT_MONITOR_STOPPED
@@ -55,6 +56,7 @@ class ConnectionLimit:
         on_event: Callable[[int], None] | None = None,
     ) -> None:
         socket.setsockopt(zmq.BACKLOG, BACKLOG)
+        socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE)
         self._counts = counts
         self._on_event = on_event
         self._monitor = SocketMonitor(socket, int(_EVENTS) | events)

@@ -1,0 +1,69 @@
+"""Finds two hands that speak as one: their states come in turn, and their counters may fit into each other.
+
+Of the values ``x_i`` of one channel compare, over the last states,
+
+    S_1 = mean of (x_i - x_{i-1})^2     and     S_2 = mean of (x_i - x_{i-2})^2 .
+
+For a value that moves slowly ``S_1 < S_2``, for noise alone they are equal. Two streams in turn that differ
+by ``D``, each with noise of standard deviation ``sigma``, have ``S_1 / S_2 = 1 + D^2 / (2 sigma^2)``: every
+other value is near, the next one is not. A vibration at half the rate of the states looks the same, so this
+only tells.
+"""
+
+import math
+from typing import Final
+
+from vegrip.messages import FingertipState
+
+WINDOW: Final = 64  # states
+RATIO: Final = 6.0  # of S_1 to S_2; noise alone comes to 1, streams three standard deviations apart to 5.5
+MOST_FINGERS: Final = 256  # are watched; a sender of made-up names must not make the table grow
+
+
+class _Channel:
+    __slots__ = ("_before", "_last", "_one", "_two")
+
+    def __init__(self) -> None:
+        self._last = self._before = math.nan
+        self._one = self._two = 0.0  # S_1, S_2, forgetting
+
+    def note(self, value: float) -> bool:
+        one, two = value - self._last, value - self._before
+        self._before, self._last = self._last, value
+        if two != two:  # noqa: PLR0124 (NaN: the first two)
+            return False
+        self._one += (one * one - self._one) / WINDOW
+        self._two += (two * two - self._two) / WINDOW
+        return self._one > RATIO * self._two
+
+
+class _Finger:
+    __slots__ = ("_count", "_displacement", "_force")
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._force, self._displacement = _Channel(), _Channel()
+
+    def note(self, state: FingertipState) -> bool:
+        self._count += 1
+        force, displacement = state.normal_force, state.displacement
+        alternates = force - force == 0.0 and self._force.note(force)
+        alternates |= displacement - displacement == 0.0 and self._displacement.note(displacement)
+        return alternates and self._count > WINDOW
+
+
+class SenderWatch:
+    """Counts the states in which a finger seems to be two."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._fingers: dict[str, _Finger] = {}
+
+    def note(self, state: FingertipState) -> None:
+        """Take in the next state of a finger."""
+        finger = self._fingers.get(state.finger)
+        if finger is None:
+            if len(self._fingers) >= MOST_FINGERS:
+                return
+            finger = self._fingers[state.finger] = _Finger()
+        self.count += finger.note(state)
