@@ -9,6 +9,7 @@ from rich.console import Console
 from vegrip.faults.page import markdown
 from vegrip.faults.run import run
 from vegrip.faults.soak import soak
+from vegrip.faults.strangers import Act, Outcome, perform
 from vegrip.faults.table import CASES
 from vegrip.faults.wall import wall_soak
 
@@ -26,6 +27,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="S",
         help="the same for S seconds of the wall clock, with real processes",
     )
+    parser.add_argument(
+        "--strangers", action="store_true", help="what programs that misbehave do to a node on ZeroMQ (1 min)"
+    )
     parser.add_argument("--only", default="", help="run the cases whose name contains this")
     given = parser.parse_args(arguments)
     console = Console(highlight=False, soft_wrap=True)
@@ -36,6 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _soak(console, given.soak)
     if given.wall:
         return _wall(console, given.wall)
+    if given.strangers:
+        return _strangers(console)
     return _run(console, given.only)
 
 
@@ -79,6 +85,23 @@ def _wall(console: Console, duration: float) -> int:
     for complaint in done.complaints:
         console.print(f"FAILED {complaint}", markup=False)
     return min(len(done.complaints), 1)
+
+
+def _strangers(console: Console) -> int:
+    def tell(act: Act, outcome: Outcome) -> None:
+        back = "never" if outcome.back_after is None else f"after {outcome.back_after:.2f} s"
+        forces = (
+            f"least command {outcome.before:.2f} N before, {outcome.least:.2f} to {outcome.most:.2f} N after"
+        )
+        counted = f"{act.counted_as} {outcome.counted}"
+        console.print(
+            f"{'FAILED' if outcome.complaints else 'ok':7}{act.name}: {counted}; well {back}; {forces}",
+            markup=False,
+        )
+        for complaint in outcome.complaints:
+            console.print(f"       {complaint}", markup=False)
+
+    return int(not perform(tell))
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ REMEDY: Final[Mapping[str, str]] = {
     "parts": "messages come that are not topic and payload, and are refused; look what else publishes at the "
     "addresses in transport.subscribe",
     "two_senders": "the states of a finger jump to and fro between two values: two hands send under one "
-    "name, give them different ones (hand, namespace or channel); or it vibrates at half the rate of the states",
+    "name, give them different ones (hand, namespace or channel); or it vibrates at half the rate of states",
     "checksum": "what comes has a wrong checksum and is refused; the link is disturbed, or the sender has "
     "another layout, finger or namespace than it says",
     "counter": "messages come twice, or with numbers that run backwards or jump, and are refused; look for a "
