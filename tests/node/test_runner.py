@@ -154,6 +154,15 @@ def test_nothing_is_answered_after_deactivation(rig):
     assert rig.runner.statistics.states == 0
 
 
+def test_two_hands_in_turn_are_counted_in_the_status(rig):
+    for seq in range(400):
+        rig.state(seq, force=5.0 if seq % 2 else 2.0)
+        rig.runner.step()
+    rig.steps(600)
+    counts = rig.answers(NodeStatus)[-1].rejected
+    assert counts["two_senders"] > 300
+
+
 def test_the_tick_grid_never_drifts_after_a_late_tick(rig):
     rig.steps(4)
     start = rig.node.ticks[0]

@@ -107,5 +107,6 @@ def test_nothing_grows_in_a_short_soak():
     assert done.memory < 8_000_000
 
 
-def test_the_document_shows_the_table_as_it_is():
-    assert page.markdown() in DOCUMENT.read_text(encoding="utf-8"), "python -m vegrip.faults --table"
+@pytest.mark.parametrize("table", [page.markdown, page.strangers])
+def test_the_document_shows_the_table_as_it_is(table):
+    assert table() in DOCUMENT.read_text(encoding="utf-8"), "python -m vegrip.faults --table"

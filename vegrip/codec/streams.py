@@ -39,12 +39,13 @@ class Streams:
     def of(self, topic: str, owner: str) -> Sequence:
         """Return the counter of what ``owner`` sends on ``topic``."""
         key = topic, owner
-        if owner not in self._fingers:
-            stream = self._strangers[key] = self._strangers.pop(key, None) or self._new_stranger()
-            return stream
-        if key not in self._own:
-            self._own[key] = Sequence(self._modulus)
-        return self._own[key]
+        if owner in self._fingers:
+            if key not in self._own:
+                self._own[key] = Sequence(self._modulus)
+            return self._own[key]
+        stream = self._strangers.pop(key) if key in self._strangers else self._new_stranger()
+        self._strangers[key] = stream
+        return stream
 
     def reset(self) -> None:
         """Begin all streams anew; what was counted stays counted."""

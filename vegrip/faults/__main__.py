@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from vegrip.faults.page import markdown
+from vegrip.faults.page import markdown, strangers
 from vegrip.faults.run import run
 from vegrip.faults.soak import soak
 from vegrip.faults.strangers import Act, Outcome, perform
@@ -19,7 +19,7 @@ MOST_OBJECTS, MOST_MEMORY = 3000, 20_000_000  # more than after the warm-up; wha
 def main(arguments: Sequence[str] | None = None) -> int:
     """Return 0 when everything is as it must be, else 1."""
     parser = argparse.ArgumentParser(prog="python -m vegrip.faults", description=__doc__)
-    parser.add_argument("--table", action="store_true", help="print the table of docs/faults.md and end")
+    parser.add_argument("--table", action="store_true", help="print the tables of docs/faults.md and end")
     parser.add_argument("--soak", type=float, metavar="S", help="hold for S simulated seconds under faults")
     parser.add_argument(
         "--wall",
@@ -34,14 +34,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     console = Console(highlight=False, soft_wrap=True)
     if given.table:
-        console.print(markdown(), markup=False)
+        console.print(f"{markdown()}\n\n{strangers()}", markup=False)
         return 0
     if given.soak:
         return _soak(console, given.soak)
     if given.wall:
         return _wall(console, given.wall)
     if given.strangers:
-        return _strangers(console)
+        return _strangers(console, given.only)
     return _run(console, given.only)
 
 
@@ -87,7 +87,7 @@ def _wall(console: Console, duration: float) -> int:
     return min(len(done.complaints), 1)
 
 
-def _strangers(console: Console) -> int:
+def _strangers(console: Console, only: str) -> int:
     def tell(act: Act, outcome: Outcome) -> None:
         back = "never" if outcome.back_after is None else f"after {outcome.back_after:.2f} s"
         forces = (
@@ -101,7 +101,7 @@ def _strangers(console: Console) -> int:
         for complaint in outcome.complaints:
             console.print(f"       {complaint}", markup=False)
 
-    return int(not perform(tell))
+    return int(not perform(tell, only))
 
 
 if __name__ == "__main__":

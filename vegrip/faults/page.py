@@ -1,15 +1,27 @@
-"""The table of ``docs/faults.md``, made from the cases themselves."""
+"""The tables of ``docs/faults.md``, made from the cases themselves."""
 
 from collections.abc import Iterable
 
+from vegrip.faults.strangers import ACTS
 from vegrip.faults.table import CASES, Case
 
 HEADER = "| fault | for | seen as | within | over after | what happens |\n|---|---|---|---|---|---|"
+
+STRANGERS = "| what is done | counted as | over after | what happens |\n|---|---|---|---|"
 
 
 def markdown(cases: Iterable[Case] = CASES) -> str:
     """Return the table."""
     return "\n".join([HEADER, *(_row(case) for case in cases)])
+
+
+def strangers() -> str:
+    """Return the table of what programs that misbehave do to a node on ZeroMQ."""
+    rows = [
+        f"| {act.name} | `{act.counted_as}` | {_duration(act.back_within)} | {act.behaviour} |"
+        for act in ACTS
+    ]
+    return "\n".join([STRANGERS, *rows])
 
 
 def _row(case: Case) -> str:
