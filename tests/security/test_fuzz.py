@@ -1,5 +1,7 @@
 """Bytes from outside never raise: the parsers that the tests of the codec do not reach."""
 
+from collections import Counter
+
 import msgpack
 import pytest
 from hypothesis import given
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 from vegrip.cia301.codec import CanopenCodec
 from vegrip.cia301.connection_set import finger_nodes, identifiers
 from vegrip.codec import CanCodec, Frame
-from vegrip.node.control import ControlServer
+from vegrip.node.control import Answers
 from vegrip.transport.frame_time import BusFrame
 from vegrip.transport.hub_wire import pack_request, unpack_delivery, unpack_request
 
@@ -45,19 +47,23 @@ objects = st.recursive(
 
 
 @pytest.fixture(scope="module")
-def server():
-    """The part of the control server that answers, without its socket."""
-    server = object.__new__(ControlServer)
-    server._calls = {"state": lambda: {"state": "active"}}
-    return server
+def answers():
+    return Answers({"state": lambda: {"state": "active"}}, Counter())
 
 
-@given(st.binary(max_size=200) | objects.map(msgpack.packb))
-def test_any_request_to_a_node_is_answered(server, request_bytes):
-    assert set(server._answer(request_bytes)) & {"result", "error"}
+@given(st.lists(st.binary(max_size=200) | objects.map(msgpack.packb), max_size=3))
+def test_any_request_to_a_node_is_answered(answers, frames):
+    assert set(msgpack.unpackb(answers.answer(frames))) & {"result", "error"}
 
 
 @given(objects, objects)
-def test_any_call_and_any_arguments_are_answered(server, call, arguments):
-    answer = server._answer(msgpack.packb({"call": call, "arguments": arguments}))
-    assert set(answer) & {"result", "error"}
+def test_any_call_and_any_arguments_are_answered(answers, call, arguments):
+    answer = answers.answer([msgpack.packb({"call": call, "arguments": arguments})])
+    assert set(msgpack.unpackb(answer)) & {"result", "error"}
+
+
+def test_a_result_that_cannot_be_sent_is_an_error_and_no_end():
+    counts = Counter()
+    answers = Answers({"odd": lambda: "\udc80"}, counts)
+    assert "error" in msgpack.unpackb(answers.answer([msgpack.packb({"call": "odd"})]))
+    assert counts == {"request": 1}

@@ -86,6 +86,37 @@ class Control:
         self._runner.inbox.put(call).result(timeout=PATIENCE)
 
 
+class Answers:
+    """What is answered to a request, whatever it is; the part of the server that knows no socket.
+
+    Args:
+        calls: what may be asked, by name.
+        counts: where ``request`` is counted, what is none.
+
+    """
+
+    def __init__(self, calls: Mapping[str, Call], counts: Counter[str]) -> None:
+        self._calls = calls
+        self._counts = counts
+
+    def answer(self, request: Sequence[bytes]) -> bytes:
+        """Return the answer to the frames of a request, of which there should be one."""
+        try:
+            (body,) = request
+            asked = msgpack.unpackb(body)
+            call, arguments = self._calls[asked["call"]], asked.get("arguments", {})
+            result = call(**arguments)
+            return bytes(msgpack.packb({"result": result}, default=str))
+        except VegripError as error:
+            sentence, exit_code = str(error), error.exit_code
+        except Exception as error:  # noqa: BLE001 (a bad request must not end the thread)
+            self._counts["request"] += 1
+            sentence = f"the request cannot be answered: {error!r}"
+            exit_code = UsageError.exit_code
+        plain = sentence.encode("utf-8", "replace").decode()  # names that were asked for may be no text
+        return bytes(msgpack.packb({"error": plain, "exit_code": exit_code}))
+
+
 class ControlServer:
     """The thread that answers at ``address``.
 
@@ -100,8 +131,8 @@ class ControlServer:
     """
 
     def __init__(self, address: str, control: Control, counts: Counter[str] | None = None) -> None:
-        self._calls = control.calls
         self._counts = Counter() if counts is None else counts
+        self._answers = Answers(control.calls, self._counts)
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.ROUTER)
         self._socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
@@ -130,21 +161,7 @@ class ControlServer:
 
     def _serve(self, frames: Sequence[bytes]) -> None:
         envelope, request = _split(frames)
-        self._socket.send_multipart([*envelope, self._answer(request)], zmq.DONTWAIT)
-
-    def _answer(self, request: Sequence[bytes]) -> bytes:
-        try:
-            (body,) = request
-            asked = msgpack.unpackb(body)
-            call, arguments = self._calls[asked["call"]], asked.get("arguments", {})
-            answer = {"result": call(**arguments)}
-            return bytes(msgpack.packb(answer, default=str))
-        except VegripError as error:
-            refusal = str(error), error.exit_code
-        except Exception as error:  # noqa: BLE001 (a bad request must not end the thread)
-            self._counts["request"] += 1
-            refusal = f"the request cannot be answered: {error!r}", UsageError.exit_code
-        return bytes(msgpack.packb({"error": refusal[0], "exit_code": refusal[1]}))
+        self._socket.send_multipart([*envelope, self._answers.answer(request)], zmq.DONTWAIT)
 
 
 def _split(frames: Sequence[bytes]) -> tuple[Sequence[bytes], Sequence[bytes]]:
