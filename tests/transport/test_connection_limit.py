@@ -41,16 +41,23 @@ def knock(path):
     return knocking
 
 
+def is_shut(path):
+    knocking = knock(path)
+    if knocking is not None:
+        knocking.close()
+    return knocking is None
+
+
 @pytest.fixture
 def limited():
     with zmq.Context() as context:
         server = context.socket(zmq.ROUTER)
         server.linger = 0
         counts = Counter()
-        limit = ConnectionLimit(server, counts)
         address = resolve("ipc:limited")
+        limit = ConnectionLimit(server, address, counts)
         server.bind(address)
-        limit.start(address)
+        limit.start()
         yield limit, server, address, counts
         limit.close()
         server.close()
@@ -64,7 +71,7 @@ def test_beyond_the_limit_nobody_comes_in_until_one_goes(limited, monkeypatch):
     while (knocking := knock(path)) is not None and len(inside) < 4000:
         inside.append(knocking)
     assert until(lambda: limit.connected() >= 5)
-    assert until(lambda: knock(path) is None)
+    assert until(lambda: is_shut(path))
     assert counts["connections"] >= 1
     with zmq.Context() as context, context.socket(zmq.DEALER) as late:
         late.linger = 0
@@ -88,6 +95,20 @@ def test_every_connection_that_ends_makes_room_however_it_ends(limited):
             each.close()
         assert until(lambda: limit.connected() == 0)
     assert not counts
+
+
+def test_when_descriptors_get_scarce_by_whatever_uses_them_nobody_comes_in(limited, monkeypatch):
+    _, server, address, counts = limited
+    path = address.removeprefix("ipc://")
+    monkeypatch.setattr(descriptors, "free", lambda: 10)
+    assert until(lambda: is_shut(path))
+    assert counts["connections"] == 1
+    monkeypatch.undo()
+    with zmq.Context() as context, context.socket(zmq.DEALER) as asking:
+        asking.linger = 0
+        asking.connect(address)
+        asking.send(b"hello")
+        assert server.poll(int(PATIENCE * 1000))
 
 
 def test_who_connects_and_says_nothing_keeps_no_place(limited, monkeypatch):
@@ -151,6 +172,14 @@ def test_a_node_out_of_descriptors_is_not_aborted_and_answers_when_they_are_free
     finally:
         node.kill()
         node.wait()
+
+
+def test_without_a_descriptor_to_look_with_none_is_free(monkeypatch):
+    def none_left(_):
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr(descriptors.os, "listdir", none_left)
+    assert descriptors.free() == 0
 
 
 @pytest.fixture

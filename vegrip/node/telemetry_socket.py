@@ -44,9 +44,9 @@ class TelemetrySocket:
         self._socket = self._context.socket(zmq.XPUB)
         self._socket.set_hwm(HIGH_WATER)
         self._socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
-        self._limit = ConnectionLimit(self._socket, self._refused)
+        self._limit = ConnectionLimit(self._socket, address, self._refused)
         self._socket.bind(address)
-        self._limit.start(address)
+        self._limit.start()
         self._subscribed: set[bytes] = set()
         self._counts: dict[tuple[type[Message], str, Direction], int] = {}
         self.wanted = False

@@ -38,10 +38,12 @@ _EVENTS: Final = zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED | zmq.EVENT_MONITOR
 class ConnectionLimit:
     """Keeps the connections of ``socket`` within ``MOST``.
 
-    Make it before the socket is bound, :meth:`start` it afterwards, and close it before the socket.
+    Make it before the socket is bound, :meth:`start` it afterwards, and close it before the socket. A socket
+    of another kind than ipc is followed, but not limited: there libzmq survives a lack of descriptors.
 
     Args:
         socket: to be watched; only one may watch it.
+        address: where it will listen, "" for one that does not.
         counts: where ``connections`` is counted, the times that no more were let in.
         events: further ones that are wanted.
         on_event: told of these, in the thread of the limit.
@@ -51,27 +53,27 @@ class ConnectionLimit:
     def __init__(
         self,
         socket: zmq.Socket[bytes],
+        address: str,
         counts: Counter[str],
         events: int = 0,
         on_event: Callable[[int], None] | None = None,
     ) -> None:
-        socket.setsockopt(zmq.BACKLOG, BACKLOG)
+        self._file = Path(address.removeprefix("ipc://")) if address.startswith("ipc://") else None
+        if self._file is not None:
+            socket.setsockopt(zmq.BACKLOG, BACKLOG)
+            self._aside(self._file).unlink(missing_ok=True)
         socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE)
         self._counts = counts
         self._on_event = on_event
         self._monitor = SocketMonitor(socket, int(_EVENTS) | events)
         self._inside = 0
-        self._file: Path | None = None
         self._shut = False
         self._lock = threading.Lock()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="connections", daemon=True)
 
-    def start(self, address: str) -> None:
-        """Watch the socket, which listens at ``address``."""
-        if address.startswith("ipc://"):
-            self._file = Path(address.removeprefix("ipc://"))
-            self._aside(self._file).unlink(missing_ok=True)
+    def start(self) -> None:
+        """Watch the socket, which listens now."""
         self._thread.start()
 
     def connected(self) -> int:
@@ -79,8 +81,7 @@ class ConnectionLimit:
         with self._lock:
             for event, _ in self._monitor.events():
                 self._note(event)
-            if self._shut and self._has_room():
-                self._open()
+            self._judge()
             return self._inside
 
     def close(self) -> None:
@@ -101,24 +102,23 @@ class ConnectionLimit:
     def _note(self, event: int) -> None:
         if event == zmq.EVENT_ACCEPTED:
             self._inside += 1
-            if not (self._shut or self._has_room()):
-                self._close()
+            self._judge()
         elif event == zmq.EVENT_DISCONNECTED:
             self._inside -= 1
         elif self._on_event is not None and event != zmq.EVENT_MONITOR_STOPPED:
             self._on_event(event)
 
-    def _has_room(self) -> bool:
-        if self._inside >= MOST:
-            return False
-        return not self._inside or descriptors.free() >= min(SPARE, descriptors.limit() // 4)
-
-    def _close(self) -> None:
-        if self._file is not None:
+    def _judge(self) -> None:
+        if self._file is None:
+            return
+        scarce = descriptors.free() < min(SPARE, descriptors.limit() // 4)  # whatever they are used for
+        if self._shut and not scarce and self._inside < MOST:
+            self._open()
+        elif not self._shut and (scarce or self._inside >= MOST):
+            self._shut = True
+            self._counts["connections"] += 1
             with contextlib.suppress(OSError):
                 self._file.rename(self._aside(self._file))
-            self._counts["connections"] += 1
-        self._shut = True
 
     def _open(self) -> None:
         if self._shut and self._file is not None:

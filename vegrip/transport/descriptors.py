@@ -1,5 +1,6 @@
 """How many files this process may have open: libzmq aborts the process when it runs out of them."""
 
+import os
 import resource
 from pathlib import Path
 from typing import Final
@@ -40,4 +41,9 @@ def limit() -> int:
 
 def free() -> int:
     """Return how many more files may be opened; where the system does not tell, as many as ever."""
-    return limit() - (sum(1 for _ in _OPEN.iterdir()) if _OPEN.is_dir() else 0)
+    try:
+        return limit() - len(os.listdir(_OPEN))  # noqa: PTH208 (ten times faster)
+    except FileNotFoundError:
+        return limit()
+    except OSError:  # to look takes one, too
+        return 0

@@ -70,7 +70,7 @@ class ZmqEndpoint:
         self._subscriptions: list[Subscription] = []
         self._look_at = 0.0  # [s]
         self._handshakes = Handshakes() if keys is not None else None
-        self._limit = self._limited(self._publisher)
+        self._limit = self._limited(bound[0] if bound else "")
         try:
             self._open(bound, connected)
         except zmq.ZMQError as error:
@@ -138,17 +138,18 @@ class ZmqEndpoint:
         socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
         return socket
 
-    def _limited(self, publisher: zmq.Socket[bytes]) -> ConnectionLimit:
+    def _limited(self, address: str) -> ConnectionLimit:
         if self._handshakes is None:
-            return ConnectionLimit(publisher, self._faults)
-        return ConnectionLimit(publisher, self._faults, int(HANDSHAKES), self._handshakes.published)
+            return ConnectionLimit(self._publisher, address, self._faults)
+        on_event = self._handshakes.published
+        return ConnectionLimit(self._publisher, address, self._faults, int(HANDSHAKES), on_event)
 
     def _open(self, publish: Sequence[str], subscribe: Sequence[str]) -> None:
         if self._keys is not None:
             self._keys.serve(self._publisher)
         for address in publish:
             self._publisher.bind(address)
-            self._limit.start(address)
+            self._limit.start()
         for address in subscribe:
             self._subscriptions.append(self._subscription(address))
 
