@@ -108,6 +108,13 @@ def test_a_lone_babbler_whose_time_is_made_up_for_at_once_is_skipped_over():
     assert model.state(1) is ErrorState.PASSIVE
 
 
+def test_one_who_only_listens_does_not_babble_either():
+    model = BusModel(BitTiming())
+    model.attach(1)
+    model.attach(2, listen_only=True, faults=NodeFaults(babble=0x100))
+    assert model.advance(SECOND) == []
+
+
 def test_a_babbler_begins_when_it_joins_and_not_when_the_bus_fell_silent():
     model = BusModel(BitTiming())
     model.attach(1)

@@ -249,6 +249,19 @@ GREETING = b"\xff" + bytes(8) + b"\x7f\x03\x00" + b"NULL".ljust(20, b"\0") + byt
 READY = b"\x04\x19\x05READY\x0bSocket-Type\x00\x00\x00\x03PUB"
 
 
+def test_one_who_holds_the_place_of_a_publisher_in_silence_is_left_for_the_true_one(endpoint):
+    path = resolve("ipc:silent").removeprefix("ipc://")
+    receiver = endpoint("", ["ipc:silent"])
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(path)
+        listener.listen()
+        held, _ = listener.accept()
+    Path(path).unlink()
+    sender = endpoint("ipc:silent")
+    with held:
+        assert heard_after(20.0, receiver, lambda seq: sender.send(state(seq)))
+
+
 def test_a_publisher_that_leaves_and_comes_back_is_not_counted_as_cut_off(endpoint):
     receiver = endpoint("", ["ipc:comes"])
     for _ in range(3):

@@ -344,6 +344,8 @@ class BusModel:
         chance = self._nodes[node].chance
         if chance is None or chance.faults.babble == NOBODY or self._arbiter.waiting(node):
             return
+        if self._nodes[node].listen_only:
+            return
         self._arbiter.request(time, node, BusFrame(chance.faults.babble, bytes(8)))
 
     def _forget_if_done(self, node: int) -> None:

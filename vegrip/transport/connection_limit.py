@@ -5,8 +5,9 @@ thread follows its events. When too many are connected, or descriptors get scarc
 file: connected ones stay, and others find nothing to connect to, try again by themselves, as libzmq does, and
 come in when there is room.
 
-Between a connection and the event of it more may come, since accepting needs no interpreter lock. What the
-queue of the kernel lets through meanwhile was up to 220 on two busy cores; ``SPARE`` leaves room for that.
+Between a connection and the event of it more may come, since accepting needs no interpreter lock. With four
+programs that connect without end on two cores 60 to 70 came in so, and 110 beside a thread that never waits;
+``SPARE`` leaves room for that.
 """
 
 import contextlib

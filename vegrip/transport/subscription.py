@@ -22,6 +22,9 @@ HANDSHAKES: Final = (
     | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
     | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
 )
+HANDSHAKE: Final = 3000
+"""[ms] in which a publisher must greet; libzmq waits ten times as long for what only holds its place."""
+
 _TRIED_AGAIN: Final = (zmq.EVENT_CONNECT_RETRIED, zmq.EVENT_CONNECT_DELAYED, zmq.EVENT_CONNECTED)
 _EVENTS: Final = HANDSHAKES | zmq.EVENT_DISCONNECTED | sum(_TRIED_AGAIN)
 _KEEPALIVE: Final = (
@@ -51,6 +54,7 @@ class Subscription:
         self._on_handshake = on_handshake
         self._ended: float | None = None  # [s] when the connection ended that nobody tries again so far
         self._monitor = SocketMonitor(socket, int(_EVENTS))
+        socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE)
         for option, value in _KEEPALIVE if address.startswith("tcp:") else ():
             socket.setsockopt(option, value)
         socket.connect(address)
