@@ -35,6 +35,7 @@ AT_ONCE = int(
     socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL
 )  # a number: to join the flags takes as long as to send
 MOST_MEMBERS = 256  # far below what select() can watch and a process may open
+MOST_NEWCOMERS = 64  # besides; they are heard, and told so when there is no room
 GREETING_WITHIN = 2.0  # [s] from the connection on; who says nothing must not keep a place
 SLICE = NS // 20  # [ns] of the bus at a time, when the hub is behind; else those who come and leave must wait
 OLDEST_REQUEST = NS  # [ns] a frame that claims to have waited for longer has not
@@ -111,7 +112,9 @@ class Hub:
             readers = [fd for fd, member in self._members.items() if self._has_room(member)]
         writers = [fd for fd, member in self._members.items() if member.is_behind]
         door = self._listener.fileno()
-        readable, writable, _ = select.select([door, *readers], writers, [], patience)
+        if len(self._members) < MOST_MEMBERS + MOST_NEWCOMERS:  # else the next one waits
+            readers.append(door)
+        readable, writable, _ = select.select(readers, writers, [], patience)
         for fd in writable:
             self._members[fd].flush()
         for fd in readable:
@@ -194,10 +197,6 @@ class Hub:
             connection, _ = self._listener.accept()
         except OSError:  # it has gone again, or there is no descriptor for it
             return
-        if len(self._members) >= MOST_MEMBERS:
-            with contextlib.suppress(OSError), connection:
-                connection.send(_refusal(f"it has {MOST_MEMBERS} members, and no room for more"), AT_ONCE)
-            return
         self._last_node = (self._last_node + 1) & 0xFFFF
         self._members[connection.fileno()] = Member(self._last_node, connection)
 
@@ -249,7 +248,9 @@ class Hub:
         member.deliver(json.dumps(answer).encode())
 
     def _joined(self, greeting: Greeting) -> BusModel:
-        """Return the bus, made when it is the first greeting; ConfigError: it runs at other bit rates."""
+        """Return the bus, made when it is the first greeting; ConfigError: it is full, or has other rates."""
+        if len(self._nodes) >= MOST_MEMBERS:
+            raise ConfigError(f"it has {MOST_MEMBERS} members, and no room for more")
         asked = greeting.timing.timing
         if self._bus is None:
             self._bus = BusModel(asked)
