@@ -75,8 +75,8 @@ class State:
     """A memory of an effect.
 
     ``low`` and ``high`` name the quantities between which it may lie when the contact is met in the middle,
-    with unknown history; without them it is then ``initial``, surely. A ``lasting`` state does not recover
-    between trials (wear, set, drift).
+    with unknown history; without them it is then ``initial``, surely. ``share`` names a parameter that scales
+    both. A ``lasting`` state does not recover between trials (wear, set, drift).
     """
 
     name: str
@@ -85,6 +85,7 @@ class State:
     initial: float = 0.0
     low: str = ""
     high: str = ""
+    share: str = ""
     extreme: bool = False  # a running maximum or the like: measurements must not drag it (see estimator)
     lasting: bool = False
 

@@ -1,10 +1,13 @@
 """Quasi-linear viscoelastic relaxation with one time constant.
 
-``N = N_e - c1 z1``, where ``z1`` relaxes to the elastic force, ``dz1/dt = nu1 (N_e - z1)``.
+``N = N_e - z1``, where ``z1``, the force that has relaxed, follows its share of the elastic force,
+``dz1/dt = nu1 (c1 N_e - z1)``.
 
 This is the hereditary integral of [TiezziKao2007]_, eq. (20), with the reduced relaxation function of
-eq. (15), ``g = c0 + c1 exp(-nu1 t)``, ``c0 + c1 = 1``: its branch is ``q1 = N_e - z1``. In z a correction of
-the indentation changes N at once with the instantaneous stiffness, as it must.
+eq. (15), ``g = c0 + c1 exp(-nu1 t)``, ``c0 + c1 = 1``: its branch is ``q1 = c1 N_e - z1``. In z a correction
+of the indentation changes N at once with the instantaneous stiffness, as it must. And z1 is a force, not the
+elastic force that it follows: N is then linear in the state, where ``c1 z1`` is a product of two unknowns,
+which made an estimator sure of a wrong c1.
 """
 
 import math
@@ -37,9 +40,9 @@ def force(
     nu1: float,
     z1: float,
 ) -> tuple[float, float]:
-    """Return the force [N] and the relaxed force z1 [N]."""
-    z1 = branch(z1, elastic_force, elastic_before, relaxation_rate * nu1, dt)
-    return force - relaxation_strength * c1 * z1, z1
+    """Return the force [N] and the force z1 [N] that has relaxed."""
+    z1 = branch(z1, c1 * elastic_force, c1 * elastic_before, relaxation_rate * nu1, dt)
+    return force - relaxation_strength * z1, z1
 
 
 EFFECT = Effect(
@@ -52,6 +55,6 @@ EFFECT = Effect(
         ),
         Parameter("nu1", "1/s", 3.1, 0.3, 1e-4, 1e4, "rate of relaxation", transform="log", learn=True),
     ),
-    states=(State("z1", "N", "elastic force as the slow part has followed it", high="elastic_force"),),
+    states=(State("z1", "N", "force that has relaxed", high="elastic_force", share="c1"),),
     hooks=(hook(force),),
 )

@@ -1,4 +1,4 @@
-"""A second relaxation time: ``N = ... - c2 z2``, ``dz2/dt = nu2 (N_e - z2)``.
+"""A second relaxation time: ``N = ... - z2``, ``dz2/dt = nu2 (c2 N_e - z2)``.
 
 The second branch of [TiezziKao2007]_, eq. (15). Real soft materials relax over decades of time; one branch
 leaves a residual that changes sign within a hold.
@@ -20,9 +20,9 @@ def force(
     nu2: float,
     z2: float,
 ) -> tuple[float, float]:
-    """Return the force [N] and the relaxed force z2 [N]."""
-    z2 = branch(z2, elastic_force, elastic_before, relaxation_rate * nu2, dt)
-    return force - relaxation_strength * c2 * z2, z2
+    """Return the force [N] and the force z2 [N] that has relaxed."""
+    z2 = branch(z2, c2 * elastic_force, c2 * elastic_before, relaxation_rate * nu2, dt)
+    return force - relaxation_strength * z2, z2
 
 
 EFFECT = Effect(
@@ -46,7 +46,7 @@ EFFECT = Effect(
             "nu2", "1/s", 0.2, 0.7, 1e-4, 1e4, "rate of the second relaxation", transform="log", learn=True
         ),
     ),
-    states=(State("z2", "N", "elastic force as the second slow part has followed it", high="elastic_force"),),
+    states=(State("z2", "N", "force that has relaxed on the second time scale", high="elastic_force", share="c2"),),
     hooks=(hook(force),),
     confounded=("power_law_relaxation", "poroelastic_drainage", "force_drift"),
     experiment="hold for 5 / nu2 at two depths",

@@ -11,8 +11,8 @@ from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
 
 KERNELS = (
-    "state", "predict", "gain", "roots", "measure", "sight", "begin", "quantities", "report", "friction",
-    "hold", "onset", "forecast", "update",
+    "state", "roots", "motion", "predict", "gain", "measure", "sight", "begin", "gap", "quantities", "report",
+    "belief", "friction", "hold", "onset", "forecast", "update",
 )  # fmt: skip
 ENTRIES = ("update", "margin_of", "least_force", "filter_step", "many")
 

@@ -10,7 +10,7 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import Watch, health_of
-from vegrip.estimator.layout import CHANNELS, PER_CHANNEL, REPORT, Layout, layout_of
+from vegrip.estimator.layout import CHANNELS, MODE, PER_CHANNEL, REPORT, Layout, layout_of
 from vegrip.estimator.past import Past
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.estimator.start import blank
@@ -163,7 +163,7 @@ class ContactEstimator:
     @property
     def excited(self) -> bool:
         """Whether the tip moves in contact, or did within ``settings.learning_rest``: only then it learns."""
-        rest = self._m[self._places["LOAD"].start + 4]
+        rest = self._m[self._places["MODE"].start + MODE.index("REST")]
         return self.in_contact and bool(rest <= self.settings.learning_rest)
 
     @property

@@ -12,8 +12,25 @@ from vegrip.model import ContactModel
 SETTINGS = (
     "ACCELERATION", "R_FORCE", "R_DISPLACEMENT", "R_RADIUS", "S_TANGENTIAL", "S_TORQUE", "LONGEST_GAP",
     "RECOVERY", "TIP_RADIUS", "DEPTH", "QUANTILE", "HORIZON", "HOLD", "SCATTER", "MU_DRIFT", "REGRASP",
-    "MU_PRIOR", "MU_PRIOR_VAR", "HEALTH_TIME", "RHO_SPEED", "LEARNING_REST",
+    "MU_PRIOR", "MU_PRIOR_VAR", "HEALTH_TIME", "LEARNING_REST",
 )  # fmt: skip
+
+MODE = (
+    "ZERO_KNOWN", "BLIND", "HEALTH_DECAY", "REGIME", "REST", "CELL", "SINCE_JERK", "PERIOD", "CAUTION",
+    "CONTRADICTED", "RESTARTS", "UNEXPLAINED", "CORNER", "SLOPE",
+)  # fmt: skip
+"""What the filter is doing: times in [s], switches 0 or 1.
+
+ZERO_KNOWN: the contact was felt to begin, so the zero of the displacement is told; BLIND: no displacement;
+REST: since the tip moved in contact; SINCE_JERK: since the displacement jumped; PERIOD: of the samples;
+CAUTION: time left in which nothing is learned; CONTRADICTED: for how long a published estimate has disagreed
+with its own measurement; RESTARTS: how often the memory of a lost contact was begun anew; UNEXPLAINED:
+variance of the force [N^2] beyond what model and noise explain; CORNER: how far the motion left a straight
+line within the last step [m]; SLOPE: of the force over the indentation when last used [N/m].
+"""
+
+MOTION = ("POSITION", "SPEED", "VAR_POSITION", "COV", "VAR_SPEED", "RESTLESS")
+"""The measured displacement followed on its own, with constant speed: where the next sample is expected."""
 
 REPORT = (
     "FORCE", "FORCE_STD", "RADIUS", "RADIUS_STD", "EXPONENT", "EXPONENT_STD", "MU", "MU_STD", "LIMIT_FORCE",
@@ -36,6 +53,7 @@ BOUNDS = ("", "elastic_force", "force", "x")
 """What a state of unknown history may lie between; the place is the code the kernels know."""
 
 PER_CHANNEL = ("STREAK", "REJECTED", "AGE", "USED")
+"""Refusals in a row, refusals in all, time since the last one used [s], whether the present one was."""
 PER_CELL = ("WEIGHT", "MEAN", "NIS")
 
 
@@ -52,6 +70,7 @@ class Layout:
     mu: int  # place of the friction coefficient
     state_low: tuple[int, ...]  # see BOUNDS
     state_high: tuple[int, ...]
+    state_share: tuple[int, ...]  # place of the parameter that scales both, or -1
     extreme: tuple[bool, ...]  # states of the effects that no measurement corrects
     speed_felt: bool  # whether any effect reads the speed
 
@@ -74,9 +93,10 @@ class Layout:
             "FRICTION": len(FRICTION), "CONSIDER": len(self.considered), "REPORT": len(REPORT),
             "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
-            "LOAD": 7, "MOTION": 1, "START": n, "LOST": 1,
-            "F": (s + 1) * m, "B": (s + 2) * n, "H": n, "G": n, "K": n,
-            "S0": s + 1, "S1": s + 1, "L": m * m, "D": 5 * (m + len(self.considered)), "TRY": n,
+            "MODE": len(MODE), "MOTION": len(MOTION), "START": n, "LOST": 1,
+            "OLD": n, "KEPT_Y": n, "KEPT_P": n * n,
+            "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1,
+            "S0": s + 1, "S1": s + 1, "L": n * n, "D": 5 * (m + len(self.considered)), "TRY": n, "MID": n,
         }  # fmt: skip
 
     def places(self) -> dict[str, tuple[int, int]]:
@@ -102,16 +122,19 @@ class Layout:
             f"CONSIDERED_LOG = {(*self.considered_log, False)}",
         ]
         lines += [f"STATE_LOW = {(*self.state_low, 0)}", f"STATE_HIGH = {(*self.state_high, 0)}"]
+        lines += [f"STATE_SHARE = {(*self.state_share, -1)}"]
         free = (False,) * (self.n - 2 - self.n_states)
         lines += [f"KEPT = {(False, False, *self.extreme, *free)}"]
         lines += [f"FELT = {(True, self.speed_felt, *[True] * (self.n - 2))}"]
+        lines += [f"SPEED_FELT = {self.speed_felt}", f"ZERO = {self.n - 2}", f"BIAS = {self.n - 1}"]
         lines += [f"MU_PLACE = {self.mu}", f"CONSIDERED_MU = {self.considered.index(self.mu)}"]
         for name, (start, end) in self.places().items():
             lines += [f"{name}0 = {start}", f"{name}1 = {end}"]
-        at = {"SET": SETTINGS, "REPORT": REPORT, "FRICTION": FRICTION}
+        at = {"SET": SETTINGS, "REPORT": REPORT, "FRICTION": FRICTION, "MODE": MODE, "MOTION": MOTION}
         for section, names in at.items():
             start = self.places()[section][0]
-            lines += [f"{section[:3]}_{name} = {start + i}" for i, name in enumerate(names)]
+            short = section if section in {"MODE", "MOTION"} else section[:3]
+            lines += [f"{short}_{name} = {start + i}" for i, name in enumerate(names)]
         lines += [f"CH_{name} = {i}" for i, name in enumerate(PER_CHANNEL)]
         return "\n".join(lines)
 
@@ -137,6 +160,7 @@ def layout_of(model: ContactModel) -> Layout:
         speed_felt="speed" in taken,
         state_low=tuple(BOUNDS.index(s.low) for s in states),
         extreme=tuple(s.extreme for s in states),
+        state_share=tuple(names.index(s.share) if s.share else -1 for s in states),
         state_high=tuple(BOUNDS.index(s.high) for s in states),
         n_states=len(model.plan.states),
         n_values=len(names) + 3,

@@ -29,7 +29,6 @@ def blank(model: ContactModel, layout: Layout, noise: SensorNoise, settings: Est
     friction |= {"LN_MU": math.log(mu.value), "BASE_LN": math.log(mu.value)}
     friction |= {"VAR": mu.std**2, "BASE_VAR": mu.std**2, "SINCE": math.inf}
     m[at["FRICTION"]] = list(friction.values())
-    m[at["MOTION"]] = 1.0
     m[at["CONSIDER"]] = [model.values[symbols[i]].std ** 2 for i in layout.considered]
     ages = np.zeros((3, 4))
     ages[:, 2] = math.inf
@@ -88,6 +87,5 @@ def _setting(model: ContactModel, noise: SensorNoise, settings: EstimatorSetting
         "MU_PRIOR": math.log(mu.value),
         "MU_PRIOR_VAR": mu.std**2,
         "HEALTH_TIME": settings.health_time,
-        "RHO_SPEED": settings.agility,
         "LEARNING_REST": settings.learning_rest,
     }

@@ -1,11 +1,19 @@
-"""The first sample, and starting over after too many refusals: states of nothing known."""
+"""The first sample, and beginning anew what is no longer believed: states of nothing known."""
 
 import math
 
 from vegrip.estimator.kernels.generated import (
+    BIAS,
     F0,
-    LOAD0,
+    KEPT_P0,
+    KEPT_Y0,
     LOST0,
+    MODE0,
+    MODE1,
+    MODE_PERIOD,
+    MODE_REST,
+    MODE_SINCE_JERK,
+    MODE_ZERO_KNOWN,
     NS,
     P0,
     P1,
@@ -16,29 +24,55 @@ from vegrip.estimator.kernels.generated import (
     START0,
     STATE_HIGH,
     STATE_LOW,
+    STATE_SHARE,
     TRY0,
+    VALUES0,
     Y0,
+    ZERO,
     Floats,
     M,
     N,
 )
 from vegrip.estimator.kernels.measure import meet
-from vegrip.estimator.kernels.state import bound, clear, contact, copy_state, step_of
+from vegrip.estimator.kernels.motion import begin_motion
+from vegrip.estimator.kernels.state import bound, clear, contact, copy_section, copy_state, step_of
 
 
 def begin(m: Floats, force: float, displacement: float) -> None:
     """Set up the state from the first sample, in the air or in the middle of a contact."""
     clear(m, P0, P1)
-    for j in range(N):
-        m[Y0 + j] = m[START0 + j]
-    m[Y0] = displacement if math.isfinite(displacement) else 0.0
-    bound(m)
+    clear(m, MODE0, MODE1)
+    copy_section(m, START0, Y0, N)
     for j in range(N):
         m[P0 + j * N + j] = m[PRIOR0 + j]
-    touching = m[Y0] > 4.0 * math.sqrt(m[SET_R_DISPLACEMENT] + m[PRIOR0 + N - 2])
+    m[MODE_SINCE_JERK] = m[MODE_REST] = m[MODE_PERIOD] = 0.0
+    begin_contact(m, force, displacement)
+
+
+def begin_contact(m: Floats, force: float, displacement: float) -> None:
+    """Begin the motion and the memory at this sample, with the parameters and zeros as they are."""
+    if math.isfinite(displacement):
+        m[Y0] = displacement - m[Y0 + ZERO]
+        for j in range(N):
+            m[P0 + j] = m[P0 + j * N] = -m[P0 + ZERO * N + j]
+        m[P0] = m[P0 + ZERO * N + ZERO] + m[SET_R_DISPLACEMENT]
+        begin_motion(m, displacement)
+    else:
+        m[Y0] = 0.0
+        for j in range(N):
+            m[P0 + j] = m[P0 + j * N] = 0.0
+        m[P0] = m[PRIOR0]
+        begin_motion(m, m[Y0 + ZERO])
+    m[Y0 + 1] = 0.0
+    for i in range(NS):
+        for j in range(N):
+            m[P0 + (2 + i) * N + j] = m[P0 + j * N + 2 + i] = 0.0
+        m[Y0 + 2 + i] = m[START0 + 2 + i]
+    bound(m)
+    touching = m[Y0] > 4.0 * math.sqrt(m[P0])
     if math.isfinite(force):
-        touching = force > 4.0 * math.sqrt(m[SET_R_FORCE] + m[PRIOR0 + N - 1])
-    m[LOAD0] = 0.0 if touching else 1.0
+        touching = force - m[Y0 + BIAS] > 4.0 * math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS])
+    m[MODE_ZERO_KNOWN] = 0.0 if touching else 1.0
     if touching:
         within_contact(m, force, displacement)
 
@@ -69,17 +103,21 @@ def within_contact(m: Floats, force: float, displacement: float) -> None:
             settle(m, TRY0)
             m[TRY0 + j] = m[Y0 + j]
             for i in range(NS):
-                m[F0 + i * M + j] = (m[TRY0 + 2 + i] - m[Y0 + 2 + i]) / h if h > 0.0 else 0.0
+                m[F0 + i * N + j] = (m[TRY0 + 2 + i] - m[Y0 + 2 + i]) / h if h > 0.0 else 0.0
     for i in range(NS):
-        for j in range(M):
-            if foreign(j):
-                m[P0 + (2 + i) * N + j] = m[F0 + i * M + j] * m[P0 + j * N + j]
-                m[P0 + j * N + 2 + i] = m[P0 + (2 + i) * N + j]
+        for c in range(N):
+            if foreign(c):
+                s = 0.0
+                for j in range(M):
+                    if foreign(j):
+                        s += m[F0 + i * N + j] * m[P0 + j * N + c]
+                m[P0 + (2 + i) * N + c] = m[P0 + c * N + 2 + i] = s
+    for i in range(NS):
         for k in range(NS):
             s = settled_spread(m, i) if i == k else 0.0
             for j in range(M):
                 if foreign(j):
-                    s += m[F0 + i * M + j] * m[P0 + j * N + j] * m[F0 + k * M + j]
+                    s += m[P0 + (2 + i) * N + j] * m[F0 + k * N + j]
             m[P0 + (2 + i) * N + 2 + k] = s
 
 
@@ -95,15 +133,21 @@ def settle(m: Floats, y: int) -> None:
         for j in range(NS):
             if STATE_HIGH[j] != 0:
                 low = named(STATE_LOW[j], x, elastic_force, force)
-                m[y + 2 + j] = 0.5 * (low + named(STATE_HIGH[j], x, elastic_force, force))
+                high = named(STATE_HIGH[j], x, elastic_force, force)
+                m[y + 2 + j] = 0.5 * share_of(m, j) * (low + high)
 
 
 def settled_spread(m: Floats, j: int) -> float:
     """Variance of an effect state that lies evenly between its bounds."""
     x, elastic_force, force, _ = contact(m, Y0)
     low = named(STATE_LOW[j], x, elastic_force, force)
-    width = named(STATE_HIGH[j], x, elastic_force, force) - low
+    width = share_of(m, j) * (named(STATE_HIGH[j], x, elastic_force, force) - low)
     return width * width / 12.0
+
+
+def share_of(m: Floats, j: int) -> float:
+    """Return the parameter that scales the bounds of effect state ``j``; the contact was looked at before."""
+    return m[VALUES0 + STATE_SHARE[j]] if STATE_SHARE[j] >= 0 else 1.0
 
 
 def named(code: int, x: float, elastic_force: float, force: float) -> float:
@@ -115,12 +159,13 @@ def named(code: int, x: float, elastic_force: float, force: float) -> float:
     return x if code == 3 else 0.0
 
 
-def widen(m: Floats, from_displacement: bool, displacement: float) -> None:
-    """After many refusals in a row: the motion and the memory are unknown again, what is learned wide."""
-    if from_displacement:
-        m[Y0] = displacement - m[Y0 + N - 2]
-        m[Y0 + 1] = 0.0
-    for j in range(N):
-        m[P0 + j * N + j] += m[PRIOR0 + j]
-    for j in range(NS):
-        m[P0 + (2 + j) * N + 2 + j] += settled_spread(m, j)
+def keep_belief(m: Floats) -> None:
+    """Put aside what is known, before a doubtful sample."""
+    copy_section(m, Y0, KEPT_Y0, N)
+    copy_section(m, P0, KEPT_P0, N * N)
+
+
+def return_belief(m: Floats) -> None:
+    """Take back what was put aside."""
+    copy_section(m, KEPT_Y0, Y0, N)
+    copy_section(m, KEPT_P0, P0, N * N)

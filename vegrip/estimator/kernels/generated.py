@@ -22,8 +22,12 @@ CONSIDERED: tuple[int, ...]
 CONSIDERED_LOG: tuple[bool, ...]
 STATE_LOW: tuple[int, ...]
 STATE_HIGH: tuple[int, ...]
+STATE_SHARE: tuple[int, ...]
 KEPT: tuple[bool, ...]
 FELT: tuple[bool, ...]
+SPEED_FELT: bool
+ZERO: int
+BIAS: int
 MU_PLACE: int
 CONSIDERED_MU: int
 Y0: int
@@ -54,14 +58,20 @@ CHANNEL0: int
 CHANNEL1: int
 HEALTH0: int
 HEALTH1: int
-LOAD0: int
-LOAD1: int
+MODE0: int
+MODE1: int
 MOTION0: int
 MOTION1: int
 START0: int
 START1: int
 LOST0: int
 LOST1: int
+OLD0: int
+OLD1: int
+KEPT_Y0: int
+KEPT_Y1: int
+KEPT_P0: int
+KEPT_P1: int
 F0: int
 F1: int
 B0: int
@@ -72,6 +82,8 @@ G0: int
 G1: int
 K0: int
 K1: int
+BEND0: int
+BEND1: int
 S00: int
 S01: int
 S10: int
@@ -82,6 +94,8 @@ D0: int
 D1: int
 TRY0: int
 TRY1: int
+MID0: int
+MID1: int
 SET_ACCELERATION: int
 SET_R_FORCE: int
 SET_R_DISPLACEMENT: int
@@ -101,7 +115,6 @@ SET_REGRASP: int
 SET_MU_PRIOR: int
 SET_MU_PRIOR_VAR: int
 SET_HEALTH_TIME: int
-SET_RHO_SPEED: int
 SET_LEARNING_REST: int
 REP_FORCE: int
 REP_FORCE_STD: int
@@ -141,3 +154,23 @@ CH_STREAK: int
 CH_REJECTED: int
 CH_AGE: int
 CH_USED: int
+MODE_ZERO_KNOWN: int
+MODE_BLIND: int
+MODE_HEALTH_DECAY: int
+MODE_REGIME: int
+MODE_REST: int
+MODE_CELL: int
+MODE_SINCE_JERK: int
+MODE_PERIOD: int
+MODE_CAUTION: int
+MODE_CONTRADICTED: int
+MODE_RESTARTS: int
+MODE_UNEXPLAINED: int
+MODE_CORNER: int
+MOTION_POSITION: int
+MOTION_SPEED: int
+MOTION_VAR_POSITION: int
+MOTION_COV: int
+MOTION_VAR_SPEED: int
+MOTION_RESTLESS: int
+MODE_SLOPE: int

@@ -1,21 +1,29 @@
-"""The three measurements and their gradients."""
+"""The measurements beside the displacement: what is expected, its slope over the state, and the correction.
+
+The expected force is regressed over the whole spread of the state, and where it bends once more over the
+spread that is left after the sample (iterated posterior linearisation, [GarciaFernandez2015]_): the first
+touch tells stiffness and zero at once, and slopes at the mean would count the same sample as news again.
+"""
 
 import math
 
-from vegrip.estimator.kernels.gain import scalar_update
+from vegrip.estimator.kernels.gain import correct, spread_of
 from vegrip.estimator.kernels.generated import (
+    B0,
+    BIAS,
     EXOGENOUS0,
     FELT,
     G0,
     H0,
     H1,
     L0,
-    LOAD0,
+    MID0,
+    MODE_BLIND,
+    MODE_SLOPE,
+    MODE_UNEXPLAINED,
     NS,
     P0,
-    P1,
     S10,
-    SET_R_DISPLACEMENT,
     SET_R_FORCE,
     SET_R_RADIUS,
     SET_TIP_RADIUS,
@@ -27,81 +35,116 @@ from vegrip.estimator.kernels.generated import (
     N,
     readout,
 )
+from vegrip.estimator.kernels.predict import STRAIGHT
 from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
-from vegrip.estimator.kernels.state import clear, contact, copy_state, step_of
+from vegrip.estimator.kernels.state import clear, contact, copy_section, copy_state, step_of
 
-VAGUE_FORCE = 0.02  # relative std of the predicted force beyond which its slope is taken over all of it
+ROUNDS = 3
+"""Regressions of the force at most, at least two: about the state before the sample and about that after it.
+
+The slope over the stiffness is the force at the indentation as it was just measured. Taken there it goes with
+the displacement's noise, and so does the innovation: stiffness then falls in every hold, by 20 of its standard
+deviations in 5 s. About the state after the sample it does not.
+"""
+
+BENT = 0.01  # excess variance over the noise's beyond which the spread after the sample is regressed over
+FARTHEST = 100.0  # normalised square of an innovation that is refused anyhow
+
+Expected = tuple[float, float, float]
+"""Innovation, variance without the state's own, variance with it."""
 
 
-def measure_displacement(m: Floats, value: float) -> bool:
-    """``displacement = delta + d0``."""
-    clear(m, H0, H1)
-    m[H0 + 0] = 1.0
-    m[H0 + N - 2] = 1.0
-    return scalar_update(m, 0, value - m[Y0] - m[Y0 + N - 2], m[SET_R_DISPLACEMENT])
+def expect_force(m: Floats, value: float) -> Expected:
+    """Regress the force into H for the measured ``value`` [N]; H, G = P H and the result are the update."""
+    R = m[SET_R_FORCE] + m[MODE_UNEXPLAINED]
+    square_root(m, P0)
+    copy_section(m, Y0, MID0, N)
+    expected, bend = regress_force(m)
+    innovation = value - expected
+    S = R + bend + spread_of(m)
+    for _ in range(ROUNDS - 1):
+        if innovation * innovation > FARTHEST * S:
+            break
+        narrow = bend < BENT * R
+        for i in range(N):
+            m[MID0 + i] = m[Y0 + i] + m[G0 + i] / S * innovation
+        if not narrow:
+            for i in range(N):
+                for j in range(N):
+                    m[B0 + i * N + j] = m[P0 + i * N + j] - m[G0 + i] * m[G0 + j] / S
+            square_root(m, B0)
+        expected, bend = regress_force(m)
+        innovation = value - expected
+        for j in range(N):
+            innovation -= m[H0 + j] * (m[Y0 + j] - m[MID0 + j])
+        S = R + bend + spread_of(m)
+        if narrow:
+            break
+    m[MODE_SLOPE] = m[H0]
+    return innovation, R + bend, S
+
+
+def regress_force(m: Floats) -> tuple[float, float]:
+    """Fill H with the slope of the sensed force about MID over the spread L; return mean and excess variance."""
+    copy_section(m, MID0, TRY0, N)
+    base = contact(m, TRY0)[3]
+    missed = bend = 0.0
+    for j in range(M):
+        m[G0 + j] = 0.0
+        if m[L0 + j * N + j] > 0.0:
+            shifted(m, MID0, j, 1.0)
+            rise = contact(m, TRY0)[3] - base
+            fall = rise
+            if abs(rise) > STRAIGHT * base:
+                shifted(m, MID0, j, -1.0)
+                fall = base - contact(m, TRY0)[3]
+            m[G0 + j] = (rise + fall) / (2.0 * WIDE)
+            missed += (rise - fall) / (2.0 * WIDE * WIDE)
+            bend += (rise - fall) ** 2 * (WIDE * WIDE - 1.0) / (4.0 * WIDE**4)
+    solve_slopes(m)
+    m[H0 + N - 2] = 0.0
+    m[H0 + BIAS] = 1.0
+    return base + missed + m[MID0 + BIAS], bend
+
+
+def solve_slopes(m: Floats) -> None:
+    """From changes along the columns of L, in G, to slopes over the coordinates: ``L' H = G``."""
+    for j in range(M - 1, -1, -1):
+        root = m[L0 + j * N + j]
+        s = m[G0 + j]
+        for i in range(j + 1, M):
+            s -= m[L0 + i * N + j] * m[H0 + i]
+        m[H0 + j] = s / root if root > 0.0 else 0.0
+
+
+def expect_force_alone(m: Floats, value: float) -> Expected:
+    """The same without a displacement: linearised where the force puts the indentation (sight.py)."""
+    y = TRY0
+    copy_state(m)
+    R = m[SET_R_FORCE] + m[MODE_UNEXPLAINED]
+    bias = m[y + BIAS]
+    meet(m, y, value - bias, 3.0 * math.sqrt(R + m[P0 + BIAS * N + BIAS]))
+    base = force_gradient(m, y)
+    innovation = value - base - bias
+    for j in range(M):
+        innovation -= m[H0 + j] * (m[Y0 + j] - m[y + j])
+    m[MODE_SLOPE] = m[H0]
+    return innovation, R, R + spread_of(m)
 
 
 def force_gradient(m: Floats, y: int) -> float:
     """Fill H with the derivative of the sensed force at ``y``; return that force."""
     clear(m, H0, H1)
     base = contact(m, y)[3]
-    for j in range(2 + NS if m[LOAD0 + 1] > 0.5 else M):
+    for j in range(2 + NS if m[MODE_BLIND] > 0.5 else M):
         h = step_of(m, y, j)
         if FELT[j] and h > 0.0:
             keep = m[y + j]
             m[y + j] = keep + h
             m[H0 + j] = (contact(m, y)[3] - base) / h
             m[y + j] = keep
-    m[H0 + N - 1] = 1.0
+    m[H0 + BIAS] = 1.0
     return base
-
-
-def measure_force(m: Floats, value: float, alone: bool) -> bool:
-    """``normal_force = sensed_force + bF``; ``alone``: the displacement is not known, force tells it."""
-    y = TRY0
-    copy_state(m)
-    R = m[SET_R_FORCE]
-    bias = m[y + N - 1]
-    if alone:
-        meet(m, y, value - bias, 3.0 * math.sqrt(R + m[P1 - 1]))
-    base = force_gradient(m, y)
-    innovation = value - base - bias
-    spread = 0.0
-    for i in range(M):
-        for j in range(M):
-            spread += m[H0 + i] * m[P0 + i * N + j] * m[H0 + j]
-    if not alone and base > 0.0 and spread > VAGUE_FORCE * VAGUE_FORCE * base * base:
-        missed, bend = wide_gradient(m, base)
-        return scalar_update(m, 1, innovation - missed, R + bend)
-    for j in range(M):
-        innovation -= m[H0 + j] * (m[Y0 + j] - m[y + j])
-    return scalar_update(m, 1, innovation, R)
-
-
-def wide_gradient(m: Floats, base: float) -> tuple[float, float]:
-    """Fill H with the slope of the force over the whole spread of the state; return mean error and variance.
-
-    Stiffness times indentation bends so much within a wide prior that the slope at its middle claims to
-    know more than it does, at every sample anew: central differences along the roots of P instead, with
-    what the bend adds to mean and variance (for normal states, to second order).
-    """
-    square_root(m)
-    missed = bend = 0.0
-    for j in range(M):
-        shifted(m, j, 1.0)
-        up = contact(m, TRY0)[3]
-        shifted(m, j, -1.0)
-        down = contact(m, TRY0)[3]
-        m[G0 + j] = (up - down) / (2.0 * WIDE)
-        missed += (up + down - 2.0 * base) / (2.0 * WIDE * WIDE)
-        bend += (up + down - 2.0 * base) ** 2 * (WIDE * WIDE - 1.0) / (4.0 * WIDE**4)
-    for j in range(M - 1, -1, -1):  # L' H = G
-        root = m[L0 + j * M + j]
-        s = m[G0 + j]
-        for i in range(j + 1, M):
-            s -= m[L0 + i * M + j] * m[H0 + i]
-        m[H0 + j] = s / root if root > 0.0 else 0.0
-    return missed, bend
 
 
 def meet(m: Floats, y: int, force: float, threshold: float) -> None:
@@ -123,14 +166,14 @@ def meet(m: Floats, y: int, force: float, threshold: float) -> None:
             high = m[y]
 
 
-def measure_radius(m: Floats, value: float) -> bool:
+def measure_radius(m: Floats, value: float) -> None:
     """``contact_radius = a``."""
     y = TRY0
     copy_state(m)
     clear(m, H0, H1)
     base = radius_of(m, y)
     if base <= 0.0:
-        return False
+        return
     for j in range(M):
         h = step_of(m, y, j)
         if FELT[j] and h > 0.0:
@@ -138,7 +181,7 @@ def measure_radius(m: Floats, value: float) -> bool:
             m[y + j] = keep + h
             m[H0 + j] = (radius_of(m, y) - base) / h
             m[y + j] = keep
-    return scalar_update(m, 2, value - base, m[SET_R_RADIUS])
+    correct(m, 2, value - base, m[SET_R_RADIUS], m[SET_R_RADIUS] + spread_of(m))
 
 
 def radius_of(m: Floats, y: int) -> float:

@@ -1,115 +1,198 @@
-"""Prediction: state and covariance through one time step."""
+"""Prediction: the state after one time step, driven by the measured displacement.
+
+The displacement is the input of the contact: ``delta = displacement - d0 - e``, with an error e that is drawn
+anew at every sample. So a drive may do within a sample whatever it likes. Memory and learned parameters move
+by statistical linear regression along the roots of the covariance [SarkkaSvensson2023]_: over their whole
+spread, not by a slope at their mean, because the product of two unknowns (stiffness and depth, amplitude and
+rate) has another slope at every mean, and a filter that collects slopes believes what no sample has said.
+
+Without a displacement the tip goes on at the speed it had (``motion.py``).
+"""
 
 import math
 
 from vegrip.estimator.kernels.generated import (
     B0,
+    BEND0,
+    BIAS,
     DRIFT0,
     F0,
+    H0,
     KEPT,
-    LOAD0,
-    MOTION0,
+    L0,
+    MODE_BLIND,
+    MODE_CORNER,
+    MODE_SLOPE,
+    MOTION_SPEED,
+    MOTION_VAR_SPEED,
     NS,
+    OLD0,
     P0,
     PRIOR0,
     S00,
     S10,
     SET_ACCELERATION,
     SET_R_DISPLACEMENT,
+    SET_R_FORCE,
     TRY0,
     Y0,
+    ZERO,
     Floats,
     M,
     N,
 )
-from vegrip.estimator.kernels.state import copy_state, leash, propagate, step_of
+from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
+from vegrip.estimator.kernels.state import copy_section, copy_state, leash, propagate
+
+STRAIGHT = 0.02  # relative change below which a law is taken for straight over the spread of the state
+WITHIN = 0.4  # std of where within a step the motion turned, in steps
 
 
-def predict(m: Floats, dt: float, rho: float) -> None:
-    """Move state and covariance by ``dt`` [s]; ``rho`` is what is left of the speed (1 = all)."""
-    effects_ahead(m, dt)
-    move_covariance(m, dt, rho)
-    m[Y0] += m[Y0 + 1] * dt
-    m[Y0 + 1] *= rho
+def predict(m: Floats, dt: float, displacement: float) -> None:
+    """Move state and covariance by ``dt`` [s] to ``displacement`` [m]; NaN: by the speed of the tip."""
+    driven = math.isfinite(displacement)
+    walk(m, dt)
+    copy_section(m, Y0, OLD0, N)
+    m[Y0 + 1] = m[MOTION_SPEED]
+    square_root(m, P0)
+    error = m[SET_R_DISPLACEMENT]
+    if not driven:
+        error = dt * dt * (m[MOTION_VAR_SPEED] + m[SET_ACCELERATION] * dt / 3.0)
+    end = end_of(m, Y0, displacement, dt)
+    effects_ahead(m, dt, displacement, math.sqrt(error))
+    move_covariance(m, driven)
+    disturb(m, error)
+    m[Y0] = end
     for i in range(NS):
         m[Y0 + 2 + i] = m[S00 + i]
-    disturb(m, dt)
 
 
-def effects_ahead(m: Floats, dt: float) -> None:
-    """Put the effect states after ``dt`` into S0 and their derivatives into F, (NS, M)."""
+def end_of(m: Floats, y: int, displacement: float, dt: float) -> float:
+    """Indentation [m] at the end of the step, from the state ``y``."""
+    if math.isfinite(displacement):
+        return displacement - m[y + ZERO]
+    return m[y] + m[MOTION_SPEED] * dt
+
+
+def walk(m: Floats, dt: float) -> None:
+    """Random walks of the learned parameters and the zeros, never wider than at the very beginning."""
+    for j in range(2 + NS, N):
+        m[P0 + j * N + j] += m[DRIFT0 + j] * dt
+        leash(m, j, m[PRIOR0 + j])
+
+
+def effects_ahead(m: Floats, dt: float, displacement: float, error: float) -> None:
+    """Effect states after ``dt``: mean in S0, change along L in F, bends in BEND, by ``error`` [m] in H."""
     if NS == 0:
         return
     copy_state(m)
-    propagate(m, TRY0, dt, S00)
-    for j in range(M):
-        known = j >= 2 + NS and m[LOAD0 + 1] > 0.5  # parameters without a displacement, see sight.py
-        h = 0.0 if known else step_of(m, Y0, j)
-        if h > 0.0:
-            m[TRY0 + j] = m[Y0 + j] + h
-            propagate(m, TRY0, dt, S10)
-            m[TRY0 + j] = m[Y0 + j]
+    end = end_of(m, Y0, displacement, dt)
+    propagate(m, TRY0, end, m[Y0 + 1], dt, S00)
+    propagate(m, TRY0, end + error, m[Y0 + 1], dt, S10)
+    for i in range(NS):
+        m[H0 + i] = m[S10 + i] - m[S00 + i]
+    for i in range(NS):
+        m[B0 + i] = 0.0
+        m[BEND0 + i] = 0.0
+    for j in range(N):
         for i in range(NS):
-            m[F0 + i * M + j] = (m[S10 + i] - m[S00 + i]) / h if h > 0.0 else 0.0
-    hold_extremes(m)
+            m[F0 + i * N + j] = 0.0
+        known = 2 + NS <= j < M and m[MODE_BLIND] > 0.5  # parameters without a displacement, see sight.py
+        if j != BIAS and m[L0 + j * N + j] > 0.0 and not known:
+            step_along(m, dt, displacement, j)
+    for i in range(NS):
+        m[S00 + i] += m[B0 + i]
 
 
-def hold_extremes(m: Floats) -> None:
-    """The maximum of noisy values is not the noisy value of the maximum: discount new extremes by the noise.
+def step_along(m: Floats, dt: float, displacement: float, j: int) -> None:
+    """One column of F; where the law bends, also what that adds to mean (B) and variance (BEND)."""
+    shifted(m, Y0, j, 1.0)
+    propagate(m, TRY0, end_of(m, TRY0, displacement, dt), m[TRY0 + 1], dt, S10)
+    straight = True
+    for i in range(NS):
+        m[F0 + i * N + j] = m[S10 + i] - m[S00 + i]
+        straight = straight and abs(m[F0 + i * N + j]) <= STRAIGHT * abs(m[S00 + i])
+    if straight:
+        for i in range(NS):
+            m[F0 + i * N + j] /= WIDE
+        return
+    shifted(m, Y0, j, -1.0)
+    propagate(m, TRY0, end_of(m, TRY0, displacement, dt), m[TRY0 + 1], dt, S10)
+    for i in range(NS):
+        rise, fall = m[F0 + i * N + j], m[S00 + i] - m[S10 + i]
+        m[F0 + i * N + j] = (rise + fall) / (2.0 * WIDE)
+        if not KEPT[2 + i]:
+            m[B0 + i] += (rise - fall) / (2.0 * WIDE * WIDE)
+            m[BEND0 + i] += (rise - fall) ** 2 * (WIDE * WIDE - 1.0) / (4.0 * WIDE**4)
 
-    The noise is what the indentation does from sample to sample, without its slow error: that of the zero
-    d0, or of the force's bias bF where force alone tells it. Of the maximum of some hundred looks, 2.5
-    standard deviations are noise.
+
+def move_covariance(m: Floats, driven: bool) -> None:
+    """``P = A L (A L)'``: the rows of indentation and effects move, those of parameters and zeros stay."""
+    for c in range(N):  # B = A L, the rows that move
+        m[B0 + c] = -m[L0 + ZERO * N + c] if driven else m[L0 + c]
+        for i in range(NS):
+            m[B0 + (2 + i) * N + c] = m[F0 + i * N + c]
+    for a in range(2 + NS):
+        if a == 1:
+            continue
+        for b in range(2 + NS, N):
+            s = 0.0
+            for c in range(b + 1):  # L is lower triangular
+                s += m[B0 + a * N + c] * m[L0 + b * N + c]
+            m[P0 + a * N + b] = m[P0 + b * N + a] = s
+        for b in range(a, 2 + NS):
+            if b != 1:
+                s = 0.0
+                for c in range(N):
+                    s += m[B0 + a * N + c] * m[B0 + b * N + c]
+                m[P0 + a * N + b] = m[P0 + b * N + a] = s
+    for c in range(N):
+        m[P0 + N + c] = m[P0 + c * N + 1] = 0.0
+    m[P0 + N + 1] = m[MOTION_VAR_SPEED]
+
+
+def disturb(m: Floats, error: float) -> None:
+    """Add the error of the indentation [m^2], with what it does to the memory, and where the motion turned."""
+    sd = math.sqrt(error)
+    for i in range(NS):
+        m[P0 + 2 + i] += m[H0 + i] * sd
+        m[P0 + (2 + i) * N] = m[P0 + 2 + i]
+        for k in range(i, NS):
+            m[P0 + (2 + i) * N + 2 + k] += m[H0 + i] * m[H0 + k]
+            m[P0 + (2 + k) * N + 2 + i] = m[P0 + (2 + i) * N + 2 + k]
+        turned = 0.0 if KEPT[2 + i] or sd == 0.0 else WITHIN * m[H0 + i] * m[MODE_CORNER] / sd
+        m[P0 + (2 + i) * N + 2 + i] += turned * turned + m[BEND0 + i]
+    m[P0] += error
+
+
+def follow_extremes(m: Floats, dt: float, driven: bool) -> None:
+    """Renew running maxima by the indentation as it is now known, discounted by its noise.
+
+    The maximum of noisy values is not the noisy value of the maximum: of some hundred looks it is 2.5
+    standard deviations too large. What the force says of this very sample is in the indentation already.
     """
-    seen = m[LOAD0 + 1] < 0.5
-    slow = N - 2 if seen else N - 1
-    variance = m[P0] - m[P0 + slow] * m[P0 + slow] / max(m[P0 + slow * N + slow], 1e-300)
-    quick = math.sqrt(max(min(variance, m[SET_R_DISPLACEMENT]) if seen else variance, 0.0))
+    kept = False
+    for i in range(NS):
+        kept = kept or KEPT[2 + i]
+    if not kept or dt <= 0.0:
+        return
+    noise = indentation_noise(m, driven)
+    copy_section(m, OLD0, TRY0, N)
+    propagate(m, TRY0, m[Y0] + noise, m[Y0 + 1], dt, S10)
+    propagate(m, TRY0, m[Y0], m[Y0 + 1], dt, S00)
     for i in range(NS):
         if KEPT[2 + i]:
-            old, noise = m[Y0 + 2 + i], 2.5 * abs(m[F0 + i * M]) * quick
+            old, discount = m[OLD0 + 2 + i], 2.5 * abs(m[S10 + i] - m[S00 + i])
             if m[S00 + i] > old:
-                m[S00 + i] = max(old, m[S00 + i] - noise)
+                m[Y0 + 2 + i] = max(old, m[S00 + i] - discount)
             else:
-                m[S00 + i] = min(old, m[S00 + i] + noise)
+                m[Y0 + 2 + i] = min(old, m[S00 + i] + discount)
 
 
-def move_covariance(m: Floats, dt: float, rho: float) -> None:
-    """``P = F P F'``; only the rows of delta, speed and effects move, the others are the identity's."""
-    for c in range(N):  # B = F P, the rows that move
-        m[B0 + c] = m[P0 + c] + dt * m[P0 + N + c]
-        m[B0 + N + c] = rho * m[P0 + N + c]
-    for i in range(NS):
-        for c in range(N):
-            s = 0.0
-            for j in range(M):
-                s += m[F0 + i * M + j] * m[P0 + j * N + c]
-            m[B0 + (2 + i) * N + c] = s
-    for a in range(2 + NS):
-        for c in range(2 + NS, N):
-            m[P0 + a * N + c] = m[B0 + a * N + c]
-            m[P0 + c * N + a] = m[B0 + a * N + c]
-    m[P0] = m[B0] + dt * m[B0 + 1]
-    m[P0 + 1] = m[P0 + N] = rho * m[B0 + 1]
-    m[P0 + N + 1] = rho * m[B0 + N + 1]
-    for a in range(2 + NS):
-        for i in range(NS):
-            s = 0.0
-            for j in range(M):
-                s += m[F0 + i * M + j] * m[B0 + a * N + j]
-            m[P0 + a * N + 2 + i] = s
-            m[P0 + (2 + i) * N + a] = s
-
-
-def disturb(m: Floats, dt: float) -> None:
-    """Add the process noise: white acceleration, random walks; nothing gets less certain than at first."""
-    q = m[SET_ACCELERATION] * m[MOTION0]
-    m[P0] += q * dt * dt * dt / 3.0
-    m[P0 + 1] += q * dt * dt / 2.0
-    m[P0 + N] = m[P0 + 1]
-    m[P0 + N + 1] += q * dt
-    for j in range(2, N):
-        m[P0 + j * N + j] += m[DRIFT0 + j] * dt
-    for j in range(N):
-        if j < 2 or j >= 2 + NS:
-            leash(m, j, m[PRIOR0 + j])
+def indentation_noise(m: Floats, driven: bool) -> float:
+    """Standard deviation [m] of what the indentation does from sample to sample, without its slow error."""
+    if driven:
+        seen = 1.0 / m[SET_R_DISPLACEMENT] + m[MODE_SLOPE] * m[MODE_SLOPE] / m[SET_R_FORCE]
+        return 1.0 / math.sqrt(seen)
+    slow = m[P0 + BIAS] * m[P0 + BIAS] / max(m[P0 + BIAS * N + BIAS], 1e-300)
+    return math.sqrt(max(m[P0] - slow, 0.0))

@@ -18,14 +18,17 @@ from vegrip.estimator.kernels.generated import (
     D0,
     EXOGENOUS0,
     L0,
-    LOAD0,
+    MODE_BLIND,
     N_CONSIDERED,
     NS,
+    P0,
     S10,
     TRY0,
     VALUES0,
+    Y0,
     Floats,
     M,
+    N,
     readout,
 )
 from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
@@ -47,24 +50,24 @@ def quantities(m: Floats, y: int) -> Quantities:
 
 def spread_quantities(m: Floats) -> Quantities:
     """Fill D, 5 x (moving + considered): N, a, k, friction, delta; return the first four at the mean."""
-    square_root(m)
+    square_root(m, P0)
     copy_state(m)
     now = quantities(m, TRY0)
-    if m[LOAD0 + 1] > 0.5:
+    if m[MODE_BLIND] > 0.5:
         at_constant_force(m)
     for j in range(M):
         up = down = now
-        if m[L0 + j * M + j] > 0.0:
-            shifted(m, j, 1.0)
+        if m[L0 + j * N + j] > 0.0:
+            shifted(m, Y0, j, 1.0)
             up = quantities(m, TRY0)
             if slight(now, up) or (j >= 2 + NS and same(now, up)):
                 down = mirrored(now, up)
             else:
-                shifted(m, j, -1.0)
+                shifted(m, Y0, j, -1.0)
                 down = quantities(m, TRY0)
         note_difference(m, j, up, down, now[2])
         m[D0 + 4 * (M + N_CONSIDERED) + j] = m[L0 + j]
-        if j >= 2 + NS and m[LOAD0 + 1] > 0.5:
+        if j >= 2 + NS and m[MODE_BLIND] > 0.5:
             m[D0 + j] = 0.0  # exactly; the straight line along which it moved bends
     spread_considered(m, now)
     return now
@@ -117,7 +120,7 @@ def at_constant_force(m: Floats) -> None:
     for i in range(2 + NS, M):
         slope = sight_slope(m, TRY0, i)
         for j in range(2 + NS, i + 1):
-            m[L0 + j] += slope * m[L0 + i * M + j]
+            m[L0 + j] += slope * m[L0 + i * N + j]
 
 
 def note_difference(

@@ -37,8 +37,10 @@ from vegrip.estimator.kernels.generated import (
     REP_RADIUS,
     REP_RADIUS_STD,
     REP_SOUND,
+    SET_R_FORCE,
     SET_S_TANGENTIAL,
     SET_S_TORQUE,
+    SET_TIP_RADIUS,
     VALUES0,
     Y0,
     Y1,
@@ -50,6 +52,11 @@ from vegrip.estimator.kernels.quantities import spread, spread_quantities
 from vegrip.estimator.kernels.roots import WIDE
 
 
+LEAST_FORCE_STD = 0.5  # of the noise of the force: what the air, where N = 0 exactly, says of a touch
+LEAST_RADIUS_STD = 1e-4  # of the tip radius
+LEAST_EXPONENT_STD = 1e-3
+
+
 def report(m: Floats, tangential: float, torque: float) -> None:
     """Fill the section REPORT for the present state and the load [N], [N m] (NaN = not measured)."""
     m[REP_SOUND] = 1.0
@@ -59,14 +66,15 @@ def report(m: Floats, tangential: float, torque: float) -> None:
     friction_in(m)
     force, a, k, mu = spread_quantities(m)
     m[REP_FORCE], m[REP_RADIUS], m[REP_EXPONENT], m[REP_MU] = force, a, k, mu
-    m[REP_FORCE_STD] = spread(m, 1.0, 0.0, 0.0, 0.0, 0.0)
-    m[REP_RADIUS_STD] = spread(m, 0.0, 1.0, 0.0, 0.0, 0.0)
-    m[REP_EXPONENT_STD] = spread(m, 0.0, 0.0, 1.0, 0.0, 0.0)
+    least = LEAST_FORCE_STD * math.sqrt(m[SET_R_FORCE])
+    m[REP_FORCE_STD] = max(spread(m, 1.0, 0.0, 0.0, 0.0, 0.0), least)
+    m[REP_RADIUS_STD] = max(spread(m, 0.0, 1.0, 0.0, 0.0, 0.0), LEAST_RADIUS_STD * m[SET_TIP_RADIUS])
+    m[REP_EXPONENT_STD] = max(spread(m, 0.0, 0.0, 1.0, 0.0, 0.0), LEAST_EXPONENT_STD)
     m[REP_MU_STD] = spread(m, 0.0, 0.0, 0.0, 1.0, 0.0)
     m[REP_DEPTH_NOW], m[REP_DEPTH_STD] = m[Y0], spread(m, 0.0, 0.0, 0.0, 0.0, 1.0)
     touch(m)
     m[REP_LIMIT_FORCE] = mu * force
-    m[REP_LIMIT_FORCE_STD] = spread(m, mu, 0.0, 0.0, force, 0.0)
+    m[REP_LIMIT_FORCE_STD] = max(spread(m, mu, 0.0, 0.0, force, 0.0), mu * least)
     limits(m, force, a, k, mu)
     along(m, tangential, torque, force, a, k, mu)
 
@@ -94,7 +102,7 @@ def limits(m: Floats, force: float, a: float, k: float, mu: float) -> None:
     """Pure torsion, ``mu N a M(k)``."""
     if not (force > 0.0 and a > 0.0):
         m[REP_LIMIT_TORQUE] = 0.0
-        m[REP_LIMIT_TORQUE_STD] = 0.0
+        m[REP_LIMIT_TORQUE_STD] = mu * m[REP_FORCE_STD] * m[REP_RADIUS_STD]
         return
     reach, by_k = torsion_gradient(k)
     torque = mu * force * a * reach

@@ -1,19 +1,17 @@
-"""Losing and regaining the displacement: what force alone can tell."""
+"""Losing the displacement: what force alone can tell."""
 
-from vegrip.estimator.kernels.generated import LOAD0, MOTION0, NS, P0, TRY0, Floats, M, N
-from vegrip.estimator.kernels.state import contact, copy_state, step_of
+from vegrip.estimator.kernels.generated import MODE_BLIND, MOTION_RESTLESS, NS, P0, Floats, M, N
+from vegrip.estimator.kernels.state import contact, step_of
 
 
 def look(m: Floats, blind: bool) -> None:
-    """Note whether the indentation is seen, and what changes with that."""
-    was = m[LOAD0 + 1] > 0.5
-    m[LOAD0 + 1] = 1.0 if blind else 0.0
+    """Note whether the displacement is measured, and what changes when it is lost."""
+    was = m[MODE_BLIND] > 0.5
+    m[MODE_BLIND] = 1.0 if blind else 0.0
     if blind:
-        m[MOTION0] = 1.0
+        m[MOTION_RESTLESS] = 1.0
     if blind and not was:
         lose_sight(m)
-    if was and not blind:
-        regain_sight(m)
 
 
 def lose_sight(m: Floats) -> None:
@@ -42,14 +40,3 @@ def sight_slope(m: Floats, y: int, j: int) -> float:
     by_parameter = (contact(m, y)[2] - base) / h if h > 0.0 else 0.0
     m[y + j] = keep
     return -by_parameter / by_depth if by_depth > 0.0 else 0.0
-
-
-def regain_sight(m: Floats) -> None:
-    """A displacement again: the indentation carries the spread of the parameters it was told by."""
-    copy_state(m)
-    for j in range(2 + NS, M):
-        slope = sight_slope(m, TRY0, j)
-        for c in range(N):
-            m[P0 + c] += slope * m[P0 + j * N + c]
-        for c in range(N):
-            m[P0 + c * N] += slope * m[P0 + c * N + j]

@@ -29,10 +29,15 @@ def clear(m: Floats, start: int, end: int) -> None:
         m[i] = 0.0
 
 
+def copy_section(m: Floats, source: int, target: int, length: int) -> None:
+    """Copy ``length`` numbers from the section at ``source`` to that at ``target``."""
+    for i in range(length):
+        m[target + i] = m[source + i]
+
+
 def copy_state(m: Floats) -> None:
     """Copy the state to TRY, the one that is varied."""
-    for i in range(N):
-        m[TRY0 + i] = m[Y0 + i]
+    copy_section(m, Y0, TRY0, N)
 
 
 def put_learned(m: Floats, y: int) -> None:
@@ -54,11 +59,11 @@ def contact(m: Floats, y: int) -> tuple[float, float, float, float]:
     return advance(m, VALUES0, y + 2, m[y], m[y + 1], EXOGENOUS0, 0.0, 0.0, S10)
 
 
-def propagate(m: Floats, y: int, dt: float, into: int) -> None:
-    """Effect states after ``dt``, the indentation running on at constant speed."""
+def propagate(m: Floats, y: int, delta: float, speed: float, dt: float, into: int) -> None:
+    """Effect states after ``dt``, in which the indentation goes from that of ``y`` to ``delta`` [m]."""
     put_learned(m, y)
     _, before, _, _ = advance(m, VALUES0, y + 2, m[y], m[y + 1], EXOGENOUS0, 0.0, 0.0, into)
-    advance(m, VALUES0, into, m[y] + m[y + 1] * dt, m[y + 1], EXOGENOUS0, before, dt, into)
+    advance(m, VALUES0, into, delta, speed, EXOGENOUS0, before, dt, into)
 
 
 def bound(m: Floats) -> None:

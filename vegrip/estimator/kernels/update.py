@@ -2,89 +2,200 @@
 
 import math
 
-from vegrip.estimator.kernels.begin import begin, keep_finite, widen
+from vegrip.estimator.kernels.begin import (
+    begin,
+    begin_contact,
+    keep_belief,
+    keep_finite,
+    return_belief,
+)
+from vegrip.estimator.kernels.belief import contradicted
 from vegrip.estimator.kernels.forecast import reserve, time_to_slip
 from vegrip.estimator.kernels.friction import learn_friction
-from vegrip.estimator.kernels.gain import cell_of, regime_of
+from vegrip.estimator.kernels.gain import GATE, accept, cell_of, correct, note, refuse, regime_of
+from vegrip.estimator.kernels.gap import bridge_gap
 from vegrip.estimator.kernels.generated import (
     CH_AGE,
     CH_STREAK,
     CH_USED,
     CHANNEL0,
-    LOAD0,
+    MODE_BLIND,
+    MODE_CAUTION,
+    MODE_CELL,
+    MODE_CORNER,
+    MODE_HEALTH_DECAY,
+    MODE_PERIOD,
+    MODE_REGIME,
+    MODE_REST,
+    MODE_RESTARTS,
+    MODE_SINCE_JERK,
+    MODE_SLOPE,
+    MODE_UNEXPLAINED,
+    MODE_ZERO_KNOWN,
+    MOTION_POSITION,
     P0,
+    PRIOR0,
     REP_CONTACT,
     REP_FORCE,
     REP_GAUGE,
     REP_GAUGE_ABS,
     REP_GAUGE_REL,
-    SET_DEPTH,
     SET_HEALTH_TIME,
     SET_LONGEST_GAP,
     SET_QUANTILE,
-    SET_RECOVERY,
-    SET_RHO_SPEED,
     Y0,
     Floats,
     N,
 )
-from vegrip.estimator.kernels.measure import measure_displacement, measure_force, measure_radius
-from vegrip.estimator.kernels.predict import predict
+from vegrip.estimator.kernels.measure import expect_force, expect_force_alone, measure_radius
+from vegrip.estimator.kernels.motion import follow_motion, predict_motion, surprise_of
+from vegrip.estimator.kernels.predict import follow_extremes, predict
 from vegrip.estimator.kernels.report import report, upper_gauge, utilisation
 from vegrip.estimator.kernels.sight import look
 from vegrip.estimator.kernels.state import bound
 
+CAUTIOUS = 0.1  # [s] after a contradiction in which nothing is learned
+RESTART = 0.1  # [s] for which a channel has contradicted before the memory of the contact begins anew
+LEARNED_ERROR = 1.0  # [s] over which the unexplained variance of the force is averaged
+STEADY = 4.0  # times the usual spacing of samples, beyond which a pause counts as a gap
+
 
 def filter_step(m: Floats, dt: float, force: float, displacement: float, radius: float) -> None:
     """Predict and measure; NaN is a channel without a measurement. Returns nothing, all is in ``m``."""
-    gap = dt > m[SET_LONGEST_GAP]
-    blind = m[CHANNEL0 + CH_AGE] > m[SET_LONGEST_GAP]
-    rho = math.exp(-dt * m[SET_RHO_SPEED]) if gap or blind else 1.0
-    m[LOAD0 + 2] = math.exp(-dt / m[SET_HEALTH_TIME])
+    known, felt = math.isfinite(displacement), math.isfinite(force)
+    blind = m[CHANNEL0 + CH_AGE] > m[SET_LONGEST_GAP] and not known
+    age_channels(m, dt)
+    look(m, blind)
+    if dt > m[SET_LONGEST_GAP] and dt > STEADY * m[MODE_PERIOD]:
+        bridge_gap(m, dt, force, displacement)
+        dt = 0.0
+    predict_motion(m, dt)
+    note_regime(m, dt)
+    m[MODE_SLOPE] = 0.0
+    take_sample(m, dt, force if felt else math.nan, displacement if known else math.nan)
+    if math.isfinite(radius) and radius > 0.0:
+        measure_radius(m, radius)
+    begin_lost_contact_anew(m, force, displacement)
+
+
+def age_channels(m: Floats, dt: float) -> None:
+    """Time passes: since each channel was used, and for what is remembered of the innovations."""
+    m[MODE_HEALTH_DECAY] = math.exp(-dt / m[SET_HEALTH_TIME])
+    m[MODE_CAUTION] = max(m[MODE_CAUTION] - dt, 0.0)
     for channel in range(3):
         m[CHANNEL0 + 4 * channel + CH_AGE] += dt
         m[CHANNEL0 + 4 * channel + CH_USED] = 0.0
-    if gap:
-        stand_still(m, dt)
-    known = math.isfinite(displacement)
-    look(m, blind and not known)
-    predict(m, dt, rho)
-    m[LOAD0 + 3] = regime_of(m)
-    moves = m[LOAD0 + 3] == 1.0 or m[LOAD0 + 3] == 3.0
-    m[LOAD0 + 4] = 0.0 if moves else m[LOAD0 + 4] + dt
-    m[LOAD0 + 6] += dt
-    m[LOAD0 + 5] = cell_of(m)
-    if blind and not known and m[Y0] < 0.0:
-        m[Y0] = 0.0  # out of contact nothing tells how far
-        m[Y0 + 1] = 0.0
-    bound(m)
-    if known:
-        measure_displacement(m, displacement)
-        if m[CHANNEL0 + CH_STREAK] >= m[SET_RECOVERY]:
-            widen(m, True, displacement)
-            measure_displacement(m, displacement)
-            m[CHANNEL0 + CH_STREAK] = 0.0
-    if math.isfinite(force):
-        measure_force(m, force, blind and not known)
-        if m[CHANNEL0 + 4 + CH_STREAK] >= m[SET_RECOVERY]:
-            widen(m, False, displacement)
-            measure_force(m, force, True)
-            m[CHANNEL0 + 4 + CH_STREAK] = 0.0
-    if math.isfinite(radius) and radius > 0.0:
-        measure_radius(m, radius)
+    if dt > 0.0:
+        m[MODE_PERIOD] += 0.1 * (dt - m[MODE_PERIOD]) if m[MODE_PERIOD] > 0.0 else dt
 
 
-def stand_still(m: Floats, dt: float) -> None:
-    """Take the tip to rest in a gap of ``dt`` [s]; where it may have led anywhere, forget the speed's spread.
+def note_regime(m: Floats, dt: float) -> None:
+    """Note how the tip moves, and for how long it has rested."""
+    m[MODE_REGIME] = regime_of(m)
+    moves = m[MODE_REGIME] == 1.0 or m[MODE_REGIME] == 3.0
+    m[MODE_REST] = 0.0 if moves else m[MODE_REST] + dt
+    m[MODE_SINCE_JERK] += dt
+    m[MODE_CELL] = cell_of(m)
 
-    Carried through minutes, that spread is many times the depth of a contact, and linearised the memory of
-    the contact follows it wherever the tip is seen next: a free fingertip came out of the gap as dented as
-    it had ever been pressed, and refused its next contact.
+
+def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None:
+    """Take in what displacement and force say together; where they contradict each other, find who lies.
+
+    A manoeuvre, however sudden, is seen by both. Where the force contradicts the displacement, the one that
+    jumped is not believed: the displacement, if the force fits the motion as it was expected, else the force.
     """
-    m[Y0 + 1] = 0.0
-    if math.sqrt(max(m[P0 + N + 1], 0.0)) * dt > m[SET_DEPTH]:
-        for j in range(N):
-            m[P0 + N + j] = m[P0 + j * N + 1] = 0.0
+    if not math.isfinite(displacement):
+        m[MODE_CORNER] = 0.0
+        predict(m, dt, math.nan)
+        bound(m)
+        if m[MODE_BLIND] > 0.5 and m[Y0] < 0.0:
+            m[Y0] = m[Y0 + 1] = 0.0  # out of contact nothing tells how far
+        if math.isfinite(force):
+            innovation, R, S = expect(m, force)
+            use_force(m, dt, innovation, R, S)
+        follow_extremes(m, dt, False)
+        return
+    surprise = surprise_of(m, displacement)
+    keep_belief(m)
+    m[MODE_CORNER] = displacement - m[MOTION_POSITION]
+    predict(m, dt, displacement)
+    bound(m)
+    if math.isfinite(force):
+        innovation, R, S = expect(m, force)
+        if innovation * innovation > GATE * S and surprise > GATE:
+            if trust_motion(m, dt, force):
+                refuse_displacement(m, surprise)
+                return
+            return_belief(m)
+            predict(m, dt, displacement)
+            bound(m)
+            innovation, R, S = expect(m, force)
+        use_force(m, dt, innovation, R, S)
+    use_displacement(m, dt, displacement, surprise)
+    follow_extremes(m, dt, True)
+
+
+def expect(m: Floats, force: float) -> tuple[float, float, float]:
+    """Innovation of the force, its variance without and with that of the state."""
+    return expect_force_alone(m, force) if m[MODE_BLIND] > 0.5 else expect_force(m, force)
+
+
+def trust_motion(m: Floats, dt: float, force: float) -> bool:
+    """Whether the force fits the motion as it was expected, without the displacement; then it is taken in."""
+    return_belief(m)
+    predict(m, dt, math.nan)
+    bound(m)
+    innovation, R, S = expect(m, force)
+    if innovation * innovation > GATE * S:
+        return False
+    m[MODE_CAUTION] = CAUTIOUS
+    use_force(m, dt, innovation, R, S)
+    follow_extremes(m, dt, False)
+    return True
+
+
+def use_force(m: Floats, dt: float, innovation: float, R: float, S: float) -> None:
+    """Correct by the force, or refuse it; what the model does not explain of it counts as noise from then on."""
+    nis = innovation * innovation / S
+    if nis > GATE:
+        m[MODE_CAUTION] = CAUTIOUS
+    else:
+        gain = dt / (LEARNED_ERROR + dt)
+        excess = innovation * innovation - (S - m[MODE_UNEXPLAINED])
+        m[MODE_UNEXPLAINED] = max(m[MODE_UNEXPLAINED] + gain * (excess - m[MODE_UNEXPLAINED]), 0.0)
+    correct(m, 1, innovation, R, S)
+
+
+def use_displacement(m: Floats, dt: float, displacement: float, surprise: float) -> None:
+    """Follow the displacement, which drives the contact already."""
+    note(m, 0, math.copysign(math.sqrt(surprise), displacement - m[MOTION_POSITION]), surprise)
+    follow_motion(m, displacement, dt)
+    accept(m, 0)
+
+
+def refuse_displacement(m: Floats, surprise: float) -> None:
+    """Note a displacement that jumped alone."""
+    note(m, 0, math.sqrt(surprise), surprise)
+    refuse(m, 0)
+
+
+def begin_lost_contact_anew(m: Floats, force: float, displacement: float) -> None:
+    """When a channel has contradicted for RESTART: motion, memory and zeros are unknown again.
+
+    What was learned stays as it is, and is only considered for a while.
+    """
+    worst = max(m[CHANNEL0 + CH_STREAK], m[CHANNEL0 + 4 + CH_STREAK])
+    if worst * m[MODE_PERIOD] < RESTART or worst < 5.0:
+        return
+    m[MODE_RESTARTS] += 1.0
+    for j in (N - 2, N - 1):
+        for c in range(N):
+            m[P0 + j * N + c] = m[P0 + c * N + j] = 0.0
+        m[P0 + j * N + j] = m[PRIOR0 + j]
+    begin_contact(m, force, displacement)
+    m[MODE_CAUTION] = 10.0 * CAUTIOUS
+    m[MODE_UNEXPLAINED] = 0.0
+    m[CHANNEL0 + CH_STREAK] = m[CHANNEL0 + 4 + CH_STREAK] = 0.0
 
 
 def update(
@@ -104,8 +215,9 @@ def update(
     filter_step(m, dt, force, displacement, radius)
     keep_finite(m)
     report(m, tangential, torque)
+    contradicted(m, dt, force, displacement, radius)
     if m[REP_FORCE] <= 0.0:
-        m[LOAD0] = 1.0  # in the air: the next touch tells where zero is
+        m[MODE_ZERO_KNOWN] = 1.0  # in the air: the next touch tells where zero is
     u, relative = utilisation(m)
     learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5)
 
