@@ -2,6 +2,7 @@
 
 import tracemalloc
 
+import numpy as np
 import pytest
 from numba.core.runtime import _nrt_python, rtsys
 
@@ -11,9 +12,11 @@ from vegrip.model import paper_model
 
 
 def samples(count):
+    t = 2e-3 * np.arange(count)
+    depth = 1e-3 * np.clip(5.0 * (t - 0.04), 0.0, 1.0) - 1e-5
+    force = paper_model(8e-3).simulate(t, depth).normal_force
     for i in range(count):
-        press = 1e-3 * min(max(0.01 * (i - 20), 0.0), 1.0) - 1e-5
-        yield FingertipState(i * 2_000_000, "tip", i, 0.5, 0.1, 0.0, 1e-4, press, slip=0.0)
+        yield FingertipState(i * 2_000_000, "tip", i, force[i], 0.1, 0.0, 1e-4, depth[i], slip=0.0)
 
 
 @pytest.fixture

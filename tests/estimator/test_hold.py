@@ -65,7 +65,7 @@ def loaded(estimator: ContactEstimator, press: Record, run: Run, force: float, t
     load = {"tangential_force_x": force, "torque_z": torque, "slip": math.nan}
     estimator.update(dataclasses.replace(states[-1], stamp=states[-1].stamp + 1, **load))
     _, contact = held(model)
-    z = (contact.elastic_force[-1] - contact.normal_force[-1]) / model.values["c1"].value
+    z = contact.elastic_force[-1] - contact.normal_force[-1]
     at = 2 + model.plan.states.index("z1")
     estimator._m[:2] = DEPTHS[-1], 0.0
     estimator._m[at] = z

@@ -135,20 +135,23 @@ def test_single_outliers_are_refused_and_do_no_harm(
     assert abs(dirty.normal_force.value - clean.normal_force.value) < clean.normal_force.std
 
 
-def test_a_lasting_jump_is_followed_after_some_refusals(
+def test_a_displacement_whose_zero_has_moved_is_not_believed_and_then_learned_anew(
     estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
 ) -> None:
-    first = press(model, [0.0, 1.0], [5e-4, 5e-4])
-    run(estimator, first)
-    jumped = [
-        dataclasses.replace(s, displacement=s.displacement + 3e-3, stamp=s.stamp + 1_000_000_000)
-        for s in press(model, [0.0, 0.2], [5e-4, 5e-4])
+    knots, depths = [0.0, 0.5, 1.0, 2.0, 2.5, 8.0], [-1e-4, -1e-4, 5e-4, 5e-4, -1e-4, -1e-4]
+    states = press(model, [*knots, 8.5, 10.0], [*depths, 5e-4, 5e-4])
+    moved = [
+        dataclasses.replace(s, displacement=s.displacement + 1e-3) if s.stamp > 1_500_000_000 else s
+        for s in states
     ]
-    e = run(estimator, jumped)
-    assert estimator.health().rejected >= estimator.settings.recovery
-    assert e.indentation.std > 0.0
-    d0 = jumped[-1].displacement - e.indentation.value
-    assert abs(d0) < 3e-3 + 5e-4
+    valid = [run(estimator, [state]).normal_force.valid for state in moved]
+    by_time = {round(s.stamp / 1e9, 3): known for s, known in zip(moved, valid, strict=True)}
+    assert by_time[1.4]
+    assert not any(known for t, known in by_time.items() if 1.55 < t < 2.0)
+    assert by_time[8.5]
+    e = estimator.contact_estimate()
+    assert e.normal_force.valid
+    assert abs(e.indentation.value - 5e-4) < 3.0 * e.indentation.std
 
 
 def test_uncertainty_grows_without_measurements(

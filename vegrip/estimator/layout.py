@@ -18,6 +18,7 @@ SETTINGS = (
 MODE = (
     "ZERO_KNOWN", "BLIND", "HEALTH_DECAY", "REGIME", "REST", "CELL", "SINCE_JERK", "PERIOD", "CAUTION",
     "CONTRADICTED", "RESTARTS", "UNEXPLAINED", "CORNER", "SLOPE",
+    "TOLERATED", "LOST",
 )  # fmt: skip
 """What the filter is doing: times in [s], switches 0 or 1.
 
@@ -26,7 +27,8 @@ REST: since the tip moved in contact; SINCE_JERK: since the displacement jumped;
 CAUTION: time left in which nothing is learned; CONTRADICTED: for how long a published estimate has disagreed
 with its own measurement; RESTARTS: how often the memory of a lost contact was begun anew; UNEXPLAINED:
 variance of the force [N^2] beyond what model and noise explain; CORNER: how far the motion left a straight
-line within the last step [m]; SLOPE: of the force over the indentation when last used [N/m].
+line within the last step [m]; SLOPE: of the force over the indentation when last used [N/m];
+TOLERATED: the part of UNEXPLAINED that counts as noise; LOST: for how long the contact has been lost.
 """
 
 MOTION = ("POSITION", "SPEED", "VAR_POSITION", "COV", "VAR_SPEED", "RESTLESS")

@@ -36,11 +36,11 @@ class EstimatorSettings:
         3.0, unit="1/s", low=1e-3, high=1e4, doc="white acceleration has the density R^2 agility^3"
     )
     force_drift: float = parameter(
-        0.5, unit="1", low=0.0, high=100.0, doc="slow force disturbance, in units of the noise"
+        0.1, unit="1", low=0.0, high=100.0, doc="slow force disturbance, in units of the noise"
     )
     force_drift_time: float = parameter(2.0, unit="s", low=1e-3, high=1e6, doc="its time constant")
     displacement_drift: float = parameter(
-        0.3, unit="1", low=0.0, high=100.0, doc="slow displacement disturbance, in units of the noise"
+        0.06, unit="1", low=0.0, high=100.0, doc="slow displacement disturbance, in units of the noise"
     )
     displacement_drift_time: float = parameter(0.5, unit="s", low=1e-3, high=1e6, doc="its time constant")
     force_bias: float = parameter(2.0, unit="1", low=0.0, high=1e3, doc="unknown at start, in units of noise")

@@ -107,18 +107,23 @@ def within_contact(m: Floats, force: float, displacement: float) -> None:
     for i in range(NS):
         for c in range(N):
             if foreign(c):
-                s = 0.0
-                for j in range(M):
-                    if foreign(j):
-                        s += m[F0 + i * N + j] * m[P0 + j * N + c]
-                m[P0 + (2 + i) * N + c] = m[P0 + c * N + 2 + i] = s
+                m[P0 + (2 + i) * N + c] = m[P0 + c * N + 2 + i] = along_states(m, i, c)
     for i in range(NS):
         for k in range(NS):
-            s = settled_spread(m, i) if i == k else 0.0
+            spread = settled_spread(m, i) if i == k else 0.0
             for j in range(M):
                 if foreign(j):
-                    s += m[P0 + (2 + i) * N + j] * m[F0 + k * N + j]
-            m[P0 + (2 + i) * N + 2 + k] = s
+                    spread += m[P0 + (2 + i) * N + j] * m[F0 + k * N + j]
+            m[P0 + (2 + i) * N + 2 + k] = spread
+
+
+def along_states(m: Floats, i: int, c: int) -> float:
+    """Covariance of effect state ``i`` with coordinate ``c``, by the slopes in F."""
+    s = 0.0
+    for j in range(M):
+        if foreign(j):
+            s += m[F0 + i * N + j] * m[P0 + j * N + c]
+    return s
 
 
 def foreign(j: int) -> bool:

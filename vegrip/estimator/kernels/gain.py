@@ -23,6 +23,7 @@ from vegrip.estimator.kernels.generated import (
     MODE_REGIME,
     MODE_REST,
     MODE_SINCE_JERK,
+    MODE_TOLERATED,
     MODE_ZERO_KNOWN,
     NS,
     P0,
@@ -82,16 +83,18 @@ def accept(m: Floats, channel: int) -> None:
     m[at + CH_USED] = 1.0
 
 
-def correct(m: Floats, channel: int, innovation: float, R: float, S: float) -> None:
-    """Take in one measurement with the gradient H and ``G = P H``; ``R`` of ``S`` is not the state's.
+def correct(m: Floats, channel: int, innovation: float, S: float) -> None:
+    """Take in one measurement with the gradient H, ``G = P H`` and the innovation's variance S.
 
     Above HUBER its weight falls (S grows with the root of the excess), above GATE it is refused. A running
     maximum (KEPT) has no gain: it follows the estimate upwards by itself, and corrected downwards with it,
-    it would forget the maximum. What is not learned now is only considered [SchmidtConsidered]_. The
-    covariance is that of the gain used, so it stays one.
+    it would forget the maximum. What is not learned now is only considered [Schmidt1966]_. The covariance is
+    that of the gain used, so it stays one. What is remembered for the health does not count as noise what the
+    model leaves unexplained.
     """
     nis = innovation * innovation / S
-    note(m, channel, innovation / math.sqrt(S), nis)
+    plain = max(S - m[MODE_TOLERATED], 0.1 * S) if channel == 1 else S
+    note(m, channel, innovation / math.sqrt(plain), innovation * innovation / plain)
     if not nis <= GATE:
         refuse(m, channel)
         return

@@ -33,6 +33,7 @@ def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
     copy_state(m)
     for i in range(NS):
         m[TRY0 + 2 + i] = largest_memory(m, i)
+    m[TRY0] = -m[SET_TIP_RADIUS]
     propagate(m, TRY0, -m[SET_TIP_RADIUS], 0.0, dt, S10)
     for i in range(NS):
         m[BEND0 + i] = m[TRY0 + 2 + i]

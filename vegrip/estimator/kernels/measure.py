@@ -20,6 +20,7 @@ from vegrip.estimator.kernels.generated import (
     MID0,
     MODE_BLIND,
     MODE_SLOPE,
+    MODE_TOLERATED,
     MODE_UNEXPLAINED,
     NS,
     P0,
@@ -42,21 +43,22 @@ from vegrip.estimator.kernels.state import clear, contact, copy_section, copy_st
 ROUNDS = 3
 """Regressions of the force at most, at least two: about the state before the sample and about that after it.
 
-The slope over the stiffness is the force at the indentation as it was just measured. Taken there it goes with
-the displacement's noise, and so does the innovation: stiffness then falls in every hold, by 20 of its standard
-deviations in 5 s. About the state after the sample it does not.
+The slope over the stiffness is the force at the indentation as it was just measured. Taken there it goes
+with the displacement's noise, and so does the innovation: stiffness then falls in every hold, by 20 of its
+standard deviations in 5 s. About the state after the sample it does not.
 """
 
 BENT = 0.01  # excess variance over the noise's beyond which the spread after the sample is regressed over
+CHANCE = 0.3  # of the noise's variance
 FARTHEST = 100.0  # normalised square of an innovation that is refused anyhow
 
-Expected = tuple[float, float, float]
-"""Innovation, variance without the state's own, variance with it."""
+Expected = tuple[float, float]
+"""Innovation, and its variance."""
 
 
 def expect_force(m: Floats, value: float) -> Expected:
     """Regress the force into H for the measured ``value`` [N]; H, G = P H and the result are the update."""
-    R = m[SET_R_FORCE] + m[MODE_UNEXPLAINED]
+    R = force_variance(m)
     square_root(m, P0)
     copy_section(m, Y0, MID0, N)
     expected, bend = regress_force(m)
@@ -81,11 +83,20 @@ def expect_force(m: Floats, value: float) -> Expected:
         if narrow:
             break
     m[MODE_SLOPE] = m[H0]
-    return innovation, R + bend, S
+    return innovation, S
+
+
+def force_variance(m: Floats) -> float:
+    """Variance of the force that is not the state's [N^2]: noise, and what the model has left unexplained.
+
+    Of a second of white noise some is always left; less than a third of its variance is not counted.
+    """
+    m[MODE_TOLERATED] = max(m[MODE_UNEXPLAINED] - CHANCE * m[SET_R_FORCE], 0.0)
+    return m[SET_R_FORCE] + m[MODE_TOLERATED]
 
 
 def regress_force(m: Floats) -> tuple[float, float]:
-    """Fill H with the slope of the sensed force about MID over the spread L; return mean and excess variance."""
+    """Fill H with the slope of the sensed force about MID over the spread L; return mean and bend [N^2]."""
     copy_section(m, MID0, TRY0, N)
     base = contact(m, TRY0)[3]
     missed = bend = 0.0
@@ -95,7 +106,7 @@ def regress_force(m: Floats) -> tuple[float, float]:
             shifted(m, MID0, j, 1.0)
             rise = contact(m, TRY0)[3] - base
             fall = rise
-            if abs(rise) > STRAIGHT * base:
+            if not 0.0 < abs(rise) <= STRAIGHT * base:
                 shifted(m, MID0, j, -1.0)
                 fall = base - contact(m, TRY0)[3]
             m[G0 + j] = (rise + fall) / (2.0 * WIDE)
@@ -121,7 +132,7 @@ def expect_force_alone(m: Floats, value: float) -> Expected:
     """The same without a displacement: linearised where the force puts the indentation (sight.py)."""
     y = TRY0
     copy_state(m)
-    R = m[SET_R_FORCE] + m[MODE_UNEXPLAINED]
+    R = force_variance(m)
     bias = m[y + BIAS]
     meet(m, y, value - bias, 3.0 * math.sqrt(R + m[P0 + BIAS * N + BIAS]))
     base = force_gradient(m, y)
@@ -129,7 +140,7 @@ def expect_force_alone(m: Floats, value: float) -> Expected:
     for j in range(M):
         innovation -= m[H0 + j] * (m[Y0 + j] - m[y + j])
     m[MODE_SLOPE] = m[H0]
-    return innovation, R, R + spread_of(m)
+    return innovation, R + spread_of(m)
 
 
 def force_gradient(m: Floats, y: int) -> float:
@@ -181,7 +192,7 @@ def measure_radius(m: Floats, value: float) -> None:
             m[y + j] = keep + h
             m[H0 + j] = (radius_of(m, y) - base) / h
             m[y + j] = keep
-    correct(m, 2, value - base, m[SET_R_RADIUS], m[SET_R_RADIUS] + spread_of(m))
+    correct(m, 2, value - base, m[SET_R_RADIUS] + spread_of(m))
 
 
 def radius_of(m: Floats, y: int) -> float:

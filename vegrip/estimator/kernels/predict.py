@@ -22,6 +22,7 @@ from vegrip.estimator.kernels.generated import (
     L0,
     MODE_BLIND,
     MODE_CORNER,
+    MODE_REST,
     MODE_SLOPE,
     MOTION_SPEED,
     MOTION_VAR_SPEED,
@@ -32,6 +33,7 @@ from vegrip.estimator.kernels.generated import (
     S00,
     S10,
     SET_ACCELERATION,
+    SET_LEARNING_REST,
     SET_R_DISPLACEMENT,
     SET_R_FORCE,
     TRY0,
@@ -42,9 +44,10 @@ from vegrip.estimator.kernels.generated import (
     N,
 )
 from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
-from vegrip.estimator.kernels.state import copy_section, copy_state, leash, propagate
+from vegrip.estimator.kernels.state import copy_section, copy_state, propagate, walk_within
 
 STRAIGHT = 0.02  # relative change below which a law is taken for straight over the spread of the state
+RESTING = 10.0  # by how much faster a zero may drift once nothing is learned
 WITHIN = 0.4  # std of where within a step the motion turned, in steps
 
 
@@ -75,10 +78,14 @@ def end_of(m: Floats, y: int, displacement: float, dt: float) -> float:
 
 
 def walk(m: Floats, dt: float) -> None:
-    """Random walks of the learned parameters and the zeros, never wider than at the very beginning."""
+    """Random walks of the learned parameters and the zeros, never wider than at the very beginning.
+
+    In a long rest nothing is learned, so what changes then is a zero: both may drift RESTING times as fast.
+    """
+    rests = m[MODE_REST] > m[SET_LEARNING_REST]
     for j in range(2 + NS, N):
-        m[P0 + j * N + j] += m[DRIFT0 + j] * dt
-        leash(m, j, m[PRIOR0 + j])
+        faster = RESTING * RESTING if rests and j >= M else 1.0
+        walk_within(m, j, faster * m[DRIFT0 + j] * dt, faster * m[PRIOR0 + j])
 
 
 def effects_ahead(m: Floats, dt: float, displacement: float, error: float) -> None:
@@ -111,7 +118,7 @@ def step_along(m: Floats, dt: float, displacement: float, j: int) -> None:
     straight = True
     for i in range(NS):
         m[F0 + i * N + j] = m[S10 + i] - m[S00 + i]
-        straight = straight and abs(m[F0 + i * N + j]) <= STRAIGHT * abs(m[S00 + i])
+        straight = straight and abs(m[S00 + i]) > 0.0 and abs(m[F0 + i * N + j]) <= STRAIGHT * abs(m[S00 + i])
     if straight:
         for i in range(NS):
             m[F0 + i * N + j] /= WIDE
@@ -152,7 +159,7 @@ def move_covariance(m: Floats, driven: bool) -> None:
 
 
 def disturb(m: Floats, error: float) -> None:
-    """Add the error of the indentation [m^2], with what it does to the memory, and where the motion turned."""
+    """Add the error of the indentation [m^2], what it does to the memory, and where the motion turned."""
     sd = math.sqrt(error)
     for i in range(NS):
         m[P0 + 2 + i] += m[H0 + i] * sd

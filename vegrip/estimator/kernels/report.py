@@ -51,7 +51,6 @@ from vegrip.estimator.kernels.generated import (
 from vegrip.estimator.kernels.quantities import spread, spread_quantities
 from vegrip.estimator.kernels.roots import WIDE
 
-
 LEAST_FORCE_STD = 0.5  # of the noise of the force: what the air, where N = 0 exactly, says of a touch
 LEAST_RADIUS_STD = 1e-4  # of the tip radius
 LEAST_EXPONENT_STD = 1e-3

@@ -75,11 +75,7 @@ def bound(m: Floats) -> None:
         m[y + j] = min(max(m[y + j], m[LOW0 + j]), m[HIGH0 + j])
 
 
-def leash(m: Floats, j: int, limit: float) -> None:
-    """No coordinate gets less certain than at the very beginning: scale its row and column."""
+def walk_within(m: Floats, j: int, grown: float, limit: float) -> None:
+    """Add ``grown`` to the variance of coordinate ``j``, as far as it stays below ``limit``."""
     variance = m[P0 + j * N + j]
-    if variance > limit:
-        factor = math.sqrt(limit / variance)
-        for c in range(N):
-            m[P0 + j * N + c] *= factor
-            m[P0 + c * N + j] *= factor
+    m[P0 + j * N + j] = max(variance, min(variance + grown, limit))

@@ -15,6 +15,7 @@ from vegrip.estimator.kernels.friction import learn_friction
 from vegrip.estimator.kernels.gain import GATE, accept, cell_of, correct, note, refuse, regime_of
 from vegrip.estimator.kernels.gap import bridge_gap
 from vegrip.estimator.kernels.generated import (
+    BIAS,
     CH_AGE,
     CH_STREAK,
     CH_USED,
@@ -22,14 +23,17 @@ from vegrip.estimator.kernels.generated import (
     MODE_BLIND,
     MODE_CAUTION,
     MODE_CELL,
+    MODE_CONTRADICTED,
     MODE_CORNER,
     MODE_HEALTH_DECAY,
+    MODE_LOST,
     MODE_PERIOD,
     MODE_REGIME,
     MODE_REST,
     MODE_RESTARTS,
     MODE_SINCE_JERK,
     MODE_SLOPE,
+    MODE_TOLERATED,
     MODE_UNEXPLAINED,
     MODE_ZERO_KNOWN,
     MOTION_POSITION,
@@ -43,7 +47,9 @@ from vegrip.estimator.kernels.generated import (
     SET_HEALTH_TIME,
     SET_LONGEST_GAP,
     SET_QUANTILE,
+    SET_TIP_RADIUS,
     Y0,
+    ZERO,
     Floats,
     N,
 )
@@ -57,6 +63,9 @@ from vegrip.estimator.kernels.state import bound
 CAUTIOUS = 0.1  # [s] after a contradiction in which nothing is learned
 RESTART = 0.1  # [s] for which a channel has contradicted before the memory of the contact begins anew
 LEARNED_ERROR = 1.0  # [s] over which the unexplained variance of the force is averaged
+LEAST_REFUSALS = 5.0
+GIVE_UP = 2.0  # [s] of contradiction after which nothing that was learned is believed any more
+ZERO_MOVED = 0.1  # std of the zero of the displacement then, in radii
 STEADY = 4.0  # times the usual spacing of samples, beyond which a pause counts as a gap
 
 
@@ -75,7 +84,7 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
     take_sample(m, dt, force if felt else math.nan, displacement if known else math.nan)
     if math.isfinite(radius) and radius > 0.0:
         measure_radius(m, radius)
-    begin_lost_contact_anew(m, force, displacement)
+    begin_lost_contact_anew(m, dt, force, displacement)
 
 
 def age_channels(m: Floats, dt: float) -> None:
@@ -111,8 +120,8 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
         if m[MODE_BLIND] > 0.5 and m[Y0] < 0.0:
             m[Y0] = m[Y0 + 1] = 0.0  # out of contact nothing tells how far
         if math.isfinite(force):
-            innovation, R, S = expect(m, force)
-            use_force(m, dt, innovation, R, S)
+            innovation, S = expect(m, force)
+            use_force(m, dt, innovation, S)
         follow_extremes(m, dt, False)
         return
     surprise = surprise_of(m, displacement)
@@ -121,7 +130,7 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
     predict(m, dt, displacement)
     bound(m)
     if math.isfinite(force):
-        innovation, R, S = expect(m, force)
+        innovation, S = expect(m, force)
         if innovation * innovation > GATE * S and surprise > GATE:
             if trust_motion(m, dt, force):
                 refuse_displacement(m, surprise)
@@ -129,14 +138,14 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
             return_belief(m)
             predict(m, dt, displacement)
             bound(m)
-            innovation, R, S = expect(m, force)
-        use_force(m, dt, innovation, R, S)
+            innovation, S = expect(m, force)
+        use_force(m, dt, innovation, S)
     use_displacement(m, dt, displacement, surprise)
     follow_extremes(m, dt, True)
 
 
-def expect(m: Floats, force: float) -> tuple[float, float, float]:
-    """Innovation of the force, its variance without and with that of the state."""
+def expect(m: Floats, force: float) -> tuple[float, float]:
+    """Innovation of the force, and its variance."""
     return expect_force_alone(m, force) if m[MODE_BLIND] > 0.5 else expect_force(m, force)
 
 
@@ -145,25 +154,25 @@ def trust_motion(m: Floats, dt: float, force: float) -> bool:
     return_belief(m)
     predict(m, dt, math.nan)
     bound(m)
-    innovation, R, S = expect(m, force)
+    innovation, S = expect(m, force)
     if innovation * innovation > GATE * S:
         return False
     m[MODE_CAUTION] = CAUTIOUS
-    use_force(m, dt, innovation, R, S)
+    use_force(m, dt, innovation, S)
     follow_extremes(m, dt, False)
     return True
 
 
-def use_force(m: Floats, dt: float, innovation: float, R: float, S: float) -> None:
-    """Correct by the force, or refuse it; what the model does not explain of it counts as noise from then on."""
+def use_force(m: Floats, dt: float, innovation: float, S: float) -> None:
+    """Correct by the force, or refuse it; what the model leaves unexplained counts as noise from then on."""
     nis = innovation * innovation / S
     if nis > GATE:
         m[MODE_CAUTION] = CAUTIOUS
     else:
         gain = dt / (LEARNED_ERROR + dt)
-        excess = innovation * innovation - (S - m[MODE_UNEXPLAINED])
+        excess = innovation * innovation - (S - m[MODE_TOLERATED])
         m[MODE_UNEXPLAINED] = max(m[MODE_UNEXPLAINED] + gain * (excess - m[MODE_UNEXPLAINED]), 0.0)
-    correct(m, 1, innovation, R, S)
+    correct(m, 1, innovation, S)
 
 
 def use_displacement(m: Floats, dt: float, displacement: float, surprise: float) -> None:
@@ -179,23 +188,43 @@ def refuse_displacement(m: Floats, surprise: float) -> None:
     refuse(m, 0)
 
 
-def begin_lost_contact_anew(m: Floats, force: float, displacement: float) -> None:
-    """When a channel has contradicted for RESTART: motion, memory and zeros are unknown again.
+def begin_lost_contact_anew(m: Floats, dt: float, force: float, displacement: float) -> None:
+    """Begin anew what a channel has contradicted for RESTART, or a published estimate for GIVE_UP.
 
-    What was learned stays as it is, and is only considered for a while.
+    At first motion, memory and zeros only: what was learned stays, and is but considered for a while, for
+    the fault may be the sensor's. When that has not mended it either, everything, with a zero of the
+    displacement that may have moved by a tenth of the radius.
     """
     worst = max(m[CHANNEL0 + CH_STREAK], m[CHANNEL0 + 4 + CH_STREAK])
-    if worst * m[MODE_PERIOD] < RESTART or worst < 5.0:
-        return
-    m[MODE_RESTARTS] += 1.0
-    for j in (N - 2, N - 1):
-        for c in range(N):
-            m[P0 + j * N + c] = m[P0 + c * N + j] = 0.0
-        m[P0 + j * N + j] = m[PRIOR0 + j]
+    refused = worst >= LEAST_REFUSALS and worst * m[MODE_PERIOD] >= RESTART
+    m[MODE_LOST] = m[MODE_LOST] + dt if refused or m[MODE_CONTRADICTED] > 0.0 else 0.0
+    if m[MODE_LOST] > GIVE_UP:
+        begin_all_anew(m, force, displacement)
+    elif refused:
+        m[MODE_RESTARTS] += 1.0
+        for j in (ZERO, BIAS):
+            loosen(m, j, m[PRIOR0 + j])
+        begin_contact(m, force, displacement)
+        m[MODE_CAUTION] = 10.0 * CAUTIOUS
+        m[MODE_UNEXPLAINED] = 0.0
+        m[CHANNEL0 + CH_STREAK] = m[CHANNEL0 + 4 + CH_STREAK] = 0.0
+
+
+def begin_all_anew(m: Floats, force: float, displacement: float) -> None:
+    """Begin as with the first sample."""
+    restarts, period = m[MODE_RESTARTS] + 1.0, m[MODE_PERIOD]
+    begin(m, force, displacement)
+    loosen(m, ZERO, (ZERO_MOVED * m[SET_TIP_RADIUS]) ** 2)
     begin_contact(m, force, displacement)
-    m[MODE_CAUTION] = 10.0 * CAUTIOUS
-    m[MODE_UNEXPLAINED] = 0.0
+    m[MODE_RESTARTS], m[MODE_PERIOD] = restarts, period
     m[CHANNEL0 + CH_STREAK] = m[CHANNEL0 + 4 + CH_STREAK] = 0.0
+
+
+def loosen(m: Floats, j: int, variance: float) -> None:
+    """Give coordinate ``j`` a ``variance`` of its own."""
+    for c in range(N):
+        m[P0 + j * N + c] = m[P0 + c * N + j] = 0.0
+    m[P0 + j * N + j] = variance
 
 
 def update(
