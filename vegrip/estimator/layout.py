@@ -97,7 +97,7 @@ class Layout:
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
             "MODE": len(MODE), "MOTION": len(MOTION), "START": n, "LOST": 1,
             "OLD": n, "KEPT_Y": n, "KEPT_P": n * n,
-            "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1,
+            "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1, "BENT": s + 1,
             "S0": s + 1, "S1": s + 1, "L": n * n, "D": 5 * (m + len(self.considered)), "TRY": n, "MID": n,
         }  # fmt: skip
 

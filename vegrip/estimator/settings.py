@@ -40,7 +40,7 @@ class EstimatorSettings:
     )
     force_drift_time: float = parameter(2.0, unit="s", low=1e-3, high=1e6, doc="its time constant")
     displacement_drift: float = parameter(
-        0.06, unit="1", low=0.0, high=100.0, doc="slow displacement disturbance, in units of the noise"
+        0.1, unit="1", low=0.0, high=100.0, doc="slow displacement disturbance, in units of the noise"
     )
     displacement_drift_time: float = parameter(0.5, unit="s", low=1e-3, high=1e6, doc="its time constant")
     force_bias: float = parameter(2.0, unit="1", low=0.0, high=1e3, doc="unknown at start, in units of noise")

@@ -3,6 +3,7 @@
 import math
 
 from vegrip.estimator.kernels.generated import (
+    BENT0,
     BIAS,
     F0,
     KEPT_P0,
@@ -65,6 +66,7 @@ def begin_contact(m: Floats, force: float, displacement: float) -> None:
         begin_motion(m, m[Y0 + ZERO])
     m[Y0 + 1] = 0.0
     for i in range(NS):
+        m[BENT0 + i] = 0.0
         for j in range(N):
             m[P0 + (2 + i) * N + j] = m[P0 + j * N + 2 + i] = 0.0
         m[Y0 + 2 + i] = m[START0 + 2 + i]

@@ -84,6 +84,8 @@ K0: int
 K1: int
 BEND0: int
 BEND1: int
+BENT0: int
+BENT1: int
 S00: int
 S01: int
 S10: int

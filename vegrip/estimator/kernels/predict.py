@@ -14,6 +14,7 @@ import math
 from vegrip.estimator.kernels.generated import (
     B0,
     BEND0,
+    BENT0,
     BIAS,
     DRIFT0,
     F0,
@@ -48,6 +49,8 @@ from vegrip.estimator.kernels.state import copy_section, copy_state, propagate, 
 
 STRAIGHT = 0.02  # relative change below which a law is taken for straight over the spread of the state
 RESTING = 10.0  # by how much faster a zero may drift once nothing is learned
+CROSS = 2.0  # by how much the bends along two columns at once (amplitude times rate) add to those along one
+FADES = 2.0  # [s] after which an old bend of the memory is forgotten
 WITHIN = 0.4  # std of where within a step the motion turned, in steps
 
 
@@ -64,7 +67,7 @@ def predict(m: Floats, dt: float, displacement: float) -> None:
     end = end_of(m, Y0, displacement, dt)
     effects_ahead(m, dt, displacement, math.sqrt(error))
     move_covariance(m, driven)
-    disturb(m, error)
+    disturb(m, error, dt)
     m[Y0] = end
     for i in range(NS):
         m[Y0 + 2 + i] = m[S00 + i]
@@ -158,7 +161,7 @@ def move_covariance(m: Floats, driven: bool) -> None:
     m[P0 + N + 1] = m[MOTION_VAR_SPEED]
 
 
-def disturb(m: Floats, error: float) -> None:
+def disturb(m: Floats, error: float, dt: float) -> None:
     """Add the error of the indentation [m^2], what it does to the memory, and where the motion turned."""
     sd = math.sqrt(error)
     for i in range(NS):
@@ -168,8 +171,20 @@ def disturb(m: Floats, error: float) -> None:
             m[P0 + (2 + i) * N + 2 + k] += m[H0 + i] * m[H0 + k]
             m[P0 + (2 + k) * N + 2 + i] = m[P0 + (2 + i) * N + 2 + k]
         turned = 0.0 if KEPT[2 + i] or sd == 0.0 else WITHIN * m[H0 + i] * m[MODE_CORNER] / sd
-        m[P0 + (2 + i) * N + 2 + i] += turned * turned + m[BEND0 + i]
+        m[P0 + (2 + i) * N + 2 + i] += turned * turned + bend_again(m, i, dt)
     m[P0] += error
+
+
+def bend_again(m: Floats, i: int, dt: float) -> float:
+    """Variance that the bend of this step adds to effect state ``i``, on top of those before.
+
+    One and the same wrong amplitude and rate bend every step the same way, so what adds up are the standard
+    deviations. Added as if they were independent, amplitude and rate came out five times too sure.
+    """
+    bend = CROSS * math.sqrt(m[BEND0 + i])
+    before = m[BENT0 + i] * FADES / (FADES + dt)
+    m[BENT0 + i] = before + bend
+    return bend * (bend + 2.0 * before)
 
 
 def follow_extremes(m: Floats, dt: float, driven: bool) -> None:
