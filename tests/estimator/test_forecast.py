@@ -38,7 +38,7 @@ def test_time_to_slip_agrees_with_simulating_the_hold(
     t = np.concatenate([np.linspace(0.0, 0.6, 601), 0.6 + np.geomspace(1e-4, 10.0, 4000)])
     held = fitted.simulate(t, np.interp(t, KNOTS, DEPTHS)).normal_force[600:]
     crossing = t[600:][np.flatnonzero(held <= held[0] * 0.85)[0]] - 0.6
-    assert margin.time_to_slip == pytest.approx(crossing, rel=0.1)
+    assert margin.time_to_slip == pytest.approx(crossing, rel=0.15)
     assert margin.earliest_slip <= margin.time_to_slip
 
 

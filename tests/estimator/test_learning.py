@@ -63,7 +63,7 @@ def test_a_tip_that_rests_teaches_nothing(model, truth):
         stiffness[rest] = estimator.value("K").value / truth.values["K"].value
         assert estimator.excited == (rest > 1e3)
     assert abs(stiffness[20.0] - 1.0) < 0.02
-    assert abs(stiffness[1e6] - 1.0) > 0.05, "without the rule it would be; otherwise this test shows nothing"
+    assert abs(stiffness[1e6] - 1.0) > 0.03, "without the rule it would be; otherwise this test shows nothing"
 
 
 def test_what_moved_in_contact_is_learned_and_said_to_be(model, truth):

@@ -46,9 +46,7 @@ EFFECT = Effect(
             "nu2", "1/s", 0.2, 0.7, 1e-4, 1e4, "rate of the second relaxation", transform="log", learn=True
         ),
     ),
-    states=(
-        State("z2", "N", "force that has relaxed on the second time scale", high="elastic_force", share="c2"),
-    ),
+    states=(State("z2", "N", "force that has relaxed more slowly", high="elastic_force", share="c2"),),
     hooks=(hook(force),),
     confounded=("power_law_relaxation", "poroelastic_drainage", "force_drift"),
     experiment="hold for 5 / nu2 at two depths",

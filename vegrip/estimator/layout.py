@@ -18,7 +18,7 @@ SETTINGS = (
 MODE = (
     "ZERO_KNOWN", "BLIND", "HEALTH_DECAY", "REGIME", "REST", "CELL", "SINCE_JERK", "PERIOD", "CAUTION",
     "CONTRADICTED", "RESTARTS", "UNEXPLAINED", "CORNER", "SLOPE",
-    "TOLERATED", "LOST",
+    "TOLERATED", "LOST", "AGREED",
 )  # fmt: skip
 """What the filter is doing: times in [s], switches 0 or 1.
 
@@ -28,7 +28,8 @@ CAUTION: time left in which nothing is learned; CONTRADICTED: for how long a pub
 with its own measurement; RESTARTS: how often the memory of a lost contact was begun anew; UNEXPLAINED:
 variance of the force [N^2] beyond what model and noise explain; CORNER: how far the motion left a straight
 line within the last step [m]; SLOPE: of the force over the indentation when last used [N/m];
-TOLERATED: the part of UNEXPLAINED that counts as noise; LOST: for how long the contact has been lost.
+TOLERATED: the part of UNEXPLAINED that counts as noise; LOST: for how long the contact has been lost;
+AGREED: since when nothing contradicts.
 """
 
 MOTION = ("POSITION", "SPEED", "VAR_POSITION", "COV", "VAR_SPEED", "RESTLESS")

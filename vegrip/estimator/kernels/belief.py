@@ -4,6 +4,7 @@ import math
 
 from vegrip.estimator.kernels.generated import (
     MODE_CONTRADICTED,
+    MODE_LOST,
     REP_DEPTH_NOW,
     REP_DEPTH_STD,
     REP_FORCE,
@@ -41,5 +42,5 @@ def contradicted(m: Floats, dt: float, force: float, displacement: float, radius
         m[MODE_CONTRADICTED] = 1e-9
     else:
         m[MODE_CONTRADICTED] += dt
-    if m[MODE_CONTRADICTED] > PATIENCE:
+    if m[MODE_CONTRADICTED] > PATIENCE or m[MODE_LOST] > PATIENCE:
         m[REP_SOUND] = 0.0

@@ -20,6 +20,7 @@ from vegrip.estimator.kernels.generated import (
     CH_STREAK,
     CH_USED,
     CHANNEL0,
+    MODE_AGREED,
     MODE_BLIND,
     MODE_CAUTION,
     MODE_CELL,
@@ -64,6 +65,7 @@ CAUTIOUS = 0.1  # [s] after a contradiction in which nothing is learned
 RESTART = 0.1  # [s] for which a channel has contradicted before the memory of the contact begins anew
 LEARNED_ERROR = 1.0  # [s] over which the unexplained variance of the force is averaged
 LEAST_REFUSALS = 5.0
+AGREEING = 0.05  # [s]
 GIVE_UP = 2.0  # [s] of contradiction after which nothing that was learned is believed any more
 ZERO_MOVED = 0.1  # std of the zero of the displacement then, in radii
 STEADY = 4.0  # times the usual spacing of samples, beyond which a pause counts as a gap
@@ -197,7 +199,7 @@ def begin_lost_contact_anew(m: Floats, dt: float, force: float, displacement: fl
     """
     worst = max(m[CHANNEL0 + CH_STREAK], m[CHANNEL0 + 4 + CH_STREAK])
     refused = worst >= LEAST_REFUSALS and worst * m[MODE_PERIOD] >= RESTART
-    m[MODE_LOST] = m[MODE_LOST] + dt if refused or m[MODE_CONTRADICTED] > 0.0 else 0.0
+    note_lost(m, dt, refused or m[MODE_CONTRADICTED] > 0.0)
     if m[MODE_LOST] > GIVE_UP:
         begin_all_anew(m, force, displacement)
     elif refused:
@@ -208,6 +210,17 @@ def begin_lost_contact_anew(m: Floats, dt: float, force: float, displacement: fl
         m[MODE_CAUTION] = 10.0 * CAUTIOUS
         m[MODE_UNEXPLAINED] = 0.0
         m[CHANNEL0 + CH_STREAK] = m[CHANNEL0 + 4 + CH_STREAK] = 0.0
+
+
+def note_lost(m: Floats, dt: float, wrong: bool) -> None:
+    """Note for how long the contact has been lost; it is found again after AGREEING without contradiction."""
+    if wrong:
+        m[MODE_LOST] += dt
+        m[MODE_AGREED] = 0.0
+    else:
+        m[MODE_AGREED] += dt
+        if m[MODE_AGREED] > AGREEING:
+            m[MODE_LOST] = 0.0
 
 
 def begin_all_anew(m: Floats, force: float, displacement: float) -> None:
