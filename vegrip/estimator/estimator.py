@@ -31,6 +31,10 @@ FLAGS = (int(Channel.POSITION), int(Channel.FORCE), int(Channel.RADIUS))
 TANGENTIAL, TORQUE, SLIP = int(Channel.TANGENTIAL), int(Channel.TORQUE), int(Channel.SLIP)
 CHANNEL_SETS = tuple(Channel(bits) for bits in range(64))
 """Every set of channels: joining two flags costs as much as a third of a filter step."""
+SLIPS = 0.5
+"""Value of the slip channel from which the contact slides."""
+LEAST_SLIP_SPEED = 2e-4
+"""Of a sliding contact [m/s]; a slower one contradicts the slip channel."""
 R = {name: i for i, name in enumerate(REPORT)}
 
 
@@ -149,7 +153,7 @@ class ContactEstimator:
             self._tangential = NAN
         self._torque = state.torque_z if math.isfinite(state.torque_z) else NAN
         self._outside(state)
-        slip = state.slip if math.isfinite(state.slip) else NAN
+        slip = _slip_of(state)
         self._module.update(self._m, dt, force, displacement, radius, self._tangential, self._torque, slip)
         if usable and self._used_any():
             self._informed = state.stamp
@@ -329,6 +333,15 @@ class ContactEstimator:
             self._module.update(m, dt, 0.0, 0.0, NAN, 0.0, 0.0, 0.0)
         self._module.margin_of(m, 0.0, 0.0, np.zeros(5))
         self._module.least_force(m, 0.0, 0.0, 0.1, 1.0)
+
+
+def _slip_of(state: FingertipState) -> float:
+    """Return whether it slips; NaN where that is not sensed, or where the slip speed contradicts it."""
+    if not math.isfinite(state.slip):
+        return NAN
+    if state.slip >= SLIPS and state.slip_speed < LEAST_SLIP_SPEED:  # NaN is not
+        return NAN
+    return state.slip
 
 
 @cache

@@ -45,6 +45,7 @@ from vegrip.estimator.kernels.generated import (
     REP_GAUGE,
     REP_GAUGE_ABS,
     REP_GAUGE_REL,
+    REP_SOUND,
     SET_HEALTH_TIME,
     SET_LONGEST_GAP,
     SET_QUANTILE,
@@ -261,7 +262,8 @@ def update(
     if m[REP_FORCE] <= 0.0:
         m[MODE_ZERO_KNOWN] = 1.0  # in the air: the next touch tells where zero is
     u, relative = utilisation(m)
-    learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5)
+    sound = m[REP_SOUND] > 0.5 and m[MODE_CONTRADICTED] == 0.0
+    learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5, sound)
 
 
 def many(ms: Floats, dt: float, samples: Floats) -> None:
