@@ -58,7 +58,9 @@ class Fault:
     def __str__(self) -> str:
         """Say it in a line."""
         who = "all" if self.finger < 0 else f"finger {self.finger}"
-        return f"{self.channel} = {self.value:g} for {1e3 * self.duration:.0f} ms from {self.begin:.2f} s, {who}"
+        return (
+            f"{self.channel} = {self.value:g} for {1e3 * self.duration:.0f} ms from {self.begin:.2f} s, {who}"
+        )
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from vegrip.estimator.kernels.begin import (
     keep_finite,
     return_belief,
 )
-from vegrip.estimator.kernels.belief import contradicted
+from vegrip.estimator.kernels.belief import PATIENCE, contradicted
 from vegrip.estimator.kernels.forecast import reserve, time_to_slip
 from vegrip.estimator.kernels.friction import learn_friction
 from vegrip.estimator.kernels.gain import GATE, accept, cell_of, correct, note, refuse, regime_of
@@ -200,7 +200,7 @@ def begin_lost_contact_anew(m: Floats, dt: float, force: float, displacement: fl
     """
     worst = max(m[CHANNEL0 + CH_STREAK], m[CHANNEL0 + 4 + CH_STREAK])
     refused = worst >= LEAST_REFUSALS and worst * m[MODE_PERIOD] >= RESTART
-    note_lost(m, dt, refused or m[MODE_CONTRADICTED] > 0.0)
+    note_lost(m, dt, refused or m[MODE_CONTRADICTED] > PATIENCE)
     if m[MODE_LOST] > GIVE_UP:
         begin_all_anew(m, force, displacement)
     elif refused:
