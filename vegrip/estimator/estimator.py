@@ -33,6 +33,8 @@ CHANNEL_SETS = tuple(Channel(bits) for bits in range(64))
 """Every set of channels: joining two flags costs as much as a third of a filter step."""
 SLIPS = 0.5
 """Value of the slip channel from which the contact slides."""
+LOST = "lost"
+"""Regime of a contact whose estimate contradicts its own measurement."""
 LEAST_SLIP_SPEED = 2e-4
 """Of a sliding contact [m/s]; a slower one contradicts the slip channel."""
 R = {name: i for i, name in enumerate(REPORT)}
@@ -259,7 +261,22 @@ class ContactEstimator:
         if not self._valid():
             condition = Condition.STALE
         cells, channels = self._m[self._places["HEALTH"]], self._m[self._places["CHANNEL"]]
-        return health_of(self._state, self._seq, condition, cells, channels, self._watch)
+        health = health_of(self._state, self._seq, condition, cells, channels, self._watch)
+        if self.lost == 0.0:
+            return health
+        refused = self._m[self._places["CHANNEL"].start] > 0.0
+        return replace(health, consistent=False, channel=CHANNELS[0 if refused else 1], regime=LOST)
+
+    @property
+    def lost(self) -> float:
+        """For how long an estimate has contradicted its own measurement [s]; 0 while none does."""
+        lost = float(self._m[self._places["MODE"].start + MODE.index("LOST")])
+        return lost if lost > 0.0 else 0.0
+
+    @property
+    def restarts(self) -> int:
+        """How often what is known of the contact was begun anew because it was lost."""
+        return int(self._m[self._places["MODE"].start + MODE.index("RESTARTS")])
 
     def judge_anew(self) -> None:
         """Forget how well the model explained what was felt so far; what is known of the contact stays."""
