@@ -12,10 +12,12 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from vegrip.clock import NS, Clock
+from vegrip.errors import DeviceError
 from vegrip.node.restart import RestartPolicy
 
 LOOK = 0.05  # [s] between two looks at the processes
 GRACE = 5.0  # [s] for a node to end before it is killed
+LOST = DeviceError.exit_code  # of a node that could not keep what it was given
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
@@ -146,7 +148,11 @@ class Launcher:
                 self._tell(child.name, f"did not end within {GRACE:g} s and was killed")
                 process.kill()
                 process.wait()
-        child.process = None
+        code, child.process = process.poll(), None
+        if code == LOST:
+            self._tell(child.name, f"stopped with {_words(code)}")
+            self.exit_code = self.exit_code or code
+            return
         self._tell(child.name, "stopped")
 
 

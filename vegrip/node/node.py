@@ -27,6 +27,8 @@ class Node(Protocol):
     else sends them, and counts them as ``also_sent`` later."""
     finished: bool
     """Set by a node that has nothing more to do (the end of a replay); the loop then ends."""
+    failure: str
+    """What of its work is lost, in a sentence; its process then ends with exit code 4. Empty: nothing is."""
 
     @property
     def rejected(self) -> Mapping[str, int]:
@@ -74,6 +76,7 @@ class NodeBase:
         self.parameters = parameters
         self.rejected: Counter[str] = Counter()
         self.finished = False
+        self.failure = ""
 
     def configure(self) -> None:
         """Nothing to build."""

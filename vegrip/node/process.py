@@ -10,7 +10,7 @@ from contextlib import ExitStack, closing, contextmanager
 
 from vegrip.clock import WallClock
 from vegrip.codec.msgpack_codec import MsgpackCodec
-from vegrip.errors import VegripError
+from vegrip.errors import DeviceError, VegripError
 from vegrip.messages import Lifecycle, NodeStatus
 from vegrip.node import last_words
 from vegrip.node.control import Control, ControlServer
@@ -94,6 +94,8 @@ def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
         _start(runner, runner.bring_up)
     runner.run()
     logger.info("ended")
+    if failure := getattr(runner.managed.node, "failure", ""):  # nodes of others may have none
+        raise DeviceError(failure)
 
 
 def _start(runner: Runner, begin: Callable[[], None]) -> None:
