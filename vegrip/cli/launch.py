@@ -93,7 +93,8 @@ class _Prefix:
 def _starter(
     path: Path, name: str, say: _Prefix, readers: list[threading.Thread]
 ) -> Callable[[], subprocess.Popen[str]]:
-    command = [sys.executable, "-m", "vegrip", "node", name, "--config", str(path), "--with-parent"]
+    command = [sys.executable, "-m", "vegrip", "node", name, "--config", str(path)]
+    command += ["--with-parent", str(os.getpid())]
 
     def start() -> subprocess.Popen[str]:
         process = subprocess.Popen(

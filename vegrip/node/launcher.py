@@ -5,6 +5,7 @@ the order is kept. A child ends when the launcher dies (:func:`end_with_parent`)
 """
 
 import ctypes
+import os
 import signal
 import subprocess
 from collections.abc import Callable, Sequence
@@ -156,9 +157,16 @@ class Launcher:
         self._tell(child.name, "stopped")
 
 
-def end_with_parent() -> None:
-    """Ask the kernel to send this process SIGTERM when its parent dies, in whatever way."""
+def end_with_parent(parent: int | None = None) -> None:
+    """Ask the kernel to send this process SIGTERM when its parent dies, in whatever way.
+
+    Args:
+        parent: process number of the one that started this; should it have died already, this ends at once.
+
+    """
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if parent is not None and os.getppid() != parent:
+        signal.raise_signal(signal.SIGTERM)
 
 
 def _words(code: int) -> str:
