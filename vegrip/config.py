@@ -14,7 +14,7 @@ import dataclasses
 import math
 import tomllib
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -70,7 +70,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ConfigError(f"{path}: there is no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: cannot be read ({error})") from None
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also numbers of 5000 digits, a thousand brackets
         raise ConfigError(f"{path}: is not valid TOML: {error}") from None
 
 
@@ -119,13 +119,21 @@ def _typed(value: Any, hint: Any, what: str, unit: str) -> Any:
     if wanted is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
     if wanted is tuple and isinstance(value, (list, tuple)):
-        return tuple(value)
+        return _elements(value, (*typing.get_args(hint), Any)[0], what, unit)
+    if wanted is dict and isinstance(value, Mapping):
+        _elements(value.values(), (*typing.get_args(hint), Any, Any)[1], what, unit)
     if not isinstance(wanted, type) or (
         isinstance(value, wanted) and (wanted is bool) == isinstance(value, bool)
     ):
         return value
     of = f" in {unit}" if unit and unit != "1" else ""
     raise ConfigError(f"{what} is {value!r}; it must be a {wanted.__name__}{of}")
+
+
+def _elements(values: Iterable[Any], of: Any, what: str, unit: str) -> tuple[Any, ...]:
+    if of is Any:
+        return tuple(values)
+    return tuple(_typed(value, of, f"{what}, number {i},", unit) for i, value in enumerate(values, 1))
 
 
 def _check_bounds(value: float, declared: Declaration, what: str) -> None:

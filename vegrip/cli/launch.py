@@ -127,5 +127,7 @@ def _show(nodes: list[Any]) -> None:
     for node in nodes:
         kind = node.transport.get("kind", "can")
         required = "yes" if node.required else ""
-        content.add_row(node.full_name, node.program, kind, node.restart, required)
+        content.add_row(
+            *(Text(cell) for cell in (node.full_name, node.program, kind, node.restart, required))
+        )
     show(content)

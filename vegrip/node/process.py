@@ -11,6 +11,7 @@ from contextlib import ExitStack, closing, contextmanager
 
 from vegrip.clock import WallClock
 from vegrip.codec.msgpack_codec import MsgpackCodec
+from vegrip.descriptors import require_descriptors
 from vegrip.errors import DeviceError, VegripError
 from vegrip.messages import Lifecycle, NodeStatus
 from vegrip.node import last_words
@@ -39,6 +40,7 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         VegripError: it cannot be started; the message says what to do.
 
     """
+    require_descriptors()
     name = config.full_name
     context = NodeContext(name.rpartition("/")[2], config.namespace, config.fingers, config.loop.tick_period)
     node = find_program(config.program)(config.parameters, context)
