@@ -18,9 +18,12 @@ from vegrip.codec.protection import P04, P04_HEADER, P04_LIMIT
 from vegrip.codec.schema import message_set
 from vegrip.codec.sequence import Sequence
 from vegrip.codec.topics import ROUTES, Route, Topics
-from vegrip.messages import Message
+from vegrip.messages import FingertipState, Message
 
 COUNTER: Final = slice(2, 4)  # of profile 4, most significant byte first
+WHOLE: Final = frozenset({"unknown_topic", "counter"})
+"""Why a message is refused that is not broken."""
+
 LIMITS: Final = {
     "max_str_len": TEXT_LIMIT * 4,  # bytes
     "max_array_len": 8,
@@ -47,7 +50,8 @@ class MsgpackCodec:
     ``counter``        a repeat, or older than the last one
     =================  ==================================================================================
 
-    ``lost`` counts messages that never arrived, ``clipped`` (by field) values that could not be sent.
+    ``lost`` counts messages that never arrived, ``clipped`` (by field) values that could not be sent,
+    ``broken`` by finger the states on its topic that could not be understood.
 
     Args:
         namespace: in front of every topic; one for each hand on the network.
@@ -71,6 +75,7 @@ class MsgpackCodec:
     ) -> None:
         self.topics = Topics(namespace, fingers, remap)
         self.rejected: Counter[str] = Counter()
+        self.broken: Counter[str] = Counter()
         self.clipped: Counter[str] = Counter()
         self._use_sender_time = use_sender_time
         self._version = message_set().version
@@ -110,12 +115,18 @@ class MsgpackCodec:
             return self._decode(topic, payload, stamp)
         except RefusedError as refused:
             self.rejected[refused.name] += 1
+            self._note_broken(topic, refused.name)
             return None
 
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""
         for stream in self._streams.values():
             stream.last = -1
+
+    def _note_broken(self, topic: str, why: str) -> None:
+        route = None if why in WHOLE else self.topics.incoming(topic)
+        if route is not None and route.owner is not None and route.schema.cls is FingertipState:
+            self.broken[route.owner] += 1
 
     def _decode(self, topic: str, payload: bytes, stamp: int) -> Message:
         route = self.topics.incoming(topic)

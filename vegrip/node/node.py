@@ -57,6 +57,9 @@ class Node(Protocol):
     def on_tick(self, now: int) -> Iterable[Message]:
         """Do what is due by the clock; called once per tick period."""
 
+    def on_broken(self, finger: str, now: int) -> None:
+        """Take note that states of ``finger`` have arrived that could not be understood."""
+
     def on_fault(self, now: int) -> Iterable[Message]:
         """Say what to send on this tick while the node is on hold after an exception.
 
@@ -97,6 +100,9 @@ class NodeBase:
     def on_tick(self, now: int) -> Iterable[Message]:  # noqa: ARG002
         """Do nothing."""
         return ()
+
+    def on_broken(self, finger: str, now: int) -> None:
+        """Nothing to note."""
 
     def on_fault(self, now: int) -> Iterable[Message]:  # noqa: ARG002
         """Send nothing; right for every node that commands nothing."""

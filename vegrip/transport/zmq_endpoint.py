@@ -76,6 +76,11 @@ class ZmqEndpoint:
         return {**self._codec.rejected, **self._faults, **losses(self._codec), **refused}
 
     @property
+    def broken(self) -> Mapping[str, int]:
+        """States that arrived and could not be understood, by finger."""
+        return self._codec.broken
+
+    @property
     def in_trouble(self) -> bool:
         """Whether a publisher that we need refuses us, or is not the one we know."""
         return self._handshakes is not None and self._handshakes.in_trouble
