@@ -1,11 +1,10 @@
 """Model files: TOML that a person can read and change, and that comes back exactly as it was written."""
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vegrip.config import read_toml
+from vegrip.config import parse_toml, read_toml
 from vegrip.effects import effect
 from vegrip.errors import ConfigError
 from vegrip.model.model import ContactModel
@@ -58,8 +57,8 @@ def parse_model(text: str) -> ContactModel:
 
     """
     try:
-        return _built(tomllib.loads(text), "the model")
-    except tomllib.TOMLDecodeError as error:
+        return _built(parse_toml(text), "the model")
+    except ValueError as error:
         raise ConfigError(f"the model is not valid TOML: {error}") from None
 
 

@@ -22,7 +22,17 @@ from vegrip.recording.checks import report_doubts, usable_rows
 from vegrip.recording.data import Fingertip, Recording
 from vegrip.recording.report import Kind, LoadReport
 
-BROKEN: Final = (OSError, ValueError, LookupError, struct.error, zlib.error, can.CanError, BLFParseError)
+TOO_LARGE: Final = (MemoryError, OverflowError)
+BROKEN: Final = (
+    OSError,
+    ValueError,
+    LookupError,
+    struct.error,
+    zlib.error,
+    can.CanError,
+    BLFParseError,
+    *TOO_LARGE,
+)
 """What python-can's readers raise when a file is not what its name says."""
 
 
