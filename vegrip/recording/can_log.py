@@ -97,7 +97,7 @@ def _opened(path: Path) -> Iterator[Iterable[can.Message]]:
 
 
 def _check_containers(path: Path, file: BinaryIO) -> None:
-    """Refuse a log with a container that unpacks to more than ``LARGEST``; python-can unpacks it as a whole."""
+    """Refuse a container that unpacks to more than ``LARGEST``: python-can unpacks each as a whole."""
     blf.FILE_HEADER_STRUCT.unpack(file.read(blf.FILE_HEADER_STRUCT.size))
     file.seek(4)
     file.seek(int.from_bytes(file.read(4), "little"))  # the length of the header stands behind the signature
