@@ -16,6 +16,8 @@ from vegrip.model import paper_model, read_model, write_model
 from vegrip.recording import Recording, read_recording, write_recording
 from vegrip.recording.column_map import read_column_map
 from vegrip.recording.mcap_write import write_mcap
+from vegrip.recording.rosbag_fields import BagField
+from vegrip.recording.units import to_si
 from vegrip.recording.writer import RecordingWriter
 from vegrip.transport.key_files import make_keys, read_keys
 
@@ -107,3 +109,35 @@ def test_no_control_character_of_a_file_reaches_the_terminal(
     said = capsys.readouterr().err
     assert r"\x1b]0;title\x07" in said
     assert "\x1b" not in said
+
+
+@pytest.mark.parametrize(
+    "unit",
+    [
+        *("m**9**9**9**9", "9**9**9**9 m", "9^9^9^9 m", "9**(9*9)**9 m", "m**99999999999999", "9⁹⁹⁹⁹⁹⁹⁹⁹⁹ m"),
+        *("((((9**9)**9)**9)**9)**9 m", "m/0", "1" * 400 + "*m", "N" * 5000, "(" * 500, "m**1e9", "0*m**-1"),
+    ],
+)
+def test_a_unit_that_takes_for_ever_or_has_no_value_is_refused(unit: str) -> None:
+    with pytest.raises(RecordingError, match=r"there is no unit|is not a unit of this quantity"):
+        to_si(unit, "m", "column 'x'")
+
+
+@pytest.mark.parametrize(
+    ("unit", "wanted", "scale"),
+    [
+        ("mm", "m", 1e-3),
+        ("kg*m/s**2", "N", 1.0),
+        ("kg m^2 s^-2 / m", "N", 1.0),
+        ("(mm/s)**2", "m^2/s^2", 1e-6),
+        ("m²", "m^2", 1.0),
+    ],
+)
+def test_units_with_powers_are_still_understood(unit: str, wanted: str, scale: float) -> None:
+    assert to_si(unit, wanted, "column 'x'") == (pytest.approx(scale), 0.0)
+
+
+@pytest.mark.parametrize("index", ["9" * 5000, "²"])
+def test_an_index_that_no_array_has_is_refused(index: str) -> None:
+    with pytest.raises(RecordingError):
+        BagField.parse(f"/joints:effort[{index}]", "normal_force")
