@@ -14,6 +14,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from vegrip.cli._tables import printable
 from vegrip.descriptors import is_out_of_descriptors, require_descriptors
 from vegrip.errors import DeviceError, VegripError
 
@@ -101,10 +102,8 @@ def _as_app(command: typer.Typer | Callable[..., Any]) -> typer.Typer:
 
 
 def _complain(sentence: str) -> None:
-    # what a file holds may be named in it: no control character of it may reach the terminal
-    sentence = "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in sentence)
     Console(stderr=True, highlight=False).print(
-        f"vegrip: {sentence}", style="red", soft_wrap=True, markup=False, emoji=False
+        f"vegrip: {printable(sentence)}", style="red", soft_wrap=True, markup=False, emoji=False
     )
 
 

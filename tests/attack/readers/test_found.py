@@ -1,5 +1,6 @@
 """What attacks on readers have found, one case of each kind."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -141,3 +142,15 @@ def test_units_with_powers_are_still_understood(unit: str, wanted: str, scale: f
 def test_an_index_that_no_array_has_is_refused(index: str) -> None:
     with pytest.raises(RecordingError):
         BagField.parse(f"/joints:effort[{index}]", "normal_force")
+
+
+@pytest.mark.parametrize("name", ["\x1b[31m", "[/]", "[red]x", ":b:"])
+def test_names_in_a_recording_are_printed_as_they_are_and_change_nothing_in_the_terminal(
+    name: str, press: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("mcap", reason="the extra `bags` is not installed")
+    (press / "recording.toml").write_text(f"[fingertip]\nname = {json.dumps(name)}\n")
+    assert main(["import", str(press), "-o", str(press.with_name("x.mcap"))]) == 0
+    said = capsys.readouterr().out.replace("\n", "")
+    assert repr(name)[1:-1] in said
+    assert "\x1b" not in said
