@@ -3,7 +3,7 @@ PYTHON ?= python3
 V := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: demo test test-fast test-vcan check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator audit
+.PHONY: demo test test-fast test-vcan check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
 
 demo: $(STAMP)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -50,6 +50,11 @@ fuzz: $(STAMP)  ## look for bytes that break a decoder, guided by coverage
 	mkdir -p build/fuzz
 	$(V)/python tests/security/decoders.py -max_total_time=$(FUZZ_SECONDS) -timeout=5 -max_len=600 \
 	  -artifact_prefix=build/fuzz/ build/fuzz
+
+ATTACK_SECONDS ?= 300
+ATTACK_SEED ?= 0
+attack: $(STAMP)  ## break files of every kind and read them (ATTACK_SECONDS=300, ATTACK_SEED=0); failures: build/attack
+	$(V)/python tests/attack/readers --seconds $(ATTACK_SECONDS) --seed $(ATTACK_SEED)
 
 audit:  ## look for known vulnerabilities in the pinned dependencies; asks pypi.org
 	$(PYTHON) -m venv build/audit

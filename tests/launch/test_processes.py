@@ -9,6 +9,8 @@ import time
 
 import pytest
 
+from vegrip.transport.runtime_folder import runtime_folder
+
 LAUNCH = """
 [transport]
 channel = "launch"
@@ -120,6 +122,26 @@ def test_a_node_ends_well_when_told_to(number):
         output, _ = process.communicate(timeout=20)
     assert process.returncode == 0
     assert output.splitlines()[-1] == "INFO /echo: ended"
+
+
+def test_a_node_that_gets_the_death_signal_of_its_launcher_again_and_again_leaves_nothing():
+    process = start("node", "echo", "--set", "transport.channel=again")
+    wait_for(lambda: True if [state for _, state in states().values()] == ["active"] else None)
+    while process.poll() is None:
+        process.terminate()
+        time.sleep(0.001)
+    process.communicate(timeout=20)
+    assert process.returncode == 0
+    assert list(runtime_folder("nodes").iterdir()) == []
+
+
+def test_a_node_whose_launcher_is_dead_already_does_not_start():
+    done = subprocess.run(
+        [sys.executable, "-m", "vegrip", "node", "echo", "--with-parent", "1"],
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == -signal.SIGTERM
 
 
 @pytest.mark.parametrize(

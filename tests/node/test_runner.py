@@ -341,3 +341,34 @@ def test_what_passed_by_before_the_activation_is_not_lost(rig):
     rig.clock.advance(1.0)
     rig.runner.step()
     assert rig.runner.status.rejected["lost"] == 2
+
+
+class Inspector(Follower):
+    def __init__(self, clock):
+        super().__init__(clock)
+        self.told = []
+
+    def on_broken(self, finger, now):
+        self.told.append((finger, now))
+
+
+def test_a_node_is_told_once_for_each_look_at_the_bus_whose_states_came_broken():
+    clock = SimulatedClock(start=7 * NS)
+    endpoint, _ = pair(clock)
+    endpoint.broken = {}
+    runner = Runner(Inspector(clock), endpoint, clock)
+    endpoint.broken["thumb"] = 3
+    runner.step()
+    assert runner.managed.node.told == [], "it is not active"
+    runner.start()
+    endpoint.broken.update(thumb=5, index=1)
+    runner.step()
+    runner.step()
+    assert [finger for finger, _ in runner.managed.node.told] == ["thumb", "index"]
+
+
+def test_an_endpoint_that_tells_nothing_of_broken_states_will_do():
+    rig = Rig()
+    rig.runner.start()
+    rig.steps(3)
+    assert rig.runner.state is Lifecycle.ACTIVE

@@ -14,7 +14,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from vegrip.errors import VegripError
+from vegrip.cli._tables import printable
+from vegrip.descriptors import COMMAND_NEEDS, is_out_of_descriptors, require_descriptors
+from vegrip.errors import DeviceError, VegripError
 
 COMMANDS: dict[str, tuple[str, str]] = {
     # name: (module:function or module:app, one line of help)
@@ -73,6 +75,7 @@ def entry() -> None:
 def _run(name: str, arguments: list[str]) -> int:
     module, attribute = COMMANDS[name][0].split(":")
     try:
+        require_descriptors(COMMAND_NEEDS)
         app = _as_app(getattr(importlib.import_module(module), attribute))
         app(arguments, prog_name=f"vegrip {name}")
     except VegripError as error:
@@ -80,6 +83,11 @@ def _run(name: str, arguments: list[str]) -> int:
         return error.exit_code
     except KeyboardInterrupt:
         return 130
+    except Exception as error:
+        if not is_out_of_descriptors(error):
+            raise
+        _complain("too many files and sockets are open; raise the limit, e.g. `ulimit -n 4096`")
+        return DeviceError.exit_code
     except SystemExit as done:
         return done.code if isinstance(done.code, int) else 0
     return 0
@@ -95,7 +103,7 @@ def _as_app(command: typer.Typer | Callable[..., Any]) -> typer.Typer:
 
 def _complain(sentence: str) -> None:
     Console(stderr=True, highlight=False).print(
-        f"vegrip: {sentence}", style="red", soft_wrap=True, markup=False
+        f"vegrip: {printable(sentence)}", style="red", soft_wrap=True, markup=False, emoji=False
     )
 
 

@@ -5,7 +5,9 @@ from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from vegrip.cli._tables import printable
 from vegrip.recording import LoadReport
 from vegrip.replay.run import Outcome
 
@@ -29,7 +31,7 @@ def print_outcome(outcome: Outcome, reports: Mapping[str, LoadReport]) -> None:
     table = Table(box=None, padding=(0, 2))
     table.add_column("")
     for finger in told:
-        table.add_column(finger, justify="right")
+        table.add_column(Text(printable(finger)), justify="right")
     for title, key, unit in ROWS:
         table.add_row(title, *(_number(each[key], unit) for each in told.values()))
     for title, key in (("input", "conditions"), ("fails", "failing"), ("suspect", "suspects")):
@@ -39,7 +41,7 @@ def print_outcome(outcome: Outcome, reports: Mapping[str, LoadReport]) -> None:
     console.print(table)
     for finger, report in reports.items():
         if not report.clean:
-            console.print(f"recording of {finger}: {report.summary()}", markup=False)
+            console.print(Text(f"recording of {printable(finger)}: {report.summary()}"))
     for name, count in outcome.rejected.items():
         console.print(f"refused on the bus or in the node: {name} ({count} x)", markup=False)
 

@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from vegrip.cli._tables import printable
 from vegrip.recording import Recording
 from vegrip.recording.channels import CHANNELS, noise_name
 
@@ -39,8 +41,12 @@ def print_recording(recording: Recording, folder: Path) -> None:
     about = describe(recording)
     radius = f"{about['radius']:g} m" if about["radius"] is not None else "unknown"
     console.print(
-        f"[bold]{folder}[/bold]: {about['rows']} rows, {about['duration']:.6g} s, "
-        f"{about['episodes']} episode(s), {about['finger']}, radius {radius}"
+        Text(printable(str(folder)), style="bold"),
+        Text(
+            f": {about['rows']} rows, {about['duration']:.6g} s, {about['episodes']} episode(s), "
+            f"{printable(about['finger'])}, radius {radius}"
+        ),
+        sep="",
     )
     table = Table(box=None, padding=(0, 2))
     for heading in ("column", "unit", "min", "max", "noise std"):
@@ -49,7 +55,7 @@ def print_recording(recording: Recording, folder: Path) -> None:
         values = (column["min"], column["max"], column["noise"])
         table.add_row(name, column["unit"], *("-" if v is None else f"{v:.5g}" for v in values))
     console.print(table)
-    console.print(recording.report.summary(), markup=False)
+    console.print(Text(printable(recording.report.summary())))
 
 
 def _number(value: float) -> float | None:

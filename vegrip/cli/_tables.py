@@ -11,6 +11,11 @@ def table(*header: str, wraps: str = "") -> Table:
     return Table(*(Column(name, no_wrap=name != wraps) for name in header), box=None, pad_edge=False)
 
 
+def printable(text: str) -> str:
+    """Return ``text``, which may name what a file holds, without control characters for the terminal."""
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+
+
 def printer() -> Console:
     """Return where sentences go: broken between words in a terminal, unbroken in a file."""
     console = Console(highlight=False)

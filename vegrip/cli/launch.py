@@ -93,7 +93,8 @@ class _Prefix:
 def _starter(
     path: Path, name: str, say: _Prefix, readers: list[threading.Thread]
 ) -> Callable[[], subprocess.Popen[str]]:
-    command = [sys.executable, "-m", "vegrip", "node", name, "--config", str(path), "--with-parent"]
+    command = [sys.executable, "-m", "vegrip", "node", name, "--config", str(path)]
+    command += ["--with-parent", str(os.getpid())]
 
     def start() -> subprocess.Popen[str]:
         process = subprocess.Popen(
@@ -126,5 +127,7 @@ def _show(nodes: list[Any]) -> None:
     for node in nodes:
         kind = node.transport.get("kind", "can")
         required = "yes" if node.required else ""
-        content.add_row(node.full_name, node.program, kind, node.restart, required)
+        content.add_row(
+            *(Text(cell) for cell in (node.full_name, node.program, kind, node.restart, required))
+        )
     show(content)

@@ -20,7 +20,7 @@ def node(
         list[str] | None, typer.Option("--set", help="KEY=VALUE over the configuration; may be repeated.")
     ] = None,
     autostart: Annotated[bool, typer.Option(help="Configure and activate at once.")] = True,
-    with_parent: Annotated[bool, typer.Option("--with-parent", hidden=True)] = False,
+    with_parent: Annotated[int | None, typer.Option("--with-parent", hidden=True)] = None,
 ) -> None:
     """Run one node until it has finished or is interrupted.
 
@@ -36,8 +36,8 @@ def node(
     from vegrip.node.launcher import end_with_parent
     from vegrip.node.process import run_node
 
-    if with_parent:
-        end_with_parent()
+    if with_parent is not None:
+        end_with_parent(with_parent)
     run_node(configured(name, config, namespace, as_name, values or []), autostart)
 
 

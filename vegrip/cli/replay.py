@@ -82,6 +82,7 @@ def _run_through(
     import tempfile
 
     from vegrip.cli._outcome import print_outcome
+    from vegrip.errors import DeviceError
     from vegrip.recording.writer import RecordingWriter
     from vegrip.replay.grasp import grasp_node, read_settings
     from vegrip.replay.run import run_through
@@ -93,6 +94,8 @@ def _run_through(
         one = next(iter(recordings.values()))
         with RecordingWriter(session, radius=one.fingertip.radius, sensors=one.sensors) as writer:
             outcome = run_through(node, recordings, writer=writer, fd=fd)
+        if writer.problem:
+            raise DeviceError(writer.problem)
         if plot is not None:
             from vegrip.replay.plot import draw
 

@@ -20,6 +20,7 @@ from vegrip.demo.compare import Trial, course
 from vegrip.demo.report import as_json, summary
 from vegrip.demo.run import Demo, Outcome, run
 from vegrip.demo.scenario import Scenario
+from vegrip.errors import DeviceError
 from vegrip.monitor import render
 
 OTHERS = ("constant", "cone")
@@ -38,6 +39,8 @@ def perform(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: b
     console.print(summary(outcome, courses))
     if json:
         sys.stdout.write(json_format.dumps(_plain(as_json(outcome))) + "\n")
+    if outcome.problem:
+        raise DeviceError(outcome.problem)
     return outcome.interrupted
 
 

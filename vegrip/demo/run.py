@@ -40,6 +40,7 @@ class Outcome:
     node: Farewell
     bus_load: float  # [-] mean over the run
     interrupted: bool = False
+    problem: str = ""  # what is not in the recording, in a sentence
 
 
 @dataclass
@@ -134,7 +135,7 @@ def run(
     if hand.farewell is None or node.farewell is None:
         raise KeyboardInterrupt  # interrupted before there was anything to sum up
     load = sum(demo.loads) / len(demo.loads) if demo.loads else math.nan
-    return Outcome(folder, hand.farewell.rest, node.farewell, load, interrupted)
+    return Outcome(folder, hand.farewell.rest, node.farewell, load, interrupted, writer.problem)
 
 
 def _play(

@@ -14,6 +14,7 @@ from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError
 from vegrip.node.names import full_name
 from vegrip.node.runner import LoopSettings
+from vegrip.transport.open import KINDS
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 SHARED = ("fingers", "hand", "namespace", "transport")
@@ -91,4 +92,11 @@ def read_launch_file(path: Path) -> list[NodeConfig]:
 
 def _node(table: Mapping[str, Any], where: str) -> NodeConfig:
     name = table.get("name") or table.get("program")
-    return build(NodeConfig, table, f"{where} ({name})" if name else where)
+    where = f"{where} ({name})" if name else where
+    node = build(NodeConfig, table, where)
+    kind = node.transport.get("kind", "can")
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise ConfigError(
+            f"{where}: 'kind' of the transport is {kind!r}; it must be one of {', '.join(KINDS)}"
+        )
+    return node

@@ -54,8 +54,9 @@ def find_program(name: str) -> Build:
     module, _, function = target.partition(":")
     try:
         build: Build = getattr(importlib.import_module(module), function)
-    except (ImportError, AttributeError) as error:
-        raise UsageError(f"the program {name!r} cannot be loaded from {target}: {error}") from None
+    except Exception as error:  # noqa: BLE001 (whatever a program of another package raises when imported)
+        reason = str(error).partition("\n")[0] or type(error).__name__
+        raise UsageError(f"the program {name!r} cannot be loaded from {target}: {reason}") from None
     if not callable(build):
         raise UsageError(f"the program {name!r} cannot be used: {target} is not a function")
     return build

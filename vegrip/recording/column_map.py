@@ -101,7 +101,7 @@ class BagMap:
     time: str = parameter("", doc="topic whose messages make the rows; may be left out when there is one")
     stamp: str = parameter("header", choices=("header", "receive"), doc="whose clock; no header: receive")
     largest_age: float = parameter(
-        0.0, unit="s", low=0.0, doc="how long a value of another topic is held; older is missing"
+        0.0, unit="s", low=0.0, high=1e9, doc="how long a value of another topic is held; older is missing"
     )
     definitions: str = parameter("", doc="ROS release whose types a bag without definitions has: ros2_humble")
 

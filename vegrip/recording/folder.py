@@ -1,5 +1,6 @@
 """Recordings on disk: a folder with ``recording.toml`` and ``recording.csv`` or ``recording.csv.gz``."""
 
+import datetime
 import gzip
 import io
 import json
@@ -96,7 +97,15 @@ def _toml_value(value: Any) -> str:
     if isinstance(value, str):
         # JSON's strings are TOML's, but for DEL, which TOML wants escaped
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return str(value).lower() if isinstance(value, bool) else repr(value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, datetime.date | datetime.time):
+        return value.isoformat()
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_toml_value(k)} = {_toml_value(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_toml_value, value)) + "]"
+    return repr(value)
 
 
 def _about(path: Path) -> dict[str, Any]:

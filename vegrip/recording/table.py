@@ -1,12 +1,12 @@
 """Tables of numbers in text files, plain or gzipped, read with the line number of every row.
 
 Rows that cannot be used are named in the report and left out; a file that cannot be used at all raises.
-Rows are converted in blocks of columns: an hour at 500 Hz needs no more memory than its numbers.
+Rows are converted in blocks of columns: an hour at 500 Hz needs no more memory than its numbers. Five
+megabytes of gzip can hold gigabytes of text, so a larger table than ``MOST_CELLS`` is refused when it is met.
 """
 
 import csv
 import gzip
-import itertools
 import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,19 @@ from vegrip.errors import RecordingError
 from vegrip.recording.report import Kind, LoadReport
 
 BLOCK: Final = 20_000
-"""Rows converted at once."""
+"""Rows converted at once, fewer when they are wide."""
+
+BLOCK_CELLS: Final = 1_000_000
+"""Cells split at once, some 60 MB."""
+
+MOST_CELLS: Final = 64_000_000
+"""Cells of the wanted columns, and lines: three hours of ten channels at 500 Hz, half a gigabyte."""
+
+MOST_CELLS_ALL: Final = 4 * MOST_CELLS
+"""Cells of all columns, also of those that are not wanted."""
+
+LONGEST_LINE: Final = 1_000_000
+"""Characters of a line."""
 
 Cells = list[str]
 
@@ -64,8 +76,12 @@ def read_table(
         rows = _rows(path, file, layout)
         header = _header(path, rows)
         wanted = {name: _position(path, header, name) for name in (*numbers, *words)}
-        while block := list(itertools.islice(rows, BLOCK)):
+        cells = 0
+        for block in _blocks(rows):
             report.rows_read += len(block)
+            cells += sum(len(row[1]) for row in block)
+            if report.rows_read * len(wanted) > MOST_CELLS or cells > MOST_CELLS_ALL:
+                raise _too_large(path, f"more than {MOST_CELLS} numbers")
             whole = _whole(block, len(header), report)
             blocks.append(_converted(whole, numbers, words, wanted, layout, report))
     if not report.rows_read:
@@ -88,7 +104,10 @@ def _rows(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, Cells
     """Yield line number, cells, and whether the line is cut; damage to the file raises."""
     line = 0
     try:
-        for line, text in enumerate(file, start=1):
+        for line, text in enumerate(iter(lambda: file.readline(LONGEST_LINE + 1), ""), start=1):
+            if len(text) > LONGEST_LINE or line > MOST_CELLS:
+                limit = f"{LONGEST_LINE} characters" if line <= MOST_CELLS else f"{MOST_CELLS} lines"
+                raise _too_large(f"{path}:{line}", f"more than {limit}")
             if "\0" in text:
                 raise RecordingError(f"{path}:{line}: is not a text file; give a table of numbers (CSV)")
             if line > layout.skip and text.strip():
@@ -106,6 +125,24 @@ def _rows(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, Cells
         raise RecordingError(f"{path}:{line}: cannot be split into fields ({error})") from None
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def _too_large(where: Path | str, what: str) -> RecordingError:
+    return RecordingError(f"{where}: holds {what}; cut it into several recordings")
+
+
+def _blocks(rows: Iterator[tuple[int, Cells, bool]]) -> Iterator[list[tuple[int, Cells, bool]]]:
+    """Yield the rows in blocks of ``BLOCK``, or of fewer that have ``BLOCK_CELLS`` together."""
+    block: list[tuple[int, Cells, bool]] = []
+    cells = 0
+    for row in rows:
+        block.append(row)
+        cells += len(row[1])
+        if len(block) >= BLOCK or cells >= BLOCK_CELLS:
+            yield block
+            block, cells = [], 0
+    if block:
+        yield block
 
 
 def _cells(text: str, delimiter: str) -> Cells:
