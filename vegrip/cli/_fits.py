@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
+
+from vegrip.cli._tables import printer
 
 if TYPE_CHECKING:
     from vegrip.fit import Fit, Noise
@@ -48,7 +49,7 @@ def opened(recording: Path, model: Path | None) -> "tuple[Recording, ContactMode
 @contextmanager
 def progress(what: str) -> Iterator[Callable[[str], None]]:
     """Show on standard error what is being done: a spinner in a terminal, lines elsewhere."""
-    console = Console(stderr=True, highlight=False)
+    console = printer(stderr=True)
     if console.is_terminal:
         with console.status(what) as status:
             yield lambda text: status.update(f"{what}: {text}")
@@ -86,17 +87,13 @@ def doubted(problem: "Problem") -> list[str]:
 
 def print_sentences(sentences: Iterable[str]) -> None:
     """Print one line for each."""
-    from vegrip.cli._tables import printer
-
     for sentence in sentences:
-        printer().print(f"- {sentence}", markup=False)
+        printer().print(f"- {sentence}")
 
 
 def print_fit(fit: "Fit") -> None:
     """Print values with their standard errors, errors by channel, and warnings."""
     from rich.table import Table
-
-    from vegrip.cli._tables import printer
 
     console = printer()
     told = fit.as_dict()
@@ -120,11 +117,11 @@ def print_fit(fit: "Fit") -> None:
 
 def print_noise(noise: dict[str, Any]) -> None:
     """Say how large the noise of every channel was taken to be, and where that comes from."""
-    console = Console(highlight=False)
+    console = printer()
     for channel, source in noise["source"].items():
         size = f"{noise[channel]:.3g}, " if noise.get(channel) else ""
         slow = f", {noise['slow_time']:.2g} s" if channel == "slow_force" and noise["slow_force"] else ""
-        console.print(f"noise of {channel}: {size}{source}{slow}", soft_wrap=True)
+        console.print(f"noise of {channel}: {size}{source}{slow}")
     if noise.get("tolerance"):
         console.print(f"and {100.0 * noise['tolerance']:.3g} % of each episode's peak force, as asked for")
 

@@ -1,11 +1,13 @@
 """``vegrip diagnose``: which effect a model lacks."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
     from vegrip.diagnosis import Diagnosis
@@ -22,6 +24,7 @@ def diagnose(
     recording: RECORDING,
     model: MODEL = None,
     output: OUT = None,
+    force: FORCE = False,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
     as_json: JSON = False,
@@ -37,21 +40,22 @@ def diagnose(
     from vegrip.diagnosis import diagnose as diagnose_model
     from vegrip.model import write_model
 
-    measured, start = opened(recording, model)
-    with progress("diagnose") as report:
-        found = diagnose_model(
-            measured,
-            start,
-            noise=noise_for(measured, tolerance),
-            zeros="episode" if zeros_each_episode else "recording",
-            report=report,
-        )
-    if output is not None:
-        write_model(found.model, output)
-    if as_json:
-        print_json(found.as_dict())
-    else:
-        _print(found)
+    with Outputs(force=force) as outputs:
+        outputs.file(output)
+        measured, start = opened(recording, model)
+        with progress("diagnose") as report:
+            found = diagnose_model(
+                measured,
+                start,
+                noise=noise_for(measured, tolerance),
+                zeros="episode" if zeros_each_episode else "recording",
+                report=report,
+            )
+        outputs.write(output, partial(write_model, found.model))
+        if as_json:
+            print_json(found.as_dict())
+        else:
+            _print(found)
 
 
 SENTENCES = {
@@ -64,6 +68,7 @@ SENTENCES = {
 
 def _print(found: "Diagnosis") -> None:
     from rich.table import Table
+    from rich.text import Text
 
     from vegrip.cli._fits import print_sentences
     from vegrip.cli._tables import printer
@@ -73,8 +78,8 @@ def _print(found: "Diagnosis") -> None:
     error = told["error"]
     grave = [doubt.text for doubt in found.doubts if doubt.grave]
     sentence = f"not to be relied on: {'; '.join(grave)}" if grave else SENTENCES[told["verdict"]]
-    head = f"[bold]{told['recording']}: {told['verdict']}[/bold] - {sentence}"
-    console.print(f"{head} {', '.join(told['named'])}".rstrip())
+    head = Text(f"{told['recording']}: {told['verdict']}", style="bold")
+    console.print(head + Text(f" - {sentence} {', '.join(told['named'])}".rstrip(), style="not bold"))
     for group in told["indistinguishable"]:
         console.print(f"not told apart: {', '.join(group)}")
     console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
@@ -91,12 +96,12 @@ def _print(found: "Diagnosis") -> None:
         console.print(f"what is left depends on {left['variable']} ({left['channel']})")
     if told["experiment"]:
         for name, text in told["experiment"]["suggestions"].items():
-            console.print(f"to tell {name}: {text}", markup=False)
+            console.print(f"to tell {name}: {text}")
     for channel, source in told["noise"].items():
         console.print(f"noise of {channel}: {source}", soft_wrap=True)
     unseen: dict[str, list[str]] = {}
     for name, reason in told["out_of_sight"].items():
         unseen.setdefault(reason, []).append(name)
     for reason, names in unseen.items():
-        console.print(f"could not be seen, {reason}: {', '.join(names)}", markup=False)
+        console.print(f"could not be seen, {reason}: {', '.join(names)}")
     print_sentences(text for text in [*told["doubts"], *told["warnings"]] if text not in grave)

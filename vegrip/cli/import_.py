@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vegrip.cli._outputs import FORCE, claim_file, claim_recording
+from vegrip.errors import UsageError
+
 if TYPE_CHECKING:
     from vegrip.recording import Recording
 
@@ -35,6 +38,7 @@ ALL = "thumb,index,middle,ring,little"
 def import_(
     src: SRC,
     output: OUT,
+    force: FORCE = False,
     map_file: MAP_FILE = None,
     columns: MAP = None,
     units: UNIT = None,
@@ -46,7 +50,6 @@ def import_(
 
     Example: vegrip import press.csv -o press --map t=time_s --map normal_force=F --unit normal_force=mN
     """
-    from vegrip.errors import UsageError
     from vegrip.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
@@ -57,6 +60,8 @@ def import_(
         raise UsageError("only tables and mapped bags go together; import MCAP files and CAN logs one by one")
     if alone:
         _refuse_options({"--map": columns, "--unit": units, "--radius": radius, "--map-file": map_file})
+    _claim(output, one, fingers, force=force)
+    if alone:
         found = _mcap(one, output)
     elif one.suffix.lower() in LOGS:
         found = _can_log(one, output, fingers, metres)
@@ -65,11 +70,26 @@ def import_(
     _tell(found, as_json=as_json)
 
 
+def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
+    """Refuse before anything is read what would be written over."""
+    if output.suffix.lower() == ".mcap":
+        claim_file(output, force=force)
+    elif src.suffix.lower() in LOGS:
+        for finger in fingers.split(","):
+            claim_recording(output / finger, force=force)
+    else:
+        claim_recording(output, force=force)
+
+
 def _mcap(src: Path, output: Path) -> "Mapping[Path, Recording]":
     from vegrip.recording.mcap_read import read_mcap
     from vegrip.recording.mcap_write import write_mcap
+    from vegrip.recording.traces import replaced
 
-    return write_mcap(src, output) if output.suffix.lower() == ".mcap" else read_mcap(src, output)
+    if output.suffix.lower() == ".mcap":
+        return write_mcap(src, output)
+    with replaced(output):
+        return read_mcap(src, output)
 
 
 def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[Path, Recording]":
@@ -97,15 +117,15 @@ def _mapped(
 
 def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
     from vegrip.recording import write_recording
+    from vegrip.recording.traces import replaced
 
     for folder, recording in found.items():
-        write_recording(recording, folder)
+        with replaced(folder):
+            write_recording(recording, folder)
     return found
 
 
 def _refuse_options(options: Mapping[str, object]) -> None:
-    from vegrip.errors import UsageError
-
     for name, value in options.items():
         if value:
             raise UsageError(f"{name} does not go with a recording in MCAP; it says of itself what it holds")

@@ -84,7 +84,7 @@ class _Prefix:
 
     def __init__(self, name: str, width: int, colour: str) -> None:
         self._prefix = Text(f"{name:<{width}} | ", style=colour)
-        self._console = Console(highlight=False, soft_wrap=True)
+        self._console = Console(highlight=False, markup=False, soft_wrap=True)
 
     def __call__(self, line: str) -> None:
         self._console.print(self._prefix + Text(line))

@@ -1,10 +1,13 @@
 """``vegrip replay``: play a recording on a bus, or run the node over it."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from vegrip.cli._outputs import FORCE, Outputs, claim_recording
 
 if TYPE_CHECKING:
     from vegrip.recording import Recording
@@ -34,6 +37,7 @@ def replay(
     parameters: PARAMETERS = None,
     classic: CLASSIC = False,
     output: OUT = None,
+    force: FORCE = False,
     plot: PLOT = None,
     as_json: JSON = False,
 ) -> None:
@@ -51,7 +55,7 @@ def replay(
             raise UsageError(
                 "--through runs in simulated time on a bus of its own; leave out --speed and --config"
             )
-        _run_through(recording, finger, parameters, not classic, output, plot, as_json)
+        _run_through(recording, finger, parameters, not classic, output, force, plot, as_json)
     elif parameters or classic or output or plot or as_json:
         raise UsageError("--parameters, --classic, --output, --plot and --json belong to --through; add it")
     else:
@@ -76,32 +80,43 @@ def _run_through(
     parameters: Path | None,
     fd: bool,
     output: Path | None,
+    force: bool,
     plot: Path | None,
     as_json: bool,
 ) -> None:
     import tempfile
 
     from vegrip.cli._outcome import print_outcome
+    from vegrip.recording.traces import replaced
     from vegrip.recording.writer import RecordingWriter
     from vegrip.replay.grasp import grasp_node, read_settings
     from vegrip.replay.run import run_through
 
+    if output is not None:
+        claim_recording(output, force=force)
     recordings = _recordings(folder, finger)
+    pictures = {name: _beside(plot, name, len(recordings)) for name in recordings} if plot else {}
     node = grasp_node(read_settings(parameters), recordings)
-    with tempfile.TemporaryDirectory() as scratch:
+    with Outputs(force=force) as outputs, tempfile.TemporaryDirectory() as scratch:
+        for picture in pictures.values():
+            outputs.picture(picture)
         session = output or Path(scratch) / "session"
         one = next(iter(recordings.values()))
-        with RecordingWriter(session, radius=one.fingertip.radius, sensors=one.sensors) as writer:
+        new = RecordingWriter
+        with replaced(session), new(session, radius=one.fingertip.radius, sensors=one.sensors) as writer:
             outcome = run_through(node, recordings, writer=writer, fd=fd)
-        if plot is not None:
-            from vegrip.replay.plot import draw
+        for name, picture in pictures.items():
+            outputs.write(picture, partial(_draw, session / name, f"{folder.name}, {name}"))
+        if as_json:
+            typer.echo(json.dumps({"recording": str(folder), **outcome.as_dict()}))
+        else:
+            print_outcome(outcome, {name: each.report for name, each in recordings.items()})
 
-            for name in recordings:
-                draw(session / name, _beside(plot, name, len(recordings)), f"{folder.name}, {name}")
-    if as_json:
-        typer.echo(json.dumps({"recording": str(folder), **outcome.as_dict()}))
-    else:
-        print_outcome(outcome, {name: each.report for name, each in recordings.items()})
+
+def _draw(session: Path, title: str, picture: Path) -> None:
+    from vegrip.replay.plot import draw
+
+    draw(session, picture, title)
 
 
 def _recordings(folder: Path, finger: str) -> "dict[str, Recording]":
