@@ -10,7 +10,7 @@ def suggestion(name: object, known: Iterable[str], there: str = "there are") -> 
     """Return the end of a sentence about the unknown ``name``.
 
     >>> suggestion("adhesoin", ["adhesion", "rolling"])
-    'did you mean adhesion? there are adhesion, rolling'
+    'there are adhesion, rolling; did you mean adhesion?'
     >>> suggestion("x", [])
     'there are none'
 
@@ -22,4 +22,4 @@ def suggestion(name: object, known: Iterable[str], there: str = "there are") -> 
     if not near:
         return listed
     asked = f"did you mean {near[0]}?"
-    return asked if len(known) > MANY else f"{asked} {listed}"
+    return asked if len(known) > MANY else f"{listed}; {asked}"

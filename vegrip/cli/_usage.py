@@ -66,5 +66,5 @@ def _plain(message: str) -> str:
     message = message.strip().rstrip(".")
     for start in ("Input ", "Value error, "):
         message = message.removeprefix(start)
-    message = message.replace("should be", "must be").replace(". ", "; ")
+    message = message.replace("should be", "must be").replace(". Did", "; did")
     return message[:1].lower() + message[1:]

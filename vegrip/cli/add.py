@@ -30,7 +30,7 @@ def add(
 
     The file that is written runs in the node as it is.
 
-    Example: vegrip add adhesion press -o press-adhesion.toml
+    Example: vegrip sample press && vegrip add adhesion press -o press-adhesion.toml
     """
     from vegrip.cli._fits import noise_for, opened, print_fit, print_json, progress
     from vegrip.cli._tables import printer

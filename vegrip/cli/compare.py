@@ -37,7 +37,8 @@ def compare(
 
     With --versus a second model, or a second recording under the same model, is shown beside.
 
-    Example: vegrip compare press --model press.toml --versus press-adhesion.toml -o pictures
+    Example: vegrip sample press && vegrip fit press -o base.toml
+    && vegrip compare press --model base.toml -o pictures
     """
     from vegrip.cli._fits import doubted, opened, print_json, progress
 

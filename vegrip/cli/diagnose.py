@@ -34,7 +34,7 @@ def diagnose(
     The verdict is one of four: adequate (nothing is missing that the recording can show), named, ambiguous
     (one of these, and which experiment would tell), unexplained (none of the catalogue, and where it shows).
 
-    Example: vegrip diagnose press -o press-extended.toml
+    Example: vegrip sample press && vegrip diagnose press -o press-extended.toml
     """
     from vegrip.cli._fits import noise_for, opened, print_json, progress
     from vegrip.diagnosis import diagnose as diagnose_model

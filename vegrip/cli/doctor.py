@@ -29,15 +29,15 @@ def doctor(
         ]
         typer.echo(json.dumps({"grade": worst(findings).name.lower(), "findings": told}))
     else:
-        from rich.console import Console
-        from rich.markup import escape
+        from rich.text import Text
 
-        console = Console(highlight=False, soft_wrap=True)
+        from vegrip.cli._tables import printer
+
         colours = {Grade.OK: "green", Grade.WARN: "yellow", Grade.FAIL: "red"}
         for f in findings:
-            mark = f"[{colours[f.grade]}]{f.grade.name.lower():5}[/]"
-            console.print(f"{mark} {escape(f.check):15} {escape(f.text)}")
+            mark = Text(f"{f.grade.name.lower():5}", style=colours[f.grade])
+            printer().print(mark + Text(f" {f.check:15} {f.text}", style="default"), soft_wrap=True)
             if f.remedy and f.grade is not Grade.OK:
-                console.print(f"{'':21} {escape(f.remedy)}")
+                printer().print(f"{'':21} {f.remedy}", soft_wrap=True)
     if worst(findings) is Grade.FAIL:
         raise typer.Exit(4)

@@ -61,7 +61,8 @@ def experiment(
     in the recording, where nothing else is said), are judged by how far apart they put the fitted models
     after every refit, in nats: 20 decide, below 5 decide nothing.
 
-    Example: vegrip experiment press --candidates adhesion,force_drift --normal-force 3 -o next.toml
+    Example: vegrip sample press && vegrip experiment press --candidates adhesion,guide_friction --duration 30
+    -o next.toml
     """
     from vegrip.cli._fits import opened, print_json, progress
     from vegrip.effects import effect

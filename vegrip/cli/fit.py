@@ -31,7 +31,7 @@ def fit(
     Prints every value with its standard error, what is left of each channel against its noise, and what to
     be wary of: values that the recording does not determine, or that sit on a bound.
 
-    Example: vegrip fit press -o press.toml
+    Example: vegrip sample press && vegrip fit press -o press-fit.toml
     """
     from vegrip.cli._fits import doubted, noise_for, opened, print_fit, print_json, print_sentences, progress
     from vegrip.fit import fit as fit_model

@@ -45,7 +45,7 @@ def fleet(
     finger and file. A recording that cannot be used is a row that says why. A run that was stopped goes on
     where it was, and recordings that have not changed are not examined again.
 
-    Example: vegrip fleet recordings -o fleet.csv
+    Example: vegrip sample press -o recordings/press && vegrip fleet recordings -o fleet.csv
     """
     from vegrip.cli._fits import print_json
     from vegrip.fleet import findings, look_for, run

@@ -48,7 +48,11 @@ def import_(
 ) -> None:
     """Turn a table, CAN log, MCAP file or rosbag into a recording: SI units, checked, every bad row reported.
 
-    Example: vegrip import press.csv -o press --map t=time_s --map normal_force=F --unit normal_force=mN
+    Example: vegrip sample press.csv && vegrip import press.csv -o rig --map t=time_s --map episode=trial
+    --map displacement=depth_mm --unit displacement=mm --map normal_force=force_mN --unit normal_force=mN
+    --radius 8mm
+
+    A CAN log needs no map: vegrip sample press.blf && vegrip import press.blf -o log --fingers thumb
     """
     from vegrip.recording.units import parse_length
 

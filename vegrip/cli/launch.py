@@ -20,9 +20,12 @@ COLOURS = ("cyan", "green", "magenta", "yellow", "blue", "bright_red")
 
 
 def launch(
-    file: Annotated[str, typer.Argument(help="Launch file, or one of vegrip's own: demo, zmq, vcan, can0.")],
+    file: Annotated[
+        str, typer.Argument(help="Launch file, or one of vegrip's own: demo, zmq, vcan, can0, canopen.")
+    ],
     check: Annotated[
-        bool, typer.Option("--check", help="Read the file, show its nodes, start nothing.")
+        bool,
+        typer.Option("--check", help="Read the file, check the parameters, show the nodes, start nothing."),
     ] = False,
 ) -> None:
     """Start the nodes of a launch file, show their logs, restart them as told, stop them in order.
@@ -33,12 +36,14 @@ def launch(
 
     """
     from vegrip.node.launch_file import find_launch_file, read_launch_file
-    from vegrip.node.program import find_program
+    from vegrip.node.program import NodeContext, find_program
 
     path = find_launch_file(file)
     nodes = read_launch_file(path)
     for node in nodes:
-        find_program(node.program)
+        build = find_program(node.program)
+        if check:
+            build(node.parameters, NodeContext(node.full_name, node.namespace, node.fingers))
     if check:
         _show(nodes)
         return

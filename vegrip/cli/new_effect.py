@@ -19,7 +19,7 @@ def new_effect(
 ) -> None:
     """Write a package that adds an effect of your own; it works at once and is yours to change.
 
-    Example: vegrip new-effect lateral_give && pip install -e ./lateral_give && vegrip diagnose press
+    Example: vegrip new-effect lateral_give
     """
     from vegrip.cli._tables import printer
     from vegrip.effects.scaffold import write_package

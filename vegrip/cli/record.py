@@ -20,7 +20,8 @@ def record(
 ) -> None:
     """Record a bus until interrupted: one recording per finger, and what the nodes say.
 
-    Example: vegrip record -o grasp --set transport.interface=socketcan --set transport.channel=can0
+    Example, beside vegrip launch demo: vegrip record -o grasp --set name=recorder
+    --set transport.channel=demo --set transport.interface=vegrip
     """
     import dataclasses
     from datetime import UTC, datetime

@@ -39,7 +39,7 @@ def refine(
     It stops when the next effect does not pay, and says so. Held-out errors are those of each episode under
     a fit without it.
 
-    Example: vegrip refine press -o press-refined.toml --report press-ladder
+    Example: vegrip sample press && vegrip refine press -o press-refined.toml --report press-ladder
     """
     from vegrip.cli._fits import noise_for, opened, print_json, progress
     from vegrip.diagnosis import diagnose

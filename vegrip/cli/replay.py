@@ -46,7 +46,7 @@ def replay(
     Without --through its states go out on a bus at the time they were recorded. With --through they go over a
     CAN bus in this process to the grasp_force node, in simulated time, and a summary of what it said follows.
 
-    Example: vegrip replay press --through --plot press.png
+    Example: vegrip sample press && vegrip replay press --through --plot press.png
     """
     from vegrip.errors import UsageError
 

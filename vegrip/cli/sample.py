@@ -33,8 +33,9 @@ def sample(name: NAME = "", output: OUT = None, force: FORCE = False, as_json: J
     if name not in SAMPLES:
         raise UsageError(f"there is no sample {name!r}; {suggestion(name, SAMPLES)}")
     path = output or Path(name)
-    (claim_file if "." in name else claim_recording)(path, force=force)
-    SAMPLES[name].write(path)
+    if force or not SAMPLES[name].is_at(path):  # a second time is no mistake
+        (claim_file if "." in name else claim_recording)(path, force=force)
+        SAMPLES[name].write(path)
     if as_json:
         typer.echo(json.dumps({"sample": name, "path": str(path)}))
     else:

@@ -54,7 +54,7 @@ def simulate(
     Which sensors there are, and their noise: normal_force, displacement, tangential_force, torque_z and
     slip_speed as usual; add contact_radius or temperature with --noise contact_radius=5e-5.
 
-    Example: vegrip simulate press.toml --protocol next.toml --noise contact_radius=5e-5 -o pressed
+    Example: vegrip sample press.toml && vegrip simulate press.toml --noise contact_radius=5e-5 -o pressed
     """
     from vegrip.cli._fits import print_json
     from vegrip.cli._recordings import describe, print_recording

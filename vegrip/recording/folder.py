@@ -19,6 +19,7 @@ from vegrip.recording.checks import report_doubts, usable_rows
 from vegrip.recording.data import Array, Fingertip, Recording
 from vegrip.recording.report import Kind, LoadReport
 from vegrip.recording.table import Layout, read_header, read_table
+from vegrip.spelling import suggestion
 
 TOML = "recording.toml"
 CSV = "recording.csv"
@@ -126,7 +127,7 @@ def _sensors(folder: Path, about: Mapping[str, Any]) -> dict[str, float]:
     for key, std in _section(folder, about, "sensors").items():
         where = f"{folder / TOML} [sensors]"
         if key not in NOISES:
-            raise RecordingError(f"{where}: unknown sensor {key!r}; known are {', '.join(NOISES)}")
+            raise RecordingError(f"{where}: unknown sensor {key!r}; {suggestion(key, NOISES, 'known are')}")
         if isinstance(std, bool) or not isinstance(std, int | float) or not 0.0 < std < math.inf:
             raise RecordingError(f"{where}: {key!r} is {std!r}; it must be a positive standard deviation, SI")
         sensors[key] = float(std)

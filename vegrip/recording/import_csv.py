@@ -19,6 +19,7 @@ from vegrip.recording.data import Array, Columns, Recording
 from vegrip.recording.report import Kind, LoadReport
 from vegrip.recording.table import Layout, Table, read_header, read_table
 from vegrip.recording.units import to_si
+from vegrip.spelling import suggestion
 
 
 def import_csv(
@@ -94,9 +95,10 @@ def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
             "say what they are with --map normal_force=COLUMN or --map-file"
         )
     if chart.time.column not in header:
+        known = suggestion(chart.time.column, header)
         raise RecordingError(
-            f"{path}: there is no time column {chart.time.column!r}; there are {', '.join(header)}; "
-            "say which one it is with --map t=COLUMN"
+            f"{path}: there is no time column {chart.time.column!r}; "
+            f"say which one it is with --map t=COLUMN; {known}"
         )
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from vegrip.errors import RecordingError
 from vegrip.recording.report import Kind, LoadReport
+from vegrip.spelling import suggestion
 
 BLOCK: Final = 20_000
 """Rows converted at once."""
@@ -127,7 +128,7 @@ def _header(path: Path, rows: Iterator[tuple[int, Cells, bool]]) -> list[str]:
 
 def _position(path: Path, header: list[str], name: str) -> int:
     if name not in header:
-        raise RecordingError(f"{path}: there is no column {name!r}; there are {', '.join(header)}")
+        raise RecordingError(f"{path}: there is no column {name!r}; {suggestion(name, header)}")
     return header.index(name)
 
 

@@ -2,9 +2,12 @@
 
 import functools
 import tokenize
-from typing import Any
+from typing import Any, Final
 
 from vegrip.errors import RecordingError
+
+LONGEST: Final = 1.0
+"""[m] No tip or probe is larger; a larger number is millimetres taken for metres."""
 
 
 def to_si(unit: str, wanted: str, what: str) -> tuple[float, float]:
@@ -26,16 +29,24 @@ def to_si(unit: str, wanted: str, what: str) -> tuple[float, float]:
 
 
 def parse_length(text: str, what: str) -> float:
-    """Return a length given as ``8 mm`` or as plain metres [m]."""
+    """Return a length given as ``8 mm`` or as plain metres [m].
+
+    Raises:
+        RecordingError: no length, or none that a fingertip or probe has.
+
+    """
+    number, unit = _split(text)
     try:
-        return float(text)
+        value = float(number)
     except ValueError:
-        number, unit = _split(text)
-        try:
-            value = float(number)
-        except ValueError:
-            raise RecordingError(f"{what} is {text!r}; give a length like '8 mm'") from None
-        return _convert(value, unit, "m", what)
+        raise RecordingError(f"{what} is {text!r}; give a length like '8 mm'") from None
+    metres = _convert(value, unit, "m", what) if unit else value
+    if not 0.0 < metres <= LONGEST:
+        raise RecordingError(
+            f"{what} is {text!r}, which is {metres:g} m; "
+            f"give a length above 0 and up to {LONGEST:g} m, like '8 mm'"
+        )
+    return metres
 
 
 def _split(text: str) -> tuple[str, str]:

@@ -5,6 +5,7 @@ physics code with the model), with adhesion hidden in it. :mod:`vegrip.samples.m
 """
 
 import gzip
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.resources import as_file, files
@@ -38,6 +39,18 @@ class Sample:
 
     about: str
     write: Callable[[Path], object]
+
+    def is_at(self, path: Path) -> bool:
+        """Tell whether ``path`` is this sample already, unchanged."""
+        with tempfile.TemporaryDirectory() as scratch:
+            fresh = Path(scratch) / path.name
+            self.write(fresh)
+            return bool(_content(fresh)) and _content(path) == _content(fresh)
+
+
+def _content(path: Path) -> list[bytes]:
+    files = sorted(path.iterdir()) if path.is_dir() else [path] if path.is_file() else []
+    return [file.read_bytes() for file in files if file.is_file()]
 
 
 def recording() -> Recording:
