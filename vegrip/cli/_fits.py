@@ -1,15 +1,14 @@
-"""What the commands that fit models share: reading, progress on standard error, tables."""
+"""What the commands that fit models share: reading, noise, tables."""
 
 import json
 import math
-import sys
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._progress import counted, progress
 from vegrip.cli._tables import printer
 
 if TYPE_CHECKING:
@@ -43,18 +42,9 @@ def opened(recording: Path, model: Path | None) -> "tuple[Recording, ContactMode
     from vegrip.model import read_model
     from vegrip.recording import read_recording
 
-    return read_recording(recording), read_model(model) if model is not None else None
-
-
-@contextmanager
-def progress(what: str) -> Iterator[Callable[[str], None]]:
-    """Show on standard error what is being done: a spinner in a terminal, lines elsewhere."""
-    console = printer(stderr=True)
-    if console.is_terminal:
-        with console.status(what) as status:
-            yield lambda text: status.update(f"{what}: {text}")
-    else:
-        yield lambda text: print(f"{what}: {text}", file=sys.stderr)  # noqa: T201
+    start = read_model(model) if model is not None else None
+    with progress("read") as report:
+        return read_recording(recording, progress=counted(report)), start
 
 
 def print_json(told: Any) -> None:

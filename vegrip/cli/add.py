@@ -32,7 +32,8 @@ def add(
 
     Example: vegrip sample press && vegrip add adhesion press -o press-adhesion.toml
     """
-    from vegrip.cli._fits import noise_for, opened, print_fit, print_json, progress
+    from vegrip.cli._fits import noise_for, opened, print_fit, print_json
+    from vegrip.cli._progress import progress
     from vegrip.cli._tables import printer
     from vegrip.diagnosis.ladder import add as add_effect
     from vegrip.effects import effect as known_effect

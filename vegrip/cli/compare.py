@@ -40,7 +40,8 @@ def compare(
     Example: vegrip sample press && vegrip fit press -o base.toml
     && vegrip compare press --model base.toml -o pictures
     """
-    from vegrip.cli._fits import doubted, opened, print_json, progress
+    from vegrip.cli._fits import doubted, opened, print_json
+    from vegrip.cli._progress import progress
 
     with Outputs(force=force) as outputs:
         outputs.pictures(output)

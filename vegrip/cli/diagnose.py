@@ -36,7 +36,8 @@ def diagnose(
 
     Example: vegrip sample press && vegrip diagnose press -o press-extended.toml
     """
-    from vegrip.cli._fits import noise_for, opened, print_json, progress
+    from vegrip.cli._fits import noise_for, opened, print_json
+    from vegrip.cli._progress import progress
     from vegrip.diagnosis import diagnose as diagnose_model
     from vegrip.model import write_model
 

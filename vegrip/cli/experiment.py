@@ -64,7 +64,8 @@ def experiment(
     Example: vegrip sample press && vegrip experiment press --candidates adhesion,guide_friction --duration 30
     -o next.toml
     """
-    from vegrip.cli._fits import opened, print_json, progress
+    from vegrip.cli._fits import opened, print_json
+    from vegrip.cli._progress import progress
     from vegrip.effects import effect
     from vegrip.errors import UsageError
     from vegrip.experiment import NOTHING, design

@@ -33,7 +33,8 @@ def fit(
 
     Example: vegrip sample press && vegrip fit press -o press-fit.toml
     """
-    from vegrip.cli._fits import doubted, noise_for, opened, print_fit, print_json, print_sentences, progress
+    from vegrip.cli._fits import doubted, noise_for, opened, print_fit, print_json, print_sentences
+    from vegrip.cli._progress import progress
     from vegrip.fit import fit as fit_model
     from vegrip.model import write_model
 

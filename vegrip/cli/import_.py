@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
-from vegrip.errors import UsageError
+from vegrip.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from vegrip.recording import Recording
@@ -106,6 +106,7 @@ def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[P
 def _mapped(
     src: list[Path], output: Path, map_file: Path | None, columns: list[str], units: list[str], radius: float
 ) -> "Mapping[Path, Recording]":
+    from vegrip.cli._progress import counted, progress
     from vegrip.recording.column_map import ColumnMap, read_column_map, with_columns
     from vegrip.recording.import_csv import import_csv
     from vegrip.recording.joined import joined
@@ -114,8 +115,13 @@ def _mapped(
     chart = with_columns(read_column_map(map_file) if map_file else ColumnMap(), columns, units)
     recordings = []
     for path in src:
-        is_bag = path.is_dir() or path.suffix.lower() in BAGS
-        recordings.append((import_rosbag if is_bag else import_csv)(path, chart, radius=radius))
+        if path.is_dir() and not any(path.iterdir()):
+            raise InputError(f"{path}: is an empty folder; give a table, a CAN log or a rosbag")
+        if path.is_dir() or path.suffix.lower() in BAGS:
+            recordings.append(import_rosbag(path, chart, radius=radius))
+        else:
+            with progress("import") as report:
+                recordings.append(import_csv(path, chart, radius=radius, progress=counted(report)))
     return _written({output: recordings[0] if len(recordings) == 1 else joined(recordings, output.name)})
 
 

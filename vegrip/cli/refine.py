@@ -41,7 +41,8 @@ def refine(
 
     Example: vegrip sample press && vegrip refine press -o press-refined.toml --report press-ladder
     """
-    from vegrip.cli._fits import noise_for, opened, print_json, progress
+    from vegrip.cli._fits import noise_for, opened, print_json
+    from vegrip.cli._progress import progress
     from vegrip.diagnosis import diagnose
     from vegrip.diagnosis.ladder import ladder
     from vegrip.model import write_model

@@ -1,6 +1,7 @@
 """``vegrip replay``: play a recording on a bus, or run the node over it."""
 
 import json
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -87,6 +88,7 @@ def _run_through(
     import tempfile
 
     from vegrip.cli._outcome import print_outcome
+    from vegrip.cli._progress import progress
     from vegrip.recording.traces import replaced
     from vegrip.recording.writer import RecordingWriter
     from vegrip.replay.grasp import grasp_node, read_settings
@@ -101,9 +103,13 @@ def _run_through(
         for picture in pictures.values():
             outputs.picture(picture)
         session = output or Path(scratch) / "session"
-        one = next(iter(recordings.values()))
-        new = RecordingWriter
-        with replaced(session), new(session, radius=one.fingertip.radius, sensors=one.sensors) as writer:
+        tip, sensors = _sensors(recordings)
+        with (
+            progress("replay") as report,
+            replaced(session),
+            RecordingWriter(session, radius=tip, sensors=sensors) as writer,
+        ):
+            report(f"runs the node over {', '.join(recordings)}")
             outcome = run_through(node, recordings, writer=writer, fd=fd)
         for name, picture in pictures.items():
             outputs.write(picture, partial(_draw, session / name, f"{folder.name}, {name}"))
@@ -111,6 +117,12 @@ def _run_through(
             typer.echo(json.dumps({"recording": str(folder), **outcome.as_dict()}))
         else:
             print_outcome(outcome, {name: each.report for name, each in recordings.items()})
+
+
+def _sensors(recordings: "dict[str, Recording]") -> "tuple[float, Mapping[str, float]]":
+    """Return radius and noise of the first finger: a session states one of each."""
+    one = next(iter(recordings.values()))
+    return one.fingertip.radius, one.sensors
 
 
 def _draw(session: Path, title: str, picture: Path) -> None:

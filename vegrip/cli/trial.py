@@ -50,7 +50,8 @@ def trial(
 
     Example: vegrip trial -n 200 --jobs 2 -o trials.jsonl
     """
-    from vegrip.cli._fits import print_json, progress
+    from vegrip.cli._fits import print_json
+    from vegrip.cli._progress import progress
     from vegrip.diagnosis.trials import cases, tally
     from vegrip.diagnosis.trials.cases import KINDS
 
