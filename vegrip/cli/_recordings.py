@@ -10,6 +10,7 @@ from rich.text import Text
 from vegrip.cli._tables import printer
 from vegrip.recording import Recording
 from vegrip.recording.channels import CHANNELS, noise_name
+from vegrip.sensors import lacking
 
 
 def describe(recording: Recording) -> dict[str, Any]:
@@ -30,6 +31,7 @@ def describe(recording: Recording) -> dict[str, Any]:
             }
             for name, values in recording.columns.items()
         },
+        "lacking": lacking(recording.columns),
         "report": recording.report.as_dict(),
     }
 
@@ -51,6 +53,8 @@ def print_recording(recording: Recording, folder: Path) -> None:
         table.add_row(name, column["unit"], *("-" if v is None else f"{v:.5g}" for v in values))
     console.print(table)
     console.print(recording.report.summary())
+    for sentence in lacking(recording.columns):
+        console.print(f"- {sentence}")
 
 
 def _number(value: float) -> float | None:
