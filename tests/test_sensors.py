@@ -43,8 +43,9 @@ def test_the_estimator_gives_what_is_promised_and_no_more(
     assert contact.contact_radius.valid == promised[CONTACT]
     assert math.isfinite(finger.slip_margin().lower_bound) == promised[MARGIN]
     assert math.isfinite(finger.least_force(0.15)) == promised[MARGIN]
-    assert bool([text for text in lacking(channels) if "no slip margin" in text or "nothing" in text]) != (
-        promised[MARGIN]
+    assert (
+        bool([text for text in lacking(channels) if "no slip margin" in text or "nothing" in text])
+        != (promised[MARGIN])
     )
 
 

@@ -49,7 +49,12 @@ def opened(recording: Path, model: Path | None) -> "tuple[Recording, ContactMode
 
 def print_json(told: Any) -> None:
     """Print one JSON object; what is not a number is null."""
-    typer.echo(json.dumps(_plain(told), allow_nan=False))
+    typer.echo(json_text(told))
+
+
+def json_text(told: Any) -> str:
+    """Return one JSON object; what is not a number is null."""
+    return json.dumps(_plain(told), allow_nan=False)
 
 
 def _plain(told: Any) -> Any:
@@ -88,12 +93,13 @@ def print_fit(fit: "Fit") -> None:
     console = printer()
     told = fit.as_dict()
     table = Table(box=None, padding=(0, 2))
-    for heading in ("parameter", "value", "std", "unit", "effect"):
+    for heading in ("parameter", "value", "std", "unit", "in SI", "effect"):
         table.add_column(heading, justify="right" if heading in ("value", "std") else "left")
     for name, one in told["parameters"].items():
         log = one["scale"] == "log"
         spread = f"{100.0 * one['std']:.2g} %" if log else f"{one['std']:.2g}"
-        table.add_row(name, f"{one['value']:.5g}", spread, one["unit"], one["effect"])
+        si = f"{one['si']['value']:.3g} {one['si']['unit']}" if "si" in one else ""
+        table.add_row(name, f"{one['value']:.5g}", spread, one["unit"], si, one["effect"])
     console.print(table)
     console.print(channel_table(told["channels"]))
     console.print(f"all channels: {told['error']:.3f} times the noise")

@@ -33,6 +33,8 @@ def print_outcome(outcome: Outcome, reports: Mapping[str, LoadReport]) -> None:
     for title, key, unit in ROWS:
         table.add_row(title, *(_number(each[key], unit) for each in told.values()))
     for title, key in (("input", "conditions"), ("fails", "failing"), ("suspect", "suspects")):
+        if key == "suspects" and not any(each[key].keys() - {"none"} for each in told.values()):
+            continue  # none was looked for
         table.add_row(title, *(_first(each[key]) for each in told.values()))
     for title, key in (("pressure exponent", "pressure_exponent"), ("friction", "friction_coefficient")):
         table.add_row(f"{title}, last", *(_estimate(each[key]) for each in told.values()))

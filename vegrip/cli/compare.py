@@ -20,6 +20,7 @@ VERSUS = Annotated[
     Path | None, typer.Option("--versus", help="A second model (file) or recording (folder) beside it.")
 ]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw pictures into DIR.")]
+FITTED = "the paper's model, fitted"
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
@@ -48,16 +49,17 @@ def compare(
         pairs = [(recording, model)]
         if versus is not None:
             pairs.append((versus, model) if versus.is_dir() else (recording, versus))
+        names = [file.stem if file is not None else FITTED for _, file in pairs]
         read = [opened(folder, file) for folder, file in pairs]
         with progress("compare") as report:
             found = [_compared(*each, zeros_each_episode, tolerance, report) for each in read]
         told = [one.as_dict() | {"doubts": doubted(one.problem)} for one in found]
-        outputs.write(output, partial(_drawn, found))
+        outputs.write(output, partial(_drawn, found, names))
         if as_json:
             print_json(told[0] | ({"versus": told[1]} if len(told) > 1 else {}))
         else:
-            for one, values in zip(found, told, strict=True):
-                _print(one, values)
+            for one, values, name in zip(found, told, names, strict=True):
+                _print(one, values, name)
 
 
 def _compared(
@@ -75,23 +77,23 @@ def _compared(
     )
 
 
-def _drawn(found: "list[Comparison]", out: Path) -> None:
+def _drawn(found: "list[Comparison]", names: list[str], out: Path) -> None:
     from vegrip.cli._tables import printer
     from vegrip.compare.plot import draw
 
-    for i, one in enumerate(found):
-        files = draw(one, out if i == 0 else out / "versus")
+    for i, (one, name) in enumerate(zip(found, names, strict=True)):
+        files = draw(one, out if i == 0 else out / "versus", name)
         printer(stderr=True).print(f"{len(files)} pictures in {files[0].parent}", soft_wrap=True)
 
 
-def _print(found: "Comparison", told: dict[str, Any]) -> None:
+def _print(found: "Comparison", told: dict[str, Any], name: str) -> None:
     from rich.text import Text
 
     from vegrip.cli._fits import channel_table, print_sentences
     from vegrip.cli._tables import printer
 
     console = printer()
-    origin = "the paper's model, fitted" if found.fitted else "the model as it is"
+    origin = name if found.fitted else f"{name} as it is"
     head = Text(told["recording"], style="bold")
     console.print(head + Text(f": {origin}, {told['error']:.3f} times the noise", style="not bold"))
     console.print(channel_table(told["channels"]))

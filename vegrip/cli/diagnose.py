@@ -16,7 +16,14 @@ RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[
     Path | None, typer.Option("--model", help="Model file; else the paper's model. It is refitted.")
 ]
-OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write, with what was named.")]
+OUT = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        help="Folder for pictures, diagnosis.json and model.toml; or the model file alone, FILE.toml.",
+    ),
+]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
@@ -34,7 +41,7 @@ def diagnose(
     The verdict is one of four: adequate (nothing is missing that the recording can show), named, ambiguous
     (one of these, and which experiment would tell), unexplained (none of the catalogue, and where it shows).
 
-    Example: vegrip sample press && vegrip diagnose press -o press-extended.toml
+    Example: vegrip sample press && vegrip diagnose press -o found
     """
     from vegrip.cli._fits import noise_for, opened, print_json
     from vegrip.cli._progress import progress
@@ -42,7 +49,8 @@ def diagnose(
     from vegrip.model import write_model
 
     with Outputs(force=force) as outputs:
-        outputs.file(output)
+        alone = output is not None and output.suffix.lower() == ".toml"
+        (outputs.file if alone else outputs.pictures)(output)
         measured, start = opened(recording, model)
         with progress("diagnose") as report:
             found = diagnose_model(
@@ -52,11 +60,24 @@ def diagnose(
                 zeros="episode" if zeros_each_episode else "recording",
                 report=report,
             )
-        outputs.write(output, partial(write_model, found.model))
+        if alone:
+            outputs.write(output, partial(write_model, found.model))
+        else:
+            outputs.write(output, partial(_write_folder, found, model.stem if model else "the paper's model"))
         if as_json:
             print_json(found.as_dict())
         else:
             _print(found)
+
+
+def _write_folder(found: "Diagnosis", start: str, folder: Path) -> None:
+    from vegrip.cli._fits import json_text
+    from vegrip.diagnosis.picture import draw
+    from vegrip.model import write_model
+
+    draw(found, folder, start)
+    (folder / "diagnosis.json").write_text(json_text(found.as_dict()) + "\n", encoding="utf-8")
+    write_model(found.model, folder / "model.toml")
 
 
 SENTENCES = {
@@ -91,6 +112,8 @@ def _print(found: "Diagnosis") -> None:
         cells = (f"{one['evidence_gain']:.1f}", f"{one['heldout_gain']:.1f}", f"{one['error_after']:.3f}")
         table.add_row(one["name"], *cells, ", ".join(one["failed"]))
     console.print(table)
+    for name, si in told["si"].items():
+        console.print(f"{name} is {si['value']:.3g} {si['unit']}")
     print_sentences(regime["note"] for regime in told["where"])
     if told["unexplained"]:
         left = told["unexplained"]

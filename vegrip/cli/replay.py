@@ -125,7 +125,7 @@ def _run_through(
     from vegrip.cli._progress import progress
     from vegrip.recording.traces import replaced
     from vegrip.recording.writer import RecordingWriter
-    from vegrip.replay.grasp import grasp_node, read_settings
+    from vegrip.replay.grasp import grasp_node, offline, read_settings
     from vegrip.replay.run import run_through
     from vegrip.sensors import lacking
 
@@ -133,7 +133,7 @@ def _run_through(
         claim_recording(output, force=force)
     recordings = stated.put_on(_recordings(folder, finger))
     pictures = {name: _beside(plot, name, len(recordings)) for name in recordings} if plot else {}
-    node = grasp_node(read_settings(parameters), recordings)
+    node = grasp_node(offline(read_settings(parameters)), recordings)
     with Outputs(force=force) as outputs, tempfile.TemporaryDirectory() as scratch:
         for picture in pictures.values():
             outputs.picture(picture)

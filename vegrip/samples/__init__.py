@@ -22,12 +22,26 @@ COLUMNS: Final = (
     "episode=trial",
     "displacement=depth_mm",
     "normal_force=force_mN",
-    "tangential_force_x=pull_mN",
+    "tangential_force_x=pull_x_mN",
+    "tangential_force_y=pull_y_mN",
+    "torque_z=turn_mNm",
     "slip=sliding",
     "slip_speed=slip_mm_s",
 )
-UNITS: Final = ("displacement=mm", "normal_force=mN", "tangential_force_x=mN", "slip_speed=mm/s")
-NOISE: Final = {"displacement": 5e-6, "normal_force": 0.01, "tangential_force_x": 0.01}  # [m], [N], [N]
+UNITS: Final = (
+    "displacement=mm",
+    "normal_force=mN",
+    "tangential_force_x=mN",
+    "tangential_force_y=mN",
+    "torque_z=mN*m",
+    "slip_speed=mm/s",
+)
+NOISE: Final = {
+    "displacement": 5e-6,
+    "normal_force": 0.01,
+    "tangential_force_x": 0.01,
+    "torque_z": 1e-4,
+}  # SI
 TABLE: Final = "press.csv"
 LOG: Final = "press.blf"
 MODEL: Final = "press.toml"

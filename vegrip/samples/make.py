@@ -18,8 +18,9 @@ RATE = 100.0  # [Hz]
 LOGGED = 6.0  # [s] of the recording that go into the log
 DEPTH = 1.6e-3  # [m]
 TIP = FingertipSettings(radius=RADIUS, amplitudes=(0.25,), rates=(2.0,), friction=0.7, bristle_stiffness=1e10)
-HEADER = "time_s,trial,depth_mm,force_mN,pull_mN,sliding,slip_mm_s"
-FORMAT = "%.4f,%d,%.4f,%.1f,%.1f,%d,%.3f"
+HIDDEN = {"adhesion": {"force": 0.05, "stretch": 0.06 * DEPTH}}  # [N], [m]
+HEADER = "time_s,trial,depth_mm,force_mN,pull_x_mN,pull_y_mN,turn_mNm,sliding,slip_mm_s"
+FORMAT = "%.4f,%d,%.4f,%.1f,%.1f,%.1f,%.2f,%d,%.3f"
 
 
 def protocol() -> tuple[Episode, ...]:
@@ -39,9 +40,8 @@ def protocol() -> tuple[Episode, ...]:
 def table() -> str:
     """Return the table of the test rig."""
     sensors = SensorSettings(rate=RATE, force_bias=2e-3)
-    hidden = {"adhesion": {"force": 0.05, "stretch": 0.06 * DEPTH}}
     columns = run_trial(
-        TIP, protocol(), sensors, SEED, hidden=hidden, rings=8, spokes=16, truth=False
+        TIP, protocol(), sensors, SEED, hidden=HIDDEN, rings=8, spokes=16, truth=False
     ).columns
     chosen = [
         columns["t"],
@@ -49,6 +49,8 @@ def table() -> str:
         1e3 * columns["displacement"],
         1e3 * columns["normal_force"],
         1e3 * columns["tangential_force_x"],
+        1e3 * columns["tangential_force_y"],
+        1e3 * columns["torque_z"],
         columns["slip"],
         1e3 * columns["slip_speed"],
     ]
