@@ -13,7 +13,7 @@ from vegrip.messages import FingertipState
 from vegrip.model import paper_model
 from vegrip.recording import Recording
 from vegrip.samples import RADIUS, recording
-from vegrip.sensors import TANGENTIAL, answers, lacking, markdown, share_of, with_load
+from vegrip.sensors import TANGENTIAL, answers, channels_of, lacking, markdown, share_of, with_load
 
 CHANNELS = ("normal_force", "displacement", "tangential_force_x", "tangential_force_y", "torque_z")
 SUBSETS = [
@@ -65,6 +65,11 @@ def test_a_measured_load_is_not_replaced_by_a_stated_one() -> None:
     measured = {name: np.ones(3) for name in ("normal_force", *TANGENTIAL)}
     one = Recording("r", t, np.zeros(3, dtype=np.int64), measured)
     assert with_load(one, 5.0) is one
+
+
+def test_a_state_tells_its_channels(press: list[FingertipState]) -> None:
+    assert set(CHANNELS) <= channels_of(press[0])
+    assert "torque_z" not in channels_of(replace(press[0], torque_z=math.nan))
 
 
 def test_the_readme_has_the_table() -> None:

@@ -4,13 +4,16 @@
 'no slip margin and no grip command: tangential_force_x and tangential_force_y are not measured'
 """
 
+import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
+from vegrip.messages import FingertipState
 from vegrip.recording import Recording
+from vegrip.recording.channels import CHANNELS
 
 GRAVITY: Final = 9.81  # [m/s^2]
 TANGENTIAL: Final = ("tangential_force_x", "tangential_force_y")
@@ -94,6 +97,11 @@ USUAL: Final = {
     "and slip": ("normal_force", "displacement", *TANGENTIAL, "torque_z", "slip"),
 }
 """Sets of sensors that hands have, each with what the next one adds."""
+
+
+def channels_of(state: FingertipState) -> frozenset[str]:
+    """Return the channels that are measured in ``state``."""
+    return frozenset(name for name in CHANNELS if not math.isnan(getattr(state, name)))
 
 
 def answers(channels: Channels) -> dict[str, bool]:

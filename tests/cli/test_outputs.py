@@ -1,5 +1,6 @@
 """No result is lost, and nothing that is there is written over: laws over every command with an output."""
 
+import importlib.util
 import json
 import shutil
 from pathlib import Path
@@ -45,7 +46,7 @@ def test_every_command_with_an_output_is_under_these_laws() -> None:
 @pytest.mark.parametrize("command", WRITING, ids=named)
 def test_an_output_is_spelled_alike_everywhere_and_can_be_forced(command: Command) -> None:
     assert "--output" in command.options
-    assert "--force" in command.options or command.name == "demo"
+    assert "--force" in command.options
 
 
 def existing(folder: Path, name: str) -> Path:
@@ -70,7 +71,7 @@ def test_what_is_there_is_refused_before_any_work(
     assert main(arguments) in (2, 3)
     complaint = capsys.readouterr().err
     assert str(output) in complaint
-    assert "--force" in complaint or name == "demo"
+    assert "--force" in complaint
     assert len(complaint.splitlines()) == 1
     old = output if output.is_file() else output / "recording.toml"
     assert old.read_text() == "measured"
@@ -150,3 +151,48 @@ def test_a_recording_that_is_replaced_by_force_comes_back_when_the_new_one_fails
     assert (output / "recording.csv").read_text() != old
     assert (output / "notes.txt").read_text() == "mine"
     assert [each.name for each in tmp_path.iterdir() if each.name.startswith(".")] == []
+
+
+DRAWING = {
+    "compare": ["absent", "-o", "new"],
+    "diagnose": ["absent", "-o", "new"],
+    "paper": ["-o", "new"],
+    "refine": ["absent", "--report", "new"],
+    "experiment": ["absent", "--plot", "new.png"],
+    "simulate": ["BENCH/press.toml", "-o", "rec", "--plot", "new.png"],
+    "replay": ["BENCH/press", "--through", "--plot", "new.png"],
+}
+
+
+@pytest.mark.parametrize("name", DRAWING)
+def test_without_matplotlib_a_picture_is_refused_before_any_work(
+    name: str, bench: Path, tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda n, *a: None if n == "matplotlib" else find(n, *a))
+    given = [each.replace("BENCH", str(bench)) for each in DRAWING[name]]
+    assert main([name, *given]) == 2
+    told = capsys.readouterr()
+    assert "pip install 'vegrip[plot]'" in told.err
+    assert (told.out, len(told.err.splitlines())) == ("", 1)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "flag"), [("simulate", "--plot"), ("replay", "--plot"), ("refine", "--report")]
+)
+def test_a_picture_that_cannot_be_written_costs_no_result(
+    name: str, flag: str, bench: Path, tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("not a folder")
+    given = {
+        "simulate": [str(bench / "press.toml"), "-o", "rec"],
+        "replay": [str(bench / "press"), "--through"],
+        "refine": [str(bench / "press")],
+    }[name]
+    assert main([name, *given, flag, "file/new.png", "--json"]) == 3
+    told = capsys.readouterr()
+    assert json.loads(told.out)
+    assert "file/new.png: cannot be written" in told.err
