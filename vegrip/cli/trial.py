@@ -48,7 +48,9 @@ def trial(
     The recordings are those of the virtual bench, which shares no physics code with the model: random
     fingertips, noise and protocols with nothing hidden, one effect, two, or one that is in no catalogue.
 
-    Example: vegrip trial -n 200 --jobs 2 -o trials.jsonl
+    Example: vegrip trial -n 2 --kind none -o trials.jsonl
+
+    Two hundred of all kinds, -n 200 --jobs 2, take about an hour.
     """
     from vegrip.cli._fits import print_json
     from vegrip.cli._progress import progress
