@@ -20,8 +20,17 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from vegrip.errors import ConfigError
+from vegrip.spelling import suggestion
 
 T = TypeVar("T")
+TYPES: dict[type[Any], str] = {
+    int: "a whole number",
+    float: "a float",
+    str: "text",
+    bool: "true or false",
+    tuple: "a list",
+    dict: "a table",
+}
 
 LARGEST_WHOLE = 1000
 """Bits of a whole number in a file; TOML promises 64, and 1024 are beyond every float."""
@@ -62,7 +71,7 @@ def declaration(cls: type[Any] | Any, name: str) -> Declaration:
         if field.name == name:
             declared: Declaration = field.metadata.get("parameter", Declaration())
             return declared
-    raise ConfigError(f"there is no parameter {name!r}; there are {', '.join(_names(cls))}")
+    raise ConfigError(f"there is no parameter {name!r}; {suggestion(name, _names(cls))}")
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -111,7 +120,7 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     fields = {f.name: f for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
     for key in table:
         if key not in fields:
-            raise ConfigError(f"{where}: unknown key {key!r}; known are {', '.join(fields)}")
+            raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, fields, 'known are')}")
     for name, field in fields.items():
         if name not in table and field.default is MISSING and field.default_factory is MISSING:
             raise ConfigError(f"{where}: the key {name!r} is missing{_hint(cls, name)}")
@@ -154,7 +163,7 @@ def _typed(value: Any, hint: Any, what: str, unit: str) -> Any:
     ):
         return value
     of = f" in {unit}" if unit and unit != "1" else ""
-    raise ConfigError(f"{what} is {value!r}; it must be a {wanted.__name__}{of}")
+    raise ConfigError(f"{what} is {value!r}; it must be {TYPES.get(wanted, wanted.__name__)}{of}")
 
 
 def _elements(values: Iterable[Any], of: Any, what: str, unit: str) -> tuple[Any, ...]:

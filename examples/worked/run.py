@@ -70,7 +70,7 @@ def run(case: Case, data: Path, out: Path) -> str:
             notes.append(f"| meanwhile the finger opens by {1e6 * moved:.0f} um | | |")
         doubts = told("diagnose", train, *case.options)["doubts"] if case.add else []
         if case.add and len(ladder["ladder"]) == 1:
-            told("add", case.add, train, "-o", refined, *case.options)
+            told("add", case.add, train, "-o", refined, "--force", *case.options)
         errors = [
             [told("compare", str(here / name), "--model", model, *case.options) for model in (start, refined)]
             for name in sets

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._outputs import FORCE, claim_recording
+
 
 def demo(
     duration: Annotated[float, typer.Option(min=3.0, max=3600.0, help="length in s")] = 30.0,
@@ -15,6 +17,7 @@ def demo(
         Path | None,
         typer.Option("-o", "--output", help="folder of the recording (default recordings/demo-TIME)"),
     ] = None,
+    force: FORCE = False,
     headless: Annotated[bool, typer.Option("--headless", help="no live table")] = False,
     json: Annotated[bool, typer.Option("--json", help="one JSON object on standard output")] = False,
     plot: Annotated[bool, typer.Option(help="compare with two other controllers and draw")] = True,
@@ -29,10 +32,14 @@ def demo(
     from vegrip.demo.command import perform
     from vegrip.demo.scenario import GRASPS, Scenario
     from vegrip.errors import UsageError
+    from vegrip.recording.traces import replaced
 
     if grasp not in GRASPS:
         raise UsageError(f"there is no grasp {grasp!r}; there are {', '.join(GRASPS)}")
     folder = output if output is not None else Path("recordings") / time.strftime("demo-%Y%m%d-%H%M%S")
+    claim_recording(folder, force=force)
     scenario = Scenario(seed, duration, grasp)
-    if perform(scenario, folder, live=not headless, json=json, plot=plot):
+    with replaced(folder):
+        interrupted = perform(scenario, folder, live=not headless, json=json, plot=plot)
+    if interrupted:
         raise typer.Exit(130)

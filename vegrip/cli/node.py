@@ -6,6 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
+from vegrip.spelling import suggestion
+
 
 def node(
     name: Annotated[
@@ -27,10 +29,10 @@ def node(
     The programs are grasp_force, virtual_hand, record, replay, monitor, echo, those of other packages
     (entry points of the group vegrip.programs), and module:function.
 
-    Examples:
-      vegrip node grasp_force --set transport.interface=socketcan --set transport.channel=can0
+    Example: vegrip node virtual_hand --config demo --set parameters.seed=3
 
-      vegrip node virtual_hand --config launch/demo.toml --set parameters.seed=3
+    On a bus of yours: vegrip node grasp_force --set transport.interface=socketcan
+    --set transport.channel=can0
 
     """
     from vegrip.node.launcher import end_with_parent
@@ -68,5 +70,5 @@ def _from_file(config: Path, name: str) -> Any:
     for candidate in nodes:
         if candidate.full_name in (name, f"/{name}"):
             return candidate
-    known = ", ".join(candidate.full_name for candidate in nodes)
-    raise UsageError(f"{config} has no node {name!r}; it has {known}")
+    known = suggestion(name, [candidate.full_name for candidate in nodes], "it has")
+    raise UsageError(f"{config}: there is no node {name!r}; {known}")

@@ -19,7 +19,9 @@ from pathlib import Path
 from types import ModuleType
 
 import numba
+from numba.core import event
 
+from vegrip.compiling import announce
 from vegrip.private_folder import ROOT, runtime_root, why_not_private, why_not_trusted
 
 log = logging.getLogger(__name__)
@@ -36,8 +38,31 @@ def folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vegrip"
 
 
+class _Announcer(event.Listener):
+    """Says once that the compiler is at work on a model: not for what comes from the cache."""
+
+    said = False
+
+    def on_start(self, event: event.Event) -> None:
+        """Say it when a function of a generated module begins to compile."""
+        name = getattr(getattr(event.data["dispatcher"], "py_func", None), "__module__", "") or ""
+        if name.startswith("vegrip") and not self.said:
+            self.said = True
+            announce()
+
+    def on_end(self, event: event.Event) -> None:
+        """Nothing: the end shows by itself."""
+
+
+announcer = _Announcer()
+event.register("numba:compile", announcer)  # type: ignore[no-untyped-call]
+
+
 def load(text: str) -> ModuleType:
-    """Return the compiled module of ``text``; functions compile when first called, or come from the cache."""
+    """Return the compiled module of ``text``; functions compile when first called, or come from the cache.
+
+    When they compile, :func:`vegrip.compiling.announce` says so.
+    """
     name = "vegrip_generated_" + hashlib.sha256(f"{numba.__version__}\n{text}".encode()).hexdigest()[:24]
     if name in sys.modules:
         return sys.modules[name]

@@ -9,6 +9,7 @@ from vegrip.effects import effect
 from vegrip.errors import ConfigError
 from vegrip.model.model import ContactModel
 from vegrip.parameters import Value, declared
+from vegrip.spelling import suggestion
 
 FINGERTIP = ("tip_radius", "reference_depth", "reference_temperature")
 FIELDS = ("value", "std", "low", "high", "learn")
@@ -101,7 +102,7 @@ def _value(default: Value, table: Any, where: str) -> Value:
 def _known(table: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
     for key in table:
         if key not in keys:
-            raise ConfigError(f"{where}: unknown key {key!r}; known are {', '.join(keys)}")
+            raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, keys, 'known are')}")
 
 
 def _number(value: Any, where: str) -> float:

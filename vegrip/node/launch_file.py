@@ -14,6 +14,7 @@ from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError
 from vegrip.node.names import full_name
 from vegrip.node.runner import LoopSettings
+from vegrip.spelling import suggestion
 from vegrip.transport.open import KINDS
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
@@ -36,6 +37,12 @@ class NodeConfig:
     restart: str = parameter("never", choices=("never", "on-failure", "always"), doc="when it ends by itself")
     required: bool = parameter(False, doc="when it ends for good, everything ends")
     wait: bool = parameter(False, doc="the next node is started when this one is active")
+
+    def __post_init__(self) -> None:
+        if not self.fingers:
+            raise ConfigError(
+                f"{self.program}: 'fingers' is empty; name at least one, as in {list(FINGERS[:2])}"
+            )
 
     @property
     def full_name(self) -> str:
@@ -66,8 +73,8 @@ def find_launch_file(name: str) -> Path:
     candidate = shipped / f"{name}.toml"
     if candidate.is_file():
         return candidate
-    known = ", ".join(sorted(path.stem for path in shipped.glob("*.toml")))
-    raise ConfigError(f"there is no launch file {name!r}; give a path or one of {known}")
+    known = sorted(path.stem for path in shipped.glob("*.toml"))
+    raise ConfigError(f"there is no launch file {name!r}; {suggestion(name, known, 'give a path or one of')}")
 
 
 def read_launch_file(path: Path) -> list[NodeConfig]:

@@ -13,6 +13,7 @@ from typing import Any
 
 from vegrip.errors import UsageError
 from vegrip.node.node import Node
+from vegrip.spelling import suggestion
 
 PROGRAMS: dict[str, tuple[str, str]] = {
     # name: (module:function, one line of help)
@@ -71,5 +72,5 @@ def _target(name: str) -> str:
     if ":" in name:
         return name
     raise UsageError(
-        f"there is no program {name!r}; there are {', '.join(PROGRAMS)}, or give module:function"
+        f"there is no program {name!r}; {suggestion(name, PROGRAMS, 'give module:function, or one of')}"
     )

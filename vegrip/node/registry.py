@@ -14,6 +14,7 @@ from pathlib import Path
 
 from vegrip.errors import UsageError
 from vegrip.node import last_words
+from vegrip.spelling import suggestion
 from vegrip.transport.leftovers import remove_leftovers
 from vegrip.transport.lock_file import locked
 from vegrip.transport.runtime_folder import runtime_folder, socket_path
@@ -93,9 +94,9 @@ def find_node(name: str) -> Entry:
         raise UsageError(
             f"several nodes are called {name}: {', '.join(e.name for e in matches)}; give the full name"
         )
-    running = (
-        f"running: {', '.join(e.name for e in nodes)}" if nodes else "no node runs; try `vegrip launch demo`"
-    )
+    if not nodes:
+        raise UsageError(f"there is no node {name!r}; no node runs; try `vegrip launch demo`")
+    running = suggestion(name, [entry.name for entry in nodes], "running:")
     raise UsageError(f"there is no node {name!r}; {running}")
 
 

@@ -8,7 +8,10 @@ from typing import Any, Final
 
 from vegrip.errors import RecordingError
 
-LONGEST: Final = 100  # characters of a unit
+LONGEST_LENGTH: Final = 1.0
+"""[m] No tip or probe is larger; a larger number is millimetres taken for metres."""
+
+LONGEST_NAME: Final = 100  # characters of a unit
 MOST_POWERS: Final = 5
 POWER: Final = re.compile(r"\*\*|\^")
 PLAIN_POWER: Final = re.compile(r"\s*[-+]?\d(?:\.\d+)?(?![\d.eE_])(?!\s*(?:\*\*|\^))")
@@ -37,16 +40,24 @@ def to_si(unit: str, wanted: str, what: str) -> tuple[float, float]:
 
 
 def parse_length(text: str, what: str) -> float:
-    """Return a length given as ``8 mm`` or as plain metres [m]."""
+    """Return a length given as ``8 mm`` or as plain metres [m].
+
+    Raises:
+        RecordingError: no length, or none that a fingertip or probe has.
+
+    """
+    number, unit = _split(text)
     try:
-        return float(text)
+        value = float(number)
     except ValueError:
-        number, unit = _split(text)
-        try:
-            value = float(number)
-        except ValueError:
-            raise RecordingError(f"{what} is {text!r}; give a length like '8 mm'") from None
-        return _convert(value, unit, "m", what)
+        raise RecordingError(f"{what} is {text!r}; give a length like '8 mm'") from None
+    metres = _convert(value, unit, "m", what) if unit else value
+    if not 0.0 < metres <= LONGEST_LENGTH:
+        raise RecordingError(
+            f"{what} is {text!r}, which is {metres:g} m; "
+            f"give a length above 0 and up to {LONGEST_LENGTH:g} m, like '8 mm'"
+        )
+    return metres
 
 
 def _split(text: str) -> tuple[str, str]:
@@ -78,7 +89,9 @@ def _is_plain(unit: str) -> bool:
     """Whether ``unit`` is short and its powers are of one digit: pint would compute 9**9**9**9 for ever."""
     powers = [match.end() for match in POWER.finditer(unit)]
     plain = all(PLAIN_POWER.match(unit, at) for at in powers)
-    return len(unit) <= LONGEST and len(powers) <= MOST_POWERS and plain and not SUPERSCRIPTS.search(unit)
+    return (
+        len(unit) <= LONGEST_NAME and len(powers) <= MOST_POWERS and plain and not SUPERSCRIPTS.search(unit)
+    )
 
 
 @functools.cache

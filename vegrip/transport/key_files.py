@@ -68,7 +68,10 @@ def listed(folder: Path) -> dict[str, str]:
 
     """
     if not folder.is_dir():
-        raise ConfigError(f"{folder} is no folder; `vegrip keys new NAME --folder {folder}` makes it")
+        raise ConfigError(
+            f"{folder}: there is no such folder; `vegrip keys new NAME` makes keys/, "
+            "`vegrip keys trust FILE` keys/peers/"
+        )
     return {file.stem: read_keys(file)[0].decode() for file in sorted(folder.glob(f"*{PUBLIC}"))}
 
 
