@@ -267,6 +267,22 @@ def test_a_killed_node_is_gone_within_half_a_second(name: str) -> None:
     assert f"{name} is gone without a word, last heard at 5.0 s" in texts(watched.board)
 
 
+def test_what_a_killed_node_said_last_of_the_input_is_not_said_after_it() -> None:
+    watched = Watched().pass_by(5.0)
+    watched.condition = Condition.STALE
+    watched.pass_by(0.3)
+    watched.says.discard(GRASP)
+    watched.running.pop(GRASP)
+    watched.pass_by(5.0)
+    assert f"{GRASP} is gone without a word, last heard at 5.3 s" in texts(watched.board)
+    watched.board.log.clear()
+    watched.condition = Condition.OK
+    watched.running[GRASP] = 99
+    watched.says.add(GRASP)
+    watched.pass_by(2.0)
+    assert texts(watched.board) == [f"{GRASP} is heard again", "index: input ok"]
+
+
 @pytest.mark.parametrize("name", [GRASP, HAND, RECORD])
 def test_no_node_looks_alive_that_says_nothing(name: str) -> None:
     watched = Watched().pass_by(5.0)
@@ -276,18 +292,19 @@ def test_no_node_looks_alive_that_says_nothing(name: str) -> None:
     assert watched.board.nodes[name].presence is Presence.SILENT
 
 
-def test_a_node_started_again_is_running_again_and_the_log_says_so() -> None:
+@pytest.mark.parametrize(("start", "said"), [(0.5, "is heard again"), (8.0, "has started")])
+def test_a_node_started_again_is_running_again_and_the_log_says_so(start: float, said: str) -> None:
     watched = Watched().pass_by(5.0)
     watched.says.discard(GRASP)
     watched.running.pop(GRASP)
     watched.pass_by(1.0)
     watched.running[GRASP] = 99
-    watched.pass_by(0.5)
+    watched.pass_by(start)
     assert watched.board.nodes[GRASP].presence is not Presence.RUNNING  # it has not said anything
     watched.says.add(GRASP)
     watched.pass_by(1.0)
     assert watched.board.nodes[GRASP].presence is Presence.RUNNING
-    assert texts(watched.board)[-1] == f"{GRASP} is heard again"
+    assert texts(watched.board)[-1] == f"{GRASP} {said}"
 
 
 def test_a_node_started_after_an_end_in_order_runs() -> None:

@@ -152,6 +152,8 @@ class Board:
                 self.say(f"{name} is gone without a word, last heard at {heard}", now, "bold red")
             case Presence.ENDED:
                 self.say(f"{name} has ended", now)
+            case Presence.STARTING:
+                row.is_old = False
             case Presence.RUNNING if before is not Presence.STARTING:
                 self.say(f"{name} is heard again", now, "green")
             case Presence.RUNNING if not row.is_old:
@@ -187,10 +189,10 @@ class Board:
         for condition in sorted(due):
             told = []
             for finger, row in self.rows.items():
-                if row.pending is None or row.pending[0] is not condition:
+                if row.pending is None or row.pending[0] is not condition or not self._speaks(row.source):
                     continue
                 first, row.announced, row.pending = row.announced is None, condition, None
-                if not (first and condition is Condition.OK) and not self._has_ended(row.source):
+                if not (first and condition is Condition.OK):
                     told.append(finger)
             if told:
                 self._tell_condition(told, condition, now)
@@ -202,8 +204,8 @@ class Board:
         else:
             self.say(f"{names}: input {words(condition)}", now, CONDITION_STYLE.get(condition, "red"))
 
-    def _has_ended(self, node: str) -> bool:
-        return node in self.nodes and self.nodes[node].presence is Presence.ENDED
+    def _speaks(self, node: str) -> bool:
+        return node not in self.nodes or self.nodes[node].presence is Presence.RUNNING
 
 
 def words(name: Condition | Reason) -> str:
