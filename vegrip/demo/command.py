@@ -29,6 +29,10 @@ def perform(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: b
     """Run the demonstration and print what comes out; tell whether it was interrupted."""
     console = Console(stderr=json)  # with --json standard output holds the JSON object and nothing else
     live = live and console.is_terminal
+    if plot and not _can_draw():
+        console.print(
+            "there will be no picture: it needs matplotlib; pip install 'vegrip[plot]'", markup=False
+        )
     outcome = _watched(scenario, folder, console, live=live)
     courses = {"vegrip": outcome.course}
     if plot and not outcome.interrupted:
@@ -69,14 +73,17 @@ def others(scenario: Scenario) -> dict[str, Course]:
 
 
 def _draw(courses: dict[str, Course], scenario: Scenario, folder: Path, console: Console) -> None:
-    if importlib.util.find_spec("matplotlib") is None:
-        console.print("no picture: matplotlib is not installed (pip install 'vegrip[plot]')")
+    if not _can_draw():
         return
     from vegrip.demo.plot import picture  # noqa: PLC0415 (matplotlib is an extra)
 
     path = folder / "comparison.png"
     picture(courses, scenario.events, path, scenario.duration)
     console.print(f"picture: {path}")
+
+
+def _can_draw() -> bool:
+    return importlib.util.find_spec("matplotlib") is not None
 
 
 def _plain(value: Any) -> Any:

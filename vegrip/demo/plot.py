@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vegrip.demo.candidates import LABEL
 from vegrip.demo.closed_loop import Course
 from vegrip.demo.run import DESCRIPTION
 from vegrip.demo.scenario import SETTLED
@@ -16,7 +17,6 @@ from vegrip.virtual import Disturbance
 COLOUR = {"vegrip": "#0b6e4f", "constant": "#8a8a8a", "cone": "#d1603d"}
 BLUE = "#4a7bd0"
 LANES = 5
-LABEL = {"vegrip": "vegrip", "constant": "constant grip", "cone": "Coulomb cone"}
 
 
 def picture(

@@ -4,8 +4,8 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from vegrip.demo.candidates import LABEL
 from vegrip.demo.closed_loop import Course
-from vegrip.demo.plot import LABEL
 from vegrip.demo.result import result
 from vegrip.demo.run import Outcome
 
