@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.wheel
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 
 HELP = """
