@@ -32,6 +32,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "vegrip.cli.new_effect:new_effect",
         "Write a package that adds an effect of your own.",
     ),
+    "test-effect": (
+        "vegrip.cli.effect_laws:effect_laws",
+        "Test whether an effect of your own holds to the laws of every effect.",
+    ),
     "diagnose": ("vegrip.cli.diagnose:diagnose", "Say which physical effects the model lacks."),
     "add": ("vegrip.cli.add:add", "Put an effect into a model and fit again."),
     "refine": ("vegrip.cli.refine:refine", "Add effects until the next one does not pay."),
