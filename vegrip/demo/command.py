@@ -17,7 +17,7 @@ from rich.live import Live
 from vegrip.demo.candidates import KNOBS
 from vegrip.demo.closed_loop import Course
 from vegrip.demo.compare import Trial, course
-from vegrip.demo.report import as_json, summary
+from vegrip.demo.report import as_json, summary, what_to_see
 from vegrip.demo.run import Demo, Outcome, run
 from vegrip.demo.scenario import Scenario
 from vegrip.monitor import render
@@ -29,6 +29,7 @@ def perform(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: b
     """Run the demonstration and print what comes out; tell whether it was interrupted."""
     console = Console(stderr=json)  # with --json standard output holds the JSON object and nothing else
     live = live and console.is_terminal
+    console.print(what_to_see(scenario), markup=False)
     if plot and not _can_draw():
         console.print(
             "there will be no picture: it needs matplotlib; pip install 'vegrip[plot]'", markup=False
