@@ -81,7 +81,7 @@ class Demo:
     def title(self) -> str:
         """Return the headline of the screen; the scenario's time is behind the clock on a slow machine."""
         load = f", bus load {100.0 * self.loads[-1]:.0f} %" if self.loads else ""
-        fingers = f"vegrip demo: {len(self.board.fingers)} fingers hold an object"
+        fingers = f"vegrip demo: {len(self.board.fingers)} fingers"
         if self.news is None:
             return fingers + load
         return f"{fingers}, scenario {self.news.time:.0f} s, slips: {self.news.slips}{load}"
