@@ -60,9 +60,7 @@ def _watched(scenario: Scenario, folder: Path, console: Console, *, live: bool) 
 
 
 def _show(live: Live, demo: Demo) -> None:
-    now = time.monotonic_ns()
-    demo.board.look(now)
-    live.update(render(demo.board, now, demo.title(), size=live.console.size), refresh=True)
+    live.update(render(demo.board, time.monotonic_ns(), demo.title(), size=live.console.size), refresh=True)
 
 
 def others(scenario: Scenario) -> dict[str, Course]:

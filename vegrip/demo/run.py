@@ -173,7 +173,9 @@ def _play(
             demo.tell(hand.news)
             if time.monotonic() >= due:
                 due = time.monotonic() + REFRESH
+                demo.board.look(time.monotonic_ns())
                 refresh(demo)
+        demo.board.look(time.monotonic_ns())
         refresh(demo)
         return False
     return True

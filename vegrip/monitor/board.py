@@ -23,7 +23,7 @@ from vegrip.monitor.node_row import NodeRow, Presence, Present
 LOG_LINES = 8
 MOST_FINGERS = 64  # a sender of made-up names must not make the board grow
 MOST_NODES = 64
-OVERLOAD = 0.01  # share of late commands from which on a machine is called too busy
+BUSY, TOO_BUSY = 0.01, 0.1  # shares of late commands from which on a machine is called so
 CONSEQUENCE = 5.0  # [s] input that ceases so soon around the end of a node has ceased because of it
 CONDITION_STYLE = {Condition.OK: "green", Condition.DEGRADED: "yellow"}  # all others red
 ABSENT = (Condition.STALE, Condition.MISSING)
@@ -118,12 +118,13 @@ class Board:
         self.log.append(LogLine((now - self.start) / NS, text, style))
 
     @property
-    def too_busy(self) -> str:
+    def busy(self) -> str:
         """One sentence when commands leave late because of this machine, else empty."""
         for name, row in self.nodes.items():
-            if row.presence is Presence.RUNNING and row.late_share > OVERLOAD:
+            if row.presence is Presence.RUNNING and row.late_share > BUSY:
                 share = f"{100.0 * row.late_share:.0f} %"
-                return f"this machine is too busy: {share} of the commands of {name} are late"
+                word = "too busy" if row.late_share >= TOO_BUSY else "busy"
+                return f"this machine is {word}: {share} of the commands of {name} are late"
         return ""
 
     def _node(self, name: str, now: int) -> NodeRow | None:

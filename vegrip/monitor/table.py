@@ -18,7 +18,7 @@ from vegrip.messages import (
     Reason,
     SlipMargin,
 )
-from vegrip.monitor.board import OVERLOAD, Board, LogLine, words
+from vegrip.monitor.board import BUSY, Board, LogLine, words
 from vegrip.monitor.finger_row import FRESH, FingerRow
 from vegrip.monitor.node_row import NodeRow, Presence
 
@@ -58,8 +58,8 @@ def render(
     wide = columns >= WIDE
     parts: list[RenderableType] = [_fingers(board, now, wide=wide), _nodes(board, now, wide=wide)]
     taken = len(board.rows) + len(board.nodes) + 2 + FRAME + 1
-    if board.too_busy:
-        parts.append(_one_line(Text(board.too_busy, "bold yellow")))
+    if board.busy:
+        parts.append(_one_line(Text(board.busy, "bold yellow")))
         taken += 1
     if footer is not None:
         parts.append(footer)
@@ -230,7 +230,7 @@ def _late(row: NodeRow) -> Text:
     """Return the share of late commands, or late ticks a second of a node that commands nothing."""
     if row.late_share > 0.0:
         share = row.late_share
-        return Text(f"{100.0 * share:.1f} %", "yellow" if share > OVERLOAD else "")
+        return Text(f"{100.0 * share:.1f} %", "yellow" if share > BUSY else "")
     return Text(f"{row.late:.0f}/s" if row.late > 0.0 else "0")
 
 
