@@ -53,7 +53,7 @@ class Watched:
         self.says = set(self.running)
         self.condition = Condition.OK
         self.rejected: dict[str, int] = {}
-        self.misses = 0
+        self.misses, self.late = 0, (GRASP,)
         self._seq = 0
 
     def pass_by(self, seconds: float, misses_per_s: float = 0.0) -> "Watched":
@@ -84,7 +84,8 @@ class Watched:
                 state,
                 500.0,
                 rate,
-                deadline_misses=self.misses if name == GRASP else 0,
+                latency_p50=200.0 if name == GRASP else math.nan,
+                deadline_misses=self.misses if name in self.late else 0,
                 rejected=dict(self.rejected),
             ),
             self.ns,
@@ -353,6 +354,14 @@ def test_a_machine_too_busy_is_called_so_while_it_is() -> None:
     watched.pass_by(5.0, misses_per_s=100.0)
     assert watched.board.busy == (f"this machine is too busy: 20 % of the commands of {GRASP} are late")
     watched.pass_by(5.0)
+    assert watched.board.busy == ""
+
+
+def test_a_hand_with_late_ticks_is_not_said_to_command_late() -> None:
+    watched = Watched()
+    watched.late = (HAND,)
+    watched.pass_by(5.0).pass_by(5.0, misses_per_s=100.0)
+    assert watched.board.nodes[HAND].late == pytest.approx(100.0)
     assert watched.board.busy == ""
 
 

@@ -1,5 +1,6 @@
 """What is known of one node: its newest status, whether it is there, what is late or refused. Pure."""
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -85,9 +86,13 @@ class NodeRow:
 
     @property
     def late_share(self) -> float:
-        """Share of the commands that left after their deadline, over the last status period."""
-        commands = self.status.rate_out if self.status is not None else 0.0
-        return min(self.late / commands, 1.0) if commands > 0.0 else 0.0
+        """Share of the commands that left after their deadline, over the last status period.
+
+        Zero for a node that answers no states: what it has late are its ticks.
+        """
+        if self.status is None or not math.isfinite(self.status.latency_p50) or self.status.rate_out <= 0.0:
+            return 0.0
+        return min(self.late / self.status.rate_out, 1.0)
 
     def judge(self, now: int, awake_since: int) -> Presence:
         """Return whether the node is there at ``now`` [ns].
