@@ -147,6 +147,13 @@ def test_a_margin_said_again_is_as_old_as_what_it_rests_on() -> None:
     assert board.rows["index"].age(SlipMargin, NS) == 4.0
 
 
+def test_a_contact_is_as_old_as_its_youngest_estimate() -> None:
+    board = Board(0)
+    old, young = Estimate(1.0, 0.1, True, age=9.0), Estimate(1e-3, 1e-5, True, age=0.1)
+    board.take(ContactEstimate(0, "index", 0, normal_force=old, indentation=young), 0)
+    assert board.rows["index"].age(ContactEstimate, 0) == 0.1
+
+
 def test_health_that_comes_seldom_is_fresh_until_the_next_is_overdue() -> None:
     board = Board(0)
     for second in (0, 2, 4):

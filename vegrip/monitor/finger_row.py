@@ -67,9 +67,10 @@ class FingerRow:
 
 
 def _age_inside(message: Message) -> float:
-    estimate = Estimate(age=0.0)
+    """Return how old the youngest estimate in ``message`` was when it was sent [s]; 0 = not told."""
+    estimates: tuple[Estimate, ...] = ()
     if isinstance(message, SlipMargin):
-        estimate = message.margin
+        estimates = (message.margin,)
     if isinstance(message, ContactEstimate):
-        estimate = message.normal_force
-    return estimate.age if math.isfinite(estimate.age) else 0.0
+        estimates = (message.normal_force, message.indentation, message.contact_radius)
+    return min((one.age for one in estimates if math.isfinite(one.age)), default=0.0)
