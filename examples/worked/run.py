@@ -120,6 +120,9 @@ def filled(text: str, found: dict[str, str]) -> str:
     return text
 
 
+SKIPPED = 77  # exit code of a run without its data
+
+
 def main() -> int:
     """Run the examples, print the tables, draw the pictures."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
@@ -131,7 +134,7 @@ def main() -> int:
     data = data_folder(given.data)
     if not data.is_dir():
         print(f"skipped: there are no measured recordings in {data}; set VEGRIP_DATA")
-        return 0
+        return SKIPPED
     given.folder.mkdir(parents=True, exist_ok=True)
     found = {}
     for case in CASES:

@@ -66,6 +66,10 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
             "vegrip.cli.new_effect:new_effect",
             "Write a package that adds an effect of your own.",
         ),
+        "test-effect": (
+            "vegrip.cli.effect_laws:effect_laws",
+            "Test whether an effect of your own holds to the laws of every effect.",
+        ),
     },
     "Evidence": {
         "paper": ("vegrip.cli.paper:paper", "Print the paper's tables and draw its figures."),

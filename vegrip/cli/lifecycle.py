@@ -18,7 +18,6 @@ NodeName = Annotated[
     str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-STARTING = "starting"
 CONFIGURING_MAY_TAKE = 120.0  # [s] it compiles
 
 
@@ -133,9 +132,10 @@ def _show(state: dict[str, Any], as_json: bool) -> None:
 def _state(entry: Any) -> dict[str, Any]:
     from vegrip.errors import DeviceError
     from vegrip.node.client import ask
+    from vegrip.node.unanswered import silent_state
 
     try:
         state: dict[str, Any] = ask(entry, "state", patience=1.0)
     except DeviceError:
-        return {"state": STARTING, "on_hold": False, "transitions": []}
+        return {"state": silent_state(entry.pid), "on_hold": False, "transitions": []}
     return state

@@ -46,7 +46,10 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
     context = NodeContext(name.rpartition("/")[2], config.namespace, config.fingers, config.loop.tick_period)
     node = find_program(config.program)(config.parameters, context)
     hand = Hand(config.fingers, config.hand, config.namespace, config.remap)
-    entry = Entry(name, config.program, config.namespace, dict(config.remap), os.getpid())
+    fingers, status_period = list(config.fingers), config.loop.status_period
+    entry = Entry(
+        name, config.program, config.namespace, dict(config.remap), os.getpid(), fingers, status_period
+    )
     with ExitStack() as stack:
         ending = stack.enter_context(_ended_by_signals())
         stack.enter_context(node_logs(name))

@@ -29,6 +29,8 @@ class Entry:
     namespace: str = ""
     remap: dict[str, str] = field(default_factory=dict)
     pid: int = 0
+    fingers: list[str] = field(default_factory=list)  # in the order of the hand
+    status_period: float = 1.0  # [s] of its NodeStatus
 
     @property
     def control(self) -> str:

@@ -139,6 +139,8 @@ class Runner:
         self._pending = False
         if transition == "activate":
             self._settle()
+        else:
+            self._status_schedule.start(self._clock.now())  # others are to know at once
 
     def run(self) -> None:
         """Loop until :meth:`stop` is called or the node has finished, then shut the node down."""
@@ -199,6 +201,8 @@ class Runner:
         if isinstance(message, FingertipState) and self.state is Lifecycle.ACTIVE:
             self.statistics.state(message.finger, arrived)
             self._senders.note(message)
+        elif isinstance(message, ForceCommand):
+            self.statistics.commands_received += 1
         if isinstance(message, self.managed.node.alone) and not isinstance(message, NodeStatus):
             self._also_sent += 1
             self._other = (arrived, f"{type(message).__name__} of {message.finger}")
@@ -233,6 +237,8 @@ class Runner:
             self._endpoint.send(message)
             if isinstance(message, ForceCommand):
                 self.statistics.command(message.finger, self._clock.now())
+            elif isinstance(message, FingertipState):
+                self.statistics.states_sent += 1
             if self._telemetry is not None:
                 self._telemetry.offer(message, Direction.OUT)
 
