@@ -2,22 +2,26 @@
 PYTHON ?= python3
 V := .venv/bin
 STAMP := .venv/.installed
+DEMO := .venv/.demo
 
-.PHONY: demo test test-fast test-vcan check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator audit
+.PHONY: demo test test-fast test-vcan wheel-test check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
 
-demo: $(STAMP)  ## run the main job in this terminal
+demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
 
 test: $(STAMP)  ## pass all tests
-	$(V)/python -m pytest -q -n auto --dist worksteal
+	$(V)/python -m pytest -q -n auto --dist worksteal -m "not wheel"
 
 test-fast: $(STAMP)
-	$(V)/python -m pytest -q -n auto -m "not slow"
+	$(V)/python -m pytest -q -n auto -m "not slow and not wheel"
 
 test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-Mode-Linux where this kernel has none
 	tests/vcan/run $(V)/python -m pytest -q -p no:cacheprovider tests/vcan tests/cia301/test_with_canopen.py tests/cia301/test_trouble.py
 
-check: lint types test test-vcan docs examples  ## what CI runs
+wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
+	$(V)/python -m pytest -q -n 0 tests/install
+
+check: lint types test test-vcan docs examples wheel-test  ## what CI runs
 
 format: $(STAMP)
 	$(V)/ruff format .
@@ -51,6 +55,11 @@ fuzz: $(STAMP)  ## look for bytes that break a decoder, guided by coverage
 	$(V)/python tests/security/decoders.py -max_total_time=$(FUZZ_SECONDS) -timeout=5 -max_len=600 \
 	  -artifact_prefix=build/fuzz/ build/fuzz
 
+ATTACK_SECONDS ?= 300
+ATTACK_SEED ?= 0
+attack: $(STAMP)  ## break files of every kind and read them (ATTACK_SECONDS=300, ATTACK_SEED=0); failures: build/attack
+	$(V)/python tests/attack/readers --seconds $(ATTACK_SECONDS) --seed $(ATTACK_SEED)
+
 audit:  ## look for known vulnerabilities in the pinned dependencies; asks pypi.org
 	$(PYTHON) -m venv build/audit
 	@build/audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit==2.10.1 2>/dev/null \
@@ -62,11 +71,18 @@ audit:  ## look for known vulnerabilities in the pinned dependencies; asks pypi.
 bench: $(STAMP)
 	$(V)/vegrip bench
 
-$(STAMP): pyproject.toml constraints.txt
-	$(PYTHON) -c 'import sys; sys.exit("vegrip needs Python >= 3.11, set PYTHON=..." if sys.version_info < (3, 11) else 0)'
-	$(PYTHON) -m venv .venv
-	$(V)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
-	touch $@
+INSTALL = $(PYTHON) -c 'import sys; sys.exit("vegrip needs Python >= 3.11, set PYTHON=..." if sys.version_info < (3, 11) else 0)' \
+	&& $(PYTHON) -m venv .venv \
+	&& $(V)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e
+
+$(DEMO): pyproject.toml setup.py constraints.txt  # what the demonstration needs and no more
+	@echo "installing what the demo needs into .venv (about a minute)"
+	@$(INSTALL) '.[plot]'
+	@touch $@
+
+$(STAMP): pyproject.toml setup.py constraints.txt
+	$(INSTALL) '.[dev]'
+	touch $(DEMO) $@
 
 latency: $(STAMP)  ## state in to command out against an echo, over every link (5 minutes on a quiet machine)
 	$(V)/python -m vegrip.benchmarks._latency_matrix

@@ -34,7 +34,7 @@ def take_the_screen(scenario: Scenario) -> None:
     def refresh(demo: Demo) -> None:
         if not shots and elapsed(demo) > SHOT:
             shots.append(elapsed(demo))
-            console.print(render(demo.board, time.monotonic_ns(), demo.title()))
+            console.print(render(demo.board, time.monotonic_ns(), demo.title(), size=(132, 50)))
 
     folder = Path(tempfile.mkdtemp())
     run(scenario, folder / "recording", refresh, print)
@@ -44,7 +44,7 @@ def take_the_screen(scenario: Scenario) -> None:
 
 def main() -> int:
     """Take the screen of a real run, draw the simulated ones."""
-    take_the_screen(Scenario(SEED, DURATION))
+    take_the_screen(Scenario(SEED, DURATION, "pinch"))
     for grasp, name in PICTURES.items():
         scenario = Scenario(SEED, DURATION, grasp)
         ours = course(Trial("vegrip", SEED, DURATION, KNOBS[grasp]["vegrip"], grasp))

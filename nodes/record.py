@@ -68,6 +68,7 @@ class RecordNode(NodeBase):
         """Write what is left and close the folder."""
         if self._recorder is not None:
             self._recorder.close()
+            self.failure = self._recorder.writer.problem
             self._recorder = None
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:  # noqa: ARG002

@@ -41,7 +41,7 @@ def test_a_table_becomes_a_typed_group() -> None:
         ({"finger": "thumb", "margin": float("nan")}, "'margin' is nan"),
         ({"finger": "thumb", "margin": "much"}, "'margin' is 'much'; it must be a float"),
         ({"finger": "thumb", "margin": True}, "'margin' is True; it must be a float"),
-        ({"finger": "thumb", "repeats": 2.5}, "'repeats' is 2.5; it must be a int"),
+        ({"finger": "thumb", "repeats": 2.5}, "'repeats' is 2.5; it must be a whole number"),
         ({"finger": "thumb", "policy": "hope"}, "it must be one of limit_surface, cone"),
         (
             {"finger": "thumb", "limits": {"highest": 0}},

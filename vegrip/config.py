@@ -14,14 +14,26 @@ import dataclasses
 import math
 import tomllib
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 from vegrip.errors import ConfigError
+from vegrip.spelling import suggestion
 
 T = TypeVar("T")
+TYPES: dict[type[Any], str] = {
+    int: "a whole number",
+    float: "a float",
+    str: "text",
+    bool: "true or false",
+    tuple: "a list",
+    dict: "a table",
+}
+
+LARGEST_WHOLE = 1000
+"""Bits of a whole number in a file; TOML promises 64, and 1024 are beyond every float."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,19 +71,43 @@ def declaration(cls: type[Any] | Any, name: str) -> Declaration:
         if field.name == name:
             declared: Declaration = field.metadata.get("parameter", Declaration())
             return declared
-    raise ConfigError(f"there is no parameter {name!r}; there are {', '.join(_names(cls))}")
+    raise ConfigError(f"there is no parameter {name!r}; {suggestion(name, _names(cls))}")
 
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file; a missing or broken one raises :class:`ConfigError` with the line."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return parse_toml(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ConfigError(f"{path}: there is no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: cannot be read ({error})") from None
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also a number of 5000 digits, or a thousand brackets
         raise ConfigError(f"{path}: is not valid TOML: {error}") from None
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Return the table in ``text``.
+
+    Raises:
+        ValueError: not TOML, or a whole number that no float comes near.
+        RecursionError: brackets in thousands of brackets.
+
+    """
+    table = tomllib.loads(text)
+    _check_whole(table)
+    return table
+
+
+def _check_whole(value: Any) -> None:
+    if isinstance(value, Mapping):
+        value = value.values()
+    elif not isinstance(value, list):
+        if isinstance(value, int) and value.bit_length() > LARGEST_WHOLE:
+            raise ValueError("a whole number has more than 300 digits")
+        return
+    for one in value:
+        _check_whole(one)
 
 
 def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
@@ -84,7 +120,7 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     fields = {f.name: f for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
     for key in table:
         if key not in fields:
-            raise ConfigError(f"{where}: unknown key {key!r}; known are {', '.join(fields)}")
+            raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, fields, 'known are')}")
     for name, field in fields.items():
         if name not in table and field.default is MISSING and field.default_factory is MISSING:
             raise ConfigError(f"{where}: the key {name!r} is missing{_hint(cls, name)}")
@@ -117,19 +153,41 @@ def _checked(cls: type[Any], name: str, value: Any, hint: Any, where: str) -> An
 def _typed(value: Any, hint: Any, what: str, unit: str) -> Any:
     wanted = typing.get_origin(hint) or hint
     if wanted is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
+        return as_float(value, what)
     if wanted is tuple and isinstance(value, (list, tuple)):
-        return tuple(value)
+        return _elements(value, (*typing.get_args(hint), Any)[0], what, unit)
+    if wanted is dict and isinstance(value, Mapping):
+        _elements(value.values(), (*typing.get_args(hint), Any, Any)[1], what, unit)
     if not isinstance(wanted, type) or (
         isinstance(value, wanted) and (wanted is bool) == isinstance(value, bool)
     ):
         return value
     of = f" in {unit}" if unit and unit != "1" else ""
-    raise ConfigError(f"{what} is {value!r}; it must be a {wanted.__name__}{of}")
+    raise ConfigError(f"{what} is {value!r}; it must be {TYPES.get(wanted, wanted.__name__)}{of}")
+
+
+def _elements(values: Iterable[Any], of: Any, what: str, unit: str) -> tuple[Any, ...]:
+    if of is Any:
+        return tuple(values)
+    return tuple(_typed(value, of, f"{what}, number {i},", unit) for i, value in enumerate(values, 1))
+
+
+def as_float(value: float, what: str) -> float:
+    """Return ``value`` as a float.
+
+    Raises:
+        ConfigError: a whole number beyond all floats.
+
+    """
+    try:
+        return float(value)
+    except OverflowError:
+        raise ConfigError(f"{what} is a number of more than 300 digits") from None
 
 
 def _check_bounds(value: float, declared: Declaration, what: str) -> None:
     if not declared.low <= value <= declared.high:  # NaN fails too
+        value = as_float(value, what)
         bounds = (
             f"{declared.low:g} .. {declared.high:g} {'' if declared.unit == '1' else declared.unit}".rstrip()
         )

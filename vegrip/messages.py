@@ -187,8 +187,10 @@ class NodeStatus:
     node: str
     seq: int
     state: Lifecycle
-    rate_in: float = NAN  # [Hz] states per second over the last period
-    rate_out: float = NAN  # [Hz] commands per second
+    rate_in: float = (
+        NAN  # [Hz] states per second over the last period; commands, for a node that sends states
+    )
+    rate_out: float = NAN  # [Hz] commands per second; states, for a node that sends states
     latency_p50: float = NAN  # [us] state in -> command out
     latency_p99: float = NAN  # [us]
     latency_max: float = NAN  # [us]

@@ -8,11 +8,14 @@ coordinate: ``std = 0.1`` of a logarithmic parameter means ten percent.
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 from vegrip.errors import ModelError
 
 Transform = Literal["identity", "log"]
+
+SCALES: Final = {"K": "N", "x_ref": "m", "x_ref/K": "m/N"}
+"""What scaled values are multiples of, and the SI unit of that: K, the force at the reference depth x_ref."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +33,7 @@ class Parameter:
     null: float | None = None  # the value at which the effect is absent; None = a part of the base model
     learn: bool = False  # the online estimator may change it
     drift: float = 0.0  # random walk of the coordinate while it is learned [1/sqrt(s)]
+    of: str = ""  # what a dimensionless value is a multiple of: one of SCALES
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +45,14 @@ class Value:
     low: float
     high: float
     learn: bool
+
+
+def in_si(parameter: Parameter, value: float, K: float, x_ref: float) -> tuple[float, str] | None:
+    """Return a scaled value in SI, with its unit; None where it is no multiple of anything."""
+    if parameter.of not in SCALES:
+        return None
+    scale = {"K": K, "x_ref": x_ref, "x_ref/K": x_ref / K}[parameter.of]
+    return value * scale, SCALES[parameter.of]
 
 
 def declared(parameter: Parameter) -> Value:

@@ -38,11 +38,14 @@ THREE_FEET = tuple(name for name in SUPPORTS if "3pt" in name)
 HERTZ_SIZE = np.sqrt(2 / 5)  # root mean square distance from the centre of a Hertz contact, over its radius
 
 
-def main() -> None:
+SKIPPED = 77  # exit code of a run without its data
+
+
+def main() -> int:
     """Print the table, draw the picture."""
     if not DATA.is_dir():
-        print(f"The measured pushes {DATA} are absent (set VEGRIP_DATA): nothing to do.")
-        return
+        print(f"skipped: there are no measured pushes in {DATA}; set VEGRIP_DATA")
+        return SKIPPED
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
     folder.mkdir(parents=True, exist_ok=True)
     print(f"{'pushes':22}{'pressure':26}{'mu N':>7}{'limit':>9}{'slip':>9}{'load':>8}")
@@ -54,6 +57,7 @@ def main() -> None:
             errors = f"{e.friction:7.2f}{e.limit_scatter:9.1%}{e.slip_angle:5.1f} deg{e.load_error:8.1%}"
             print(f"{name:22}{title:26}{errors}")
     draw(folder / "limit-surface-push.png")
+    return 0
 
 
 def surfaces(name: str, pushes: Pushes) -> dict[str, Surface]:
@@ -108,4 +112,4 @@ def at_a_foot(centres: Array, name: str) -> int:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -21,12 +21,14 @@ from overview import overview
 from relaxation_times import relaxation_times
 from unknown_radius import unknown_radius
 
+SKIPPED = 77  # exit code of a run without its data
+
 
 def main() -> int:
     """Print the tables, draw the pictures."""
     if not DATA.is_dir():
         print(f"skipped: there are no measured recordings in {DATA}; set VEGRIP_DATA")
-        return 0
+        return SKIPPED
     out = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
     out.mkdir(parents=True, exist_ok=True)
     for case, name in ((DEEP, "silicone-deep"), (SKIN, "skin"), (OOCYTE, "oocyte"), (GEL, "gel")):

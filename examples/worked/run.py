@@ -70,7 +70,7 @@ def run(case: Case, data: Path, out: Path) -> str:
             notes.append(f"| meanwhile the finger opens by {1e6 * moved:.0f} um | | |")
         doubts = told("diagnose", train, *case.options)["doubts"] if case.add else []
         if case.add and len(ladder["ladder"]) == 1:
-            told("add", case.add, train, "-o", refined, *case.options)
+            told("add", case.add, train, "-o", refined, "--force", *case.options)
         errors = [
             [told("compare", str(here / name), "--model", model, *case.options) for model in (start, refined)]
             for name in sets
@@ -120,6 +120,9 @@ def filled(text: str, found: dict[str, str]) -> str:
     return text
 
 
+SKIPPED = 77  # exit code of a run without its data
+
+
 def main() -> int:
     """Run the examples, print the tables, draw the pictures."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
@@ -131,7 +134,7 @@ def main() -> int:
     data = data_folder(given.data)
     if not data.is_dir():
         print(f"skipped: there are no measured recordings in {data}; set VEGRIP_DATA")
-        return 0
+        return SKIPPED
     given.folder.mkdir(parents=True, exist_ok=True)
     found = {}
     for case in CASES:

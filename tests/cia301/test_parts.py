@@ -33,6 +33,19 @@ def test_a_node_that_was_never_there_is_missed_too():
     assert HeartbeatConsumer({32: 500 * MS}, 0).newly_missing(501 * MS) == [32]
 
 
+def test_a_node_may_take_longer_to_appear_than_between_two_heartbeats():
+    consumer = HeartbeatConsumer({32: 500 * MS}, 0, first=10_000 * MS)
+    assert consumer.due == 10_000 * MS + 1
+    assert consumer.newly_missing(10_000 * MS) == []
+    consumer.heard(32, 127, 10_000 * MS)
+    assert consumer.newly_missing(10_500 * MS) == []
+    assert consumer.newly_missing(10_501 * MS) == [32]
+
+
+def test_a_node_that_never_appears_is_missed():
+    assert HeartbeatConsumer({32: 500 * MS}, 0, first=10_000 * MS).newly_missing(10_001 * MS) == [32]
+
+
 def test_a_node_that_returns_is_there_again():
     consumer = HeartbeatConsumer({32: 500 * MS}, 0)
     consumer.newly_missing(1000 * MS)

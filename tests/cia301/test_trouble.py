@@ -29,7 +29,7 @@ def sentences(ours):
 
 
 def test_a_missing_finger_keeps_the_node_from_becoming_active_and_everybody_is_told(grasp, fingers, master):
-    ours = grasp()
+    ours = grasp(first_heartbeat=0.5)
     fingers(THUMB)
     eventually(lambda: len(sentences(ours)) == 1)
     told = emergency(master, 0x8130, Lifecycle.INACTIVE)

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from vegrip.cli import main
+from vegrip.cli import bench, main
 
 
 def test_a_ratio_is_theirs_over_ours(capsys: pytest.CaptureFixture[str]) -> None:
@@ -26,3 +26,26 @@ def test_an_unknown_benchmark_is_named_with_the_known_ones(capsys: pytest.Captur
 def test_results_are_a_table_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "creep_inverse"]) == 0
     assert "creep_inverse_vs_root_solve" in capsys.readouterr().out
+
+
+def test_every_benchmark_that_is_listed_has_something_to_run() -> None:
+    from importlib import import_module
+
+    assert len(bench.benchmarks()) >= 10
+    without = [
+        name for name, module in bench.benchmarks().items() if not hasattr(import_module(module), "run")
+    ]
+    assert without == []
+
+
+def test_a_benchmark_that_fails_costs_no_other_its_result(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import vegrip.benchmarks.recursion as failing
+
+    monkeypatch.setattr(failing, "run", lambda: 1 / 0)
+    assert main(["bench", "recursion", "creep_inverse"]) == 4
+    told = capsys.readouterr()
+    assert "creep_inverse_vs_root_solve" in told.out
+    assert "[us]" in told.out
+    assert "recursion: failed (ZeroDivisionError" in told.err

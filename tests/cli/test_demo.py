@@ -64,7 +64,7 @@ def assert_nothing_left(group: int) -> None:
 
 def test_it_ends_by_itself_prints_its_contract_and_leaves_a_recording(tmp_path: Path) -> None:
     folder = tmp_path / "demo"
-    process = start("--duration", "4", "--json", "--no-plot", "-o", str(folder))
+    process = start("--grasp", "hand", "--duration", "4", "--json", "--no-plot", "-o", str(folder))
     out, err = process.communicate(timeout=300)
     assert process.returncode == 0, err
     figures = json.loads(out)

@@ -1,5 +1,7 @@
 """The command line answers in sentences and exit codes."""
 
+import errno
+import subprocess
 import sys
 import types
 
@@ -36,3 +38,21 @@ def test_an_error_becomes_one_sentence_and_its_exit_code(
     monkeypatch.setitem(cli.COMMANDS, "fail", ("failing:fail", "Fails."))
     assert cli.main(["fail"]) == code
     assert capsys.readouterr().err.strip() == "vegrip: hand.toml: the key 'radius' is missing"
+
+
+@pytest.mark.parametrize("limit", [5, 12, 24])
+def test_too_few_descriptors_are_one_sentence_and_not_the_end_of_a_library(limit, tmp_path):
+    command = f'ulimit -n {limit}; exec "{sys.executable}" -m vegrip record -o "{tmp_path}/r"'
+    done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 4
+    assert done.stderr.startswith(f"vegrip: only {limit} files may be open at once")
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_running_out_of_descriptors_later_is_one_sentence(monkeypatch, capsys):
+    def run_out():
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr("vegrip.cli.doctor.doctor", run_out)
+    assert cli.main(["doctor"]) == 4
+    assert capsys.readouterr().err.startswith("vegrip: too many files and sockets are open")

@@ -130,7 +130,10 @@ def test_commands_hold_to_the_contract(bench, tmp_path, capsys) -> None:
     assert told["error"]["after"] < told["error"]["before"]
     assert "pull" in told["parameters"]
     assert "adhesion" in [one.name for one in read_model(model).effects]
-    assert main(["refine", press, "-o", str(model), "--report", str(tmp_path / "report"), "--json"]) == 0
+    assert (
+        main(["refine", press, "-o", str(model), "--force", "--report", str(tmp_path / "report"), "--json"])
+        == 0
+    )
     told = json.loads(capsys.readouterr().out)
     assert [rung["effect"] for rung in told["ladder"]] == [None, "adhesion"]
     assert told["verdict"] == "named"

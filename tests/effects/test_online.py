@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from vegrip.effects import effect, names
+from vegrip.effects import BUILT_IN, effect
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.messages import FingertipState
 from vegrip.model import BASE
 
-FELT = [name for name in names() if name not in BASE and "normal_force" in effect(name).channels]
+FELT = [name for name in BUILT_IN if name not in BASE and "normal_force" in effect(name).channels]
 NOISE = SensorNoise()
 
 

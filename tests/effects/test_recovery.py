@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from vegrip.effects import effect, names
+from vegrip.effects import BUILT_IN, effect
 from vegrip.model import BASE
 from vegrip.parameters import coordinate
 
-ADDED = [name for name in names() if name not in BASE]
+ADDED = [name for name in BUILT_IN if name not in BASE]
 TOGETHER = ("K", "p", "c1", "nu1", "mu")
 """Parameters of the base model that are fitted with those of the effect."""
 

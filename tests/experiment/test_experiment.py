@@ -176,7 +176,7 @@ def test_chance_grows_with_nats() -> None:
 def test_the_command_writes_a_protocol_that_reads_back(tmp_path, capsys) -> None:
     write_recording(recorded("mullins_softening", 0.5), tmp_path / "press")
     press, out = str(tmp_path / "press"), tmp_path / "next.toml"
-    given = ["--candidates", "mullins_softening,permanent_set", "--duration", "30", "--force", "2.5"]
+    given = ["--candidates", "mullins_softening,permanent_set", "--duration", "30", "--normal-force", "2.5"]
     assert (
         main(["experiment", press, *given, "-o", str(out), "--plot", str(tmp_path / "p.png"), "--json"]) == 0
     )
@@ -187,7 +187,7 @@ def test_the_command_writes_a_protocol_that_reads_back(tmp_path, capsys) -> None
     assert protocol.duration == pytest.approx(told["best"]["duration"])
     assert (tmp_path / "p.png").stat().st_size > 5000
     assert main(["experiment", press, "--candidates", "magic,adhesion"]) == 3
-    assert main(["experiment", press, "--candidates", "adhesion", "--force", "-1"]) == 3
+    assert main(["experiment", press, "--candidates", "adhesion", "--normal-force", "-1"]) == 3
     assert "Traceback" not in capsys.readouterr().err
 
 

@@ -6,9 +6,9 @@ import pytest
 
 from vegrip.demo.candidates import demo_parameters
 from vegrip.estimator import EstimatorSettings, SensorNoise
-from vegrip.estimator.learning import Learned
+from vegrip.estimator.learning import Learned, fingerprint
 from vegrip.faults.scene import Scene
-from vegrip.grasp.memory import Watching
+from vegrip.grasp.memory import Folder, Watching
 from vegrip.grasp.node import GraspForce
 from vegrip.grasp.parameters import estimator_factory, memory_of
 from vegrip.grasp.settings import ControlSettings
@@ -128,3 +128,33 @@ def test_a_folder_that_cannot_be_written_is_told_and_nothing_else(tmp_path, capl
     scene.run_until(12.0)
     scene.grip.node.memory.writing.join()
     assert "cannot be written" in caplog.text
+
+
+WHOLE = (
+    '{"version": 1, "fingerprint": "%s", "parameters": {"mu": {"value": 0.8, "std": 0.1, "excited": 20.0}}}'
+)
+DAMAGED = {
+    "value out of bounds": WHOLE.replace("0.8", "64.6"),
+    "cut": WHOLE[:60],
+    "empty": "",
+    "not text": "\x00\xff",
+    "another model": WHOLE.replace("%s", "0" * 16),
+    "another version": WHOLE.replace("1,", "2,", 1),
+    "no such parameter": WHOLE.replace("mu", "nu"),
+    "deep": "[" * 100_000,
+    "a list": "[]",
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGED)
+def test_a_damaged_file_is_told_put_aside_and_done_without(damage, tmp_path, caplog):
+    model = paper_model(8e-3)
+    memory = Folder(tmp_path)
+    path = memory._file("index", model)
+    path.write_text(WHOLE % fingerprint(model))
+    assert memory._known("index", model).values["mu"].value == 0.8, "it is good before it is damaged"
+    path.write_text(DAMAGED[damage].replace("%s", fingerprint(model)))
+    assert memory._known("index", model) is model
+    assert "index begins anew, and what it had learned is put aside as" in caplog.text
+    assert [each.name for each in tmp_path.iterdir()] == [f"{path.name}.damaged"]
+    assert memory._known("index", model) is model

@@ -80,6 +80,15 @@ def test_who_does_not_end_when_asked_is_killed_before_the_next_is_asked(stage):
     assert stage.log[2:] == ["terminate b", "kill b", "terminate a"]
 
 
+def test_a_node_that_lost_something_ends_the_launch_with_code_4_also_when_it_was_asked_to_end(stage):
+    stage.child("record")
+    launcher = stage.launcher()
+    recorder = stage.running["record"]
+    recorder.terminate = lambda: setattr(recorder, "code", 4)
+    launcher.stop_all()
+    assert launcher.exit_code == 4
+
+
 def test_the_end_of_a_required_node_ends_all_with_its_exit_code(stage):
     stage.child("a")
     stage.child("b", required=True)

@@ -9,6 +9,8 @@ import time
 
 import pytest
 
+from vegrip.transport.runtime_folder import runtime_folder
+
 LAUNCH = """
 [transport]
 channel = "launch"
@@ -122,6 +124,26 @@ def test_a_node_ends_well_when_told_to(number):
     assert output.splitlines()[-1] == "INFO /echo: ended"
 
 
+def test_a_node_that_gets_the_death_signal_of_its_launcher_again_and_again_leaves_nothing():
+    process = start("node", "echo", "--set", "transport.channel=again")
+    wait_for(lambda: True if [state for _, state in states().values()] == ["active"] else None)
+    while process.poll() is None:
+        process.terminate()
+        time.sleep(0.001)
+    process.communicate(timeout=20)
+    assert process.returncode == 0
+    assert list(runtime_folder("nodes").iterdir()) == []
+
+
+def test_a_node_whose_launcher_is_dead_already_does_not_start():
+    done = subprocess.run(
+        [sys.executable, "-m", "vegrip", "node", "echo", "--with-parent", "1"],
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == -signal.SIGTERM
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
@@ -162,7 +184,7 @@ def test_who_listens_to_a_node_that_ends_is_told():
         node.communicate(timeout=20)
     output, _ = listener.communicate(timeout=30)
     assert listener.returncode == 4
-    assert output.strip() == "vegrip: /echo ended: nothing comes any more"
+    assert output.strip().splitlines()[-1] == "vegrip: /echo ended: nothing comes any more"
 
 
 @pytest.mark.slow

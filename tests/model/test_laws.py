@@ -5,13 +5,13 @@ import math
 
 import pytest
 
-from vegrip.effects import Effect, State, effect, hook, names
+from vegrip.effects import BUILT_IN, Effect, State, effect, hook
 from vegrip.model import BASE
 from vegrip.model.laws import broken_laws
 from vegrip.parameters import Parameter
 
 
-@pytest.mark.parametrize("name", [name for name in names() if name not in BASE])
+@pytest.mark.parametrize("name", [name for name in BUILT_IN if name not in BASE])
 def test_every_effect_of_the_catalogue_holds_to_the_laws(name):
     assert broken_laws(effect(name)) == []
 
@@ -48,6 +48,16 @@ def test_a_sound_effect_breaks_none():
 
 NO_NULL = (Parameter("s_f", "1", 0.1, 0.1, 0.0, 1.0, "something"),)
 OUTSIDE = (Parameter("s_f", "1", 5.0, 0.1, 0.0, 1.0, "something", null=0.0),)
+
+
+def filtered_by_sample(force, dt, s_f, smooth):
+    """A low pass whose coefficient belongs to the sample and not to the time that has passed."""
+    smooth = smooth + (0.03 * (force - smooth) if dt > 0.0 else 0.0)
+    return force + s_f * (smooth - force), smooth
+
+
+SMOOTH = (State("smooth", "N", "the filtered force"),)
+STRONG = (Parameter("s_f", "1", 0.9, 0.1, 0.0, 1.0, "something", null=0.0),)
 COUNT = (State("counted", "1", "how often it was called"),)
 
 
@@ -61,6 +71,10 @@ COUNT = (State("counted", "1", "how often it was called"),)
         (made(factor, parameters=NO_NULL), "no parameter has a null value"),
         (made(factor, parameters=OUTSIDE), "outside its bounds"),
         (made(factor, cites=()), "cites nothing"),
+        (
+            made(filtered_by_sample, "force", states=SMOOTH, parameters=STRONG),
+            "shorter steps do not lead to one result",
+        ),
         (made(foreign), "may use math"),
     ],
 )

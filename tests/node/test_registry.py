@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 
 import pytest
 
@@ -69,3 +70,17 @@ def test_what_is_no_name_is_refused(name):
 
 def test_the_full_name_has_the_namespace():
     assert full_name("lab/left", "grip") == full_name("/lab/left/", "grip") == "/lab/left/grip"
+
+
+def test_the_sockets_of_a_node_that_was_killed_go_with_it():
+    entry = Entry("/grip", "echo")
+    child = os.fork()
+    if child == 0:
+        with registered(entry):
+            for address in (entry.control, entry.telemetry):
+                socket.socket(socket.AF_UNIX).bind(address.removeprefix("ipc://"))
+            os.kill(os.getpid(), signal.SIGKILL)
+    os.waitpid(child, 0)
+    assert len(list(runtime_folder("nodes").iterdir())) == 3
+    with registered(Entry("/another", "echo")):  # the next node that starts sees to it
+        assert [path.name for path in runtime_folder("nodes").iterdir()] == ["another.node"]

@@ -341,3 +341,66 @@ def test_what_passed_by_before_the_activation_is_not_lost(rig):
     rig.clock.advance(1.0)
     rig.runner.step()
     assert rig.runner.status.rejected["lost"] == 2
+
+
+class Inspector(Follower):
+    def __init__(self, clock):
+        super().__init__(clock)
+        self.told = []
+
+    def on_broken(self, finger, now):
+        self.told.append((finger, now))
+
+
+def test_a_node_is_told_once_for_each_look_at_the_bus_whose_states_came_broken():
+    clock = SimulatedClock(start=7 * NS)
+    endpoint, _ = pair(clock)
+    endpoint.broken = {}
+    runner = Runner(Inspector(clock), endpoint, clock)
+    endpoint.broken["thumb"] = 3
+    runner.step()
+    assert runner.managed.node.told == [], "it is not active"
+    runner.start()
+    endpoint.broken.update(thumb=5, index=1)
+    runner.step()
+    runner.step()
+    assert [finger for finger, _ in runner.managed.node.told] == ["thumb", "index"]
+
+
+def test_an_endpoint_that_tells_nothing_of_broken_states_will_do():
+    rig = Rig()
+    rig.runner.start()
+    rig.steps(3)
+    assert rig.runner.state is Lifecycle.ACTIVE
+
+
+class Hand(NodeBase):
+    """Sends a state at every tick, and hears commands."""
+
+    def on_tick(self, now):
+        return [FingertipState(now, "thumb", 0, normal_force=1.0)]
+
+
+def test_a_hand_tells_the_rates_of_its_commands_and_states():
+    clock = SimulatedClock(start=7 * NS)
+    endpoint, outside = pair(clock)
+    runner = Runner(Hand("hand"), endpoint, clock, LoopSettings(tick_period=0.002))
+    runner.start()
+    for i in range(2000):
+        if i % 5 == 0:
+            outside.send(ForceCommand(clock.now(), "thumb", i, 1.0, 0.0, Reason.HOLD, clock.now() + NS))
+        runner.step()
+    assert runner.status.rate_out == pytest.approx(500.0, rel=0.05)
+    assert 50.0 < runner.status.rate_in < runner.status.rate_out
+
+
+@pytest.mark.parametrize("transition", ["deactivate", "shutdown"])
+def test_a_change_of_state_is_told_at_once_not_at_the_next_period(rig, transition):
+    rig.steps(3)
+    rig.answers(NodeStatus)
+    before = rig.clock.now()
+    rig.runner.change(transition)
+    rig.runner.step()
+    (status,) = rig.answers(NodeStatus)
+    assert status.state in (Lifecycle.INACTIVE, Lifecycle.FINALIZED)
+    assert status.stamp - before < 10 * MS

@@ -34,8 +34,8 @@ def test_every_figure_is_written_as_png(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "file").touch()
-    assert main(["paper", "-o", str(tmp_path / "file" / "figures")]) == 2
-    assert "cannot write figures" in capsys.readouterr().err
+    assert main(["paper", "-o", str(tmp_path / "file" / "figures")]) == 3
+    assert "cannot be written" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -283,7 +283,7 @@ def test_the_command_goes_both_ways(session: Path, tmp_path: Path, capsys: Capsy
         ("thumb", 5, 0.008),
     ]
     assert main(["import", file, "-o", back]) == 3
-    assert "is there already" in capsys.readouterr().err
+    assert "holds a recording already" in capsys.readouterr().err
     assert main(["import", file, "-o", str(tmp_path / "new"), "--radius", "8 mm"]) == 2
     assert "--radius does not go with a recording in MCAP" in capsys.readouterr().err
 

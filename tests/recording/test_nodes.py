@@ -1,5 +1,6 @@
 """The record and replay nodes: what is sent is what was recorded, at its time."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -93,3 +94,18 @@ def test_what_the_record_node_hears_can_be_read(tmp_path: Path) -> None:
     ring = read_recording(tmp_path / "s" / "ring")
     assert ring.columns["normal_force"].tolist() == list(range(20))
     assert (ring.fingertip, ring.sensors) == (Fingertip(0.009, "ring"), {"normal_force": 0.01})
+
+
+def test_a_record_node_whose_folder_is_deleted_says_what_is_lost(tmp_path: Path) -> None:
+    node = record.build({"folder": str(tmp_path / "s")}, CONTEXT)
+    node.configure()
+    list(node.on_message(FingertipState(5, "ring", 0, normal_force=1.0), 0))
+    recorder = node._recorder
+    assert recorder is not None
+    recorder._stop.set()
+    recorder._thread.join()
+    recorder._drain()
+    recorder.writer.flush()  # what was taken is on disk
+    shutil.rmtree(tmp_path / "s")
+    node.cleanup()
+    assert "1 of 1 rows are lost" in node.failure

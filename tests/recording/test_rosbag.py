@@ -349,7 +349,7 @@ def test_the_command_reads_a_bag_without_a_map_file(tmp_path: Path, capsys: Caps
         (["bag", "--map", "normal_force=/none:x"], 3, "there is no topic /none"),
         (["bag"], 3, "say which field is what"),
         (["absent.bag", "--map", "slip=/a:x"], 3, "there is no such file"),
-        (["empty", "--map", "slip=/a:x"], 3, "is not a bag that can be read"),
+        (["empty", "--map", "slip=/a:x"], 3, "is an empty folder"),
         (["text.bag", "--map", "slip=/a:x"], 3, "is not a bag that can be read"),
         (["bag", "--map", "slip"], 2, "is not NAME=VALUE"),
     ],

@@ -2,6 +2,7 @@
 
 import errno
 import math
+import shutil
 import threading
 import tomllib
 from pathlib import Path
@@ -224,3 +225,124 @@ def test_a_disk_that_stands_still_does_not_hold_up_the_loop(
     assert recorder.dropped == 2  # of 12 in a queue of 10
     go_on.set()
     recorder.close()
+
+
+def test_a_folder_that_is_deleted_while_recording_is_told_counted_and_recorded_anew(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    writer = RecordingWriter(tmp_path / "s", radius=0.008)
+    for i in range(10):
+        writer.write(state(i))
+    writer.flush()
+    shutil.rmtree(tmp_path / "s")
+    for i in range(10, 14):
+        writer.write(state(i))
+    writer.flush()
+    assert "deleted while being written, 10 rows are lost" in caplog.text
+    writer.close()
+    assert writer.problem.endswith("10 of 14 rows are lost (deleted)")
+    session = tomllib.loads((tmp_path / "s" / "session.toml").read_text())
+    assert (session["closed"], session["rows"], session["lost"]) == (True, 14, 10)
+    kept = read_recording(tmp_path / "s" / "thumb")
+    np.testing.assert_allclose(kept.columns["normal_force"], 0.1 * np.arange(10, 14))
+    assert kept.fingertip.radius == 0.008
+
+
+def test_a_folder_deleted_after_the_last_row_is_told_too(tmp_path: Path) -> None:
+    writer = RecordingWriter(tmp_path / "s")
+    writer.write(state(0))
+    writer.flush()
+    shutil.rmtree(tmp_path / "s")
+    writer.close()
+    assert "1 of 1 rows are lost" in writer.problem
+    assert tomllib.loads((tmp_path / "s" / "session.toml").read_text())["lost"] == 1
+
+
+def test_a_table_cut_short_by_another_program_costs_the_rows_that_are_gone(tmp_path: Path) -> None:
+    writer = RecordingWriter(tmp_path / "s")
+    for i in range(10):
+        writer.write(state(i))
+    writer.flush()
+    table = tmp_path / "s" / "thumb" / "recording.csv"
+    whole = table.read_bytes().splitlines(keepends=True)
+    table.write_bytes(b"".join(whole[:4]) + whole[4][:3])  # the same file; header, three rows, a part of one
+    writer.write(state(10))
+    writer.close()
+    assert writer.lost["thumb/recording.csv"] == 7
+    recording = read_recording(tmp_path / "s" / "thumb")
+    np.testing.assert_allclose(recording.columns["normal_force"], [0.0, 0.1, 0.2, 1.0])
+
+
+def test_a_folder_that_is_moved_away_keeps_its_rows_and_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    writer = RecordingWriter(tmp_path / "s")
+    for i in range(5):
+        writer.write(state(i))
+    writer.flush()
+    (tmp_path / "s").rename(tmp_path / "elsewhere")
+    writer.write(state(5))
+    writer.close()
+    assert "moved away" in caplog.text
+    assert "5 of 6 rows are where the folder was moved to" in writer.problem
+    assert len(read_recording(tmp_path / "elsewhere" / "thumb")) == 5
+    assert len(read_recording(tmp_path / "s" / "thumb")) == 1
+
+
+def test_a_table_of_another_program_is_not_written_into(tmp_path: Path) -> None:
+    writer = RecordingWriter(tmp_path / "s")
+    writer.write(state(0))
+    writer.flush()
+    table = tmp_path / "s" / "thumb" / "recording.csv"
+    table.unlink()
+    table.write_text("not ours\n")
+    writer.write(state(1))
+    writer.close()
+    assert table.read_text() == "not ours\n"
+    assert writer.lost["thumb/recording.csv"] == 2
+
+
+def test_a_full_disk_is_told_when_it_begins_and_when_it_is_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    disk = Disk(room=0)
+    monkeypatch.setattr(TableFile, "_open", lambda _: disk)
+    writer = RecordingWriter(tmp_path / "s")
+    writer.write(state(0))
+    writer.flush()
+    assert "cannot be written (No space left on device); rows wait in memory" in caplog.text
+    caplog.clear()
+    disk.room = 10_000
+    writer.close()
+    assert "can be written again" in caplog.text
+    assert writer.problem == ""
+
+
+def test_a_disk_that_is_full_at_the_end_is_told_and_is_a_problem(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(TableFile, "_open", lambda _: Disk(room=0))
+    writer = RecordingWriter(tmp_path / "s")
+    writer.write(state(0))
+    writer.close()
+    assert "1 rows are lost at the end (No space left on device)" in caplog.text
+    assert "1 of 1 rows are lost (No space left on device)" in writer.problem
+
+
+def test_what_the_queue_dropped_is_a_problem(tmp_path: Path) -> None:
+    recorder = BackgroundWriter(RecordingWriter(tmp_path / "s"), capacity=10, period=60.0)
+    for i in range(25):
+        recorder.offer(state(i))
+    recorder.close()
+    assert "15 messages came faster" in recorder.writer.problem
+
+
+def test_made_up_fingers_do_not_use_up_the_descriptors(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vegrip.recording.writer.MOST_TABLES", 2)
+    with RecordingWriter(tmp_path / "s") as writer:
+        for i, finger in enumerate(("thumb", "index", "a", "b", "thumb")):
+            writer.write(state(i, finger))
+    assert len(list((tmp_path / "s").glob("*/recording.csv"))) == 2
+    assert "2 of 5 rows are lost" in writer.problem

@@ -10,10 +10,11 @@ from collections import Counter
 import pytest
 import zmq
 
+from vegrip import descriptors
 from vegrip.errors import DeviceError
 from vegrip.node.client import ask
 from vegrip.node.registry import Entry
-from vegrip.transport import connection_limit, descriptors
+from vegrip.transport import connection_limit
 from vegrip.transport.connection_limit import ConnectionLimit
 from vegrip.transport.zmq_address import resolve
 
@@ -202,11 +203,11 @@ def limits(monkeypatch):
 )
 def test_a_node_takes_the_descriptors_it_may_have_and_gives_none_back(limits, before, after):
     limits["limits"] = before
-    descriptors.raise_limit()
+    descriptors.require_descriptors(descriptors.NODE_NEEDS)
     assert limits["limits"] == after
 
 
 def test_with_too_few_descriptors_a_node_is_refused_with_the_remedy(limits):
     limits["limits"] = 60, 60
     with pytest.raises(DeviceError, match=r"only 60 files .*ulimit -n 512"):
-        descriptors.raise_limit()
+        descriptors.require_descriptors(descriptors.NODE_NEEDS)

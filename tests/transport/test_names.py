@@ -1,5 +1,6 @@
 """Laws of addresses and of the folder they live in."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -130,3 +131,24 @@ def test_the_folder_of_sockets_is_private(monkeypatch, tmp_path):
     (tmp_path / "run").chmod(0o755)
     with pytest.raises(DeviceError, match="other users"):
         runtime_folder("can")
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
+def test_a_link_that_another_user_has_made_is_no_private_folder(monkeypatch, tmp_path):
+    (tmp_path / "home").mkdir(mode=0o700)
+    (tmp_path / "run").symlink_to(tmp_path / "home")
+    os.chown(tmp_path / "run", 12345, 12345, follow_symlinks=False)
+    monkeypatch.setenv("VEGRIP_RUNTIME_DIR", str(tmp_path / "run"))
+    with pytest.raises(DeviceError, match="symbolic link that another user has made"):
+        runtime_folder("can")
+    assert list((tmp_path / "home").iterdir()) == []
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
+def test_a_folder_of_another_user_is_refused_before_anything_is_made_in_it(monkeypatch, tmp_path):
+    (tmp_path / "run").mkdir(mode=0o700)
+    os.chown(tmp_path / "run", 12345, 12345)
+    monkeypatch.setenv("VEGRIP_RUNTIME_DIR", str(tmp_path / "run"))
+    with pytest.raises(DeviceError, match="belongs to another user"):
+        runtime_folder("can")
+    assert list((tmp_path / "run").iterdir()) == []

@@ -48,6 +48,11 @@ class CanopenCodec:
         return self._codec.rejected
 
     @property
+    def broken(self) -> Mapping[str, int]:
+        """States that could not be understood, by finger."""
+        return self._codec.broken
+
+    @property
     def lost(self) -> int:
         """Messages that never arrived."""
         return self._codec.lost

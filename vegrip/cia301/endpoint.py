@@ -61,6 +61,11 @@ class CanopenEndpoint:
         return {**self.can.rejected, **self.faults, **malformed, **jumps}
 
     @property
+    def broken(self) -> Mapping[str, int]:
+        """States that arrived and could not be understood, by finger."""
+        return self.can.broken
+
+    @property
     def clock(self) -> ClockEstimate | None:
         """The clock of whoever sends TIME, in ns since 1970, against ours; None before the first."""
         known = self._clock.estimate()

@@ -49,6 +49,7 @@ class GraspEndpoint(CanopenEndpoint):
         hand: number of the hand in the identifiers of the DBC.
         heartbeat: own period [s].
         limit: longest time between two heartbeats of a finger [s].
+        first: time that a finger may take to appear [s].
         sync_period: of the SYNC we produce [s]; 0: none.
         time_period: of the TIME we produce [s]; 0: none.
         master: whether fingers are told to start when they have been found right.
@@ -69,6 +70,7 @@ class GraspEndpoint(CanopenEndpoint):
         hand: int = 0,
         heartbeat: float = 0.2,
         limit: float = 0.5,
+        first: float = 0.5,
         sync_period: float = 0.0,
         time_period: float = 0.0,
         master: bool = True,
@@ -78,7 +80,13 @@ class GraspEndpoint(CanopenEndpoint):
         super().__init__(bus, codec, identifiers(tuple(fingers), node, hand), reopen, timing)
         self.device = Device(node, dictionary, self.network, self._command)
         self.sensors = Sensors(
-            fingers, finger_dictionary, round(limit * NS), self.put, self.now(), master=master
+            fingers,
+            finger_dictionary,
+            round(limit * NS),
+            round(first * NS),
+            self.put,
+            self.now(),
+            master=master,
         )
         self._names = dict(zip(fingers, codec.fingers, strict=True))
         self._mirror = Mirror(self.device, codec.fingers, hand)
@@ -103,6 +111,8 @@ class GraspEndpoint(CanopenEndpoint):
         self._node = node
         self._autostart = self._start_pending = autostart
         SdoParameters(self.device, node)
+        waited_for = ", ".join(f"{name} (node {finger})" for finger, name in self._names.items())
+        self._logger.info("waits for %s", waited_for)
         self._appear()
         if self._sync_period > 0.0:
             self.network.send_periodic(SYNC, b"", self._sync_period)

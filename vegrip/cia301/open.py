@@ -37,6 +37,9 @@ class CanopenSettings:
     finger_eds: str = parameter("", doc="EDS file that the fingers must agree with; empty: that of vegrip")
     heartbeat: float = parameter(0.2, unit="s", low=0.01, high=60.0, doc="period of our own")
     heartbeat_limit: float = parameter(0.5, unit="s", low=0.02, high=60.0, doc="longest silence of a finger")
+    first_heartbeat: float = parameter(
+        10.0, unit="s", low=0.02, high=600.0, doc="time a finger may take to appear"
+    )
     sync_period: float = parameter(0.0, unit="s", low=0.0, high=10.0, doc="of SYNC; 0: none is produced")
     time_period: float = parameter(0.0, unit="s", low=0.0, high=60.0, doc="of TIME; 0: none is produced")
     master: bool = parameter(True, doc="the grasp force node tells the fingers to start")
@@ -111,6 +114,7 @@ def _made(
         hand=hand.number,
         heartbeat=settings.heartbeat,
         limit=settings.heartbeat_limit,
+        first=settings.first_heartbeat,
         sync_period=settings.sync_period,
         time_period=settings.time_period,
         master=settings.master,

@@ -78,6 +78,7 @@ class Sensors:
         nodes: node-IDs of the fingers, in their order.
         dictionary: what their EDS says.
         limit: [ns] longest time between two heartbeats.
+        first: [ns] that a finger may take to appear.
         send: puts a frame on the bus.
         now: [ns]
         master: whether fingers are told to start.
@@ -89,12 +90,13 @@ class Sensors:
         nodes: Sequence[int],
         dictionary: ObjectDictionary,
         limit: int,
+        first: int,
         send: Send,
         now: int,
         *,
         master: bool,
     ) -> None:
-        self.consumer = HeartbeatConsumer(dict.fromkeys(nodes, limit), now)
+        self.consumer = HeartbeatConsumer(dict.fromkeys(nodes, limit), now, first)
         self.all = {node: Sensor(node, dictionary, send, master=master) for node in nodes}
         for sensor in self.all.values():
             sensor.begin()

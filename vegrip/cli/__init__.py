@@ -2,54 +2,87 @@
 
 Each command is a function in its own module, imported only when that command is called, so that
 ``vegrip --help`` does not pay for the compiler. Exit codes: 0 did what was asked, 2 usage, 3 bad input,
-4 device; the message goes to standard error, never a traceback.
+4 device, or a result that was lost; the message goes to standard error, never a traceback.
 """
 
 import importlib
+import os
 import sys
 from collections.abc import Callable
 from typing import Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
-from vegrip.errors import VegripError
+from vegrip.cli._tables import complain
+from vegrip.cli._usage import explained, literal
+from vegrip.descriptors import COMMAND_NEEDS, is_out_of_descriptors, require_descriptors
+from vegrip.errors import DeviceError, VegripError
+from vegrip.spelling import suggestion
 
-COMMANDS: dict[str, tuple[str, str]] = {
-    # name: (module:function or module:app, one line of help)
-    "demo": ("vegrip.cli.demo:demo", "Run the main job: virtual hand, virtual bus, node, live table."),
-    "launch": ("vegrip.cli.launch:launch", "Start the nodes of a launch file and watch over them."),
-    "node": ("vegrip.cli.node:node", "Run one node in this process."),
-    "monitor": ("vegrip.cli.monitor:monitor", "Watch slip margins live."),
-    "record": ("vegrip.cli.record:record", "Record the bus to a folder."),
-    "replay": ("vegrip.cli.replay:replay", "Play a recording on the bus."),
-    "import": ("vegrip.cli.import_:import_", "Turn any CSV into a recording, with a column map."),
-    "simulate": ("vegrip.cli.simulate:simulate", "Make a recording as a model would give it."),
-    "fit": ("vegrip.cli.fit:fit", "Fit the contact model to a recording."),
-    "compare": ("vegrip.cli.compare:compare", "Compare a model with a recording, and see where it fails."),
-    "new-effect": (
-        "vegrip.cli.new_effect:new_effect",
-        "Write a package that adds an effect of your own.",
-    ),
-    "diagnose": ("vegrip.cli.diagnose:diagnose", "Say which physical effects the model lacks."),
-    "add": ("vegrip.cli.add:add", "Put an effect into a model and fit again."),
-    "refine": ("vegrip.cli.refine:refine", "Add effects until the next one does not pay."),
-    "experiment": (
-        "vegrip.cli.experiment:experiment",
-        "Find the experiment that tells candidates apart.",
-    ),
-    "fleet": ("vegrip.cli.fleet:fleet", "Diagnose a folder of many recordings, on all cores."),
-    "trial": ("vegrip.cli.trial:trial", "Hide effects in simulated recordings, and count what is named."),
-    "paper": ("vegrip.cli.paper:paper", "Print the paper's tables and draw its figures."),
-    "bench": ("vegrip.cli.bench:bench", "Measure the speed ratios on this machine."),
-    "doctor": ("vegrip.cli.doctor:doctor", "Check this machine and say how to mend what is wrong."),
-    "bus-load": ("vegrip.cli.bus_load:bus_load", "Tell whether hands, rates and layout fit a CAN bus."),
-    "topic": ("vegrip.cli.topic:app", "Look at topics: list, echo, hz."),
-    "param": ("vegrip.cli.param:app", "Read and set parameters of running nodes."),
-    "keys": ("vegrip.cli.keys:app", "Make and pass on keys for networks beyond this machine."),
-    "lifecycle": ("vegrip.cli.lifecycle:app", "Read and change the state of running nodes."),
+GROUPS: dict[str, dict[str, tuple[str, str]]] = {
+    # heading: name: (module:function or module:app, one line of help)
+    "Start": {
+        "demo": ("vegrip.cli.demo:demo", "Run the main job: virtual hand, virtual bus, node, live table."),
+        "sample": ("vegrip.cli.sample:sample", "Put a sample recording, model or log here to try things on."),
+        "doctor": (
+            "vegrip.cli.doctor:doctor",
+            "Check this machine and say how to mend what is wrong; what your sensors give you.",
+        ),
+    },
+    "On a hand": {
+        "launch": ("vegrip.cli.launch:launch", "Start the nodes of a launch file and watch over them."),
+        "node": ("vegrip.cli.node:node", "Run one node in this process."),
+        "monitor": ("vegrip.cli.monitor:monitor", "Watch slip margins live."),
+        "topic": ("vegrip.cli.topic:app", "Look at topics: list, echo, hz."),
+        "param": ("vegrip.cli.param:app", "Read and set parameters of running nodes."),
+        "lifecycle": ("vegrip.cli.lifecycle:app", "Read and change the state of running nodes."),
+        "bus-load": ("vegrip.cli.bus_load:bus_load", "Tell whether hands, rates and layout fit a CAN bus."),
+        "keys": ("vegrip.cli.keys:app", "Make and pass on keys for networks beyond this machine."),
+    },
+    "Recordings": {
+        "record": ("vegrip.cli.record:record", "Record the bus to a folder."),
+        "replay": ("vegrip.cli.replay:replay", "Play a recording on the bus, or run the node over it."),
+        "import": (
+            "vegrip.cli.import_:import_",
+            "Turn a CSV, CAN log, MCAP file or rosbag into a recording.",
+        ),
+        "simulate": ("vegrip.cli.simulate:simulate", "Make a recording as a model would give it."),
+    },
+    "The contact model": {
+        "fit": ("vegrip.cli.fit:fit", "Fit the contact model to a recording."),
+        "compare": (
+            "vegrip.cli.compare:compare",
+            "Compare a model with a recording, and see where it fails.",
+        ),
+        "diagnose": ("vegrip.cli.diagnose:diagnose", "Say which physical effects the model lacks."),
+        "add": ("vegrip.cli.add:add", "Put an effect into a model and fit again."),
+        "refine": ("vegrip.cli.refine:refine", "Add effects until the next one does not pay."),
+        "experiment": (
+            "vegrip.cli.experiment:experiment",
+            "Find the experiment that tells candidates apart.",
+        ),
+        "fleet": ("vegrip.cli.fleet:fleet", "Diagnose a folder of many recordings, on all cores."),
+        "new-effect": (
+            "vegrip.cli.new_effect:new_effect",
+            "Write a package that adds an effect of your own.",
+        ),
+        "test-effect": (
+            "vegrip.cli.effect_laws:effect_laws",
+            "Test whether an effect of your own holds to the laws of every effect.",
+        ),
+    },
+    "Evidence": {
+        "paper": ("vegrip.cli.paper:paper", "Print the paper's tables and draw its figures."),
+        "trial": (
+            "vegrip.cli.trial:trial",
+            "Hide effects in simulated recordings, and count what is named.",
+        ),
+        "bench": ("vegrip.cli.bench:bench", "Measure the speed ratios on this machine."),
+    },
 }
+COMMANDS = {name: command for group in GROUPS.values() for name, command in group.items()}
+
+COMPLETION = ("--install-completion", "--show-completion")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -59,30 +92,81 @@ def main(arguments: list[str] | None = None) -> int:
     if name in ("-h", "--help"):
         _print_help()
         return 0
+    if name == "--version":
+        return _print_version()
+    if name in COMPLETION:
+        return _run(whole(), arguments, "vegrip")
     if name not in COMMANDS:
-        _complain(f"there is no command {name!r}; there are {', '.join(COMMANDS)}")
+        complain(f"there is no command {name!r}; {suggestion(name, COMMANDS)}")
         return 2
-    return _run(name, rest)
+    return _run_command(name, rest)
 
 
 def entry() -> None:
     """Entry point of the installed script."""
+    if "_VEGRIP_COMPLETE" in os.environ:  # the shell asks what may come next
+        whole()(prog_name="vegrip")
     sys.exit(main())
 
 
-def _run(name: str, arguments: list[str]) -> int:
+def load(name: str) -> typer.Typer:
+    """Return one command, or group of commands, as an app."""
     module, attribute = COMMANDS[name][0].split(":")
+    return _as_app(getattr(importlib.import_module(module), attribute))
+
+
+def whole() -> typer.Typer:
+    """Return all commands as one app, as shell completion wants it."""
+    app = typer.Typer(add_completion=True, pretty_exceptions_enable=False)
+    for name, (place, text) in COMMANDS.items():
+        module, attribute = place.split(":")
+        command = getattr(importlib.import_module(module), attribute)
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=name, help=text)
+        else:
+            app.command(name, help=text)(command)
+    return app
+
+
+def _run_command(name: str, arguments: list[str]) -> int:
     try:
-        app = _as_app(getattr(importlib.import_module(module), attribute))
-        app(arguments, prog_name=f"vegrip {name}")
+        require_descriptors(COMMAND_NEEDS)
+        app = load(name)
     except VegripError as error:
-        _complain(str(error))
+        complain(str(error))
         return error.exit_code
-    except KeyboardInterrupt:
+    is_group = len(app.registered_commands) > 1
+    return _run(app, arguments or ["--help"] if is_group else arguments, f"vegrip {name}")
+
+
+def _run(app: typer.Typer, arguments: list[str], program: str) -> int:
+    try:
+        code = literal(app)(arguments, prog_name=program, standalone_mode=False)
+    except (KeyboardInterrupt, typer.Abort):
         return 130
+    except BrokenPipeError:  # `vegrip ... | head`: nobody reads on
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except SystemExit as done:
         return done.code if isinstance(done.code, int) else 0
-    return 0
+    except Exception as error:
+        sentence, code = _told(error, program)
+        if not sentence:
+            raise
+        complain(sentence)
+    return code if isinstance(code, int) else 0
+
+
+def _told(error: Exception, program: str) -> tuple[str, int]:
+    """Return what to say of ``error`` and the exit code; nothing of one that is a mistake of ours."""
+    if isinstance(error, VegripError):
+        return str(error), error.exit_code
+    if isinstance(error, typer.TyperException):
+        return explained(error, program), error.exit_code
+    if is_out_of_descriptors(error):
+        said = "too many files and sockets are open; raise the limit, e.g. `ulimit -n 4096`"
+        return said, DeviceError.exit_code
+    return "", 1
 
 
 def _as_app(command: typer.Typer | Callable[..., Any]) -> typer.Typer:
@@ -93,17 +177,25 @@ def _as_app(command: typer.Typer | Callable[..., Any]) -> typer.Typer:
     return app
 
 
-def _complain(sentence: str) -> None:
-    Console(stderr=True, highlight=False).print(
-        f"vegrip: {sentence}", style="red", soft_wrap=True, markup=False
-    )
+def _print_version() -> int:
+    from importlib.metadata import version
+
+    typer.echo(f"vegrip {version('vegrip')}")
+    return 0
 
 
 def _print_help() -> None:
-    console = Console()
-    console.print("[bold]vegrip[/bold]: contact estimation and grip control for soft fingertips\n")
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(markup=False, highlight=False)
+    console.print("vegrip: contact estimation and grip control for soft fingertips")
     table = Table(box=None, show_header=False, padding=(0, 2))
-    for name, (_, text) in COMMANDS.items():
-        table.add_row(f"vegrip {name}", text)
+    for heading, commands in GROUPS.items():
+        table.add_row("")
+        table.add_row(heading, style="bold")
+        for name, (_, text) in commands.items():
+            table.add_row(f"  vegrip {name}", text)
     console.print(table)
-    console.print("\nEach command has --help with an example. Try [bold]vegrip demo[/bold].")
+    console.print("\nEach command has -h with an example. Try: vegrip demo")
+    console.print("Also: vegrip --version, vegrip --install-completion (of this shell), --show-completion")

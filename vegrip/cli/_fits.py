@@ -1,15 +1,15 @@
-"""What the commands that fit models share: reading, progress on standard error, tables."""
+"""What the commands that fit models share: reading, noise, tables."""
 
 import json
 import math
-import sys
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
+
+from vegrip.cli._progress import counted, progress
+from vegrip.cli._tables import printer
 
 if TYPE_CHECKING:
     from vegrip.fit import Fit, Noise
@@ -42,23 +42,19 @@ def opened(recording: Path, model: Path | None) -> "tuple[Recording, ContactMode
     from vegrip.model import read_model
     from vegrip.recording import read_recording
 
-    return read_recording(recording), read_model(model) if model is not None else None
-
-
-@contextmanager
-def progress(what: str) -> Iterator[Callable[[str], None]]:
-    """Show on standard error what is being done: a spinner in a terminal, lines elsewhere."""
-    console = Console(stderr=True, highlight=False)
-    if console.is_terminal:
-        with console.status(what) as status:
-            yield lambda text: status.update(f"{what}: {text}")
-    else:
-        yield lambda text: print(f"{what}: {text}", file=sys.stderr)  # noqa: T201
+    start = read_model(model) if model is not None else None
+    with progress("read") as report:
+        return read_recording(recording, progress=counted(report)), start
 
 
 def print_json(told: Any) -> None:
     """Print one JSON object; what is not a number is null."""
-    typer.echo(json.dumps(_plain(told), allow_nan=False))
+    typer.echo(json_text(told))
+
+
+def json_text(told: Any) -> str:
+    """Return one JSON object; what is not a number is null."""
+    return json.dumps(_plain(told), allow_nan=False)
 
 
 def _plain(told: Any) -> Any:
@@ -86,27 +82,24 @@ def doubted(problem: "Problem") -> list[str]:
 
 def print_sentences(sentences: Iterable[str]) -> None:
     """Print one line for each."""
-    from vegrip.cli._tables import printer
-
     for sentence in sentences:
-        printer().print(f"- {sentence}", markup=False)
+        printer().print(f"- {sentence}")
 
 
 def print_fit(fit: "Fit") -> None:
     """Print values with their standard errors, errors by channel, and warnings."""
     from rich.table import Table
 
-    from vegrip.cli._tables import printer
-
     console = printer()
     told = fit.as_dict()
     table = Table(box=None, padding=(0, 2))
-    for heading in ("parameter", "value", "std", "unit", "effect"):
+    for heading in ("parameter", "value", "std", "unit", "in SI", "effect"):
         table.add_column(heading, justify="right" if heading in ("value", "std") else "left")
     for name, one in told["parameters"].items():
         log = one["scale"] == "log"
         spread = f"{100.0 * one['std']:.2g} %" if log else f"{one['std']:.2g}"
-        table.add_row(name, f"{one['value']:.5g}", spread, one["unit"], one["effect"])
+        si = f"{one['si']['value']:.3g} {one['si']['unit']}" if "si" in one else ""
+        table.add_row(name, f"{one['value']:.5g}", spread, one["unit"], si, one["effect"])
     console.print(table)
     console.print(channel_table(told["channels"]))
     console.print(f"all channels: {told['error']:.3f} times the noise")
@@ -120,11 +113,11 @@ def print_fit(fit: "Fit") -> None:
 
 def print_noise(noise: dict[str, Any]) -> None:
     """Say how large the noise of every channel was taken to be, and where that comes from."""
-    console = Console(highlight=False)
+    console = printer()
     for channel, source in noise["source"].items():
         size = f"{noise[channel]:.3g}, " if noise.get(channel) else ""
         slow = f", {noise['slow_time']:.2g} s" if channel == "slow_force" and noise["slow_force"] else ""
-        console.print(f"noise of {channel}: {size}{source}{slow}", soft_wrap=True)
+        console.print(f"noise of {channel}: {size}{source}{slow}")
     if noise.get("tolerance"):
         console.print(f"and {100.0 * noise['tolerance']:.3g} % of each episode's peak force, as asked for")
 

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
+from vegrip.cli._tables import printer
 from vegrip.recording import LoadReport
 from vegrip.replay.run import Outcome
 
@@ -24,7 +24,7 @@ ROWS = (
 
 def print_outcome(outcome: Outcome, reports: Mapping[str, LoadReport]) -> None:
     """Print one column per finger, then what was refused on the way."""
-    console = Console(highlight=False)
+    console = printer()
     told = outcome.as_dict()["fingers"]
     table = Table(box=None, padding=(0, 2))
     table.add_column("")
@@ -33,15 +33,17 @@ def print_outcome(outcome: Outcome, reports: Mapping[str, LoadReport]) -> None:
     for title, key, unit in ROWS:
         table.add_row(title, *(_number(each[key], unit) for each in told.values()))
     for title, key in (("input", "conditions"), ("fails", "failing"), ("suspect", "suspects")):
+        if key == "suspects" and not any(each[key].keys() - {"none"} for each in told.values()):
+            continue  # none was looked for
         table.add_row(title, *(_first(each[key]) for each in told.values()))
     for title, key in (("pressure exponent", "pressure_exponent"), ("friction", "friction_coefficient")):
         table.add_row(f"{title}, last", *(_estimate(each[key]) for each in told.values()))
     console.print(table)
     for finger, report in reports.items():
         if not report.clean:
-            console.print(f"recording of {finger}: {report.summary()}", markup=False)
+            console.print(f"recording of {finger}: {report.summary()}")
     for name, count in outcome.rejected.items():
-        console.print(f"refused on the bus or in the node: {name} ({count} x)", markup=False)
+        console.print(f"refused on the bus or in the node: {name} ({count} x)")
 
 
 def _number(value: float | None, unit: str) -> str:

@@ -4,11 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from vegrip.cli._tables import printable, printer
 from vegrip.recording import Recording
 from vegrip.recording.channels import CHANNELS, noise_name
+from vegrip.sensors import lacking
 
 
 def describe(recording: Recording) -> dict[str, Any]:
@@ -29,18 +31,20 @@ def describe(recording: Recording) -> dict[str, Any]:
             }
             for name, values in recording.columns.items()
         },
+        "lacking": lacking(recording.columns),
         "report": recording.report.as_dict(),
     }
 
 
 def print_recording(recording: Recording, folder: Path) -> None:
     """Print the columns with their ranges, and everything that was found while reading."""
-    console = Console(highlight=False)
+    console = printer()
     about = describe(recording)
     radius = f"{about['radius']:g} m" if about["radius"] is not None else "unknown"
+    size = f"{about['rows']} rows, {about['duration']:.6g} s, {about['episodes']} episode(s)"
     console.print(
-        f"[bold]{folder}[/bold]: {about['rows']} rows, {about['duration']:.6g} s, "
-        f"{about['episodes']} episode(s), {about['finger']}, radius {radius}"
+        Text(printable(str(folder)), style="bold")
+        + Text(printable(f": {size}, {about['finger']}, radius {radius}"), "not bold")
     )
     table = Table(box=None, padding=(0, 2))
     for heading in ("column", "unit", "min", "max", "noise std"):
@@ -49,7 +53,9 @@ def print_recording(recording: Recording, folder: Path) -> None:
         values = (column["min"], column["max"], column["noise"])
         table.add_row(name, column["unit"], *("-" if v is None else f"{v:.5g}" for v in values))
     console.print(table)
-    console.print(recording.report.summary(), markup=False)
+    console.print(recording.report.summary())
+    for sentence in lacking(recording.columns):
+        console.print(f"- {sentence}")
 
 
 def _number(value: float) -> float | None:

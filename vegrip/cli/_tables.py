@@ -1,7 +1,13 @@
-"""Tables of the command line: as wide as the terminal, wide and unbroken in a file."""
+"""What the command line prints: sentences and tables, as wide as the terminal, wide and unbroken in a file.
+
+Nothing here reads markup: ``[m]`` is a unit, not a tag.
+"""
+
+from typing import Any
 
 from rich.console import Console
 from rich.table import Column, Table
+from rich.text import Text
 
 WIDE = 240  # columns
 
@@ -11,13 +17,34 @@ def table(*header: str, wraps: str = "") -> Table:
     return Table(*(Column(name, no_wrap=name != wraps) for name in header), box=None, pad_edge=False)
 
 
-def printer() -> Console:
+def printable(text: str) -> str:
+    """Return ``text``, which may name what a file holds, without control characters for the terminal."""
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+
+
+class _Literal(Console):
+    """Shows text as it stands, whatever file it comes from: no markup, no emoji and no control characters."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(highlight=False, markup=False, emoji=False, **options)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Return ``text`` to be shown; sentences and the cells of tables come by here."""
+        return super().render_str(printable(text), **options)
+
+
+def printer(*, stderr: bool = False) -> Console:
     """Return where sentences go: broken between words in a terminal, unbroken in a file."""
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, soft_wrap=True, width=WIDE)
+    console = _Literal(stderr=stderr)
+    return console if console.is_terminal else _Literal(soft_wrap=True, width=WIDE, stderr=stderr)
 
 
 def show(content: Table) -> None:
     """Print ``content``."""
-    console = Console()
-    (console if console.is_terminal else Console(width=WIDE)).print(content)
+    console = _Literal()
+    (console if console.is_terminal else _Literal(width=WIDE)).print(content)
+
+
+def complain(sentence: str) -> None:
+    """Print one sentence on standard error, in red."""
+    _Literal(stderr=True).print(f"vegrip: {sentence}", style="red", soft_wrap=True)

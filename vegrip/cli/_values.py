@@ -1,17 +1,17 @@
 """Values on the command line, written as in TOML; what is no TOML is text."""
 
 import math
-import tomllib
 from typing import Any
 
+from vegrip.config import parse_toml
 from vegrip.errors import UsageError
 
 
 def parsed(text: str) -> Any:
     """Return the value of ``text``: 0.4, 3, true, [1, 2], "text" or text."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        return parse_toml(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
         return text
 
 

@@ -1,11 +1,13 @@
 """``vegrip add``: one effect into a model."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._outputs import FORCE, Outputs
 
 EFFECT = Annotated[str, typer.Argument(help="Name of an effect, built in or of your own package.")]
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
@@ -19,6 +21,7 @@ def add(
     recording: RECORDING,
     model: MODEL = None,
     output: OUT = None,
+    force: FORCE = False,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
     as_json: JSON = False,
@@ -27,30 +30,38 @@ def add(
 
     The file that is written runs in the node as it is.
 
-    Example: vegrip add adhesion press -o press-adhesion.toml
+    Example: vegrip sample press && vegrip add adhesion press -o press-adhesion.toml
     """
-    from rich.console import Console
-
-    from vegrip.cli._fits import noise_for, opened, print_fit, print_json, progress
+    from vegrip.cli._fits import noise_for, opened, print_fit, print_json
+    from vegrip.cli._progress import progress
+    from vegrip.cli._tables import printer
     from vegrip.diagnosis.ladder import add as add_effect
+    from vegrip.effects import effect as known_effect
     from vegrip.fit import fit
     from vegrip.model import write_model
 
-    measured, start = opened(recording, model)
-    with progress("add") as report:
-        zeros: Literal["recording", "episode"] = "episode" if zeros_each_episode else "recording"
-        noise = noise_for(measured, tolerance)
-        before = fit(measured, start, noise=noise, zeros=zeros, report=report)
-        after, base = add_effect(effect, before)
-    if output is not None:
-        write_model(after.model, output)
-    error = {"before": base.error, "after": after.error, "noise_floor": 1.0}
-    if as_json:
-        told = after.as_dict()
-        print_json(
-            {"effect": effect, "error": error, "parameters": told["parameters"], "warnings": told["warnings"]}
-        )
-    else:
-        print_fit(after)
-        text = f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)"
-        Console(highlight=False).print(text)
+    with Outputs(force=force) as outputs:
+        outputs.file(output)
+        known_effect(effect)  # an unknown one is refused before the fit
+        measured, start = opened(recording, model)
+        with progress("add") as report:
+            zeros: Literal["recording", "episode"] = "episode" if zeros_each_episode else "recording"
+            noise = noise_for(measured, tolerance)
+            before = fit(measured, start, noise=noise, zeros=zeros, report=report)
+            after, base = add_effect(effect, before)
+        outputs.write(output, partial(write_model, after.model))
+        error = {"before": base.error, "after": after.error, "noise_floor": 1.0}
+        if as_json:
+            told = after.as_dict()
+            print_json(
+                {
+                    "effect": effect,
+                    "error": error,
+                    "parameters": told["parameters"],
+                    "warnings": told["warnings"],
+                }
+            )
+        else:
+            print_fit(after)
+            text = f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)"
+            printer().print(text)

@@ -1,18 +1,22 @@
 """``vegrip bench``: speed as ratios, both times of a ratio measured in the same run."""
 
 import importlib
+import importlib.util
 import json
 import pkgutil
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
 
+from vegrip.cli._tables import complain, printer
 from vegrip.errors import UsageError
+from vegrip.spelling import suggestion
 
 Results = dict[str, dict[str, float]]
+LOST = 4  # exit code when a benchmark failed; the others are printed
 
 
 def bench(
@@ -25,41 +29,67 @@ def bench(
 
     Example: vegrip bench recursion creep_inverse
     """
-    known = _benchmarks()
+    known = benchmarks()
     chosen = names or list(known)
     for name in chosen:
         if name not in known:
-            raise UsageError(f"there is no benchmark {name!r}; there are {', '.join(known)}")
+            raise UsageError(f"there is no benchmark {name!r}; {suggestion(name, known)}")
+    failed = 0
     results: Results = {}
-    for name in track(chosen, "measuring", console=Console(stderr=True), transient=True):
-        results |= _run(known[name])
+    if not as_json:
+        typer.echo("times of one call; ratio = theirs / ours")
+        typer.echo(f"{'benchmark':44} {'ours [us]':>12} {'theirs [us]':>12} {'ratio':>8}")
+    for name in chosen:
+        with _measuring(name):
+            rows, complaint = _run(known[name])
+        results |= rows
+        if not as_json:
+            for row in rows.items():
+                typer.echo(_line(*row))
+        if complaint:
+            complain(f"{name}: {complaint}")
+            failed += 1
     if as_json:
         typer.echo(json.dumps(results))
-    else:
-        Console().print(_table(results))
+    if failed:
+        raise typer.Exit(LOST)
 
 
-def _benchmarks() -> dict[str, str]:
-    """Module of every benchmark by its short name."""
+def benchmarks() -> dict[str, str]:
+    """Return the module of every benchmark that can be run, by its short name."""
     import vegrip.benchmarks as package
 
     found = pkgutil.iter_modules(package.__path__)
-    return {info.name: f"{package.__name__}.{info.name}" for info in found if not info.name.startswith("_")}
+    modules = {
+        info.name: f"{package.__name__}.{info.name}" for info in found if not info.name.startswith("_")
+    }
+    return {name: module for name, module in modules.items() if _has_run(module)}
 
 
-def _run(module: str) -> Results:
+def _has_run(module: str) -> bool:
+    """Look for ``run`` in the source: to import all benchmarks takes seconds."""
+    spec = importlib.util.find_spec(module)
+    source = Path(spec.origin).read_text(encoding="utf-8") if spec is not None and spec.origin else ""
+    return "\ndef run(" in source
+
+
+def _run(module: str) -> tuple[Results, str]:
+    """Return the rows of a benchmark, and why there are none."""
     try:
-        benchmark = importlib.import_module(module)
+        results: Results = importlib.import_module(module).run()
     except ModuleNotFoundError as error:
-        raise UsageError(f"{module} compares with {error.name}: pip install 'vegrip[dev]'") from None
-    results: Results = benchmark.run()
-    return results
+        return {}, f"compares with {error.name}: pip install 'vegrip[dev]'"
+    except Exception as error:  # noqa: BLE001 - one benchmark that fails costs no other its result
+        return {}, f"failed ({type(error).__name__}: {error})"
+    return results, ""
 
 
-def _table(results: Results) -> Table:
-    table = Table(title="times of one call; ratio = theirs / ours", title_justify="left")
-    for column in ("benchmark", "ours [us]", "theirs [us]", "ratio"):
-        table.add_column(column, justify="left" if column == "benchmark" else "right")
-    for name, row in results.items():
-        table.add_row(name, f"{row['ours_us']:.3g}", f"{row['theirs_us']:.3g}", f"{row['ratio']:.3g}")
-    return table
+@contextmanager
+def _measuring(name: str) -> Iterator[None]:
+    console = printer(stderr=True)
+    with console.status(f"measuring {name}") if console.is_terminal else nullcontext():
+        yield
+
+
+def _line(name: str, row: dict[str, float]) -> str:
+    return f"{name:44} {row['ours_us']:12.3g} {row['theirs_us']:12.3g} {row['ratio']:8.3g}"

@@ -82,9 +82,7 @@ def _finite(value: float) -> float | None:
 
 
 def _show(told: "Forecast", queue: str) -> None:
-    from rich.console import Console
-
-    from vegrip.cli._tables import show, table
+    from vegrip.cli._tables import printer, show, table
 
     out = table("frame", "of", "id", "bytes", "Hz", "longest/us", "wait/us", "response/us", "")
     for row in told.rows:
@@ -94,7 +92,7 @@ def _show(told: "Forecast", queue: str) -> None:
             "" if row.fits else "too late",
         )  # fmt: skip
     show(out)
-    console = Console(highlight=False, soft_wrap=True)
+    console = printer()
     console.print(f"load {told.load:.1%} with usual data, {told.worst_load:.1%} with the longest frames")
     console.print(_verdict(told, queue))
 

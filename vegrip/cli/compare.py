@@ -1,21 +1,26 @@
 """``vegrip compare``: a model against a recording."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
     from vegrip.compare import Comparison
+    from vegrip.model import ContactModel
+    from vegrip.recording import Recording
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model is fitted.")]
 VERSUS = Annotated[
     Path | None, typer.Option("--versus", help="A second model (file) or recording (folder) beside it.")
 ]
-OUT = Annotated[Path | None, typer.Option("-o", "--out", metavar="DIR", help="Draw pictures into DIR.")]
+OUT = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw pictures into DIR.")]
+FITTED = "the paper's model, fitted"
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
@@ -23,7 +28,8 @@ def compare(
     recording: RECORDING,
     model: MODEL = None,
     versus: VERSUS = None,
-    out: OUT = None,
+    output: OUT = None,
+    force: FORCE = False,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
     as_json: JSON = False,
@@ -32,30 +38,36 @@ def compare(
 
     With --versus a second model, or a second recording under the same model, is shown beside.
 
-    Example: vegrip compare press --model press.toml --versus press-adhesion.toml -o pictures
+    Example: vegrip sample press && vegrip fit press -o base.toml
+    && vegrip compare press --model base.toml -o pictures
     """
-    from vegrip.cli._fits import doubted, print_json, progress
+    from vegrip.cli._fits import doubted, opened, print_json
+    from vegrip.cli._progress import progress
 
-    pairs = [(recording, model)]
-    if versus is not None:
-        pairs.append((versus, model) if versus.is_dir() else (recording, versus))
-    with progress("compare") as report:
-        found = [_compared(folder, file, zeros_each_episode, tolerance, report) for folder, file in pairs]
-    told = [one.as_dict() | {"doubts": doubted(one.problem)} for one in found]
-    if out is not None:
-        _drawn(found, out)
-    if as_json:
-        print_json(told[0] | ({"versus": told[1]} if len(told) > 1 else {}))
-    else:
-        for one, values in zip(found, told, strict=True):
-            _print(one, values)
+    with Outputs(force=force) as outputs:
+        outputs.pictures(output)
+        pairs = [(recording, model)]
+        if versus is not None:
+            pairs.append((versus, model) if versus.is_dir() else (recording, versus))
+        names = [file.stem if file is not None else FITTED for _, file in pairs]
+        read = [opened(folder, file) for folder, file in pairs]
+        with progress("compare") as report:
+            found = [_compared(*each, zeros_each_episode, tolerance, report) for each in read]
+        told = [one.as_dict() | {"doubts": doubted(one.problem)} for one in found]
+        outputs.write(output, partial(_drawn, found, names))
+        if as_json:
+            print_json(told[0] | ({"versus": told[1]} if len(told) > 1 else {}))
+        else:
+            for one, values, name in zip(found, told, names, strict=True):
+                _print(one, values, name)
 
 
-def _compared(folder: Path, file: Path | None, each: bool, tolerance: float, report: object) -> "Comparison":
-    from vegrip.cli._fits import noise_for, opened
+def _compared(
+    measured: "Recording", model: "ContactModel | None", each: bool, tolerance: float, report: object
+) -> "Comparison":
+    from vegrip.cli._fits import noise_for
     from vegrip.compare import compare as compare_model
 
-    measured, model = opened(folder, file)
     return compare_model(
         measured,
         model,
@@ -65,25 +77,25 @@ def _compared(folder: Path, file: Path | None, each: bool, tolerance: float, rep
     )
 
 
-def _drawn(found: "list[Comparison]", out: Path) -> None:
-    from rich.console import Console
-
+def _drawn(found: "list[Comparison]", names: list[str], out: Path) -> None:
+    from vegrip.cli._tables import printer
     from vegrip.compare.plot import draw
 
-    for i, one in enumerate(found):
-        files = draw(one, out if i == 0 else out / "versus")
-        Console(stderr=True, highlight=False).print(
-            f"{len(files)} pictures in {files[0].parent}", soft_wrap=True
-        )
+    for i, (one, name) in enumerate(zip(found, names, strict=True)):
+        files = draw(one, out if i == 0 else out / "versus", name)
+        printer(stderr=True).print(f"{len(files)} pictures in {files[0].parent}", soft_wrap=True)
 
 
-def _print(found: "Comparison", told: dict[str, Any]) -> None:
+def _print(found: "Comparison", told: dict[str, Any], name: str) -> None:
+    from rich.text import Text
+
     from vegrip.cli._fits import channel_table, print_sentences
     from vegrip.cli._tables import printer
 
     console = printer()
-    origin = "the paper's model, fitted" if found.fitted else "the model as it is"
-    console.print(f"[bold]{told['recording']}[/bold]: {origin}, {told['error']:.3f} times the noise")
+    origin = name if found.fitted else f"{name} as it is"
+    head = Text(told["recording"], style="bold")
+    console.print(head + Text(f": {origin}, {told['error']:.3f} times the noise", style="not bold"))
     console.print(channel_table(told["channels"]))
     print_sentences(regime["note"] for regime in told["where"])
     if not told["where"]:

@@ -1,38 +1,51 @@
 """``vegrip demo``: the main job, end to end, without hardware."""
 
+import os
 import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from vegrip.cli._outputs import FORCE, claim_recording
+
 
 def demo(
     duration: Annotated[float, typer.Option(min=3.0, max=3600.0, help="length in s")] = 30.0,
     seed: Annotated[int, typer.Option(min=0, help="which object and disturbances")] = 0,
-    grasp: Annotated[str, typer.Option(help="hand: all fingers; pinch: thumb and index")] = "hand",
+    grasp: Annotated[
+        str,
+        typer.Option(help="hand: all fingers; pinch: thumb and index; auto: hand from four cores on"),
+    ] = "auto",
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="folder of the recording (default recordings/demo-TIME)"),
     ] = None,
+    force: FORCE = False,
     headless: Annotated[bool, typer.Option("--headless", help="no live table")] = False,
     json: Annotated[bool, typer.Option("--json", help="one JSON object on standard output")] = False,
     plot: Annotated[bool, typer.Option(help="compare with two other controllers and draw")] = True,
 ) -> None:
     """Run a virtual hand, a virtual CAN bus and the grasp force node, and watch.
 
-    Five soft fingertips hold an object of unknown friction while it is pushed, twisted, shaken and made wet.
+    Soft fingertips hold an object of unknown friction while it is pushed, twisted, shaken and made wet.
     Afterwards the same scenario is run with a constant grip and with a Coulomb cone, and drawn.
 
     Example: vegrip demo --duration 20
     """
     from vegrip.demo.command import perform
-    from vegrip.demo.scenario import GRASPS, Scenario
+    from vegrip.demo.scenario import GRASPS, Scenario, fitting_grasp
     from vegrip.errors import UsageError
+    from vegrip.recording.traces import replaced
 
+    if grasp == "auto":
+        grasp = fitting_grasp(len(os.sched_getaffinity(0)))
     if grasp not in GRASPS:
-        raise UsageError(f"there is no grasp {grasp!r}; there are {', '.join(GRASPS)}")
+        raise UsageError(f"there is no grasp {grasp!r}; there are auto, {', '.join(GRASPS)}")
     folder = output if output is not None else Path("recordings") / time.strftime("demo-%Y%m%d-%H%M%S")
+    claim_recording(folder, force=force)
     scenario = Scenario(seed, duration, grasp)
-    if perform(scenario, folder, live=not headless, json=json, plot=plot):
+    with replaced(folder):
+        interrupted = perform(scenario, folder, live=not headless, json=json, plot=plot)
+    if interrupted:
         raise typer.Exit(130)

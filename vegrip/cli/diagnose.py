@@ -1,11 +1,13 @@
 """``vegrip diagnose``: which effect a model lacks."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
     from vegrip.diagnosis import Diagnosis
@@ -14,7 +16,14 @@ RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[
     Path | None, typer.Option("--model", help="Model file; else the paper's model. It is refitted.")
 ]
-OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write, with what was named.")]
+OUT = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        help="Folder for pictures, diagnosis.json and model.toml; or the model file alone, FILE.toml.",
+    ),
+]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
@@ -22,6 +31,7 @@ def diagnose(
     recording: RECORDING,
     model: MODEL = None,
     output: OUT = None,
+    force: FORCE = False,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
     as_json: JSON = False,
@@ -31,27 +41,43 @@ def diagnose(
     The verdict is one of four: adequate (nothing is missing that the recording can show), named, ambiguous
     (one of these, and which experiment would tell), unexplained (none of the catalogue, and where it shows).
 
-    Example: vegrip diagnose press -o press-extended.toml
+    Example: vegrip sample press && vegrip diagnose press -o found
     """
-    from vegrip.cli._fits import noise_for, opened, print_json, progress
+    from vegrip.cli._fits import noise_for, opened, print_json
+    from vegrip.cli._progress import progress
     from vegrip.diagnosis import diagnose as diagnose_model
     from vegrip.model import write_model
 
-    measured, start = opened(recording, model)
-    with progress("diagnose") as report:
-        found = diagnose_model(
-            measured,
-            start,
-            noise=noise_for(measured, tolerance),
-            zeros="episode" if zeros_each_episode else "recording",
-            report=report,
-        )
-    if output is not None:
-        write_model(found.model, output)
-    if as_json:
-        print_json(found.as_dict())
-    else:
-        _print(found)
+    with Outputs(force=force) as outputs:
+        alone = output is not None and output.suffix.lower() == ".toml"
+        (outputs.file if alone else outputs.pictures)(output)
+        measured, start = opened(recording, model)
+        with progress("diagnose") as report:
+            found = diagnose_model(
+                measured,
+                start,
+                noise=noise_for(measured, tolerance),
+                zeros="episode" if zeros_each_episode else "recording",
+                report=report,
+            )
+        if alone:
+            outputs.write(output, partial(write_model, found.model))
+        else:
+            outputs.write(output, partial(_write_folder, found, model.stem if model else "the paper's model"))
+        if as_json:
+            print_json(found.as_dict())
+        else:
+            _print(found)
+
+
+def _write_folder(found: "Diagnosis", start: str, folder: Path) -> None:
+    from vegrip.cli._fits import json_text
+    from vegrip.diagnosis.picture import draw
+    from vegrip.model import write_model
+
+    draw(found, folder, start)
+    (folder / "diagnosis.json").write_text(json_text(found.as_dict()) + "\n", encoding="utf-8")
+    write_model(found.model, folder / "model.toml")
 
 
 SENTENCES = {
@@ -64,6 +90,7 @@ SENTENCES = {
 
 def _print(found: "Diagnosis") -> None:
     from rich.table import Table
+    from rich.text import Text
 
     from vegrip.cli._fits import print_sentences
     from vegrip.cli._tables import printer
@@ -73,8 +100,8 @@ def _print(found: "Diagnosis") -> None:
     error = told["error"]
     grave = [doubt.text for doubt in found.doubts if doubt.grave]
     sentence = f"not to be relied on: {'; '.join(grave)}" if grave else SENTENCES[told["verdict"]]
-    head = f"[bold]{told['recording']}: {told['verdict']}[/bold] - {sentence}"
-    console.print(f"{head} {', '.join(told['named'])}".rstrip())
+    head = Text(f"{told['recording']}: {told['verdict']}", style="bold")
+    console.print(head + Text(f" - {sentence} {', '.join(told['named'])}".rstrip(), style="not bold"))
     for group in told["indistinguishable"]:
         console.print(f"not told apart: {', '.join(group)}")
     console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
@@ -85,18 +112,20 @@ def _print(found: "Diagnosis") -> None:
         cells = (f"{one['evidence_gain']:.1f}", f"{one['heldout_gain']:.1f}", f"{one['error_after']:.3f}")
         table.add_row(one["name"], *cells, ", ".join(one["failed"]))
     console.print(table)
+    for name, si in told["si"].items():
+        console.print(f"{name} is {si['value']:.3g} {si['unit']}")
     print_sentences(regime["note"] for regime in told["where"])
     if told["unexplained"]:
         left = told["unexplained"]
         console.print(f"what is left depends on {left['variable']} ({left['channel']})")
     if told["experiment"]:
         for name, text in told["experiment"]["suggestions"].items():
-            console.print(f"to tell {name}: {text}", markup=False)
+            console.print(f"to tell {name}: {text}")
     for channel, source in told["noise"].items():
         console.print(f"noise of {channel}: {source}", soft_wrap=True)
     unseen: dict[str, list[str]] = {}
     for name, reason in told["out_of_sight"].items():
         unseen.setdefault(reason, []).append(name)
     for reason, names in unseen.items():
-        console.print(f"could not be seen, {reason}: {', '.join(names)}", markup=False)
+        console.print(f"could not be seen, {reason}: {', '.join(names)}")
     print_sentences(text for text in [*told["doubts"], *told["warnings"]] if text not in grave)

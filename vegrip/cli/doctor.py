@@ -9,6 +9,12 @@ import typer
 
 def doctor(
     recordings: Annotated[Path, typer.Option(help="Folder that recordings go to.")] = Path(),
+    sensors: Annotated[
+        bool, typer.Option("--sensors", help="Say instead what which sensors of a fingertip give you.")
+    ] = False,
+    channels: Annotated[
+        str, typer.Option("--channels", help="Yours, by commas, or a recording; with --sensors.")
+    ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Check kernel, clock, scheduler, rights, CAN interfaces, compiler cache and disk of this machine.
@@ -16,9 +22,14 @@ def doctor(
     Each line is ok, warn or fail, with the remedy. The exit code is 0, or 4 if anything fails.
 
     Example: vegrip doctor
+
+    What a hand without tangential forces gets: vegrip doctor --sensors --channels normal_force,displacement
     """
     from vegrip.doctor import Grade, examine, worst
 
+    if sensors or channels:
+        _show_sensors(channels, as_json=as_json)
+        return
     if not recordings.is_dir():
         recordings = next(parent for parent in recordings.resolve().parents if parent.is_dir())
     findings = examine(recordings=recordings)
@@ -29,15 +40,50 @@ def doctor(
         ]
         typer.echo(json.dumps({"grade": worst(findings).name.lower(), "findings": told}))
     else:
-        from rich.console import Console
-        from rich.markup import escape
+        from rich.text import Text
 
-        console = Console(highlight=False, soft_wrap=True)
+        from vegrip.cli._tables import printer
+
         colours = {Grade.OK: "green", Grade.WARN: "yellow", Grade.FAIL: "red"}
         for f in findings:
-            mark = f"[{colours[f.grade]}]{f.grade.name.lower():5}[/]"
-            console.print(f"{mark} {escape(f.check):15} {escape(f.text)}")
+            mark = Text(f"{f.grade.name.lower():5}", style=colours[f.grade])
+            printer().print(mark + Text(f" {f.check:15} {f.text}", style="default"), soft_wrap=True)
             if f.remedy and f.grade is not Grade.OK:
-                console.print(f"{'':21} {escape(f.remedy)}")
+                printer().print(f"{'':21} {f.remedy}", soft_wrap=True)
     if worst(findings) is Grade.FAIL:
         raise typer.Exit(4)
+
+
+def _show_sensors(given: str, *, as_json: bool) -> None:
+    from vegrip.cli._tables import printer, show, table
+    from vegrip.sensors import OUTPUTS, USUAL, answers, lacking
+
+    sets = {given: _channels(given)} if given else USUAL
+    if as_json:
+        told = {name: {"outputs": answers(one), "lacking": lacking(one)} for name, one in sets.items()}
+        typer.echo(json.dumps(told))
+        return
+    content = table("measured", *(output.short for output in OUTPUTS))
+    for name, one in sets.items():
+        content.add_row(name, *("yes" if output.given(one) else "-" for output in OUTPUTS))
+    show(content)
+    console = printer()
+    for output in OUTPUTS:
+        console.print(f"{output.short}: {output.name}; needs {output.needs}; without: {output.otherwise}")
+    for sentence in lacking(sets[given]) if given else ():
+        console.print(f"- {sentence}")
+
+
+def _channels(given: str) -> tuple[str, ...]:
+    from vegrip.errors import UsageError
+    from vegrip.recording import read_recording
+    from vegrip.recording.channels import CHANNELS
+    from vegrip.spelling import suggestion
+
+    if Path(given).is_dir():
+        return tuple(read_recording(given).columns)
+    names = tuple(name.strip() for name in given.split(",") if name.strip())
+    for name in names:
+        if name not in CHANNELS:
+            raise UsageError(f"there is no channel {name!r}; {suggestion(name, CHANNELS)}")
+    return names

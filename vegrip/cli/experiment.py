@@ -1,9 +1,12 @@
 """``vegrip experiment``: what to do next."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
     from vegrip.experiment import Contest, Design, RigLimits
@@ -25,13 +28,14 @@ LIMITS = Annotated[
     typer.Option("--limits", metavar="TOML", help="depth, force, speed, tangential_force, ... in SI."),
 ]
 DEPTH = Annotated[float | None, typer.Option("--depth", help="Greatest indentation [m].")]
-FORCE = Annotated[float | None, typer.Option("--force", help="Greatest normal force [N].")]
+MOST_FORCE = Annotated[float | None, typer.Option("--normal-force", help="Greatest normal force [N].")]
 SPEED = Annotated[float | None, typer.Option("--speed", help="Fastest motion along the normal [m/s].")]
 PULL = Annotated[float | None, typer.Option("--tangential-force", help="Greatest pull [N]; 0: cannot pull.")]
 LASTS = Annotated[float | None, typer.Option("--duration", help="Longest experiment [s], pauses included.")]
 PLOT = Annotated[
     Path | None, typer.Option("--plot", metavar="PNG", help="Draw it, with what each candidate says.")
 ]
+OPTIONS = {"force": "--normal-force"}  # where the key of a limit is not the option's name
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
@@ -40,9 +44,10 @@ def experiment(
     model: MODEL = None,
     candidates: CANDIDATE = None,
     output: OUT = None,
+    force: FORCE = False,
     limits: LIMITS = None,
     depth: DEPTH = None,
-    force: FORCE = None,
+    normal_force: MOST_FORCE = None,
     speed: SPEED = None,
     tangential_force: PULL = None,
     duration: LASTS = None,
@@ -56,36 +61,43 @@ def experiment(
     in the recording, where nothing else is said), are judged by how far apart they put the fitted models
     after every refit, in nats: 20 decide, below 5 decide nothing.
 
-    Example: vegrip experiment press --candidates adhesion,force_drift --force 3 -o next.toml
+    Example: vegrip sample press && vegrip experiment press --candidates adhesion,guide_friction --duration 30
+    -o next.toml
     """
-    from vegrip.cli._fits import opened, print_json, progress
+    from vegrip.cli._fits import opened, print_json
+    from vegrip.cli._progress import progress
+    from vegrip.effects import effect
     from vegrip.errors import UsageError
-    from vegrip.experiment import design
+    from vegrip.experiment import NOTHING, design
     from vegrip.experiment.limits import completed, limits_of
     from vegrip.simulate import write_protocol
     from vegrip.simulate.plot import draw
 
-    measured, start = opened(recording, model)
-    own = {"depth": depth, "force": force, "speed": speed, "tangential_force": tangential_force}
-    allowed = completed(_limits(limits, {**own, "duration": duration}), limits_of(_usable(measured)))
-    with progress("experiment") as report:
-        contest = _contest(measured, start, _names(candidates or []), report)
-        if isinstance(contest, dict):
-            return _nothing_to_do(contest, as_json)
-        found = design(contest, allowed, report=report)
-    best = found.best
-    if best is not None and output is not None:
-        write_protocol(best.whole, output, found.advice)
-    if plot is not None:
-        if best is None:
+    with Outputs(force=force) as outputs:
+        outputs.file(output)
+        outputs.picture(plot)
+        for name in set(_names(candidates or [])) - {NOTHING}:
+            effect(name)  # an unknown one is refused before the fits
+        measured, start = opened(recording, model)
+        own = {"depth": depth, "force": normal_force, "speed": speed, "tangential_force": tangential_force}
+        allowed = completed(_limits(limits, {**own, "duration": duration}), limits_of(_usable(measured)))
+        with progress("experiment") as report:
+            contest = _contest(measured, start, _names(candidates or []), report)
+            if isinstance(contest, dict):
+                return _nothing_to_do(contest, as_json)
+            found = design(contest, allowed, report=report)
+        best = found.best
+        written = False
+        if best is not None:
+            written = outputs.write(output, lambda path: write_protocol(best.whole, path, found.advice))
+            outputs.write(plot, partial(draw, best.whole, dict(contest.models)))
+        if as_json:
+            print_json(found.as_dict() | {"needed": True, "protocol": str(output) if written else None})
+        else:
+            _print(found, output if written else None)
+        if best is None and plot is not None:
             raise UsageError(f"nothing to draw: {found.advice}")
-        draw(best.whole, dict(contest.models), plot)
-    told = found.as_dict() | {"needed": True, "protocol": str(output) if output and best else None}
-    if as_json:
-        print_json(told)
-    else:
-        _print(found, output)
-    return None
+        return None
 
 
 def _names(given: list[str]) -> list[str]:
@@ -108,7 +120,7 @@ def _limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
     limits = read_limits(path) if path is not None else build(RigLimits, {}, "limits")
     for name, value in given.items():
         if value is not None:
-            limits = changed(limits, name, value, f"--{name.replace('_', '-')}")
+            limits = changed(limits, name, value, OPTIONS.get(name, f"--{name.replace('_', '-')}"))
     return limits
 
 
@@ -145,10 +157,11 @@ def _nothing_to_do(told: dict[str, Any], as_json: bool) -> None:
 
 
 def _print(found: "Design", output: Path | None) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(highlight=False)
+    from vegrip.cli._tables import printer
+
+    console = printer()
     table = Table(box=None, padding=(0, 2))
     for heading in ("experiment", "expected [nats]", "duration [s]", "times", "amplitudes", ""):
         table.add_column(heading, justify="right" if "[" in heading or heading == "times" else "left")
@@ -158,9 +171,9 @@ def _print(found: "Design", output: Path | None) -> None:
         table.add_row(one.item, *cells, "" if one.refitted else "without refits")
     console.print(table)
     for name in found.contest.assumed:
-        console.print(f"- the recording does not show {name}; it is taken at its declared size", markup=False)
+        console.print(f"- the recording does not show {name}; it is taken at its declared size")
     for (truth, rival), nats in found.achieved.items():
-        console.print(f"simulated with {truth}: it beats {rival} by {nats:.1f} nats", markup=False)
-    console.print(found.advice, style="bold", markup=False)
+        console.print(f"simulated with {truth}: it beats {rival} by {nats:.1f} nats")
+    console.print(found.advice, style="bold")
     if found.best is not None and output is not None:
-        console.print(f"written to {output}", markup=False, soft_wrap=True)
+        console.print(f"written to {output}", soft_wrap=True)

@@ -1,11 +1,13 @@
 """``vegrip fit``: the model's parameters from a recording."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._outputs import FORCE, Outputs
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[
@@ -19,6 +21,7 @@ def fit(
     recording: RECORDING,
     model: MODEL = None,
     output: OUT = None,
+    force: FORCE = False,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
     as_json: JSON = False,
@@ -28,26 +31,28 @@ def fit(
     Prints every value with its standard error, what is left of each channel against its noise, and what to
     be wary of: values that the recording does not determine, or that sit on a bound.
 
-    Example: vegrip fit press -o press.toml
+    Example: vegrip sample press && vegrip fit press -o press-fit.toml
     """
-    from vegrip.cli._fits import doubted, noise_for, opened, print_fit, print_json, print_sentences, progress
+    from vegrip.cli._fits import doubted, noise_for, opened, print_fit, print_json, print_sentences
+    from vegrip.cli._progress import progress
     from vegrip.fit import fit as fit_model
     from vegrip.model import write_model
 
-    measured, start = opened(recording, model)
-    with progress("fit") as report:
-        found = fit_model(
-            measured,
-            start,
-            noise=noise_for(measured, tolerance),
-            zeros="episode" if zeros_each_episode else "recording",
-            report=report,
-        )
-    doubts = doubted(found.problem)
-    if output is not None:
-        write_model(found.model, output)
-    if as_json:
-        print_json(found.as_dict() | {"doubts": doubts})
-    else:
-        print_fit(found)
-        print_sentences(doubts)
+    with Outputs(force=force) as outputs:
+        outputs.file(output)
+        measured, start = opened(recording, model)
+        with progress("fit") as report:
+            found = fit_model(
+                measured,
+                start,
+                noise=noise_for(measured, tolerance),
+                zeros="episode" if zeros_each_episode else "recording",
+                report=report,
+            )
+        doubts = doubted(found.problem)
+        outputs.write(output, partial(write_model, found.model))
+        if as_json:
+            print_json(found.as_dict() | {"doubts": doubts})
+        else:
+            print_sentences(doubts)  # before the figures that they put in question
+            print_fit(found)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._outputs import FORCE, Outputs
+
 if TYPE_CHECKING:
     from vegrip.fleet import Finding, Found, Row
 
@@ -31,6 +33,7 @@ def fleet(
     folder: FOLDER,
     model: MODEL = None,
     output: OUT = None,
+    force: FORCE = False,
     ledger: LEDGER = None,
     processes: PROCESSES = 0,
     scheduler: SCHEDULER = "",
@@ -42,40 +45,37 @@ def fleet(
     finger and file. A recording that cannot be used is a row that says why. A run that was stopped goes on
     where it was, and recordings that have not changed are not examined again.
 
-    Example: vegrip fleet recordings -o fleet.csv
+    Example: vegrip sample press -o recordings/press && vegrip fleet recordings -o fleet.csv
     """
     from vegrip.cli._fits import print_json
-    from vegrip.errors import InputError
     from vegrip.fleet import findings, look_for, run
     from vegrip.fleet.findings import as_csv
     from vegrip.fleet.ledger import Ledger
     from vegrip.model import read_model
 
-    if model is not None:
-        read_model(model)  # a wrong one is told here, once
-        model = model.resolve()
-    known = Ledger(
-        ledger if ledger is not None else folder / ".vegrip-fleet.jsonl",
-        model.read_text(encoding="utf-8") if model is not None else "",
-    )
-    found = look_for(folder)
-    done = [(one, row) for one in found if (row := known.row(one)) is not None]
-    left = [one for one in found if known.row(one) is None]
-    with _counted(len(found), len(done)) as count:
-        for one, row in run(left, str(model or ""), processes=processes, scheduler=scheduler):
-            known.add(one, row)
-            done.append((one, row))
-            count(one, row)
-    table = findings(done)
-    if output is not None:
-        try:
-            output.write_text(as_csv(table), encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
-    if as_json:
-        print_json({"findings": [one.as_dict() for one in table], "recordings": _recordings(done)})
-    else:
-        _print(table, done, output)
+    with Outputs(force=force) as outputs:
+        outputs.file(output)
+        if model is not None:
+            read_model(model)  # a wrong one is told here, once
+            model = model.resolve()
+        known = Ledger(
+            ledger if ledger is not None else folder / ".vegrip-fleet.jsonl",
+            model.read_text(encoding="utf-8") if model is not None else "",
+        )
+        found = look_for(folder)
+        done = [(one, row) for one in found if (row := known.row(one)) is not None]
+        left = [one for one in found if known.row(one) is None]
+        with _counted(len(found), len(done)) as count:
+            for one, row in run(left, str(model or ""), processes=processes, scheduler=scheduler):
+                known.add(one, row)
+                done.append((one, row))
+                count(one, row)
+        table = findings(done)
+        written = outputs.write(output, lambda path: path.write_text(as_csv(table), encoding="utf-8"))
+        if as_json:
+            print_json({"findings": [one.as_dict() for one in table], "recordings": _recordings(done)})
+        else:
+            _print(table, done, output if written else None)
 
 
 def _recordings(done: "list[tuple[Found, Row]]") -> list[dict[str, Any]]:
@@ -90,10 +90,11 @@ def _recordings(done: "list[tuple[Found, Row]]") -> list[dict[str, Any]]:
 @contextmanager
 def _counted(total: int, done: int) -> Iterator[Any]:
     """Show a bar on standard error in a terminal, lines elsewhere."""
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    console = Console(stderr=True, highlight=False)
+    from vegrip.cli._tables import printer
+
+    console = printer(stderr=True)
     if not console.is_terminal:
         number = done
         print(f"{total} recordings, {done} of them known", file=sys.stderr)  # noqa: T201
@@ -114,9 +115,7 @@ def _counted(total: int, done: int) -> Iterator[Any]:
 
 
 def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: Path | None) -> None:
-    from rich.console import Console
-
-    from vegrip.cli._tables import show, table
+    from vegrip.cli._tables import printer, show, table
     from vegrip.fleet.findings import NONE
     from vegrip.fleet.row import FAILED
 
@@ -131,7 +130,7 @@ def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: P
         if one.effect == NONE:
             shown.add_row(one.hand, one.pad, "nothing missing", "", f"{one.shown} of {one.judged}", "", "")
     show(shown)
-    console = Console(highlight=False, soft_wrap=True)
+    console = printer()
     failed = [one for one in findings if one.effect == FAILED]
     told = [
         f"{one.hand} {one.pad}, {one.effect}: {one.note}"
@@ -141,11 +140,11 @@ def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: P
     told += [f"not judged: {one.note}" for one in failed]
     told += [f"{found.path}: {row.lost}" for found, row in done if row.lost]
     for text in told:
-        console.print(f"- {text}", markup=False)
+        console.print(f"- {text}")
     pads = {(one.hand, one.pad) for one in findings if one.effect != FAILED}
     console.print(
         f"{len(done)} recordings, {len(failed)} of them not judged; "
         f"the others are of {len(pads)} pads of {len({hand for hand, _ in pads})} hands"
     )
     if output is not None:
-        console.print(f"table in {output}", markup=False)
+        console.print(f"table in {output}")

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vegrip.cli._outputs import FORCE, claim_file, claim_recording
+from vegrip.errors import InputError, UsageError
+
 if TYPE_CHECKING:
     from vegrip.recording import Recording
 
@@ -35,6 +38,7 @@ ALL = "thumb,index,middle,ring,little"
 def import_(
     src: SRC,
     output: OUT,
+    force: FORCE = False,
     map_file: MAP_FILE = None,
     columns: MAP = None,
     units: UNIT = None,
@@ -44,9 +48,12 @@ def import_(
 ) -> None:
     """Turn a table, CAN log, MCAP file or rosbag into a recording: SI units, checked, every bad row reported.
 
-    Example: vegrip import press.csv -o press --map t=time_s --map normal_force=F --unit normal_force=mN
+    Example: vegrip sample press.csv && vegrip import press.csv -o rig --map t=time_s --map episode=trial
+    --map displacement=depth_mm --unit displacement=mm --map normal_force=force_mN --unit normal_force=mN
+    --radius 8mm
+
+    A CAN log needs no map: vegrip sample press.blf && vegrip import press.blf -o log --fingers thumb
     """
-    from vegrip.errors import UsageError
     from vegrip.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
@@ -57,6 +64,8 @@ def import_(
         raise UsageError("only tables and mapped bags go together; import MCAP files and CAN logs one by one")
     if alone:
         _refuse_options({"--map": columns, "--unit": units, "--radius": radius, "--map-file": map_file})
+    _claim(output, one, fingers, force=force)
+    if alone:
         found = _mcap(one, output)
     elif one.suffix.lower() in LOGS:
         found = _can_log(one, output, fingers, metres)
@@ -65,11 +74,26 @@ def import_(
     _tell(found, as_json=as_json)
 
 
+def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
+    """Refuse before anything is read what would be written over."""
+    if output.suffix.lower() == ".mcap":
+        claim_file(output, force=force)
+    elif src.suffix.lower() in LOGS:
+        for finger in fingers.split(","):
+            claim_recording(output / finger, force=force)
+    else:
+        claim_recording(output, force=force)
+
+
 def _mcap(src: Path, output: Path) -> "Mapping[Path, Recording]":
     from vegrip.recording.mcap_read import read_mcap
     from vegrip.recording.mcap_write import write_mcap
+    from vegrip.recording.traces import replaced
 
-    return write_mcap(src, output) if output.suffix.lower() == ".mcap" else read_mcap(src, output)
+    if output.suffix.lower() == ".mcap":
+        return write_mcap(src, output)
+    with replaced(output):
+        return read_mcap(src, output)
 
 
 def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[Path, Recording]":
@@ -82,6 +106,7 @@ def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[P
 def _mapped(
     src: list[Path], output: Path, map_file: Path | None, columns: list[str], units: list[str], radius: float
 ) -> "Mapping[Path, Recording]":
+    from vegrip.cli._progress import counted, progress
     from vegrip.recording.column_map import ColumnMap, read_column_map, with_columns
     from vegrip.recording.import_csv import import_csv
     from vegrip.recording.joined import joined
@@ -90,22 +115,27 @@ def _mapped(
     chart = with_columns(read_column_map(map_file) if map_file else ColumnMap(), columns, units)
     recordings = []
     for path in src:
-        is_bag = path.is_dir() or path.suffix.lower() in BAGS
-        recordings.append((import_rosbag if is_bag else import_csv)(path, chart, radius=radius))
+        if path.is_dir() and not any(path.iterdir()):
+            raise InputError(f"{path}: is an empty folder; give a table, a CAN log or a rosbag")
+        if path.is_dir() or path.suffix.lower() in BAGS:
+            recordings.append(import_rosbag(path, chart, radius=radius))
+        else:
+            with progress("import") as report:
+                recordings.append(import_csv(path, chart, radius=radius, progress=counted(report)))
     return _written({output: recordings[0] if len(recordings) == 1 else joined(recordings, output.name)})
 
 
 def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
     from vegrip.recording import write_recording
+    from vegrip.recording.traces import replaced
 
     for folder, recording in found.items():
-        write_recording(recording, folder)
+        with replaced(folder):
+            write_recording(recording, folder)
     return found
 
 
 def _refuse_options(options: Mapping[str, object]) -> None:
-    from vegrip.errors import UsageError
-
     for name, value in options.items():
         if value:
             raise UsageError(f"{name} does not go with a recording in MCAP; it says of itself what it holds")

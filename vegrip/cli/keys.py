@@ -11,7 +11,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     no_args_is_help=True,
     help="Make and pass on the keys without which no address beyond this machine is opened.\n\n"
-    "Example: vegrip keys new hand && vegrip keys trust node.key",
+    "Example: vegrip keys new hand && vegrip keys trust keys/hand.key",
 )
 Folder = Annotated[Path, typer.Option(help="Folder of our own keys.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -48,7 +48,7 @@ def trust(
 ) -> None:
     """Let the owner of a public key subscribe to us.
 
-    Example: vegrip keys trust node.key --peers keys/peers
+    Example: vegrip keys new node && vegrip keys trust keys/node.key
 
     """
     from vegrip.transport.key_files import trust as trusted
@@ -61,7 +61,7 @@ def trust(
 def list_(folder: Folder = Path("keys"), as_json: Json = False) -> None:
     """List the public keys in a folder, to be compared over another way than the network.
 
-    Example: vegrip keys list --folder keys/peers
+    Example: vegrip keys new glove && vegrip keys list
 
     """
     from vegrip.transport.key_files import listed

@@ -20,9 +20,12 @@ COLOURS = ("cyan", "green", "magenta", "yellow", "blue", "bright_red")
 
 
 def launch(
-    file: Annotated[str, typer.Argument(help="Launch file, or one of vegrip's own: demo, zmq, vcan, can0.")],
+    file: Annotated[
+        str, typer.Argument(help="Launch file, or one of vegrip's own: demo, zmq, vcan, can0, canopen.")
+    ],
     check: Annotated[
-        bool, typer.Option("--check", help="Read the file, show its nodes, start nothing.")
+        bool,
+        typer.Option("--check", help="Read the file, check the parameters, show the nodes, start nothing."),
     ] = False,
 ) -> None:
     """Start the nodes of a launch file, show their logs, restart them as told, stop them in order.
@@ -33,12 +36,14 @@ def launch(
 
     """
     from vegrip.node.launch_file import find_launch_file, read_launch_file
-    from vegrip.node.program import find_program
+    from vegrip.node.program import NodeContext, find_program
 
     path = find_launch_file(file)
     nodes = read_launch_file(path)
     for node in nodes:
-        find_program(node.program)
+        build = find_program(node.program)
+        if check:
+            build(node.parameters, NodeContext(node.full_name, node.namespace, node.fingers))
     if check:
         _show(nodes)
         return
@@ -84,7 +89,7 @@ class _Prefix:
 
     def __init__(self, name: str, width: int, colour: str) -> None:
         self._prefix = Text(f"{name:<{width}} | ", style=colour)
-        self._console = Console(highlight=False, soft_wrap=True)
+        self._console = Console(highlight=False, markup=False, soft_wrap=True)
 
     def __call__(self, line: str) -> None:
         self._console.print(self._prefix + Text(line))
@@ -93,7 +98,8 @@ class _Prefix:
 def _starter(
     path: Path, name: str, say: _Prefix, readers: list[threading.Thread]
 ) -> Callable[[], subprocess.Popen[str]]:
-    command = [sys.executable, "-m", "vegrip", "node", name, "--config", str(path), "--with-parent"]
+    command = [sys.executable, "-m", "vegrip", "node", name, "--config", str(path)]
+    command += ["--with-parent", str(os.getpid())]
 
     def start() -> subprocess.Popen[str]:
         process = subprocess.Popen(

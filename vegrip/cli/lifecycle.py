@@ -18,13 +18,16 @@ NodeName = Annotated[
     str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-STARTING = "starting"
 CONFIGURING_MAY_TAKE = 120.0  # [s] it compiles
 
 
 @app.command("list")
 def list_(as_json: Json = False) -> None:
-    """List the running nodes and their states, and those that could not be started, with the reason."""
+    """List the running nodes and their states, and those that could not be started, with the reason.
+
+    Example: vegrip lifecycle list
+
+    """
     from vegrip.node.last_words import last_words
     from vegrip.node.registry import running_nodes
 
@@ -48,13 +51,21 @@ def list_(as_json: Json = False) -> None:
 
 @app.command()
 def get(node: NodeName, as_json: Json = False) -> None:
-    """Print the state of a node."""
+    """Print the state of a node.
+
+    Example: vegrip lifecycle get grasp_force
+
+    """
     _show(_asked(node, "state"), as_json)
 
 
 @app.command()
 def status(node: NodeName, as_json: Json = False) -> None:
-    """Print how a node is doing: its last NodeStatus, and the hand's clock where it is estimated."""
+    """Print how a node is doing: its last NodeStatus, and the hand's clock where it is estimated.
+
+    Example: vegrip lifecycle status grasp_force
+
+    """
     told = jsonable(_asked(node, "status"))
     if as_json:
         print(json.dumps(told))  # noqa: T201
@@ -72,7 +83,11 @@ def set_(
     ],
     as_json: Json = False,
 ) -> None:
-    """Bring a node to a state, by way of others if need be."""
+    """Bring a node to a state, by way of others if need be.
+
+    Example: vegrip lifecycle set grasp_force inactive
+
+    """
     from vegrip.node.client import ask
     from vegrip.node.registry import find_node
 
@@ -117,9 +132,10 @@ def _show(state: dict[str, Any], as_json: bool) -> None:
 def _state(entry: Any) -> dict[str, Any]:
     from vegrip.errors import DeviceError
     from vegrip.node.client import ask
+    from vegrip.node.unanswered import silent_state
 
     try:
         state: dict[str, Any] = ask(entry, "state", patience=1.0)
     except DeviceError:
-        return {"state": STARTING, "on_hold": False, "transitions": []}
+        return {"state": silent_state(entry.pid), "on_hold": False, "transitions": []}
     return state

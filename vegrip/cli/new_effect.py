@@ -1,9 +1,12 @@
 """``vegrip new-effect``: a package for an effect of one's own."""
 
+import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from vegrip.cli._outputs import FORCE, require_writable
 
 
 def new_effect(
@@ -11,18 +14,23 @@ def new_effect(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Folder to write to; by default ./NAME.")
     ] = None,
+    force: FORCE = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Write a package that adds an effect of your own; it works at once and is yours to change.
 
-    Example: vegrip new-effect lateral_give && pip install -e ./lateral_give && vegrip diagnose press
+    Example: vegrip new-effect lateral_give
     """
-    from rich.console import Console
-
+    from vegrip.cli._tables import printer
     from vegrip.effects.scaffold import write_package
 
     folder = output or Path(name)
-    written = write_package(name, folder)
-    console = Console(highlight=False, soft_wrap=True)
+    require_writable(folder)
+    written = write_package(name, folder, replace=force)
+    if as_json:
+        typer.echo(json.dumps({"files": [str(path) for path in written]}))
+        return
+    console = printer()
     for path in written:
         console.print(str(path))
     console.print(

@@ -6,6 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
+from vegrip.spelling import suggestion
+
 
 def node(
     name: Annotated[
@@ -20,24 +22,24 @@ def node(
         list[str] | None, typer.Option("--set", help="KEY=VALUE over the configuration; may be repeated.")
     ] = None,
     autostart: Annotated[bool, typer.Option(help="Configure and activate at once.")] = True,
-    with_parent: Annotated[bool, typer.Option("--with-parent", hidden=True)] = False,
+    with_parent: Annotated[int | None, typer.Option("--with-parent", hidden=True)] = None,
 ) -> None:
     """Run one node until it has finished or is interrupted.
 
     The programs are grasp_force, virtual_hand, record, replay, monitor, echo, those of other packages
     (entry points of the group vegrip.programs), and module:function.
 
-    Examples:
-      vegrip node grasp_force --set transport.interface=socketcan --set transport.channel=can0
+    Example: vegrip node virtual_hand --config demo --set parameters.seed=3
 
-      vegrip node virtual_hand --config launch/demo.toml --set parameters.seed=3
+    On a bus of yours: vegrip node grasp_force --set transport.interface=socketcan
+    --set transport.channel=can0
 
     """
     from vegrip.node.launcher import end_with_parent
     from vegrip.node.process import run_node
 
-    if with_parent:
-        end_with_parent()
+    if with_parent is not None:
+        end_with_parent(with_parent)
     run_node(configured(name, config, namespace, as_name, values or []), autostart)
 
 
@@ -68,5 +70,5 @@ def _from_file(config: Path, name: str) -> Any:
     for candidate in nodes:
         if candidate.full_name in (name, f"/{name}"):
             return candidate
-    known = ", ".join(candidate.full_name for candidate in nodes)
-    raise UsageError(f"{config} has no node {name!r}; it has {known}")
+    known = suggestion(name, [candidate.full_name for candidate in nodes], "it has")
+    raise UsageError(f"{config}: there is no node {name!r}; {known}")

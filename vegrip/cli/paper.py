@@ -9,11 +9,15 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.cli._tables import printer
+
 
 def paper(
-    out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="DIR", help="Draw every figure as PNG into DIR.")
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw every figure as PNG into DIR.")
     ] = None,
+    force: FORCE = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the numbers as one JSON object.")] = False,
 ) -> None:
     """Print the tables of Tiezzi and Kao (2007), computed twice, and draw their figures.
@@ -23,16 +27,17 @@ def paper(
     from vegrip.paper.figures import save_all
     from vegrip.paper.tables import numbers
 
-    if as_json:
-        # 1e999 is valid JSON and reads as infinity; what json.dumps writes, Infinity, is not JSON
-        typer.echo(json.dumps(numbers()).replace("Infinity", "1e999"))
-    else:
-        console = Console()
-        for table in _tables():
-            console.print(table)
-    if out is not None:
-        files = save_all(out)
-        Console(stderr=True).print(f"{len(files)} figures in {out}", soft_wrap=True, highlight=False)
+    with Outputs(force=force) as outputs:
+        outputs.pictures(output)
+        if as_json:
+            # 1e999 is valid JSON and reads as infinity; what json.dumps writes, Infinity, is not JSON
+            typer.echo(json.dumps(numbers()).replace("Infinity", "1e999"))
+        else:
+            console = Console(markup=False)
+            for table in _tables():
+                console.print(table)
+        if outputs.write(output, save_all):
+            printer(stderr=True).print(f"figures in {output}")
 
 
 def _tables() -> list[Table]:

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from vegrip.cli._tables import show, table
+from vegrip.spelling import suggestion
 
 app = typer.Typer(
     add_completion=False,
@@ -22,7 +23,11 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 @app.command("list")
 def list_(node: NodeName, as_json: Json = False) -> None:
-    """List the parameters of a node with value, unit, bounds and meaning."""
+    """List the parameters of a node with value, unit, bounds and meaning.
+
+    Example: vegrip param list grasp_force
+
+    """
     rows = _ask(node, "parameters")
     if as_json:
         print(json.dumps({row["name"]: row for row in rows}))  # noqa: T201
@@ -38,7 +43,11 @@ def list_(node: NodeName, as_json: Json = False) -> None:
 def get(
     node: NodeName, name: Annotated[str, typer.Argument(help="Parameter.")], as_json: Json = False
 ) -> None:
-    """Print the value of one parameter."""
+    """Print the value of one parameter.
+
+    Example: vegrip param get grasp_force grip.wanted_margin
+
+    """
     _show(_ask(node, "parameters"), node, name, as_json)
 
 
@@ -49,7 +58,11 @@ def set_(
     value: Annotated[str, typer.Argument(help="New value, written as in TOML.")],
     as_json: Json = False,
 ) -> None:
-    """Set one parameter; refused outside its bounds."""
+    """Set one parameter; refused outside its bounds.
+
+    Example: vegrip param set grasp_force grip.wanted_margin 0.4
+
+    """
     from vegrip.cli._values import parsed
 
     _show(_ask(node, "set_parameter", name=name, value=parsed(value)), node, name, as_json)
@@ -60,9 +73,10 @@ def _show(rows: list[dict[str, Any]], node: str, name: str, as_json: bool) -> No
 
     found = {row["name"]: row for row in rows}
     if name not in found:
-        raise UsageError(f"{node} has no parameter {name!r}; it has {', '.join(found) or 'none'}")
+        raise UsageError(f"{node}: there is no parameter {name!r}; {suggestion(name, found, 'it has')}")
     row = found[name]
-    print(json.dumps(row) if as_json else f"{row['value']} {row['unit']}".rstrip())  # noqa: T201
+    unit = "" if row["unit"] == "1" else row["unit"]
+    print(json.dumps(row) if as_json else f"{row['value']} {unit}".rstrip())  # noqa: T201
 
 
 def _bounds(row: dict[str, Any]) -> str:

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._outputs import FORCE, claim_recording
+
 OUT = Annotated[
     Path | None, typer.Option("-o", "--output", help="Folder to make; default recordings/<UTC time>.")
 ]
@@ -13,20 +15,26 @@ SET = Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE, e.g. tr
 RADIUS = Annotated[str, typer.Option(help="Radius of the fingertips, e.g. '8 mm', written to the recording.")]
 
 
-def record(output: OUT = None, config: CONFIG = None, values: SET = None, radius: RADIUS = "") -> None:
+def record(
+    output: OUT = None, force: FORCE = False, config: CONFIG = None, values: SET = None, radius: RADIUS = ""
+) -> None:
     """Record a bus until interrupted: one recording per finger, and what the nodes say.
 
-    Example: vegrip record -o grasp --set transport.interface=socketcan --set transport.channel=can0
+    Example, beside vegrip launch demo: vegrip record -o grasp --set name=recorder
+    --set transport.channel=demo --set transport.interface=vegrip
     """
     import dataclasses
     from datetime import UTC, datetime
 
     from vegrip.cli.node import configured
     from vegrip.node.process import run_node
+    from vegrip.recording.traces import replaced
     from vegrip.recording.units import parse_length
 
     node = configured("record", config, None, None, values or [])
     folder = output or Path(node.parameters.get("folder") or f"recordings/{datetime.now(UTC):%Y%m%d-%H%M%S}")
     written = {"folder": str(folder)} | ({"radius": parse_length(radius, "--radius")} if radius else {})
+    claim_recording(folder, force=force)
     typer.echo(f"recording to {folder}; end it with Ctrl-C")
-    run_node(dataclasses.replace(node, parameters={**node.parameters, **written}))
+    with replaced(folder):
+        run_node(dataclasses.replace(node, parameters={**node.parameters, **written}))

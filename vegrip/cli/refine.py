@@ -1,12 +1,17 @@
 """``vegrip refine``: effect after effect, until the next one does not pay."""
 
 import json
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._outputs import FORCE, Outputs
+
+if TYPE_CHECKING:
+    from vegrip.diagnosis.ladder import Rung
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model.")]
@@ -22,6 +27,7 @@ def refine(
     recording: RECORDING,
     model: MODEL = None,
     output: OUT = None,
+    force: FORCE = False,
     report: REPORT = None,
     most: MOST = 4,
     zeros_each_episode: EACH = False,
@@ -33,42 +39,50 @@ def refine(
     It stops when the next effect does not pay, and says so. Held-out errors are those of each episode under
     a fit without it.
 
-    Example: vegrip refine press -o press-refined.toml --report press-ladder
+    Example: vegrip sample press && vegrip refine press -o press-refined.toml --report press-ladder
     """
-    from vegrip.cli._fits import noise_for, opened, print_json, progress
+    from vegrip.cli._fits import noise_for, opened, print_json
+    from vegrip.cli._progress import progress
     from vegrip.diagnosis import diagnose
-    from vegrip.diagnosis.ladder import draw, ladder
+    from vegrip.diagnosis.ladder import ladder
     from vegrip.model import write_model
 
-    measured, start = opened(recording, model)
-    with progress("refine") as tell:
-        found = diagnose(
-            measured,
-            start,
-            noise=noise_for(measured, tolerance),
-            zeros="episode" if zeros_each_episode else "recording",
-            most=most,
-            report=tell,
-        )
-    rungs = ladder(found)
-    if output is not None:
-        write_model(found.model, output)
-    told = {"ladder": [rung.as_dict() for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
-    if report is not None:
-        report.mkdir(parents=True, exist_ok=True)
-        draw(rungs, report / "ladder.png")
-        (report / "report.json").write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
-    if as_json:
-        print_json(told)
-        return
-    _print(told)
+    with Outputs(force=force) as outputs:
+        outputs.file(output)
+        outputs.pictures(report)
+        measured, start = opened(recording, model)
+        with progress("refine") as tell:
+            found = diagnose(
+                measured,
+                start,
+                noise=noise_for(measured, tolerance),
+                zeros="episode" if zeros_each_episode else "recording",
+                most=most,
+                report=tell,
+            )
+        rungs = ladder(found)
+        outputs.write(output, partial(write_model, found.model))
+        told = {"ladder": [rung.as_dict() for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
+        outputs.write(report, partial(_write_report, rungs, told))
+        if as_json:
+            print_json(told)
+        else:
+            _print(told)
+
+
+def _write_report(rungs: "list[Rung]", told: dict[str, Any], folder: Path) -> None:
+    from vegrip.diagnosis.ladder import draw
+
+    draw(rungs, folder / "ladder.png")
+    (folder / "report.json").write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
 
 
 def _print(told: dict[str, object]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console, table = Console(highlight=False), Table(box=None, padding=(0, 2))
+    from vegrip.cli._tables import printer
+
+    console, table = printer(), Table(box=None, padding=(0, 2))
     for heading in ("model", "error / noise", "held out"):
         table.add_column(heading, justify="left" if heading == "model" else "right")
     rungs = told["ladder"]

@@ -1,10 +1,15 @@
 """``vegrip replay``: play a recording on a bus, or run the node over it."""
 
 import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from vegrip.cli._outputs import FORCE, Outputs, claim_recording
 
 if TYPE_CHECKING:
     from vegrip.recording import Recording
@@ -19,6 +24,16 @@ THROUGH = Annotated[
 ]
 PARAMETERS = Annotated[Path | None, typer.Option(help="With --through: parameters of the node (TOML).")]
 CLASSIC = Annotated[bool, typer.Option("--classic", help="With --through: classic CAN instead of CAN FD.")]
+LOAD = Annotated[
+    float | None,
+    typer.Option(
+        "--load", min=0.0, help="With --through: tangential load of each finger [N] where none is measured."
+    ),
+]
+MASS = Annotated[
+    float | None,
+    typer.Option("--mass", min=0.0, help="With --through: mass that the fingers hold [kg], for --load."),
+]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", help="With --through: session to write.")]
 PLOT = Annotated[Path | None, typer.Option(help="With --through: picture to draw (needs matplotlib).")]
 JSON = Annotated[bool, typer.Option("--json", help="With --through: print one JSON object.")]
@@ -33,7 +48,10 @@ def replay(
     through: THROUGH = False,
     parameters: PARAMETERS = None,
     classic: CLASSIC = False,
+    load: LOAD = None,
+    mass: MASS = None,
     output: OUT = None,
+    force: FORCE = False,
     plot: PLOT = None,
     as_json: JSON = False,
 ) -> None:
@@ -42,7 +60,7 @@ def replay(
     Without --through its states go out on a bus at the time they were recorded. With --through they go over a
     CAN bus in this process to the grasp_force node, in simulated time, and a summary of what it said follows.
 
-    Example: vegrip replay press --through --plot press.png
+    Example: vegrip sample press && vegrip replay press --through --plot press.png
     """
     from vegrip.errors import UsageError
 
@@ -51,11 +69,30 @@ def replay(
             raise UsageError(
                 "--through runs in simulated time on a bus of its own; leave out --speed and --config"
             )
-        _run_through(recording, finger, parameters, not classic, output, plot, as_json)
-    elif parameters or classic or output or plot or as_json:
-        raise UsageError("--parameters, --classic, --output, --plot and --json belong to --through; add it")
+        if load is not None and mass is not None:
+            raise UsageError("--load and --mass say the same twice; leave one out")
+        stated = _Load(load, mass)
+        _run_through(recording, finger, parameters, not classic, stated, output, force, plot, as_json)
+    elif parameters or classic or output or plot or as_json or load is not None or mass is not None:
+        raise UsageError(
+            "--parameters, --classic, --load, --mass, --output, --plot and --json belong to --through; add it"
+        )
     else:
         _play(recording, config, finger, speed, values or [])
+
+
+@dataclass(frozen=True)
+class _Load:
+    """A load that is stated where none is measured: of each finger [N], or a mass [kg] between them."""
+
+    force: float | None
+    mass: float | None
+
+    def put_on(self, fingers: "dict[str, Recording]") -> "dict[str, Recording]":
+        from vegrip.sensors import share_of, with_load
+
+        force = self.force if self.mass is None else share_of(self.mass, len(fingers))
+        return fingers if force is None else {name: with_load(each, force) for name, each in fingers.items()}
 
 
 def _play(recording: Path, config: Path | None, finger: str, speed: float, values: list[str]) -> None:
@@ -75,33 +112,60 @@ def _run_through(
     finger: str,
     parameters: Path | None,
     fd: bool,
+    stated: "_Load",
     output: Path | None,
+    force: bool,
     plot: Path | None,
     as_json: bool,
 ) -> None:
     import tempfile
 
+    from vegrip.cli._fits import print_sentences
     from vegrip.cli._outcome import print_outcome
+    from vegrip.cli._progress import progress
+    from vegrip.errors import DeviceError
+    from vegrip.recording.traces import replaced
     from vegrip.recording.writer import RecordingWriter
-    from vegrip.replay.grasp import grasp_node, read_settings
+    from vegrip.replay.grasp import grasp_node, offline, read_settings
     from vegrip.replay.run import run_through
+    from vegrip.sensors import lacking
 
-    recordings = _recordings(folder, finger)
-    node = grasp_node(read_settings(parameters), recordings)
-    with tempfile.TemporaryDirectory() as scratch:
+    if output is not None:
+        claim_recording(output, force=force)
+    recordings = stated.put_on(_recordings(folder, finger))
+    pictures = {name: _beside(plot, name, len(recordings)) for name in recordings} if plot else {}
+    node = grasp_node(offline(read_settings(parameters)), recordings)
+    with Outputs(force=force) as outputs, tempfile.TemporaryDirectory() as scratch:
+        for picture in pictures.values():
+            outputs.picture(picture)
         session = output or Path(scratch) / "session"
-        one = next(iter(recordings.values()))
-        with RecordingWriter(session, radius=one.fingertip.radius, sensors=one.sensors) as writer:
-            outcome = run_through(node, recordings, writer=writer, fd=fd)
-        if plot is not None:
-            from vegrip.replay.plot import draw
+        tip, sensors = _sensors(recordings)
+        with progress("replay") as report, replaced(session):
+            report(f"runs the node over {', '.join(recordings)}")
+            with RecordingWriter(session, radius=tip, sensors=sensors) as writer:
+                outcome = run_through(node, recordings, writer=writer, fd=fd)
+            if writer.problem:
+                raise DeviceError(writer.problem)
+        for name, picture in pictures.items():
+            outputs.write(picture, partial(_draw, session / name, f"{folder.name}, {name}"))
+        if as_json:
+            typer.echo(json.dumps({"recording": str(folder), **outcome.as_dict()}))
+        else:
+            print_outcome(outcome, {name: each.report for name, each in recordings.items()})
+            for name, each in recordings.items():
+                print_sentences(f"{name}: {sentence}" for sentence in lacking(each.columns))
 
-            for name in recordings:
-                draw(session / name, _beside(plot, name, len(recordings)), f"{folder.name}, {name}")
-    if as_json:
-        typer.echo(json.dumps({"recording": str(folder), **outcome.as_dict()}))
-    else:
-        print_outcome(outcome, {name: each.report for name, each in recordings.items()})
+
+def _sensors(recordings: "dict[str, Recording]") -> "tuple[float, Mapping[str, float]]":
+    """Return radius and noise of the first finger: a session states one of each."""
+    one = next(iter(recordings.values()))
+    return one.fingertip.radius, one.sensors
+
+
+def _draw(session: Path, title: str, picture: Path) -> None:
+    from vegrip.replay.plot import draw
+
+    draw(session, picture, title)
 
 
 def _recordings(folder: Path, finger: str) -> "dict[str, Recording]":

@@ -1,9 +1,12 @@
 """``vegrip simulate``: a recording as a model would give it."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from vegrip.cli._outputs import FORCE, Outputs, claim_recording
 
 if TYPE_CHECKING:
     from vegrip.model import ContactModel
@@ -35,6 +38,7 @@ JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 def simulate(
     model: MODEL,
     output: OUT,
+    force: FORCE = False,
     protocol: PROTOCOL = None,
     like: LIKE = None,
     with_effects: WITH = None,
@@ -50,14 +54,14 @@ def simulate(
     Which sensors there are, and their noise: normal_force, displacement, tangential_force, torque_z and
     slip_speed as usual; add contact_radius or temperature with --noise contact_radius=5e-5.
 
-    Example: vegrip simulate press.toml --protocol next.toml --noise contact_radius=5e-5 -o pressed
+    Example: vegrip sample press.toml && vegrip simulate press.toml --noise contact_radius=5e-5 -o pressed
     """
-    from rich.console import Console
-
     from vegrip.cli._fits import print_json
     from vegrip.cli._recordings import describe, print_recording
+    from vegrip.cli._tables import printer
     from vegrip.errors import UsageError
     from vegrip.recording import read_recording, write_recording
+    from vegrip.recording.traces import replaced
     from vegrip.simulate import like as simulate_like
     from vegrip.simulate import read_protocol
     from vegrip.simulate import simulate as simulate_model
@@ -68,23 +72,24 @@ def simulate(
         raise UsageError(
             "--like takes motion and sensors from a recording; leave --protocol, --noise and --plot out"
         )
-    truth = _model(model, with_effects or [])
-    if like is not None:
-        made = simulate_like(truth, read_recording(like), seed=seed)
-    else:
-        what = read_protocol(protocol) if protocol is not None else standard(truth)
-        made = simulate_model(
-            truth, what, sensors=_sensors(noise or []), rate=rate, seed=seed, temperature=temperature
-        )
-        if plot is not None:
-            draw(what, {model.stem: truth}, plot)
-    write_recording(made, output)
-    made = read_recording(output)
-    if as_json:
-        print_json({"recording": str(output), **describe(made)})
-    else:
-        print_recording(made, output)
-        Console(stderr=True, highlight=False).print(f"simulated, seed {seed}", soft_wrap=True)
+    truth, sensors = _model(model, with_effects or []), _sensors(noise or [])
+    with Outputs(force=force) as outputs:
+        claim_recording(output, force=force)
+        outputs.picture(plot)
+        if like is not None:
+            made = simulate_like(truth, read_recording(like), seed=seed)
+        else:
+            what = read_protocol(protocol) if protocol is not None else standard(truth)
+            made = simulate_model(truth, what, sensors=sensors, rate=rate, seed=seed, temperature=temperature)
+            outputs.write(plot, partial(draw, what, {model.stem: truth}))
+        with replaced(output):
+            write_recording(made, output)
+        made = read_recording(output)
+        if as_json:
+            print_json({"recording": str(output), **describe(made)})
+        else:
+            print_recording(made, output)
+            printer(stderr=True).print(f"simulated, seed {seed}")
 
 
 def _model(path: Path, extra: list[str]) -> "ContactModel":
@@ -95,7 +100,7 @@ def _model(path: Path, extra: list[str]) -> "ContactModel":
     model = read_model(path)
     for name in extra:
         if name in {one.name for one in model.effects}:
-            raise UsageError(f"{path} has {name} already; change its value in the file")
+            raise UsageError(f"{path}: has {name} already; change its value in the file")
         model = model.with_effect(effect(name))
     return model
 

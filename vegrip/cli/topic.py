@@ -11,8 +11,9 @@ from typing import Annotated, Any
 
 import typer
 
-from vegrip.cli._tables import show, table
+from vegrip.cli._tables import complain, show, table
 from vegrip.cli._values import jsonable
+from vegrip.spelling import suggestion
 
 app = typer.Typer(
     add_completion=False,
@@ -30,7 +31,11 @@ GONE = 3.0  # [s] without any of the nodes; one that is restarted comes back wit
 
 @app.command("list")
 def list_(as_json: Json = False) -> None:
-    """List the topics, who sends and who receives them, and how many messages there were."""
+    """List the topics, who sends and who receives them, and how many messages there were.
+
+    Example: vegrip topic list
+
+    """
     topics = _topics()
     if as_json:
         print(json.dumps(topics))  # noqa: T201
@@ -48,7 +53,11 @@ def list_(as_json: Json = False) -> None:
 
 @app.command()
 def echo(topic: Prefix, count: Count = 0, duration: Duration = 0.0, as_json: Json = False) -> None:
-    """Print messages as they come."""
+    """Print messages as they come.
+
+    Example: vegrip topic echo /hand/thumb/slip_margin --count 3
+
+    """
     for name, message in _messages(topic, count, duration):
         fields = _plain(message)
         if as_json:
@@ -60,7 +69,11 @@ def echo(topic: Prefix, count: Count = 0, duration: Duration = 0.0, as_json: Jso
 
 @app.command()
 def hz(topic: Prefix = "/", count: Count = 0, duration: Duration = 5.0, as_json: Json = False) -> None:
-    """Measure rates: mean, and the shortest and longest time between two messages as they arrive here."""
+    """Measure rates: mean, and the shortest and longest time between two messages as they arrive here.
+
+    Example: vegrip topic hz /hand/thumb --duration 2
+
+    """
     arrivals: dict[str, list[float]] = defaultdict(list)
     for name, _ in _messages(topic, count, duration):
         arrivals[name].append(time.monotonic())
@@ -94,6 +107,9 @@ def _messages(prefix: str, count: int, duration: float) -> Iterator[tuple[str, A
     nodes = running_nodes()
     if not nodes:
         raise UsageError("no node runs; try `vegrip launch demo`")
+    there = _topics()
+    if there and not any(_is_asked(topic, prefix) for topic in there):
+        complain(f"there is no topic {prefix} yet; {suggestion(prefix, there)}; waiting for it")
     sources = _Sources()
     reader = TelemetryReader(nodes, [prefix])
     alive = time.monotonic()

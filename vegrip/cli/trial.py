@@ -2,13 +2,16 @@
 
 import json
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.errors import RecordingError, UsageError
+from vegrip.spelling import suggestion
 
 if TYPE_CHECKING:
     from vegrip.diagnosis.trials import Case, Outcome
@@ -37,6 +40,7 @@ def trial(
     effect: EFFECT = None,
     jobs: JOBS = 1,
     output: OUT = None,
+    force: FORCE = False,
     as_json: JSON = False,
 ) -> None:
     """Hide effects in simulated recordings, diagnose each, and count what was named.
@@ -44,31 +48,34 @@ def trial(
     The recordings are those of the virtual bench, which shares no physics code with the model: random
     fingertips, noise and protocols with nothing hidden, one effect, two, or one that is in no catalogue.
 
-    Example: vegrip trial -n 200 --jobs 2 -o trials.jsonl
+    Example: vegrip trial -n 2 --kind none -o trials.jsonl
+
+    Two hundred of all kinds, -n 200 --jobs 2, take about an hour.
     """
-    from vegrip.cli._fits import print_json, progress
+    from vegrip.cli._fits import print_json
+    from vegrip.cli._progress import progress
     from vegrip.diagnosis.trials import cases, tally
     from vegrip.diagnosis.trials.cases import KINDS
 
     for name in kind or ():
         if name not in KINDS:
-            raise UsageError(f"there is no kind {name!r}; there are {', '.join(KINDS)}")
+            raise UsageError(f"there is no kind {name!r}; {suggestion(name, KINDS)}")
     wanted = list(cases(trials, seed, kind or KINDS, _known(effect or [])))
-    done = _read(output) if output is not None else {}
-    outcomes = [done[case.key] for case in wanted if case.key in done]
-    with progress("trial") as report:
-        for one in _run([case for case in wanted if case.key not in done], jobs):
-            outcomes.append(one)
-            if output is not None:
-                with output.open("a", encoding="utf-8") as stream:
-                    stream.write(json.dumps(one.as_dict()) + "\n")
-            right = sum(each.right for each in outcomes)
-            report(f"{len(outcomes)} of {len(wanted)}, {right} right; {one.case.key}: {one.answer}")
-    told = tally(outcomes)
-    if as_json:
-        print_json(told)
-    else:
-        _print(told)
+    with Outputs(force=force) as outputs:
+        outputs.log(output)
+        done = _read(output) if output is not None else {}
+        outcomes = [done[case.key] for case in wanted if case.key in done]
+        with progress("trial") as report:
+            for one in _run([case for case in wanted if case.key not in done], jobs):
+                outcomes.append(one)
+                outputs.write(output, partial(_append, one))
+                right = sum(each.right for each in outcomes)
+                report(f"{len(outcomes)} of {len(wanted)}, {right} right; {one.case.key}: {one.answer}")
+        told = tally(outcomes)
+        if as_json:
+            print_json(told)
+        else:
+            _print(told)
 
 
 def _known(effects: list[str]) -> list[str]:
@@ -77,8 +84,7 @@ def _known(effects: list[str]) -> list[str]:
     for name in effects:
         if name not in INSIDE and name not in OUTSIDE:
             raise UsageError(
-                f"the bench cannot hide {name!r}; it can {', '.join(INSIDE)}, and outside any catalogue "
-                + ", ".join(OUTSIDE)
+                f"the bench cannot hide {name!r}; {suggestion(name, [*INSIDE, *OUTSIDE], 'it can hide')}"
             )
     return effects
 
@@ -98,6 +104,11 @@ def _read(path: Path) -> "dict[str, Outcome]":
     return out
 
 
+def _append(one: "Outcome", path: Path) -> None:
+    with path.open("a", encoding="utf-8") as stream:
+        stream.write(json.dumps(one.as_dict()) + "\n")
+
+
 def _run(cases: "list[Case]", jobs: int) -> "Any":
     """Yield outcomes as they come."""
     from vegrip.diagnosis.trials import outcome
@@ -112,10 +123,11 @@ def _run(cases: "list[Case]", jobs: int) -> "Any":
 
 
 def _print(told: dict[str, Any]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(highlight=False)
+    from vegrip.cli._tables import printer
+
+    console = printer()
     table = Table(box=None, padding=(0, 2))
     for heading in ("hidden", "trials", "right", "share", "answers"):
         table.add_column(heading, justify="left" if heading in ("hidden", "answers") else "right")
@@ -137,6 +149,4 @@ def _print(told: dict[str, Any]) -> None:
         for hidden, counts in confusion.items():
             others = {text: n for text, n in counts.items() if text != hidden}
             if others:
-                console.print(
-                    f"  {hidden} -> " + ", ".join(f"{text} ({n})" for text, n in others.items()), markup=False
-                )
+                console.print(f"  {hidden} -> " + ", ".join(f"{text} ({n})" for text, n in others.items()))

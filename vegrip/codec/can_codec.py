@@ -18,6 +18,8 @@ NODES: Final = ("grasp_force", "virtual_hand", "monitor", "record", "replay")
 """The numbers of nodes in the identifier of NodeStatus, unless told otherwise."""
 
 FOREIGN: Final = "foreign"
+WHOLE: Final = frozenset({"counter", "incomplete"})
+"""Why a frame is refused that is whole: it is old, or another one is missing."""
 
 
 class CanCodec:
@@ -38,7 +40,8 @@ class CanCodec:
     ==============  =================================================================================
 
     ``lost`` counts messages that never arrived, ``foreign`` frames for other hands (neither is a fault of a
-    frame). :meth:`encode` counts in ``clipped``, by field, values the layout cannot carry.
+    frame), ``broken`` by finger the frames of its states that could not be understood. :meth:`encode` counts
+    in ``clipped``, by field, values the layout cannot carry.
 
     Args:
         fingers: names in the order of their numbers in the identifier, at most 8.
@@ -76,6 +79,7 @@ class CanCodec:
         self.nodes = _names("nodes", nodes, plan.fingers)
         self.fd = fd
         self.rejected: Counter[str] = Counter()
+        self.broken: Counter[str] = Counter()
         self.clipped: Counter[str] = Counter()
         self.foreign = 0
         self._encoders: dict[tuple[type[Any], str], Encoder] = {}
@@ -117,6 +121,8 @@ class CanCodec:
         result = decoder.decode(frame)
         if isinstance(result, str):
             self._refuse(result)
+            if decoder.kind is FingertipState and result not in WHOLE:
+                self.broken[decoder.owner] += 1
             return None
         return result
 

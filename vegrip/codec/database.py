@@ -63,7 +63,10 @@ def build_layouts(db: Database) -> Layouts:
 def _layout(schema: MessageSchema, fd: bool, messages: list[DbcMessage]) -> Layout:
     parts: list[Part] = []
     for message in sorted(messages, key=lambda m: int(_attribute(m, "MessagePart"))):
-        parts.append(_part(schema, message, sum(part.cells for part in parts)))
+        try:
+            parts.append(_part(schema, message, sum(part.cells for part in parts)))
+        except LookupError as error:
+            raise ConfigError(f"fingertip.dbc: {message.name} has no {error}") from None
     if [part.number for part in parts] != list(range(1, len(parts) + 1)):
         raise ConfigError(
             f"fingertip.dbc: the parts of {schema.cls.__name__} must count from 1 without a gap"
@@ -156,7 +159,10 @@ def _kind(message: DbcMessage) -> str:
 
 
 def _attribute(owner: Database | DbcMessage, name: str) -> Any:
-    return _attributes(owner)[name].value
+    found = _attributes(owner).get(name)
+    if found is None:
+        raise ConfigError(f"fingertip.dbc: the attribute {name} is missing")
+    return found.value
 
 
 def _attributes(owner: Database | DbcMessage) -> Mapping[str, Any]:

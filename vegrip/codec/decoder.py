@@ -43,10 +43,11 @@ class Decoder:
         clock: HandClock | None = None,
     ) -> None:
         self.assembly = assembly
+        self.kind: type[Any] = layout.schema.cls
+        self.owner = owner
         self._layout = layout
         self._part = part
         self._identifier = identifier
-        self._owner = owner
         self._version = version % part.version_modulus
         self._clock = clock if part.time is not None else None
         self._use_sender_time = (use_sender_time or clock is not None) and part.time is not None
@@ -92,7 +93,7 @@ class Decoder:
             stamp = self._clock(stamp, received)
         if self._layout.relative:
             values = _absolute(values, self._layout.relative, stamp)
-        message: Message = self._make(stamp, self._owner, seq, *values)
+        message: Message = self._make(stamp, self.owner, seq, *values)
         return message
 
 

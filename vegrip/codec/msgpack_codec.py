@@ -17,10 +17,13 @@ from vegrip.codec.packing import MAP_LIMIT, SEQUENCE_MODULUS, TEXT_LIMIT, Refuse
 from vegrip.codec.protection import P04, P04_HEADER, P04_LIMIT
 from vegrip.codec.schema import message_set
 from vegrip.codec.streams import Streams
-from vegrip.codec.topics import Route, Topics
-from vegrip.messages import Message
+from vegrip.codec.topics import ROUTES, Route, Topics
+from vegrip.messages import FingertipState, Message
 
 COUNTER: Final = slice(2, 4)  # of profile 4, most significant byte first
+WHOLE: Final = frozenset({"unknown_topic", "counter"})
+"""Why a message is refused that is not broken."""
+
 LIMITS: Final = {
     "max_str_len": TEXT_LIMIT * 4,  # bytes
     "max_array_len": 8,
@@ -47,8 +50,9 @@ class MsgpackCodec:
     ``counter``        a repeat, older than the last one, or too far ahead of it
     =================  ==================================================================================
 
-    ``lost`` counts messages that never arrived, ``clipped`` (by field) values that could not be sent, and
-    ``crowded`` the streams that were forgotten to make room for others.
+    ``lost`` counts messages that never arrived, ``clipped`` (by field) values that could not be sent,
+    ``crowded`` the streams that were forgotten to make room for others, and ``broken`` by finger the states
+    on its topic that could not be understood (of ``ROUTES`` fingers at most, where any name is accepted).
 
     Args:
         namespace: in front of every topic; one for each hand on the network.
@@ -72,6 +76,7 @@ class MsgpackCodec:
     ) -> None:
         self.topics = Topics(namespace, fingers, remap)
         self.rejected: Counter[str] = Counter()
+        self.broken: Counter[str] = Counter()
         self.clipped: Counter[str] = Counter()
         self._use_sender_time = use_sender_time
         self._version = message_set().version
@@ -116,11 +121,19 @@ class MsgpackCodec:
             return self._decode(topic, payload, stamp)
         except RefusedError as refused:
             self.rejected[refused.name] += 1
+            self._note_broken(topic, refused.name)
             return None
 
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""
         self._streams.reset()
+
+    def _note_broken(self, topic: str, why: str) -> None:
+        route = None if why in WHOLE else self.topics.incoming(topic)
+        if route is None or route.owner is None or route.schema.cls is not FingertipState:
+            return
+        if route.owner in self.broken or len(self.broken) < ROUTES:
+            self.broken[route.owner] += 1
 
     def _decode(self, topic: str, payload: bytes, stamp: int) -> Message:
         route = self.topics.incoming(topic)

@@ -1,7 +1,7 @@
 """Pictures of a comparison: measured and modelled, what is left in order, over depth and over time."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -10,10 +10,23 @@ from vegrip.compare.features import PHASES
 from vegrip.compare.where import Residuals
 from vegrip.compare.words import UNITS
 from vegrip.errors import UsageError
+from vegrip.fit.smoother import Floats
+from vegrip.recording import Recording
+
+PAUSE: Final = 0.5  # [s] that is drawn between trials
+SECONDS: Final = "time without the pauses [s]"
 
 
-def draw(comparison: Comparison, folder: Path) -> list[Path]:
-    """Draw one picture per channel into ``folder``; return the files.
+def drawn_time(recording: Recording) -> Floats:
+    """Return the time [s] with every pause between trials as short as :data:`PAUSE`."""
+    steps = np.diff(recording.t, prepend=recording.t[0])
+    steps[np.flatnonzero(np.diff(recording.episode) != 0) + 1] = PAUSE
+    drawn: Floats = np.cumsum(steps)
+    return drawn
+
+
+def draw(comparison: Comparison, folder: Path, name: str = "model") -> list[Path]:
+    """Draw one picture per channel into ``folder``; return the files. ``name`` is that of the model.
 
     Raises:
         UsageError: matplotlib is not installed.
@@ -31,12 +44,12 @@ def draw(comparison: Comparison, folder: Path) -> list[Path]:
     files = []
     for residuals in residuals_of(comparison.problem, comparison.u):
         figure, every = plt.subplots(4, 1, figsize=(9, 10), constrained_layout=True)
-        rows = np.arange(residuals.rows.size)  # pauses between episodes left out
-        _measured(every[0], comparison, residuals, rows)
+        t = drawn_time(comparison.problem.measured.recording)[residuals.rows]
+        _measured(every[0], comparison, residuals, t, name)
         axes = every[1:]
-        axes[0].plot(rows, residuals.z, ".", ms=1.5)
-        _labels(axes[0], "row", "residual / std")
-        every[0].set_title(f"{comparison.problem.measured.recording.name}: {residuals.channel}")
+        axes[0].plot(t, residuals.z, ".", ms=1.5)
+        _labels(axes[0], SECONDS, "residual / std")
+        every[0].set_title(f"{comparison.problem.measured.recording.name}: {residuals.channel}, {name}")
         depth = 1e3 * features.values["indentation"][residuals.rows]
         phase = features.phase[residuals.rows]
         for p in np.unique(phase):
@@ -53,7 +66,7 @@ def draw(comparison: Comparison, folder: Path) -> list[Path]:
     return files
 
 
-def _measured(axis: Any, comparison: Comparison, residuals: Residuals, rows: Any) -> None:
+def _measured(axis: Any, comparison: Comparison, residuals: Residuals, t: Floats, name: str) -> None:
     """Draw measurement and model; of loads at slip, which point anywhere, their sizes."""
     columns = comparison.problem.measured.columns
     if residuals.channel == "tangential_force":
@@ -63,10 +76,10 @@ def _measured(axis: Any, comparison: Comparison, residuals: Residuals, rows: Any
         seen = np.abs(columns[residuals.channel][residuals.rows])
         if residuals.channel == "normal_force":
             seen = columns["normal_force"][residuals.rows]
-    axis.plot(rows, seen, "k.", ms=1.5, label="measured")
-    axis.plot(rows, seen - residuals.raw, ".", ms=1.0, label="model")
+    axis.plot(t, seen, "k.", ms=1.5, label="measured")
+    axis.plot(t, seen - residuals.raw, ".", ms=1.0, label=name)
     axis.legend(markerscale=5, fontsize=7)
-    axis.set_xlabel("row")
+    axis.set_xlabel(SECONDS)
     axis.set_ylabel(f"{residuals.channel.replace('_', ' ')} [{UNITS[residuals.channel]}]")
 
 

@@ -8,18 +8,20 @@ of the misfit in few rows, one after the other, each without the rows of those b
 import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.compare.features import PHASES, Features
-from vegrip.compare.words import quantity, span
+from vegrip.compare.words import height, quantity, span
 from vegrip.fit.smoother import Floats
 
 MOST = 6
 LEAST_SHARE = 0.03
 LEAST_ROWS = 10
+AWAY = "out of contact"
 EVERYWHERE = "everywhere"
 SURE = 5.0  # standard deviations of a sum of squares of noise
 
@@ -110,20 +112,21 @@ def _candidates(residuals: Residuals, features: Features) -> Iterator[tuple[str,
         here = values[residuals.rows]
         for group in (None, *present):
             rows = np.ones(phase.size, dtype=bool) if group is None else phase == group
-            for text, mask in _thirds(name, here, rows):
+            for text, mask in _thirds(name, here, rows, away=group == PHASES.index(AWAY)):
                 yield (text if group is None else f"{PHASES[group]} {text}"), mask
 
 
-def _thirds(name: str, values: Floats, rows: Mask) -> Iterator[tuple[str, Mask]]:
+def _thirds(name: str, values: Floats, rows: Mask, *, away: bool) -> Iterator[tuple[str, Mask]]:
+    said = height if away and name == "indentation" else partial(span, name)
     low, high = (float(q) for q in np.quantile(values[rows], (1.0 / 3.0, 2.0 / 3.0)))
     if values[rows].max() <= values[rows].min():
         return
     if low > values[rows].min():
-        yield span(name, None, low), rows & (values <= low)
+        yield said(None, low), rows & (values <= low)
     if high > low > values[rows].min() and quantity(name, high) != quantity(name, low):
-        yield span(name, low, high), rows & (values > low) & (values <= high)
+        yield said(low, high), rows & (values > low) & (values <= high)
     if high < values[rows].max() and quantity(name, high) != quantity(name, float(values[rows].max())):
-        yield span(name, high, None), rows & (values > high)
+        yield said(high, None), rows & (values > high)
 
 
 def _regime(residuals: Residuals, name: str, here: Mask, share: float) -> Regime:
@@ -135,6 +138,8 @@ def _regime(residuals: Residuals, name: str, here: Mask, share: float) -> Regime
             f"the model reads {quantity(residuals.channel, abs(offset))} {'low' if offset > 0 else 'high'}"
         )
     else:
-        fails = f"the model is {quantity(residuals.channel, rms)} off, to either side"
+        fails = f"the model is {quantity(residuals.channel, rms)} off, now above and now below"
+    if name.startswith(AWAY) and residuals.channel == "normal_force" and offset < -0.5 * rms:
+        fails += " (a pull that it lacks)"
     note = f"{residuals.channel}, {name}: {fails}, {100.0 * share:.0f} % of the misfit"
     return Regime(residuals.channel, name, share, offset, rms, int(np.count_nonzero(here)), note)

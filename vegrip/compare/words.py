@@ -60,3 +60,18 @@ def span(name: str, low: float | None, high: float | None) -> str:
     else:
         text = "any"
     return SAID.get(name, f"{name} {{}}").format(text)
+
+
+def height(low: float | None, high: float | None) -> str:
+    """Return a range of depths out of contact in words: heights above the surface at rest."""
+    if high is not None and high >= 0.0:
+        return span("indentation", low, high)
+    if low is not None and high is None:
+        if low >= 0.0:
+            return span("indentation", low, high)
+        return f"closer than {quantity('indentation', -low)} to the surface"
+    if low is None and high is not None:
+        return f"more than {quantity('indentation', -high)} from the surface"
+    if low is not None and high is not None:
+        return f"{quantity('indentation', -high)} to {quantity('indentation', -low)} from the surface"
+    return span("indentation", low, high)

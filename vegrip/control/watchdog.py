@@ -3,7 +3,7 @@
 ======================  ====================================================================================
 what is seen            condition
 ======================  ====================================================================================
-nothing for `time_out`  STALE (MISSING when there never was anything; CORRUPT when frames came but were bad)
+nothing for `time_out`  STALE (MISSING when there never was anything; CORRUPT while frames come but are bad)
 state too late          STALE: it took `time_out` longer than the quickest one; clocks need not agree
 counter or stamp        REPLAYED: runs backwards or stands still
 a value out of range    OUT_OF_RANGE, infinities included
@@ -112,11 +112,11 @@ class InputWatchdog:
         if self._heard is None:
             self._heard = now
         if now - self._heard > self.settings.time_out * NS:
-            self._judge(self._silence())
+            self._judge(self._silence(now))
         return self.condition
 
-    def _silence(self) -> Condition:
-        if self._corrupt is not None and self._heard is not None and self._corrupt >= self._heard:
+    def _silence(self, now: int) -> Condition:
+        if self._corrupt is not None and now - self._corrupt <= self.settings.time_out * NS:
             return Condition.CORRUPT
         return Condition.MISSING if self._last is None else Condition.STALE
 

@@ -18,6 +18,9 @@ Wanted margin [-] of vegrip and of the ellipse: the default in both grasps. Forc
 coefficient [-] set by hand of the others: tuned for each grasp.
 """
 
+LABEL = {"vegrip": "vegrip", "constant": "constant grip", "cone": "Coulomb cone"}
+"""What those of the demonstration are called in tables and pictures."""
+
 INFORMED = {"vegrip, told": 0.15, "elastic, told": 1.0}
 """Controllers that are told the friction of every object before they touch it.
 

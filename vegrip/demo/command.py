@@ -17,9 +17,10 @@ from rich.live import Live
 from vegrip.demo.candidates import KNOBS
 from vegrip.demo.closed_loop import Course
 from vegrip.demo.compare import Trial, course
-from vegrip.demo.report import as_json, summary
+from vegrip.demo.report import as_json, summary, what_to_see
 from vegrip.demo.run import Demo, Outcome, run
 from vegrip.demo.scenario import Scenario
+from vegrip.errors import DeviceError
 from vegrip.monitor import render
 
 OTHERS = ("constant", "cone")
@@ -29,6 +30,11 @@ def perform(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: b
     """Run the demonstration and print what comes out; tell whether it was interrupted."""
     console = Console(stderr=json)  # with --json standard output holds the JSON object and nothing else
     live = live and console.is_terminal
+    console.print(what_to_see(scenario), markup=False)
+    if plot and not _can_draw():
+        console.print(
+            "there will be no picture: it needs matplotlib; pip install 'vegrip[plot]'", markup=False
+        )
     outcome = _watched(scenario, folder, console, live=live)
     courses = {"vegrip": outcome.course}
     if plot and not outcome.interrupted:
@@ -38,6 +44,8 @@ def perform(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: b
     console.print(summary(outcome, courses))
     if json:
         sys.stdout.write(json_format.dumps(_plain(as_json(outcome))) + "\n")
+    if outcome.problem:
+        raise DeviceError(outcome.problem)
     return outcome.interrupted
 
 
@@ -55,7 +63,7 @@ def _watched(scenario: Scenario, folder: Path, console: Console, *, live: bool) 
 
 
 def _show(live: Live, demo: Demo) -> None:
-    live.update(render(demo.board, time.monotonic_ns(), demo.title()), refresh=True)
+    live.update(render(demo.board, time.monotonic_ns(), demo.title(), size=live.console.size), refresh=True)
 
 
 def others(scenario: Scenario) -> dict[str, Course]:
@@ -67,14 +75,17 @@ def others(scenario: Scenario) -> dict[str, Course]:
 
 
 def _draw(courses: dict[str, Course], scenario: Scenario, folder: Path, console: Console) -> None:
-    if importlib.util.find_spec("matplotlib") is None:
-        console.print("no picture: matplotlib is not installed (pip install 'vegrip[plot]')")
+    if not _can_draw():
         return
     from vegrip.demo.plot import picture  # noqa: PLC0415 (matplotlib is an extra)
 
     path = folder / "comparison.png"
     picture(courses, scenario.events, path, scenario.duration)
     console.print(f"picture: {path}")
+
+
+def _can_draw() -> bool:
+    return importlib.util.find_spec("matplotlib") is not None
 
 
 def _plain(value: Any) -> Any:

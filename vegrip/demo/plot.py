@@ -8,15 +8,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vegrip.demo.candidates import LABEL
 from vegrip.demo.closed_loop import Course
+from vegrip.demo.result import result
 from vegrip.demo.run import DESCRIPTION
 from vegrip.demo.scenario import SETTLED
 from vegrip.virtual import Disturbance
 
 COLOUR = {"vegrip": "#0b6e4f", "constant": "#8a8a8a", "cone": "#d1603d"}
 BLUE = "#4a7bd0"
-LANES = 5
-LABEL = {"vegrip": "vegrip", "constant": "constant grip", "cone": "Coulomb cone"}
+CHARACTER = 0.0088  # width of one of a label, as a share of the time axis
 
 
 def picture(
@@ -24,9 +25,12 @@ def picture(
 ) -> None:
     """Write the picture of ``courses`` (by name of the controller) to ``path``."""
     mpl.rcParams["svg.hashsalt"] = "vegrip"  # the same picture gives the same file
-    figure = Figure(figsize=(10.0, 7.2), layout="constrained")
-    strip, force, margin = figure.subplots(3, 1, sharex=True, height_ratios=(0.35, 1.0, 1.0))
-    _schedule(strip, events)
+    figure = Figure(figsize=(10.0, 7.6), layout="constrained")
+    figure.suptitle(
+        "One object, the same disturbances: how hard each controller grips, and how near it comes to slipping"
+    )
+    strip, force, margin = figure.subplots(3, 1, sharex=True, height_ratios=(0.4, 1.0, 1.0))
+    _schedule(strip, events, duration)
     for axes in (force, margin):
         _shade(axes, events)
     for name, course in courses.items():
@@ -39,9 +43,9 @@ def picture(
         _slips(margin, course, COLOUR[name])
     force.set_ylabel("grip force (thumb) [N]")
     force.set_ylim(bottom=0.0)
-    force.legend(loc="upper left", fontsize=9, ncols=3, framealpha=0.9)
+    figure.legend(loc="outside lower center", ncols=len(courses), frameon=False)
     margin.axhline(0.0, color="black", linewidth=0.8)
-    margin.set_ylabel("least true slip margin [-]")
+    margin.set_ylabel("least true slip margin [-]\n0 = slips")
     margin.set_ylim(-0.05, 1.0)
     margin.set_xlabel("time [s]")
     margin.set_xlim(SETTLED, duration)
@@ -53,7 +57,7 @@ def picture(
 def _legend(name: str, course: Course) -> str:
     end = ", object dropped" if course.dropped else ""
     plural = "" if course.slips == 1 else "s"
-    return f"{LABEL[name]}: {course.slips} slip{plural}{end}"
+    return f"{LABEL[name]}: {result(course).mean_grip_force:.1f} N mean, {course.slips} slip{plural}{end}"
 
 
 def _slips(axes: Axes, course: Course, colour: str) -> None:
@@ -65,15 +69,29 @@ def _slips(axes: Axes, course: Course, colour: str) -> None:
         axes.plot(course.time[-1], 0.0, "v", color=colour, markersize=9)
 
 
-def _schedule(axes: Axes, events: tuple[Disturbance, ...]) -> None:
-    """One bar per disturbance, with its name, on as many lanes as it takes to read them."""
-    for i, event in enumerate(events):
-        lane = -(i % LANES)
-        axes.barh(lane, event.duration, left=event.start, height=0.8, color=BLUE, alpha=0.25)
-        text = DESCRIPTION[type(event).__name__].split(",")[0]
-        axes.text(event.start, lane, f" {text}", fontsize=7, va="center", color="#1d3461", clip_on=True)
-    axes.set_ylim(0.5 - LANES, 0.5)
+def _schedule(axes: Axes, events: tuple[Disturbance, ...], duration: float) -> None:
+    """One bar per disturbance with its name inside or beside it, each in the first lane that has room."""
+    free: list[float] = []  # [s] from which on each lane is free
+    for event in events:
+        name = f" {DESCRIPTION[type(event).__name__].split(',')[0]} "
+        text_at, left, right = _place(event, CHARACTER * (duration - SETTLED) * len(name), duration)
+        lane = next((i for i, time in enumerate(free) if time <= left), len(free))
+        free[lane : lane + 1] = [right]
+        axes.barh(-lane, event.duration, left=event.start, height=0.8, color=BLUE, alpha=0.25)
+        side = "right" if left < event.start else "left"
+        axes.text(text_at, -lane, name, fontsize=8, ha=side, va="center", color="#1d3461", clip_on=True)
+    axes.set_ylim(0.5 - max(len(free), 1), 0.5)
     axes.set_axis_off()
+
+
+def _place(event: Disturbance, width: float, duration: float) -> tuple[float, float, float]:
+    """Return where the name of ``event``, ``width`` [s] wide, is anchored, and the room of both [s]."""
+    end = event.start + event.duration
+    if width <= event.duration:
+        return event.start, event.start, end
+    if end + width <= duration:
+        return end, event.start, end + width
+    return event.start, event.start - width, end
 
 
 def _shade(axes: Axes, events: tuple[Disturbance, ...]) -> None:

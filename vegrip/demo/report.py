@@ -1,16 +1,19 @@
 """The summary of a demonstration, for people and for machines."""
 
+from collections.abc import Mapping
+
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from vegrip.demo.candidates import LABEL
 from vegrip.demo.closed_loop import Course
-from vegrip.demo.plot import LABEL
-from vegrip.demo.result import result
+from vegrip.demo.result import Result, result
 from vegrip.demo.run import Outcome
+from vegrip.demo.scenario import CORES_OF_THE_HAND, Scenario
 
 OVERLOAD = 0.01
-"""Share of deadline misses above which the figures say more of the machine than of the controller."""
+"""Share of commands from which on it is said that they were late, or held."""
 
 
 def as_json(outcome: Outcome) -> dict[str, object]:
@@ -39,12 +42,58 @@ def summary(outcome: Outcome, courses: dict[str, Course]) -> Group:
         f" bus load {100.0 * outcome.bus_load:.0f} %",
         f"recording: {outcome.folder}",
     ]
-    if node.deadline_misses > OVERLOAD * node.states:
-        lines.append(
-            "this machine was too busy for the loop: much of the input came too late, so the node held its"
-            " commands and went to the fail-safe grip; the figures of vegrip say little of its control"
-        )
+    lines += conclusions({name: result(course) for name, course in courses.items()})
+    lines += verdict_on_the_machine(outcome.held, node.deadline_misses / max(node.states, 1))
     return Group(_table(courses), *(Text(line) for line in lines))
+
+
+def what_to_see(scenario: Scenario) -> str:
+    """Return what is about to happen, and what to look at."""
+    fingers = scenario.settings.fingers
+    hold = "thumb and index pinch" if len(fingers) == 2 else f"{len(fingers)} fingers hold"
+    other = "" if len(fingers) > 2 else f" (five: --grasp hand, {CORES_OF_THE_HAND} cores)"
+    return (
+        f"{hold} an object of unknown friction{other}; it is pushed, twisted and made wet.\n"
+        "Look at F, the grip force: it follows the load and keeps the margin's lower bound | above 0 (slip)."
+    )
+
+
+def conclusions(results: Mapping[str, Result]) -> list[str]:
+    """Return a sentence for each other controller: what it took against vegrip, whichever is better."""
+    ours = results["vegrip"]
+    return [_against(LABEL[name], theirs, ours) for name, theirs in results.items() if theirs is not ours]
+
+
+def _against(name: str, theirs: Result, ours: Result) -> str:
+    if theirs.dropped or ours.dropped:
+        who = [label for label, one in ((name, theirs), ("vegrip", ours)) if one.dropped]
+        return f"{name} against vegrip: {' and '.join(who)} dropped the object"
+    ratio = theirs.mean_grip_force / ours.mean_grip_force
+    more, less = f"{ratio:.1f} times the force of", f"{100.0 * (1.0 - ratio):.0f} % less force than"
+    force = more if ratio >= 1.0 else less
+    margins = f"least margin {theirs.min_margin:.2f} against {ours.min_margin:.2f}"
+    return f"{name}: {force} vegrip, {theirs.slips} slips against {ours.slips}, {margins}"
+
+
+def verdict_on_the_machine(held: float, late: float) -> list[str]:
+    """Return what a busy machine did to the figures of vegrip, if anything.
+
+    Args:
+        held: share of the commands that only held, or ramped to the fail-safe grip, for want of fresh input.
+        late: deadlines missed per state.
+
+    """
+    if held > OVERLOAD:
+        return [
+            f"this machine was too busy: {100.0 * held:.0f} % of the commands held or went to the fail-safe"
+            " grip, because no fresh state had come; on time vegrip takes less force than it did here"
+        ]
+    if late > OVERLOAD:
+        return [
+            f"this machine was busy: {100.0 * late:.0f} % of the commands were late, but hardly any held for"
+            " want of a fresh state; the figures stand"
+        ]
+    return []
 
 
 def _table(courses: dict[str, Course]) -> Table:

@@ -20,6 +20,7 @@ from vegrip.demo.closed_loop import Course
 from vegrip.demo.hand_node import DemoHand, HandNews
 from vegrip.demo.parent import Child
 from vegrip.demo.scenario import Scenario
+from vegrip.messages import ForceCommand, Message, Reason
 from vegrip.monitor import Board
 from vegrip.recording.background import BackgroundWriter
 from vegrip.recording.writer import RecordingWriter
@@ -28,6 +29,7 @@ from vegrip.transport.open import Hand, open_endpoint
 
 REFRESH = 0.1  # [s] of the screen
 PAUSE = 0.02  # [s] between two looks at the bus: whoever waits for each frame is woken by each
+HELD = (Reason.INPUT_HOLD, Reason.FAIL_SAFE)
 TICK = {"hand": 0.002, "node": 0.005}  # [s]
 
 
@@ -39,7 +41,9 @@ class Outcome:
     course: Course
     node: Farewell
     bus_load: float  # [-] mean over the run
+    held: float  # [-] share of the commands that only held, because states came too late or not at all
     interrupted: bool = False
+    problem: str = ""  # what is not in the recording, in a sentence
 
 
 @dataclass
@@ -51,6 +55,8 @@ class Demo:
     board: Board
     loads: list[float] = field(default_factory=list)
     acting: frozenset[str] = frozenset()
+    commands: int = 0
+    held: int = 0  # of the commands
     news: HandNews | None = None
     _load_due: float = 0.0
 
@@ -59,6 +65,7 @@ class Demo:
         time.sleep(PAUSE)
         while messages := endpoint.receive(0.0):
             for message in messages:
+                self._count(message)
                 self.board.take(message, time.monotonic_ns())
                 recorder.offer(message)
         if time.monotonic() >= self._load_due:
@@ -67,11 +74,18 @@ class Demo:
             if not math.isnan(load):
                 self.loads.append(load)
 
+    def _count(self, message: Message) -> None:
+        if isinstance(message, ForceCommand) and self.news is not None:
+            self.commands += 1
+            self.held += message.reason in HELD
+
     def title(self) -> str:
-        """Return the headline of the screen."""
+        """Return the headline of the screen; the scenario's time is behind the clock on a slow machine."""
         load = f", bus load {100.0 * self.loads[-1]:.0f} %" if self.loads else ""
-        slips = "" if self.news is None else f", slips so far: {self.news.slips}"
-        return f"vegrip demo: {len(self.board.fingers)} soft fingers hold an object{load}{slips}"
+        fingers = f"vegrip demo: {len(self.board.fingers)} fingers"
+        if self.news is None:
+            return fingers + load
+        return f"{fingers}, scenario {self.news.time:.0f} s, slips: {self.news.slips}{load}"
 
     def tell(self, news: HandNews | None) -> None:
         """Put what happens to the object on the board's log."""
@@ -82,7 +96,7 @@ class Demo:
         self.news = news
         now = time.monotonic_ns()
         for name in sorted(set(news.acting) - self.acting):
-            self.board.say(f"disturbance: {DESCRIPTION.get(name, name)}", now, "yellow")
+            self.board.say(f"{news.time:.1f} s in the scenario: {DESCRIPTION.get(name, name)}", now, "yellow")
         self.acting = frozenset(news.acting)
 
 
@@ -134,7 +148,8 @@ def run(
     if hand.farewell is None or node.farewell is None:
         raise KeyboardInterrupt  # interrupted before there was anything to sum up
     load = sum(demo.loads) / len(demo.loads) if demo.loads else math.nan
-    return Outcome(folder, hand.farewell.rest, node.farewell, load, interrupted)
+    held = demo.held / max(demo.commands, 1)
+    return Outcome(folder, hand.farewell.rest, node.farewell, load, held, interrupted, writer.problem)
 
 
 def _play(
@@ -159,7 +174,9 @@ def _play(
             demo.tell(hand.news)
             if time.monotonic() >= due:
                 due = time.monotonic() + REFRESH
+                demo.board.look(time.monotonic_ns())
                 refresh(demo)
+        demo.board.look(time.monotonic_ns())
         refresh(demo)
         return False
     return True

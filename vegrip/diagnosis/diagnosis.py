@@ -144,11 +144,16 @@ class Diagnosis:
         first = self.start
         return Comparison(first.problem, first.optimum.u, fitted=True).where
 
+    @cached_property
+    def result(self) -> Fit:
+        """The fit with everything that was accepted."""
+        last = self.search.last
+        return fitted(last.problem, last.optimum)
+
     @property
     def model(self) -> ContactModel:
         """The model with everything that was accepted, refitted."""
-        last = self.search.last
-        return fitted(last.problem, last.optimum).model
+        return self.result.model
 
     @property
     def error(self) -> dict[str, float]:
@@ -170,6 +175,12 @@ class Diagnosis:
                     seen.add(one.candidate.name)
                     told.append(self._told(one, step.tried))
         return told
+
+    def in_si(self) -> dict[str, tuple[float, str]]:
+        """Return the scaled parameters of what was accepted, in SI with their units."""
+        last = self.result
+        symbols = [p.symbol for one in self.search.accepted for p in one.candidate.effect.parameters]
+        return {name: si for name in symbols if (si := last.in_si(name)) is not None}
 
     def _told(self, one: Tried, beside: list[Tried]) -> dict[str, Any]:
         best = max(0.0, *(other.verdict.gain for other in beside if other.verdict.passed), 0.0)
@@ -207,6 +218,7 @@ class Diagnosis:
             "effects": self.effects(),
             "indistinguishable": self.indistinguishable,
             "error": self.error,
+            "si": {name: {"value": value, "unit": unit} for name, (value, unit) in self.in_si().items()},
             "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": CALM},
             "where": [one.as_dict() for one in self.where],
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
@@ -214,7 +226,7 @@ class Diagnosis:
             "out_of_sight": s.out_of_sight,
             "doubts": [doubt.text for doubt in self.doubts],
             "noise": dict(self.start.problem.measured.noise.source),
-            "warnings": self.start.warnings(),
+            "warnings": self.start.warnings(advise=False),
         }
 
 

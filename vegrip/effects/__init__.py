@@ -12,6 +12,7 @@ from importlib.metadata import entry_points
 
 from vegrip.effects.contract import Effect, Hook, State, hook
 from vegrip.errors import ModelError
+from vegrip.spelling import suggestion
 
 __all__ = ["BUILT_IN", "Effect", "Hook", "State", "effect", "hook", "names", "place"]
 
@@ -73,7 +74,7 @@ def effect(name: str) -> Effect:
     else:
         point = next(iter(entry_points(group=GROUP, name=name)), None)
         if point is None:
-            raise ModelError(f"there is no effect {name!r}; there are {', '.join(names())}")
+            raise ModelError(f"there is no effect {name!r}; {suggestion(name, names())}")
         found = point.load()
     if not isinstance(found, Effect):
         raise ModelError(f"the effect {name!r} is not an Effect; its entry point must name one")

@@ -43,8 +43,10 @@ EFFECT = Effect(
     summary="the surfaces attract each other, and the force is negative before they part",
     cites=("DerjaguinMullerToporov1975", "JohnsonKendallRoberts1971", "MaugisBarquins1978"),
     parameters=(
-        Parameter("pull", "1", 0.05, 0.05, 0.0, 10.0, "pull-off force over K", null=0.0),
-        Parameter("neck", "1", 0.2, 0.7, 1e-3, 10.0, "length of the neck, in x_ref", transform="log"),
+        Parameter("pull", "1", 0.05, 0.05, 0.0, 10.0, "pull-off force over K", null=0.0, of="K"),
+        Parameter(
+            "neck", "1", 0.2, 0.7, 1e-3, 10.0, "length of the neck, in x_ref", transform="log", of="x_ref"
+        ),
         Parameter("g_v", "1", 0.1, 0.2, 0.0, 100.0, "growth of W at a retraction of x_ref per s", null=0.0),
         Parameter("n_v", "1", 0.5, 0.1, 0.1, 1.0, "exponent of that growth"),
     ),

@@ -19,7 +19,9 @@ EFFECT = Effect(
     name="displacement_backlash",
     summary="after a reversal the tip follows only when a gap is crossed",
     cites=("BrokateSprekels1996",),
-    parameters=(Parameter("play", "1", 0.02, 0.02, 0.0, 1.0, "width of the gap, in x_ref", null=0.0),),
+    parameters=(
+        Parameter("play", "1", 0.02, 0.02, 0.0, 1.0, "width of the gap, in x_ref", null=0.0, of="x_ref"),
+    ),
     states=(State("x_p", "m", "indentation behind the play", low="x", high="x", lasting=True),),
     hooks=(hook(tip),),
     confounded=("sensor_lag", "guide_friction"),

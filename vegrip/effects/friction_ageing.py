@@ -33,7 +33,9 @@ EFFECT = Effect(
     parameters=(
         Parameter("beta_t", "1", 0.04, 0.03, -0.05, 0.5, "growth per e-fold of time", null=0.0),
         Parameter("t_0", "s", 0.1, 1.5, 1e-5, 1e3, "time when it starts", transform="log"),
-        Parameter("D_c", "1", 0.01, 1.5, 1e-6, 100.0, "slip that renews it, in x_ref", transform="log"),
+        Parameter(
+            "D_c", "1", 0.01, 1.5, 1e-6, 100.0, "slip that renews it, in x_ref", transform="log", of="x_ref"
+        ),
     ),
     states=(State("t_c", "s", "age of the contact"),),
     hooks=(hook(age, stage="force", gives=""), hook(friction)),

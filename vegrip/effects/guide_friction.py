@@ -24,7 +24,7 @@ EFFECT = Effect(
     summary="a friction force follows the direction of the motion, in air as in contact",
     cites=("ArmstrongDupontCanudas1994",),
     parameters=(
-        Parameter("F_g", "1", 0.02, 0.02, -1.0, 1.0, "friction in units of K", null=0.0),
+        Parameter("F_g", "1", 0.02, 0.02, -1.0, 1.0, "friction in units of K", null=0.0, of="K"),
         Parameter("v_g", "1/s", 0.05, 1.0, 1e-5, 1e4, "speed of half of it, x_ref per s", transform="log"),
     ),
     hooks=(hook(sense),),

@@ -37,8 +37,10 @@ EFFECT = Effect(
     cites=("DimitriadisEtAl2002",),
     parameters=(
         Parameter("R_H", "1", 1.0, 1.0, 0.0, 20.0, "tip radius over thickness of the layer", null=0.0),
-        Parameter("K_c", "1", 0.5, 1.0, 0.0, 1e3, "force of the core x_ref beyond x_c, over K", null=0.0),
-        Parameter("x_c", "1", 1.5, 0.5, 0.0, 10.0, "depth at which the core is met, in x_ref"),
+        Parameter(
+            "K_c", "1", 0.5, 1.0, 0.0, 1e3, "force of the core x_ref beyond x_c, over K", null=0.0, of="K"
+        ),
+        Parameter("x_c", "1", 1.5, 0.5, 0.0, 10.0, "depth at which the core is met, in x_ref", of="x_ref"),
     ),
     hooks=(hook(elastic),),
     confounded=("exponential_stiffness", "power_law_stiffness"),

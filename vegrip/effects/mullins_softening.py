@@ -34,7 +34,9 @@ EFFECT = Effect(
     cites=("Mullins1969", "OgdenRoxburgh1999"),
     parameters=(
         Parameter("r_m", "1", 0.1, 0.1, 0.0, 0.9, "fraction of the force that is lost", null=0.0),
-        Parameter("w_m", "1", 0.6, 0.7, 0.01, 100.0, "width of the return, in x_ref", transform="log"),
+        Parameter(
+            "w_m", "1", 0.6, 0.7, 0.01, 100.0, "width of the return, in x_ref", transform="log", of="x_ref"
+        ),
         Parameter("l_m", "1", 0.5, 0.3, 0.0, 1.0, "share that is linear in depth"),
     ),
     states=(

@@ -36,7 +36,7 @@ EFFECT = Effect(
     cites=("Gent2012",),
     parameters=(
         Parameter("alpha_p", "1", 0.02, 0.02, 0.0, 0.9, "set over depth beyond x_y", null=0.0),
-        Parameter("x_y", "1", 0.3, 0.3, 0.0, 10.0, "depth of yield, in x_ref"),
+        Parameter("x_y", "1", 0.3, 0.3, 0.0, 10.0, "depth of yield, in x_ref", of="x_ref"),
         Parameter("r_p", "1/s", 1e-3, 3e-3, 0.0, 1.0, "rate at which the set creeps", null=0.0),
     ),
     states=(

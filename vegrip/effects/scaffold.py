@@ -107,12 +107,12 @@ FILES = {
 }
 
 
-def write_package(name: str, folder: Path) -> list[Path]:
+def write_package(name: str, folder: Path, *, replace: bool = False) -> list[Path]:
     """Write the package of the effect ``name`` to ``folder``; return the files.
 
     Raises:
         UsageError: the name is no identifier, or an effect has it already.
-        InputError: something is in the folder.
+        InputError: something is in the folder and it is not to be replaced, or it cannot be written.
 
     """
     if not name.isidentifier() or keyword.iskeyword(name) or name != name.lower():
@@ -121,12 +121,19 @@ def write_package(name: str, folder: Path) -> list[Path]:
         )
     if name in names():
         raise UsageError(f"there is an effect {name!r} already; choose another name")
-    if folder.exists() and any(folder.iterdir()):
-        raise InputError(f"{folder} is not empty; give another folder with -o")
+    if folder.is_file():
+        raise InputError(f"{folder}: is a file; give another folder with -o")
+    if folder.exists() and any(folder.iterdir()) and not replace:
+        raise InputError(
+            f"{folder} is not empty; give another folder with -o, or --force to replace its files"
+        )
     written = []
     for path, text in FILES.items():
         target = folder / Template(path).substitute(name=name)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(Template(text).substitute(name=name, dashed=name.replace("_", "-")), "utf-8")
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(Template(text).substitute(name=name, dashed=name.replace("_", "-")), "utf-8")
+        except OSError as error:
+            raise InputError(f"{target}: cannot be written ({error.strerror or error})") from None
         written.append(target)
     return written

@@ -20,7 +20,9 @@ EFFECT = Effect(
     summary="what carries the fingertip bends in proportion to the force",
     cites=("OliverPharr1992",),
     parameters=(
-        Parameter("s_C", "1", 0.05, 0.05, 0.0, 10.0, "bending under the force K, over x_ref", null=0.0),
+        Parameter(
+            "s_C", "1", 0.05, 0.05, 0.0, 10.0, "bending under the force K, over x_ref", null=0.0, of="x_ref/K"
+        ),
     ),
     hooks=(hook(tip, gives="compliance"),),
     channels=("normal_force", "contact_radius"),

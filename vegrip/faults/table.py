@@ -49,7 +49,6 @@ def _case(name: str, make: Callable[[], Injection], duration: float, *seen: Cond
 
 STALE, MISSING, CORRUPT = Condition.STALE, Condition.MISSING, Condition.CORRUPT
 REPLAYED, FROZEN, OUT_OF_RANGE = Condition.REPLAYED, Condition.FROZEN, Condition.OUT_OF_RANGE
-SILENT = (STALE, CORRUPT)
 
 HELD = "held, then ramp to the fail-safe grip"
 GOES_ON = "control goes on with the rest"
@@ -107,16 +106,25 @@ CASES: tuple[Case, ...] = (
         "one bit of every state flipped behind the bus's CRC",
         tampering.BitFlips,
         1.0,
-        *SILENT,
+        CORRUPT,
         detection=SILENCE,
         counted_as="checksum",
+        behaviour=HELD,
+    ),
+    _case(
+        "every state cut short",
+        tampering.Truncation,
+        1.0,
+        CORRUPT,
+        detection=SILENCE,
+        counted_as="length",
         behaviour=HELD,
     ),
     _case(
         "old states replayed with good checksums",
         tampering.Replay,
         2.0,
-        *SILENT,
+        STALE,
         REPLAYED,
         detection=40 * TICK + SILENCE,
         counted_as="counter",

@@ -67,6 +67,17 @@ class Reordering(_Tampering):
 
 
 @dataclass
+class Truncation(_Tampering):
+    """Of every frame only the first bytes are sent."""
+
+    length: int = 8
+
+    def falsified(self, frame: Frame, now: int) -> Sent:
+        """Send its beginning."""
+        return ((now, frame._replace(data=frame.data[: self.length])),)
+
+
+@dataclass
 class Delay(_Tampering):
     """Every frame comes late."""
 

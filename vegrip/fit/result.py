@@ -14,7 +14,7 @@ from vegrip.fit.problem import Problem
 from vegrip.fit.smoother import Floats
 from vegrip.fit.solve import Optimum, covariance
 from vegrip.model import ContactModel
-from vegrip.parameters import Parameter, changed
+from vegrip.parameters import Parameter, changed, in_si
 
 UNKNOWN = 0.7  # a posterior std above this share of the prior's: the data say nothing
 ENTANGLED = 0.98  # a correlation above this: only a combination is known
@@ -86,6 +86,13 @@ class Fit:
                     return effect, parameter
         return None
 
+    def in_si(self, name: str) -> tuple[float, str] | None:
+        """Return the value of a scaled parameter in SI with its unit; None where it is not scaled."""
+        found, values = self.declared(name), self.model.values
+        if found is None or "K" not in values:
+            return None
+        return in_si(found[1], values[name].value, values["K"].value, self.model.reference_depth)
+
     def correlations(self, least: float = 0.9) -> list[tuple[str, str, float]]:
         """Return pairs of unknowns that correlate by ``least`` or more, strongest first."""
         s = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
@@ -99,9 +106,9 @@ class Fit:
         ]
         return sorted(found, key=lambda pair: -abs(pair[2]))
 
-    def warnings(self) -> list[str]:
-        """Return what a reader must know before believing the values."""
-        return list(_warnings(self))
+    def warnings(self, *, advise: bool = True) -> list[str]:
+        """Return what a reader must know before believing the values; ``advise``: and what to run next."""
+        return list(_warnings(self, advise=advise))
 
     def as_dict(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
@@ -118,6 +125,8 @@ class Fit:
                     "scale": found[1].transform,
                     "unit": found[1].unit,
                 }
+                if (si := self.in_si(name)) is not None:
+                    told[name]["si"] = {"value": si[0], "unit": si[1]}
         noise = self.problem.measured.noise
         return {
             "recording": self.problem.measured.recording.name,
@@ -144,7 +153,7 @@ def fitted(problem: Problem, optimum: Optimum) -> Fit:
     return Fit(problem, optimum, covariance(problem, optimum))
 
 
-def _warnings(fit: Fit) -> Iterator[str]:
+def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
     problem, k = fit.problem, fit.problem.unknowns
     yield from problem.measured.noise.doubts
     for channel, count in problem.measured.outliers.items():
@@ -180,9 +189,8 @@ def _warnings(fit: Fit) -> Iterator[str]:
     for one, other, c in fit.correlations(ENTANGLED):
         yield f"{one} and {other} are known only together (correlation {c:+.3f})"
     if fit.error > MISFIT:
-        yield (
-            f"the model leaves {fit.error:.2f} times the noise; `vegrip diagnose` looks for what is missing"
-        )
+        advice = "; `vegrip diagnose` looks for what is missing" if advise else ""
+        yield f"the model leaves {fit.error:.2f} times the noise{advice}"
     if fit.error < GENEROUS:
         yield (
             f"the model leaves {fit.error:.2f} times the noise, so the noise was taken to be too large; what "

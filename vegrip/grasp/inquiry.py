@@ -1,16 +1,18 @@
-"""The process that looks for a suspect: ``python -m vegrip.grasp.inquiry FOLDER SENSOR=STD ...``.
+"""The process that looks for a suspect: ``python -m vegrip.grasp.inquiry SENSOR=STD ... < felt.npz``.
 
-FOLDER holds ``felt.npz`` and ``model.toml``; the answer is one word on standard output, empty when the model
-only had to be fitted anew. It makes way for everything else on the machine.
+The arrays are the columns of a recording, and ``model`` is the text of the model file. The answer is one word
+on standard output, empty when the model only had to be fitted anew. It makes way for everything else on the
+machine.
 """
 
+import io
 import sys
-from pathlib import Path
 
 import numpy as np
 
 from vegrip.diagnosis import diagnose
-from vegrip.model import ContactModel, read_model
+from vegrip.model import ContactModel
+from vegrip.model.file import parse_model
 from vegrip.node.launcher import end_with_parent
 from vegrip.recording import Fingertip, Recording
 
@@ -28,12 +30,11 @@ def suspect(recording: Recording, model: ContactModel) -> str:
 
 def main(arguments: list[str]) -> int:
     """Read, look, and print the answer."""
-    folder = Path(arguments[0])
-    model = read_model(folder / "model.toml")
-    with np.load(folder / "felt.npz") as felt:
+    with np.load(io.BytesIO(sys.stdin.buffer.read())) as felt:
         columns = {name: felt[name] for name in felt.files}
+    model = parse_model(str(columns.pop("model")))
     t = columns.pop("t")
-    sensors = {name: float(std) for name, _, std in (text.partition("=") for text in arguments[1:])}
+    sensors = {name: float(std) for name, _, std in (text.partition("=") for text in arguments)}
     episode = np.zeros(t.size, dtype=np.int64)
     recording = Recording("felt", t, episode, columns, Fingertip(model.tip_radius), sensors)
     print(suspect(recording, model))  # noqa: T201

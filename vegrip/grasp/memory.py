@@ -1,5 +1,6 @@
 """What the fingers have learned, kept in a folder from one run to the next."""
 
+import contextlib
 import logging
 import threading
 from collections.abc import Mapping
@@ -105,7 +106,22 @@ class Folder(Watching):
             )
 
     def _known(self, finger: str, model: ContactModel) -> ContactModel:
-        return restored(model, self._file(finger, model))
+        """Return ``model`` with what is known of ``finger``; a file that cannot be used is put aside.
+
+        A hand may be holding something: it is better served by a node that knows nothing than by none.
+        """
+        path = self._file(finger, model)
+        try:
+            return restored(model, path)
+        except Exception as error:  # noqa: BLE001 (whatever is wrong with the file must not end the node)
+            reason = str(error).partition("; delete ")[0] or type(error).__name__
+        aside = path.with_name(f"{path.name}.damaged")
+        with contextlib.suppress(OSError):
+            path.replace(aside)
+        logging.getLogger("vegrip.memory").error(
+            "%s begins anew, and what it had learned is put aside as %s: %s", finger, aside, reason
+        )
+        return model
 
     def _file(self, finger: str, model: ContactModel) -> Path:
         return self.folder / f"{finger}-{fingerprint(model)}.json"

@@ -151,6 +151,11 @@ class GraspForce(NodeBase):
                 answers += self._reports(finger, now)
         return answers
 
+    def on_broken(self, finger: str, now: int) -> None:
+        """Tell the watchdog of ``finger``: the bus is there, but what it brings is not to be understood."""
+        if finger in self.fingers:
+            self.fingers[finger].watchdog.corrupt(now)
+
     def on_fault(self, now: int) -> Iterable[Message]:
         """Ride out a fault of this node itself, without the estimators."""
         self._at_fault = True

@@ -5,16 +5,15 @@ log and counted, and the old one stays.
 """
 
 import logging
-import tempfile
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from vegrip.errors import ModelError
 from vegrip.grasp.estimator import Estimator
 from vegrip.messages import FingertipState
-from vegrip.model import ContactModel, write_model
+from vegrip.model import ContactModel
+from vegrip.model.file import model_text
 from vegrip.node.background import run_behind
 
 Pasts = Mapping[str, Sequence[FingertipState]]
@@ -92,10 +91,8 @@ def compile_elsewhere(model: ContactModel) -> None:
         ModelError: it does not compile.
 
     """
-    with tempfile.TemporaryDirectory(prefix="vegrip-") as folder:
-        path = Path(folder, "model.toml")
-        write_model(model, path)
-        done = run_behind("vegrip.estimator.prepare", [str(path)], idle=False)
+    given = model_text(model).encode()
+    done = run_behind("vegrip.estimator.prepare", ["/dev/stdin"], idle=False, given=given)
     if done.returncode:
         lines = done.stderr.strip().splitlines() or ["it does not compile"]
         raise ModelError(lines[-1])

@@ -6,13 +6,12 @@ diagnose`` would, from the finger's own model; what it names is told in ModelHea
 a model that explains what is measured no process is ever started.
 """
 
+import io
 import logging
 import math
-import tempfile
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -20,7 +19,8 @@ from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.messages import FingertipState, ModelHealth
-from vegrip.model import ContactModel, write_model
+from vegrip.model import ContactModel
+from vegrip.model.file import model_text
 from vegrip.node.background import run_behind
 
 Floats = NDArray[np.float64]
@@ -207,13 +207,11 @@ def look_elsewhere(columns: Mapping[str, Floats], model: ContactModel, noise: Ma
         RuntimeError: it did not come to an end.
 
     """
-    with tempfile.TemporaryDirectory(prefix="vegrip-") as folder:
-        path = Path(folder)
-        write_model(model, path / "model.toml")
-        known = {name: std for name, std in noise.items() if std > 0.0 and math.isfinite(std)}
-        np.savez(path / "felt.npz", **columns)  # type: ignore[arg-type]
-        given = [f"{name}={std!r}" for name, std in known.items()]
-        done = run_behind("vegrip.grasp.inquiry", [folder, *given], patience=600.0)
+    known = {name: std for name, std in noise.items() if std > 0.0 and math.isfinite(std)}
+    felt = io.BytesIO()
+    np.savez(felt, model=np.array(model_text(model)), **columns)  # type: ignore[arg-type]
+    sensors = [f"{name}={std!r}" for name, std in known.items()]
+    done = run_behind("vegrip.grasp.inquiry", sensors, patience=600.0, given=felt.getvalue())
     if done.returncode:
         raise RuntimeError((done.stderr.strip().splitlines() or ["it died"])[-1])
     return done.stdout.strip()

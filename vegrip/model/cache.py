@@ -1,19 +1,34 @@
 """Generated modules on disk, named by the hash of their content, and their import.
 
 numba's cache trusts the file that holds a function and nothing else, so one model is one flat file and its
-name changes with every change of text or of numba; stale physics cannot run.
+name changes with every change of text or of numba; stale physics cannot run. Beside the file lies what was
+compiled from it, which is run unread: a folder that others can write is not used.
 """
 
+import atexit
 import contextlib
+import functools
 import hashlib
 import importlib.util
+import logging
 import os
+import shutil
 import sys
 import tempfile
 from pathlib import Path
 from types import ModuleType
 
 import numba
+from numba.core import event
+
+from vegrip.compiling import announce
+from vegrip.private_folder import ROOT, runtime_root, why_not_private, why_not_trusted
+
+log = logging.getLogger(__name__)
+
+
+class UntrustedError(Exception):
+    """A folder in which others may have put code."""
 
 
 def folder() -> Path:
@@ -23,8 +38,31 @@ def folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vegrip"
 
 
+class _Announcer(event.Listener):
+    """Says once that the compiler is at work on a model: not for what comes from the cache."""
+
+    said = False
+
+    def on_start(self, event: event.Event) -> None:
+        """Say it when a function of a generated module begins to compile."""
+        name = getattr(getattr(event.data["dispatcher"], "py_func", None), "__module__", "") or ""
+        if name.startswith("vegrip") and not self.said:
+            self.said = True
+            announce()
+
+    def on_end(self, event: event.Event) -> None:
+        """Nothing: the end shows by itself."""
+
+
+announcer = _Announcer()
+event.register("numba:compile", announcer)  # type: ignore[no-untyped-call]
+
+
 def load(text: str) -> ModuleType:
-    """Return the compiled module of ``text``; functions compile when first called, or come from the cache."""
+    """Return the compiled module of ``text``; functions compile when first called, or come from the cache.
+
+    When they compile, :func:`vegrip.compiling.announce` says so.
+    """
     name = "vegrip_generated_" + hashlib.sha256(f"{numba.__version__}\n{text}".encode()).hexdigest()[:24]
     if name in sys.modules:
         return sys.modules[name]
@@ -43,16 +81,52 @@ def load_plain(text: str) -> ModuleType:
 
 def _written(name: str, text: str) -> Path:
     """Write the module unless it is there; a reader never sees half a file."""
+    where = folder()
+    try:
+        return _write(where, name, text)
+    except (OSError, UntrustedError) as error:
+        _tell(where, error.strerror or str(error) if isinstance(error, OSError) else str(error))
+    return _write(_substitute(), name, text)
+
+
+@functools.cache
+def _tell(where: Path, reason: str) -> None:
+    log.warning("compiled models are not kept in %s: %s; mend it or set VEGRIP_CACHE", where, reason)
+
+
+@functools.cache
+def _substitute() -> Path:
+    """Return a private folder for as long as this user is logged in, or at least as this process lives."""
+    root = runtime_root()
     with contextlib.suppress(OSError):
-        return _write(folder(), name, text)
-    return _write(Path(tempfile.mkdtemp(prefix="vegrip-")), name, text)  # read-only home: works, uncached
+        root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not why_not_private(root):
+            (root / "models").mkdir(mode=0o700, exist_ok=True)
+            return root / "models"
+    where = tempfile.mkdtemp(prefix="vegrip-")
+    atexit.register(shutil.rmtree, where, ignore_errors=True)
+    return Path(where)
+
+
+def _check(where: Path, name: str) -> None:
+    """Raise unless ``where``, and what lies there of the module ``name``, is this user's or root's."""
+    if reason := why_not_trusted(where):
+        raise UntrustedError(reason)
+    compiled = where / "__pycache__"
+    found = [compiled, *compiled.glob(f"{name}*"), where / f"{name}.py"]
+    for place in (place for place in found if place.exists() or place.is_symlink()):
+        if place.is_symlink() or place.stat().st_uid not in (os.getuid(), ROOT):
+            raise UntrustedError(f"{place} belongs to another user or is a link")
+    if compiled.exists() and compiled.stat().st_mode & 0o022:
+        raise UntrustedError(f"{compiled} can be written by other users")
 
 
 def _write(where: Path, name: str, text: str) -> Path:
     path = where / f"{name}.py"
+    where.mkdir(mode=0o700, parents=True, exist_ok=True)
+    _check(where, name)
     if path.exists() and path.read_text(encoding="utf-8") == text:
         return path
-    where.mkdir(parents=True, exist_ok=True)
     handle, scratch = tempfile.mkstemp(dir=where, suffix=".tmp")
     with os.fdopen(handle, "w", encoding="utf-8") as stream:
         stream.write(text)

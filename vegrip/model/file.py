@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vegrip.config import read_toml
+from vegrip.config import parse_toml, read_toml
 from vegrip.effects import effect
 from vegrip.errors import ConfigError
 from vegrip.model.model import ContactModel
 from vegrip.parameters import Value, declared
+from vegrip.spelling import suggestion
 
 FINGERTIP = ("tip_radius", "reference_depth", "reference_temperature")
 FIELDS = ("value", "std", "low", "high", "learn")
@@ -16,6 +17,11 @@ FIELDS = ("value", "std", "low", "high", "learn")
 
 def write_model(model: ContactModel, path: Path | str) -> None:
     """Write ``model``; :func:`read_model` gives the same back, to the last bit."""
+    Path(path).write_text(model_text(model), encoding="utf-8")
+
+
+def model_text(model: ContactModel) -> str:
+    """Return the text of the model file of ``model``."""
     lines = [
         "# A vegrip contact model. SI units; std is that of the logarithm where a parameter is scaled so.",
         "",
@@ -29,7 +35,7 @@ def write_model(model: ContactModel, path: Path | str) -> None:
             lines.append(f"{parameter.symbol} = {{ {fields} }}  # [{parameter.unit}] {parameter.doc}")
         lines.append("")
     lines += ["[provenance]", *(f"{_toml(key)} = {_toml(text)}" for key, text in model.provenance.items())]
-    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return "\n".join(lines) + "\n"
 
 
 def read_model(path: Path | str) -> ContactModel:
@@ -40,7 +46,24 @@ def read_model(path: Path | str) -> ContactModel:
         ModelError: the model cannot be built; names the effect and the remedy.
 
     """
-    table = read_toml(Path(path))
+    return _built(read_toml(Path(path)), str(path))
+
+
+def parse_model(text: str) -> ContactModel:
+    """Return the model whose file has this ``text``: the inverse of :func:`model_text`.
+
+    Raises:
+        ConfigError: as :func:`read_model`.
+        ModelError: as :func:`read_model`.
+
+    """
+    try:
+        return _built(parse_toml(text), "the model")
+    except ValueError as error:
+        raise ConfigError(f"the model is not valid TOML: {error}") from None
+
+
+def _built(table: Mapping[str, Any], path: str) -> ContactModel:
     _known(table, ("fingertip", "effects", "provenance"), f"{path}")
     fingertip = table.get("fingertip", {})
     _known(fingertip, FINGERTIP, f"{path} [fingertip]")
@@ -79,7 +102,7 @@ def _value(default: Value, table: Any, where: str) -> Value:
 def _known(table: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
     for key in table:
         if key not in keys:
-            raise ConfigError(f"{where}: unknown key {key!r}; known are {', '.join(keys)}")
+            raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, keys, 'known are')}")
 
 
 def _number(value: Any, where: str) -> float:

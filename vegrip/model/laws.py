@@ -3,7 +3,7 @@
 The catalogue's own tests (``tests/effects``) ask for more; these are the laws that a new effect breaks first.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -22,16 +22,15 @@ def broken_laws(effect: Effect) -> list[str]:
     """Return a sentence for each law that ``effect`` breaks on the model of the paper; none is good.
 
     It must be absent at its null values and felt at its defaults, every parameter must move some output,
-    compiled and uncompiled code must agree, results must be finite at all bounds of the parameters, and a
-    reading of the present state (``dt = 0``) must change nothing.
+    compiled and uncompiled code must agree, results must be finite at all bounds of the parameters, a reading
+    of the present state (``dt = 0``) must change nothing, and shorter steps must lead to one result.
     """
     try:
         model = paper_model(8e-3).with_effect(effect)
         model.compiled()
     except ModelError as error:
         return [str(error)]
-    laws = (_declared, _absent, _felt, _seen, _same_uncompiled, _finite, _unchanged_by_reading)
-    return [sentence for law in laws for sentence in law(effect, model)]
+    return [sentence for law in LAWS.values() for sentence in law(effect, model)]
 
 
 def _declared(effect: Effect, _: ContactModel) -> Iterator[str]:
@@ -97,12 +96,39 @@ def _unchanged_by_reading(_: Effect, model: ContactModel) -> Iterator[str]:
         yield "reading the present state again (dt = 0) changes it; the online estimator would drift"
 
 
+def _converges(_: Effect, model: ContactModel) -> Iterator[str]:
+    """A quarter of the step at least halves the error; contact that begins within a step makes it uneven."""
+    finest, fine, coarse = (_smooth_run(model, dt)[:: round(4e-3 / dt)] for dt in (2.5e-4, 1e-3, 4e-3))
+    first, second = _error(coarse - finest), _error(fine - finest)
+    if not (np.all(first <= 0.05) and np.all(second <= 0.5 * first + 1e-6)):
+        yield "shorter steps do not lead to one result: use the exact solution over the step dt"
+
+
+def _error(difference: Array) -> Array:
+    """Return the rms of each column without the worst hundredth: instants that one of the steps misses."""
+    size = np.sort(np.abs(difference), axis=0)[: -len(difference) // 100]
+    rms: Array = np.sqrt(np.mean(size**2, axis=0))
+    return rms
+
+
+def _smooth_run(model: ContactModel, dt: float) -> Array:
+    """Return all outputs over 3 s of a smooth motion through air and contact in steps of ``dt`` [s]."""
+    t: Array = dt * np.arange(round(3.0 / dt), dtype=float)
+    x, K = model.reference_depth, model.values["K"].value
+    delta = x * (0.7 - np.cos(4.4 * t) + 0.3 * np.sin(14.0 * t))
+    load = 0.2 * K * (1.0 + np.sin(1.7 * t))
+    return _outputs(model, t, _inputs(t, delta, load, x, 0.5 * x * (1.0 + np.sin(1.3 * t))))
+
+
 def _run(model: ContactModel, *, plain: bool = False, samples: int = SAMPLES) -> Array:
     """Return all outputs over the motion, shape (samples, 7), in units of order one."""
     t, inputs = _motion(model)
-    out = np.empty((samples, 7))
-    run = model.compiled(plain=plain).run
-    run(model.vector, model.initial_states, t[:samples], inputs[:samples], out)
+    return _outputs(model, t[:samples], inputs[:samples], plain=plain)
+
+
+def _outputs(model: ContactModel, t: Array, inputs: Array, *, plain: bool = False) -> Array:
+    out = np.empty((len(t), 7))
+    model.compiled(plain=plain).run(model.vector, model.initial_states, t, inputs, out)
     x, K = model.reference_depth, model.values["K"].value
     scale = np.array([x, K, K, K, np.sqrt(2.0 * model.tip_radius * x), 2.0, 1.0])
     scaled: Array = out / scale
@@ -116,14 +142,31 @@ def _motion(model: ContactModel) -> tuple[Array, Array]:
     at = [0.0, 0.2, 0.3, 1.2, 1.5, 1.7, 2.0, 2.2, 2.6, 3.0]
     delta = x * np.interp(t, at, [-0.1, -0.1, 1.8, 1.8, 0.3, 2.2, 0.6, 1.0, 1.01, -0.3])
     load = model.values["K"].value * np.interp(t, [0.3, 2.0], [0.0, 0.8])
+    return t, _inputs(t, delta, load, x, np.where(t > 2.0, x, 0.0))
+
+
+def _inputs(t: Array, delta: Array, load: Array, x: float, slip_speed: Array) -> Array:
     of = {
         "delta": delta,
         "speed": np.gradient(delta, t),
         "temperature": 23.0 + 4.0 * t,
         "tangential_force": load,
         "torque": 0.1 * load * x,
-        "slip_speed": np.where(t > 2.0, x, 0.0),
+        "slip_speed": slip_speed,
         "tangential_force_x": load,
         "tangential_force_y": np.zeros_like(t),
     }
-    return t, np.ascontiguousarray(np.stack([of[name] for name in INPUTS], axis=1))
+    return np.ascontiguousarray(np.stack([of[name] for name in INPUTS], axis=1))
+
+
+LAWS: dict[str, Callable[[Effect, ContactModel], Iterator[str]]] = {
+    "its parameters are declared soundly": _declared,
+    "at its null values it is absent": _absent,
+    "at its defaults it is felt": _felt,
+    "every parameter moves some output": _seen,
+    "compiled and uncompiled code agree": _same_uncompiled,
+    "results are finite at the bounds of its parameters": _finite,
+    "reading the present state changes nothing": _unchanged_by_reading,
+    "shorter steps lead to one result": _converges,
+}
+"""What each law says, and the check that yields a sentence when it is broken."""

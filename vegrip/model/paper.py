@@ -1,11 +1,15 @@
 """The model of the paper, with a prior that covers silicone fingertips of ordinary hardness."""
 
 from vegrip.effects import effect
+from vegrip.errors import ModelError
 from vegrip.model.model import ContactModel
 from vegrip.parameters import changed, declared
 
 BASE = ("power_law_stiffness", "relaxation", "geometric_radius", "pressure_coupling", "coulomb_friction")
 """Effects of the base model, in order."""
+
+
+LARGEST = 1.0  # [m]
 
 
 def paper_model(tip_radius: float, *, modulus: float = 3e5) -> ContactModel:
@@ -17,7 +21,12 @@ def paper_model(tip_radius: float, *, modulus: float = 3e5) -> ContactModel:
             at ``x_ref = R / 10``. Silicone 1e5 .. 1e6, living cells 1e2 .. 1e4. The prior is wide, a factor
             of 1.6.
 
+    Raises:
+        ModelError: a radius that no tip has: above 1 m it is millimetres taken for metres.
+
     """
+    if not 0.0 < tip_radius <= LARGEST:
+        raise ModelError(f"tip_radius is {tip_radius:g} m; give it in metres, above 0 and up to {LARGEST:g}")
     depth = tip_radius / 10.0
     effects = tuple(effect(name) for name in BASE)
     values = {p.symbol: declared(p) for e in effects for p in e.parameters}

@@ -3,12 +3,14 @@
 import threading
 import time
 from collections import deque
+from collections.abc import Iterable
 
 from rich.console import Console
 from rich.live import Live
 
 from vegrip.messages import Message
 from vegrip.monitor.board import Board
+from vegrip.monitor.node_row import Present
 from vegrip.monitor.table import render
 
 CAPACITY = 20_000  # messages between two drawings; the oldest give way
@@ -21,13 +23,17 @@ class Screen:
     def __init__(self, title: str, fingers: tuple[str, ...] = (), console: Console | None = None) -> None:
         self.board = Board(time.monotonic_ns(), fingers)  # belongs to the thread once it runs
         self._title, self._console = title, console or Console()
-        self._queue: deque[tuple[Message, int]] = deque(maxlen=CAPACITY)
+        self._queue: deque[tuple[Message | tuple[Present, ...], int, str]] = deque(maxlen=CAPACITY)
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def offer(self, message: Message, now: int) -> None:
-        """Queue ``message`` that came at ``now`` [ns]; never waits."""
-        self._queue.append((message, now))
+    def take(self, message: Message, now: int, node: str = "") -> None:
+        """Queue ``message`` that came at ``now`` [ns] from ``node``; never waits."""
+        self._queue.append((message, now, node))
+
+    def attend(self, present: Iterable[Present], now: int) -> None:
+        """Queue which nodes run on this machine at ``now`` [ns]; never waits."""
+        self._queue.append((tuple(present), now, ""))
 
     def open(self) -> None:
         """Begin to draw."""
@@ -48,6 +54,11 @@ class Screen:
 
     def _draw(self, live: Live) -> None:
         for _ in range(len(self._queue)):
-            message, now = self._queue.popleft()
-            self.board.take(message, now)
-        live.update(render(self.board, time.monotonic_ns(), self._title), refresh=True)
+            news, then, node = self._queue.popleft()
+            if isinstance(news, tuple):
+                self.board.attend(news, then)
+            else:
+                self.board.take(news, then, node)
+        now = time.monotonic_ns()
+        self.board.look(now)
+        live.update(render(self.board, now, self._title, size=self._console.size), refresh=True)

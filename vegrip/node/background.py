@@ -9,9 +9,16 @@ LOWEST, WAITED_FOR = "19", "10"  # nice
 
 
 def run_behind(
-    module: str, arguments: Sequence[str], patience: float | None = None, *, idle: bool = True
+    module: str,
+    arguments: Sequence[str],
+    patience: float | None = None,
+    *,
+    idle: bool = True,
+    given: bytes = b"",
 ) -> subprocess.CompletedProcess[str]:
     """Run ``python -m module`` as a helper, and return it when it has ended.
+
+    It finds ``given`` on its standard input: a file would stay behind where this process is killed.
 
     It has a low priority from its first instruction on, also when this process has a real-time one: what it
     imports alone takes a second, each slice of which could delay the loop on a core that they share. With
@@ -28,7 +35,9 @@ def run_behind(
 
     """
     command = [*_in_front(idle), sys.executable, "-m", module, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=patience)
+    done = subprocess.run(command, input=given, capture_output=True, check=False, timeout=patience)
+    told, complaint = (text.decode(errors="replace") for text in (done.stdout, done.stderr))
+    return subprocess.CompletedProcess(command, done.returncode, told, complaint)
 
 
 def _in_front(idle: bool) -> list[str]:

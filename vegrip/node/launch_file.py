@@ -14,6 +14,8 @@ from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError
 from vegrip.node.names import full_name
 from vegrip.node.runner import LoopSettings
+from vegrip.spelling import suggestion
+from vegrip.transport.open import KINDS
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 SHARED = ("fingers", "hand", "namespace", "transport")
@@ -35,6 +37,12 @@ class NodeConfig:
     restart: str = parameter("never", choices=("never", "on-failure", "always"), doc="when it ends by itself")
     required: bool = parameter(False, doc="when it ends for good, everything ends")
     wait: bool = parameter(False, doc="the next node is started when this one is active")
+
+    def __post_init__(self) -> None:
+        if not self.fingers:
+            raise ConfigError(
+                f"{self.program}: 'fingers' is empty; name at least one, as in {list(FINGERS[:2])}"
+            )
 
     @property
     def full_name(self) -> str:
@@ -65,8 +73,8 @@ def find_launch_file(name: str) -> Path:
     candidate = shipped / f"{name}.toml"
     if candidate.is_file():
         return candidate
-    known = ", ".join(sorted(path.stem for path in shipped.glob("*.toml")))
-    raise ConfigError(f"there is no launch file {name!r}; give a path or one of {known}")
+    known = sorted(path.stem for path in shipped.glob("*.toml"))
+    raise ConfigError(f"there is no launch file {name!r}; {suggestion(name, known, 'give a path or one of')}")
 
 
 def read_launch_file(path: Path) -> list[NodeConfig]:
@@ -91,4 +99,11 @@ def read_launch_file(path: Path) -> list[NodeConfig]:
 
 def _node(table: Mapping[str, Any], where: str) -> NodeConfig:
     name = table.get("name") or table.get("program")
-    return build(NodeConfig, table, f"{where} ({name})" if name else where)
+    where = f"{where} ({name})" if name else where
+    node = build(NodeConfig, table, where)
+    kind = node.transport.get("kind", "can")
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise ConfigError(
+            f"{where}: 'kind' of the transport is {kind!r}; it must be one of {', '.join(KINDS)}"
+        )
+    return node

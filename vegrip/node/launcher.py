@@ -5,6 +5,7 @@ the order is kept. A child ends when the launcher dies (:func:`end_with_parent`)
 """
 
 import ctypes
+import os
 import signal
 import subprocess
 from collections.abc import Callable, Sequence
@@ -12,10 +13,12 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from vegrip.clock import NS, Clock
+from vegrip.errors import DeviceError
 from vegrip.node.restart import RestartPolicy
 
 LOOK = 0.05  # [s] between two looks at the processes
 GRACE = 5.0  # [s] for a node to end before it is killed
+LOST = DeviceError.exit_code  # of a node that could not keep what it was given
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
@@ -146,13 +149,24 @@ class Launcher:
                 self._tell(child.name, f"did not end within {GRACE:g} s and was killed")
                 process.kill()
                 process.wait()
-        child.process = None
+        code, child.process = process.poll(), None
+        if code == LOST:
+            self._tell(child.name, f"stopped with {_words(code)}")
+            self.exit_code = self.exit_code or code
+            return
         self._tell(child.name, "stopped")
 
 
-def end_with_parent() -> None:
-    """Ask the kernel to send this process SIGTERM when its parent dies, in whatever way."""
+def end_with_parent(parent: int | None = None) -> None:
+    """Ask the kernel to send this process SIGTERM when its parent dies, in whatever way.
+
+    Args:
+        parent: process number of the one that started this; should it have died already, this ends at once.
+
+    """
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if parent is not None and os.getppid() != parent:
+        signal.raise_signal(signal.SIGTERM)
 
 
 def _words(code: int) -> str:

@@ -60,6 +60,16 @@ class ManagedNode:
         except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
             self._fault(error, now)
 
+    def on_broken(self, finger: str, now: int) -> None:
+        """Let an active node know that states of ``finger`` arrive broken; not every node asks for it."""
+        take = getattr(self.node, "on_broken", None)
+        if take is None or not self._is_active():
+            return
+        try:
+            take(finger, now)
+        except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
+            self._fault(error, now)
+
     def on_tick(self, now: int) -> Sequence[Message]:
         """Let an active node act, or hold the last safe commands of a failed one."""
         if self.on_hold:

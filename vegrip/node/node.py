@@ -27,6 +27,8 @@ class Node(Protocol):
     else sends them, and counts them as ``also_sent`` later."""
     finished: bool
     """Set by a node that has nothing more to do (the end of a replay); the loop then ends."""
+    failure: str
+    """What of its work is lost, in a sentence; its process then ends with exit code 4. Empty: nothing is."""
 
     @property
     def rejected(self) -> Mapping[str, int]:
@@ -55,6 +57,9 @@ class Node(Protocol):
     def on_tick(self, now: int) -> Iterable[Message]:
         """Do what is due by the clock; called once per tick period."""
 
+    def on_broken(self, finger: str, now: int) -> None:
+        """Take note that states of ``finger`` have arrived that could not be understood."""
+
     def on_fault(self, now: int) -> Iterable[Message]:
         """Say what to send on this tick while the node is on hold after an exception.
 
@@ -74,6 +79,7 @@ class NodeBase:
         self.parameters = parameters
         self.rejected: Counter[str] = Counter()
         self.finished = False
+        self.failure = ""
 
     def configure(self) -> None:
         """Nothing to build."""
@@ -94,6 +100,9 @@ class NodeBase:
     def on_tick(self, now: int) -> Iterable[Message]:  # noqa: ARG002
         """Do nothing."""
         return ()
+
+    def on_broken(self, finger: str, now: int) -> None:
+        """Nothing to note."""
 
     def on_fault(self, now: int) -> Iterable[Message]:  # noqa: ARG002
         """Send nothing; right for every node that commands nothing."""

@@ -6,6 +6,7 @@ from typing import Any
 
 from vegrip.config import Declaration, declaration, replace
 from vegrip.errors import ConfigError
+from vegrip.spelling import suggestion
 
 
 def rows(group: Any, prefix: str = "") -> Iterator[tuple[str, Any, Declaration]]:
@@ -37,7 +38,7 @@ def with_value(group: Any, name: str, value: Any, running: bool, where: str) -> 
     """
     known = {known: declared for known, _, declared in rows(group)}
     if name not in known:
-        raise ConfigError(f"{where}: there is no parameter {name!r}; there are {', '.join(known) or 'none'}")
+        raise ConfigError(f"{where}: there is no parameter {name!r}; {suggestion(name, known)}")
     if running and not known[name].live:
         raise ConfigError(
             f"{where}: {name!r} cannot be changed now; set the node unconfigured first (vegrip lifecycle set)"

@@ -1,6 +1,7 @@
 """Run one node in this process: bus, loop, telemetry, control, signals, and an orderly end."""
 
 import logging
+import math
 import os
 import signal
 import sys
@@ -11,7 +12,8 @@ from contextlib import ExitStack, closing, contextmanager
 
 from vegrip.clock import WallClock
 from vegrip.codec.msgpack_codec import MsgpackCodec
-from vegrip.errors import VegripError
+from vegrip.descriptors import NODE_NEEDS, require_descriptors
+from vegrip.errors import DeviceError, VegripError
 from vegrip.messages import Lifecycle, NodeStatus
 from vegrip.node import last_words
 from vegrip.node.control import Control, ControlServer
@@ -23,11 +25,11 @@ from vegrip.node.registry import Entry, registered
 from vegrip.node.runner import Runner
 from vegrip.node.telemetry import Direction, Telemetry
 from vegrip.node.telemetry_socket import TelemetrySocket
-from vegrip.transport import descriptors
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
 
 FAREWELL = 0.25  # [s] in which those who follow a node that came back have connected to its telemetry
+AGAIN = 1.0  # [s] until a signal interrupts again, should the first interruption have been swallowed
 SWITCH_INTERVAL = 0.0005
 """[s] after which a side thread must yield to the loop; the 5 ms of Python are more than two ticks."""
 
@@ -39,13 +41,17 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         VegripError: it cannot be started; the message says what to do.
 
     """
-    descriptors.raise_limit()
+    require_descriptors(NODE_NEEDS)
     name = config.full_name
     context = NodeContext(name.rpartition("/")[2], config.namespace, config.fingers, config.loop.tick_period)
     node = find_program(config.program)(config.parameters, context)
     hand = Hand(config.fingers, config.hand, config.namespace, config.remap)
-    entry = Entry(name, config.program, config.namespace, dict(config.remap), os.getpid())
+    fingers, status_period = list(config.fingers), config.loop.status_period
+    entry = Entry(
+        name, config.program, config.namespace, dict(config.remap), os.getpid(), fingers, status_period
+    )
     with ExitStack() as stack:
+        ending = stack.enter_context(_ended_by_signals())
         stack.enter_context(node_logs(name))
         stack.enter_context(registered(entry))
         stack.enter_context(_last_words(entry))
@@ -59,9 +65,10 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         runner = Runner(node, endpoint, WallClock(), config.loop, telemetry, name, beside)
         control = Control(runner, sink.topics)
         stack.enter_context(closing(ControlServer(entry.control, control, beside)))
-        stack.enter_context(_stopped_by_signals(runner))
         stack.enter_context(_brisk_switching())
         telemetry.start()
+        ending.runner = runner
+        stack.callback(ending.begin)
         _run(runner, endpoint, autostart)
 
 
@@ -98,6 +105,8 @@ def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
         _start(runner, runner.bring_up)
     runner.run()
     logger.info("ended")
+    if failure := getattr(runner.managed.node, "failure", ""):  # nodes of others may have none
+        raise DeviceError(failure)
 
 
 def _start(runner: Runner, begin: Callable[[], None]) -> None:
@@ -114,23 +123,47 @@ def _start(runner: Runner, begin: Callable[[], None]) -> None:
         raise VegripError(f"{name} cannot be started: {type(error).__name__}: {reason}") from error
 
 
+class Ending:
+    """What SIGINT and SIGTERM do: the first lets the loop end, and none disturbs what is tidied up after it.
+
+    A launcher that is killed has the kernel send SIGTERM once for each thread it had.
+    """
+
+    def __init__(self) -> None:
+        self.runner: Runner | None = None
+        self.told = False
+        self._begun = False
+        self._interrupted = -math.inf  # [s] when last
+
+    def begin(self, *_: object) -> None:
+        """From now on the process ends: signals change nothing any more."""
+        self._begun = True
+
+    def __call__(self, *_: object) -> None:
+        """Take a signal; before the loop and while the node is being configured it interrupts at once."""
+        self.told = True
+        runner = self.runner
+        if runner is not None:
+            runner.stop()
+        configured = runner is not None and (runner.running or runner.state is not Lifecycle.UNCONFIGURED)
+        if self._begun or configured or time.monotonic() - self._interrupted < AGAIN:
+            return
+        self._interrupted = time.monotonic()
+        raise KeyboardInterrupt
+
+
 @contextmanager
-def _stopped_by_signals(runner: Runner) -> Iterator[None]:
-    """Let signals end the loop; while the node is still being configured they interrupt at once."""
-
-    def end(*_: object) -> None:
-        runner.stop()
-        if not runner.running and runner.state is Lifecycle.UNCONFIGURED:
-            raise KeyboardInterrupt
-
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    for number in before:
-        signal.signal(number, end)
+def _ended_by_signals() -> Iterator[Ending]:
+    """Let signals end the node; once SIGTERM has come it is ignored, for the process is about to end."""
+    ending = Ending()
+    before = {number: signal.signal(number, ending) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield
+        yield ending
     finally:
+        ending.begin()
         for number, handler in before.items():
-            signal.signal(number, handler)
+            after = signal.SIG_IGN if number == signal.SIGTERM and ending.told else handler
+            signal.signal(number, after)
 
 
 @contextmanager

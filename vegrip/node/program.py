@@ -13,6 +13,7 @@ from typing import Any
 
 from vegrip.errors import UsageError
 from vegrip.node.node import Node
+from vegrip.spelling import suggestion
 
 PROGRAMS: dict[str, tuple[str, str]] = {
     # name: (module:function, one line of help)
@@ -54,8 +55,9 @@ def find_program(name: str) -> Build:
     module, _, function = target.partition(":")
     try:
         build: Build = getattr(importlib.import_module(module), function)
-    except (ImportError, AttributeError) as error:
-        raise UsageError(f"the program {name!r} cannot be loaded from {target}: {error}") from None
+    except Exception as error:  # noqa: BLE001 (whatever a program of another package raises when imported)
+        reason = str(error).partition("\n")[0] or type(error).__name__
+        raise UsageError(f"the program {name!r} cannot be loaded from {target}: {reason}") from None
     if not callable(build):
         raise UsageError(f"the program {name!r} cannot be used: {target} is not a function")
     return build
@@ -70,5 +72,5 @@ def _target(name: str) -> str:
     if ":" in name:
         return name
     raise UsageError(
-        f"there is no program {name!r}; there are {', '.join(PROGRAMS)}, or give module:function"
+        f"there is no program {name!r}; {suggestion(name, PROGRAMS, 'give module:function, or one of')}"
     )

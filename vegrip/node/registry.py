@@ -3,12 +3,10 @@
 The lock tells the living from the dead, whichever way they died; process numbers cannot.
 """
 
-import contextlib
 import fcntl
 import hashlib
 import json
 import os
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
@@ -16,9 +14,10 @@ from pathlib import Path
 
 from vegrip.errors import UsageError
 from vegrip.node import last_words
+from vegrip.spelling import suggestion
+from vegrip.transport.leftovers import remove_leftovers
+from vegrip.transport.lock_file import locked
 from vegrip.transport.runtime_folder import runtime_folder, socket_path
-
-ATTEMPTS = 10
 
 
 @dataclass(frozen=True)
@@ -30,6 +29,8 @@ class Entry:
     namespace: str = ""
     remap: dict[str, str] = field(default_factory=dict)
     pid: int = 0
+    fingers: list[str] = field(default_factory=list)  # in the order of the hand
+    status_period: float = 1.0  # [s] of its NodeStatus
 
     @property
     def control(self) -> str:
@@ -57,13 +58,15 @@ def registered(entry: Entry) -> Iterator[None]:
 
     """
     path = _file(entry.name)
-    handle = _locked(path)
+    handle = locked(path)
     if handle is None:
         raise UsageError(f"a node named {entry.name} runs already; give another name or namespace")
     try:
         os.ftruncate(handle, 0)
         os.write(handle, json.dumps(asdict(entry)).encode())
         last_words.forget(entry.name)
+        running_nodes()
+        remove_leftovers()
         yield
     finally:
         for leftover in (path, _socket_file(entry.control), _socket_file(entry.telemetry)):
@@ -93,9 +96,9 @@ def find_node(name: str) -> Entry:
         raise UsageError(
             f"several nodes are called {name}: {', '.join(e.name for e in matches)}; give the full name"
         )
-    running = (
-        f"running: {', '.join(e.name for e in nodes)}" if nodes else "no node runs; try `vegrip launch demo`"
-    )
+    if not nodes:
+        raise UsageError(f"there is no node {name!r}; no node runs; try `vegrip launch demo`")
+    running = suggestion(name, [entry.name for entry in nodes], "running:")
     raise UsageError(f"there is no node {name!r}; {running}")
 
 
@@ -105,22 +108,6 @@ def _socket_file(address: str) -> Path:
 
 def _file(name: str) -> Path:
     return runtime_folder("nodes") / f"{name.strip('/').replace('/', '.')}.node"
-
-
-def _locked(path: Path) -> int | None:
-    """Open and lock ``path``; None when a node holds it.
-
-    Trap: between the two steps somebody who lists the nodes may hold the lock briefly and remove the file.
-    """
-    for _ in range(ATTEMPTS):
-        handle = os.open(path, os.O_CREAT | os.O_RDWR | os.O_CLOEXEC, 0o600)
-        with contextlib.suppress(BlockingIOError, FileNotFoundError):
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if path.stat().st_ino == os.fstat(handle).st_ino:
-                return handle
-        os.close(handle)
-        time.sleep(0.005)
-    return None
 
 
 def _living(path: Path) -> Entry | None:
@@ -134,10 +121,16 @@ def _living(path: Path) -> Entry | None:
     except BlockingIOError:
         return _read(handle)
     else:
+        _remove_sockets(_read(handle))
         path.unlink(missing_ok=True)
         return None
     finally:
         os.close(handle)
+
+
+def _remove_sockets(dead: Entry | None) -> None:
+    for address in (dead.control, dead.telemetry) if dead is not None else ():
+        _socket_file(address).unlink(missing_ok=True)
 
 
 def _read(handle: int) -> Entry | None:

@@ -18,7 +18,7 @@ from vegrip.node.schedule import Schedule
 from vegrip.node.sender_watch import SenderWatch
 from vegrip.node.statistics import LoopStatistics
 from vegrip.node.telemetry import Direction, Telemetry
-from vegrip.transport.endpoint import Endpoint, Guarded, Timed
+from vegrip.transport.endpoint import Endpoint, Guarded, Inspected, Timed
 from vegrip.transport.sender_clock import ClockEstimate
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
@@ -81,6 +81,8 @@ class Runner:
         self._pending = False  # to be activated as soon as nothing stands in the way
         self._remedies = Remedies()
         self._also_sent = 0  # messages of others that only this node may send
+        self._broken = endpoint.broken if isinstance(endpoint, Inspected) else {}
+        self._broken_told: dict[str, int] = {}  # as far as the node knows of them
         self._missed: dict[str, int] = {}  # counts of what passed by while nobody listened
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
         self._beside = beside
@@ -137,6 +139,8 @@ class Runner:
         self._pending = False
         if transition == "activate":
             self._settle()
+        else:
+            self._status_schedule.start(self._clock.now())  # others are to know at once
 
     def run(self) -> None:
         """Loop until :meth:`stop` is called or the node has finished, then shut the node down."""
@@ -160,6 +164,8 @@ class Runner:
             self._answer_all(self._newcomers())
             self._finish_one()
         self.inbox.serve()
+        if self._broken:
+            self._tell_broken()
         now = self._clock.now()
         if now >= self.schedule.due:
             self._tick(now)
@@ -167,6 +173,13 @@ class Runner:
             self._status_schedule.take(now)
             self._activate_if_well()
             self._report(now)
+
+    def _tell_broken(self) -> None:
+        now = self._clock.now()
+        for finger, count in self._broken.items():
+            if count != self._broken_told.get(finger, 0):
+                self._broken_told[finger] = count
+                self.managed.on_broken(finger, now)
 
     def _gather(self, wait: float) -> Sequence[Message]:
         """Return what has come after ``wait`` [s] at most; a node that answers nothing sleeps meanwhile."""
@@ -188,6 +201,8 @@ class Runner:
         if isinstance(message, FingertipState) and self.state is Lifecycle.ACTIVE:
             self.statistics.state(message.finger, arrived)
             self._senders.note(message)
+        elif isinstance(message, ForceCommand):
+            self.statistics.commands_received += 1
         if isinstance(message, self.managed.node.alone) and not isinstance(message, NodeStatus):
             self._also_sent += 1
             self._other = (arrived, f"{type(message).__name__} of {message.finger}")
@@ -222,6 +237,8 @@ class Runner:
             self._endpoint.send(message)
             if isinstance(message, ForceCommand):
                 self.statistics.command(message.finger, self._clock.now())
+            elif isinstance(message, FingertipState):
+                self.statistics.states_sent += 1
             if self._telemetry is not None:
                 self._telemetry.offer(message, Direction.OUT)
 

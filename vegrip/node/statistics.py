@@ -17,11 +17,13 @@ class LoopStatistics:
         self.deadline_misses = 0
         self.states = 0
         self.commands = 0
+        self.states_sent = 0
+        self.commands_received = 0
         self.latency = Histogram()  # state in -> command out, since the start
         self.lateness_max = 0  # [ns] since the start
         self._recent = Histogram()
         self._recent_lateness = 0
-        self._since, self._states_then, self._commands_then = now, 0, 0
+        self._since, self._inputs_then, self._outputs_then = now, 0, 0
         self._unanswered: dict[str, int] = {}  # finger: [ns] when the oldest state without a command came
         self._seq = 0
 
@@ -55,6 +57,16 @@ class LoopStatistics:
         if lateness > self.deadline:
             self.deadline_misses += 1
 
+    @property
+    def inputs(self) -> int:
+        """What the node lives on: states, or commands where it sends the states itself."""
+        return self.commands_received if self.states_sent else self.states
+
+    @property
+    def outputs(self) -> int:
+        """Commands or states sent."""
+        return self.commands + self.states_sent
+
     def status(
         self, node: str, state: Lifecycle, now: int, dropped: int, rejected: Mapping[str, int]
     ) -> NodeStatus:
@@ -65,8 +77,8 @@ class LoopStatistics:
             node=node,
             seq=self._seq,
             state=state,
-            rate_in=(self.states - self._states_then) / elapsed,
-            rate_out=(self.commands - self._commands_then) / elapsed,
+            rate_in=max(self.inputs - self._inputs_then, 0) / elapsed,
+            rate_out=(self.outputs - self._outputs_then) / elapsed,
             latency_p50=self._recent.percentile(0.50) / 1e3,
             latency_p99=self._recent.percentile(0.99) / 1e3,
             latency_max=self._recent.maximum / 1e3 if self._recent.count else float("nan"),
@@ -75,7 +87,7 @@ class LoopStatistics:
             dropped=dropped,
             rejected=rejected,
         )
-        self._since, self._states_then, self._commands_then = now, self.states, self.commands
+        self._since, self._inputs_then, self._outputs_then = now, self.inputs, self.outputs
         self._seq += 1
         self._recent.clear()
         self._recent_lateness = 0

@@ -135,13 +135,20 @@ class TelemetryReader:
         self._poller = zmq.Poller()
         self._sources: dict[zmq.Socket[bytes], tuple[Entry, MsgpackCodec]] = {}
         for entry in entries:
-            socket = self._context.socket(zmq.SUB)
-            socket.set_hwm(HIGH_WATER)
-            socket.connect(entry.telemetry)
-            for prefix in prefixes:
-                socket.subscribe(prefix)
-            self._poller.register(socket, zmq.POLLIN)
-            self._sources[socket] = (entry, MsgpackCodec(entry.namespace, remap=entry.remap))
+            self.add(entry, prefixes)
+
+    def add(self, entry: Entry, prefixes: Sequence[str]) -> None:
+        """Also read what ``entry`` says on topics that begin like one of ``prefixes``.
+
+        A node that is started again under its name is heard again.
+        """
+        socket = self._context.socket(zmq.SUB)
+        socket.set_hwm(HIGH_WATER)
+        socket.connect(entry.telemetry)
+        for prefix in prefixes:
+            socket.subscribe(prefix)
+        self._poller.register(socket, zmq.POLLIN)
+        self._sources[socket] = (entry, MsgpackCodec(entry.namespace, remap=entry.remap))
 
     def read(self, timeout: float) -> Iterator[tuple[Entry, str, str, Message]]:
         """Yield node, topic, direction (``in``, ``out``) and message of what comes within ``timeout`` [s]."""

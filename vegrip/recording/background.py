@@ -45,6 +45,7 @@ class BackgroundWriter:
         self._stop.set()
         self._thread.join()
         self._drain()
+        self.writer.dropped = self.dropped
         self.writer.close()
 
     def _run(self) -> None:

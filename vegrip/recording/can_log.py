@@ -1,16 +1,19 @@
 """CAN logs (Vector .asc and .blf) become recordings: frames through the same codec as on the bus."""
 
+import contextlib
 import math
+import os
 import struct
 import zlib
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
+from typing import BinaryIO, Final
 
 import can
 import numpy as np
+from can.io import blf
 from can.io.blf import BLFParseError
 
 from vegrip.clock import NS
@@ -22,7 +25,18 @@ from vegrip.recording.checks import report_doubts, usable_rows
 from vegrip.recording.data import Fingertip, Recording
 from vegrip.recording.report import Kind, LoadReport
 
-BROKEN: Final = (OSError, ValueError, LookupError, struct.error, zlib.error, can.CanError, BLFParseError)
+TOO_LARGE: Final = (MemoryError, OverflowError)
+LARGEST: Final = 2**26  # [bytes] of an unpacked container; loggers use 128 KiB
+BROKEN: Final = (
+    OSError,
+    ValueError,
+    LookupError,
+    struct.error,
+    zlib.error,
+    can.CanError,
+    BLFParseError,
+    *TOO_LARGE,
+)
 """What python-can's readers raise when a file is not what its name says."""
 
 
@@ -74,10 +88,32 @@ def _opened(path: Path) -> Iterator[Iterable[can.Message]]:
     """Open the file here: python-can leaves it open when it finds the file broken."""
     if path.suffix.lower() == ".blf":
         with path.open("rb") as binary:
+            _check_containers(path, binary)
+            binary.seek(0)
             yield can.BLFReader(binary)
     else:
         with path.open() as text:
             yield can.ASCReader(text)
+
+
+def _check_containers(path: Path, file: BinaryIO) -> None:
+    """Refuse a container that unpacks to more than ``LARGEST``: python-can unpacks each as a whole."""
+    blf.FILE_HEADER_STRUCT.unpack(file.read(blf.FILE_HEADER_STRUCT.size))
+    file.seek(4)
+    file.seek(int.from_bytes(file.read(4), "little"))  # the length of the header stands behind the signature
+    head = blf.OBJ_HEADER_BASE_STRUCT
+    while len(data := file.read(head.size)) == head.size:
+        _, _, _, size, kind = head.unpack(data)
+        if kind != blf.LOG_CONTAINER or size > LARGEST:
+            file.seek(max(size - head.size, 0) + size % 4, os.SEEK_CUR)
+            continue
+        packed = file.read(max(size - head.size, 0))[blf.LOG_CONTAINER_STRUCT.size :]
+        file.seek(size % 4, os.SEEK_CUR)
+        unpacking = zlib.decompressobj()
+        with contextlib.suppress(zlib.error):  # not compressed, or damaged: the reader says so
+            unpacking.decompress(packed, LARGEST)
+        if unpacking.unconsumed_tail:
+            raise RecordingError(f"{path}: a container in it unpacks to more than {LARGEST} bytes")
 
 
 def _recording(

@@ -36,6 +36,7 @@ from vegrip.config import build, parameter, read_toml, replace
 from vegrip.errors import ConfigError, RecordingError, UsageError
 from vegrip.recording.channels import CHANNELS
 from vegrip.recording.data import Fingertip
+from vegrip.spelling import suggestion
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ class BagMap:
     time: str = parameter("", doc="topic whose messages make the rows; may be left out when there is one")
     stamp: str = parameter("header", choices=("header", "receive"), doc="whose clock; no header: receive")
     largest_age: float = parameter(
-        0.0, unit="s", low=0.0, doc="how long a value of another topic is held; older is missing"
+        0.0, unit="s", low=0.0, high=1e9, doc="how long a value of another topic is held; older is missing"
     )
     definitions: str = parameter("", doc="ROS release whose types a bag without definitions has: ros2_humble")
 
@@ -165,7 +166,9 @@ def own_columns(base: ColumnMap, header: Sequence[str]) -> ColumnMap:
 def _built(table: Mapping[str, Any], path: Path) -> ColumnMap:
     for key in table:
         if key != "channels" and key not in SECTIONS:
-            raise ConfigError(f"{path}: unknown section [{key}]; known are channels, {', '.join(SECTIONS)}")
+            raise ConfigError(
+                f"{path}: unknown section [{key}]; {suggestion(key, ['channels', *SECTIONS], 'known are')}"
+            )
     for key, section in table.items():
         if not isinstance(section, Mapping):
             raise ConfigError(f"{path}: {key!r} must be a table, [{key}]")
@@ -173,7 +176,7 @@ def _built(table: Mapping[str, Any], path: Path) -> ColumnMap:
     for name, entry in table.get("channels", {}).items():
         where = f"{path} [channels.{name}]"
         if name not in CHANNELS:
-            raise ConfigError(f"{where}: there is no such channel; there are {', '.join(CHANNELS)}")
+            raise ConfigError(f"{where}: there is no such channel; {suggestion(name, CHANNELS)}")
         if not isinstance(entry, Mapping):
             raise ConfigError(f"{where}: must be a table with the key 'column'")
         channels[name] = build(ChannelMap, entry, where)
@@ -192,7 +195,7 @@ def _changed(base: ColumnMap, name: str, key: str, value: str) -> ColumnMap:
     if name == "episode":
         return dataclasses.replace(base, episode=replace(base.episode, key, value))
     if name not in CHANNELS:
-        raise UsageError(f"there is no channel {name!r}; there are t, episode, {', '.join(CHANNELS)}")
+        raise UsageError(f"there is no channel {name!r}; {suggestion(name, ['t', 'episode', *CHANNELS])}")
     channel = replace(base.channels.get(name, ChannelMap(column=value)), key, value)
     return dataclasses.replace(base, channels={**base.channels, name: channel})
 

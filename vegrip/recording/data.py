@@ -13,6 +13,7 @@ from vegrip.errors import RecordingError
 from vegrip.messages import FingertipState
 from vegrip.recording.channels import CHANNELS, NOISES
 from vegrip.recording.report import LoadReport
+from vegrip.spelling import suggestion
 
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
@@ -61,7 +62,9 @@ class Recording:
             )
         if not set(self.sensors) <= set(NOISES):
             unknown = ", ".join(sorted(set(self.sensors) - set(NOISES)))
-            raise RecordingError(f"{self.name}: unknown sensor {unknown}; known are {', '.join(NOISES)}")
+            raise RecordingError(
+                f"{self.name}: unknown sensor {unknown}; {suggestion(unknown, NOISES, 'known are')}"
+            )
         if {len(values) for values in (self.episode, *self.columns.values())} != {len(self.t)}:
             raise RecordingError(f"{self.name}: the columns differ in length")
         if not np.all(np.diff(self.t) > 0):

@@ -1,11 +1,11 @@
 """Recordings on disk: a folder with ``recording.toml`` and ``recording.csv`` or ``recording.csv.gz``."""
 
+import datetime
 import gzip
-import io
 import json
 import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,8 @@ from vegrip.recording.channels import CHANNELS, NOISES
 from vegrip.recording.checks import report_doubts, usable_rows
 from vegrip.recording.data import Array, Fingertip, Recording
 from vegrip.recording.report import Kind, LoadReport
-from vegrip.recording.table import Layout, read_header, read_table
+from vegrip.recording.table import BLOCK, Layout, Progress, read_header, read_table
+from vegrip.spelling import suggestion
 
 TOML = "recording.toml"
 CSV = "recording.csv"
@@ -27,12 +28,15 @@ HEADING = "# All columns of recording.csv are SI units; temperature is in degree
 log = logging.getLogger(__name__)
 
 
-def read_recording(folder: Path | str, *, announce: bool = True) -> Recording:
+def read_recording(
+    folder: Path | str, *, announce: bool = True, progress: Progress = lambda _: None
+) -> Recording:
     """Read the recording in ``folder``; what was left out is in its ``report`` and is logged as a warning.
 
     Args:
         folder: holds ``recording.toml`` and ``recording.csv[.gz]``.
         announce: log the report when rows were left out (a caller that shows the report itself says no).
+        progress: is told the number of rows read so far, now and then.
 
     Raises:
         RecordingError: missing, damaged or without a usable row; names file, line and remedy.
@@ -46,7 +50,7 @@ def read_recording(folder: Path | str, *, announce: bool = True) -> Recording:
     about = _about(folder / TOML)
     report = LoadReport()
     fingertip, sensors = _fingertip(folder, about, report), _sensors(folder, about)
-    t, episode, columns = _measurements(_csv(folder), fingertip.radius, report)
+    t, episode, columns = _measurements(_csv(folder), fingertip.radius, report, progress)
     if announce and report.rows_lost:
         log.warning("%s: %s", folder, report.summary())
     name, start, source = about.get("name", folder.name), about.get("start", 0), about.get("source", {})
@@ -58,22 +62,31 @@ def read_recording(folder: Path | str, *, announce: bool = True) -> Recording:
 def write_recording(recording: Recording, folder: Path | str, *, compressed: bool = False) -> None:
     """Write ``recording`` so that reading it gives the same numbers, bit for bit; the folder is made."""
     folder = Path(folder)
-    text = io.StringIO()
-    text.write(",".join(("t", "episode", *recording.columns)) + "\n")
-    values = (column.tolist() for column in recording.columns.values())
-    for t, episode, *row in zip(recording.t.tolist(), recording.episode.tolist(), *values, strict=True):
-        text.write(f"{t!r},{episode},{','.join(map(repr, row))}\n")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for stale in (folder / CSV, folder / f"{CSV}.gz"):
             stale.unlink(missing_ok=True)
         (folder / TOML).write_text(toml_text(recording), encoding="utf-8")
         if compressed:
-            (folder / f"{CSV}.gz").write_bytes(gzip.compress(text.getvalue().encode(), mtime=0))
+            with (
+                (folder / f"{CSV}.gz").open("wb") as raw,
+                gzip.GzipFile("", "wb", fileobj=raw, mtime=0) as file,
+            ):
+                file.writelines(_csv_blocks(recording))
         else:
-            (folder / CSV).write_text(text.getvalue(), encoding="utf-8", newline="")
+            with (folder / CSV).open("wb") as file:
+                file.writelines(_csv_blocks(recording))
     except OSError as error:
         raise RecordingError(f"{folder}: cannot be written ({error.strerror or error})") from None
+
+
+def _csv_blocks(recording: Recording) -> Iterator[bytes]:
+    """Yield the table block by block; a block of columns is turned into text at once, which is quicker."""
+    yield (",".join(("t", "episode", *recording.columns)) + "\n").encode()
+    columns = (recording.t, recording.episode, *recording.columns.values())
+    for start in range(0, len(recording), BLOCK):
+        cells = (repr(column[start : start + BLOCK].tolist())[1:-1].split(", ") for column in columns)
+        yield "".join(f"{row}\n" for row in map(",".join, zip(*cells, strict=True))).encode()
 
 
 def toml_text(recording: Recording) -> str:
@@ -96,7 +109,15 @@ def _toml_value(value: Any) -> str:
     if isinstance(value, str):
         # JSON's strings are TOML's, but for DEL, which TOML wants escaped
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return str(value).lower() if isinstance(value, bool) else repr(value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, datetime.date | datetime.time):
+        return value.isoformat()
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_toml_value(k)} = {_toml_value(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_toml_value, value)) + "]"
+    return repr(value)
 
 
 def _about(path: Path) -> dict[str, Any]:
@@ -126,7 +147,7 @@ def _sensors(folder: Path, about: Mapping[str, Any]) -> dict[str, float]:
     for key, std in _section(folder, about, "sensors").items():
         where = f"{folder / TOML} [sensors]"
         if key not in NOISES:
-            raise RecordingError(f"{where}: unknown sensor {key!r}; known are {', '.join(NOISES)}")
+            raise RecordingError(f"{where}: unknown sensor {key!r}; {suggestion(key, NOISES, 'known are')}")
         if isinstance(std, bool) or not isinstance(std, int | float) or not 0.0 < std < math.inf:
             raise RecordingError(f"{where}: {key!r} is {std!r}; it must be a positive standard deviation, SI")
         sensors[key] = float(std)
@@ -150,7 +171,7 @@ def _csv(folder: Path) -> Path:
 
 
 def _measurements(
-    path: Path, radius: float, report: LoadReport
+    path: Path, radius: float, report: LoadReport, progress: Progress
 ) -> tuple[Array, NDArray[np.int64], dict[str, Array]]:
     layout = Layout(sealed=True)
     header = read_header(path, layout)
@@ -164,7 +185,7 @@ def _measurements(
         if name not in CHANNELS and name not in ("t", "episode"):
             report.add(Kind.COLUMN, name)
     episode = ["episode"] if "episode" in header else []
-    table = read_table(path, ["t", *episode, *channels], [], layout, report)
+    table = read_table(path, ["t", *episode, *channels], [], layout, report, progress)
     trial = table.numbers["episode"] if episode else np.zeros(len(table.lines))
     t = np.where(trial == np.rint(trial), table.numbers["t"], np.nan)  # no whole number: no trial
     keep = usable_rows(t, table.lines, report)

@@ -17,12 +17,17 @@ from vegrip.recording.column_map import ColumnMap, own_columns
 from vegrip.recording.correct import baseline_noise, correct_trial
 from vegrip.recording.data import Array, Columns, Recording
 from vegrip.recording.report import Kind, LoadReport
-from vegrip.recording.table import Layout, Table, read_header, read_table
+from vegrip.recording.table import Layout, Progress, Table, read_header, read_table
 from vegrip.recording.units import to_si
+from vegrip.spelling import suggestion
 
 
 def import_csv(
-    path: Path | str, column_map: ColumnMap | None = None, *, radius: float = math.nan
+    path: Path | str,
+    column_map: ColumnMap | None = None,
+    *,
+    radius: float = math.nan,
+    progress: Progress = lambda _: None,
 ) -> Recording:
     """Read the table ``path`` as ``column_map`` says; nothing is resampled or filtered.
 
@@ -30,6 +35,7 @@ def import_csv(
         path: CSV or similar, plain or ``.gz``.
         column_map: where each channel comes from; without it the columns carry our names and SI units.
         radius: of the fingertip or probe [m]; overrides the map's.
+        progress: is told the number of rows read so far, now and then.
 
     Raises:
         RecordingError: unreadable, a column is missing, a unit does not fit; names file and line.
@@ -41,7 +47,7 @@ def import_csv(
     header = read_header(path, layout)
     chart = own_columns(chart, header)
     _check_mapped(path, chart, header)
-    table = _read(path, chart, layout, report)
+    table = _read(path, chart, layout, report, progress)
     return recording_of(path, table, chart, report, radius)
 
 
@@ -94,16 +100,17 @@ def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
             "say what they are with --map normal_force=COLUMN or --map-file"
         )
     if chart.time.column not in header:
+        known = suggestion(chart.time.column, header)
         raise RecordingError(
-            f"{path}: there is no time column {chart.time.column!r}; there are {', '.join(header)}; "
-            "say which one it is with --map t=COLUMN"
+            f"{path}: there is no time column {chart.time.column!r}; "
+            f"say which one it is with --map t=COLUMN; {known}"
         )
 
 
-def _read(path: Path, chart: ColumnMap, layout: Layout, report: LoadReport) -> Table:
+def _read(path: Path, chart: ColumnMap, layout: Layout, report: LoadReport, progress: Progress) -> Table:
     numbers = [chart.time.column, *(entry.column for entry in chart.channels.values())]
     words = [chart.episode.column] if chart.episode.column else []
-    return read_table(path, list(dict.fromkeys(numbers)), words, layout, report)
+    return read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
 
 
 def _trials(table: Table, chart: ColumnMap) -> NDArray[np.int64]:

@@ -1,10 +1,11 @@
 """From an MCAP file written by :mod:`vegrip.recording.mcap_write` back to the folder it was made from."""
 
 import struct
+import tempfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
 from typing import Any, Final
 
@@ -18,7 +19,11 @@ from vegrip.recording.rows import FILES
 from vegrip.recording.writer import SESSION
 
 FILES_OF_OURS: Final = (*FILES.values(), TOML, SESSION)
-LARGEST: Final = 2**28  # [bytes] of a record; a damaged length must not eat the memory
+LARGEST: Final = 2**28  # [bytes] of a record or chunk; a damaged length must not eat the memory
+MOST_TEXT: Final = (
+    2**30
+)  # [bytes] of all tables in memory: two hours of a finger at 500 Hz, all that is said of it
+LINE_COST: Final = 64  # [bytes] of a line besides its text
 DAMAGE: Final = (ValueError, LookupError, RuntimeError, MemoryError, OverflowError, struct.error, zlib.error)
 """What the library raises on damaged bytes besides its own errors."""
 
@@ -47,13 +52,29 @@ def read_mcap(path: Path | str, folder: Path | str) -> dict[Path, Recording]:
         raise RecordingError(f"{folder}: is there already; choose another folder")
     with _records(path) as records:
         texts = _texts(path, records)
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".vegrip-") as scratch:
+            found = _unpacked(path, texts, Path(scratch) / folder.name)
+            if folder.exists():
+                folder.rmdir()
+            (Path(scratch) / folder.name).rename(folder)
+    except OSError as error:
+        raise RecordingError(f"{folder}: cannot be written ({error.strerror or error})") from None
+    return {folder / place: recording for place, recording in found.items()}
+
+
+def _unpacked(path: Path, texts: Mapping[str, str], folder: Path) -> dict[Path, Recording]:
+    """Write ``texts`` into ``folder`` and read them; return the recordings by their place in it."""
+    folder.mkdir()
     for name, text in texts.items():
-        try:
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_text(text, encoding="utf-8", newline="")
-        except OSError as error:
-            raise RecordingError(f"{folder}: cannot be written ({error.strerror or error})") from None
-    return read_all(folder)
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8", newline="")
+    try:
+        found = read_all(folder)
+    except RecordingError as error:
+        raise RecordingError(str(error).replace(str(folder), str(path))) from None
+    return {place.relative_to(folder): recording for place, recording in found.items()}
 
 
 @contextmanager
@@ -63,7 +84,10 @@ def _records(path: Path) -> Iterator[Iterator[Any]]:
     damage = (bag_library("mcap.exceptions").McapError, bag_library("zstandard").ZstdError, *DAMAGE)
     try:
         with path.open("rb") as file:
-            yield library.StreamReader(file, validate_crcs=True, record_size_limit=LARGEST).records
+            reader = library.StreamReader(
+                file, validate_crcs=True, record_size_limit=LARGEST, emit_chunks=True
+            )
+            yield _unchunked(path, reader.records)
     except FileNotFoundError:
         raise RecordingError(f"{path}: there is no such file") from None
     except OSError as error:
@@ -74,18 +98,47 @@ def _records(path: Path) -> Iterator[Iterator[Any]]:
         ) from None
 
 
+def _unchunked(path: Path, records: Iterator[Any]) -> Iterator[Any]:
+    """Yield ``records`` and those in their chunks, none of which may unpack to more than ``LARGEST``."""
+    kinds, library = bag_library("mcap.records"), bag_library("mcap.stream_reader")
+    for record in records:
+        if not isinstance(record, kinds.Chunk):
+            yield record
+            continue
+        data = _inflated(path, record.compression, record.data)
+        yield from library.breakup_chunk(replace(record, compression="", data=data), validate_crc=True)
+
+
+def _inflated(path: Path, compression: str, data: bytes) -> bytes:
+    if compression == "zstd":
+        # a reader stops where it is told, whatever size the frame claims
+        data = bag_library("zstandard").ZstdDecompressor().stream_reader(data).read(LARGEST + 1)
+    elif compression == "lz4":
+        data = bag_library("lz4.frame").LZ4FrameDecompressor().decompress(data, LARGEST + 1)
+    elif compression:
+        raise RecordingError(f"{path}: is compressed with {compression!r}, which is not known")
+    if len(data) > LARGEST:
+        raise RecordingError(f"{path}: a chunk of it unpacks to more than {LARGEST} bytes")
+    return data
+
+
 def _texts(path: Path, records: Iterator[Any]) -> dict[str, str]:
     """Return file -> its text of every file that went into ``path``."""
     kinds = bag_library("mcap.records")
     texts: dict[str, str] = {}
     tables: dict[int, _Table] = {}
+    room = MOST_TEXT
     for record in records:
         if isinstance(record, kinds.Attachment):
             texts[_safe(path, record.name)] = record.data.decode()
         elif isinstance(record, kinds.Channel) and record.id not in tables:  # they are repeated at the end
             tables[record.id] = _table(path, record)
         elif isinstance(record, kinds.Message):
-            _take(path, tables[record.channel_id], record)
+            room -= _take(path, tables[record.channel_id], record)
+            if room < 0:
+                raise RecordingError(
+                    f"{path}: holds more than {MOST_TEXT} bytes of tables; keep it as a folder"
+                )
     if not tables:
         raise RecordingError(f"{path}: holds no recording; it was not written by vegrip")
     return texts | {table.file: _text(path, table) for table in tables.values()}
@@ -100,7 +153,8 @@ def _table(path: Path, channel: Any) -> _Table:
     return _Table(_safe(path, about["file"]), channel.topic, about["columns"].split(","), int(about["rows"]))
 
 
-def _take(path: Path, table: _Table, message: Any) -> None:
+def _take(path: Path, table: _Table, message: Any) -> int:
+    """Add ``message`` to its table; return what that costs [bytes]."""
     where = f"{path}: {table.topic}: message {len(table.lines)}"
     if message.sequence != len(table.lines):
         raise RecordingError(f"{where} is missing; in its place stands {message.sequence}")
@@ -108,6 +162,7 @@ def _take(path: Path, table: _Table, message: Any) -> None:
         table.lines.append(from_json(message.data, table.columns))
     except RecordingError as error:
         raise RecordingError(f"{where} {error}") from None
+    return len(table.lines[-1]) + LINE_COST
 
 
 def _text(path: Path, table: _Table) -> str:

@@ -58,9 +58,16 @@ def write_mcap(folder: Path | str, path: Path | str) -> dict[Path, Recording]:
 
 def _descriptions(folder: Path, recordings: dict[Path, Recording]) -> Iterator[tuple[str, str]]:
     if (folder / SESSION).exists():
-        yield SESSION, (folder / SESSION).read_text(encoding="utf-8")
+        yield SESSION, _text(folder / SESSION)
     for place, recording in recordings.items():
         yield (place / TOML).relative_to(folder).as_posix(), toml_text(recording)
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise RecordingError(f"{path}: is not a text file in UTF-8") from None
 
 
 def _write_tables(writer: Any, tables: list[TextTable]) -> None:

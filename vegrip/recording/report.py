@@ -47,7 +47,9 @@ class Finding:
     place: str = "line"
 
     def __str__(self) -> str:
-        text = f"{self.kind.text}: {self.what}" if self.what else self.kind.text
+        # it may name what the file holds: no control character of that may reach a terminal
+        what = "".join(c if c.isprintable() else repr(c)[1:-1] for c in self.what)
+        text = f"{self.kind.text}: {what}" if what else self.kind.text
         if not self.lines:
             return text
         more = ", ..." if self.count > len(self.lines) else ""

@@ -10,6 +10,7 @@ from vegrip.clock import NS
 from vegrip.errors import RecordingError
 from vegrip.recording.column_map import BagMap, ColumnMap, EpisodeMap, TableMap, TimeMap
 from vegrip.recording.data import Array, Recording
+from vegrip.recording.extras import bag_library
 from vegrip.recording.import_csv import recording_of
 from vegrip.recording.report import Kind, LoadReport
 from vegrip.recording.rosbag_fields import BagField
@@ -33,6 +34,7 @@ def import_rosbag(path: Path | str, chart: ColumnMap, *, radius: float = math.na
         UsageError: the library rosbags is not installed.
 
     """
+    bag_library("rosbags")  # before anything else, so that nobody mends a map in vain
     path, report = Path(path), LoadReport(place="message")
     fields = {name: BagField.parse(entry.column, name) for name, entry in chart.channels.items()}
     _check(path, chart)

@@ -19,6 +19,7 @@ from vegrip.recording.data import Array
 from vegrip.recording.extras import bag_library
 from vegrip.recording.report import Kind, LoadReport
 from vegrip.recording.rosbag_fields import BagField, header_stamp, is_infinite
+from vegrip.spelling import suggestion
 
 BROKEN: Final = (
     *(OSError, ValueError, LookupError, AssertionError, TypeError, AttributeError, RuntimeError, MemoryError),
@@ -147,7 +148,9 @@ def _connections(path: Path, reader: Any, wanted: Mapping[str, Series]) -> list[
     for topic in wanted:
         if topic not in kinds:
             there = ", ".join(f"{name} [{min(kind)}]" for name, kind in sorted(kinds.items())) or "none"
-            raise RecordingError(f"{path}: there is no topic {topic}; there are {there}")
+            near = suggestion(topic, kinds).rpartition("did you mean ")
+            asked = f"; did you mean {near[2]}" if near[1] else ""
+            raise RecordingError(f"{path}: there is no topic {topic}; there are {there}{asked}")
         if len(kinds[topic]) > 1:
             raise RecordingError(f"{path}: {topic} has messages of {' and '.join(sorted(kinds[topic]))}")
     return [connection for connection in reader.connections if connection.topic in wanted]

@@ -1,7 +1,7 @@
-"""A table that grows on disk by whole lines, and survives a disk that is full for a while."""
+"""A table that grows on disk by whole lines, and survives a full disk and a deleted folder."""
 
-import contextlib
 import errno
+import io
 import os
 from collections import deque
 from pathlib import Path
@@ -25,12 +25,18 @@ class TableFile:
     """Rows wait in memory until :meth:`flush`; the header goes with the first of them."""
 
     def __init__(self, path: Path, header: str) -> None:
+        self.refusal = ""  # why the disk took nothing the last time it was asked
+        self.accident = ""  # what was done to the file while it was written; the writer clears it
+        self.moved = 0  # rows in files that were moved away
         self._path = path
         self._header = header
         self._waiting: deque[str] = deque()
         self._file: Raw | None = None
         self._headed = False
         self._torn = False  # the last write ended within a line
+        self._place: tuple[int, int] | None = None  # device and inode of the file
+        self._rows = self._size = 0  # what is in the file: rows, [bytes]
+        self._again = False  # the file was lost, and is made anew
 
     def add(self, row: str) -> None:
         """Take one row, without its line end."""
@@ -39,19 +45,24 @@ class TableFile:
     def flush(self) -> int:
         """Write what waits; what the disk refuses is kept for the next time.
 
-        Return how many rows had to be forgotten, the oldest first, because more than ``KEPT`` wait.
+        Return how many rows are lost: forgotten, the oldest first, because more than ``KEPT`` wait, or
+        deleted with the file, which is then begun anew.
         """
+        gone = self._missing()
+        self.refusal = ""
         if self._waiting:
-            with contextlib.suppress(OSError):
+            try:
                 self._write()
+            except OSError as error:
+                self.refusal = error.strerror or str(error)
         forgotten = max(len(self._waiting) - KEPT, 0)
         for _ in range(forgotten):
             self._waiting.popleft()
-        return forgotten
+        return gone + forgotten
 
     def give_up(self) -> int:
-        """Forget the rows that still wait and return how many there were."""
-        left = len(self._waiting)
+        """Forget the rows that still wait; return how many of all are not on disk in the end."""
+        left = len(self._waiting) + self._missing()
         self._waiting.clear()
         return left
 
@@ -63,15 +74,64 @@ class TableFile:
 
     def _open(self) -> Raw:
         self._path.parent.mkdir(parents=True, exist_ok=True)
+        if self._again:  # never into a file that another program has put in its place
+            return io.FileIO(
+                os.open(self._path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL, 0o666), "a"
+            )
         return self._path.open("ab", buffering=0)
 
     def _write(self) -> None:
         if self._file is None:
             self._file = self._open()
+            self._place = self._found()
         if not self._headed:
             self._put_lines(deque([self._header]))
             self._headed = True
-        self._put_lines(self._waiting)
+        waiting = len(self._waiting)
+        try:
+            self._put_lines(self._waiting)
+        finally:
+            self._rows += waiting - len(self._waiting)
+
+    def _found(self) -> tuple[int, int] | None:
+        try:
+            found = self._path.stat()
+        except OSError:
+            return None
+        return found.st_dev, found.st_ino
+
+    def _missing(self) -> int:
+        """Return how many rows were in the file and are not any more, and begin anew when it is gone.
+
+        A file that was deleted can still be written, without complaint: nothing but a look at its name tells.
+        """
+        if not isinstance(self._file, io.FileIO):
+            return 0
+        if self._found() != self._place:
+            moved = os.fstat(self._file.fileno()).st_nlink > 0
+            self.accident = "moved away" if moved else "deleted"
+            self.moved += self._rows if moved else 0
+            lost = 0 if moved else self._rows
+            self.close()
+            self._headed = self._torn = False
+            self._rows = self._size = 0
+            self._again = True
+            return lost
+        if os.fstat(self._file.fileno()).st_size >= self._size:
+            return 0
+        return self._shortened()
+
+    def _shortened(self) -> int:
+        self.accident = "shortened"
+        with self._path.open("rb") as file:
+            lines, last = 0, b"\n"
+            while block := file.read(1 << 20):
+                lines, last = lines + block.count(b"\n"), block[-1:]
+            self._size = file.tell()
+        left = max(min(lines - 1, self._rows), 0)
+        lost, self._rows = self._rows - left, left
+        self._headed, self._torn = lines > 0, last != b"\n"
+        return lost
 
     def _put_lines(self, lines: deque[str]) -> None:
         """Write ``lines`` and take out those that are on disk whole, also when the disk refuses the rest."""
@@ -86,6 +146,7 @@ class TableFile:
                     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
                 self._torn = data[done + written - 1 : done + written] != b"\n"
                 done += written
+                self._size += written
         finally:
             whole = data[:done].count(b"\n") - (data[:1] == b"\n" and done > 0)
             for _ in range(whole):

@@ -1,10 +1,24 @@
 """Units at the door: how a foreign column becomes SI. Inside vegrip there are no other units."""
 
 import functools
+import math
+import re
 import tokenize
-from typing import Any
+from typing import Any, Final
 
 from vegrip.errors import RecordingError
+
+LONGEST_LENGTH: Final = 1.0
+"""[m] No tip or probe is larger; a larger number is millimetres taken for metres."""
+
+LONGEST_NAME: Final = 100  # characters of a unit
+MOST_POWERS: Final = 5
+POWER: Final = re.compile(r"\*\*|\^")
+PLAIN_POWER: Final = re.compile(r"\s*[-+]?\d(?:\.\d+)?(?![\d.eE_])(?!\s*(?:\*\*|\^))")
+"""What may stand behind the sign of a power: one digit, and no power of it."""
+
+SUPERSCRIPTS: Final = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹]{2}")
+STRANGE: Final = (ArithmeticError, RecursionError, MemoryError, LookupError, AttributeError, AssertionError)
 
 
 def to_si(unit: str, wanted: str, what: str) -> tuple[float, float]:
@@ -26,16 +40,24 @@ def to_si(unit: str, wanted: str, what: str) -> tuple[float, float]:
 
 
 def parse_length(text: str, what: str) -> float:
-    """Return a length given as ``8 mm`` or as plain metres [m]."""
+    """Return a length given as ``8 mm`` or as plain metres [m].
+
+    Raises:
+        RecordingError: no length, or none that a fingertip or probe has.
+
+    """
+    number, unit = _split(text)
     try:
-        return float(text)
+        value = float(number)
     except ValueError:
-        number, unit = _split(text)
-        try:
-            value = float(number)
-        except ValueError:
-            raise RecordingError(f"{what} is {text!r}; give a length like '8 mm'") from None
-        return _convert(value, unit, "m", what)
+        raise RecordingError(f"{what} is {text!r}; give a length like '8 mm'") from None
+    metres = _convert(value, unit, "m", what) if unit else value
+    if not 0.0 < metres <= LONGEST_LENGTH:
+        raise RecordingError(
+            f"{what} is {text!r}, which is {metres:g} m; "
+            f"give a length above 0 and up to {LONGEST_LENGTH:g} m, like '8 mm'"
+        )
+    return metres
 
 
 def _split(text: str) -> tuple[str, str]:
@@ -45,16 +67,31 @@ def _split(text: str) -> tuple[str, str]:
 
 def _convert(value: float, unit: str, wanted: str, what: str) -> float:
     pint, units = _pint()
+    unknown = RecordingError(
+        f"{what}: there is no unit {unit[:60]!r}; write it like mm, mN, uN, ms, N*mm, degC"
+    )
+    if not _is_plain(unit):
+        raise unknown
     try:
-        return float(units.Quantity(value, units.parse_units(unit)).to(wanted).magnitude)
+        converted = float(units.Quantity(value, units.parse_units(unit)).to(wanted).magnitude)
     except pint.DimensionalityError:
         raise RecordingError(
             f"{what}: {unit!r} is not a unit of this quantity; it needs one of {wanted}"
         ) from None
-    except (pint.PintError, tokenize.TokenError, SyntaxError, ValueError, TypeError, AttributeError):
-        raise RecordingError(
-            f"{what}: there is no unit {unit!r}; write it like mm, mN, uN, ms, N*mm, degC"
-        ) from None
+    except (pint.PintError, tokenize.TokenError, SyntaxError, ValueError, TypeError, *STRANGE):
+        raise unknown from None
+    if not math.isfinite(converted):
+        raise unknown
+    return converted
+
+
+def _is_plain(unit: str) -> bool:
+    """Whether ``unit`` is short and its powers are of one digit: pint would compute 9**9**9**9 for ever."""
+    powers = [match.end() for match in POWER.finditer(unit)]
+    plain = all(PLAIN_POWER.match(unit, at) for at in powers)
+    return (
+        len(unit) <= LONGEST_NAME and len(powers) <= MOST_POWERS and plain and not SUPERSCRIPTS.search(unit)
+    )
 
 
 @functools.cache

@@ -30,9 +30,18 @@ def read_settings(path: Path | None) -> Settings:
     return settings
 
 
+def offline(settings: Mapping[str, Any]) -> Settings:
+    """Return ``settings`` without the search for suspects, unless they ask for it.
+
+    Its process answers in its own time: in simulated time that is after the end.
+    """
+    return {"suspects": False, **settings}
+
+
 def with_recording(settings: Mapping[str, Any], recordings: Mapping[str, Recording]) -> Settings:
     """Return ``settings`` with what the recordings know of radius and noise, where they do not say it."""
-    merged = {**settings, "noise": dict(settings.get("noise", {})), "tips": dict(settings.get("tips", {}))}
+    noise, tips = dict(settings.get("noise", {})), dict(settings.get("tips", {}))
+    merged = {**settings, "noise": noise, "tips": tips}
     tip_says = {"radius", "model"} & settings.get("tip", {}).keys()
     for finger, recording in recordings.items():
         for name in CHANNELS_OF_NOISE:

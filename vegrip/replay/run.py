@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from vegrip.clock import NS, SimulatedClock
 from vegrip.messages import Message, NodeStatus
 from vegrip.node.node import Node
@@ -33,6 +35,13 @@ class Outcome:
         return {"fingers": fingers, "rejected": dict(self.rejected), "bus_load": self.bus_load}
 
 
+def gaps_of(recording: Recording, start: int) -> list[tuple[int, int]]:
+    """Return when nothing was recorded, before and between trials [ns]; t = 0 is at ``start`` [ns]."""
+    stamps = recording.stamps + start
+    last = np.flatnonzero(np.diff(recording.episode) != 0)
+    return [(0, int(stamps[0])), *((int(stamps[row]), int(stamps[row + 1])) for row in last)]
+
+
 def run_through(
     node: Node,
     recordings: Mapping[str, Recording],
@@ -49,7 +58,6 @@ def run_through(
     recordings; ``at_end`` is called
     when the recording is over, while the node still knows what it has learned.
     """
-    summaries = {finger: FingerSummary() for finger in recordings}
     kept = 0
 
     def keep(message: Message) -> None:
@@ -64,6 +72,9 @@ def run_through(
 
     clock = SimulatedClock()
     start = LEAD - min(int(recording.stamps[0]) for recording in recordings.values())
+    summaries = {
+        finger: FingerSummary(gaps=gaps_of(recording, start)) for finger, recording in recordings.items()
+    }
     if writer is not None:
         writer.begin(start)
     bus = RecordedBus(merged_states(recordings, start), list(recordings), clock, keep, fd=fd)

@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -38,6 +39,7 @@ class FingerSummary:
     failing: Counter[str] = field(default_factory=Counter)  # "channel, regime"
     suspects: Counter[str] = field(default_factory=Counter)
     last: ContactEstimate | None = None
+    gaps: Sequence[tuple[int, int]] = ()  # [ns] between trials: no input is missing then
     _state: FingertipState | None = None
 
     def take(self, message: Message) -> None:
@@ -80,7 +82,8 @@ class FingerSummary:
         if self._state is not None:
             step = (state.stamp - self._state.stamp) / NS
             self.duration += step
-            if self.last is not None and self.last.in_contact:
+            recorded = not any(begin <= self._state.stamp < end for begin, end in self.gaps)
+            if self.last is not None and self.last.in_contact and recorded:
                 self.contact_time += step
         self.samples += 1
         self._state = state
@@ -95,7 +98,8 @@ class FingerSummary:
         self.force_count += 1
 
     def _take_health(self, health: ModelHealth) -> None:
-        self.conditions[health.condition.name.lower()] += 1
+        if not any(begin < health.stamp < end for begin, end in self.gaps):
+            self.conditions[health.condition.name.lower()] += 1
         self.rejected = health.rejected
         if math.isnan(health.nis) or self.last is None or not self.last.in_contact:
             return

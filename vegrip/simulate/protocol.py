@@ -27,6 +27,7 @@ from typing import Any
 
 from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError
+from vegrip.spelling import suggestion
 from vegrip.virtual.protocol import Episode, Segment
 
 __all__ = ["Episode", "Protocol", "Segment", "read_protocol", "write_protocol"]
@@ -100,14 +101,18 @@ def read_protocol(path: Path | str) -> Protocol:
     table = read_toml(Path(path))
     for key in table:
         if key not in ("name", "pause", "episode"):
-            raise ConfigError(f"{path}: unknown key {key!r}; known are name, pause, episode")
+            raise ConfigError(
+                f"{path}: unknown key {key!r}; {suggestion(key, ('name', 'pause', 'episode'), 'known are')}"
+            )
     pause = _number(table.get("pause", PAUSE), f"{path}: 'pause'", 0.0)
     episodes, notes = [], []
     for i, section in enumerate(_list(table.get("episode", []), f"{path}: 'episode'")):
         where = f"{path} episode {i + 1}"
         for key in section:
             if key not in ("note", "segments"):
-                raise ConfigError(f"{where}: unknown key {key!r}; known are note, segments")
+                raise ConfigError(
+                    f"{where}: unknown key {key!r}; {suggestion(key, ('note', 'segments'), 'known are')}"
+                )
         entries = _list(section.get("segments", []), f"{where}: 'segments'")
         episodes.append(tuple(_segments(entries, where)))
         notes.append(str(section.get("note", "")))

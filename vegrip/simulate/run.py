@@ -13,6 +13,7 @@ from vegrip.recording.channels import CHANNELS, NOISES, noise_name
 from vegrip.simulate.protocol import Protocol
 from vegrip.simulate.rubbing import AT, rubbed
 from vegrip.simulate.timeline import Floats, Timeline, timeline
+from vegrip.spelling import suggestion
 
 STEP = 1e-3  # [s] the longest between two instants of the model
 SENSORS: Mapping[str, float] = {
@@ -145,6 +146,7 @@ def _measured(
 def _check(sensors: Mapping[str, float]) -> None:
     unknown = sensors.keys() - set(NOISES)
     if unknown:
-        raise UsageError(f"there is no sensor {', '.join(sorted(unknown))}; there are {', '.join(NOISES)}")
+        name = min(unknown)
+        raise UsageError(f"there is no sensor {name}; {suggestion(name, NOISES)}")
     if not {"normal_force", "displacement"} <= sensors.keys():
         raise UsageError("the sensors need normal_force and displacement; nothing could be fitted without")

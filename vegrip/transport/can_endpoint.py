@@ -32,6 +32,10 @@ class Codec(Lossy, Protocol):
     def rejected(self) -> Mapping[str, int]:
         """What was refused, by name."""
 
+    @property
+    def broken(self) -> Mapping[str, int]:
+        """States that could not be understood, by finger."""
+
     def decode(self, frame: Frame) -> Message | None:
         """Return the message that ``frame`` completes."""
 
@@ -80,6 +84,11 @@ class CanEndpoint:
         jumps = {"clock_jump": self._clock.jumps} if self._clock is not None and self._clock.jumps else {}
         met = {name: count for name, count in seen.items() if count}
         return {**self._codec.rejected, **self._faults, **losses(self._codec), **met, **ordered, **jumps}
+
+    @property
+    def broken(self) -> Mapping[str, int]:
+        """States that arrived and could not be understood, by finger."""
+        return self._codec.broken
 
     @property
     def clock(self) -> ClockEstimate | None:

@@ -20,7 +20,8 @@ from typing import Final
 
 import zmq
 
-from vegrip.transport import descriptors
+from vegrip import descriptors
+from vegrip.transport.runtime_folder import ASIDE
 from vegrip.transport.socket_monitor import SocketMonitor
 
 MOST: Final = 256
@@ -129,4 +130,4 @@ class ConnectionLimit:
 
     @staticmethod
     def _aside(file: Path) -> Path:
-        return file.with_name(f"{file.name}~")
+        return file.with_name(f"{file.name}{ASIDE}")

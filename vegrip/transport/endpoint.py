@@ -44,6 +44,15 @@ class Timed(Protocol):
 
 
 @runtime_checkable
+class Inspected(Protocol):
+    """An endpoint that tells whose states arrive broken."""
+
+    @property
+    def broken(self) -> Mapping[str, int]:
+        """States that arrived and could not be understood, by finger; the same mapping every time."""
+
+
+@runtime_checkable
 class Guarded(Protocol):
     """An endpoint whose connections may be refused, by others or by itself."""
 

@@ -9,7 +9,6 @@ a file decides between two that start at once.
 """
 
 import contextlib
-import fcntl
 import json
 import os
 import select
@@ -27,6 +26,7 @@ from vegrip.transport.bus_model import BusModel
 from vegrip.transport.error_report import Report, error_report, state_report
 from vegrip.transport.greeting import Greeting, understand
 from vegrip.transport.hub_wire import LARGEST, numbered, pack_delivery, pack_error, unpack_request
+from vegrip.transport.lock_file import locked
 
 LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
 LINGER = 1.0  # [s] the hub waits for somebody to come (back)
@@ -282,10 +282,8 @@ def _has_left(connection: socket.socket) -> bool:
 
 def main(path: Path) -> None:
     """Serve the bus at ``path`` in a process that outlives the caller, unless somebody serves it already."""
-    lock = os.open(path.with_suffix(".lock"), os.O_CREAT | os.O_RDWR, 0o600)
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+    lock = locked(path.with_suffix(".lock"))
+    if lock is None:
         return
     path.unlink(missing_ok=True)
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as listener:
@@ -298,6 +296,7 @@ def main(path: Path) -> None:
         with contextlib.suppress(KeyboardInterrupt):
             Hub(listener).serve()
         path.unlink(missing_ok=True)
+        path.with_suffix(".lock").unlink(missing_ok=True)
 
 
 def _detach() -> None:

@@ -7,10 +7,12 @@ import stat
 from pathlib import Path
 
 from zmq.auth import create_certificates, load_certificate
+from zmq.utils import z85
 
 from vegrip.errors import ConfigError
 
 NAME = re.compile(r"[A-Za-z0-9_\-]{1,64}")
+LENGTH = 40  # characters of a key
 PUBLIC, SECRET = ".key", ".key_secret"
 
 
@@ -66,7 +68,10 @@ def listed(folder: Path) -> dict[str, str]:
 
     """
     if not folder.is_dir():
-        raise ConfigError(f"{folder} is no folder; `vegrip keys new NAME --folder {folder}` makes it")
+        raise ConfigError(
+            f"{folder}: there is no such folder; `vegrip keys new NAME` makes keys/, "
+            "`vegrip keys trust FILE` keys/peers/"
+        )
     return {file.stem: read_keys(file)[0].decode() for file in sorted(folder.glob(f"*{PUBLIC}"))}
 
 
@@ -79,11 +84,19 @@ def read_keys(file: Path) -> tuple[bytes, bytes | None]:
     """
     try:
         public, secret = load_certificate(file)
+        for key in (public, secret):
+            _check_key(key)
         mode = file.stat().st_mode
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, LookupError) as error:
         raise ConfigError(f"{file} is no key file: {error}") from None
     if secret is not None and stat.S_IMODE(mode) & 0o077:
         raise ConfigError(
             f"{file} can be read by other users; `chmod 600 {file}`, or make new keys if they did"
         )
     return public, secret
+
+
+def _check_key(key: bytes | None) -> None:
+    """Raise ValueError unless ``key`` is one of CURVE, or none."""
+    if key is not None and (len(key) != LENGTH or not set(key) <= set(z85.Z85CHARS)):
+        raise ValueError(f"a key has {LENGTH} characters of Z85")

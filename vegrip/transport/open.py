@@ -71,7 +71,7 @@ def open_endpoint(table: Mapping[str, Any], hand: Hand, where: str = "[transport
 
     """
     kind = table.get("kind", "can")
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise ConfigError(f"{where}: 'kind' is {kind!r}; it must be one of {', '.join(KINDS)}")
     return KINDS[kind](table, hand, where)
 

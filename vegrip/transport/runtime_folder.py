@@ -1,13 +1,16 @@
 """The folder of sockets that belong to one user: private, on this machine, gone after a reboot."""
 
 import os
-import stat
 from pathlib import Path
 
 from vegrip.errors import DeviceError
+from vegrip.private_folder import runtime_root, why_not_private
 
 LONGEST_SOCKET = 107
 """Bytes of the longest path a Unix socket may have on Linux."""
+
+ASIDE = "~"
+"""Ends the name of a socket that lets nobody in for the moment."""
 
 
 def runtime_folder(part: str = "") -> Path:
@@ -16,22 +19,20 @@ def runtime_folder(part: str = "") -> Path:
     It is ``$VEGRIP_RUNTIME_DIR``, else ``$XDG_RUNTIME_DIR/vegrip``, else ``/tmp/vegrip-<uid>``.
 
     Raises:
-        DeviceError: it cannot be made, or belongs to somebody else.
+        DeviceError: it cannot be made, belongs to another user, or others can enter it.
 
     """
-    folder = _root() / part
+    root = runtime_root()
     try:
-        _root().mkdir(mode=0o700, parents=True, exist_ok=True)
-        folder.mkdir(mode=0o700, exist_ok=True)
-        root = _root().stat()
+        root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if reason := why_not_private(root):
+            raise DeviceError(f"{root} {reason}; remove it or set VEGRIP_RUNTIME_DIR to a private folder")
+        (root / part).mkdir(mode=0o700, exist_ok=True)
     except OSError as error:
-        raise DeviceError(f"the folder {folder} cannot be made ({error}); set VEGRIP_RUNTIME_DIR") from None
-    if root.st_uid != os.getuid() or stat.S_IMODE(root.st_mode) & 0o077:
         raise DeviceError(
-            f"{_root()} can be entered by other users; "
-            "remove it or set VEGRIP_RUNTIME_DIR to a private folder"
-        )
-    return folder
+            f"the folder {root / part} cannot be made ({error}); set VEGRIP_RUNTIME_DIR"
+        ) from None
+    return root / part
 
 
 def socket_path(part: str, name: str) -> Path:
@@ -48,11 +49,3 @@ def socket_path(part: str, name: str) -> Path:
             "use a shorter name or set VEGRIP_RUNTIME_DIR to a shorter folder"
         )
     return path
-
-
-def _root() -> Path:
-    if chosen := os.environ.get("VEGRIP_RUNTIME_DIR"):
-        return Path(chosen)
-    if session := os.environ.get("XDG_RUNTIME_DIR"):
-        return Path(session) / "vegrip"
-    return Path(f"/tmp/vegrip-{os.getuid()}")  # noqa: S108 (ownership and mode are checked)

@@ -151,6 +151,11 @@ class SimulatedEndpoint:
         ordered = self._order.faults if self._order is not None else {}
         return {**self._codec.rejected, **self.faults, **losses(self._codec), **ordered}
 
+    @property
+    def broken(self) -> Mapping[str, int]:
+        """States that arrived and could not be understood, by finger."""
+        return self._codec.broken
+
     def receive(self, timeout: float) -> Sequence[Message]:
         """Take what is there; with nothing there, let the clock run up to ``timeout`` [s] until there is."""
         clock = self._bus.clock

@@ -3,11 +3,11 @@
 import ipaddress
 import os
 import re
-import stat
 from pathlib import Path
 from typing import Final
 
 from vegrip.errors import ConfigError
+from vegrip.private_folder import why_not_private, why_not_trusted
 from vegrip.transport.runtime_folder import LONGEST_SOCKET, socket_path
 
 NAME: Final = re.compile(r"[A-Za-z0-9_\-][A-Za-z0-9_.\-]*")
@@ -83,18 +83,6 @@ def _check_path(path: str) -> None:
 def _is_private(folder: Path) -> bool:
     """Whether this user alone can make files in ``folder``, and no other can exchange a folder above it."""
     try:
-        real = folder.resolve(strict=True)
-        own = real.stat()
-        above = [each.lstat() for each in {folder, *folder.parents, *real.parents}]
+        return not (why_not_private(folder) or why_not_trusted(folder))
     except OSError:
         return False
-    private = own.st_uid == os.getuid() and not stat.S_IMODE(own.st_mode) & 0o077
-    return private and all(_is_kept(each) for each in above)
-
-
-def _is_kept(entry: os.stat_result) -> bool:
-    """Whether only root and this user can replace what ``entry``, a link or folder, leads to."""
-    if entry.st_uid not in (0, os.getuid()):
-        return False
-    by_others = entry.st_mode & (stat.S_IWGRP | stat.S_IWOTH) and not entry.st_mode & stat.S_ISVTX
-    return stat.S_ISLNK(entry.st_mode) or not by_others

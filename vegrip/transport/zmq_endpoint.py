@@ -87,6 +87,11 @@ class ZmqEndpoint:
         return {**self._codec.rejected, **self._faults, **losses(self._codec), **refused, **more}
 
     @property
+    def broken(self) -> Mapping[str, int]:
+        """States that arrived and could not be understood, by finger."""
+        return self._codec.broken
+
+    @property
     def in_trouble(self) -> bool:
         """Whether a publisher that we need refuses us, or is not the one we know."""
         self._look(time.monotonic())

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vegrip.errors import UsageError
+from vegrip.spelling import suggestion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +31,7 @@ def draw(name: str) -> "Figure":
 
     """
     if name not in FIGURES:
-        raise UsageError(f"there is no figure {name!r}; there are {', '.join(FIGURES)}")
+        raise UsageError(f"there is no figure {name!r}; {suggestion(name, FIGURES)}")
     module, function = FIGURES[name]
     try:
         drawn: Figure = getattr(importlib.import_module(f"{__name__}.{module}"), function)()

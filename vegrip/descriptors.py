@@ -1,5 +1,7 @@
 """How many files this process may have open: libzmq aborts the process when it runs out of them."""
 
+import contextlib
+import errno
 import os
 import resource
 from pathlib import Path
@@ -7,7 +9,10 @@ from typing import Final
 
 from vegrip.errors import DeviceError
 
-LEAST: Final = 512
+COMMAND_NEEDS: Final = 32
+"""Open files that a command must be allowed."""
+
+NODE_NEEDS: Final = 512
 """Open files that a node must be allowed; it uses some fifty, the rest is for those who connect to it."""
 
 ENOUGH: Final = 65_536
@@ -15,21 +20,22 @@ ENOUGH: Final = 65_536
 _OPEN: Final = Path("/proc/self/fd")
 
 
-def raise_limit() -> None:
+def require_descriptors(least: int) -> None:
     """Allow this process ``ENOUGH`` open files, or as many as the system lets it have.
 
     Raises:
-        DeviceError: that is too few to be safe from those who connect.
+        DeviceError: that is fewer than ``least``.
 
     """
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     reach = ENOUGH if hard == resource.RLIM_INFINITY else min(hard, ENOUGH)
     if soft != resource.RLIM_INFINITY and soft < reach:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (reach, hard))
-    if limit() < LEAST:
+        with contextlib.suppress(OSError, ValueError):
+            resource.setrlimit(resource.RLIMIT_NOFILE, (reach, hard))
+    if limit() < least:
         raise DeviceError(
-            f"only {limit()} files may be open at once, and a node needs {LEAST}: else programs that connect "
-            f"to it could end it; allow more (`ulimit -n {LEAST}`, or LimitNOFILE in a unit of systemd)"
+            f"only {limit()} files may be open at once, and {least} are needed; allow more "
+            f"(`ulimit -n {NODE_NEEDS}`, or LimitNOFILE in a unit of systemd)"
         )
 
 
@@ -47,3 +53,8 @@ def free() -> int:
         return limit()
     except OSError:  # to look takes one, too
         return 0
+
+
+def is_out_of_descriptors(error: BaseException) -> bool:
+    """Whether ``error`` (of the system or of ZeroMQ) says that no more files can be opened."""
+    return getattr(error, "errno", None) in (errno.EMFILE, errno.ENFILE)

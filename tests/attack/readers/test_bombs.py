@@ -1,0 +1,139 @@
+"""Small files that unpack to a great deal are refused before they eat the memory."""
+
+import gzip
+import json
+import subprocess
+import sys
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import can
+import pytest
+from can.io import blf
+
+from vegrip.errors import RecordingError
+from vegrip.recording import mcap_read, read_recording, table
+from vegrip.recording.can_log import read_can_log
+
+ABOUT = "[fingertip]\nradius = 0.008\n"
+
+
+def recording(folder: Path, text: bytes) -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "recording.toml").write_text(ABOUT)
+    (folder / "recording.csv.gz").write_bytes(gzip.compress(text))
+    return folder
+
+
+def bombs() -> Iterator[tuple[str, bytes, str]]:
+    head = b"t,normal_force\n"
+    yield "one line", head + b"1" * 3_000_000, "more than 1000000 characters"
+    yield "a header of one line", b"t," * 1_000_000, "more than 1000000 characters"
+    yield "many rows", head + b"".join(b"%d,1\n" % i for i in range(6000)), "more than 10000 numbers"
+    yield "empty lines", head + b"\n" * 20_000, "more than 10000 lines"
+    yield "rows much wider than the header", head + (b"," * 9000 + b"\n") * 100, "more than 10000 numbers"
+
+
+@pytest.mark.parametrize(("text", "words"), [b[1:] for b in bombs()], ids=[b[0] for b in bombs()])
+def test_a_table_beyond_the_bounds_is_refused(
+    text: bytes, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(table, "MOST_CELLS", 10_000)
+    monkeypatch.setattr(table, "MOST_CELLS_ALL", 40_000)
+    with pytest.raises(RecordingError, match=words):
+        read_recording(recording(tmp_path / "x", text))
+
+
+def test_five_megabytes_that_are_gigabytes_cost_little_memory(tmp_path: Path) -> None:
+    folder = recording(tmp_path / "x", b"t,normal_force\n")
+    with gzip.open(folder / "recording.csv.gz", "wb", compresslevel=9) as file:
+        file.write(b"t,normal_force\n")
+        for _ in range(300):
+            file.write(b"," * 999_000 + b"\n")
+    command = (
+        "import resource, sys; from vegrip.recording import read_recording; "
+        "import vegrip.errors\n"
+        "try: read_recording(sys.argv[1])\n"
+        "except vegrip.errors.RecordingError as error: print(error)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", command, str(folder)], capture_output=True, text=True, check=True, timeout=120
+    )
+    said, most = done.stdout.splitlines()
+    assert "holds more than 64000000 numbers" in said
+    assert int(most) < 400_000, "kB; with 18 GB of 20 000 such rows at once before"
+
+
+def mcap(path: Path, columns: str, messages: int, compression: str = "zstd", metadata: bytes = b"") -> Path:
+    writer_of = pytest.importorskip("mcap.writer", reason="the extra `bags` is not installed")
+    with path.open("wb") as file:
+        writer = writer_of.Writer(
+            file, chunk_size=2**30, compression=getattr(writer_of.CompressionType, compression.upper())
+        )
+        writer.start(library="vegrip")
+        writer.add_attachment(0, 0, "recording.toml", "application/toml", ABOUT.encode())
+        schema = writer.register_schema("x", "jsonschema", b"{}" + metadata)
+        about = {"file": "recording.csv", "columns": columns, "rows": str(messages)}
+        channel = writer.register_channel("/hand/thumb/state", "json", schema, about)
+        for i in range(messages):
+            writer.add_message(channel, i, json.dumps({"t": i / 100, "normal_force": 1.0}).encode(), i, i)
+        writer.finish()
+    return path
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4", "none"])
+def test_a_chunk_that_unpacks_to_more_than_the_bound_is_refused_and_nothing_is_left(
+    compression: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = mcap(tmp_path / "x.mcap", "t,normal_force", 5, compression, bytes(2**21))
+    monkeypatch.setattr(mcap_read, "LARGEST", 2**20)
+    with pytest.raises(RecordingError, match=r"unpacks to more than|is not a whole MCAP file"):
+        mcap_read.read_mcap(path, tmp_path / "out")
+    assert [each.name for each in tmp_path.iterdir()] == ["x.mcap"]
+
+
+def test_tables_that_are_too_large_for_the_memory_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = mcap(tmp_path / "x.mcap", "t,normal_force", 100)
+    assert len(next(iter(mcap_read.read_mcap(path, tmp_path / "out").values()))) == 100
+    monkeypatch.setattr(mcap_read, "MOST_TEXT", 5000)
+    with pytest.raises(RecordingError, match="more than 5000 bytes of tables"):
+        mcap_read.read_mcap(path, tmp_path / "other")
+
+
+@pytest.mark.parametrize("t", ["9" * 5000, "1e999", '"x"'])
+def test_an_mcap_file_that_is_refused_late_leaves_nothing(t: str, tmp_path: Path) -> None:
+    whole = mcap(tmp_path / "x.mcap", "t,normal_force", 3)
+    writer_of = pytest.importorskip("mcap.writer")
+    with whole.open("wb") as file:
+        writer = writer_of.Writer(file)
+        writer.start(library="vegrip")
+        writer.add_attachment(0, 0, "recording.toml", "application/toml", ABOUT.encode())
+        schema = writer.register_schema("x", "jsonschema", b"{}")
+        about = {"file": "recording.csv", "columns": "t,normal_force", "rows": "1"}
+        channel = writer.register_channel("/hand/thumb/state", "json", schema, about)
+        writer.add_message(channel, 0, b'{"t": %s, "normal_force": 1.0}' % t.encode(), 0, 0)
+        writer.finish()
+    with pytest.raises(RecordingError):
+        mcap_read.read_mcap(whole, tmp_path / "out")
+    assert [each.name for each in tmp_path.iterdir()] == ["x.mcap"]
+
+
+def test_a_can_log_whose_container_unpacks_to_gigabytes_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "x.blf"
+    with can.Logger(path) as logger:
+        logger(can.Message(timestamp=1000.0, arbitration_id=1, data=bytes(8), is_extended_id=False))
+    with pytest.raises(RecordingError, match="is a fingertip's state"):
+        read_can_log(path, ("thumb",))
+    data = path.read_bytes()
+    start = data.index(b"LOBJ")
+    packing = zlib.compressobj(9)
+    packed = b"".join([*(packing.compress(bytes(10**6)) for _ in range(70)), packing.flush()])
+    head = blf.OBJ_HEADER_BASE_STRUCT.pack(b"LOBJ", 16, 1, 32 + len(packed), blf.LOG_CONTAINER)
+    about = blf.LOG_CONTAINER_STRUCT.pack(blf.ZLIB_DEFLATE, 70 * 10**6)
+    path.write_bytes(data[:start] + head + about + packed + bytes(len(packed) % 4) + data[start:])
+    with pytest.raises(RecordingError, match="unpacks to more than 67108864 bytes"):
+        read_can_log(path, ("thumb",))

@@ -1,0 +1,156 @@
+"""What attacks on readers have found, one case of each kind."""
+
+import json
+import shutil
+from pathlib import Path
+
+import cantools
+import numpy as np
+import pytest
+
+from vegrip.cli import main
+from vegrip.codec.database import build_layouts
+from vegrip.codec.schema import read_proto
+from vegrip.config import read_toml
+from vegrip.errors import ConfigError, RecordingError
+from vegrip.model import paper_model, read_model, write_model
+from vegrip.recording import Recording, read_recording, write_recording
+from vegrip.recording.column_map import read_column_map
+from vegrip.recording.mcap_write import write_mcap
+from vegrip.recording.rosbag_fields import BagField
+from vegrip.recording.units import to_si
+from vegrip.recording.writer import RecordingWriter
+from vegrip.transport.key_files import make_keys, read_keys
+
+HUGE = "0x" + "f" * 5000
+
+
+@pytest.fixture
+def press(tmp_path: Path) -> Path:
+    t = np.arange(9) / 100.0
+    write_recording(Recording("press", t, np.zeros(9, int), {"normal_force": t}), tmp_path / "press")
+    return tmp_path / "press"
+
+
+@pytest.mark.parametrize(
+    "text", [f"x = {HUGE}", f"x = [{{ y = [{HUGE}] }}]", "x = " + "9" * 5000, "x = " + "[" * 5000]
+)
+def test_a_number_or_nesting_without_bounds_is_no_toml(text: str, tmp_path: Path) -> None:
+    (tmp_path / "x.toml").write_text(text)
+    with pytest.raises(ConfigError, match=r"x\.toml: is not valid TOML"):
+        read_toml(tmp_path / "x.toml")
+
+
+@pytest.mark.parametrize("place", ["start = 0", "radius = 0.008", "normal_force = 0.01", "trial = 3"])
+def test_a_huge_number_in_a_recording_is_refused_in_a_sentence(place: str, press: Path) -> None:
+    lines = "start = 0\n[fingertip]\nradius = 0.008\n[sensors]\nnormal_force = 0.01\n[source]\ntrial = 3\n"
+    (press / "recording.toml").write_text(lines)
+    read_recording(press)
+    (press / "recording.toml").write_text(lines.replace(place, f"{place.partition('=')[0]}= {HUGE}"))
+    with pytest.raises(RecordingError, match="is not valid TOML"):
+        read_recording(press)
+
+
+def test_dates_and_tables_in_the_source_of_a_recording_come_back(press: Path) -> None:
+    text = (
+        'date = 2024-02-03\nat = 2024-02-03T04:05:06Z\ntags = ["a", "b"]\nrig = { name = "x", volts = 3.5 }\n'
+    )
+    (press / "recording.toml").write_text(f"[source]\n{text}")
+    once = read_recording(press)
+    write_recording(once, press.with_name("again"))
+    assert read_recording(press.with_name("again")).source == once.source
+
+
+def test_a_huge_number_in_a_model_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    write_model(paper_model(8e-3), tmp_path / "x.toml")
+    (tmp_path / "x.toml").write_text(
+        (tmp_path / "x.toml").read_text().replace("tip_radius = 0.008", f"tip_radius = {HUGE}")
+    )
+    with pytest.raises(ConfigError, match="is not valid TOML"):
+        read_model(tmp_path / "x.toml")
+
+
+def test_an_age_without_end_is_refused_in_the_map_of_a_bag(tmp_path: Path) -> None:
+    (tmp_path / "map.toml").write_text("[bag]\nlargest_age = inf\n")
+    with pytest.raises(RecordingError, match="'largest_age' is inf"):
+        read_column_map(tmp_path / "map.toml")
+
+
+def test_a_session_that_is_no_text_is_refused_on_the_way_to_mcap(press: Path) -> None:
+    pytest.importorskip("mcap", reason="the extra `bags` is not installed")
+    with RecordingWriter(press.with_name("session")):
+        pass
+    shutil.copytree(press, press.with_name("session") / "thumb")
+    press.with_name("session").joinpath("session.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(RecordingError, match="is not a text file"):
+        write_mcap(press.with_name("session"), press.with_name("x.mcap"))
+
+
+@pytest.mark.parametrize("line", ["secret-key", 'secret-key = ""', 'public-key = "abc"', "public-key = ' '"])
+def test_a_key_file_without_its_key_is_refused(line: str, tmp_path: Path) -> None:
+    _, secret = make_keys(tmp_path, "x")
+    kept = [text for text in secret.read_text().splitlines() if line.partition(" ")[0] not in text]
+    secret.write_text("\n".join([*kept, line]))
+    with pytest.raises(ConfigError, match="is no key file"):
+        read_keys(secret)
+
+
+@pytest.mark.parametrize("gone", ["MessageSetVersion", "MessageName", "E2EProfile", "MessagePart"])
+def test_a_database_without_an_attribute_is_refused_by_its_name(gone: str) -> None:
+    text = read_proto("fingertip.dbc").replace(f'"{gone}"', '"Gone"')
+    with pytest.raises(ConfigError, match=gone):
+        build_layouts(cantools.database.load_string(text, "dbc"))
+
+
+def test_no_control_character_of_a_file_reaches_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "x.csv").write_text("t,\x1b]0;title\x07\n1,2\n")
+    assert main(["import", str(tmp_path / "x.csv"), "-o", str(tmp_path / "out")]) == 3
+    said = capsys.readouterr().err
+    assert r"\x1b]0;title\x07" in said
+    assert "\x1b" not in said
+
+
+@pytest.mark.parametrize(
+    "unit",
+    [
+        *("m**9**9**9**9", "9**9**9**9 m", "9^9^9^9 m", "9**(9*9)**9 m", "m**99999999999999", "9⁹⁹⁹⁹⁹⁹⁹⁹⁹ m"),
+        *("((((9**9)**9)**9)**9)**9 m", "m/0", "1" * 400 + "*m", "N" * 5000, "(" * 500, "m**1e9", "0*m**-1"),
+    ],
+)
+def test_a_unit_that_takes_for_ever_or_has_no_value_is_refused(unit: str) -> None:
+    with pytest.raises(RecordingError, match=r"there is no unit|is not a unit of this quantity"):
+        to_si(unit, "m", "column 'x'")
+
+
+@pytest.mark.parametrize(
+    ("unit", "wanted", "scale"),
+    [
+        ("mm", "m", 1e-3),
+        ("kg*m/s**2", "N", 1.0),
+        ("kg m^2 s^-2 / m", "N", 1.0),
+        ("(mm/s)**2", "m^2/s^2", 1e-6),
+        ("m²", "m^2", 1.0),
+    ],
+)
+def test_units_with_powers_are_still_understood(unit: str, wanted: str, scale: float) -> None:
+    assert to_si(unit, wanted, "column 'x'") == (pytest.approx(scale), 0.0)
+
+
+@pytest.mark.parametrize("index", ["9" * 5000, "²"])
+def test_an_index_that_no_array_has_is_refused(index: str) -> None:
+    with pytest.raises(RecordingError):
+        BagField.parse(f"/joints:effort[{index}]", "normal_force")
+
+
+@pytest.mark.parametrize("name", ["\x1b[31m", "[/]", "[red]x", ":b:"])
+def test_names_in_a_recording_are_printed_as_they_are_and_change_nothing_in_the_terminal(
+    name: str, press: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("mcap", reason="the extra `bags` is not installed")
+    (press / "recording.toml").write_text(f"[fingertip]\nname = {json.dumps(name)}\n")
+    assert main(["import", str(press), "-o", str(press.with_name("x.mcap"))]) == 0
+    said = capsys.readouterr().out.replace("\n", "")
+    assert repr(name)[1:-1] in said
+    assert "\x1b" not in said

@@ -1,0 +1,198 @@
+"""No result is lost, and nothing that is there is written over: laws over every command with an output."""
+
+import importlib.util
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from vegrip.cli import main
+
+from .walk import Command, commands
+
+Capsys = pytest.CaptureFixture[str]
+WRITING = [one for one in commands() if "-o" in one.options]
+
+# What each command is called with beside its output; inputs that are not there: a refusal comes before them.
+BEFORE_ANY_WORK = {
+    "demo": [],
+    "sample": ["press"],
+    "record": [],
+    "replay": ["absent", "--through"],
+    "import": ["absent.csv"],
+    "simulate": ["BENCH/press.toml"],
+    "fit": ["absent"],
+    "compare": ["absent"],
+    "diagnose": ["absent"],
+    "add": ["adhesion", "absent"],
+    "refine": ["absent"],
+    "experiment": ["absent"],
+    "fleet": ["absent"],
+    "new-effect": ["lateral_give"],
+    "paper": [],
+}
+GROWS = {"trial"}  # its output is a log that the next run goes on with
+
+
+def named(one: Command) -> str:
+    return one.name
+
+
+def test_every_command_with_an_output_is_under_these_laws() -> None:
+    assert {one.name for one in WRITING} == set(BEFORE_ANY_WORK) | GROWS
+
+
+@pytest.mark.parametrize("command", WRITING, ids=named)
+def test_an_output_is_spelled_alike_everywhere_and_can_be_forced(command: Command) -> None:
+    assert "--output" in command.options
+    assert "--force" in command.options
+
+
+def existing(folder: Path, name: str) -> Path:
+    """Put something of the kind that the command writes in its way."""
+    is_file = name in ("fit", "add", "refine", "experiment", "fleet")
+    if is_file:
+        (folder / "old").write_text("measured")
+        return folder / "old"
+    (folder / "old").mkdir()
+    (folder / "old" / "recording.toml").write_text("measured")
+    return folder / "old"
+
+
+@pytest.mark.parametrize("name", BEFORE_ANY_WORK)
+def test_what_is_there_is_refused_before_any_work(
+    name: str, bench: Path, tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    output = existing(tmp_path, name)
+    given = [each.replace("BENCH", str(bench)) for each in BEFORE_ANY_WORK[name]]
+    arguments = [name, *given, "-o", str(output)]
+    assert main(arguments) in (2, 3)
+    complaint = capsys.readouterr().err
+    assert str(output) in complaint
+    assert "--force" in complaint
+    assert len(complaint.splitlines()) == 1
+    old = output if output.is_file() else output / "recording.toml"
+    assert old.read_text() == "measured"
+
+
+PRINTING = {
+    "fit": ["press"],
+    "add": ["adhesion", "press"],
+    "compare": ["press", "--model", "press.toml"],
+    "diagnose": ["press"],
+    "refine": ["press"],
+    "fleet": ["fleet", "-j", "1"],
+    "paper": [],
+}
+
+
+@pytest.mark.parametrize("name", PRINTING)
+def test_what_cannot_be_written_is_a_sentence_and_the_result_is_printed_all_the_same(
+    name: str, bench: Path, tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(bench)
+    (tmp_path / "file").write_text("not a folder")
+    if name == "fleet":
+        monkeypatch.chdir(tmp_path)
+        shutil.copytree(bench / "press", tmp_path / "fleet" / "a")
+    output = str(tmp_path / "file" / "result")
+    code = main([name, *PRINTING[name], "-o", output, "--json"])
+    told = capsys.readouterr()
+    assert code == 3
+    assert json.loads(told.out)
+    complaints = [line for line in told.err.splitlines() if line.startswith("vegrip: ")]
+    assert len(complaints) == 1
+    assert output in complaints[0]
+
+
+def test_a_result_that_the_disk_refuses_afterwards_is_printed_too(
+    bench: Path, tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("vegrip.model.write_model", full)
+    output = tmp_path / "model.toml"
+    assert main(["fit", str(bench / "press"), "-o", str(output), "--json"]) == 4
+    told = capsys.readouterr()
+    assert json.loads(told.out)["parameters"]
+    assert "No space left on device" in told.err
+
+
+def test_folders_of_an_output_are_made_and_go_again_when_nothing_comes(
+    tmp_path: Path, capsys: Capsys
+) -> None:
+    assert main(["fit", str(tmp_path / "absent"), "-o", str(tmp_path / "models" / "today" / "x.toml")]) == 3
+    assert not (tmp_path / "models").exists()
+    assert "there is no such folder" in capsys.readouterr().err
+
+
+def test_a_recording_that_is_replaced_by_force_comes_back_when_the_new_one_fails(
+    bench: Path, tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    output = tmp_path / "rec"
+    assert main(["import", str(bench / "raw.csv"), "-o", str(output)]) == 0
+    old = (output / "recording.csv").read_text()
+    (output / "notes.txt").write_text("mine")
+
+    def full(*_: object, **__: object) -> None:
+        (output / "recording.toml").write_text("half of it")
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("vegrip.recording.write_recording", full)
+        assert main(["import", str(bench / "raw.csv"), "-o", str(output), "--force"]) == 130
+    assert (output / "recording.csv").read_text() == old
+    assert "half" not in (output / "recording.toml").read_text()
+    (tmp_path / "next.csv").write_text("t,normal_force\n0,5\n")
+    assert main(["import", str(tmp_path / "next.csv"), "-o", str(output), "--force"]) == 0
+    assert (output / "recording.csv").read_text() != old
+    assert (output / "notes.txt").read_text() == "mine"
+    assert [each.name for each in tmp_path.iterdir() if each.name.startswith(".")] == []
+
+
+DRAWING = {
+    "compare": ["absent", "-o", "new"],
+    "diagnose": ["absent", "-o", "new"],
+    "paper": ["-o", "new"],
+    "refine": ["absent", "--report", "new"],
+    "experiment": ["absent", "--plot", "new.png"],
+    "simulate": ["BENCH/press.toml", "-o", "rec", "--plot", "new.png"],
+    "replay": ["BENCH/press", "--through", "--plot", "new.png"],
+}
+
+
+@pytest.mark.parametrize("name", DRAWING)
+def test_without_matplotlib_a_picture_is_refused_before_any_work(
+    name: str, bench: Path, tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda n, *a: None if n == "matplotlib" else find(n, *a))
+    given = [each.replace("BENCH", str(bench)) for each in DRAWING[name]]
+    assert main([name, *given]) == 2
+    told = capsys.readouterr()
+    assert "pip install 'vegrip[plot]'" in told.err
+    assert (told.out, len(told.err.splitlines())) == ("", 1)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "flag"), [("simulate", "--plot"), ("replay", "--plot"), ("refine", "--report")]
+)
+def test_a_picture_that_cannot_be_written_costs_no_result(
+    name: str, flag: str, bench: Path, tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("not a folder")
+    given = {
+        "simulate": [str(bench / "press.toml"), "-o", "rec"],
+        "replay": [str(bench / "press"), "--through"],
+        "refine": [str(bench / "press")],
+    }[name]
+    assert main([name, *given, flag, "file/new.png", "--json"]) == 3
+    told = capsys.readouterr()
+    assert json.loads(told.out)
+    assert "file/new.png: cannot be written" in told.err

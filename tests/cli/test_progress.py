@@ -1,0 +1,35 @@
+"""Long work shows itself on standard error: reading, and the compiler's first run."""
+
+from pathlib import Path
+
+import pytest
+
+from vegrip.cli import _progress
+from vegrip.compiling import SENTENCE
+from vegrip.model import cache
+
+KERNEL = "import numba\n\n\ndef f(x):\n    return x + {number}.0\n\n\nf = numba.njit(cache=True)(f)\n"
+
+
+def test_the_first_compiling_says_so_and_the_cache_is_silent(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("VEGRIP_CACHE", str(tmp_path))
+    monkeypatch.setattr(cache.announcer, "said", False)
+    module = cache.load(KERNEL.format(number=7))
+    with _progress.progress("fit"):
+        assert module.f(1.0) == 8.0
+        assert module.f(2.0) == 9.0
+    assert capsys.readouterr().err.splitlines() == [f"fit: {SENTENCE}"]
+
+
+def test_rows_are_counted_once_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr(_progress.time, "monotonic", lambda: now[0])
+    told: list[str] = []
+    tell = _progress.counted(told.append)
+    for rows in range(0, 1_000_000, 20_000):
+        now[0] += 0.125
+        tell(rows)
+    assert told[0] == "140 000 rows"
+    assert len(told) == 6

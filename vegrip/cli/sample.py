@@ -1,0 +1,55 @@
+"""``vegrip sample``: something to try the commands on."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vegrip.cli._outputs import FORCE, claim_file, claim_recording
+from vegrip.errors import UsageError
+from vegrip.spelling import suggestion
+
+NAME = Annotated[
+    str, typer.Argument(help="press, press.csv, press.blf or press.toml; all are listed without.")
+]
+OUT = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Where to write it; by default here, under its name.")
+]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def sample(name: NAME = "", output: OUT = None, force: FORCE = False, as_json: JSON = False) -> None:
+    """Write a sample recording, table, CAN log or model here; the examples of all commands use them.
+
+    Example: vegrip sample press
+    """
+    from vegrip.cli._tables import printer
+    from vegrip.samples import SAMPLES
+
+    if not name:
+        _list(as_json=as_json)
+        return
+    if name not in SAMPLES:
+        raise UsageError(f"there is no sample {name!r}; {suggestion(name, SAMPLES)}")
+    path = output or Path(name)
+    if force or not SAMPLES[name].is_at(path):  # a second time is no mistake
+        (claim_file if "." in name else claim_recording)(path, force=force)
+        SAMPLES[name].write(path)
+    if as_json:
+        typer.echo(json.dumps({"sample": name, "path": str(path)}))
+    else:
+        printer().print(f"{path}: {SAMPLES[name].about}")
+
+
+def _list(*, as_json: bool) -> None:
+    from vegrip.cli._tables import show, table
+    from vegrip.samples import SAMPLES
+
+    if as_json:
+        typer.echo(json.dumps({name: one.about for name, one in SAMPLES.items()}))
+        return
+    content = table("sample", "what it is", wraps="what it is")
+    for name, one in SAMPLES.items():
+        content.add_row(name, one.about)
+    show(content)

@@ -1,0 +1,35 @@
+"""Says that code is being compiled, which takes seconds the first time and is silent by itself.
+
+Whoever wants to know puts a listener in place with :func:`told`; where nobody does, the logger ``vegrip``
+gets a line, and a terminal sees it.
+"""
+
+import logging
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+SENTENCE = "compiles for this machine, once; later starts take it from the cache (about 15 s)"
+
+log = logging.getLogger("vegrip")
+_listeners: list[Callable[[str], None]] = []
+
+
+@contextmanager
+def told(listener: Callable[[str], None]) -> Iterator[None]:
+    """Tell ``listener`` in a sentence when compiling begins."""
+    _listeners.append(listener)
+    try:
+        yield
+    finally:
+        _listeners.remove(listener)
+
+
+def announce() -> None:
+    """Say that compiling begins: to the innermost listener, else to the log, else to the terminal."""
+    if _listeners:
+        _listeners[-1](SENTENCE)
+    elif log.isEnabledFor(logging.INFO):
+        log.info(SENTENCE)
+    elif sys.stderr is not None and sys.stderr.isatty():
+        print(f"vegrip: {SENTENCE}", file=sys.stderr)  # noqa: T201
