@@ -106,7 +106,7 @@ def confirmed(m: Floats, ln_u: float, noise: float) -> bool:
     above = (ln_u - m[FRI_BASE_LN]) / math.sqrt(m[FRI_BASE_VAR] + noise)
     alike = abs(ln_u - m[FRI_UNCONFIRMED]) < ALIKE
     m[FRI_UNCONFIRMED] = ln_u if above > FAR_ABOVE else math.inf
-    return above <= FAR_ABOVE or alike
+    return bool(above <= FAR_ABOVE or alike)
 
 
 def slipped(m: Floats, ln_u: float, noise: float, first: bool) -> None:
