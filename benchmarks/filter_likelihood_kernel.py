@@ -3,32 +3,29 @@
 import math
 
 from vegrip.estimator.kernels.begin import begin
-from vegrip.estimator.kernels.gain import regime_of
+from vegrip.estimator.kernels.gain import correct
 from vegrip.estimator.kernels.generated import (
-    G0,
-    H0,
-    HEALTH0,
-    HEALTH1,
-    LOAD0,
+    MODE_CORNER,
+    MODE_ZERO_KNOWN,
+    MOTION_POSITION,
     REP_CONTACT,
-    SET_R_DISPLACEMENT,
     SET_R_FORCE,
     SIZE,
     Y0,
     Floats,
-    N,
 )
-from vegrip.estimator.kernels.measure import measure_displacement, measure_force
-from vegrip.estimator.kernels.predict import predict
-from vegrip.estimator.kernels.sight import look
+from vegrip.estimator.kernels.measure import expect_force
+from vegrip.estimator.kernels.motion import follow_motion, predict_motion
+from vegrip.estimator.kernels.predict import follow_extremes, predict
 from vegrip.estimator.kernels.state import bound, contact
+from vegrip.estimator.kernels.update import note_regime
 
 
 def likelihood(m: Floats, blank: Floats, t: Floats, first: Floats, y: Floats, out: Floats) -> None:
-    """Put into ``out`` the log-likelihoods of displacement and force, and the greatest that one row costs.
+    """Put into ``out`` nothing for the displacement, which drives the filter, and the force's log-likelihood.
 
-    The filter is that of the node, gates and adaptive motion included: an innovation counts with at most ten
-    standard deviations. ``y`` (n, 2): displacement [m] and force [N]; every episode begins anew.
+    The filter is that of the node, gates included: an innovation counts with at most ten standard
+    deviations. ``y`` (n, 2): displacement [m] and force [N]; every episode begins anew.
     """
     out[0] = out[1] = 0.0
     for i in range(t.shape[0]):
@@ -37,27 +34,19 @@ def likelihood(m: Floats, blank: Floats, t: Floats, first: Floats, y: Floats, ou
             for j in range(SIZE):
                 m[j] = blank[j]
             begin(m, y[i, 1], y[i, 0])
-            m[LOAD0 + 2] = 0.0  # remember the last innovation only
         else:
             dt = t[i] - t[i - 1]
-        look(m, False)
-        predict(m, dt, 1.0)
-        m[LOAD0 + 3] = regime_of(m)
+        predict_motion(m, dt)
+        note_regime(m, dt)
+        m[MODE_CORNER] = y[i, 0] - m[MOTION_POSITION]
+        predict(m, dt, y[i, 0])
         bound(m)
-        measure_displacement(m, y[i, 0])
-        out[0] -= 0.5 * cost(m, 0, m[SET_R_DISPLACEMENT])
-        measure_force(m, y[i, 1], False)
-        out[1] -= 0.5 * cost(m, 1, m[SET_R_FORCE])
+        innovation, S = expect_force(m, y[i, 1])
+        out[1] -= 0.5 * (min(innovation * innovation / S, 100.0) + math.log(S))
+        correct(m, 1, innovation, S)
+        follow_motion(m, y[i, 0], dt)
+        follow_extremes(m, dt, True)
         force = contact(m, Y0)[2]
         if force <= 0.0:
-            m[LOAD0] = 1.0
+            m[MODE_ZERO_KNOWN] = 1.0
         m[REP_CONTACT] = 1.0 if force > 2.0 * math.sqrt(m[SET_R_FORCE]) else 0.0
-
-
-def cost(m: Floats, channel: int, R: float) -> float:
-    """``nu^2 / S + ln S`` of the last measurement; S from its gradient H and from G = P H."""
-    S = R
-    for j in range(N):
-        S += m[H0 + j] * m[G0 + j]
-    at = HEALTH0 + (HEALTH1 - HEALTH0) // 3 * channel + 3 * int(m[LOAD0 + 5])
-    return float(m[at + 2] + math.log(S))

@@ -10,7 +10,9 @@ from vegrip.control.grip import GripSettings, MarginGrip
 from vegrip.messages import Reason
 
 DT = 0.002
-SETTINGS = GripSettings(wanted_margin=0.2, dead_band=0.05, release_time=1.0, settle_time=0.3, slip_growth=5.0)
+SETTINGS = GripSettings(
+    wanted_margin=0.2, dead_band=0.05, release_time=1.0, settle_time=0.3, usual_time=0.0, slip_growth=5.0
+)
 
 
 def need(force: float, bound: float = 0.1, **changes: bool) -> Demand:
@@ -91,3 +93,29 @@ def test_in_the_air_the_grip_opens_slowly() -> None:
     held, reasons = run(MarginGrip(SETTINGS), need(math.nan, in_contact=False), 4.0, 1.3)
     assert held == pytest.approx(4.0 * math.exp(-1.0) / 0.95, rel=0.01)
     assert Reason.LOWER in reasons
+
+
+USUAL = GripSettings(wanted_margin=0.2, dead_band=0.05, release_time=1.0, settle_time=0.3)
+
+
+@pytest.mark.parametrize("wrong", [0.0, 0.5, 1.9, 8.0, math.inf])
+@pytest.mark.parametrize("seconds", [DT, 10 * DT, 1.0])
+def test_a_need_that_is_wrong_for_a_second_neither_lets_the_grip_down_nor_keeps_it_up(
+    wrong: float, seconds: float
+) -> None:
+    grip = MarginGrip(USUAL)
+    held, _ = run(grip, need(2.0), 2.0, 3.0)
+    usual = held
+    held, _ = run(grip, need(wrong), held, seconds)
+    assert held >= usual
+    held = min(held, 15.0)  # what the limits let through
+    after, _ = run(grip, need(2.0), held, 0.5)
+    assert after < 15.0
+    assert run(grip, need(2.0), after, 4.0)[0] >= usual
+
+
+def test_a_need_that_has_fallen_for_good_is_followed() -> None:
+    grip = MarginGrip(USUAL)
+    held, _ = run(grip, need(5.0), 5.0, 3.0)
+    held, _ = run(grip, need(1.0), held, 8.0)
+    assert held < 1.1

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from vegrip.estimator import ContactEstimator
+from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.estimator.compiled import module_for
 from vegrip.messages import ContactEstimate, FingertipState
 from vegrip.model import ContactModel
@@ -17,6 +17,7 @@ from vegrip.model import ContactModel
 Record = Callable[..., list[FingertipState]]
 Run = Callable[[ContactEstimator, list[FingertipState]], ContactEstimate]
 KNOTS, DEPTHS = [0.0, 0.3, 0.8, 3.0], [-1e-4, -1e-4, 9e-4, 9e-4]
+QUIET = SensorNoise(1e-5, 1e-8, 1e-9, 1e-12)
 
 
 def test_a_slip_tells_the_friction_coefficient(
@@ -33,7 +34,7 @@ def test_sticking_at_a_high_load_excludes_small_coefficients_only(
 ) -> None:
     """Truncated prior, integrated directly: mean and std of ln mu given ln mu > ln u."""
     true = model.with_value("mu", 1.0)
-    run(estimator, press(true, KNOTS, DEPTHS, share=0.8))
+    run(estimator, press(true, KNOTS, DEPTHS, share=0.8, noise=QUIET))
     found = estimator.value("mu")
     prior, s = math.log(model.values["mu"].value), model.values["mu"].std
 
@@ -113,9 +114,10 @@ def test_learned_friction_covers_the_truth(model: ContactModel, compiled: Contac
             peak = math.exp(ln_mu) * rng.uniform(0.3, 1.3)
             for u in np.linspace(0.05, peak, 12):
                 slips = u >= limit
-                learn(m, 0.05, min(u, limit), 0.02, float(slips), True)
+                for _ in range(4):
+                    learn(m, 0.3, min(u, limit), 0.02, float(slips), True, True)
                 if slips:
                     break
-            learn(m, 0.05, 0.02, 0.02, 0.0, True)
+            learn(m, 0.05, 0.02, 0.02, 0.0, True, True)
         inside += abs(m[start] - ln_mu) <= 1.96 * math.sqrt(m[start + 1])
     assert 0.90 <= inside / 200 <= 0.99

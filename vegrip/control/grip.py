@@ -3,11 +3,13 @@
 Let ``L`` be the least normal force for the wanted margin over the horizon, at the confidence that each finger
 needs for the wanted probability of the grasp (``confidence.py``), and ``c`` the command held so far.
 
-1. Envelope of the need, fast up and slow down::
+1. Envelope of the need, fast up and slow down, not below the usual need ``U``::
 
-       p <- max(L, L + (p - L) exp(-dt / release_time))
+       p <- max(L, F + (p - F) exp(-dt / release_time)),    F = max(L, U)
 
-   and no release at all within ``settle_time`` of the last rise: loads come in bursts.
+   and no release at all within ``settle_time`` of the last rise: loads come in bursts. U is the median of
+   the last ``usual_time`` (``usual.py``): a sensor that errs for less than half of it can neither let the
+   grip down nor keep it up.
 2. Felt slip lifts the envelope by ``slip_growth`` per second as long as it lasts, from wherever the command
    is: the model has just been proven wrong, so its answer is not the only one asked.
 3. A play of relative width ``dead_band`` (a backlash operator) between envelope and command: noise smaller
@@ -23,6 +25,7 @@ from dataclasses import dataclass
 
 from vegrip.config import parameter
 from vegrip.control.demand import Demand
+from vegrip.control.usual import UsualNeed
 from vegrip.messages import Reason
 
 
@@ -42,6 +45,9 @@ class GripSettings:
     settle_time: float = parameter(
         0.3, unit="s", low=0.0, high=60.0, doc="no lowering after a rise for so long"
     )
+    usual_time: float = parameter(
+        2.5, unit="s", low=0.0, high=60.0, doc="the need is not believed to have fallen for half of it"
+    )
     slip_growth: float = parameter(
         8.0, unit="1/s", low=0.0, high=100.0, doc="growth of grip while slip is felt"
     )
@@ -60,6 +66,7 @@ class MarginGrip:
         """Forget the past."""
         self._envelope = math.nan  # [N]
         self._quiet = 0.0  # [s] since the need last rose
+        self._usual = UsualNeed(self.settings.usual_time)
 
     def wanted(self, held: float, demand: Demand, dt: float) -> tuple[float, Reason]:
         """Return the wanted normal force [N] and its reason; an untrusted demand holds."""
@@ -72,11 +79,12 @@ class MarginGrip:
 
     def _follow(self, held: float, need: float, dt: float) -> float:
         before = min(held, self._envelope)  # what a limit cut off was never there; NaN gives held
+        floor = max(need, min(self._usual.add(need, dt), before))
         self._quiet = 0.0 if need > before else self._quiet + dt
         if need > before or self._quiet < self.settings.settle_time:
             self._envelope = max(need, before)
         else:
-            self._envelope = need + (before - need) * math.exp(-dt / self.settings.release_time)
+            self._envelope = floor + (before - floor) * math.exp(-dt / self.settings.release_time)
         return self._envelope
 
     def _against_slip(self, held: float, demand: Demand, dt: float) -> float:

@@ -31,6 +31,12 @@ FLAGS = (int(Channel.POSITION), int(Channel.FORCE), int(Channel.RADIUS))
 TANGENTIAL, TORQUE, SLIP = int(Channel.TANGENTIAL), int(Channel.TORQUE), int(Channel.SLIP)
 CHANNEL_SETS = tuple(Channel(bits) for bits in range(64))
 """Every set of channels: joining two flags costs as much as a third of a filter step."""
+SLIPS = 0.5
+"""Value of the slip channel from which the contact slides."""
+LOST = "lost"
+"""Regime of a contact whose estimate contradicts its own measurement."""
+LEAST_SLIP_SPEED = 2e-4
+"""Of a sliding contact [m/s]; a slower one contradicts the slip channel."""
 R = {name: i for i, name in enumerate(REPORT)}
 
 
@@ -149,7 +155,7 @@ class ContactEstimator:
             self._tangential = NAN
         self._torque = state.torque_z if math.isfinite(state.torque_z) else NAN
         self._outside(state)
-        slip = state.slip if math.isfinite(state.slip) else NAN
+        slip = _slip_of(state)
         self._module.update(self._m, dt, force, displacement, radius, self._tangential, self._torque, slip)
         if usable and self._used_any():
             self._informed = state.stamp
@@ -255,7 +261,22 @@ class ContactEstimator:
         if not self._valid():
             condition = Condition.STALE
         cells, channels = self._m[self._places["HEALTH"]], self._m[self._places["CHANNEL"]]
-        return health_of(self._state, self._seq, condition, cells, channels, self._watch)
+        health = health_of(self._state, self._seq, condition, cells, channels, self._watch)
+        if self.lost == 0.0:
+            return health
+        refused = self._m[self._places["CHANNEL"].start] > 0.0
+        return replace(health, consistent=False, channel=CHANNELS[0 if refused else 1], regime=LOST)
+
+    @property
+    def lost(self) -> float:
+        """For how long an estimate has contradicted its own measurement [s]; 0 while none does."""
+        lost = float(self._m[self._places["MODE"].start + MODE.index("LOST")])
+        return lost if lost > 0.0 else 0.0
+
+    @property
+    def restarts(self) -> int:
+        """How often what is known of the contact was begun anew because it was lost."""
+        return int(self._m[self._places["MODE"].start + MODE.index("RESTARTS")])
 
     def judge_anew(self) -> None:
         """Forget how well the model explained what was felt so far; what is known of the contact stays."""
@@ -329,6 +350,15 @@ class ContactEstimator:
             self._module.update(m, dt, 0.0, 0.0, NAN, 0.0, 0.0, 0.0)
         self._module.margin_of(m, 0.0, 0.0, np.zeros(5))
         self._module.least_force(m, 0.0, 0.0, 0.1, 1.0)
+
+
+def _slip_of(state: FingertipState) -> float:
+    """Return whether it slips; NaN where that is not sensed, or where the slip speed contradicts it."""
+    if not math.isfinite(state.slip):
+        return NAN
+    if state.slip >= SLIPS and state.slip_speed < LEAST_SLIP_SPEED:  # NaN is not
+        return NAN
+    return state.slip
 
 
 @cache

@@ -29,8 +29,8 @@ MOVING = 1.6
 """So much wider where the tip loads or unloads: how a motion begins and ends shows there as well."""
 
 SLOW = 4.0
-"""So much wider late in a hold: relaxation slower than the model's shifts the mean there by up to a noise, and
-the stiffness follows it; a hand that holds should not be told of that all the time."""
+"""So much wider late in a hold: relaxation slower than the model's shifts the mean there by up to a noise,
+and the stiffness follows it; a hand that holds should not be told of that all the time."""
 
 EDGES = np.array(
     [BIAS * (MOVING if "loading" in name else SLOW if name == "late hold" else 1.0) for name in REGIMES]

@@ -43,7 +43,7 @@ REPORT = (
 
 FRICTION = (
     "LN_MU", "VAR", "BASE_LN", "BASE_VAR", "PEAK", "BEST", "SLIDING", "SINCE", "SMOOTH", "TOUCHING", "EVENTS",
-    "CAUGHT",
+    "PROVEN", "HELD_TIME", "HELD_LEAST", "SLIDE_COUNT", "SLIDE_MEAN", "UNCONFIRMED", "SCATTER_VAR",
 )  # fmt: skip
 
 CHANNELS = ("displacement", "normal_force", "contact_radius")

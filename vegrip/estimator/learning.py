@@ -20,8 +20,8 @@ from typing import Any
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
-from vegrip.estimator.estimator import ContactEstimator
-from vegrip.messages import Estimate
+from vegrip.estimator.estimator import LOST, ContactEstimator
+from vegrip.messages import Estimate, ModelHealth
 from vegrip.model import ContactModel
 from vegrip.parameters import changed, coordinate
 
@@ -31,6 +31,9 @@ VERSION = 1
 SMOOTHING = 10.0  # [s] of excited contact, time constant of the filtered values
 NARROW, WIDE = 0.5, 0.8
 """Shares of the prior's spread below which a value becomes valid and above which it no longer is."""
+
+TOLERABLE = 2.0
+"""Mean NIS up to which what is learned counts: beyond it the misfit is larger than the noise."""
 
 WIDENED = 2.0
 """By how much a spread grows when a value comes back: the finger was elsewhere meanwhile."""
@@ -67,7 +70,7 @@ class Learner:
         health = self.estimator.health()
         for symbol in self.symbols:
             raw = self.estimator.value(symbol)
-            self.learned[symbol] = self._judged(symbol, raw, dt, sound=health.channel == "")
+            self.learned[symbol] = self._judged(symbol, raw, dt, sound=_is_sound(health))
         return self.learned
 
     @property
@@ -88,6 +91,11 @@ class Learner:
         share = raw.std / max(prior.std, 1e-300)
         valid = share < WIDE if old.valid else share < NARROW
         return Learned(raw, old.filtered + gain * (raw.value - old.filtered), valid, excited)
+
+
+def _is_sound(health: ModelHealth) -> bool:
+    """Whether the model explains enough to learn from: a small misfit of one regime does not count."""
+    return health.regime != LOST and not health.nis > TOLERABLE
 
 
 def fingerprint(model: ContactModel) -> str:

@@ -28,6 +28,7 @@ def blank(model: ContactModel, layout: Layout, noise: SensorNoise, settings: Est
     friction = dict.fromkeys(FRICTION, 0.0)
     friction |= {"LN_MU": math.log(mu.value), "BASE_LN": math.log(mu.value)}
     friction |= {"VAR": mu.std**2, "BASE_VAR": mu.std**2, "SINCE": math.inf}
+    friction |= {"UNCONFIRMED": math.inf, "SCATTER_VAR": settings.friction_scatter**2}
     m[at["FRICTION"]] = list(friction.values())
     m[at["CONSIDER"]] = [model.values[symbols[i]].std ** 2 for i in layout.considered]
     ages = np.zeros((3, 4))

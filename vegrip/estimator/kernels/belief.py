@@ -3,6 +3,7 @@
 import math
 
 from vegrip.estimator.kernels.generated import (
+    BIAS,
     MODE_CONTRADICTED,
     MODE_LOST,
     REP_DEPTH_NOW,
@@ -29,7 +30,7 @@ def contradicted(m: Floats, dt: float, force: float, displacement: float, radius
     """Note for how long an estimate has disagreed with its own measurement; it is not sound for longer."""
     far = False
     if math.isfinite(force):
-        far = (force - m[REP_FORCE]) ** 2 > FAR * m[REP_FORCE_STD] ** 2
+        far = (force - m[REP_FORCE] - m[Y0 + BIAS]) ** 2 > FAR * m[REP_FORCE_STD] ** 2
     if math.isfinite(displacement):
         off = displacement - m[REP_DEPTH_NOW] - m[Y0 + ZERO]
         far = far or off * off > FAR * (m[REP_DEPTH_STD] ** 2 + m[SET_R_DISPLACEMENT])

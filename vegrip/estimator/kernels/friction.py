@@ -1,13 +1,19 @@
 """What slipping and not slipping say about friction: ``ln mu ~ N(mean, variance)``.
 
-``u`` is the utilisation the load would have at mu = 1, so slip happens at ``mu = u``.
+``u`` is the utilisation the load would have at mu = 1, so slip happens at ``mu = u``. One sample teaches
+nothing, and a second of wrong ones no more than its noise allows:
 
-* A slip is a measurement of ln mu: Gaussian update with ln u.
-* Not slipping at u says only mu > u: ``P(stick) = Phi((ln mu - ln u) / s)``, folded in by matching the first
-  two moments. It counts once per loading, for its largest u, and only where no earlier loading has shown
-  as much: a thousand looks at the same load are one piece of evidence, and counted as a thousand they push
-  mu away without end.
-* Forgetting: the variance grows with time and with every new contact, up to the prior.
+* **A slide** is a measurement of ln mu, by the mean of its ln u: Gaussian update. It counts from SLIDE
+  samples on, as long as u stays the same, as friction demands. A slide far above what is believed counts only
+  when a later one confirms it; one far below counts at once, because it asks for more force.
+* **Not slipping** at u says only mu > u: ``P(stick) = Phi((ln mu - ln u) / s)``, folded in by matching the
+  first two moments. The u is the least one of SUSTAINED seconds, more than a fault lasts that nothing else
+  shows. It counts once per loading, for its largest u, and only where no earlier loading has shown as much:
+  a thousand looks at the same load are one piece of evidence, and counted as a thousand they push mu away
+  without end.
+* **Scatter** from slip to slip is learned as well: fingers that always slip at the same mu are believed
+  sooner.
+* **Forgetting**: the variance grows with time and with every new contact, up to the prior.
 """
 
 import math
@@ -17,12 +23,19 @@ from vegrip.estimator.kernels.generated import (
     FRI_BASE_VAR,
     FRI_BEST,
     FRI_EVENTS,
+    FRI_HELD_LEAST,
+    FRI_HELD_TIME,
     FRI_LN_MU,
     FRI_PEAK,
+    FRI_PROVEN,
+    FRI_SCATTER_VAR,
     FRI_SINCE,
+    FRI_SLIDE_COUNT,
+    FRI_SLIDE_MEAN,
     FRI_SLIDING,
     FRI_SMOOTH,
     FRI_TOUCHING,
+    FRI_UNCONFIRMED,
     FRI_VAR,
     SET_MU_DRIFT,
     SET_MU_PRIOR_VAR,
@@ -33,56 +46,121 @@ from vegrip.estimator.kernels.generated import (
 
 NEWS = 1.03  # a record counts again when it is topped by this factor: noise alone tops it by less
 VAGUE = 0.1  # relative std of u beyond which not slipping says nothing (light touch: noise is all there is)
+SLIDE = 3.0  # samples of slip in a row before it is believed
+STEADY_SLIDE = 0.1  # change of ln u beyond which a slide is no longer one with the same friction
+SUSTAINED = 1.1  # [s] for which a load must be held to show anything
+FAR_ABOVE = 2.5  # standard deviations above the belief beyond which a slide needs another one to confirm it
+ALIKE = 0.2  # of ln u, between a slide and the one that confirms it
+PRIOR_EVENTS = 3.0  # slides that the told scatter is worth
 
 
-def learn_friction(m: Floats, dt: float, u: float, relative_std: float, slip: float, touching: bool) -> None:
-    """Fold in one sample; ``u`` is NaN where load or force are not known, ``slip`` where it is not sensed."""
+def learn_friction(
+    m: Floats, dt: float, u: float, relative_std: float, slip: float, touching: bool, sound: bool
+) -> None:
+    """Fold in one sample; ``u`` is NaN where load or force are not known, ``slip`` where it is not sensed.
+
+    Nothing is learned where the estimate is not ``sound``.
+    """
     forget(m, dt, touching)
     m[FRI_SINCE] += dt
-    if not (0.0 < u < math.inf and relative_std < 10.0 and touching) or math.isnan(slip):
+    if not (0.0 < u < math.inf and relative_std < 10.0 and touching and sound) or math.isnan(slip):
+        m[FRI_SLIDE_COUNT] = m[FRI_HELD_TIME] = 0.0
         return
-    noise = relative_std * relative_std + m[SET_SCATTER] * m[SET_SCATTER]
+    noise = relative_std * relative_std + m[FRI_SCATTER_VAR]
     if slip >= 0.5:
-        if m[FRI_SLIDING] < 0.5:
-            slipped(m, math.log(u), noise)
-        m[FRI_SLIDING] = 1.0
+        m[FRI_HELD_TIME] = 0.0
+        slide(m, math.log(u), noise)
         return
     if m[FRI_SLIDING] > 0.5:
         new_loading(m)
         m[FRI_SMOOTH] = 0.0
-    m[FRI_SLIDING] = 0.0
+    m[FRI_SLIDING] = m[FRI_SLIDE_COUNT] = 0.0
     if relative_std > VAGUE:
-        m[FRI_SMOOTH] = 0.0
+        m[FRI_SMOOTH] = m[FRI_HELD_TIME] = 0.0
         return
     m[FRI_SMOOTH] += (1.0 - math.exp(-dt / 0.02)) * (u - m[FRI_SMOOTH])  # a peak of noise is no evidence
-    held(m, m[FRI_SMOOTH], noise)
+    follow_loading(m, m[FRI_SMOOTH])
+    hold(m, dt, u, noise)
 
 
-def slipped(m: Floats, ln_u: float, noise: float) -> None:
-    """Gaussian update, from before this loading: that it held until now says nothing more."""
+def slide(m: Floats, ln_u: float, noise: float) -> None:
+    """One sample of slip: believed from SLIDE of them on, while u stays the same."""
+    count = m[FRI_SLIDE_COUNT]
+    if count == 0.0:
+        m[FRI_SLIDE_MEAN] = ln_u
+    if count < 0.0 or abs(ln_u - m[FRI_SLIDE_MEAN]) > STEADY_SLIDE + 3.0 * math.sqrt(noise):
+        m[FRI_SLIDE_COUNT] = -1.0 if count >= SLIDE or count < 0.0 else 0.0
+        return
+    count += 1.0
+    m[FRI_SLIDE_COUNT] = count
+    m[FRI_SLIDE_MEAN] += (ln_u - m[FRI_SLIDE_MEAN]) / count
+    if count == SLIDE and not confirmed(m, m[FRI_SLIDE_MEAN], noise):
+        m[FRI_SLIDE_COUNT] = -1.0
+        return
+    if count >= SLIDE:
+        slipped(m, m[FRI_SLIDE_MEAN], noise, count == SLIDE)
+
+
+def confirmed(m: Floats, ln_u: float, noise: float) -> bool:
+    """Whether a slide at ``ln_u`` is to be believed; one far above the belief waits for another like it."""
+    above = (ln_u - m[FRI_BASE_LN]) / math.sqrt(m[FRI_BASE_VAR] + noise)
+    alike = abs(ln_u - m[FRI_UNCONFIRMED]) < ALIKE
+    m[FRI_UNCONFIRMED] = ln_u if above > FAR_ABOVE else math.inf
+    return bool(above <= FAR_ABOVE or alike)
+
+
+def slipped(m: Floats, ln_u: float, noise: float, first: bool) -> None:
+    """Gaussian update, from before this loading: that it held until now says nothing more.
+
+    Later samples of the same slide are the ``first`` one again, better averaged.
+    """
+    off = ln_u - m[FRI_BASE_LN]
+    if first and m[FRI_EVENTS] > 0.0:
+        excess = off * off - m[FRI_BASE_VAR] - (noise - m[FRI_SCATTER_VAR])
+        gain = 1.0 / (PRIOR_EVENTS + m[FRI_EVENTS])
+        grown = m[FRI_SCATTER_VAR] + gain * (max(excess, 0.0) - m[FRI_SCATTER_VAR])
+        noise += grown - m[FRI_SCATTER_VAR]
+        m[FRI_SCATTER_VAR] = grown
     gain = m[FRI_BASE_VAR] / (m[FRI_BASE_VAR] + noise)
-    m[FRI_LN_MU] = m[FRI_BASE_LN] + gain * (ln_u - m[FRI_BASE_LN])
+    m[FRI_LN_MU] = m[FRI_BASE_LN] + gain * off
     m[FRI_VAR] = (1.0 - gain) * m[FRI_BASE_VAR]
-    m[FRI_EVENTS] += 1.0
-    m[FRI_BEST] = m[FRI_PEAK] = 0.0
-    new_loading(m)
+    m[FRI_SLIDING] = 1.0
+    m[FRI_BEST] = m[FRI_PEAK] = m[FRI_PROVEN] = 0.0
+    if first:
+        m[FRI_EVENTS] += 1.0
 
 
 def new_loading(m: Floats) -> None:
     """What is known now is what the next loading starts from."""
-    m[FRI_BEST] = max(m[FRI_BEST], m[FRI_PEAK])
+    m[FRI_BEST] = max(m[FRI_BEST], m[FRI_PROVEN])
     m[FRI_BASE_LN] = m[FRI_LN_MU]
     m[FRI_BASE_VAR] = m[FRI_VAR]
-    m[FRI_PEAK] = 0.0
+    m[FRI_PEAK] = m[FRI_PROVEN] = m[FRI_HELD_TIME] = 0.0
+
+
+def follow_loading(m: Floats, u: float) -> None:
+    """Note the largest utilisation of this loading; when it has fallen to half, the next one begins."""
+    if u < 0.5 * m[FRI_PEAK]:
+        new_loading(m)
+    m[FRI_PEAK] = max(m[FRI_PEAK], u)
+
+
+def hold(m: Floats, dt: float, u: float, noise: float) -> None:
+    """One sample without slip: after SUSTAINED, the least u of that time is proven."""
+    if m[FRI_HELD_TIME] == 0.0:
+        m[FRI_HELD_LEAST] = u
+    m[FRI_HELD_LEAST] = min(m[FRI_HELD_LEAST], u)
+    m[FRI_HELD_TIME] += dt
+    if m[FRI_HELD_TIME] >= SUSTAINED:
+        held(m, m[FRI_HELD_LEAST], noise)
+        m[FRI_HELD_TIME] = 0.0
 
 
 def held(m: Floats, u: float, noise: float) -> None:
     """Stick at utilisation ``u``: the posterior of this loading, from its beginning, with its largest u."""
-    if u < 0.5 * m[FRI_PEAK]:
-        new_loading(m)
-    if u <= m[FRI_PEAK]:
+    if u <= m[FRI_PROVEN]:
         return
-    m[FRI_PEAK] = u
+    m[FRI_PROVEN] = u
     if u <= NEWS * m[FRI_BEST]:
         return
     spread = math.sqrt(m[FRI_BASE_VAR] + noise)
@@ -101,11 +179,14 @@ def inverse_mills(z: float) -> float:
 
 
 def forget(m: Floats, dt: float, touching: bool) -> None:
-    """Friction may change: slowly with time, and with every new contact; never wider than the prior."""
+    """Friction may change: slowly with time, and with every new contact; never wider than the prior.
+
+    Where slips scatter less than was told, regrasping changes less as well.
+    """
     grown = m[SET_MU_DRIFT] * m[SET_MU_DRIFT] * dt
     if touching and m[FRI_TOUCHING] < 0.5:
-        grown += m[SET_REGRASP] * m[SET_REGRASP]
-        m[FRI_SLIDING] = 0.0
+        grown += m[SET_REGRASP] * m[SET_REGRASP] * min(m[FRI_SCATTER_VAR] / m[SET_SCATTER] ** 2, 1.0)
+        m[FRI_SLIDING] = m[FRI_SLIDE_COUNT] = 0.0
         m[FRI_SMOOTH] = 0.0
         new_loading(m)
     m[FRI_TOUCHING] = 1.0 if touching else 0.0

@@ -44,6 +44,14 @@ GATE = 49.0
 HUBER = 9.0
 """Above it the weight of a sample falls as in Huber's estimate, and nothing is learned from it."""
 
+CALM_LEARNING = 0.5
+"""Part of the gain that learned parameters and zeros get.
+
+Three quarters of the information, and half of what a slope that is wrong early, while they are not known,
+makes them believe: with the whole gain the indentation's 95 % interval held 81 to 99 % of the truths of nine
+recordings, with half of it 92 to 100 %.
+"""
+
 TIMID = 0.02
 """What is left of the gain of learned parameters in a contact that was met in the middle.
 
@@ -113,6 +121,8 @@ def correct(m: Floats, channel: int, innovation: float, S: float) -> None:
             m[K0 + i] *= 0.0 if careful else TIMID
         if i >= M and nis > HUBER:
             m[K0 + i] = 0.0
+        if i >= 2 + NS:
+            m[K0 + i] *= CALM_LEARNING
         m[Y0 + i] += m[K0 + i] * innovation
     for i in range(N):
         for j in range(i, N):

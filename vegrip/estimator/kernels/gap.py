@@ -54,8 +54,8 @@ def largest_memory(m: Floats, i: int) -> float:
     """Return what effect state ``i`` was, or could have become in a hold."""
     x, elastic_force, force, _ = contact(m, Y0)
     if STATE_HIGH[i] == 0:
-        return m[Y0 + 2 + i]
-    return max(m[Y0 + 2 + i], share_of(m, i) * named(STATE_HIGH[i], x, elastic_force, force))
+        return float(m[Y0 + 2 + i])
+    return float(max(m[Y0 + 2 + i], share_of(m, i) * named(STATE_HIGH[i], x, elastic_force, force)))
 
 
 def remaining(left: float) -> tuple[float, float]:

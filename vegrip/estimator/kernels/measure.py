@@ -92,7 +92,7 @@ def force_variance(m: Floats) -> float:
     Of a second of white noise some is always left; less than a third of its variance is not counted.
     """
     m[MODE_TOLERATED] = max(m[MODE_UNEXPLAINED] - CHANCE * m[SET_R_FORCE], 0.0)
-    return m[SET_R_FORCE] + m[MODE_TOLERATED]
+    return float(m[SET_R_FORCE] + m[MODE_TOLERATED])
 
 
 def regress_force(m: Floats) -> tuple[float, float]:

@@ -46,7 +46,7 @@ def predict_motion(m: Floats, dt: float) -> None:
 def surprise_of(m: Floats, displacement: float) -> float:
     """Normalised square of what ``displacement`` [m] differs from the expected one."""
     off = displacement - m[MOTION_POSITION]
-    return off * off / (m[MOTION_VAR_POSITION] + m[SET_R_DISPLACEMENT])
+    return float(off * off / (m[MOTION_VAR_POSITION] + m[SET_R_DISPLACEMENT]))
 
 
 def follow_motion(m: Floats, displacement: float, dt: float) -> None:

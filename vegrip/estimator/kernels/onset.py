@@ -20,8 +20,8 @@ from vegrip.estimator.kernels.generated import (
     FRI_BASE_LN,
     FRI_BASE_VAR,
     FRI_PEAK,
+    FRI_SCATTER_VAR,
     REP_GAUGE_REL,
-    SET_SCATTER,
     Floats,
 )
 from vegrip.estimator.kernels.roots import WIDE
@@ -58,7 +58,7 @@ def onset_spread(m: Floats) -> float:
     """Standard deviation of ``ln u*``: friction before this loading, scatter, error of N, a and k."""
     friction_part = (math.sinh(WIDE * math.sqrt(m[CONSIDER0 + CONSIDERED_MU])) / WIDE) ** 2
     rest = max(m[REP_GAUGE_REL] * m[REP_GAUGE_REL] - friction_part, 0.0)
-    return math.sqrt(m[FRI_BASE_VAR] + m[SET_SCATTER] * m[SET_SCATTER] + min(rest, 1e2))
+    return math.sqrt(m[FRI_BASE_VAR] + m[FRI_SCATTER_VAR] + min(rest, 1e2))
 
 
 def slipped_between(known: float, x: float) -> float:

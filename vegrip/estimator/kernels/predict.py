@@ -76,8 +76,8 @@ def predict(m: Floats, dt: float, displacement: float) -> None:
 def end_of(m: Floats, y: int, displacement: float, dt: float) -> float:
     """Indentation [m] at the end of the step, from the state ``y``."""
     if math.isfinite(displacement):
-        return displacement - m[y + ZERO]
-    return m[y] + m[MOTION_SPEED] * dt
+        return float(displacement - m[y + ZERO])
+    return float(m[y] + m[MOTION_SPEED] * dt)
 
 
 def walk(m: Floats, dt: float) -> None:
@@ -184,7 +184,7 @@ def bend_again(m: Floats, i: int, dt: float) -> float:
     bend = CROSS * math.sqrt(m[BEND0 + i])
     before = m[BENT0 + i] * FADES / (FADES + dt)
     m[BENT0 + i] = before + bend
-    return bend * (bend + 2.0 * before)
+    return float(bend * (bend + 2.0 * before))
 
 
 def follow_extremes(m: Floats, dt: float, driven: bool) -> None:

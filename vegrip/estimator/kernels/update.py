@@ -9,7 +9,7 @@ from vegrip.estimator.kernels.begin import (
     keep_finite,
     return_belief,
 )
-from vegrip.estimator.kernels.belief import contradicted
+from vegrip.estimator.kernels.belief import PATIENCE, contradicted
 from vegrip.estimator.kernels.forecast import reserve, time_to_slip
 from vegrip.estimator.kernels.friction import learn_friction
 from vegrip.estimator.kernels.gain import GATE, accept, cell_of, correct, note, refuse, regime_of
@@ -45,6 +45,7 @@ from vegrip.estimator.kernels.generated import (
     REP_GAUGE,
     REP_GAUGE_ABS,
     REP_GAUGE_REL,
+    REP_SOUND,
     SET_HEALTH_TIME,
     SET_LONGEST_GAP,
     SET_QUANTILE,
@@ -199,7 +200,7 @@ def begin_lost_contact_anew(m: Floats, dt: float, force: float, displacement: fl
     """
     worst = max(m[CHANNEL0 + CH_STREAK], m[CHANNEL0 + 4 + CH_STREAK])
     refused = worst >= LEAST_REFUSALS and worst * m[MODE_PERIOD] >= RESTART
-    note_lost(m, dt, refused or m[MODE_CONTRADICTED] > 0.0)
+    note_lost(m, dt, refused or m[MODE_CONTRADICTED] > PATIENCE)
     if m[MODE_LOST] > GIVE_UP:
         begin_all_anew(m, force, displacement)
     elif refused:
@@ -261,7 +262,8 @@ def update(
     if m[REP_FORCE] <= 0.0:
         m[MODE_ZERO_KNOWN] = 1.0  # in the air: the next touch tells where zero is
     u, relative = utilisation(m)
-    learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5)
+    sound = m[REP_SOUND] > 0.5 and m[MODE_CONTRADICTED] == 0.0
+    learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5, sound)
 
 
 def many(ms: Floats, dt: float, samples: Floats) -> None:

@@ -1,0 +1,23 @@
+"""One bad sample must not drop the object: the worst kinds of every channel; the whole table is a command."""
+
+import pytest
+
+from vegrip.faults.wrong_values import BEGIN, Fault, judge
+
+KNOWN = [
+    ("torque_z", 1.9, 0.005),
+    ("tangential_force_x", 5.0, 0.005),
+    ("tangential_force_x", 0.0, 1.0),
+    ("normal_force", -4.0, 1.0),
+    ("slip", 1.0, 0.05),
+]
+"""What an attack found, and one of each other kind."""
+
+
+@pytest.mark.parametrize(("channel", "value", "duration"), KNOWN)
+def test_a_wrong_value_neither_lets_the_grip_down_nor_teaches_a_friction(channel, value, duration):
+    verdict = judge(Fault(channel, value, BEGIN, duration, -1))
+    assert verdict.fallen <= 1.0
+    assert verdict.maximum <= 2.5  # the largest command lasts for 0.5 s; see docs/faults.md for which do not
+    assert verdict.off <= 1.0
+    assert verdict.shrunk <= 1.0
