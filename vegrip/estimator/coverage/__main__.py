@@ -1,4 +1,4 @@
-"""Coverage: ``python -m vegrip.estimator.coverage --truths 100`` or ``--slips``, ``--styles``, ``--worst``."""
+"""Coverage: ``python -m vegrip.estimator.coverage --truths 9``, or ``--slips``, ``--styles``, ``--worst``."""
 
 import argparse
 from collections.abc import Sequence
