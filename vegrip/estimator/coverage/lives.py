@@ -125,7 +125,7 @@ def measured(
     """Add white noise and constant errors of the zeros."""
 
     def noisy(column: "np.ndarray[tuple[int], np.dtype[np.float64]]", std: float) -> list[float]:
-        return (column + std * rng.standard_normal(column.size)).tolist()
+        return [float(value) for value in column + std * rng.standard_normal(column.size)]
 
     force = noisy(
         truth.force + settings.force_bias * noise.normal_force * life.wrong_bias, noise.normal_force
