@@ -14,7 +14,7 @@ from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import paper_model
 
 FINGER = Finger(0.01, 2.0, 1.6, 0.4, 3.0, 0.6, 2.0)
-FINGERS = 3
+FINGERS = 4
 LEAST = {"N": 0.9, "indentation": 0.5, "radius": 0.5, "k": 0.75, "mu": 0.8, "limit radius": 0.85}
 """Met now over FINGERS of one seed; the aim is 0.92 to 0.98 for each."""
 FAR_SHARE = 0.10  # of the looks; the aim is 0.001
@@ -56,7 +56,7 @@ def test_it_agrees_with_the_model_that_shares_no_code_with_it(style: str) -> Non
 
 @pytest.mark.parametrize("style", STYLES)
 def test_a_sliding_load_lies_on_the_limit(style: str) -> None:
-    for index in range(2):
+    for index in range(1):
         life = drawn(np.random.default_rng(index))
         truth, states = lived(style, life, SensorNoise(), EstimatorSettings())
         slides = truth.used >= 1.0

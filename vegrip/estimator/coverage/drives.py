@@ -114,10 +114,10 @@ class Mover:
 
     def depth(self, scale: float) -> float:
         """Return the depth [m] whose elastic force is ``scale`` times that of this life."""
-        force = 0.5 * 16.0**self.manner.force * scale
+        force = 0.5 * math.pow(16.0, self.manner.force) * scale
         return min(float(self.finger.depth(force)), DEEPEST * self.finger.radius)
 
     def newton(self) -> float:
         """Return a force [N] under which the finger does not creep too deep."""
         most = float(self.finger.elastic_force(np.array(DEEPEST_BY_FORCE * self.finger.radius)))
-        return min(0.5 * 16.0**self.manner.force, most)
+        return min(0.5 * math.pow(16.0, self.manner.force), most)

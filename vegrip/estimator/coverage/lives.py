@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.estimator.coverage.drives import Manner, drive
@@ -21,6 +22,7 @@ WIDEST = 2.0  # standard deviations by which a searched prior may be wrong
 class Life:
     """What varies from life to life; errors of the prior and zeros in standard deviations."""
 
+    seed: int
     radius: float  # [m]
     stiffness: float  # [N]
     exponent: float
@@ -40,11 +42,10 @@ class Life:
     wrong_k0: float
     wrong_zero: float
     wrong_bias: float
-    seed: int
 
     def __str__(self) -> str:
         """Return all values in one line."""
-        return " ".join(f"{field.name}={getattr(self, field.name):.4g}" for field in fields(self))
+        return " ".join(f"{field.name}={getattr(self, field.name):.10g}" for field in fields(self))
 
 
 DIMENSIONS = len(fields(Life)) - 1
@@ -53,6 +54,7 @@ DIMENSIONS = len(fields(Life)) - 1
 def chosen(u: np.ndarray[tuple[int], np.dtype[np.float64]], seed: int) -> Life:
     """Return the life at ``u`` (DIMENSIONS,) in the unit cube; errors within WIDEST."""
     return Life(
+        seed,
         3e-3 + 17e-3 * u[0],
         0.3 * 100.0 ** u[1],
         1.2 + u[2],
@@ -64,7 +66,6 @@ def chosen(u: np.ndarray[tuple[int], np.dtype[np.float64]], seed: int) -> Life:
         LOST_SHARES[min(int(u[8] * len(LOST_SHARES)), len(LOST_SHARES) - 1)],
         *u[9:11],
         *(WIDEST * (2.0 * u[11:] - 1.0)),
-        seed=seed,
     )
 
 
@@ -108,14 +109,12 @@ def lived(
     return truth, measured(truth, life, noise, settings, rng)
 
 
-def sampled(
-    truth: Contact, life: Life, rng: np.random.Generator
-) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":
+def sampled(truth: Contact, life: Life, rng: np.random.Generator) -> NDArray[np.int64]:
     """Return the places on the grid that are sampled: with jitter, and some lost."""
     spacing = 1.0 / (life.sampling * STEP)
     n = int(truth.t.size / spacing)
-    places = (np.arange(n) + life.jitter * rng.uniform(-1.0, 1.0, n)) * spacing
-    places = np.unique(np.clip(np.round(places), 0, truth.t.size - 1).astype(np.int64))
+    due = (np.arange(n) + life.jitter * rng.uniform(-1.0, 1.0, n)) * spacing
+    places = np.unique(np.clip(np.round(due), 0, truth.t.size - 1).astype(np.int64))
     return places[rng.random(places.size) >= life.lost]
 
 
