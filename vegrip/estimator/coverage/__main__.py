@@ -1,9 +1,10 @@
-"""Print the coverage table: ``python -m vegrip.estimator.coverage --truths 100``, or ``--slips 100``."""
+"""Coverage: ``python -m vegrip.estimator.coverage --truths 9``, or ``--slips``, ``--styles``, ``--worst``."""
 
 import argparse
 from collections.abc import Sequence
 
-from vegrip.estimator.coverage import slip_table
+from vegrip.estimator.coverage import slip_table, style_table, worst
+from vegrip.estimator.coverage.drives import STYLES
 from vegrip.estimator.coverage.table import (
     CONFIGURATIONS,
     QUANTITIES,
@@ -24,7 +25,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "--slips", type=int, help="instead: time to slip, over so many slips in each scenario"
     )
     parser.add_argument("--branches", type=int, help="relaxation times told with --slips (default: all)")
+    parser.add_argument("--styles", type=int, help="instead: lives from outside, so many fingers per style")
+    parser.add_argument("--worst", type=int, help="instead: search the worst of so many lives per style")
     options = parser.parse_args(arguments)
+    if options.styles is not None or options.worst is not None:
+        print_styles(options.styles or 0, options.worst or 0, options.seed)
+        return
     if options.slips is not None:
         print("time to slip, in percent of the looks (number of looks)")  # noqa: T201
         print(slip_table.header())  # noqa: T201
@@ -41,6 +47,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
             found = coverage(fingertip(), configuration, options.truths, options.seed, start_in_contact=start)
         cells = (f"{100 * found[name].share:.1f} ({found[name].count})".rjust(13) for name in QUANTITIES)
         print(configuration.ljust(12), *cells, flush=True)  # noqa: T201
+
+
+def print_styles(fingers: int, tries: int, seed: int) -> None:
+    """Print the table of lives from outside, and the worst life of each style."""
+    if fingers > 0:
+        print("95 % coverage in percent; worst error of N and indentation in standard deviations")  # noqa: T201
+        print(style_table.header())  # noqa: T201
+        for style in STYLES:
+            print(style_table.row(style, list(style_table.results(style, fingers, seed))), flush=True)  # noqa: T201
+    if tries > 0:
+        for style in STYLES:
+            print(worst.describe(worst.search(style, tries, seed)), flush=True)  # noqa: T201
 
 
 if __name__ == "__main__":
