@@ -43,6 +43,8 @@ class TelemetrySocket:
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.XPUB)
         self._socket.set_hwm(HIGH_WATER)
+        # every subscription is told, also while one who has gone still counts as a subscriber of the same
+        self._socket.setsockopt(zmq.XPUB_VERBOSE, 1)
         self._socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
         self._limit = ConnectionLimit(self._socket, address, self._refused)
         self._socket.bind(address)
