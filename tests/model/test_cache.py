@@ -74,7 +74,7 @@ def test_what_another_has_compiled_there_is_not_run(tmp_path: Path, monkeypatch:
 
 def _name(tag: str) -> str:
     modules = cache.sys.modules.items()
-    return next(name for name, module in modules if "TAG" in vars(module) and module.TAG == tag)
+    return next(name for name, module in modules if "TAG" in vars(module) and tag == module.TAG)
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
