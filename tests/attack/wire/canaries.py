@@ -39,7 +39,7 @@ class _Unbounded(_Altered):
 
 
 class _Resentful(_Altered):
-    factor = 1.5
+    factor = 3.0
     since = True
 
 

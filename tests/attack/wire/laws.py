@@ -4,7 +4,7 @@
 * It never falls below 0.95 of what it was before the fault, or would be without it, the less of both.
 * 2 s after a fault of the frames all is as usual: commands in force, condition OK, not held or fail-safe, and
   the force not above 1.5 of what it would be (it comes down from the fail-safe grip slowly). A wrong value
-  may have raised it to its largest and has 5 s for this; but it is not there for more than 0.5 s after it.
+  may have raised it to its largest and has 4 s for this; but it is not there for more than 0.5 s after it.
 * What was refused is counted under its name; what cannot be believed is told as a condition.
 """
 
@@ -15,7 +15,7 @@ from rig import PERIOD, Course, Rig
 
 FALLEN = 0.95
 ROUNDING = 1e-3  # [N]
-BACK, BACK_OF_VALUES = 2.0, 5.0  # [s]
+BACK, BACK_OF_VALUES = 2.0, 4.0  # [s]
 MAXIMUM = 0.5  # [s]
 AS_USUAL = 1.5  # [-] of the command without the fault: what it may still be above it
 HELD = (8, 9, 10)  # reasons: held, fail-safe, untrusted
