@@ -23,7 +23,7 @@ class _Altered(Link):
 
     def send(self, message: Message) -> None:
         if isinstance(message, ForceCommand):
-            held = message.reason is Reason.INPUT_HOLD and self._clock.now() > self.begun + 3 * 10**9
+            held = message.reason is Reason.INPUT_HOLD and self._clock.now() > self.begun + 2 * 10**9
             self.seen = self.seen or held
             if held or (self.since and self.seen):
                 message = replace(message, normal_force=self.factor * message.normal_force)

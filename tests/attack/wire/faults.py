@@ -13,7 +13,7 @@ from random import Random
 from rig import PERIOD, Rig
 from wires import FINGERS, LARGEST, QUANTITIES, Sent
 
-BEGIN = 3.0  # [s] the grasp is at rest
+BEGIN = 2.0  # [s] the grasp is at rest
 SPREAD = 0.3  # [s] of the beginnings
 DURATIONS = {"one": PERIOD, "ten": 10 * PERIOD, "1 s": 1.0}  # [s]
 LONG = 0.2  # [s] a fault that lasts so long is told as a condition

@@ -17,7 +17,7 @@ from vegrip.node.runner import LoopSettings, Runner
 
 PERIOD = 0.005  # [s] between states
 PHASE = 0.002  # [s] of the states after the ticks
-STATUS = 0.05  # [s]
+STATUS = 0.1  # [s]
 
 Fault = Callable[[int, int, dict[str, float]], Iterable[Sent]]
 """What goes out for a finger's state: finger, stamp [ns], values -> messages."""
