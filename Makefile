@@ -57,8 +57,9 @@ fuzz: $(STAMP)  ## look for bytes that break a decoder, guided by coverage
 
 ATTACK_SECONDS ?= 300
 ATTACK_SEED ?= 0
-attack: $(STAMP)  ## break files of every kind and read them (ATTACK_SECONDS=300, ATTACK_SEED=0); failures: build/attack
+attack: $(STAMP)  ## break files of every kind, then what goes over the wires (ATTACK_SECONDS=300 for each, ATTACK_SEED=0); files that failed: build/attack
 	$(V)/python tests/attack/readers --seconds $(ATTACK_SECONDS) --seed $(ATTACK_SEED)
+	$(V)/python tests/attack/wire --seconds $(ATTACK_SECONDS) --seed $(ATTACK_SEED)
 
 audit:  ## look for known vulnerabilities in the pinned dependencies; asks pypi.org
 	$(PYTHON) -m venv build/audit
