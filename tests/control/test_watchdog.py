@@ -210,3 +210,24 @@ def test_faults_are_counted_by_name(watchdog: InputWatchdog, states: Iterator[Fi
 def test_a_range_is_checked_where_it_is_built() -> None:
     with pytest.raises(ConfigError, match="torque_z"):
         build(Ranges, {"torque_z": [1.0, -1.0]}, "hand.toml [ranges]")
+
+
+def test_one_stamp_far_ahead_is_refused_and_a_clock_that_stays_there_is_followed(
+    watchdog: InputWatchdog, states: Iterator[FingertipState]
+) -> None:
+    for _ in range(50):
+        state = next(states)
+        assert watchdog.accept(state, state.stamp)
+    state = next(states)
+    assert not watchdog.accept(dataclasses.replace(state, stamp=2**63 - 1), state.stamp)
+    used = []
+    for _ in range(20):
+        state = next(states)
+        used.append(watchdog.accept(state, state.stamp))
+    assert used[-1]
+    assert sum(used) >= 20 - 2 * watchdog.settings.recover_after
+    for _ in range(30):
+        state = next(states)
+        ahead = dataclasses.replace(state, stamp=state.stamp + 10**18)
+        followed = watchdog.accept(ahead, state.stamp)
+    assert followed

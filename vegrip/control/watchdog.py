@@ -33,6 +33,7 @@ from vegrip.control.stillness import Stillness
 from vegrip.messages import Condition, FingertipState
 
 MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
+LEAP = 86_400  # [s] by which a stamp may be ahead of the sender's clock as it was; more is no clock of a hand
 DRIFT = 2e-4  # [-] how fast two quartz clocks may part, with a wide berth
 
 
@@ -86,6 +87,7 @@ class InputWatchdog:
         self._heard: int | None = None  # [ns] when something last arrived, or the first tick
         self._corrupt: int | None = None  # [ns] when something last arrived broken
         self._quickest = math.inf  # [ns] least difference between arrival and stamp
+        self._leaps = 0  # states in a row whose stamp is far ahead
         self._all_still = Stillness(*MECHANICAL)
         self._force_still = Stillness("normal_force")
         self._force_noise = NoiseWatch("normal_force")
@@ -139,10 +141,20 @@ class InputWatchdog:
 
     def _lateness(self, state: FingertipState, now: int) -> Condition:
         took = now - state.stamp
+        if self._leapt(took):
+            return Condition.REPLAYED
         since = 0 if self._heard is None else now - self._heard
         self._quickest = min(self._quickest + DRIFT * since, took)
         late = took - self._quickest > self.settings.time_out * NS
         return Condition.STALE if late else Condition.OK
+
+    def _leapt(self, took: int) -> bool:
+        """Whether a stamp is far ahead; a sender that goes on so has another clock, and is believed then."""
+        ahead = math.isfinite(self._quickest) and took < self._quickest - LEAP * NS
+        self._leaps = self._leaps + 1 if ahead else 0
+        if self._leaps > self.settings.recover_after:
+            self._leaps, self._quickest = 0, math.inf
+        return self._leaps > 0
 
     def _believable(self, state: FingertipState) -> Condition:
         outside = self.settings.ranges.first_outside(state)
