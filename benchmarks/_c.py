@@ -152,6 +152,8 @@ class Function:
                 return f"{self.expression(value)[0]};"
             case ast.Break():
                 return "break;"
+            case ast.Continue():
+                return "continue;"
         raise NotImplementedError(ast.unparse(node))
 
     def assign(self, target: ast.expr, value: ast.expr) -> str:
@@ -189,6 +191,10 @@ class Function:
     def loop(self, node: ast.For) -> str:
         assert isinstance(node.target, ast.Name)
         name, body = node.target.id, node.body
+        if isinstance(node.iter, ast.Tuple):  # written out
+            self.types[name] = INT
+            each = [f"{name} = {self.expression(one)[0]};\n{self.block(body)}" for one in node.iter.elts]
+            return "\n".join(each)
         if not isinstance(node.iter, ast.Call):  # over a constant tuple
             array, _ = self.expression(node.iter)
             length = len(getattr(self.program.module, array))
@@ -287,6 +293,8 @@ class Function:
                 return f"fabs({joined})", FLOAT
             case ast.Name(id="float"):
                 return f"((double){joined})", FLOAT
+            case ast.Name(id="bool"):
+                return f"({joined} != 0)", BOOL
             case ast.Name(id="int"):
                 return f"((long){joined})", INT
             case ast.Name(id="len"):
