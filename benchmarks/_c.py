@@ -13,6 +13,9 @@ from types import ModuleType
 
 import numpy as np
 
+FLAGS = ("-O3", "-march=native", "-ffp-contract=off", "-shared", "-fPIC")
+"""Without fused multiplication and addition, which rounds once where numba rounds twice."""
+
 POINTER, INT, FLOAT, BOOL = "double *", "long", "double", "int"
 MATHS = {"lgamma", "expm1", "hypot", "erfc", "sqrt", "exp", "log", "sin", "cos", "atan2", "sinh", "copysign"}
 TESTS = {"isnan", "isfinite"}
@@ -39,7 +42,7 @@ def compiled(module: ModuleType, entry: str, arguments: tuple[str, ...], folder:
     assert result == "void"
     source, library = folder / "step.c", folder / "step.so"
     source.write_text(text, encoding="utf-8")
-    command = ["cc", "-O3", "-march=native", "-shared", "-fPIC", "-w", str(source), "-o", str(library), "-lm"]
+    command = ["cc", *FLAGS, "-w", str(source), "-o", str(library), "-lm"]
     subprocess.run(command, check=True)
     return ctypes.CDLL(str(library))
 
@@ -207,8 +210,12 @@ class Function:
         first, last = (["0", *limits] if len(limits) == 1 else limits)[:2]
         step = limits[2] if len(limits) == 3 else "1"
         self.types[name] = INT
+        counter = f"i{self.count}_"  # the body may assign to the name, which the loop does not look at
+        self.count += 1
+        self.types[counter] = INT
         test = ">" if step.startswith("(-") else "<"
-        return f"for ({name} = {first}; {name} {test} {last}; {name} += {step}) {{\n{self.block(body)}\n}}"
+        head = f"for ({counter} = {first}; {counter} {test} {last}; {counter} += {step})"
+        return f"{head} {{ {name} = {counter};\n{self.block(body)}\n}}"
 
     def expression(self, node: ast.expr) -> Text:  # noqa: PLR0911, PLR0912 (a case each)
         match node:
@@ -253,10 +260,24 @@ class Function:
     def binary(self, operator: ast.operator, left: Text, right: Text) -> Text:
         (a, kind), (b, other) = left, right
         if isinstance(operator, ast.Pow):
+            if other == INT and b.isdigit() and kind == FLOAT:
+                return self.power(a, int(b)), FLOAT
             return f"pow({a}, {b})", FLOAT
         if isinstance(operator, ast.Div):
             return f"((double){a} / {b})", FLOAT
         return f"({a} {BINARY[type(operator)]} {b})", FLOAT if FLOAT in {kind, other} else INT
+
+    def power(self, base: str, exponent: int) -> str:
+        """Write a constant whole power as numba does: products of squares, not ``pow``."""
+        square, product = f"q{self.count}_", f"p{self.count}_"
+        self.count += 1
+        self.types[square] = self.types[product] = FLOAT
+        steps = [f"{square} = {base}", f"{product} = 1.0"]
+        while exponent:
+            steps += [f"{product} *= {square}"] if exponent & 1 else []
+            exponent >>= 1
+            steps += [f"{square} *= {square}"] if exponent else []
+        return f"({', '.join(steps)}, {product})"
 
     def element(self, node: ast.Subscript) -> Text:
         if isinstance(node.value, ast.Attribute):  # table.shape[0]
