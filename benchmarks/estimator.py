@@ -11,7 +11,6 @@ friction and all standard deviations, one call, against one step (ratio 0.1 = te
 
 import ctypes
 import math
-import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -19,11 +18,11 @@ from pathlib import Path
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 from numpy.typing import NDArray
-from vegrip.benchmarks import _c
 from vegrip.benchmarks._timing import compared
 
+from vegrip.c99 import MEMORY, REAL, host, translate
 from vegrip.estimator import ContactEstimator, SensorNoise
-from vegrip.estimator.compiled import module_for
+from vegrip.estimator.compiled import text_of
 from vegrip.messages import NAN, FingertipState
 from vegrip.model import ContactModel, paper_model
 
@@ -47,7 +46,7 @@ def run() -> dict[str, dict[str, float]]:
     hands = np.tile(m, (5, 1))
     samples = np.tile([FORCE, DISPLACEMENT, NAN, 0.2, 1e-4, 0.0], (5, 1))
     rival = Rival(model)
-    found = {"estimator_step_vs_c": against_c(step, estimator)} if shutil.which("cc") else {}
+    found = {"estimator_step_vs_c": against_c(step, estimator)} if host.compiler() else {}
     return found | {
         "estimator_step_vs_filterpy_ukf": compared(step, rival.unscented(estimator)),
         "estimator_step_vs_filterpy_ekf": compared(step, rival.extended(estimator)),
@@ -67,13 +66,25 @@ def settled(model: ContactModel) -> ContactEstimator:
     return estimator
 
 
+LOOP = """
+void many(int32_t count, double *m, double dt, double force, double displacement, double radius)
+{
+    for (int32_t i = 0; i < count; i++) {
+        vg_filter_step(m, dt, force, displacement, radius);
+    }
+}
+"""
+AS_FAST_AS_CAN_BE = (*host.FLAGS, "-O3", "-march=native")
+
+
 def against_c(step: Callable[[], object], estimator: ContactEstimator) -> dict[str, float]:
     """Compare a step called from Python with one in a loop of ``IN_A_ROW`` in C."""
-    plain = module_for(estimator.model, estimator.layout, plain=True)
+    program = translate(text_of(estimator.model, estimator.layout), {"filter_step": (MEMORY, *[REAL] * 4)})
     with tempfile.TemporaryDirectory() as folder:
-        library = _c.compiled(plain, "filter_step", (_c.POINTER, *[_c.FLOAT] * 4), Path(folder))
-    many = library.filter_step_many
-    many.argtypes = [ctypes.c_long, ctypes.c_void_p, *[ctypes.c_double] * 4]
+        library = Path(folder) / "step.so"
+        host.build(program.text() + LOOP, library, AS_FAST_AS_CAN_BE)
+        many = host.load(library).many
+    many.argtypes = [ctypes.c_int32, ctypes.c_void_p, *[ctypes.c_double] * 4]
     many.restype = None
     m = estimator._m.copy()
     figures = compared(step, lambda: many(IN_A_ROW, m.ctypes.data, DT, FORCE, DISPLACEMENT, NAN))
