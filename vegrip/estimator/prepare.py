@@ -10,7 +10,6 @@ from pathlib import Path
 from vegrip.errors import VegripError
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.model import read_model
-from vegrip.node.launcher import end_with_parent
 
 
 def main(path: Path) -> int:
@@ -24,5 +23,4 @@ def main(path: Path) -> int:
 
 
 if __name__ == "__main__":
-    end_with_parent()  # nobody waits for what a node that has ended would have used
     sys.exit(main(Path(sys.argv[1])))

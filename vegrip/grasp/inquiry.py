@@ -13,7 +13,6 @@ import numpy as np
 from vegrip.diagnosis import diagnose
 from vegrip.model import ContactModel
 from vegrip.model.file import parse_model
-from vegrip.node.launcher import end_with_parent
 from vegrip.recording import Fingertip, Recording
 
 MOST = 1  # effects that are looked for: the leading suspect
@@ -42,5 +41,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    end_with_parent()  # nobody reads the answer of a node that has ended
     sys.exit(main(sys.argv[1:]))
