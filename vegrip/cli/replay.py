@@ -128,7 +128,7 @@ def _run_through(
     from vegrip.recording.writer import RecordingWriter
     from vegrip.replay.grasp import grasp_node, offline, read_settings
     from vegrip.replay.run import run_through
-    from vegrip.sensors import lacking
+    from vegrip.sensors import REMEDY, lacking
 
     if output is not None:
         claim_recording(output, force=force)
@@ -153,7 +153,7 @@ def _run_through(
         else:
             print_outcome(outcome, {name: each.report for name, each in recordings.items()})
             for name, each in recordings.items():
-                print_sentences(f"{name}: {sentence}" for sentence in lacking(each.columns))
+                print_sentences(f"{name}: {sentence}" for sentence in lacking(each.columns, REMEDY))
 
 
 def _sensors(recordings: "dict[str, Recording]") -> "tuple[float, Mapping[str, float]]":
