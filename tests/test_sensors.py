@@ -59,7 +59,8 @@ def test_what_is_lacking_is_told_with_what_it_costs_and_nothing_where_all_is_the
         "stiffness and relaxation stay as in the model file: displacement is not measured beside normal_force"
     ]
     assert lacking(CHANNELS) == [
-        "friction stays as in the model file unless a slip shows in the forces: neither slip nor slip_speed is measured"
+        "friction stays as in the model file unless a slip shows in the forces: "
+        "neither slip nor slip_speed is measured"
     ]
     margin = lacking(("normal_force", "displacement", "tangential_force_x"), "state the load")
     assert margin == [

@@ -133,7 +133,8 @@ def lacking(channels: Channels, remedy: str = "") -> list[str]:
             )
     if _knows_load(channels) and not {"slip", "slip_speed"} & set(channels):
         told.append(
-            "friction stays as in the model file unless a slip shows in the forces: neither slip nor slip_speed is measured"
+            "friction stays as in the model file unless a slip shows in the forces: "
+            "neither slip nor slip_speed is measured"
         )
     return told
 
