@@ -126,9 +126,9 @@ def _run_through(
     from vegrip.errors import DeviceError
     from vegrip.identification.recording.traces import replaced
     from vegrip.identification.recording.writer import RecordingWriter
+    from vegrip.identification.sensors import REMEDY, lacking
     from vegrip.runtime.replay.grasp import grasp_node, offline, read_settings
     from vegrip.runtime.replay.run import run_through
-    from vegrip.identification.sensors import REMEDY, lacking
 
     if output is not None:
         claim_recording(output, force=force)

@@ -8,9 +8,9 @@ Two quantities, position and speed, straight within a step and bent at the sampl
 the sampling rate) with a variance q of its own for every step, found by maximum likelihood as in
 [Tipping2001]_: where the drive
 ramps or rests q goes to zero and the noise is averaged away, where it starts or stops q grows and nothing is
-rounded off. Where a straight line is as good (:mod:`vegrip.identification.fit.straight`) no jerk is looked for: the largest
-of thousands of errors looks like one, and a law that remembers its way (friction, wear) adds up every such
-step.
+rounded off. Where a straight line is as good (:mod:`vegrip.identification.fit.straight`) no jerk is looked
+for: the largest of thousands of errors looks like one, and a law that remembers its way (friction, wear) adds
+up every such step.
 
 Why: a candidate that follows the displacement late (lag, play) averages the noise of the displacement away
 and would so explain a recording better that has neither. Behind a smoothed motion there is no such noise.

@@ -16,7 +16,6 @@ from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.model import ContactModel
 from vegrip.model.file import parse_model
-from vegrip.identification.recording import Fingertip, Recording
 
 MOST = 1  # effects that are looked for: the leading suspect
 UNEXPLAINED = "unexplained"
