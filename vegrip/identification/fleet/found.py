@@ -30,7 +30,7 @@ class Found:
     fingerprint: str  # of the files' size and time
 
 
-def look_for(folder: Path) -> list[Found]:
+def find_recordings(folder: Path) -> list[Found]:
     """Return every recording below ``folder``, by date.
 
     Raises:
