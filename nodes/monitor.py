@@ -18,7 +18,7 @@ class Parameters:
 class MonitorNode(NodeBase):
     """Hands every message to the thread that draws."""
 
-    answers = False
+    wakes_on_messages = False
 
     def __init__(self, name: str, parameters: Parameters, fingers: tuple[str, ...]) -> None:
         super().__init__(name, parameters)

@@ -42,7 +42,7 @@ class Parameters:
 class RecordNode(NodeBase):
     """Hands every message to the writing thread; answers nothing."""
 
-    answers = False
+    wakes_on_messages = False
 
     parameters: Parameters
 

@@ -12,8 +12,8 @@ from vegrip.runtime import NodeBase
 class VirtualBenchNode(NodeBase):
     """Publishes what the fingertips on ``benches`` feel as time goes by; ends with the protocol."""
 
-    answers = False
-    alone: tuple[type[Message], ...] = (FingertipState,)
+    wakes_on_messages = False
+    exclusive_messages: tuple[type[Message], ...] = (FingertipState,)
 
     def __init__(self, name: str, parameters: Any, benches: Benches) -> None:
         super().__init__(name, parameters)

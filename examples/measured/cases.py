@@ -16,7 +16,7 @@ from vegrip.identification.recording.import_csv import import_csv
 from vegrip.identification.recording.session import read_output
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.runtime.replay.grasp import grasp_node, read_settings
-from vegrip.runtime.replay.plot import draw
+from vegrip.runtime.replay.plot import draw_replay
 from vegrip.runtime.replay.run import Outcome, run_through
 
 HERE = Path(__file__).parent
@@ -113,7 +113,7 @@ def picture(case: Case, path: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         with RecordingWriter(Path(folder) / "session", sensors=recording.sensors) as writer:
             run_through(node, {"index": recording}, writer=writer)
-        draw(writer.folder / "index", path, case.name)
+        draw_replay(writer.folder / "index", path, case.name)
 
 
 def _left_alone(

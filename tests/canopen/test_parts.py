@@ -13,7 +13,7 @@ from vegrip.canopen.heartbeat import HeartbeatConsumer
 from vegrip.canopen.network import LoopNetwork
 from vegrip.canopen.nmt import STATE_OF
 from vegrip.canopen.sdo_reader import PATIENCE, RETRIES, SdoReader
-from vegrip.canopen.time_stamp import TIME, packed, unpacked
+from vegrip.canopen.time_stamp import TIME, pack_time, unpack_time
 from vegrip.errors import ConfigError
 from vegrip.messages import Lifecycle
 
@@ -157,10 +157,10 @@ def test_time_is_packed_as_the_package_packs_it(milliseconds):
     network = LoopNetwork(lambda cob_id, data: sent.append((cob_id, data)), lambda: 0)
     seconds = milliseconds // 1000
     network.time.transmit(seconds)
-    assert sent == [(TIME, packed(1000 * seconds * MS))]
-    assert unpacked(packed(milliseconds * MS)) == milliseconds * MS
+    assert sent == [(TIME, pack_time(1000 * seconds * MS))]
+    assert unpack_time(pack_time(milliseconds * MS)) == milliseconds * MS
 
 
 @pytest.mark.parametrize("data", [b"", bytes(5), bytes(7), (86_400_000).to_bytes(4, "little") + bytes(2)])
 def test_what_is_no_time_is_none(data):
-    assert unpacked(data) is None
+    assert unpack_time(data) is None

@@ -6,7 +6,7 @@ import canopen
 import pytest
 from vegrip.nodes.grasp_force import build
 
-from vegrip.canopen.time_stamp import unpacked
+from vegrip.canopen.time_stamp import unpack_time
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.runtime import NodeContext
 
@@ -162,7 +162,7 @@ def test_a_grasp_node_told_so_produces_time(grasp, other):
     other.subscribe(0x100, lambda _, data, __: heard.append(bytes(data)))
     grasp(time_period=0.1)
     eventually(lambda: len(heard) > 1)
-    assert [unpacked(data) / 1e9 for data in heard[:2]] == pytest.approx([time.time()] * 2, abs=60.0)
+    assert [unpack_time(data) / 1e9 for data in heard[:2]] == pytest.approx([time.time()] * 2, abs=60.0)
     ours = other.add_node(canopen.RemoteNode(GRASP, GRASP_FORCE))
     ours.sdo.RESPONSE_TIMEOUT = 5.0
     assert ours.sdo[0x1012].raw == 0x4000_0100

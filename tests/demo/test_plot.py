@@ -29,7 +29,7 @@ def figure(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
         events = Scenario(request.param, DURATION, "pinch").events
         names = ("vegrip", "constant", "cone")
         path = tmp_path_factory.mktemp("picture") / "picture.png"
-        plot.picture(dict.fromkeys(names, course), events, path, DURATION)
+        plot.draw_comparison(dict.fromkeys(names, course), events, path, DURATION)
     FigureCanvasAgg(made[0]).draw()
     return made[0]
 

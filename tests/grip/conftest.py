@@ -63,7 +63,7 @@ class ConeEstimator:
     def health(self) -> ModelHealth:
         return ModelHealth(stamp=0, finger=self.finger, seq=len(self.seen), nis=1.0, consistent=True)
 
-    def judge_anew(self) -> None:
+    def reset_health(self) -> None:
         pass
 
     def least_force(self, margin: float, confidence: float) -> float:

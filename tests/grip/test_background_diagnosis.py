@@ -10,15 +10,15 @@ from vegrip.nodes.grasp_force import build
 from vegrip.estimator.health import CALM, FAILS, MENDED, Watch, wrongness
 from vegrip.estimator.layout import CHANNELS, REGIMES
 from vegrip.grip import background_diagnosis
-from vegrip.grip.background_diagnosis import Evidence, Inquiries
-from vegrip.grip.model_swap import Succession
-from vegrip.identification.diagnosis.error_ladder import add
+from vegrip.grip.background_diagnosis import BackgroundDiagnosis, SampleRing
+from vegrip.grip.model_swap import ModelSwap
+from vegrip.identification.diagnosis.error_ladder import add_effect
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.messages import FingertipState, ForceCommand, ModelHealth
 from vegrip.model import write_model
 from vegrip.runtime import NodeContext
-from vegrip.validation.health_detection import felt, fitted
+from vegrip.validation.health_detection import fit_finger, run_estimator
 from vegrip.virtual import FingertipSettings
 
 TIP = FingertipSettings(
@@ -36,13 +36,13 @@ NOISE = {"normal_force": 0.01, "displacement": 5e-6, "tangential_force": 0.01, "
 @cache
 def contacts_of(hidden: str, count: int, seed: int = 0) -> tuple[FingertipState, ...]:
     """Return what the fingertip feels in a number of contacts."""
-    return tuple(felt(TIP, count, seed, HIDDEN[hidden]))
+    return tuple(run_estimator(TIP, count, seed, HIDDEN[hidden]))
 
 
 @cache
 def model():
     """Return the model of the fingertip, from contacts in which nothing is hidden."""
-    return fitted(TIP, 1)
+    return fit_finger(TIP, 1)
 
 
 def health_of(node, states) -> list[ModelHealth]:
@@ -75,7 +75,7 @@ def test_with_nothing_hidden_it_stays_quiet_and_starts_no_process(node) -> None:
         told = health_of(node, contacts_of("nothing", 10, seed))
         assert all(one.consistent for one in told[50:])
         assert not any(one.channel or one.suspect for one in told)
-    assert node.suspects.busy is None
+    assert node.diagnoser.busy is None
 
 
 REGIME = {
@@ -114,10 +114,10 @@ def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypat
     assert failing[-1].channel == "normal_force"
     assert failing[-1].regime in REGIME[hidden]
     assert not failing[-1].consistent
-    assert node.suspects.busy is not None
-    node.suspects.busy.join()
+    assert node.diagnoser.busy is not None
+    node.diagnoser.busy.join()
     last = states[-1]
-    again = node.suspects.judged(replace(failing[-1], stamp=last.stamp))
+    again = node.diagnoser.annotate(replace(failing[-1], stamp=last.stamp))
     assert again.suspect == hidden
 
 
@@ -126,16 +126,16 @@ def test_a_running_node_takes_the_extended_model_over_and_its_innovations_fall_a
     node, monkeypatch, tmp_path
 ) -> None:
     threads = []
-    begin = Succession.begin
-    monkeypatch.setattr(Succession, "begin", lambda self, *given: threads.append(begin(self, *given)))
+    begin = ModelSwap.begin
+    monkeypatch.setattr(ModelSwap, "begin", lambda self, *given: threads.append(begin(self, *given)))
     monkeypatch.setattr(background_diagnosis, "WAIT", 1e6)
     hidden = "second_relaxation"
     before = health_of(node, contacts_of(hidden, 10, 5))
-    evidence = node.suspects._evidence["index"].columns()
+    evidence = node.diagnoser._samples["index"].columns()
     t = evidence.pop("t")
     episode = np.zeros(t.size, dtype=np.int64)
     recording = Recording("felt", t, episode, evidence, Fingertip(TIP.radius), NOISE)
-    after, offline = add(hidden, fit(recording, model()))
+    after, offline = add_effect(hidden, fit(recording, model()))
     write_model(after.model, tmp_path / "extended.toml")
     tip = replace(node.parameters.tip, model=str(tmp_path / "extended.toml"))
     node.parameters = replace(node.parameters, tip=tip)
@@ -207,7 +207,7 @@ def state(i: int, period: int = 2_000_000, **values: float) -> FingertipState:
 
 def test_evidence_is_thinned_bounded_and_without_long_air(monkeypatch) -> None:
     monkeypatch.setattr(background_diagnosis, "KEPT", 100)
-    ring = Evidence()
+    ring = SampleRing()
     for i in range(3000):
         ring.note(state(i), touching=i % 700 > 350)
     kept = ring.columns()
@@ -216,7 +216,7 @@ def test_evidence_is_thinned_bounded_and_without_long_air(monkeypatch) -> None:
     assert np.all(np.diff(kept["t"]) >= 0.005)
     assert kept["normal_force"][-1] == pytest.approx(2998.0, abs=3)
     assert set(kept) == {"t", "normal_force", "displacement"}
-    quiet = Evidence()
+    quiet = SampleRing()
     for i in range(3000):
         quiet.note(state(i), touching=False)
     assert len(quiet) == 0
@@ -224,7 +224,7 @@ def test_evidence_is_thinned_bounded_and_without_long_air(monkeypatch) -> None:
 
 
 def test_evidence_begins_out_of_contact() -> None:
-    ring = Evidence()
+    ring = SampleRing()
     for i in range(2000):
         ring.note(state(i), touching=i < 500 or i > 700)
     assert ring.columns()["normal_force"][0] == pytest.approx(500.0, abs=3)
@@ -236,15 +236,15 @@ def failing(stamp: int) -> ModelHealth:
 
 @pytest.fixture
 def inquiries(monkeypatch):
-    """Inquiries with enough evidence, whose process answers at once."""
+    """A diagnosis with enough samples, whose process answers at once."""
     asked = []
 
     def answer(columns, model, noise):
         asked.append(columns["t"].size)
         return "adhesion"
 
-    monkeypatch.setattr(background_diagnosis, "look_elsewhere", answer)
-    made = Inquiries(lambda: {"index": None}, NOISE, "node")
+    monkeypatch.setattr(background_diagnosis, "diagnose_in_subprocess", answer)
+    made = BackgroundDiagnosis(lambda: {"index": None}, NOISE, "node")
     for i in range(5000):
         made.note("index", state(i, 6_000_000), touching=i % 100 > 20)
     made.asked = asked
@@ -253,30 +253,30 @@ def inquiries(monkeypatch):
 
 def test_it_asks_once_in_a_while_and_forgets_with_the_model(inquiries) -> None:
     t = 10**12
-    assert inquiries.judged(failing(t)).suspect == ""
+    assert inquiries.annotate(failing(t)).suspect == ""
     assert inquiries.busy is None
-    inquiries.judged(failing(t + 11 * 10**9))
+    inquiries.annotate(failing(t + 11 * 10**9))
     inquiries.busy.join()
-    assert inquiries.judged(failing(t + 12 * 10**9)).suspect == "adhesion"
-    assert inquiries.judged(failing(t + 60 * 10**9)).suspect == "adhesion"
+    assert inquiries.annotate(failing(t + 12 * 10**9)).suspect == "adhesion"
+    assert inquiries.annotate(failing(t + 60 * 10**9)).suspect == "adhesion"
     assert len(inquiries.asked) == 1
-    inquiries.judged(failing(t + 140 * 10**9))
+    inquiries.annotate(failing(t + 140 * 10**9))
     inquiries.busy.join()
     assert len(inquiries.asked) == 2
     inquiries.forget("index")
-    assert inquiries.judged(failing(t + 141 * 10**9)).suspect == ""
+    assert inquiries.annotate(failing(t + 141 * 10**9)).suspect == ""
     healthy = ModelHealth(t + 150 * 10**9, "index", 0, consistent=True)
-    assert inquiries.judged(healthy) == healthy
+    assert inquiries.annotate(healthy) == healthy
 
 
 def test_a_look_that_fails_is_logged_and_nothing_else(inquiries, monkeypatch, caplog) -> None:
     def broken(columns, model, noise):
         raise RuntimeError("it died")
 
-    monkeypatch.setattr(background_diagnosis, "look_elsewhere", broken)
-    inquiries.judged(failing(0))
+    monkeypatch.setattr(background_diagnosis, "diagnose_in_subprocess", broken)
+    inquiries.annotate(failing(0))
     with caplog.at_level("WARNING"):
-        inquiries.judged(failing(20 * 10**9))
+        inquiries.annotate(failing(20 * 10**9))
         inquiries.busy.join()
     assert "it died" in caplog.text
-    assert inquiries.judged(failing(21 * 10**9)).suspect == ""
+    assert inquiries.annotate(failing(21 * 10**9)).suspect == ""

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from vegrip.clock import NS
-from vegrip.grip.bumpless_transfer import DURATION, Takeover
+from vegrip.grip.bumpless_transfer import DURATION, BumplessTransfer
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.safety.fail_safe import FailSafeSettings
 
@@ -17,7 +17,7 @@ BEGIN = 7 * NS
 
 def bound(after: float = 0.0, force: float = 3.0, least: float = 11.0, **changes: float | bool) -> float:
     """Bound ``after`` [s] when ``force`` [N] was met holding 1 N and no torque, at an arm of 4 mm."""
-    takeover = Takeover()
+    takeover = BumplessTransfer()
     takeover.begin(force, LOAD, 4e-3, BEGIN)
     return takeover.bounded(least, replace(LOAD, **changes), BEGIN + round(after * NS), RAMP)
 
@@ -43,7 +43,7 @@ def test_after_its_duration_the_estimate_rules() -> None:
 
 
 def test_slip_ends_it_for_good() -> None:
-    takeover = Takeover()
+    takeover = BumplessTransfer()
     takeover.begin(3.0, LOAD, 4e-3, BEGIN)
     assert takeover.bounded(11.0, replace(LOAD, slipping=True), BEGIN, RAMP) == 11.0
     assert takeover.bounded(11.0, LOAD, BEGIN, RAMP) == 11.0
@@ -57,7 +57,7 @@ def test_a_load_that_grows_needs_more_than_in_proportion() -> None:
 
 
 def test_what_held_no_load_shows_nothing() -> None:
-    takeover = Takeover()
+    takeover = BumplessTransfer()
     takeover.begin(3.0, replace(LOAD, tangential_force=0.0), math.nan, BEGIN)
     assert takeover.bounded(11.0, LOAD, BEGIN, RAMP) == 11.0
 
@@ -66,11 +66,11 @@ def test_what_held_no_load_shows_nothing() -> None:
 @pytest.mark.parametrize("then", [0.0, 60.0, math.nan, math.inf])
 @pytest.mark.parametrize("force", [0.0, 3.0])
 def test_no_load_breaks_it(first: float, then: float, force: float) -> None:
-    takeover = Takeover()
+    takeover = BumplessTransfer()
     takeover.begin(force, replace(LOAD, tangential_force=first), 5e-324, BEGIN)
     found = takeover.bounded(11.0, replace(LOAD, tangential_force=then, torque=2.0), BEGIN, RAMP)
     assert 0.0 <= found <= 11.0
 
 
 def test_before_it_began_nothing_is_bounded() -> None:
-    assert Takeover().bounded(11.0, LOAD, BEGIN, RAMP) == 11.0
+    assert BumplessTransfer().bounded(11.0, LOAD, BEGIN, RAMP) == 11.0

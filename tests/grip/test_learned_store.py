@@ -6,9 +6,9 @@ import pytest
 
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.learning import Learned, fingerprint
-from vegrip.grip.learned_store import Folder, Watching
+from vegrip.grip.learned_store import InMemory, OnDisk
 from vegrip.grip.node import GraspForce
-from vegrip.grip.parameters import estimator_factory, memory_of
+from vegrip.grip.parameters import estimator_factory, learned_store_of
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Estimate, LearnedParameter
 from vegrip.model import paper_model
@@ -22,12 +22,12 @@ class Memory:
     def __init__(self):
         self.looked, self.kept = [], 0
 
-    def look(self, finger, now):
+    def observe(self, finger, now):
         self.looked.append((finger, now))
         raw = Estimate(1.3, 0.2, True, 0.01)
         return {"K": Learned(raw, 1.2, valid=False, excited=2.5)}
 
-    def keep(self):
+    def save(self):
         self.kept += 1
 
 
@@ -62,10 +62,10 @@ def test_it_tells_what_is_learned_once_a_second(make_node, state):
 
 
 def test_without_a_folder_it_still_watches():
-    model, memory = paper_model(8e-3), Watching()
+    model, memory = paper_model(8e-3), InMemory()
     memory.estimator("index", model, SensorNoise(), EstimatorSettings())
-    assert set(memory.look("index", 0)) == set(memory.learners["index"].symbols)
-    assert memory.look("thumb", 0) == {}
+    assert set(memory.observe("index", 0)) == set(memory.learners["index"].symbols)
+    assert memory.observe("thumb", 0) == {}
 
 
 def test_a_node_that_is_activated_again_does_not_lose_what_it_learned(make_node):
@@ -89,7 +89,7 @@ def settled(folder):
 def remembering(folder, fingers):
     settings = replace(demo_parameters(), learned=str(folder))
     settings = replace(settings, tips={"thumb": settings.tips["thumb"]})
-    memory = memory_of(settings)
+    memory = learned_store_of(settings)
     make = estimator_factory(settings, tuple(fingers), "grasp_force", memory)
     node = GraspForce("grasp_force", tuple(fingers), make, settings, memory)
     node.memory = memory
@@ -149,7 +149,7 @@ DAMAGED = {
 @pytest.mark.parametrize("damage", DAMAGED)
 def test_a_damaged_file_is_told_put_aside_and_done_without(damage, tmp_path, caplog):
     model = paper_model(8e-3)
-    memory = Folder(tmp_path)
+    memory = OnDisk(tmp_path)
     path = memory._file("index", model)
     path.write_text(WHOLE % fingerprint(model))
     assert memory._known("index", model).values["mu"].value == 0.8, "it is good before it is damaged"

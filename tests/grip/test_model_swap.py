@@ -20,13 +20,13 @@ PERIOD = 2_000_000  # [ns]
 def node(monkeypatch):
     """An active node; its threads are joined, so that tests know when a model is ready."""
     threads = []
-    begin = module.Succession.begin
+    begin = module.ModelSwap.begin
 
     def noted(self, *arguments):
         threads.append(begin(self, *arguments))
         return threads[-1]
 
-    monkeypatch.setattr(module.Succession, "begin", noted)
+    monkeypatch.setattr(module.ModelSwap, "begin", noted)
     made = build({}, NodeContext("grasp_force", "", ("index",), 0.002))
     made.configure()
     made.activate()

@@ -15,13 +15,13 @@ from vegrip.clock import SimulatedClock, WallClock
 from vegrip.errors import DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, NodeStatus, Reason
 from vegrip.runtime.echo import EchoNode, EchoParameters
-from vegrip.runtime.fault_hints import QUIET, REMEDY, Remedies
+from vegrip.runtime.fault_hints import HINTS, QUIET, FaultHints
 from vegrip.runtime.registry import Entry, registered
 from vegrip.runtime.runner import Runner
 from vegrip.runtime.telemetry_socket import TelemetryReader
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.curve import Curve, Keys
-from vegrip.transport.key_files import make_keys, trust
+from vegrip.transport.key_files import make_keys, trust_key
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.transport.simulated_can import SimulatedCan
 
@@ -165,11 +165,11 @@ def test_a_second_who_begins_to_command_is_counted_and_told_and_the_grip_goes_on
         bus.runner.step()
     assert bus.runner.state is Lifecycle.ACTIVE
     assert bus.runner.status.rejected["also_sent"] >= 2
-    assert [record.message for record in caplog.records].count(REMEDY["also_sent"]) == 1
+    assert [record.message for record in caplog.records].count(HINTS["also_sent"]) == 1
 
 
 def test_a_trouble_is_told_when_it_begins_and_again_only_after_quiet():
-    remedies = Remedies()
+    remedies = FaultHints()
     told = [
         [name for name, _ in remedies.news({"bus_off": count}, now)]
         for count, now in ((0, 0), (1, 10), (2, 20), (2, 30), (3, 25 + QUIET), (4, 30 + QUIET))
@@ -182,7 +182,7 @@ def network(tmp_path):
     """Make keys of a hand, a node and a stranger; give an opener of their endpoints."""
     for name in ("hand", "node", "stranger"):
         make_keys(tmp_path, name)
-    trust(tmp_path / "node.key", tmp_path / "peers")
+    trust_key(tmp_path / "node.key", tmp_path / "peers")
     opened = []
 
     def end(own, publisher, **ends):

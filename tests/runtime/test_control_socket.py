@@ -14,9 +14,9 @@ from vegrip.config import parameter
 from vegrip.errors import ConfigError, InputError, UsageError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle
 from vegrip.runtime.client import ask
-from vegrip.runtime.control_socket import Control, ControlServer
+from vegrip.runtime.control_socket import ControlServer, NodeCalls
 from vegrip.runtime.echo import EchoNode, EchoParameters
-from vegrip.runtime.parameter_table import described, with_value
+from vegrip.runtime.parameter_table import describe_parameters, with_value
 from vegrip.runtime.registry import Entry
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.runtime.telemetry import Telemetry
@@ -51,7 +51,7 @@ class Running:
         self.runner = Runner(
             self.node, endpoint, WallClock(), settings, self.telemetry, self.entry.name, beside
         )
-        self.server = ControlServer(self.entry.control, Control(self.runner, self.sink.topics), beside)
+        self.server = ControlServer(self.entry.control, NodeCalls(self.runner, self.sink.topics), beside)
         self.telemetry.start()
         self.runner.start()
         self.thread = threading.Thread(target=self.runner.run)
@@ -188,7 +188,10 @@ def test_requests_after_the_end_of_the_loop_are_refused_at_once(running):
 
 
 def test_groups_are_flattened_with_dotted_names():
-    assert {row["name"]: row["value"] for row in described(Outer())} == {"inner.gain": 1.0, "seed": 0}
+    assert {row["name"]: row["value"] for row in describe_parameters(Outer())} == {
+        "inner.gain": 1.0,
+        "seed": 0,
+    }
 
 
 def test_a_dotted_name_sets_the_inner_value_only():
@@ -214,7 +217,7 @@ def test_the_status_has_the_clock_of_the_hand_where_it_is_estimated():
     runner = Runner(
         EchoNode("echo", EchoParameters()), endpoint, WallClock(), LoopSettings(status_period=0.01)
     )
-    status = Control(runner, dict).status
+    status = NodeCalls(runner, dict).status
     assert status() is None, "nothing has been reported"
     runner.step()
     told = status()

@@ -9,7 +9,7 @@ from vegrip.host import descriptors
 from vegrip.host.runtime_folder import runtime_folder
 from vegrip.messages import Lifecycle
 from vegrip.runtime import NodeBase, process
-from vegrip.runtime.exit_reports import last_words
+from vegrip.runtime.exit_reports import read_reports
 from vegrip.runtime.launch_file import NodeConfig
 
 
@@ -53,7 +53,7 @@ def test_a_node_that_lost_what_it_was_given_ends_with_a_sentence_and_code_4(monk
     config = NodeConfig(program="lossy", name="lossy", fingers=("thumb",), transport=transport)
     with pytest.raises(DeviceError, match="3 of 4 rows are lost"):
         process.run_node(config)
-    assert last_words()["/lossy"].exit_code == 4
+    assert read_reports()["/lossy"].exit_code == 4
 
 
 class Running:

@@ -37,7 +37,7 @@ from vegrip.canopen.objects import (
     Record,
     Variable,
 )
-from vegrip.canopen.pdo_records import mapping, pdo_record
+from vegrip.canopen.pdo_records import pdo_mapping, pdo_record
 from vegrip.canopen.time_stamp import CONSUMED, TIME
 from vegrip.grip.parameters import GraspParameters
 from vegrip.runtime.parameter_table import rows
@@ -54,11 +54,11 @@ def fingertip() -> Device:
         for i, name in enumerate(("ForceCommand", "SlipMargin", "ModelHealth"))
     ]
     out = [
-        Pdo(i, True, own(OF_A_FINGER[f"FingertipState{i + 1}"]), EVENT_DRIVEN, mapping(record))
+        Pdo(i, True, own(OF_A_FINGER[f"FingertipState{i + 1}"]), EVENT_DRIVEN, pdo_mapping(record))
         for i, record in enumerate(states)
     ]
     into = [
-        Pdo(i, False, own(OF_A_FINGER[record.name]), EVENT_DRIVEN, mapping(record))
+        Pdo(i, False, own(OF_A_FINGER[record.name]), EVENT_DRIVEN, pdo_mapping(record))
         for i, record in enumerate(inputs)
     ]
     return Device(
@@ -91,12 +91,12 @@ def grasp_force(known: Mapping[str, int]) -> Device:
             True,
             f"{NO_RTR + OF_A_FINGER[record.name[:-2]] + FIRST_FINGER + n % FINGERS:#x}",
             254,
-            mapping(record),
+            pdo_mapping(record),
         )
         for n, record in enumerate(outputs)
     ]
     status = pdo_record(STATUS, "NodeStatus", "NodeStatus")
-    out.append(Pdo(len(out), True, own(OF_THE_GRASP["NodeStatus"]), EVENT_DRIVEN, mapping(status)))
+    out.append(Pdo(len(out), True, own(OF_THE_GRASP["NodeStatus"]), EVENT_DRIVEN, pdo_mapping(status)))
     states = [
         pdo_record(
             STATES + 3 * finger + part, f"State {part + 1} of finger {finger}", f"FingertipState{part + 1}"
@@ -105,7 +105,13 @@ def grasp_force(known: Mapping[str, int]) -> Device:
         for part in range(3)
     ]
     into = [
-        Pdo(n, False, f"{0x180 + 0x100 * (n % 3) + FIRST_FINGER + n // 3:#x}", EVENT_DRIVEN, mapping(record))
+        Pdo(
+            n,
+            False,
+            f"{0x180 + 0x100 * (n % 3) + FIRST_FINGER + n // 3:#x}",
+            EVENT_DRIVEN,
+            pdo_mapping(record),
+        )
         for n, record in enumerate(states)
     ]
     return Device(

@@ -10,7 +10,7 @@ import can
 from vegrip.canopen.claim import LAST_WORDS
 from vegrip.canopen.codec import CanopenCodec
 from vegrip.canopen.network import LoopNetwork
-from vegrip.canopen.time_stamp import TIME, unpacked
+from vegrip.canopen.time_stamp import TIME, unpack_time
 from vegrip.clock import NS
 from vegrip.messages import ContactEstimate, Message
 from vegrip.transport.can_endpoint import CanEndpoint, Open
@@ -72,7 +72,7 @@ class CanopenEndpoint:
         return None if math.isnan(known.offset) else known
 
     def _on_time(self, _: int, data: bytearray, stamp: float) -> None:
-        told = unpacked(bytes(data))
+        told = unpack_time(bytes(data))
         if told is None:
             self.network.malformed += 1
         else:

@@ -24,7 +24,7 @@ def pdo_record(index: int, name: str, message: str) -> Record:
     return Record(index, name, (HEADER, *_content(found)))
 
 
-def mapping(record: Record) -> tuple[tuple[int, int, int], ...]:
+def pdo_mapping(record: Record) -> tuple[tuple[int, int, int], ...]:
     """Return index, sub-index and bits of every entry of ``record``."""
     return tuple((record.index, sub, BITS[e.data_type]) for sub, e in enumerate(record.entries, 1))
 

@@ -22,13 +22,13 @@ _TIME_OF_DAY: Final = struct.Struct("<IH")
 _MILLISECOND: Final = NS // 1000
 
 
-def packed(time_of_day: int) -> bytes:
+def pack_time(time_of_day: int) -> bytes:
     """Return the TIME of ``time_of_day`` [ns since 1970]."""
     days, rest = divmod(time_of_day - _EPOCH * NS, _DAY * NS)
     return _TIME_OF_DAY.pack(rest // _MILLISECOND, days)
 
 
-def unpacked(data: bytes) -> int | None:
+def unpack_time(data: bytes) -> int | None:
     """Return the time of a TIME message [ns since 1970], None when it is none."""
     if len(data) != _TIME_OF_DAY.size:
         return None
@@ -48,5 +48,5 @@ class TimeProducer(PeriodicTask):
     def serve(self, now: int) -> None:
         """Send if due."""
         if now >= self.due:
-            self.update(packed(time.time_ns()))
+            self.update(pack_time(time.time_ns()))
         super().serve(now)

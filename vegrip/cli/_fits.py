@@ -74,10 +74,10 @@ def doubted(problem: "Problem") -> list[str]:
         RecordingError: nothing in it touches.
 
     """
-    from vegrip.identification.diagnosis.data_checks import before, refuse
+    from vegrip.identification.diagnosis.data_checks import check_before_search, refuse_unusable
 
-    refuse(problem.measured.recording, problem.measured)
-    return [doubt.text for doubt in before(problem)]
+    refuse_unusable(problem.measured.recording, problem.measured)
+    return [doubt.text for doubt in check_before_search(problem)]
 
 
 def print_sentences(sentences: Iterable[str]) -> None:

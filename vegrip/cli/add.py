@@ -36,7 +36,7 @@ def add(
     from vegrip.cli._progress import progress
     from vegrip.cli._tables import printer
     from vegrip.effects import effect as known_effect
-    from vegrip.identification.diagnosis.error_ladder import add as add_effect
+    from vegrip.identification.diagnosis.error_ladder import add_effect
     from vegrip.identification.fit import fit
     from vegrip.model import write_model
 

@@ -79,10 +79,10 @@ def _compared(
 
 def _drawn(found: "list[Comparison]", names: list[str], out: Path) -> None:
     from vegrip.cli._tables import printer
-    from vegrip.identification.compare.plot import draw
+    from vegrip.identification.compare.plot import draw_comparison
 
     for i, (one, name) in enumerate(zip(found, names, strict=True)):
-        files = draw(one, out if i == 0 else out / "versus", name)
+        files = draw_comparison(one, out if i == 0 else out / "versus", name)
         printer(stderr=True).print(f"{len(files)} pictures in {files[0].parent}", soft_wrap=True)
 
 

@@ -79,10 +79,10 @@ def _as_dict(found: "Diagnosis") -> dict[str, Any]:
 
 def _write_folder(found: "Diagnosis", start: str, folder: Path) -> None:
     from vegrip.cli._fits import json_text
-    from vegrip.identification.diagnosis.picture import draw
+    from vegrip.identification.diagnosis.picture import draw_diagnosis
     from vegrip.model import write_model
 
-    draw(found, folder, start)
+    draw_diagnosis(found, folder, start)
     (folder / "diagnosis.json").write_text(json_text(_as_dict(found)) + "\n", encoding="utf-8")
     write_model(found.model, folder / "model.toml")
 

@@ -48,8 +48,8 @@ def fleet(
     Example: vegrip sample press -o recordings/press && vegrip fleet recordings -o fleet.csv
     """
     from vegrip.cli._fits import print_json
-    from vegrip.identification.fleet import findings, look_for, run
-    from vegrip.identification.fleet.findings import as_csv
+    from vegrip.identification.fleet import find_recordings, run, summarize_rows
+    from vegrip.identification.fleet.findings import write_csv
     from vegrip.identification.fleet.ledger import Ledger
     from vegrip.model import read_model
 
@@ -62,7 +62,7 @@ def fleet(
             ledger if ledger is not None else folder / ".vegrip-fleet.jsonl",
             model.read_text(encoding="utf-8") if model is not None else "",
         )
-        found = look_for(folder)
+        found = find_recordings(folder)
         done = [(one, row) for one in found if (row := known.row(one)) is not None]
         left = [one for one in found if known.row(one) is None]
         with _counted(len(found), len(done)) as count:
@@ -70,8 +70,8 @@ def fleet(
                 known.add(one, row)
                 done.append((one, row))
                 count(one, row)
-        table = findings(done)
-        written = outputs.write(output, lambda path: path.write_text(as_csv(table), encoding="utf-8"))
+        table = summarize_rows(done)
+        written = outputs.write(output, lambda path: path.write_text(write_csv(table), encoding="utf-8"))
         if as_json:
             print_json({"findings": [one.as_dict() for one in table], "recordings": _recordings(done)})
         else:

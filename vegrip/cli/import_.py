@@ -109,7 +109,7 @@ def _mapped(
     from vegrip.cli._progress import counted, progress
     from vegrip.identification.recording.column_map import ColumnMap, read_column_map, with_columns
     from vegrip.identification.recording.import_csv import import_csv
-    from vegrip.identification.recording.joined import joined
+    from vegrip.identification.recording.joined import join_recordings
     from vegrip.identification.recording.rosbag_import import import_rosbag
 
     chart = with_columns(read_column_map(map_file) if map_file else ColumnMap(), columns, units)
@@ -122,7 +122,9 @@ def _mapped(
         else:
             with progress("import") as report:
                 recordings.append(import_csv(path, chart, radius=radius, progress=counted(report)))
-    return _written({output: recordings[0] if len(recordings) == 1 else joined(recordings, output.name)})
+    return _written(
+        {output: recordings[0] if len(recordings) == 1 else join_recordings(recordings, output.name)}
+    )
 
 
 def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":

@@ -28,10 +28,10 @@ def list_(as_json: Json = False) -> None:
     Example: vegrip lifecycle list
 
     """
-    from vegrip.runtime.exit_reports import last_words
+    from vegrip.runtime.exit_reports import read_reports
     from vegrip.runtime.registry import running_nodes
 
-    nodes = {name: _ended(words) for name, words in last_words().items()}
+    nodes = {name: _ended(words) for name, words in read_reports().items()}
     nodes |= {
         entry.name: {"program": entry.program, "pid": entry.pid, **_state(entry)} for entry in running_nodes()
     }
@@ -98,13 +98,13 @@ def _asked(node: str, call: str) -> Any:
     """Return what the node answers, or what is known of one that could not be started."""
     from vegrip.errors import UsageError
     from vegrip.runtime.client import ask
-    from vegrip.runtime.exit_reports import last_words
+    from vegrip.runtime.exit_reports import read_reports
     from vegrip.runtime.registry import find_node
 
     try:
         found = find_node(node)
     except UsageError:
-        ends = [words for name, words in last_words().items() if name == node or name.endswith(f"/{node}")]
+        ends = [words for name, words in read_reports().items() if name == node or name.endswith(f"/{node}")]
         if len(ends) != 1:
             raise
         return {"node": ends[0].name, **_ended(ends[0])}

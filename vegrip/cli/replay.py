@@ -163,9 +163,9 @@ def _sensors(recordings: "dict[str, Recording]") -> "tuple[float, Mapping[str, f
 
 
 def _draw(session: Path, title: str, picture: Path) -> None:
-    from vegrip.runtime.replay.plot import draw
+    from vegrip.runtime.replay.plot import draw_replay
 
-    draw(session, picture, title)
+    draw_replay(session, picture, title)
 
 
 def _recordings(folder: Path, finger: str) -> "dict[str, Recording]":

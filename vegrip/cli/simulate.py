@@ -65,7 +65,7 @@ def simulate(
     from vegrip.identification.simulate import like as simulate_like
     from vegrip.identification.simulate import read_protocol
     from vegrip.identification.simulate import simulate as simulate_model
-    from vegrip.identification.simulate.plot import draw
+    from vegrip.identification.simulate.plot import draw_simulation
     from vegrip.identification.simulate.standard import standard
 
     if like is not None and (protocol is not None or noise or plot is not None):
@@ -81,7 +81,7 @@ def simulate(
         else:
             what = read_protocol(protocol) if protocol is not None else standard(truth)
             made = simulate_model(truth, what, sensors=sensors, rate=rate, seed=seed, temperature=temperature)
-            outputs.write(plot, partial(draw, what, {model.stem: truth}))
+            outputs.write(plot, partial(draw_simulation, what, {model.stem: truth}))
         with replaced(output):
             write_recording(made, output)
         made = read_recording(output)

@@ -1,7 +1,8 @@
 """A node of the demonstration in a process of its own, tied to its parent by a pipe.
 
 The child says ``("ready", None)`` once it is configured, starts when told, streams news if its node has any,
-and ends with ``("done", Farewell)``. When the pipe breaks because the parent has gone it stops: no orphans.
+and ends with ``("done", RunStatistics)``. When the pipe breaks because the parent has gone it stops: no
+orphans.
 """
 
 import signal
@@ -34,8 +35,8 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Farewell:
-    """What a node leaves behind."""
+class RunStatistics:
+    """What a node has done when it ends."""
 
     states: int
     commands: int
@@ -47,8 +48,8 @@ class Farewell:
     rest: Any  # what the node itself has to tell
 
 
-class Talkative(Protocol):
-    """A node that has news for the parent."""
+class Reporting(Protocol):
+    """A node that reports to its parent process."""
 
     def news(self) -> Any:
         """Return what is new; called from another thread than the loop's."""
@@ -83,17 +84,17 @@ def _run(pipe: Connection, job: Job) -> None:
         runner.change("activate")
         pipe.send(("active", None))
         over = threading.Event()
-        talk = threading.Thread(target=_talk, args=(pipe, runner, over), daemon=True)
+        talk = threading.Thread(target=_report, args=(pipe, runner, over), daemon=True)
         talk.start()
         runner.run()
         over.set()
         talk.join()
-        pipe.send(("done", _farewell(runner)))
+        pipe.send(("done", _run_statistics(runner)))
     finally:
         endpoint.close()
 
 
-def _talk(pipe: Connection, runner: Runner, over: threading.Event) -> None:
+def _report(pipe: Connection, runner: Runner, over: threading.Event) -> None:
     """Pass news on, and stop the loop when the parent says so or has gone."""
     node = runner.managed.node
     try:
@@ -102,14 +103,14 @@ def _talk(pipe: Connection, runner: Runner, over: threading.Event) -> None:
                 pipe.recv()
                 runner.stop()
             elif hasattr(node, "news"):
-                pipe.send(("news", cast("Talkative", node).news()))
+                pipe.send(("news", cast("Reporting", node).news()))
     except (EOFError, OSError):
         runner.stop()
 
 
-def _farewell(runner: Runner) -> Farewell:
+def _run_statistics(runner: Runner) -> RunStatistics:
     statistics, node = runner.statistics, runner.managed.node
-    return Farewell(
+    return RunStatistics(
         states=statistics.states,
         commands=statistics.commands,
         deadline_misses=statistics.deadline_misses,
@@ -117,5 +118,5 @@ def _farewell(runner: Runner) -> Farewell:
         latency_p99=statistics.latency.percentile(0.99) / 1e3,
         latency_max=statistics.latency.maximum / 1e3,
         rejected=dict(runner.status.rejected) if runner.status is not None else {},
-        rest=cast("Talkative", node).rest() if hasattr(node, "rest") else None,
+        rest=cast("Reporting", node).rest() if hasattr(node, "rest") else None,
     )

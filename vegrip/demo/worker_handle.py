@@ -4,7 +4,7 @@ import multiprocessing
 import time
 from typing import Any
 
-from vegrip.demo.worker import Farewell, Job, serve
+from vegrip.demo.worker import Job, RunStatistics, serve
 from vegrip.errors import DeviceError
 
 START_PATIENCE = (
@@ -13,13 +13,13 @@ START_PATIENCE = (
 END_PATIENCE = 10.0  # [s]
 
 
-class Child:
+class WorkerHandle:
     """A node in a process of its own."""
 
     def __init__(self, name: str, job: Job) -> None:
         self.name = name
         self.news: Any = None  # the newest
-        self.farewell: Farewell | None = None
+        self.statistics_at_end: RunStatistics | None = None
         context = multiprocessing.get_context("spawn")  # a fork would inherit the bus and its threads
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=serve, args=(theirs, job), name=name, daemon=True)
@@ -49,16 +49,16 @@ class Child:
 
     def listen(self) -> bool:
         """Take in what the child has said; tell whether it still runs."""
-        while self.farewell is None and self._pipe.poll():
+        while self.statistics_at_end is None and self._pipe.poll():
             self._hear()
-        return self.farewell is None
+        return self.statistics_at_end is None
 
     def stop(self) -> None:
         """Ask the child to end, and see that it does."""
         self.say("stop")
         deadline = time.monotonic() + END_PATIENCE
         try:
-            while self.farewell is None and time.monotonic() < deadline:
+            while self.statistics_at_end is None and time.monotonic() < deadline:
                 if self._pipe.poll(0.05):
                     self._hear()
         except DeviceError:
@@ -79,5 +79,5 @@ class Child:
         if word == "news":
             self.news = content
         if word == "done":
-            self.farewell = content
+            self.statistics_at_end = content
         return str(word)

@@ -278,7 +278,7 @@ class ContactEstimator:
         """How often what is known of the contact was begun anew because it was lost."""
         return int(self._m[self._places["MODE"].start + MODE.index("RESTARTS")])
 
-    def judge_anew(self) -> None:
+    def reset_health(self) -> None:
         """Forget how well the model explained what was felt so far; what is known of the contact stays."""
         self._m[self._places["HEALTH"]] = 0.0
         self._m[self._places["CHANNEL"]].reshape(len(CHANNELS), -1)[:, PER_CHANNEL.index("REJECTED")] = 0.0

@@ -46,7 +46,7 @@ WAIT = 10.0  # [s] for which the health has failed before
 AGAIN = 120.0  # [s] from one look at a finger to the next
 
 
-class Evidence:
+class SampleRing:
     """The last contacts of one finger: a ring of ``KEPT`` samples, written in place.
 
     Of a longer stay in the air only the end is kept, over and over: contacts begin with it.
@@ -105,26 +105,26 @@ class Evidence:
         return {"t": t, **{c: v for c, v in known.items() if not np.all(np.isnan(v))}}
 
 
-class Suspects(Protocol):
-    """What the node tells whoever looks for suspects."""
+class MisfitDiagnoser(Protocol):
+    """What the node asks of a search for the cause of a misfit."""
 
     def note(self, finger: str, state: FingertipState, touching: bool) -> None:
-        """Keep ``state`` as evidence."""
+        """Keep ``state`` for a diagnosis."""
 
-    def judged(self, health: ModelHealth) -> ModelHealth:
+    def annotate(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the suspect, as far as one is known."""
 
     def forget(self, finger: str) -> None:
         """Begin anew: the finger has another model."""
 
 
-class Nobody:
-    """Nobody looks."""
+class NoDiagnosis:
+    """No search for the cause: health is reported as it is."""
 
     def note(self, finger: str, state: FingertipState, touching: bool) -> None:
         """Keep nothing."""
 
-    def judged(self, health: ModelHealth) -> ModelHealth:
+    def annotate(self, health: ModelHealth) -> ModelHealth:
         """Return it as it is."""
         return health
 
@@ -132,8 +132,8 @@ class Nobody:
         """Nothing is known."""
 
 
-class Inquiries:
-    """Looks for suspects, one finger at a time.
+class BackgroundDiagnosis:
+    """Diagnoses the misfit of one finger at a time, in another process.
 
     Args:
         models: gives the models by finger, as they are set now.
@@ -147,19 +147,19 @@ class Inquiries:
     ) -> None:
         self._models, self._noise = models, dict(noise)
         self._logger = logging.getLogger(f"vegrip.{node}")
-        self._evidence: dict[str, Evidence] = {}
+        self._samples: dict[str, SampleRing] = {}
         self._suspect: dict[str, str] = {}
         self._failing: dict[str, int] = {}  # [ns] since when
         self._asked: dict[str, int] = {}  # [ns] when last
         self.busy: threading.Thread | None = None
 
     def note(self, finger: str, state: FingertipState, touching: bool) -> None:
-        """Keep ``state`` as evidence."""
-        if finger not in self._evidence:
-            self._evidence[finger] = Evidence()
-        self._evidence[finger].note(state, touching)
+        """Keep ``state`` for a diagnosis."""
+        if finger not in self._samples:
+            self._samples[finger] = SampleRing()
+        self._samples[finger].note(state, touching)
 
-    def judged(self, health: ModelHealth) -> ModelHealth:
+    def annotate(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the suspect; begin to look when it has failed for long enough."""
         finger, now = health.finger, health.stamp
         if not health.channel:
@@ -177,18 +177,18 @@ class Inquiries:
             known.pop(finger, None)
 
     def _ask(self, finger: str, now: int) -> None:
-        evidence = self._evidence.get(finger)
-        if evidence is None or len(evidence) < LEAST or (self.busy is not None and self.busy.is_alive()):
+        samples = self._samples.get(finger)
+        if samples is None or len(samples) < LEAST or (self.busy is not None and self.busy.is_alive()):
             return
         self._asked[finger] = now
         self.busy = threading.Thread(
-            target=self._look, args=(finger, now, evidence), name="inquiry", daemon=True
+            target=self._look, args=(finger, now, samples), name="diagnosis", daemon=True
         )
         self.busy.start()
 
-    def _look(self, finger: str, asked: int, evidence: Evidence) -> None:
+    def _look(self, finger: str, asked: int, samples: SampleRing) -> None:
         try:
-            found = look_elsewhere(evidence.columns(), self._models()[finger], self._noise)
+            found = diagnose_in_subprocess(samples.columns(), self._models()[finger], self._noise)
         except Exception as error:  # noqa: BLE001 (nothing that goes wrong here may end the node)
             self._logger.warning("%s: the look for a suspect failed: %s", finger, error)
             return
@@ -200,7 +200,9 @@ class Inquiries:
         self._suspect[finger] = found
 
 
-def look_elsewhere(columns: Mapping[str, Floats], model: ContactModel, noise: Mapping[str, float]) -> str:
+def diagnose_in_subprocess(
+    columns: Mapping[str, Floats], model: ContactModel, noise: Mapping[str, float]
+) -> str:
     """Have another process diagnose ``columns``; return the leading suspect.
 
     Raises:

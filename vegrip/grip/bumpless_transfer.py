@@ -21,7 +21,7 @@ DURATION = 0.3
 """[s] after which the estimate rules whatever it says; within 0.1 s it has mostly settled."""
 
 
-class Takeover:
+class BumplessTransfer:
     """The bound of one finger's least force after its contact was met."""
 
     def __init__(self) -> None:

@@ -28,7 +28,7 @@ class Estimator(Protocol):
     def health(self) -> ModelHealth:
         """Return whether the model explains what was measured."""
 
-    def judge_anew(self) -> None:
+    def reset_health(self) -> None:
         """Forget how well the model explained what was felt so far."""
 
     def least_force(self, margin: float, confidence: float) -> float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from vegrip.clock import NS
 from vegrip.estimator.learning import Learned
-from vegrip.grip.bumpless_transfer import Takeover
+from vegrip.grip.bumpless_transfer import BumplessTransfer
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger_controller import FingerController
 from vegrip.grip.policies.demand import Demand
@@ -63,11 +63,11 @@ class GraspFinger:
         self.controller = controller
         self.watchdog = watchdog
         self._seen = False  # the estimator has had a state
-        self._takeover = Takeover()
+        self._transfer = BumplessTransfer()
         self._margin: SlipMargin | None = None
         self._used = 0  # [ns] arrival of the last state that was believed
-        self._reported = self._healthy = self._taught = -math.inf  # [ns] when last told
-        self._reports = self._healths = self._lessons = 0  # how often
+        self._reported = self._healthy = self._learned_at = -math.inf  # [ns] when last told
+        self._reports = self._healths = self._learned_count = 0  # how often
         self._told: Condition | None = None  # the condition in the last ModelHealth
         self._phase = phase
         self.past: deque[FingertipState] = deque(maxlen=PAST)
@@ -91,17 +91,17 @@ class GraspFinger:
                 self.controller.start(self._present_force(state), now)
             if first:
                 arm = self.estimator.contact_estimate().contact_radius.value
-                self._takeover.begin(self.controller.need, demand, arm, now)
+                self._transfer.begin(self.controller.required_force, demand, arm, now)
         if self.controller.started:
-            demand = self._no_more(demand, now)
-            demand = self._no_less(demand) if self.watchdog.doubtful else demand
-            self.controller.want(self.watchdog.condition, demand, now)
+            demand = self._bound_takeover(demand, now)
+            demand = self._hold_doubtful(demand) if self.watchdog.doubtful else demand
+            self.controller.update(self.watchdog.condition, demand, now)
 
     def watch(self, now: int) -> None:
         """Look for silence; under a fault the controller rides it out by the clock."""
         condition = self.watchdog.tick(now)
         if condition > Condition.DEGRADED and self.controller.due(now):
-            self.controller.want(condition, UNUSED, now)
+            self.controller.update(condition, UNUSED, now)
 
     def restart(self) -> None:
         """Forget input and contact but keep the command: the node is back from a fault of its own."""
@@ -109,7 +109,7 @@ class GraspFinger:
         self.watchdog.reset()
         self._seen, self._margin = False, None
 
-    def succeed(self, estimator: Estimator) -> None:
+    def replace_estimator(self, estimator: Estimator) -> None:
         """Go on with ``estimator``, which knows the past but for the very last samples."""
         known = estimator.contact_estimate().stamp
         for state in self.past:
@@ -155,15 +155,17 @@ class GraspFinger:
             yield replace(health, stamp=now, finger=self.name, seq=self._healths, condition=condition)
             self._healths += 1
 
-    def lessons(self, learned: Mapping[str, Learned], now: int, period: float) -> Iterator[Message]:
+    def learned_messages(self, learned: Mapping[str, Learned], now: int, period: float) -> Iterator[Message]:
         """Yield what is learned, one message for each parameter, when that is due."""
-        if not _due(self._taught, now, period):
+        if not _due(self._learned_at, now, period):
             return
-        self._taught = self._staggered(self._taught, now, period)
+        self._learned_at = self._staggered(self._learned_at, now, period)
         for symbol, one in learned.items():
             filtered = Estimate(one.filtered, one.raw.std, one.valid, one.raw.age)
-            yield LearnedParameter(now, self.name, self._lessons, symbol, one.raw, filtered, one.excited)
-            self._lessons += 1
+            yield LearnedParameter(
+                now, self.name, self._learned_count, symbol, one.raw, filtered, one.excited
+            )
+            self._learned_count += 1
 
     def _staggered(self, last: float, now: int, period: float) -> float:
         first = last == -math.inf
@@ -181,13 +183,13 @@ class GraspFinger:
             return state.normal_force
         return self.estimator.normal_force.value
 
-    def _no_more(self, demand: Demand, now: int) -> Demand:
+    def _bound_takeover(self, demand: Demand, now: int) -> Demand:
         """Return ``demand`` with no more force than a contact that was met in its middle shows to suffice."""
         fail_safe = self.controller.fail_safe.settings
-        least = self._takeover.bounded(demand.least_force, demand, now, fail_safe)
+        least = self._transfer.bounded(demand.least_force, demand, now, fail_safe)
         return demand if not least < demand.least_force else replace(demand, least_force=least)
 
-    def _no_less(self, demand: Demand) -> Demand:
+    def _hold_doubtful(self, demand: Demand) -> Demand:
         """Return ``demand`` with no less force than is held, and no belief that the finger is in the air."""
         return replace(demand, least_force=max(self.controller.held, demand.least_force), in_contact=True)
 

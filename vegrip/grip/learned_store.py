@@ -16,29 +16,29 @@ KEPT_EVERY = 10 * NS
 """[ns] between two writings of what is learned: so much a node that is killed forgets."""
 
 
-class Memory(Protocol):
-    """What the node tells its memory."""
+class LearnedStore(Protocol):
+    """What the node asks of the store of what its fingers learn."""
 
-    def look(self, finger: str, now: int) -> Mapping[str, Learned]:
+    def observe(self, finger: str, now: int) -> Mapping[str, Learned]:
         """Take note of what the estimator of ``finger`` has learned at ``now`` [ns]; return it by symbol."""
 
-    def keep(self) -> None:
+    def save(self) -> None:
         """Put it where the next run finds it."""
 
 
-class Nothing:
-    """No memory."""
+class NoStore:
+    """Nothing is stored."""
 
-    def look(self, finger: str, now: int) -> Mapping[str, Learned]:  # noqa: ARG002
+    def observe(self, finger: str, now: int) -> Mapping[str, Learned]:  # noqa: ARG002
         """Take no note."""
         return {}
 
-    def keep(self) -> None:
+    def save(self) -> None:
         """Keep nothing."""
 
 
-class Watching:
-    """Watches what the estimators learn, and forgets it when they go."""
+class InMemory:
+    """Observes what the estimators learn; it is lost when they go."""
 
     def __init__(self) -> None:
         self.learners: dict[str, Learner] = {}
@@ -56,18 +56,18 @@ class Watching:
         self.learners[finger] = Learner(found)
         return found
 
-    def look(self, finger: str, now: int) -> Mapping[str, Learned]:
+    def observe(self, finger: str, now: int) -> Mapping[str, Learned]:
         """Take note of what is learned."""
         return self.learners[finger].look(now) if finger in self.learners else {}
 
-    def keep(self) -> None:
+    def save(self) -> None:
         """Keep nothing."""
 
     def _known(self, finger: str, model: ContactModel) -> ContactModel:  # noqa: ARG002
         return model
 
 
-class Folder(Watching):
+class OnDisk(InMemory):
     """One file per finger and model, ``FOLDER/<finger>-<fingerprint of the model>.json``.
 
     It is written at the end, and now and then beside the loop, for a node that is killed has no end.
@@ -80,26 +80,26 @@ class Folder(Watching):
         self._kept: int | None = None  # [ns] when last
         self._one_at_a_time = threading.Lock()  # never waited for by the loop
 
-    def look(self, finger: str, now: int) -> Mapping[str, Learned]:
+    def observe(self, finger: str, now: int) -> Mapping[str, Learned]:
         """Take note of what is learned; have it written when that is due."""
-        learned = super().look(finger, now)
+        learned = super().observe(finger, now)
         if self._kept is None or now < self._kept:
             self._kept = now
         if now - self._kept >= KEPT_EVERY and (self.writing is None or not self.writing.is_alive()):
             self._kept = now
-            self.writing = threading.Thread(target=self._try_to_keep, name="memory", daemon=True)
+            self.writing = threading.Thread(target=self._try_to_save, name="learned store", daemon=True)
             self.writing.start()
         return learned
 
-    def keep(self) -> None:
+    def save(self) -> None:
         """Write what is valid."""
         with self._one_at_a_time:
             for finger, learner in tuple(self.learners.items()):
                 save(learner, self._file(finger, learner.model))
 
-    def _try_to_keep(self) -> None:
+    def _try_to_save(self) -> None:
         try:
-            self.keep()
+            self.save()
         except OSError as error:
             logging.getLogger("vegrip.memory").warning(
                 "what is learned cannot be written to %s: %s", self.folder, error.strerror

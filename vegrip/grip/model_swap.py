@@ -16,10 +16,10 @@ from vegrip.model import ContactModel
 from vegrip.model.file import model_text
 from vegrip.runtime.background import run_behind
 
-Pasts = Mapping[str, Sequence[FingertipState]]
+RecentStates = Mapping[str, Sequence[FingertipState]]
 
 
-class Succession:
+class ModelSwap:
     """Builds the successors of the estimators of a node.
 
     Args:
@@ -42,7 +42,7 @@ class Succession:
         self._ready: dict[str, Estimator] | None = None
         self._latest = 0  # number of the last request; an earlier one that ends later counts no more
 
-    def begin(self, parameters: Any, pasts: Pasts) -> threading.Thread:
+    def begin(self, parameters: Any, pasts: RecentStates) -> threading.Thread:
         """Start to build estimators of ``parameters`` for these fingers, with what they felt lately."""
         self._latest += 1
         copied = {finger: list(past) for finger, past in pasts.items()}
@@ -57,12 +57,12 @@ class Succession:
         ready, self._ready = self._ready, None
         return ready
 
-    def _build(self, parameters: Any, pasts: Pasts, number: int) -> None:
+    def _build(self, parameters: Any, pasts: RecentStates, number: int) -> None:
         try:
             for model in self._models(parameters):
-                compile_elsewhere(model)
+                compile_in_subprocess(model)
             make = self.factory(parameters)
-            successors = {finger: _experienced(make(finger), past) for finger, past in pasts.items()}
+            successors = {finger: _replayed(make(finger), past) for finger, past in pasts.items()}
         except Exception as error:  # noqa: BLE001 (whatever is wrong with a model must not end the node)
             self.refused += 1
             self._logger.error("the new model is not used: %s", error)
@@ -72,7 +72,7 @@ class Succession:
             self._logger.info("the new model takes over")
 
 
-def _experienced(estimator: Estimator, past: Sequence[FingertipState]) -> Estimator:
+def _replayed(estimator: Estimator, past: Sequence[FingertipState]) -> Estimator:
     """Let it feel what its finger felt lately.
 
     That began in the middle of something, with a history that is not known: how well the model explains it
@@ -80,11 +80,11 @@ def _experienced(estimator: Estimator, past: Sequence[FingertipState]) -> Estima
     """
     for state in past:
         estimator.assimilate(state)
-    estimator.judge_anew()
+    estimator.reset_health()
     return estimator
 
 
-def compile_elsewhere(model: ContactModel) -> None:
+def compile_in_subprocess(model: ContactModel) -> None:
     """Have another process put the compiled estimator of ``model`` into the cache.
 
     Raises:

@@ -3,13 +3,13 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 
-from vegrip.grip.background_diagnosis import Nobody, Suspects
+from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import UNUSED, GraspFinger, Wanted
 from vegrip.grip.finger_controller import FingerController
 from vegrip.grip.joint_confidence import each_confidence
-from vegrip.grip.learned_store import Memory, Nothing
-from vegrip.grip.model_swap import Succession
+from vegrip.grip.learned_store import LearnedStore, NoStore
+from vegrip.grip.model_swap import ModelSwap
 from vegrip.grip.safety.fail_safe import FailSafe
 from vegrip.grip.safety.watchdog import InputWatchdog
 from vegrip.grip.settings import ControlSettings, make_policy, make_share
@@ -29,13 +29,13 @@ class GraspForce(NodeBase):
         fingers: names of the fingers; states of others are counted in :attr:`rejected` and ignored.
         make_estimator: gives a new estimator for a finger; called by :meth:`configure`.
         settings: how the grasp is controlled.
-        succession: builds new estimators when parameters of the fingertips change while the node runs.
-        suspects: looks for what is behind a model that fails.
-        memory: of what the fingers learn; asked to keep it by :meth:`cleanup`, when nothing is held.
+        learned_store: of what the fingers learn; asked to save it by :meth:`cleanup`, when nothing is held.
+        model_swap: builds new estimators when parameters of the fingertips change while the node runs.
+        diagnoser: finds what a model lacks that fails.
 
     """
 
-    alone: tuple[type[Message], ...] = (ForceCommand,)
+    exclusive_messages: tuple[type[Message], ...] = (ForceCommand,)
 
     def __init__(
         self,
@@ -43,21 +43,21 @@ class GraspForce(NodeBase):
         fingers: Sequence[str],
         make_estimator: Callable[[str], Estimator],
         settings: ControlSettings,
-        memory: Memory | None = None,
-        succession: Succession | None = None,
-        suspects: Suspects | None = None,
+        learned_store: LearnedStore | None = None,
+        model_swap: ModelSwap | None = None,
+        diagnoser: MisfitDiagnoser | None = None,
     ) -> None:
         self.fingers: dict[str, GraspFinger] = {}
         self._names = tuple(fingers)
-        self._succession: Succession | None = None
+        self._model_swap: ModelSwap | None = None
         super().__init__(name, settings)
         self._make_estimator = make_estimator
-        self._memory = memory or Nothing()
-        self._succession = succession
-        self.suspects = suspects or Nobody()
+        self._learned_store = learned_store or NoStore()
+        self._model_swap = model_swap
+        self.diagnoser = diagnoser or NoDiagnosis()
         self._active = False
         self._worn = False  # the fingers have a past
-        self._at_fault = False  # of this node itself, not of its input
+        self._is_at_fault = False  # of this node itself, not of its input
 
     @property
     def parameters(self) -> ControlSettings:
@@ -68,30 +68,30 @@ class GraspForce(NodeBase):
     def parameters(self, settings: ControlSettings) -> None:
         before = getattr(self, "_parameters", settings)
         self._parameters = settings
-        self._remodel(before, settings)
+        self._begin_model_swap(before, settings)
         self._shared = make_share(settings, self._names)
         for finger in self.fingers.values():
             finger.apply(settings)
 
-    def _remodel(self, before: ControlSettings, settings: ControlSettings) -> None:
+    def _begin_model_swap(self, before: ControlSettings, settings: ControlSettings) -> None:
         """When the fingertips are said to be others, build their estimators beside the loop."""
-        succession = self._succession
-        if succession is None or getattr(before, "tip", None) == getattr(settings, "tip", None):
+        swap = self._model_swap
+        if swap is None or getattr(before, "tip", None) == getattr(settings, "tip", None):
             return
-        self._make_estimator = succession.factory(settings)
+        self._make_estimator = swap.factory(settings)
         if self.fingers:
-            succession.begin(settings, {name: finger.past for name, finger in self.fingers.items()})
+            swap.begin(settings, {name: finger.past for name, finger in self.fingers.items()})
 
-    def _hand_over(self) -> None:
-        if self._succession is None:
+    def _take_new_estimators(self) -> None:
+        if self._model_swap is None:
             return
-        if self._succession.refused:
-            self.rejected["model refused"] = self._succession.refused
-        successors = self._succession.take()
+        if self._model_swap.refused:
+            self.rejected["model refused"] = self._model_swap.refused
+        successors = self._model_swap.take()
         for name, estimator in (successors or {}).items():
             if name in self.fingers:
-                self.fingers[name].succeed(estimator)
-                self.suspects.forget(name)
+                self.fingers[name].replace_estimator(estimator)
+                self.diagnoser.forget(name)
 
     def configure(self) -> None:
         """Build every finger, and compile what will run by running it on fingers that are thrown away."""
@@ -105,13 +105,13 @@ class GraspForce(NodeBase):
 
     def activate(self) -> None:
         """Begin afresh, except after a fault of this node: then the grip is taken over as it is."""
-        if self._at_fault:
+        if self._is_at_fault:
             for finger in self.fingers.values():
                 finger.restart()
         elif self._worn:
-            self._memory.keep()
+            self._learned_store.save()
             self.fingers = {name: self._finger(name) for name in self._names}
-        self._active, self._at_fault = True, False
+        self._active, self._is_at_fault = True, False
 
     def deactivate(self) -> None:
         """Command no more."""
@@ -120,7 +120,7 @@ class GraspForce(NodeBase):
 
     def cleanup(self) -> None:
         """Forget the fingers, but not what they learned."""
-        self._memory.keep()
+        self._learned_store.save()
         self.fingers = {}
         self._worn = False
 
@@ -134,14 +134,14 @@ class GraspForce(NodeBase):
             return ()
         finger.sense(message, now, self._wanted)
         if finger.past and finger.past[-1] is message:  # it was believed
-            self.suspects.note(finger.name, message, finger.estimator.in_contact)
+            self.diagnoser.note(finger.name, message, finger.estimator.in_contact)
         return chain(self._commands([finger], now), self._reports(finger, now))
 
     def on_tick(self, now: int) -> Iterable[Message]:
         """Watch for silence; renew commands before they expire."""
         if not self._active:
             return ()
-        self._hand_over()
+        self._take_new_estimators()
         answers: list[Message] = []
         for finger in self.fingers.values():
             finger.watch(now)
@@ -158,10 +158,10 @@ class GraspForce(NodeBase):
 
     def on_fault(self, now: int) -> Iterable[Message]:
         """Ride out a fault of this node itself, without the estimators."""
-        self._at_fault = True
+        self._is_at_fault = True
         due = [finger for finger in self.fingers.values() if finger.controller.due(now)]
         for finger in due:
-            finger.controller.want(Condition.STALE, UNUSED, now)
+            finger.controller.update(Condition.STALE, UNUSED, now)
         return self._commands(due, now)
 
     def _finger(self, name: str) -> GraspFinger:
@@ -183,13 +183,13 @@ class GraspForce(NodeBase):
         return grip.wanted_margin, each_confidence(grip.probability, len(self._names), grip.correlation)
 
     def _share(self, finger: GraspFinger) -> float:
-        started = {f.name: f.controller.need for f in self.fingers.values() if f.controller.started}
+        started = {f.name: f.controller.required_force for f in self.fingers.values() if f.controller.started}
         return self._shared(started).get(finger.name, 0.0)
 
     def _reports(self, finger: GraspFinger, now: int) -> Iterator[Message]:
         looks = finger.health_due(now, self.parameters.health_period)
         for report in finger.reports(now, self.parameters.report_period, self.parameters.health_period):
-            yield self.suspects.judged(report) if isinstance(report, ModelHealth) else report
+            yield self.diagnoser.annotate(report) if isinstance(report, ModelHealth) else report
         # last, so that a state that has come meanwhile need not wait for it
-        if looks and (learned := self._memory.look(finger.name, now)):
-            yield from finger.lessons(learned, now, self.parameters.learned_period)
+        if looks and (learned := self._learned_store.observe(finger.name, now)):
+            yield from finger.learned_messages(learned, now, self.parameters.learned_period)

@@ -9,7 +9,7 @@ from typing import Any
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
-from vegrip.grip.learned_store import Folder, Watching
+from vegrip.grip.learned_store import InMemory, OnDisk
 from vegrip.grip.settings import ControlSettings
 from vegrip.model import ContactModel, paper_model, read_model
 from vegrip.parameters import changed
@@ -47,15 +47,15 @@ class GraspParameters(ControlSettings):
     )
 
 
-def memory_of(parameters: GraspParameters) -> Watching:
-    """Return the memory that the parameters ask for."""
-    return Folder(Path(parameters.learned)) if parameters.learned else Watching()
+def learned_store_of(parameters: GraspParameters) -> InMemory:
+    """Return the store that the parameters ask for."""
+    return OnDisk(Path(parameters.learned)) if parameters.learned else InMemory()
 
 
 def estimator_factory(
-    parameters: GraspParameters, fingers: tuple[str, ...], where: str, memory: Watching | None = None
+    parameters: GraspParameters, fingers: tuple[str, ...], where: str, store: InMemory | None = None
 ) -> Callable[[str], ContactEstimator]:
-    """Return the function that makes the estimator of a finger, with what ``memory`` has of it.
+    """Return the function that makes the estimator of a finger, with what ``store`` has of it.
 
     Raises:
         ConfigError: ``tips`` names a finger that the hand does not have, or a key that a tip does not have.
@@ -70,8 +70,8 @@ def estimator_factory(
 
     def make(finger: str) -> ContactEstimator:
         model = _model(tips[finger])
-        if memory is not None:
-            return memory.estimator(finger, model, parameters.noise, parameters.estimator)
+        if store is not None:
+            return store.estimator(finger, model, parameters.noise, parameters.estimator)
         return ContactEstimator(model, parameters.noise, parameters.estimator)
 
     return make

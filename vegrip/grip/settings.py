@@ -6,7 +6,7 @@ from typing import Any
 
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
-from vegrip.grip.allocation.balance import balanced
+from vegrip.grip.allocation.balance import balance_forces
 from vegrip.grip.allocation.internal_forces import InternalForces, contacts_of
 from vegrip.grip.policies.baselines import (
     ConeSettings,
@@ -74,7 +74,7 @@ def make_share(settings: ControlSettings, fingers: Sequence[str]) -> Share:
 
     """
     if not settings.contacts:
-        return lambda needs: balanced(needs, settings.thumb)
+        return lambda needs: balance_forces(needs, settings.thumb)
     unknown = settings.contacts.keys() - set(fingers)
     if unknown:
         raise ConfigError(

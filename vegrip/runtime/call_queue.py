@@ -9,7 +9,7 @@ from typing import Any
 from vegrip.errors import DeviceError
 
 
-class Inbox:
+class CallQueue:
     """Calls waiting for the thread of the loop; serving an empty inbox costs one look at a queue."""
 
     def __init__(self) -> None:

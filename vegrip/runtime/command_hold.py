@@ -5,7 +5,7 @@ from dataclasses import replace
 from vegrip.messages import ForceCommand, Message, Reason
 
 
-class Hold:
+class CommandHold:
     """Remembers the last command of each finger: as many as there are fingers, never more than ``LIMIT``."""
 
     LIMIT = 64

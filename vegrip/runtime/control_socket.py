@@ -16,8 +16,8 @@ import zmq
 from vegrip.errors import UsageError, VegripError
 from vegrip.messages import Lifecycle
 from vegrip.runtime.handle import NodeHandle
-from vegrip.runtime.lifecycle import allowed, route
-from vegrip.runtime.parameter_table import described
+from vegrip.runtime.lifecycle import allowed_transitions, route
+from vegrip.runtime.parameter_table import describe_parameters
 from vegrip.runtime.runner import Runner
 from vegrip.transport.connection_limit import ConnectionLimit
 
@@ -28,7 +28,7 @@ PATIENCE = 120.0  # [s] for the loop; configuring may compile
 Call = Callable[..., Any]
 
 
-class Control:
+class NodeCalls:
     """What may be asked of a running node."""
 
     def __init__(self, runner: Runner, topics: Callable[[], Mapping[str, Any]]) -> None:
@@ -45,7 +45,7 @@ class Control:
 
     def parameters(self) -> list[dict[str, Any]]:
         """Return all parameters."""
-        return described(self._runner.managed.node.parameters)
+        return describe_parameters(self._runner.managed.node.parameters)
 
     def set_parameter(self, name: str, value: Any) -> list[dict[str, Any]]:
         """Set one parameter within its bounds and return all."""
@@ -58,7 +58,7 @@ class Control:
         return {
             "state": managed.state.name.lower(),
             "on_hold": managed.on_hold,
-            "transitions": allowed(managed.state),
+            "transitions": allowed_transitions(managed.state),
         }
 
     def set_state(self, target: str) -> dict[str, Any]:
@@ -130,7 +130,7 @@ class ControlServer:
 
     """
 
-    def __init__(self, address: str, control: Control, counts: Counter[str] | None = None) -> None:
+    def __init__(self, address: str, control: NodeCalls, counts: Counter[str] | None = None) -> None:
         self._counts = Counter() if counts is None else counts
         self._answers = Answers(control.calls, self._counts)
         self._context = zmq.Context()

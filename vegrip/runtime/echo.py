@@ -23,7 +23,7 @@ class EchoParameters:
 class EchoNode(NodeBase):
     """Answers each state with a command that bears its number."""
 
-    alone: tuple[type[Message], ...] = (ForceCommand,)
+    exclusive_messages: tuple[type[Message], ...] = (ForceCommand,)
 
     parameters: EchoParameters
 

@@ -14,7 +14,7 @@ SUFFIX = ".end"
 
 
 @dataclass(frozen=True)
-class LastWords:
+class ExitReport:
     """What is known of a node that is finalized."""
 
     name: str  # in full, with namespace
@@ -23,19 +23,19 @@ class LastWords:
     exit_code: int
 
 
-def leave(words: LastWords) -> None:
+def write_report(words: ExitReport) -> None:
     """Write ``words`` down; a folder that takes nothing keeps none."""
     with contextlib.suppress(OSError):
         _file(words.name).write_text(json.dumps(asdict(words)), encoding="utf-8")
 
 
-def forget(name: str) -> None:
+def remove_report(name: str) -> None:
     """Remove the last words of ``name``: it lives again."""
     with contextlib.suppress(OSError):
         _file(name).unlink(missing_ok=True)
 
 
-def last_words() -> dict[str, LastWords]:
+def read_reports() -> dict[str, ExitReport]:
     """Return the last words of all nodes that ended badly and have not come back, by full name."""
     found = [_read(path) for path in sorted(runtime_folder("nodes").glob(f"*{SUFFIX}"))]
     return {words.name: words for words in found if words is not None}
@@ -45,8 +45,8 @@ def _file(name: str) -> Path:
     return runtime_folder("nodes") / f"{name.strip('/').replace('/', '.')}{SUFFIX}"
 
 
-def _read(path: Path) -> LastWords | None:
+def _read(path: Path) -> ExitReport | None:
     try:
-        return LastWords(**json.loads(path.read_text(encoding="utf-8")))
+        return ExitReport(**json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):  # removed at this moment, or of another version
         return None

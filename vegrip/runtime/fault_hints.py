@@ -8,7 +8,7 @@ from vegrip.clock import NS
 QUIET: Final = 60 * NS
 """[ns] without the trouble after which it is news again."""
 
-REMEDY: Final[Mapping[str, str]] = {
+HINTS: Final[Mapping[str, str]] = {
     "also_sent": "another node on this bus also sends what only this one may send; stop one of the two, or "
     "give them different hands (hand, namespace or channel)",
     "bus_off": "bus-off: the CAN controller has cut itself off after too many errors; give all nodes of the "
@@ -57,7 +57,7 @@ REMEDY: Final[Mapping[str, str]] = {
 }
 
 
-class Remedies:
+class FaultHints:
     """Finds what is new in the counts of a node."""
 
     def __init__(self) -> None:
@@ -65,7 +65,7 @@ class Remedies:
 
     def news(self, rejected: Mapping[str, int], now: int) -> Iterator[tuple[str, str]]:
         """Yield name and remedy of each trouble that has begun, or come back after ``QUIET``."""
-        for name, sentence in REMEDY.items():
+        for name, sentence in HINTS.items():
             count = rejected.get(name, 0)
             before, when = self._last.get(name, (0, -QUIET))
             if count > before:

@@ -6,7 +6,7 @@ from typing import Any, Protocol, runtime_checkable
 from vegrip.errors import VegripError
 from vegrip.messages import Lifecycle
 from vegrip.runtime.lifecycle import route
-from vegrip.runtime.parameter_table import described, with_value
+from vegrip.runtime.parameter_table import describe_parameters, with_value
 from vegrip.runtime.runner import Runner
 
 Refused = Callable[[str], None]
@@ -49,7 +49,9 @@ class NodeHandle:
 
     def parameters(self) -> dict[str, Any]:
         """Return the parameters by their dotted names."""
-        return {row["name"]: row["value"] for row in described(self._runner.managed.node.parameters)}
+        return {
+            row["name"]: row["value"] for row in describe_parameters(self._runner.managed.node.parameters)
+        }
 
     def set_parameter(self, name: str, value: Any) -> None:
         """Set one parameter, checked.

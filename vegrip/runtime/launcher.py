@@ -42,7 +42,7 @@ Start = Callable[[], Process]
 
 
 @dataclass
-class Child:
+class ChildProcess:
     """One node of the launch file."""
 
     name: str
@@ -70,7 +70,9 @@ class Launcher:
 
     """
 
-    def __init__(self, children: Sequence[Child], clock: Clock, tell: Callable[[str, str], None]) -> None:
+    def __init__(
+        self, children: Sequence[ChildProcess], clock: Clock, tell: Callable[[str, str], None]
+    ) -> None:
         self._children = children
         self._clock = clock
         self._tell = tell
@@ -109,7 +111,7 @@ class Launcher:
             if child.process is not None:
                 self._stop_one(child, child.process)
 
-    def _brought_up(self, child: Child) -> bool:
+    def _brought_up(self, child: ChildProcess) -> bool:
         """Start ``child`` and wait until it is ready; return whether to go on."""
         self._start(child)
         while child.ready is not None and child.process is not None and not child.ready():
@@ -124,11 +126,11 @@ class Launcher:
         self._clock.sleep_until(self._clock.now() + round(LOOK * NS))
         return not self._stop
 
-    def _start(self, child: Child) -> None:
+    def _start(self, child: ChildProcess) -> None:
         child.process, child.started, child.again_at = child.start(), self._clock.now(), None
         self._tell(child.name, "started")
 
-    def _ended(self, child: Child, code: int) -> bool:
+    def _ended(self, child: ChildProcess, code: int) -> bool:
         """Note the end of ``child``; return whether the others go on."""
         child.process = None
         delay = child.policy.delay(code, (self._clock.now() - child.started) / NS)
@@ -140,7 +142,7 @@ class Launcher:
         self.exit_code = self.exit_code or (128 - code if code < 0 else code)
         return not child.required
 
-    def _stop_one(self, child: Child, process: Process) -> None:
+    def _stop_one(self, child: ChildProcess, process: Process) -> None:
         if process.poll() is None:
             process.terminate()
             try:

@@ -20,7 +20,7 @@ TRANSITIONS: dict[str, tuple[frozenset[Lifecycle], Lifecycle]] = {
 }
 
 
-def after(state: Lifecycle, transition: str) -> Lifecycle:
+def state_after(state: Lifecycle, transition: str) -> Lifecycle:
     """Return the state that ``transition`` leads to from ``state``.
 
     Raises:
@@ -31,12 +31,12 @@ def after(state: Lifecycle, transition: str) -> Lifecycle:
         raise UsageError(f"there is no transition {transition!r}; there are {', '.join(TRANSITIONS)}")
     sources, target = TRANSITIONS[transition]
     if state not in sources:
-        possible = ", ".join(allowed(state)) or "none"
+        possible = ", ".join(allowed_transitions(state)) or "none"
         raise UsageError(f"a node that is {state.name.lower()} cannot {transition}; it can: {possible}")
     return target
 
 
-def allowed(state: Lifecycle) -> list[str]:
+def allowed_transitions(state: Lifecycle) -> list[str]:
     """Return the transitions that may leave ``state``."""
     return [name for name, (sources, _) in TRANSITIONS.items() if state in sources]
 
@@ -52,7 +52,7 @@ def route(state: Lifecycle, target: Lifecycle) -> list[str]:
     frontier = [state]
     while target not in routes and frontier:
         here = frontier.pop(0)
-        for name in allowed(here):
+        for name in allowed_transitions(here):
             there = TRANSITIONS[name][1]
             if there not in routes:
                 routes[there] = [*routes[here], name]

@@ -7,8 +7,8 @@ from typing import Any
 
 from vegrip.clock import NS
 from vegrip.messages import Lifecycle, Message
-from vegrip.runtime.command_hold import Hold
-from vegrip.runtime.lifecycle import after
+from vegrip.runtime.command_hold import CommandHold
+from vegrip.runtime.lifecycle import state_after
 from vegrip.runtime.node import Node
 
 FIRST_RETRY = 1 * NS  # [ns] from a fault to the first attempt to activate again
@@ -28,7 +28,7 @@ class ManagedNode:
         self.state = Lifecycle.UNCONFIGURED
         self.on_hold = False
         self.faults: Counter[str] = Counter()
-        self._hold = Hold()
+        self._hold = CommandHold()
         self._retry_at = 0  # [ns]
         self._back_off = FIRST_RETRY
         self.logger = logger
@@ -40,7 +40,7 @@ class ManagedNode:
             UsageError: the transition does not exist or not from this state.
 
         """
-        target = after(self.state, transition)
+        target = state_after(self.state, transition)
         if transition == "shutdown":
             self._wind_down()
         else:

@@ -19,10 +19,10 @@ class Node(Protocol):
     parameters: Any
     """A frozen dataclass made of :func:`vegrip.config.parameter` fields; the runner assigns a new one when
     a parameter changes. A setter that raises :class:`~vegrip.errors.VegripError` refuses the change."""
-    answers: bool
+    wakes_on_messages: bool
     """Whether messages are to be answered as they come. A node that acts on its ticks only is not woken by
     messages; it finds them at its next tick, which saves a busy machine thousands of awakenings a second."""
-    alone: tuple[type[Message], ...]
+    exclusive_messages: tuple[type[Message], ...]
     """Kinds of message that nobody but this node may send for its fingers. It is not activated where somebody
     else sends them, and counts them as ``also_sent`` later."""
     finished: bool
@@ -71,8 +71,8 @@ class Node(Protocol):
 class NodeBase:
     """A node that does nothing; override what is needed."""
 
-    answers = True
-    alone: tuple[type[Message], ...] = ()
+    wakes_on_messages = True
+    exclusive_messages: tuple[type[Message], ...] = ()
 
     def __init__(self, name: str, parameters: Any = None) -> None:
         self.name = name

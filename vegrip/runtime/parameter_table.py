@@ -21,7 +21,7 @@ def rows(group: Any, prefix: str = "") -> Iterator[tuple[str, Any, Declaration]]
             yield prefix + field.name, value, declaration(group, field.name)
 
 
-def described(group: Any) -> list[dict[str, Any]]:
+def describe_parameters(group: Any) -> list[dict[str, Any]]:
     """Return the table as plain values."""
     return [
         {"name": name, "value": value, "type": type(value).__name__, **dataclasses.asdict(declared)}

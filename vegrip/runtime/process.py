@@ -15,7 +15,7 @@ from vegrip.errors import DeviceError, VegripError
 from vegrip.host.descriptors import NODE_NEEDS, require_descriptors
 from vegrip.messages import Lifecycle, NodeStatus
 from vegrip.runtime import exit_reports
-from vegrip.runtime.control_socket import Control, ControlServer
+from vegrip.runtime.control_socket import ControlServer, NodeCalls
 from vegrip.runtime.handle import NodeHandle, Supervised
 from vegrip.runtime.launch_file import NodeConfig
 from vegrip.runtime.logs import node_logs
@@ -63,7 +63,7 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
             endpoint = open_endpoint(config.transport, hand, f"{name} [transport]")
         stack.enter_context(closing(endpoint))
         runner = Runner(node, endpoint, WallClock(), config.loop, telemetry, name, beside)
-        control = Control(runner, sink.topics)
+        control = NodeCalls(runner, sink.topics)
         stack.enter_context(closing(ControlServer(entry.control, control, beside)))
         stack.enter_context(_brisk_switching())
         telemetry.start()
@@ -78,7 +78,9 @@ def _last_words(entry: Entry) -> Iterator[None]:
     try:
         yield
     except VegripError as error:
-        exit_reports.leave(exit_reports.LastWords(entry.name, entry.program, str(error), error.exit_code))
+        exit_reports.write_report(
+            exit_reports.ExitReport(entry.name, entry.program, str(error), error.exit_code)
+        )
         raise
 
 

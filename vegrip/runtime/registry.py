@@ -64,7 +64,7 @@ def registered(entry: Entry) -> Iterator[None]:
     try:
         os.ftruncate(handle, 0)
         os.write(handle, json.dumps(asdict(entry)).encode())
-        exit_reports.forget(entry.name)
+        exit_reports.remove_report(entry.name)
         running_nodes()
         remove_leftovers()
         yield

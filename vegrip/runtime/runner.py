@@ -10,8 +10,8 @@ from vegrip.clock import NS, Clock
 from vegrip.config import parameter
 from vegrip.errors import DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
-from vegrip.runtime.call_queue import Inbox
-from vegrip.runtime.fault_hints import REMEDY, Remedies
+from vegrip.runtime.call_queue import CallQueue
+from vegrip.runtime.fault_hints import HINTS, FaultHints
 from vegrip.runtime.managed import ManagedNode
 from vegrip.runtime.node import Node
 from vegrip.runtime.schedule import Schedule
@@ -65,7 +65,7 @@ class Runner:
         settings = settings or LoopSettings()
         self.full_name = full_name or node.name
         self.managed = ManagedNode(node, logging.getLogger(f"vegrip.{self.full_name}"))
-        self.inbox = Inbox()
+        self.inbox = CallQueue()
         self.schedule = Schedule(settings.tick_period)
         self.statistics = LoopStatistics(round(settings.deadline * NS), clock.now())
         self.status: NodeStatus | None = None  # the last one sent
@@ -79,7 +79,7 @@ class Runner:
         self._more = False  # the last look at the bus may have left something there
         self.running = False  # whether run() has begun
         self._pending = False  # to be activated as soon as nothing stands in the way
-        self._remedies = Remedies()
+        self._remedies = FaultHints()
         self._also_sent = 0  # messages of others that only this node may send
         self._broken = endpoint.broken if isinstance(endpoint, Inspected) else {}
         self._broken_told: dict[str, int] = {}  # as far as the node knows of them
@@ -183,7 +183,7 @@ class Runner:
 
     def _gather(self, wait: float) -> Sequence[Message]:
         """Return what has come after ``wait`` [s] at most; a node that answers nothing sleeps meanwhile."""
-        if self.managed.node.answers:
+        if self.managed.node.wakes_on_messages:
             return self._endpoint.receive(wait)
         if not self._more:
             self._clock.sleep_until(self._clock.now() + round(wait * NS))
@@ -203,7 +203,7 @@ class Runner:
             self._senders.note(message)
         elif isinstance(message, ForceCommand):
             self.statistics.commands_received += 1
-        if isinstance(message, self.managed.node.alone) and not isinstance(message, NodeStatus):
+        if isinstance(message, self.managed.node.exclusive_messages) and not isinstance(message, NodeStatus):
             self._also_sent += 1
             self._other = (arrived, f"{type(message).__name__} of {message.finger}")
         if self._telemetry is not None:
@@ -270,7 +270,7 @@ class Runner:
             return
         heard, what = self._other
         if self._clock.now() - heard < RECENT * NS:
-            raise DeviceError(f"{self.full_name} is not activated ({what}): {REMEDY['also_sent']}")
+            raise DeviceError(f"{self.full_name} is not activated ({what}): {HINTS['also_sent']}")
 
     def _activate_if_well(self) -> None:
         in_trouble = isinstance(self._endpoint, Guarded) and self._endpoint.in_trouble

@@ -12,7 +12,7 @@ from typing import Protocol
 import can
 
 from vegrip.transport.canbus.bus_load import BusLoad
-from vegrip.transport.canbus.error_report import told_state
+from vegrip.transport.canbus.error_report import reported_state
 from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 from vegrip.transport.canbus.virtual_can import VegripBus
@@ -42,7 +42,7 @@ def open_port(bus: can.BusABC, faults: Counter[str], timing: BitTiming | None) -
 
 def error_name(classes: int, detail: bytes) -> str:
     """Return the name under which an error frame of SocketCAN is counted."""
-    told = told_state(classes, detail)
+    told = reported_state(classes, detail)
     if told is ErrorState.OFF:
         return "bus_off"
     if told is ErrorState.PASSIVE:

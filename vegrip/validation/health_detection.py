@@ -18,7 +18,7 @@ import numpy as np
 
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, SensorNoise
-from vegrip.grip.background_diagnosis import Evidence, look_elsewhere
+from vegrip.grip.background_diagnosis import SampleRing, diagnose_in_subprocess
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.simulate import Protocol, Segment
@@ -50,7 +50,7 @@ SENSORS = SensorSettings(rate=RATE, force_bias=0.0, displacement_bias=0.0)
 
 
 @dataclass(frozen=True)
-class Seen:
+class Detections:
     """What the health said in one run.
 
     Attributes:
@@ -108,7 +108,7 @@ def strong(name: str, tip: FingertipSettings, seed: int) -> Hidden:
     return {name: dict(INSIDE[name](Setting(tip, SENSORS, DEEPEST * tip.radius, 1.0, rng)))}
 
 
-def felt(tip: FingertipSettings, count: int, seed: int, hidden: Hidden) -> list[FingertipState]:
+def run_estimator(tip: FingertipSettings, count: int, seed: int, hidden: Hidden) -> list[FingertipState]:
     """Return what ``tip`` feels in ``count`` contacts."""
     hand = HandSettings(tip=tip, sensor=SENSORS, spread=0.0)
     benches = Benches(("index",), hand, contacts(tip.radius, count, seed), seed, hidden)
@@ -124,19 +124,19 @@ def as_recording(tip: FingertipSettings, states: list[FingertipState]) -> Record
     return Recording("felt", t, np.zeros(t.size, dtype=np.int64), columns, Fingertip(tip.radius), sensors)
 
 
-def fitted(tip: FingertipSettings, seed: int) -> ContactModel:
+def fit_finger(tip: FingertipSettings, seed: int) -> ContactModel:
     """Return the model of ``tip`` from contacts in which nothing is hidden."""
-    return fit(as_recording(tip, felt(tip, FIT, seed, {}))).model
+    return fit(as_recording(tip, run_estimator(tip, FIT, seed, {}))).model
 
 
-def watched(hidden: str, finger: int, count: int, *, ask: bool) -> Seen:
+def watch_finger(hidden: str, finger: int, count: int, *, ask: bool) -> Detections:
     """Let the estimator feel ``count`` contacts; return what its health said."""
     tip = plain_fingertip(finger)
-    model = fitted(tip, 1000 + finger)
-    estimator, evidence = ContactEstimator(model, SensorNoise()), Evidence()
+    model = fit_finger(tip, 1000 + finger)
+    estimator, evidence = ContactEstimator(model, SensorNoise()), SampleRing()
     reports: list[tuple[float, str]] = []
     next_look = 0
-    states = felt(tip, count, finger, strong(hidden, tip, finger))
+    states = run_estimator(tip, count, finger, strong(hidden, tip, finger))
     for state in states:
         estimator.assimilate(state)
         evidence.note(state, estimator.in_contact)
@@ -146,7 +146,7 @@ def watched(hidden: str, finger: int, count: int, *, ask: bool) -> Seen:
             reports.append((state.stamp / NS, f"{health.channel}, {health.regime}" if health.channel else ""))
     failing = [(time, cell) for time, cell in reports if cell]
     said = np.array([bool(cell) for _, cell in reports])
-    return Seen(
+    return Detections(
         hidden,
         finger,
         duration=states[-1].stamp / NS,
@@ -155,13 +155,15 @@ def watched(hidden: str, finger: int, count: int, *, ask: bool) -> Seen:
         first=failing[0][0] if failing else None,
         cells=dict(Counter(cell for _, cell in failing).most_common()),
         left=fit(as_recording(tip, states)).error,
-        suspect=look_elsewhere(evidence.columns(), model, asdict(SensorNoise())) if ask and failing else None,
+        suspect=diagnose_in_subprocess(evidence.columns(), model, asdict(SensorNoise()))
+        if ask and failing
+        else None,
     )
 
 
-def _watched(job: tuple[str, int, int, bool]) -> Seen:
+def _watched(job: tuple[str, int, int, bool]) -> Detections:
     hidden, finger, count, ask = job
-    return watched(hidden, finger, count, ask=ask)
+    return watch_finger(hidden, finger, count, ask=ask)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -186,7 +188,7 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def table(seen: list[Seen]) -> Iterator[str]:
+def table(seen: list[Detections]) -> Iterator[str]:
     """Yield the lines of the table: a line for each effect."""
     yield (
         f"{'hidden':24s}{'refit leaves':>13s}{'minutes':>9s}{'alarms/h':>10s}{'seen in':>10s}"

@@ -22,7 +22,7 @@ from vegrip.canopen.eds import read_eds
 from vegrip.cli import main
 from vegrip.errors import VegripError
 from vegrip.estimator.learning import fingerprint
-from vegrip.grip.learned_store import Folder
+from vegrip.grip.learned_store import OnDisk
 from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
 from vegrip.identification.recording.mcap_write import write_mcap
 from vegrip.identification.recording.session import read_output
@@ -223,7 +223,7 @@ def learned(folder: Path) -> None:
 
 
 def read_learned(folder: Path, out: Path) -> None:
-    memory, model = Folder(out), paper_model(8e-3)
+    memory, model = OnDisk(out), paper_model(8e-3)
     shutil.copy(folder / "x.json", memory._file("index", model))
     memory._known("index", model)
 

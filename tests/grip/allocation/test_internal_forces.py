@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 from vegrip.errors import ConfigError
 from vegrip.grip.allocation import internal_forces
-from vegrip.grip.allocation.balance import balanced
+from vegrip.grip.allocation.balance import balance_forces
 from vegrip.grip.allocation.internal_forces import ContactPlace, InternalForces, contacts_of, grasp_map
 
 force = st.floats(0.01, 20.0)
@@ -43,7 +43,7 @@ def wrench(contacts: dict[str, ContactPlace], forces: Any) -> Any:
 def test_against_a_thumb_it_is_the_closed_form(needs: list[float]) -> None:
     asked = dict(zip(OPPOSED, needs, strict=True))
     assert InternalForces(OPPOSED).shared(asked) == pytest.approx(
-        balanced(asked, "thumb"), rel=1e-5, abs=1e-6
+        balance_forces(asked, "thumb"), rel=1e-5, abs=1e-6
     )
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.grip.safety.command_validity import AHEAD, LONGEST_LIFE, objection
+from vegrip.grip.safety.command_validity import AHEAD, LONGEST_LIFE, reason_to_reject
 from vegrip.messages import ForceCommand, Reason
 
 NOW = 10**12
@@ -32,11 +32,11 @@ def command(force=2.0, stamp=NOW, life=100 * MS):
     ],
 )
 def test_a_command_is_obeyed_while_it_is_fresh_and_bounded(given_command, words):
-    assert objection(given_command, NOW) == words
+    assert reason_to_reject(given_command, NOW) == words
 
 
 @given(st.integers(), st.integers(), st.integers(0, 10**18))
 def test_no_command_is_obeyed_for_longer_than_the_longest_life_and_the_clocks_apart(stamp, expires, later):
     hostile = ForceCommand(stamp, "thumb", 1, 2.0, 0.0, Reason.HOLD, expires)
-    if not objection(hostile, NOW) and not objection(hostile, NOW + later):
+    if not reason_to_reject(hostile, NOW) and not reason_to_reject(hostile, NOW + later):
         assert later < LONGEST_LIFE + AHEAD

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from vegrip.config import build
 from vegrip.errors import ConfigError
-from vegrip.grip.safety.limits import LimitSettings, clamped, limited
+from vegrip.grip.safety.limits import LimitSettings, clamp_force, limit_force
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Reason
 from vegrip.runtime.parameter_table import rows
@@ -19,14 +19,14 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
 
 @given(wanted=anything, held=st.floats(0.5, 10.0), dt=st.floats(-1.0, 1.0))
 def test_no_wanted_force_passes_magnitude_or_rate(wanted: float, held: float, dt: float) -> None:
-    force, _ = limited(wanted, Reason.RAISE, held, dt, LIMITS)
+    force, _ = limit_force(wanted, Reason.RAISE, held, dt, LIMITS)
     assert 0.5 <= force <= 10.0
     assert -4.0 * max(dt, 0.0) - 1e-12 <= force - held <= 40.0 * max(dt, 0.0) + 1e-12
 
 
 @given(held=st.floats(0.5, 10.0), dt=st.floats(0.0, 1.0))
 def test_a_force_that_is_not_a_number_holds(held: float, dt: float) -> None:
-    assert limited(math.nan, Reason.RAISE, held, dt, LIMITS) == (held, Reason.UNTRUSTED)
+    assert limit_force(math.nan, Reason.RAISE, held, dt, LIMITS) == (held, Reason.UNTRUSTED)
 
 
 @pytest.mark.parametrize(
@@ -43,17 +43,17 @@ def test_a_force_that_is_not_a_number_holds(held: float, dt: float) -> None:
 def test_the_last_stage_that_changed_the_force_gives_the_reason(
     wanted: float, held: float, dt: float, force: float, reason: Reason
 ) -> None:
-    got, why = limited(wanted, Reason.HOLD, held, dt, LIMITS)
+    got, why = limit_force(wanted, Reason.HOLD, held, dt, LIMITS)
     assert got == pytest.approx(force)
     assert why == reason
 
 
 def test_limits_narrowed_while_running_hold_at_once() -> None:
-    assert limited(9.0, Reason.HOLD, 9.0, 0.0, LimitSettings(max_force=6.0)) == (6.0, Reason.MAX_LIMIT)
+    assert limit_force(9.0, Reason.HOLD, 9.0, 0.0, LimitSettings(max_force=6.0)) == (6.0, Reason.MAX_LIMIT)
 
 
 def test_clamping_what_is_not_a_number_gives_the_least_force() -> None:
-    assert clamped(math.nan, LIMITS) == 0.5
+    assert clamp_force(math.nan, LIMITS) == 0.5
 
 
 def test_crossed_limits_are_refused_in_one_sentence() -> None:

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from vegrip.grip.safety.stuck_noise import NoiseWatch
+from vegrip.grip.safety.stuck_noise import StuckNoise
 from vegrip.messages import FingertipState
 
 CHANCE = 1e-7
@@ -15,7 +15,7 @@ STEP = 0.002  # [N] on the wire
 
 def judged(values, chance=CHANCE):
     """Return for each value whether the noise had vanished with it."""
-    watch = NoiseWatch("normal_force")
+    watch = StuckNoise("normal_force")
     states = (FingertipState(i, "index", i, normal_force=float(v)) for i, v in enumerate(values))
     return [watch.vanished(state, chance) for state in states]
 

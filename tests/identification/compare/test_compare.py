@@ -11,7 +11,7 @@ from vegrip.cli import main
 from vegrip.identification.compare import compare
 from vegrip.identification.compare.features import PHASES, Features
 from vegrip.identification.compare.where import Residuals, where
-from vegrip.identification.compare.words import quantity, span
+from vegrip.identification.compare.words import format_quantity, format_span
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Fingertip, Recording, write_recording
 from vegrip.model import write_model
@@ -61,15 +61,15 @@ def test_shares_are_parts_of_one_misfit() -> None:
      ("temperature", 23.4, "23 degC"), ("normal_force", 0.0, "0 N"), ("contact_radius", 3e-9, "3 nm")],
 )  # fmt: skip
 def test_numbers_are_said_with_a_fitting_prefix(name, value, text) -> None:
-    assert quantity(name, value) == text
+    assert format_quantity(name, value) == text
 
 
 def test_ranges_are_said() -> None:
-    assert span("speed", 5e-3, None) == "at more than 5 mm/s"
-    assert span("indentation", None, 1e-3) == "at a depth of up to 1 mm"
-    assert span("frequency", 0.0, None) == "while going to and fro"
-    assert span("time", 240.0, None) == "more than 240 s after the start"
-    assert span("time_in_contact", 1.0, 2.0) == "1 s to 2 s into the contact"
+    assert format_span("speed", 5e-3, None) == "at more than 5 mm/s"
+    assert format_span("indentation", None, 1e-3) == "at a depth of up to 1 mm"
+    assert format_span("frequency", 0.0, None) == "while going to and fro"
+    assert format_span("time", 240.0, None) == "more than 240 s after the start"
+    assert format_span("time_in_contact", 1.0, 2.0) == "1 s to 2 s into the contact"
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from vegrip.effects import BUILT_IN, effect
 from vegrip.identification.diagnosis.acceptance import misfit_by_regime
 from vegrip.identification.diagnosis.catalogue import moved, null, trials
 from vegrip.identification.diagnosis.discrepancy import LENGTHS, _curve, _tents
-from vegrip.identification.diagnosis.evidence_threshold import Price
+from vegrip.identification.diagnosis.evidence_threshold import EvidenceThreshold
 from vegrip.identification.diagnosis.score_tests import Hint
 from vegrip.identification.diagnosis.search import shortlist
 from vegrip.model import BASE, paper_model
@@ -114,10 +114,12 @@ def test_tents_interpolate() -> None:
 
 def test_a_further_effect_pays_more_than_the_first_and_form_pays_most() -> None:
     nothing = frozenset[str]()
-    assert Price(0.0, 900.0, 9.0, nothing).of("adhesion") == 8.0
+    assert EvidenceThreshold(0.0, 900.0, 9.0, nothing).of("adhesion") == 8.0
     lag = frozenset({"sensor_lag"})
-    calm, rough = Price(1000.0, 0.0, 1.0, lag), Price(1000.0, 100.0, 3.0, lag)
+    calm, rough = EvidenceThreshold(1000.0, 0.0, 1.0, lag), EvidenceThreshold(1000.0, 100.0, 3.0, lag)
     assert calm.of("adhesion") == 20.0  # nothing stands out any more
     assert rough.of("adhesion") == 15.0  # of 100 nats that are left, and of 1000 that were gained
     assert rough.of("fast_damping") == 100.0  # damping beside a lag
-    assert Price(1000.0, 900.0, 3.0, lag).of("adhesion") == 15.0  # much is left: another effect may take it
+    assert (
+        EvidenceThreshold(1000.0, 900.0, 3.0, lag).of("adhesion") == 15.0
+    )  # much is left: another effect may take it

@@ -8,7 +8,7 @@ from vegrip.cli import main
 from vegrip.effects import effect
 from vegrip.errors import UsageError
 from vegrip.identification.diagnosis import diagnose
-from vegrip.identification.diagnosis.error_ladder import add, ladder
+from vegrip.identification.diagnosis.error_ladder import add_effect, build_ladder
 from vegrip.identification.fit import fit
 from vegrip.identification.fit.fitting import base_model
 from vegrip.identification.recording import Recording, write_recording
@@ -83,7 +83,7 @@ def test_what_the_recording_cannot_show_is_said(bench) -> None:
 
 def test_rungs_of_the_ladder_descend_in_training_and_held_out(found) -> None:
     for one in found.values():
-        rungs = ladder(one)
+        rungs = build_ladder(one)
         assert rungs[0].effect is None
         assert len(rungs) == 2
         assert rungs[1].error < rungs[0].error
@@ -93,14 +93,14 @@ def test_rungs_of_the_ladder_descend_in_training_and_held_out(found) -> None:
 
 def test_add_puts_in_one_effect_and_refuses_what_cannot_be(bench) -> None:
     start = fit(bench("sensor_lag"))
-    after, before = add("sensor_lag", start)
+    after, before = add_effect("sensor_lag", start)
     assert after.error == pytest.approx(1.0, abs=0.04)
     assert before.error == pytest.approx(start.error)
     assert after.model.values["tau"].value == pytest.approx(5e-3, rel=0.1)
     with pytest.raises(UsageError, match="already"):
-        add("relaxation", start)
+        add_effect("relaxation", start)
     with pytest.raises(UsageError, match="cannot show"):
-        add("contact_radius_law", fit(_without_slip(bench())))
+        add_effect("contact_radius_law", fit(_without_slip(bench())))
 
 
 def _without_slip(recording: Recording) -> Recording:

@@ -7,7 +7,7 @@ from vegrip.effects.contract import Effect, State, hook
 from vegrip.identification.diagnosis.catalogue import Candidate, candidates, null
 from vegrip.identification.diagnosis.score_tests import carrier
 from vegrip.identification.fit.noise import noise_of
-from vegrip.identification.fit.preprocess import prepare
+from vegrip.identification.fit.preprocess import preprocess
 from vegrip.model import paper_model
 from vegrip.parameters import Parameter
 
@@ -43,7 +43,7 @@ def test_the_screen_runs_it_beside_all_others_that_go_with_it(mine) -> None:
 def test_what_does_not_go_with_a_model_is_told_and_not_tried(bench) -> None:
     recording = bench()
     possible, out_of_sight = candidates(
-        paper_model(8e-3).with_effect(MINE), prepare(recording, noise_of(recording))
+        paper_model(8e-3).with_effect(MINE), preprocess(recording, noise_of(recording))
     )
     assert "displacement_backlash" not in {one.name for one in possible}
     assert "mine and displacement_backlash both have 'x_p'" in out_of_sight["displacement_backlash"] or (

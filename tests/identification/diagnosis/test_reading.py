@@ -8,7 +8,7 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.effects import BUILT_IN, effect
-from vegrip.identification.compare.words import height
+from vegrip.identification.compare.words import format_height
 from vegrip.identification.samples import make, recording
 from vegrip.model import read_model
 from vegrip.parameters import SCALES, in_si
@@ -76,7 +76,7 @@ def test_a_share_of_the_force_at_the_reference_depth_is_newtons() -> None:
     ],
 )
 def test_a_depth_below_zero_is_a_height(low: float | None, high: float | None, words: str) -> None:
-    assert height(low, high) == words
+    assert format_height(low, high) == words
 
 
 def test_a_replay_starts_no_process_that_outlives_it_unless_asked() -> None:

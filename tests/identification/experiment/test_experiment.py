@@ -11,11 +11,15 @@ from vegrip.cli import main
 from vegrip.effects import effect
 from vegrip.errors import ConfigError, UsageError
 from vegrip.identification.diagnosis import diagnose
-from vegrip.identification.experiment import NOTHING, Contest, RigLimits, contest_of, design
+from vegrip.identification.experiment import NOTHING, Hypotheses, RigLimits, design, hypotheses_of
 from vegrip.identification.experiment.design import LEAST, rig_of
 from vegrip.identification.experiment.design_space import MENU
-from vegrip.identification.experiment.discrimination import achieved, chance, separation
-from vegrip.identification.experiment.limits import completed, limits_of, read_limits
+from vegrip.identification.experiment.discrimination import (
+    chance_to_decide,
+    expected_separation,
+    measure_separation,
+)
+from vegrip.identification.experiment.limits import complete_limits, limits_of, read_limits
 from vegrip.identification.experiment.next_experiment import next_experiment
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Recording, write_recording
@@ -40,13 +44,15 @@ def recorded(name: str, share: float, *, tangential: bool = False) -> Recording:
 
 
 @pytest.fixture(scope="module")
-def softened() -> Contest:
-    return contest_of(fit(recorded("mullins_softening", 0.5)), ["mullins_softening", "permanent_set"])
+def softened() -> Hypotheses:
+    return hypotheses_of(fit(recorded("mullins_softening", 0.5)), ["mullins_softening", "permanent_set"])
 
 
 @pytest.fixture(scope="module")
-def slow() -> Contest:
-    return contest_of(fit(recorded("second_relaxation", 0.3)), ["second_relaxation", "power_law_relaxation"])
+def slow() -> Hypotheses:
+    return hypotheses_of(
+        fit(recorded("second_relaxation", 0.3)), ["second_relaxation", "power_law_relaxation"]
+    )
 
 
 def item(name: str):
@@ -65,8 +71,8 @@ def item(name: str):
 def test_a_simulated_experiment_achieves_what_was_expected(request, pair, name, amplitudes) -> None:
     contest = request.getfixturevalue(pair)
     protocol = item(name).protocol(rig_of(contest, LIMITS), amplitudes)
-    expected = separation(contest, protocol, refit=True)
-    found = [achieved(contest, protocol, seed) for seed in SEEDS]
+    expected = expected_separation(contest, protocol, refit=True)
+    found = [measure_separation(contest, protocol, seed) for seed in SEEDS]
     for direction, nats in expected.pairs.items():
         mean = np.mean([one[direction] for one in found])
         # scatter of the mean of a log-likelihood ratio, and what each side gains by fitting its noise
@@ -77,19 +83,21 @@ def test_growing_peaks_tell_softening_from_set_and_a_hold_does_not(softened) -> 
     rig = rig_of(softened, LIMITS)
     peaks = item("growing peaks, then a small one").protocol(rig, {"depth": 1.0, "time": 1.0})
     hold = item("one hold").protocol(rig, {"depth": 1.0, "time": 10.0})
-    assert separation(softened, peaks).nats > 5.0 * max(separation(softened, hold).nats, 1.0)
+    assert expected_separation(softened, peaks).nats > 5.0 * max(
+        expected_separation(softened, hold).nats, 1.0
+    )
 
 
 def test_twice_the_experiment_tells_twice_as_much(softened) -> None:
     amplitudes = {"depth": 1.0, "time": 1.0}
     once = item("growing peaks, then a small one").protocol(rig_of(softened, LIMITS), amplitudes)
-    single, double = (separation(softened, protocol).nats for protocol in (once, once.repeated(2)))
+    single, double = (expected_separation(softened, protocol).nats for protocol in (once, once.repeated(2)))
     assert 1.7 < double / single < 2.6  # a little more: the priors count once
 
 
 def test_strokes_in_air_tell_nothing_of_the_contact(softened) -> None:
     protocol = item("strokes in air").protocol(rig_of(softened, LIMITS), {"depth": 1.0})
-    assert separation(softened, protocol).nats < 0.1
+    assert expected_separation(softened, protocol).nats < 0.1
 
 
 @pytest.fixture(scope="module")
@@ -108,12 +116,12 @@ def test_the_best_one_decides_within_the_limits(softened, planned) -> None:
         pressed = simulate(model, best.whole, sensors={"normal_force": 0.0, "displacement": 0.0})
         assert pressed.columns["normal_force"].max() <= 1.02 * LIMITS.force
     assert "no tangential force" in planned.left_out["pulls at four loads"]
-    assert min(achieved(softened, best.whole, seed=9).values()) > LEAST
+    assert min(measure_separation(softened, best.whole, seed=9).values()) > LEAST
 
 
 def test_what_no_experiment_tells_is_said() -> None:
     models = {"sensor_lag": BASE.with_effect(effect("sensor_lag")).with_value("tau", 2e-3)}
-    same = Contest(
+    same = Hypotheses(
         {**models, "force_drift": models["sensor_lag"]},
         (),
         {"normal_force": 0.01, "displacement": 5e-6},
@@ -136,22 +144,24 @@ def test_every_item_keeps_to_depth_and_speed(one, softened) -> None:
 
 
 def test_a_force_limit_makes_the_press_shallower(softened) -> None:
-    depths = [rig_of(softened, completed(RigLimits(force=force), LIMITS)).depth for force in (0.2, 0.6, 50.0)]
+    depths = [
+        rig_of(softened, complete_limits(RigLimits(force=force), LIMITS)).depth for force in (0.2, 0.6, 50.0)
+    ]
     assert all(a < b for a, b in pairwise(depths))
     assert depths[-1] == LIMITS.depth
 
 
 def test_one_effect_is_told_from_nothing_and_one_not_seen_stands_in_at_its_declared_size() -> None:
     start = fit(recorded("mullins_softening", 0.5))
-    contest = contest_of(start, ["adhesion"])
+    contest = hypotheses_of(start, ["adhesion"])
     assert contest.names == ("adhesion", NOTHING)
     assert contest.assumed == ("adhesion",)
     with pytest.raises(UsageError, match="already"):
-        contest_of(start, ["relaxation", "adhesion"])
+        hypotheses_of(start, ["relaxation", "adhesion"])
     with pytest.raises(UsageError, match="name two"):
-        contest_of(start, [NOTHING])
+        hypotheses_of(start, [NOTHING])
     with pytest.raises(UsageError, match="no temperature was recorded"):
-        contest_of(start, ["adhesion", "temperature_shift"])
+        hypotheses_of(start, ["adhesion", "temperature_shift"])
 
 
 def test_limits_are_those_of_the_recording_where_nothing_is_said(tmp_path) -> None:
@@ -160,7 +170,7 @@ def test_limits_are_those_of_the_recording_where_nothing_is_said(tmp_path) -> No
     assert found.depth == pytest.approx(recording.columns["displacement"].max(), rel=0.02)
     assert found.tangential_force > 0.3
     (tmp_path / "rig.toml").write_text("force = 9.0\nduration = 30\n")
-    both = completed(read_limits(tmp_path / "rig.toml"), found)
+    both = complete_limits(read_limits(tmp_path / "rig.toml"), found)
     assert (both.force, both.duration, both.depth) == (9.0, 30.0, found.depth)
     (tmp_path / "rig.toml").write_text("force = -1.0\n")
     with pytest.raises(ConfigError, match="must lie in"):
@@ -168,9 +178,9 @@ def test_limits_are_those_of_the_recording_where_nothing_is_said(tmp_path) -> No
 
 
 def test_chance_grows_with_nats() -> None:
-    assert chance(0.0) == 0.0
-    assert chance(5.0) == pytest.approx(0.5)
-    assert chance(20.0) > 0.99
+    assert chance_to_decide(0.0) == 0.0
+    assert chance_to_decide(5.0) == pytest.approx(0.5)
+    assert chance_to_decide(20.0) > 0.99
 
 
 @pytest.mark.slow

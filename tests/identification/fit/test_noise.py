@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from vegrip.identification.fit.events import events
+from vegrip.identification.fit.events import find_events
 from vegrip.identification.fit.noise import noise_of, rough
-from vegrip.identification.fit.preprocess import prepare, spikes
-from vegrip.identification.fit.replicates import pairs
+from vegrip.identification.fit.preprocess import find_spikes, preprocess
+from vegrip.identification.fit.replicates import find_pairs
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.model import paper_model
 
@@ -42,26 +42,26 @@ def test_without_a_statement_the_signals_tell(bench) -> None:
 
 def test_single_wild_rows_are_taken_out_and_turns_are_not(bench) -> None:
     recording = bench()
-    assert not prepare(recording, noise_of(recording)).outliers
+    assert not preprocess(recording, noise_of(recording)).outliers
     force = recording.columns["normal_force"].copy()
     force[[500, 1200, 3000]] += 1.0
     wild = Recording("wild", recording.t, recording.episode, {**recording.columns, "normal_force": force},
                      recording.fingertip, recording.sensors)  # fmt: skip
-    assert prepare(wild, noise_of(wild)).outliers == {"normal_force": 3}
+    assert preprocess(wild, noise_of(wild)).outliers == {"normal_force": 3}
 
 
 def test_a_step_is_no_spike() -> None:
     step = np.r_[np.zeros(20), np.ones(20)]
-    assert not spikes(step, 0.01, np.zeros(40)).any()
+    assert not find_spikes(step, 0.01, np.zeros(40)).any()
     step[7] = 1.0
-    assert np.flatnonzero(spikes(step, 0.01, np.zeros(40))).tolist() == [7]
+    assert np.flatnonzero(find_spikes(step, 0.01, np.zeros(40))).tolist() == [7]
 
 
 def test_crests_of_a_fast_oscillation_are_no_spikes() -> None:
     crests = 2.0 * np.sin(0.3 * np.arange(200))  # 21 samples to a cycle, 400 times the noise
-    assert not spikes(crests, 5e-3, np.zeros(200)).any()
+    assert not find_spikes(crests, 5e-3, np.zeros(200)).any()
     crests[[57, 120]] += 0.5
-    assert np.flatnonzero(spikes(crests, 5e-3, np.zeros(200))).tolist() == [57, 120]
+    assert np.flatnonzero(find_spikes(crests, 5e-3, np.zeros(200))).tolist() == [57, 120]
 
 
 def _with_sensors(recording: Recording, sensors: dict[str, float]) -> Recording:
@@ -123,7 +123,7 @@ def test_no_wandering_is_seen_where_there_is_none(bench) -> None:
 
 def test_episodes_are_replicates_only_if_they_move_alike() -> None:
     recording = wandering_press(0, repeated=True)
-    assert len(pairs(recording, BLUR)) == 3
+    assert len(find_pairs(recording, BLUR)) == 3
     depth = recording.columns["displacement"].copy()
     depth[recording.episode == 3] *= 1.02
     moved = Recording(
@@ -133,7 +133,7 @@ def test_episodes_are_replicates_only_if_they_move_alike() -> None:
         {**recording.columns, "displacement": depth},
         Fingertip(0.008),
     )
-    assert len(pairs(moved, BLUR)) == 2
+    assert len(find_pairs(moved, BLUR)) == 2
 
 
 def test_a_loss_of_force_that_no_motion_explains_is_an_event() -> None:
@@ -141,9 +141,9 @@ def test_a_loss_of_force_that_no_motion_explains_is_an_event() -> None:
     first = np.r_[1.0, np.zeros(t.size - 1)]
     ramp = 1e-3 * np.minimum(t, 8.0)
     force = 0.2 * t + 1e-3 * np.random.default_rng(0).standard_normal(t.size)
-    assert not events(t, first, ramp, force, 1e-3)
+    assert not find_events(t, first, ramp, force, 1e-3)
     slipped = force - np.where(t >= 4.0, 0.2 * np.exp(-(t - 4.0) / 0.5), 0.0)
-    (found,) = events(t, first, ramp, slipped, 1e-3)
+    (found,) = find_events(t, first, ramp, slipped, 1e-3)
     assert found.time == pytest.approx(4.0, abs=0.011)
     assert found.loss == pytest.approx(0.2, abs=0.02)
     assert slipped[found.end] == pytest.approx(force[found.end], abs=0.05)
@@ -154,6 +154,6 @@ def test_letting_go_and_pulling_off_are_no_events() -> None:
     first = np.r_[1.0, np.zeros(t.size - 1)]
     depth = np.interp(t, [0.0, 1.0, 2.0, 2.2, 4.0], [0.0, 1e-3, 1e-3, -2e-4, -2e-4])
     let_go = 2e3 * np.maximum(depth, 0.0)
-    assert not events(t, first, depth, let_go, 1e-3)
+    assert not find_events(t, first, depth, let_go, 1e-3)
     stuck = np.where((depth <= 0.0) & (t > 1.0) & (t < 2.19), -0.2, let_go)
-    assert not events(t, first, depth, stuck, 1e-3)
+    assert not find_events(t, first, depth, stuck, 1e-3)

@@ -10,8 +10,8 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.errors import DeviceError, UsageError
-from vegrip.identification.fleet import Found, Row, examined, findings, look_for, run
-from vegrip.identification.fleet.findings import as_csv
+from vegrip.identification.fleet import Found, Row, examine_recording, find_recordings, run, summarize_rows
+from vegrip.identification.fleet.findings import write_csv
 from vegrip.identification.fleet.ledger import Ledger
 from vegrip.identification.recording import Recording, write_recording
 from vegrip.identification.simulate import simulate
@@ -44,7 +44,7 @@ def folder(tmp_path_factory) -> Path:
 
 
 def test_hand_pad_and_date_are_read_or_guessed(folder) -> None:
-    found = {one.path.removeprefix(f"{folder}/"): one for one in look_for(folder)}
+    found = {one.path.removeprefix(f"{folder}/"): one for one in find_recordings(folder)}
     assert (found["a/one"].hand, found["a/one"].pad, found["a/one"].date) == (
         "left",
         "index",
@@ -60,7 +60,7 @@ def test_recordings_that_say_nothing_of_their_pad_are_not_put_together(tmp_path,
     for name in ("a", "b"):
         write_recording(pressed(), tmp_path / name)
     write_recording(replace(pressed(), source={"pad": "ring"}), tmp_path / "c")
-    found = look_for(tmp_path)
+    found = find_recordings(tmp_path)
     assert sorted((one.pad, one.alone) for one in found) == [("a", True), ("b", True), ("ring", False)]
     assert main(["fleet", str(tmp_path), "-j", "1"]) == 0
     told = " ".join(capsys.readouterr().out.split())
@@ -72,16 +72,16 @@ def test_recordings_that_say_nothing_of_their_pad_are_not_put_together(tmp_path,
 
 def test_an_empty_folder_is_refused(tmp_path) -> None:
     with pytest.raises(UsageError, match="no recording in it"):
-        look_for(tmp_path)
+        find_recordings(tmp_path)
     with pytest.raises(UsageError, match="no such folder"):
-        look_for(tmp_path / "absent")
+        find_recordings(tmp_path / "absent")
 
 
 def test_a_bad_recording_is_a_row_that_says_why(folder) -> None:
-    row = examined(str(folder / "b" / "cut"))
+    row = examine_recording(str(folder / "b" / "cut"))
     assert row.verdict == "failed"
     assert "no displacement" in row.note
-    assert examined(str(folder / "absent")).verdict == "failed"
+    assert examine_recording(str(folder / "absent")).verdict == "failed"
 
 
 @pytest.mark.slow
@@ -89,13 +89,13 @@ def test_what_cannot_carry_an_answer_is_not_judged_and_lost_rows_are_told(tmp_pa
     quick = pressed(200.0)
     touched = np.cumsum(quick.columns["normal_force"] > 0.05)
     write_recording(quick.select(touched <= 120), tmp_path / "brief")  # 0.6 s
-    row = examined(str(tmp_path / "brief"))
+    row = examine_recording(str(tmp_path / "brief"))
     assert row.verdict == "failed"
     assert "in contact" in row.note
     write_recording(pressed(), tmp_path / "cut")
     text = (tmp_path / "cut" / "recording.csv").read_text()
     (tmp_path / "cut" / "recording.csv").write_text(text[: text.rindex(",")])
-    row = examined(str(tmp_path / "cut"))
+    row = examine_recording(str(tmp_path / "cut"))
     assert row.verdict == "adequate"
     assert "the last line is cut" in row.lost
     assert "\n" not in row.lost
@@ -113,7 +113,8 @@ def test_since_is_the_first_day_of_the_last_unbroken_run() -> None:
     days = ["2026-01", "2026-02", "2026-03", "2026-04", "2026-05"]
     rows = [named("adhesion"), named(), named("adhesion"), named("adhesion", "sensor_lag"), named("adhesion")]
     table = {
-        one.effect: one for one in findings([(found(d), r) for d, r in zip(days, rows, strict=True)][::-1])
+        one.effect: one
+        for one in summarize_rows([(found(d), r) for d, r in zip(days, rows, strict=True)][::-1])
     }
     assert set(table) == {"adhesion", "sensor_lag"}
     sticky, late = table["adhesion"], table["sensor_lag"]
@@ -131,7 +132,7 @@ def test_failures_do_not_break_a_run_and_pads_are_told_apart() -> None:
         (found("2026-04", "ring"), Row("", "unexplained", (), {}, 2.0, 2.0, "depends on speed")),
         (found("2026-05", "ring"), Row("", "ambiguous", ("a or b",), {"a": 1.0}, 2.0, 1.0)),
     ]
-    table = [(one.pad, one.effect, one.since, one.present) for one in findings(rows)]
+    table = [(one.pad, one.effect, one.since, one.present) for one in summarize_rows(rows)]
     assert table == [
         ("index", "adhesion", "2026-01", True),
         ("index", "failed", "2026-02", False),
@@ -139,12 +140,12 @@ def test_failures_do_not_break_a_run_and_pads_are_told_apart() -> None:
         ("ring", "a or b", "2026-05", True),
         ("thumb", "none", "2026-03", True),
     ]
-    assert as_csv(findings(rows)).count("\n") == 6
+    assert write_csv(summarize_rows(rows)).count("\n") == 6
 
 
 def test_what_else_may_have_caused_an_effect_is_told_beside_it() -> None:
     row = replace(named("sensor_lag"), doubts=("a clock that is late would show the same",))
-    (one,) = findings([(found("2026-01"), row)])
+    (one,) = summarize_rows([(found("2026-01"), row)])
     assert one.note == "a clock that is late would show the same"
 
 
@@ -172,7 +173,7 @@ def test_the_table_names_pad_effect_and_date_in_full_and_what_was_not_judged(
         "ring-2026-01-01": Row("", "failed", note="no displacement"),
     }
     there = [found(path.partition("-")[2], path.partition("-")[0], path) for path in rows]
-    monkeypatch.setattr("vegrip.identification.fleet.look_for", lambda _: there)
+    monkeypatch.setattr("vegrip.identification.fleet.find_recordings", lambda _: there)
     monkeypatch.setattr(
         "vegrip.identification.fleet.run", lambda left, *_, **__: ((one, rows[one.path]) for one in left)
     )
@@ -225,7 +226,7 @@ def test_a_process_that_dies_costs_only_its_own_recording(folder, monkeypatch, t
         "r.read_recording = dying\n"
     )
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    rows = {one.path.rpartition("/")[2]: row for one, row in run(look_for(folder), processes=2)}
+    rows = {one.path.rpartition("/")[2]: row for one, row in run(find_recordings(folder), processes=2)}
     assert rows["one"].verdict == "failed"
     assert "died" in rows["one"].note
     assert rows["thumb"].verdict == "adequate"
@@ -236,7 +237,9 @@ def test_a_cluster_gives_the_same_rows(folder) -> None:
     distributed = pytest.importorskip("distributed")
     pieces = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
     with distributed.LocalCluster(host="127.0.0.1", protocol="tcp", **pieces) as cluster:
-        rows = {one.path: row for one, row in run(look_for(folder), scheduler=cluster.scheduler_address)}
+        rows = {
+            one.path: row for one, row in run(find_recordings(folder), scheduler=cluster.scheduler_address)
+        }
     verdicts = {path.rpartition("/")[2]: row.verdict for path, row in rows.items()}
     assert verdicts == {"one": "adequate", "thumb": "adequate", "cut": "failed"}
 
@@ -245,4 +248,4 @@ def test_a_scheduler_that_is_not_there_is_said(folder, monkeypatch) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr("vegrip.identification.fleet.workers.CONNECT", 0.5)
     with pytest.raises(DeviceError, match="does not answer"):
-        list(run(look_for(folder), scheduler="tcp://127.0.0.1:1"))
+        list(run(find_recordings(folder), scheduler="tcp://127.0.0.1:1"))

@@ -6,7 +6,7 @@ import pytest
 from vegrip.cli import main
 from vegrip.errors import RecordingError
 from vegrip.identification.recording import Fingertip, Recording, read_recording
-from vegrip.identification.recording.joined import joined
+from vegrip.identification.recording.joined import join_recordings
 
 
 def press(name: str, top: float, radius: float = 0.01) -> Recording:
@@ -16,7 +16,7 @@ def press(name: str, top: float, radius: float = 0.01) -> Recording:
 
 
 def test_each_becomes_an_episode_and_time_goes_on() -> None:
-    both = joined([press("a", 1.0), press("b", 2.0)], "both")
+    both = join_recordings([press("a", 1.0), press("b", 2.0)], "both")
     assert len(both) == 200
     assert np.unique(both.episode).tolist() == [0, 1]
     assert both.t[100] - both.t[99] == pytest.approx(60.0)
@@ -24,8 +24,8 @@ def test_each_becomes_an_episode_and_time_goes_on() -> None:
 
 
 def test_episodes_of_a_recording_stay_apart() -> None:
-    two = joined([press("a", 1.0), press("b", 2.0)], "two")
-    assert np.unique(joined([two, press("c", 3.0)], "three").episode).tolist() == [0, 1, 2]
+    two = join_recordings([press("a", 1.0), press("b", 2.0)], "two")
+    assert np.unique(join_recordings([two, press("c", 3.0)], "three").episode).tolist() == [0, 1, 2]
 
 
 def test_what_does_not_go_together_is_refused() -> None:
@@ -34,9 +34,9 @@ def test_what_does_not_go_together_is_refused() -> None:
         "bare", bare.t, bare.episode, {"normal_force": bare.columns["normal_force"]}, bare.fingertip
     )
     with pytest.raises(RecordingError, match="only one has displacement"):
-        joined([press("a", 1.0), bare], "x")
+        join_recordings([press("a", 1.0), bare], "x")
     with pytest.raises(RecordingError, match="radius"):
-        joined([press("a", 1.0), press("b", 1.0, 0.02)], "x")
+        join_recordings([press("a", 1.0), press("b", 1.0, 0.02)], "x")
 
 
 def test_command_joins_tables(tmp_path, capsys) -> None:

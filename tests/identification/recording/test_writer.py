@@ -13,7 +13,7 @@ import pytest
 from vegrip.errors import RecordingError
 from vegrip.identification.recording import Kind, read_recording
 from vegrip.identification.recording.background import BackgroundWriter
-from vegrip.identification.recording.session import merged_states, read_fingers, read_output
+from vegrip.identification.recording.session import merge_states, read_fingers, read_output
 from vegrip.identification.recording.table_file import TableFile
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import (
@@ -49,7 +49,7 @@ def test_states_come_back_bit_for_bit_with_their_stamps(tmp_path: Path) -> None:
     assert list(thumb.columns) == ["displacement", "normal_force"]  # only what was ever measured
     assert (thumb.fingertip.radius, thumb.sensors, thumb.start) == (0.008, {"normal_force": 0.01}, START)
     assert thumb.report.clean
-    back = list(merged_states(fingers, START))
+    back = list(merge_states(fingers, START))
     key = lambda s: (s.stamp, s.finger, s.seq, s.normal_force, s.displacement)  # noqa: E731
     assert sorted(map(key, back)) == sorted(map(key, sent))
     assert [s.stamp for s in back] == sorted(s.stamp for s in back)

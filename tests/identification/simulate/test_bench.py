@@ -8,7 +8,7 @@ from vegrip.nodes.virtual_hand import build
 
 from vegrip.clock import SimulatedClock
 from vegrip.errors import ConfigError
-from vegrip.identification.experiment import Contest, contest_of
+from vegrip.identification.experiment import Hypotheses, hypotheses_of
 from vegrip.identification.experiment.design_space import MENU, Rig
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Recording, read_recording
@@ -81,8 +81,8 @@ def test_an_experiment_done_by_the_virtual_hand_names_the_truth(tmp_path) -> Non
     hidden = {"mullins_softening": {"loss": 0.1}}
     node = made(tmp_path, peaks, hidden=hidden)
     recording = recorded(node, tmp_path / "rec")
-    contest = contest_of(fit(recording), ["mullins_softening", "permanent_set"])
-    assert isinstance(contest, Contest)
+    contest = hypotheses_of(fit(recording), ["mullins_softening", "permanent_set"])
+    assert isinstance(contest, Hypotheses)
     errors = {name: fit(recording, model).optimum.cost for name, model in contest.models.items()}
     assert errors["permanent_set"] - errors["mullins_softening"] > 5.0
 

@@ -17,7 +17,7 @@ from vegrip.transport.canbus import hub
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming
-from vegrip.transport.canbus.greeting import LONGEST_REASON, greet, understand
+from vegrip.transport.canbus.greeting import LONGEST_REASON, make_greeting, read_greeting
 from vegrip.transport.canbus.hub_wire import LARGEST, VERSION
 from vegrip.transport.canbus.node_faults import NodeFaults
 
@@ -166,11 +166,11 @@ BAD_GREETINGS = [
 @pytest.mark.parametrize("bad", BAD_GREETINGS, ids=str)
 def test_the_hub_refuses_what_the_bus_refuses(bad):
     with pytest.raises(ConfigError) as told:
-        understand(json.dumps({"version": VERSION, **bad}).encode())
+        read_greeting(json.dumps({"version": VERSION, **bad}).encode())
     assert len(str(told.value)) <= LONGEST_REASON
     if bad.get("version", VERSION) == VERSION and None not in bad.values():
         with pytest.raises(ConfigError):
-            greet(bad)
+            make_greeting(bad)
 
 
 @pytest.mark.parametrize("faults", BAD_FAULTS, ids=str)
@@ -196,14 +196,14 @@ def test_after_any_greeting_the_bus_serves_its_members_on(bus):
 @given(packet=st.binary(max_size=LARGEST))
 def test_any_bytes_are_a_greeting_or_refused(packet):
     try:
-        understand(packet)
+        read_greeting(packet)
     except ConfigError as error:
         assert len(json.dumps({"refused": str(error)})) <= LARGEST  # noqa: PT017
 
 
 def test_a_good_greeting_is_understood_as_it_was_said():
     said = {"timing": {"bitrate": 250_000}, "faults": {"babble": 5, "seed": 7, "loss": 1}, "own": True}
-    heard = understand(greet(said))
+    heard = read_greeting(make_greeting(said))
     assert (heard.timing.bitrate, heard.own, heard.strict) == (250_000, True, False)
     assert heard.faults == NodeFaults(babble=5, seed=7, loss=1.0)
 
@@ -213,7 +213,7 @@ def test_more_members_than_there_is_room_for_are_refused_with_the_reason(bus):
     crowd = []
     for _ in range(hub.MOST_MEMBERS - 2):
         crowd.append(newcomer())
-        crowd[-1].send(greet({}))
+        crowd[-1].send(make_greeting({}))
         assert "node" in json.loads(crowd[-1].recv(LARGEST))
     with pytest.raises(can.CanInitializationError, match="no room"):
         bus()

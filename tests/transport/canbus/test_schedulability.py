@@ -11,7 +11,7 @@ from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame, frame_duration, longest_duration
 from vegrip.transport.canbus.schedulability import Stream, fifo_response_times, response_times, utilisation
-from vegrip.transport.canbus.traffic import Plan, forecast
+from vegrip.transport.canbus.traffic import TrafficPlan, forecast_traffic
 
 MS = 1e-3
 
@@ -132,7 +132,9 @@ def test_the_prediction_is_reached_when_all_is_queued_at_once():
 
 
 def test_a_state_and_a_command_per_finger_and_period_make_the_load():
-    only = forecast(Plan(fingers=1, rate=100.0, report_rate=0.0, health_rate=0.0, status_rate=0.0))
+    only = forecast_traffic(
+        TrafficPlan(fingers=1, rate=100.0, report_rate=0.0, health_rate=0.0, status_rate=0.0)
+    )
     assert [row.name for row in only.rows] == ["ForceCommandFd", "FingertipStateFd"]
     assert only.worst_load == pytest.approx(100.0 * sum(row.longest for row in only.rows))
     assert only.load < only.worst_load
@@ -141,22 +143,22 @@ def test_a_state_and_a_command_per_finger_and_period_make_the_load():
 
 def test_five_fingers_at_500_hz_fill_a_classic_bus_and_not_an_fd_bus():
     """As proto/README.md says."""
-    assert forecast(Plan(fd=False)).worst_load > 1.0
-    assert not forecast(Plan(fd=False)).fits
-    assert forecast(Plan(), fifo=False).fits
-    assert 0.5 < forecast(Plan()).load < 0.7
+    assert forecast_traffic(TrafficPlan(fd=False)).worst_load > 1.0
+    assert not forecast_traffic(TrafficPlan(fd=False)).fits
+    assert forecast_traffic(TrafficPlan(), fifo=False).fits
+    assert 0.5 < forecast_traffic(TrafficPlan()).load < 0.7
 
 
 def test_load_grows_with_fingers_rates_and_hands_and_falls_with_bit_rate():
-    base = forecast(Plan()).load
-    assert forecast(Plan(fingers=4)).load < base
-    assert forecast(Plan(rate=250.0)).load < base
-    assert forecast(Plan(data_bitrate=8_000_000)).load < base
-    assert forecast(Plan(hands=2)).load == pytest.approx(2 * base, rel=1e-3)
+    base = forecast_traffic(TrafficPlan()).load
+    assert forecast_traffic(TrafficPlan(fingers=4)).load < base
+    assert forecast_traffic(TrafficPlan(rate=250.0)).load < base
+    assert forecast_traffic(TrafficPlan(data_bitrate=8_000_000)).load < base
+    assert forecast_traffic(TrafficPlan(hands=2)).load == pytest.approx(2 * base, rel=1e-3)
 
 
 def test_a_command_comes_after_the_state_it_answers():
-    told = forecast(Plan(fingers=2), fifo=False)
+    told = forecast_traffic(TrafficPlan(fingers=2), fifo=False)
     response = {row.identifier: row.response for row in told.rows}
     for row in told.rows:
         if row.name == "ForceCommandFd":

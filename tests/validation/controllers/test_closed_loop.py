@@ -7,18 +7,18 @@ import pytest
 
 from vegrip.validation.controllers.candidates import INFORMED, KNOBS, parameters
 from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.comparison import Trial, course, summary, table
-from vegrip.validation.controllers.result import Result, result
+from vegrip.validation.controllers.comparison import Trial, run_course, summary, table
+from vegrip.validation.controllers.result import Result, result_of
 
 
 @pytest.fixture(scope="module")
 def held() -> Course:
     """A constant grip of 6 N per finger through 2.5 s."""
-    return course(Trial("constant", seed=5, duration=2.5, knob=6.0))
+    return run_course(Trial("constant", seed=5, duration=2.5, knob=6.0))
 
 
 def test_the_same_trial_gives_the_same_bits(held: Course) -> None:
-    again = course(Trial("constant", seed=5, duration=2.5, knob=6.0))
+    again = run_course(Trial("constant", seed=5, duration=2.5, knob=6.0))
     assert again.force == held.force
     assert again.margin == held.margin
 
@@ -30,11 +30,11 @@ def test_a_constant_grip_is_constant(held: Course) -> None:
 
 
 def test_vegrip_holds_the_object_with_less_than_the_constant_grip(held: Course) -> None:
-    light = course(Trial("vegrip", seed=5, duration=2.5, knob=0.1))
+    light = run_course(Trial("vegrip", seed=5, duration=2.5, knob=0.1))
     assert light.slips == 0
     assert not light.dropped
-    assert result(light).min_margin > 0.0
-    assert result(light).mean_grip_force < result(held).mean_grip_force
+    assert result_of(light).min_margin > 0.0
+    assert result_of(light).mean_grip_force < result_of(held).mean_grip_force
 
 
 def test_figures_count_from_when_the_hand_carries_the_object() -> None:
@@ -42,11 +42,13 @@ def test_figures_count_from_when_the_hand_carries_the_object() -> None:
         ("thumb", "index"), slips=2, time=[0.5, 1.0, 1.5], margin=[[0.0, 0.0], [0.5, 0.4], [0.6, 0.3]]
     )
     run.force, run.command = [[9.0, 9.0], [2.0, 2.0], [4.0, 4.0]], [[math.nan] * 2] * 3
-    assert result(run) == Result(2, dropped=False, mean_grip_force=3.0, peak_grip_force=4.0, min_margin=0.3)
+    assert result_of(run) == Result(
+        2, dropped=False, mean_grip_force=3.0, peak_grip_force=4.0, min_margin=0.3
+    )
 
 
 def test_an_object_that_is_lost_at_once_has_no_mean_force() -> None:
-    assert math.isnan(result(Course(("thumb",), dropped=True)).mean_grip_force)
+    assert math.isnan(result_of(Course(("thumb",), dropped=True)).mean_grip_force)
 
 
 def test_trials_are_summed_up_by_controller() -> None:
@@ -77,8 +79,8 @@ def test_only_who_is_told_knows_the_friction_of_the_object() -> None:
 
 def test_the_elastic_surface_holds_the_object_with_a_tenth_more_than_it_believes_is_needed() -> None:
     """Told a friction that is low enough it does not slip, and its force follows the load."""
-    run = course(Trial("elastic", seed=5, duration=2.0, knob=0.3, grasp="pinch"))
+    run = run_course(Trial("elastic", seed=5, duration=2.0, knob=0.3, grasp="pinch"))
     assert run.slips == 0
     _, _, force = run.since(1.6)
     assert np.all(force[:, 1] > 1.0)
-    assert result(run).mean_grip_force < 8.0
+    assert result_of(run).mean_grip_force < 8.0

@@ -16,7 +16,7 @@ internal force that the wrench does not need; it is the price of one thumb.
 from collections.abc import Mapping
 
 
-def balanced(needs: Mapping[str, float], thumb: str) -> dict[str, float]:
+def balance_forces(needs: Mapping[str, float], thumb: str) -> dict[str, float]:
     """Return the forces [N] of all fingers that balance about ``thumb`` with every need met.
 
     A hand without that thumb, or with nothing else, is returned as it is. When no finger opposing the thumb

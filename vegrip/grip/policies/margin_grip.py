@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 from vegrip.config import parameter
 from vegrip.grip.policies.demand import Demand
-from vegrip.grip.policies.running_median import UsualNeed
+from vegrip.grip.policies.running_median import RunningMedian
 from vegrip.messages import Reason
 
 
@@ -66,7 +66,7 @@ class MarginGrip:
         """Forget the past."""
         self._envelope = math.nan  # [N]
         self._quiet = 0.0  # [s] since the need last rose
-        self._usual = UsualNeed(self.settings.usual_time)
+        self._usual = RunningMedian(self.settings.usual_time)
 
     def wanted(self, held: float, demand: Demand, dt: float) -> tuple[float, Reason]:
         """Return the wanted normal force [N] and its reason; an untrusted demand holds."""

@@ -6,7 +6,7 @@ SLOTS = 25
 """Of one window; the largest need of each counts."""
 
 
-class UsualNeed:
+class RunningMedian:
     """The median of what was needed over a window.
 
     Args:

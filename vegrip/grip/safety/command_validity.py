@@ -13,7 +13,7 @@ AHEAD = 1 * NS  # [ns] by which a sender's clock may be ahead; a command further
 LONGEST_LIFE = 10 * NS  # [ns] the largest lifetime that can be configured
 
 
-def objection(command: ForceCommand, now: int) -> str:
+def reason_to_reject(command: ForceCommand, now: int) -> str:
     """Return why ``command`` must not be obeyed at ``now`` [ns], "" if it may."""
     if not math.isfinite(command.normal_force) or command.normal_force < 0.0:
         return "no usable force"

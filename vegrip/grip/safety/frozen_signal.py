@@ -7,7 +7,7 @@ from vegrip.messages import FingertipState
 Values = tuple[float, ...]
 
 
-class Stillness:
+class FrozenSignal:
     """Watches the channels ``names`` of one finger; a missing channel cannot freeze, others beside it can."""
 
     def __init__(self, *names: str) -> None:

@@ -37,12 +37,12 @@ class LimitSettings:
             )
 
 
-def clamped(force: float, limits: LimitSettings) -> float:
+def clamp_force(force: float, limits: LimitSettings) -> float:
     """Return ``force`` [N] within the least and largest force; NaN gives the least."""
     return min(max(limits.min_force, force), limits.max_force)  # this order: max(x, nan) is x
 
 
-def limited(
+def limit_force(
     wanted: float, reason: Reason, held: float, dt: float, limits: LimitSettings
 ) -> tuple[float, Reason]:
     """Return ``wanted`` [N] after rate and magnitude limits, and the last stage that changed it.
@@ -59,7 +59,7 @@ def limited(
         wanted, reason = held, Reason.UNTRUSTED
     dt = max(0.0, dt)
     reachable = min(max(wanted, held - limits.lower_rate * dt), held + limits.raise_rate * dt)
-    force = clamped(reachable, limits)
+    force = clamp_force(reachable, limits)
     if force > reachable:
         return force, Reason.MIN_LIMIT
     if force < reachable:

@@ -30,7 +30,7 @@ FORGIVEN = 2
 """A run of repeats is learned from up to so many times the length that was judged impossible."""
 
 
-class NoiseWatch:
+class StuckNoise:
     """Watches the channel ``name`` of one finger."""
 
     def __init__(self, name: str) -> None:

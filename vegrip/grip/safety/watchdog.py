@@ -27,9 +27,9 @@ from itertools import compress
 
 from vegrip.clock import NS
 from vegrip.config import parameter
-from vegrip.grip.safety.frozen_signal import Stillness
+from vegrip.grip.safety.frozen_signal import FrozenSignal
 from vegrip.grip.safety.ranges import CHANNELS, VALUES, Ranges
-from vegrip.grip.safety.stuck_noise import NoiseWatch
+from vegrip.grip.safety.stuck_noise import StuckNoise
 from vegrip.messages import Condition, FingertipState
 
 MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
@@ -88,9 +88,9 @@ class InputWatchdog:
         self._corrupt: int | None = None  # [ns] when something last arrived broken
         self._quickest = math.inf  # [ns] least difference between arrival and stamp
         self._leaps = 0  # states in a row whose stamp is far ahead
-        self._all_still = Stillness(*MECHANICAL)
-        self._force_still = Stillness("normal_force")
-        self._force_noise = NoiseWatch("normal_force")
+        self._all_still = FrozenSignal(*MECHANICAL)
+        self._force_still = FrozenSignal("normal_force")
+        self._force_noise = StuckNoise("normal_force")
 
     def accept(self, state: FingertipState, now: int) -> bool:
         """Judge ``state`` arriving at ``now`` [ns]; tell whether the estimator may use it."""

@@ -7,10 +7,10 @@ import numpy as np
 
 from vegrip.identification.compare.features import Features, features_of
 from vegrip.identification.compare.where import Regime, Residuals, where
-from vegrip.identification.fit.channels import ChannelError, channel_errors, overall
+from vegrip.identification.fit.channels import ChannelError, channel_errors, overall_error
 from vegrip.identification.fit.fitting import base_model
 from vegrip.identification.fit.noise import Noise, noise_of
-from vegrip.identification.fit.preprocess import prepare
+from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.fit.problem import AT, Problem, Zeros
 from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Report, fit_problem
@@ -41,7 +41,7 @@ class Comparison:
     @property
     def error(self) -> float:
         """Rms of the whitened residuals over all channels; 1 is the noise."""
-        return overall(self.problem, self.u)
+        return overall_error(self.problem, self.u)
 
     @property
     def features(self) -> Features:
@@ -80,7 +80,7 @@ def compare(
         RecordingError: the recording lacks what a comparison needs; says what.
 
     """
-    measured = prepare(recording, noise or noise_of(recording))
+    measured = preprocess(recording, noise or noise_of(recording))
     symbols = () if model is not None else None
     problem = Problem(model or base_model(recording), measured, zeros=zeros, symbols=symbols)
     return Comparison(problem, fit_problem(problem, report).u, fitted=model is None)

@@ -25,7 +25,7 @@ def drawn_time(recording: Recording) -> Floats:
     return drawn
 
 
-def draw(comparison: Comparison, folder: Path, name: str = "model") -> list[Path]:
+def draw_comparison(comparison: Comparison, folder: Path, name: str = "model") -> list[Path]:
     """Draw one picture per channel into ``folder``; return the files. ``name`` is that of the model.
 
     Raises:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.identification.compare.features import PHASES, Features
-from vegrip.identification.compare.words import height, quantity, span
+from vegrip.identification.compare.words import format_height, format_quantity, format_span
 from vegrip.identification.fit.smoother import Floats
 
 MOST = 6
@@ -117,15 +117,17 @@ def _candidates(residuals: Residuals, features: Features) -> Iterator[tuple[str,
 
 
 def _thirds(name: str, values: Floats, rows: Mask, *, away: bool) -> Iterator[tuple[str, Mask]]:
-    said = height if away and name == "indentation" else partial(span, name)
+    said = format_height if away and name == "indentation" else partial(format_span, name)
     low, high = (float(q) for q in np.quantile(values[rows], (1.0 / 3.0, 2.0 / 3.0)))
     if values[rows].max() <= values[rows].min():
         return
     if low > values[rows].min():
         yield said(None, low), rows & (values <= low)
-    if high > low > values[rows].min() and quantity(name, high) != quantity(name, low):
+    if high > low > values[rows].min() and format_quantity(name, high) != format_quantity(name, low):
         yield said(low, high), rows & (values > low) & (values <= high)
-    if high < values[rows].max() and quantity(name, high) != quantity(name, float(values[rows].max())):
+    if high < values[rows].max() and format_quantity(name, high) != format_quantity(
+        name, float(values[rows].max())
+    ):
         yield said(high, None), rows & (values > high)
 
 
@@ -134,11 +136,10 @@ def _regime(residuals: Residuals, name: str, here: Mask, share: float) -> Regime
     name = "elsewhere" if name == EVERYWHERE and here.size > np.count_nonzero(here) else name
     offset, rms = float(np.mean(raw)), math.sqrt(float(np.mean(raw**2)))
     if abs(offset) > 0.5 * rms:
-        fails = (
-            f"the model reads {quantity(residuals.channel, abs(offset))} {'low' if offset > 0 else 'high'}"
-        )
+        amount = format_quantity(residuals.channel, abs(offset))
+        fails = f"the model reads {amount} {'low' if offset > 0 else 'high'}"
     else:
-        fails = f"the model is {quantity(residuals.channel, rms)} off, now above and now below"
+        fails = f"the model is {format_quantity(residuals.channel, rms)} off, now above and now below"
     if name.startswith(AWAY) and residuals.channel == "normal_force" and offset < -0.5 * rms:
         fails += " (a pull that it lacks)"
     note = f"{residuals.channel}, {name}: {fails}, {100.0 * share:.0f} % of the misfit"

@@ -34,7 +34,7 @@ SAID: Final = {
 PREFIX: Final = {-3: "n", -2: "u", -1: "m", 0: "", 1: "k"}
 
 
-def quantity(name: str, value: float) -> str:
+def format_quantity(name: str, value: float) -> str:
     """Return ``value`` with its unit, two digits."""
     unit = UNITS.get(name, "")
     if unit in ("", "degC", "s", "Hz") or value == 0.0:
@@ -47,31 +47,32 @@ def quantity(name: str, value: float) -> str:
     return f"{digits} {PREFIX[power]}{unit}"
 
 
-def span(name: str, low: float | None, high: float | None) -> str:
+def format_span(name: str, low: float | None, high: float | None) -> str:
     """Return a range in words."""
     if name == "frequency" and not low:
         return "without going to and fro" if low is None else "while going to and fro"
     if low is None and high is not None:
-        text = f"up to {quantity(name, high)}"
+        text = f"up to {format_quantity(name, high)}"
     elif high is None and low is not None:
-        text = f"more than {quantity(name, low)}"
+        text = f"more than {format_quantity(name, low)}"
     elif low is not None and high is not None:
-        text = f"{quantity(name, low)} to {quantity(name, high)}"
+        text = f"{format_quantity(name, low)} to {format_quantity(name, high)}"
     else:
         text = "any"
     return SAID.get(name, f"{name} {{}}").format(text)
 
 
-def height(low: float | None, high: float | None) -> str:
+def format_height(low: float | None, high: float | None) -> str:
     """Return a range of depths out of contact in words: heights above the surface at rest."""
     if high is not None and high >= 0.0:
-        return span("indentation", low, high)
+        return format_span("indentation", low, high)
     if low is not None and high is None:
         if low >= 0.0:
-            return span("indentation", low, high)
-        return f"closer than {quantity('indentation', -low)} to the surface"
+            return format_span("indentation", low, high)
+        return f"closer than {format_quantity('indentation', -low)} to the surface"
     if low is None and high is not None:
-        return f"more than {quantity('indentation', -high)} from the surface"
+        return f"more than {format_quantity('indentation', -high)} from the surface"
     if low is not None and high is not None:
-        return f"{quantity('indentation', -high)} to {quantity('indentation', -low)} from the surface"
-    return span("indentation", low, high)
+        near, far = format_quantity("indentation", -high), format_quantity("indentation", -low)
+        return f"{near} to {far} from the surface"
+    return format_span("indentation", low, high)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.identification.diagnosis.candidate_fit import Fitted
+from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.catalogue import Candidate
 from vegrip.identification.fit.smoother import Floats
 from vegrip.model import BASE
@@ -46,10 +46,10 @@ class Verdict:
         return not self.failed
 
 
-def gated(
+def judge_candidate(
     candidate: Candidate,
-    base: Fitted,
-    new: Fitted,
+    base: CandidateFit,
+    new: CandidateFit,
     regimes: tuple[float, float],
     pays: float = PAYS,
     left: float = math.inf,
@@ -81,7 +81,7 @@ def gated(
     return Verdict(gain, float(change.sum()), tuple(failed))
 
 
-def strained(base: Fitted, new: Fitted) -> bool:
+def strained(base: CandidateFit, new: CandidateFit) -> bool:
     """Whether the candidate drives a parameter of the base model onto its bound.
 
     Such a fit describes one recording and no other. Effects that were added may well end at a bound, which is
@@ -91,13 +91,13 @@ def strained(base: Fitted, new: Fitted) -> bool:
     return bool((_at_bounds(new) - _at_bounds(base)) & own)
 
 
-def _at_bounds(fitted: Fitted) -> set[str]:
+def _at_bounds(fitted: CandidateFit) -> set[str]:
     k, u = fitted.problem.unknowns, fitted.optimum.u
     near = AT_BOUND * k.std
     return {n for n, at in zip(k.names, (u - k.low < near) | (k.high - u < near), strict=True) if at}
 
 
-def resolved(candidate: Candidate, new: Fitted) -> bool:
+def resolved(candidate: Candidate, new: CandidateFit) -> bool:
     """Whether any amount of the effect is more than the sensors resolve."""
     problem, noise = new.problem, new.problem.measured.noise
     std = amount_std(candidate, new)
@@ -115,7 +115,7 @@ def resolved(candidate: Candidate, new: Fitted) -> bool:
     return False
 
 
-def amount_std(candidate: Candidate, new: Fitted) -> Floats:
+def amount_std(candidate: Candidate, new: CandidateFit) -> Floats:
     """Return the standard errors of the coordinates, what only shapes the effect held.
 
     A rate and an amplitude of which only the product is known have no standard errors of their own, but the

@@ -19,7 +19,7 @@ from vegrip.identification.fit.channels import rms
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.sensitivity import has_play
 from vegrip.identification.fit.smoother import Floats
-from vegrip.identification.fit.solve import Optimum, refine, scaled
+from vegrip.identification.fit.solve import Optimum, refine_optimum, scaled
 from vegrip.model import BASE
 from vegrip.parameters import coordinate
 
@@ -34,7 +34,7 @@ AWAY = 1e-3  # of the range, from a bound at which derivatives vanish
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class CandidateFit:
     """A model at its best, with what is needed to judge it.
 
     Attributes:
@@ -60,7 +60,7 @@ class Fitted:
         J, s = self.optimum.jacobian, self.problem.unknowns.std
         return np.sqrt(np.maximum(np.diag(np.linalg.inv(J.T @ J + np.diag(s**-2.0))), 0.0))
 
-    def whitened(self, other: "Fitted") -> Floats:
+    def whitened(self, other: "CandidateFit") -> Floats:
         """Return the residual of another model of the same rows in units of this one's noise."""
         if other.problem.whitener is self.problem.whitener:
             return other.optimum.residual
@@ -73,7 +73,7 @@ class Fitted:
         return math.exp(raw) if k.log[k.names.index(symbol)] else raw
 
 
-def judged(problem: Problem, optimum: Optimum, groups: Floats) -> Fitted:
+def evaluate_candidate(problem: Problem, optimum: Optimum, groups: Floats) -> CandidateFit:
     """Return an optimum with evidence and held-out scores; ``groups`` (rows,) numbers what is held out."""
     s = problem.unknowns.std
     J = optimum.jacobian
@@ -85,12 +85,12 @@ def judged(problem: Problem, optimum: Optimum, groups: Floats) -> Fitted:
     scales = np.array([float(np.sum(problem.log_scale[groups == one])) for one in np.unique(groups)])
     count = max(int(np.count_nonzero(problem.counted)), 1)
     without = math.sqrt(-2.0 * float(squares.sum()) / count)
-    return Fitted(
+    return CandidateFit(
         problem, optimum, evidence, squares - scales, without, rms(optimum.residual[problem.counted])
     )
 
 
-def extended(base: Fitted, hint: Hint, groups: Floats) -> Fitted:
+def extend_problem(base: CandidateFit, hint: Hint, groups: Floats) -> CandidateFit:
     """Refit with a candidate, from where the screen points."""
     best: Optimum | None = None
     problem = _problem(base, hint.candidate)
@@ -98,38 +98,40 @@ def extended(base: Fitted, hint: Hint, groups: Floats) -> Fitted:
     known = dict(zip(base.problem.unknowns.names, base.optimum.jacobian.T, strict=True))
     for factor in STARTS:
         start = _start(problem, base, hint, factor)
-        found = refine(problem, start, EVALUATIONS, known, near)
+        found = refine_optimum(problem, start, EVALUATIONS, known, near)
         if best is None or found.cost < best.cost:
             best = found
         if best.cost < base.optimum.cost - 0.5 * hint.gain:
             break
     assert best is not None  # noqa: S101
     if any(p.null is None for p in hint.candidate.effect.parameters):  # a shape may have a better place
-        found = refine(problem, _start(problem, base, _as_declared(hint), 1.0), EVALUATIONS, known, near)
+        found = refine_optimum(
+            problem, _start(problem, base, _as_declared(hint), 1.0), EVALUATIONS, known, near
+        )
         best = min(best, found, key=lambda one: one.cost)
     if _astray(base):
         start = _start(problem, base, hint, STARTS[-1])
-        found = refine(problem, _unshifted(problem, start), 2 * EVALUATIONS, near=near)
+        found = refine_optimum(problem, _unshifted(problem, start), 2 * EVALUATIONS, near=near)
         best = min(best, found, key=lambda one: one.cost)
     if best.cost > base.optimum.cost:  # led astray: from next to nothing it cannot end above the base
         start = _start(problem, base, hint, NEXT_TO_NOTHING)
-        best = refine(problem, start, 2 * EVALUATIONS, known, near)
+        best = refine_optimum(problem, start, 2 * EVALUATIONS, known, near)
     if has_play(problem.model):  # what the tip does not follow is another noise
         problem.freeze(best.u)
-        best = refine(problem, best.u, EVALUATIONS)
-    return judged(problem, best, groups)
+        best = refine_optimum(problem, best.u, EVALUATIONS)
+    return evaluate_candidate(problem, best, groups)
 
 
-def finished(base: Fitted, rough: Fitted, groups: Floats) -> Fitted:
+def finish_fit(base: CandidateFit, rough: CandidateFit, groups: Floats) -> CandidateFit:
     """Return a candidate that ended far from the base with its last steps taken by derivatives made anew."""
     if rough.optimum.cost > base.optimum.cost - FAR:
         return rough
-    return judged(
-        rough.problem, refine(rough.problem, rough.optimum.u, 2 * EVALUATIONS, near=ROUGHLY), groups
+    return evaluate_candidate(
+        rough.problem, refine_optimum(rough.problem, rough.optimum.u, 2 * EVALUATIONS, near=ROUGHLY), groups
     )
 
 
-def _problem(base: Fitted, candidate: Candidate) -> Problem:
+def _problem(base: CandidateFit, candidate: Candidate) -> Problem:
     """Return the problem with the candidate.
 
     Beside the plain model it is compiled by itself, once and for all; beside accepted effects it runs in the
@@ -147,7 +149,7 @@ def _problem(base: Fitted, candidate: Candidate) -> Problem:
     return Problem(model, p.measured, zeros=p.zeros, symbols=ordered, like=p, within=within)
 
 
-def _astray(base: Fitted) -> bool:
+def _astray(base: CandidateFit) -> bool:
     at = zip(base.problem.unknowns.names, base.optimum.u, strict=True)
     return any(abs(zero) > ASTRAY for name, zero in at if name.startswith("zero_displacement"))
 
@@ -167,7 +169,7 @@ def _as_declared(hint: Hint) -> Hint:
     return dataclasses.replace(hint, trial=trial, multiple=1.0)
 
 
-def _start(problem: Problem, base: Fitted, hint: Hint, factor: float) -> Floats:
+def _start(problem: Problem, base: CandidateFit, hint: Hint, factor: float) -> Floats:
     """Return the base optimum beside the trial, its amount scaled as the screen asks, within reason."""
     k, known = problem.unknowns, base.problem.unknowns
     u = k.start.copy()

@@ -57,7 +57,7 @@ def candidates(model: ContactModel, measured: Measured) -> tuple[list[Candidate]
         if name in BASE or name in present:
             continue
         one = effect(name)
-        reason = unseen(one, measured)
+        reason = why_unseen(one, measured)
         if not reason and (name not in BUILT_IN or any(share_a_name(one, e) for e in foreign)):
             reason = _unfit(model, one)
         if reason:
@@ -77,7 +77,7 @@ def _unfit(model: ContactModel, one: Effect) -> str:
     return ""
 
 
-def unseen(one: Effect, measured: Measured) -> str:
+def why_unseen(one: Effect, measured: Measured) -> str:
     """Return why the recording cannot show an effect, empty where it can."""
     columns = measured.recording.columns
     takes = {name for hook in one.hooks for name in _arguments(hook.function)}

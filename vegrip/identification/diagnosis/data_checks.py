@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vegrip.errors import RecordingError
-from vegrip.identification.diagnosis.candidate_fit import Fitted
+from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.fit.smoother import Floats
@@ -44,7 +44,7 @@ class Doubt:
     grave: bool = False
 
 
-def refuse(recording: Recording, measured: Measured) -> None:
+def refuse_unusable(recording: Recording, measured: Measured) -> None:
     """Refuse a recording from which nothing can be concluded.
 
     Raises:
@@ -61,7 +61,7 @@ def refuse(recording: Recording, measured: Measured) -> None:
         )
 
 
-def before(problem: Problem) -> list[Doubt]:
+def check_before_search(problem: Problem) -> list[Doubt]:
     """Return what is wrong with a recording before anything is looked for."""
     return list(_before(problem))
 
@@ -130,7 +130,7 @@ def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> floa
     return best * step
 
 
-def apart(base: Fitted) -> tuple[float, float]:
+def apart(base: CandidateFit) -> tuple[float, float]:
     """Return the small shift of the force's clock that explains most of the misfit [s], and its gain [nats].
 
     By the derivative of the modelled force in time, beside all that the model can do.
@@ -160,7 +160,7 @@ def _rate(t: Floats, first: Floats, values: Floats) -> Floats:
     return out
 
 
-def clocks(base: Fitted, best: float) -> list[Doubt]:
+def check_clocks(base: CandidateFit, best: float) -> list[Doubt]:
     """Return the doubt that clocks disagree, if that explains more than the ``best`` effect [nats]."""
     late, gain = apart(base)
     if gain < CLEAR + (1.0 + BETTER) * max(best, 0.0):
@@ -174,7 +174,7 @@ def clocks(base: Fitted, best: float) -> list[Doubt]:
     ]
 
 
-def lookalikes(names: list[str], values: dict[str, float], radius: float) -> list[Doubt]:
+def check_lookalikes(names: list[str], values: dict[str, float], radius: float) -> list[Doubt]:
     """Return which named effects a fault of the recording would imitate."""
     told = {"tau": math.nan, "eta": math.nan, **values, "radius": radius}
     return [Doubt(LOOKALIKES[name].format(**told)) for name in names if name in LOOKALIKES]

@@ -15,14 +15,20 @@ from typing import Any
 from vegrip.identification.compare.comparison import Comparison
 from vegrip.identification.compare.where import Regime
 from vegrip.identification.diagnosis.acceptance import CALM
-from vegrip.identification.diagnosis.data_checks import Doubt, before, clocks, lookalikes, refuse
-from vegrip.identification.diagnosis.discrepancy import Discrepancy, discrepancy
-from vegrip.identification.diagnosis.search import Report, Search, Tried, search
+from vegrip.identification.diagnosis.data_checks import (
+    Doubt,
+    check_before_search,
+    check_clocks,
+    check_lookalikes,
+    refuse_unusable,
+)
+from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
+from vegrip.identification.diagnosis.search import Report, Search, Tried, search_effects
 from vegrip.identification.fit.blas import on_one_thread
 from vegrip.identification.fit.fitting import fit
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import Zeros
-from vegrip.identification.fit.result import Fit, fitted
+from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
 
@@ -41,7 +47,7 @@ FORM_SHARE = 0.25  # of the gain
 ROUGH_SHARE = 0.01  # of the gain, where forms leave a misfit anyhow
 
 
-def alike(one: Tried, other: Tried, *, rough: bool = False) -> bool:
+def are_alike(one: Tried, other: Tried, *, rough: bool = False) -> bool:
     """Whether two candidates do nearly the same: between them only the form of a law decides.
 
     ``rough``: the forms of the laws that were accepted leave more than noise, and so may these.
@@ -98,7 +104,7 @@ class Diagnosis:
     @cached_property
     def _rest(self) -> Discrepancy | None:
         """The curve that explains most of what the last model leaves."""
-        return discrepancy(self.search.last)
+        return find_discrepancy(self.search.last)
 
     @property
     def _nearly_all(self) -> bool:
@@ -121,7 +127,7 @@ class Diagnosis:
                 if one.verdict.passed
                 and (
                     best - one.verdict.gain <= CLOSE + CLOSE_SHARE * best
-                    or alike(step.taken, one, rough=rough)
+                    or are_alike(step.taken, one, rough=rough)
                 )
             ]
             if len(close) > 1:
@@ -136,7 +142,7 @@ class Diagnosis:
         """
         s = self.search
         if self.verdict == "unexplained":
-            return discrepancy(s.first)
+            return find_discrepancy(s.first)
         return self._rest if s.misfit(s.last) > CALM else None
 
     @cached_property
@@ -149,7 +155,7 @@ class Diagnosis:
     def result(self) -> Fit:
         """The fit with everything that was accepted."""
         last = self.search.last
-        return fitted(last.problem, last.optimum)
+        return fit_of(last.problem, last.optimum)
 
     @property
     def model(self) -> ContactModel:
@@ -249,15 +255,17 @@ def diagnose(
 
     """
     start = fit(recording, model, noise=noise, zeros=zeros, report=report)
-    refuse(recording, start.problem.measured)
-    doubts = before(start.problem)
+    refuse_unusable(recording, start.problem.measured)
+    doubts = check_before_search(start.problem)
     grave = any(doubt.grave for doubt in doubts)
-    found = search(start.problem, start.optimum, most=0 if grave else most, threads=threads, report=report)
+    found = search_effects(
+        start.problem, start.optimum, most=0 if grave else most, threads=threads, report=report
+    )
     if not grave:
         gains = [one.verdict.gain for one in found.steps[0].tried]
-        doubts += clocks(found.first, max(gains, default=0.0))
+        doubts += check_clocks(found.first, max(gains, default=0.0))
     if any(doubt.grave for doubt in doubts):
         return Diagnosis(start, found.untaken, doubts)
     names = [one.candidate.name for one in found.accepted]
     values = {symbol: found.last.value(symbol) for symbol in found.last.problem.symbols}
-    return Diagnosis(start, found, doubts + lookalikes(names, values, start.problem.model.tip_radius))
+    return Diagnosis(start, found, doubts + check_lookalikes(names, values, start.problem.model.tip_radius))

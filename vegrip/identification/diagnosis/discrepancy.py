@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from vegrip.identification.compare.features import Features, features_of
-from vegrip.identification.diagnosis.candidate_fit import Fitted
+from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.fit.smoother import Floats
 
@@ -66,7 +66,7 @@ class Discrepancy:
         }  # fmt: skip
 
 
-def discrepancy(fitted: Fitted) -> Discrepancy | None:
+def find_discrepancy(fitted: CandidateFit) -> Discrepancy | None:
     """Return the curve with the greatest evidence; None when none has enough."""
     problem, u = fitted.problem, fitted.optimum.u
     table = problem.table(u)

@@ -9,14 +9,14 @@ import numpy as np
 
 from vegrip.effects import effect
 from vegrip.errors import UsageError
-from vegrip.identification.diagnosis.candidate_fit import Fitted, extended, judged
+from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, extend_problem
 from vegrip.identification.diagnosis.catalogue import Candidate, candidates
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
 from vegrip.identification.diagnosis.regimes import held_out_groups
-from vegrip.identification.diagnosis.score_tests import Hint, screen
-from vegrip.identification.diagnosis.search import settled
+from vegrip.identification.diagnosis.score_tests import Hint, screen_candidates
+from vegrip.identification.diagnosis.search import drop_unneeded
 from vegrip.identification.fit.blas import on_one_thread
-from vegrip.identification.fit.result import Fit, fitted
+from vegrip.identification.fit.result import Fit, fit_of
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Rung:
         return {"effect": self.effect, "error": self.error, "heldout_error": self.heldout_error}
 
 
-def ladder(found: Diagnosis) -> list[Rung]:
+def build_ladder(found: Diagnosis) -> list[Rung]:
     """Return the rungs of a diagnosis, from the first model to the last."""
     steps = found.search.steps
     rungs = [Rung(None, steps[0].base.error, steps[0].base.heldout_error)]
@@ -43,7 +43,7 @@ def ladder(found: Diagnosis) -> list[Rung]:
 
 
 @on_one_thread
-def add(name: str, start: Fit) -> tuple[Fit, Fitted]:
+def add_effect(name: str, start: Fit) -> tuple[Fit, CandidateFit]:
     """Put the effect ``name`` into a fitted model and fit again; return that fit, and the model before.
 
     Raises:
@@ -60,20 +60,20 @@ def add(name: str, start: Fit) -> tuple[Fit, Fitted]:
         raise UsageError(f"this recording cannot show {name}: {hidden[name]}")
     candidate = next(one for one in possible if one.name == name)
     groups = held_out_groups(problem)
-    base = judged(problem, start.optimum, groups)
-    last = settled(extended(base, _hint(base, candidate), groups), groups)
-    return fitted(last.problem, last.optimum), base
+    base = evaluate_candidate(problem, start.optimum, groups)
+    last = drop_unneeded(extend_problem(base, _hint(base, candidate), groups), groups)
+    return fit_of(last.problem, last.optimum), base
 
 
-def _hint(base: Fitted, candidate: Candidate) -> Hint:
+def _hint(base: CandidateFit, candidate: Candidate) -> Hint:
     """Return where the screen points, or the declared value where it sees nothing."""
-    hints = screen(base.problem, base.optimum, [candidate])
+    hints = screen_candidates(base.problem, base.optimum, [candidate])
     if hints:
         return hints[0]
     return Hint(candidate, 0.0, candidate.trials[0], 1.0, 0.0, np.zeros(base.optimum.residual.size))
 
 
-def draw(rungs: list[Rung], path: Path) -> None:
+def draw_ladder(rungs: list[Rung], path: Path) -> None:
     """Draw the ladder.
 
     Raises:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vegrip.identification.diagnosis.acceptance import CALM, PAYS
-from vegrip.identification.diagnosis.candidate_fit import Fitted
+from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 
 LATER = 20.0  # [nats] for a further effect where no regime stands out any more; and in any case
 MATERIAL = 0.005  # of what was gained so far,
@@ -25,7 +25,7 @@ SURELY = 2.0  # standard deviations of the sum of squares of noise
 
 
 @dataclass(frozen=True)
-class Price:
+class EvidenceThreshold:
     """What was gained so far and is left to be gained [nats], the misfit by regime, and what is accepted."""
 
     gained: float
@@ -46,12 +46,14 @@ class Price:
         return asked
 
 
-def price(first: Fitted, base: Fitted, misfit: float, accepted: Collection[str]) -> Price:
+def required_evidence(
+    first: CandidateFit, base: CandidateFit, misfit: float, accepted: Collection[str]
+) -> EvidenceThreshold:
     """Return what a further effect costs beside ``accepted`` ones, which led from ``first`` to ``base``."""
-    return Price(base.evidence - first.evidence, left(base), misfit, frozenset(accepted))
+    return EvidenceThreshold(base.evidence - first.evidence, left(base), misfit, frozenset(accepted))
 
 
-def left(fitted: Fitted) -> float:
+def left(fitted: CandidateFit) -> float:
     """Return what is certainly more than noise in the sum of squares [nats]."""
     power = fitted.optimum.residual[fitted.problem.counted] ** 2
     return max(0.5 * float(np.sum(power - 1.0)) - SURELY * math.sqrt(0.5 * power.size), 0.0)

@@ -13,7 +13,7 @@ from vegrip.identification.compare.plot import SECONDS, drawn_time
 from vegrip.identification.compare.where import Residuals
 from vegrip.identification.compare.words import UNITS
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
-from vegrip.identification.diagnosis.discrepancy import discrepancy
+from vegrip.identification.diagnosis.discrepancy import find_discrepancy
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.smoother import Floats
 
@@ -38,7 +38,7 @@ class _Side:
     residuals: Residuals
 
 
-def draw(found: Diagnosis, folder: Path, start: str) -> list[Path]:
+def draw_diagnosis(found: Diagnosis, folder: Path, start: str) -> list[Path]:
     """Draw one picture per channel into ``folder``; return the files.
 
     Args:
@@ -60,7 +60,7 @@ def draw(found: Diagnosis, folder: Path, start: str) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     problem, u = found.search.first.problem, found.search.first.optimum.u
     values = features_of(problem, problem.table(u)).values
-    telling = discrepancy(found.search.first)
+    telling = find_discrepancy(found.search.first)
     variable = telling.variable if telling is not None and telling.variable in AXES else USUAL
     feature, factor, label = AXES[variable]
     files = []

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vegrip.identification.compare.features import features_of
-from vegrip.identification.diagnosis.candidate_fit import Fitted
+from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.smoother import Floats
 
@@ -41,6 +41,6 @@ def held_out_groups(problem: Problem) -> Floats:
     return group[problem.rows].astype(np.float64)
 
 
-def before(fitted: Fitted) -> Floats:
+def before(fitted: CandidateFit) -> Floats:
     """Return the map at a fitted model."""
     return regime_map(fitted.problem, fitted.optimum.u)

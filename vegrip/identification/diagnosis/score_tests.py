@@ -43,7 +43,7 @@ class Hint:
     signature: Floats  # visible part, unit length
 
 
-def screen(
+def screen_candidates(
     problem: Problem, optimum: Optimum, candidates: Sequence[Candidate], threads: int = 2
 ) -> list[Hint]:
     """Return a hint for every candidate that changes anything, best first."""

@@ -10,15 +10,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vegrip.identification.diagnosis.acceptance import CALM, PAYS, Verdict, gated, misfit_by_regime
-from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS, Fitted, extended, finished, judged
+from vegrip.identification.diagnosis.acceptance import CALM, PAYS, Verdict, judge_candidate, misfit_by_regime
+from vegrip.identification.diagnosis.candidate_fit import (
+    EVALUATIONS,
+    CandidateFit,
+    evaluate_candidate,
+    extend_problem,
+    finish_fit,
+)
 from vegrip.identification.diagnosis.catalogue import Candidate, candidates
-from vegrip.identification.diagnosis.evidence_threshold import price
+from vegrip.identification.diagnosis.evidence_threshold import required_evidence
 from vegrip.identification.diagnosis.regimes import held_out_groups, regime_map
-from vegrip.identification.diagnosis.score_tests import Hint, carrier, screen
+from vegrip.identification.diagnosis.score_tests import Hint, carrier, screen_candidates
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.smoother import Floats
-from vegrip.identification.fit.solve import Optimum, refine
+from vegrip.identification.fit.solve import Optimum, refine_optimum
 
 MOST = 4  # effects that are named together
 REFITS = 5  # of candidates that the screen puts first, and
@@ -37,7 +43,7 @@ class Tried:
     """A candidate that was refitted."""
 
     candidate: Candidate
-    fitted: Fitted
+    fitted: CandidateFit
     verdict: Verdict
     change: Floats  # of the whitened residual
 
@@ -46,7 +52,7 @@ class Tried:
 class Step:
     """One round: what was there, what was tried, what was taken."""
 
-    base: Fitted
+    base: CandidateFit
     hints: list[Hint]
     tried: list[Tried]
     taken: Tried | None = None
@@ -62,12 +68,12 @@ class Search:
     dropped: list[str] = field(default_factory=list)
 
     @property
-    def first(self) -> Fitted:
+    def first(self) -> CandidateFit:
         """The model before anything was added."""
         return self.steps[0].base
 
     @property
-    def last(self) -> Fitted:
+    def last(self) -> CandidateFit:
         """The model with what was accepted."""
         return self.steps[-1].base
 
@@ -83,12 +89,12 @@ class Search:
         first = self.steps[0]
         return Search([Step(first.base, first.hints, first.tried)], self.out_of_sight, self.regimes)
 
-    def misfit(self, fitted: Fitted) -> float:
+    def misfit(self, fitted: CandidateFit) -> float:
         """Chi-square per regime; 1 is noise."""
         return misfit_by_regime(fitted.optimum.residual, self.regimes)
 
 
-def search(
+def search_effects(
     problem: Problem,
     optimum: Optimum,
     *,
@@ -103,7 +109,7 @@ def search(
     from what came next, and the greatest evidence counts.
     """
     groups = held_out_groups(problem)
-    base = judged(problem, optimum, groups)
+    base = evaluate_candidate(problem, optimum, groups)
     empty = Search(regimes=regime_map(problem, optimum.u))
     first = _step(base, groups, empty, threads, report)
     best = _grown(first, None, groups, empty, most, threads, report)
@@ -138,28 +144,28 @@ def _grown(
         step.taken = choice or max(passed, key=lambda one: one.verdict.gain)
         choice = None
         report(f"takes {step.taken.candidate.name}")
-        found.steps.append(_step(settled(step.taken.fitted, groups), groups, found, threads, report))
+        found.steps.append(_step(drop_unneeded(step.taken.fitted, groups), groups, found, threads, report))
     _drop_superfluous(found, groups)
     return found
 
 
-def _step(base: Fitted, groups: Floats, found: Search, threads: int, report: Report) -> Step:
+def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, report: Report) -> Step:
     model = base.problem.model
     if "K" in model.values:  # the scale of forces, which a saturation is measured by
         model = model.with_value("K", base.value("K"))
     possible, out_of_sight = candidates(model, base.problem.measured)
     found.out_of_sight = found.out_of_sight or out_of_sight
     report(f"screens {len(possible)} effects")
-    hints = screen(base.problem, base.optimum, possible, threads)
+    hints = screen_candidates(base.problem, base.optimum, possible, threads)
     chosen = shortlist(hints)
     report("refits " + (", ".join(hint.candidate.name for hint in chosen) or "none"))
     misfit = found.misfit(base)
     first = found.steps[0].base if found.steps else base
-    asked = price(first, base, misfit, [one.candidate.name for one in found.accepted])
+    asked = required_evidence(first, base, misfit, [one.candidate.name for one in found.accepted])
 
-    def told(hint: Hint, new: Fitted) -> Tried:
+    def told(hint: Hint, new: CandidateFit) -> Tried:
         pays = asked.of(hint.candidate.name)
-        verdict = gated(hint.candidate, base, new, (misfit, found.misfit(new)), pays, asked.left)
+        verdict = judge_candidate(hint.candidate, base, new, (misfit, found.misfit(new)), pays, asked.left)
         return Tried(hint.candidate, new, verdict, base.whitened(new) - base.optimum.residual)
 
     fits = _refitted(base, chosen, groups, threads)
@@ -167,12 +173,14 @@ def _step(base: Fitted, groups: Floats, found: Search, threads: int, report: Rep
     return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
 
 
-def _refitted(base: Fitted, chosen: list[Hint], groups: Floats, threads: int) -> list[Fitted]:
+def _refitted(base: CandidateFit, chosen: list[Hint], groups: Floats, threads: int) -> list[CandidateFit]:
     """Return the fits with each of the ``chosen``; only those that contend are made to the end."""
     with ThreadPoolExecutor(threads) as pool:
-        fits = list(pool.map(lambda hint: extended(base, hint, groups), chosen))
+        fits = list(pool.map(lambda hint: extend_problem(base, hint, groups), chosen))
         least = base.evidence + CONTENDS * max((one.evidence - base.evidence for one in fits), default=0.0)
-        return list(pool.map(lambda one: finished(base, one, groups) if one.evidence >= least else one, fits))
+        return list(
+            pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= least else one, fits)
+        )
 
 
 def shortlist(hints: list[Hint]) -> list[Hint]:
@@ -188,13 +196,13 @@ def shortlist(hints: list[Hint]) -> list[Hint]:
     return chosen + kinked + mates
 
 
-def settled(fitted: Fitted, groups: Floats) -> Fitted:
+def drop_unneeded(fitted: CandidateFit, groups: Floats) -> CandidateFit:
     """Set up the noise anew at a fitted model, and fit it to the end."""
     problem = fitted.problem
     u = fitted.optimum.u
     problem.freeze(u)
-    best = refine(problem, u, 2 * EVALUATIONS)
-    return judged(problem, best, groups)
+    best = refine_optimum(problem, u, 2 * EVALUATIONS)
+    return evaluate_candidate(problem, best, groups)
 
 
 def _drop_superfluous(found: Search, groups: Floats) -> None:
@@ -202,13 +210,15 @@ def _drop_superfluous(found: Search, groups: Floats) -> None:
     for one in found.accepted[:-1]:
         last = found.last
         without = _without(last, one.candidate)
-        rest = judged(without, refine(without, _shared(last, without), EVALUATIONS), groups)
+        rest = evaluate_candidate(
+            without, refine_optimum(without, _shared(last, without), EVALUATIONS), groups
+        )
         if last.evidence - rest.evidence < PAYS:
             found.dropped.append(one.candidate.name)
             found.steps.append(Step(rest, [], []))
 
 
-def _without(fitted: Fitted, candidate: Candidate) -> Problem:
+def _without(fitted: CandidateFit, candidate: Candidate) -> Problem:
     """Return the problem with an effect held at nothing."""
     problem = fitted.problem
     model = problem.model
@@ -220,6 +230,6 @@ def _without(fitted: Fitted, candidate: Candidate) -> Problem:
     return Problem(model, problem.measured, zeros=problem.zeros, symbols=symbols, like=problem, within=within)
 
 
-def _shared(fitted: Fitted, other: Problem) -> Floats:
+def _shared(fitted: CandidateFit, other: Problem) -> Floats:
     known = dict(zip(fitted.problem.unknowns.names, fitted.optimum.u, strict=True))
     return np.array([known[name] for name in other.unknowns.names])

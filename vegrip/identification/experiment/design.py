@@ -11,8 +11,13 @@ import numpy as np
 from vegrip.effects import effect
 from vegrip.errors import UsageError
 from vegrip.identification.experiment.design_space import MENU, Item, Rig
-from vegrip.identification.experiment.discrimination import Separation, achieved, chance, separation
-from vegrip.identification.experiment.hypotheses import NOTHING, Contest
+from vegrip.identification.experiment.discrimination import (
+    Separation,
+    chance_to_decide,
+    expected_separation,
+    measure_separation,
+)
+from vegrip.identification.experiment.hypotheses import NOTHING, Hypotheses
 from vegrip.identification.experiment.limits import RigLimits
 from vegrip.identification.simulate import Protocol, simulate
 
@@ -80,7 +85,7 @@ class Design:
 
     """
 
-    contest: Contest
+    contest: Hypotheses
     limits: RigLimits
     depth: float
     tried: tuple[Planned, ...]
@@ -100,7 +105,7 @@ class Design:
         if self.best is not None:
             nats, seconds = self.best.nats, self.best.whole.duration
             odds = f"expected to tell {between} apart by {nats:.0f} nats in {seconds:.0f} s"
-            return f"{self.best.item}: {odds} (decides with probability {chance(nats):.2f})"
+            return f"{self.best.item}: {odds} (decides with probability {chance_to_decide(nats):.2f})"
         most = f" (at most {self.tried[0].nats:.1f} nats, {self.tried[0].item})" if self.tried else ""
         told = [effect(n).experiment for n in self.contest.names if n != NOTHING]
         hints = "; ".join(dict.fromkeys(text for text in told if text))
@@ -115,7 +120,7 @@ class Design:
             "separates": self.best is not None,
             "advice": self.advice,
             "best": self.best.as_dict() if self.best is not None else None,
-            "chance": chance(self.best.nats) if self.best is not None else 0.0,
+            "chance": chance_to_decide(self.best.nats) if self.best is not None else 0.0,
             "achieved": {" against ".join(pair): nats for pair, nats in self.achieved.items()},
             "items": [planned.as_dict() for planned in self.tried],
             "left_out": dict(self.left_out),
@@ -124,7 +129,7 @@ class Design:
 
 
 def design(
-    contest: Contest,
+    contest: Hypotheses,
     limits: RigLimits,
     *,
     enough: float = ENOUGH,
@@ -151,7 +156,7 @@ def design(
     def look(job: tuple[Item, Rig, Mapping[str, float]]) -> Planned:
         item, own, amplitudes = job
         protocol = item.protocol(own, amplitudes)
-        return Planned(item.name, amplitudes, protocol, separation(contest, protocol))
+        return Planned(item.name, amplitudes, protocol, expected_separation(contest, protocol))
 
     def score(one: Planned) -> float:
         return _score(one, limits, enough)
@@ -172,7 +177,7 @@ def design(
     made = Design(contest, limits, rig.depth, tuple(tried), left_out)
     if thorough and made.best is not None:
         report("simulates the best one")
-        made = replace(made, achieved=achieved(contest, made.best.whole, seed=1))
+        made = replace(made, achieved=measure_separation(contest, made.best.whole, seed=1))
     return made
 
 
@@ -184,8 +189,10 @@ def _promising(scanned: list[Planned]) -> list[Planned]:
     return some or [scanned[0]]
 
 
-def _refitted(planned: Planned, contest: Contest) -> Planned:
-    return replace(planned, separation=separation(contest, planned.protocol, refit=True), refitted=True)
+def _refitted(planned: Planned, contest: Hypotheses) -> Planned:
+    return replace(
+        planned, separation=expected_separation(contest, planned.protocol, refit=True), refitted=True
+    )
 
 
 def _one_each(ranked: list[Planned], scanned: list[Planned]) -> list[Planned]:
@@ -195,7 +202,7 @@ def _one_each(ranked: list[Planned], scanned: list[Planned]) -> list[Planned]:
     return [found[name] for name in order]
 
 
-def rig_of(contest: Contest, limits: RigLimits) -> Rig:
+def rig_of(contest: Hypotheses, limits: RigLimits) -> Rig:
     """Return what the menu is scaled to, its depth such that no contestant's force passes the limit.
 
     Raises:
@@ -210,7 +217,7 @@ def rig_of(contest: Contest, limits: RigLimits) -> Rig:
     return replace(rig, depth=_depth_for(contest, rig, limits.force))
 
 
-def _depth_for(contest: Contest, rig: Rig, force: float) -> float:
+def _depth_for(contest: Hypotheses, rig: Rig, force: float) -> float:
     """Return the greatest depth [m] at which the force of a fast press stays below ``force`` [N]."""
     low, high = 0.0, rig.depth
     if _force_at(contest, rig, high) <= force:
@@ -221,7 +228,7 @@ def _depth_for(contest: Contest, rig: Rig, force: float) -> float:
     return low if low > 0.0 else high
 
 
-def _force_at(contest: Contest, rig: Rig, depth: float) -> float:
+def _force_at(contest: Hypotheses, rig: Rig, depth: float) -> float:
     own = replace(rig, depth=depth)
     protocol = Protocol("press", (own.press(depth),), 0.0)
     exact = {"normal_force": 0.0, "displacement": 0.0}
@@ -231,7 +238,7 @@ def _force_at(contest: Contest, rig: Rig, depth: float) -> float:
     )
 
 
-def _suited(item: Item, contest: Contest, limits: RigLimits, rig: Rig) -> tuple[Rig, str]:
+def _suited(item: Item, contest: Hypotheses, limits: RigLimits, rig: Rig) -> tuple[Rig, str]:
     """Return the rig for an item, or why it cannot be done."""
     if not item.rubs:
         return rig, ""
@@ -251,7 +258,7 @@ def _score(planned: Planned, limits: RigLimits, enough: float) -> float:
     return reached - SLOW * planned.whole.duration / limits.duration
 
 
-def _polished(planned: Planned, contest: Contest, limits: RigLimits, rig: Rig, enough: float) -> Planned:
+def _polished(planned: Planned, contest: Hypotheses, limits: RigLimits, rig: Rig, enough: float) -> Planned:
     """Search on along each amplitude, one after the other."""
     item = next(item for item in MENU if item.name == planned.item)
     own, _ = _suited(item, contest, limits, rig)

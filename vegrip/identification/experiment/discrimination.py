@@ -20,12 +20,12 @@ from scipy.stats import norm
 
 from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS
 from vegrip.identification.diagnosis.diagnosis import CLOSE
-from vegrip.identification.experiment.hypotheses import Contest
+from vegrip.identification.experiment.hypotheses import Hypotheses
 from vegrip.identification.fit.noise import noise_of
-from vegrip.identification.fit.preprocess import Measured, prepare
+from vegrip.identification.fit.preprocess import Measured, preprocess
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.smoother import Floats
-from vegrip.identification.fit.solve import refine
+from vegrip.identification.fit.solve import refine_optimum
 from vegrip.identification.simulate import Protocol, simulate
 
 CLOSE_ENOUGH = 1e-4  # relative change of the cost at which a refit ends
@@ -48,12 +48,14 @@ class Separation:
         return min(self.pairs, key=lambda pair: self.pairs[pair])
 
 
-def chance(nats: float) -> float:
+def chance_to_decide(nats: float) -> float:
     """Return the probability that one experiment tells a pair apart by more than the limit of ambiguity."""
     return float(norm.cdf((nats - CLOSE) / np.sqrt(2.0 * nats))) if nats > 0.0 else 0.0
 
 
-def separation(contest: Contest, protocol: Protocol, *, refit: bool = False, seed: int = 0) -> Separation:
+def expected_separation(
+    contest: Hypotheses, protocol: Protocol, *, refit: bool = False, seed: int = 0
+) -> Separation:
     """Return how far ``protocol`` puts the contestants apart.
 
     Linear in what each may refit, as above, or with ``refit`` by refits, which costs ten times as much: rates
@@ -72,25 +74,27 @@ def separation(contest: Contest, protocol: Protocol, *, refit: bool = False, see
     return Separation(pairs)
 
 
-def achieved(contest: Contest, protocol: Protocol, seed: int = 0) -> dict[tuple[str, str], float]:
+def measure_separation(
+    contest: Hypotheses, protocol: Protocol, seed: int = 0
+) -> dict[tuple[str, str], float]:
     """Simulate the experiment and refit all: by how many nats each truth beats each of its rivals."""
     out = {}
     for one in contest.names:
         truth = _problem(contest, one, _recorded(contest, one, protocol, seed))
-        right = refine(truth, truth.unknowns.start, EVALUATIONS).cost
+        right = refine_optimum(truth, truth.unknowns.start, EVALUATIONS).cost
         for other in contest.names:
             if other != one:
                 rival = _problem(contest, other, truth.measured, truth)
-                out[one, other] = refine(rival, rival.unknowns.start, 2 * EVALUATIONS).cost - right
+                out[one, other] = refine_optimum(rival, rival.unknowns.start, 2 * EVALUATIONS).cost - right
     return out
 
 
-def _recorded(contest: Contest, name: str, protocol: Protocol, seed: int) -> Measured:
+def _recorded(contest: Hypotheses, name: str, protocol: Protocol, seed: int) -> Measured:
     made = simulate(contest.models[name], protocol, sensors=contest.sensors, rate=contest.rate, seed=seed)
-    return prepare(made, noise_of(made))
+    return preprocess(made, noise_of(made))
 
 
-def _problem(contest: Contest, name: str, measured: Measured, like: Problem | None = None) -> Problem:
+def _problem(contest: Hypotheses, name: str, measured: Measured, like: Problem | None = None) -> Problem:
     return Problem(contest.models[name], measured, like=like)
 
 

@@ -12,12 +12,12 @@ import numpy as np
 from vegrip.effects import effect
 from vegrip.errors import UsageError
 from vegrip.identification.diagnosis.acceptance import PAYS
-from vegrip.identification.diagnosis.candidate_fit import Fitted, extended, judged
+from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, extend_problem
 from vegrip.identification.diagnosis.catalogue import candidates
 from vegrip.identification.diagnosis.regimes import held_out_groups
-from vegrip.identification.diagnosis.score_tests import screen
+from vegrip.identification.diagnosis.score_tests import screen_candidates
 from vegrip.identification.fit.preprocess import LOADS, Measured
-from vegrip.identification.fit.result import Fit, fitted
+from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.simulate import SENSORS
 from vegrip.model import ContactModel
 
@@ -26,7 +26,7 @@ NOTHING = "nothing"
 
 
 @dataclass(frozen=True, eq=False)
-class Contest:
+class Hypotheses:
     """What an experiment is to tell apart.
 
     Attributes:
@@ -53,7 +53,9 @@ class Contest:
         return "tangential_force" in self.sensors
 
 
-def contest_of(start: Fit, names: Sequence[str], report: Callable[[str], None] = lambda _: None) -> Contest:
+def hypotheses_of(
+    start: Fit, names: Sequence[str], report: Callable[[str], None] = lambda _: None
+) -> Hypotheses:
     """Fit each of ``names`` (effects, or "nothing") on top of ``start``.
 
     Raises:
@@ -72,7 +74,7 @@ def contest_of(start: Fit, names: Sequence[str], report: Callable[[str], None] =
             raise UsageError(f"the model has {name} already; it is no candidate any more")
     possible, hidden = candidates(problem.model, problem.measured)
     groups = held_out_groups(problem)
-    base = judged(problem, start.optimum, groups)
+    base = evaluate_candidate(problem, start.optimum, groups)
     models: dict[str, ContactModel] = {}
     assumed = []
     for name in wanted:
@@ -84,18 +86,18 @@ def contest_of(start: Fit, names: Sequence[str], report: Callable[[str], None] =
             raise UsageError(f"no experiment with these sensors shows {name}: {hidden[name]}")
         found = None
         for candidate in possible:
-            if candidate.name == name and (hints := screen(problem, start.optimum, [candidate])):
-                found = extended(base, hints[0], groups)
+            if candidate.name == name and (hints := screen_candidates(problem, start.optimum, [candidate])):
+                found = extend_problem(base, hints[0], groups)
         if found is not None and found.evidence - base.evidence > PAYS:
             models[name] = _model(found)
         else:
             models[name] = start.model.with_effect(effect(name))
             assumed.append(name)
-    return Contest(models, tuple(assumed), sensors_of(problem.measured), rate_of(problem.measured))
+    return Hypotheses(models, tuple(assumed), sensors_of(problem.measured), rate_of(problem.measured))
 
 
-def _model(found: Fitted) -> ContactModel:
-    return fitted(found.problem, found.optimum).model
+def _model(found: CandidateFit) -> ContactModel:
+    return fit_of(found.problem, found.optimum).model
 
 
 def _reachable(name: str, measured: Measured) -> bool:

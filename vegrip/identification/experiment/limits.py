@@ -57,7 +57,7 @@ def limits_of(recording: Recording) -> RigLimits:
     )
 
 
-def completed(given: RigLimits, recorded: RigLimits) -> RigLimits:
+def complete_limits(given: RigLimits, recorded: RigLimits) -> RigLimits:
     """Return ``given`` with what it leaves open taken from ``recorded``."""
     unknown = {f.name for f in fields(RigLimits) if math.isnan(getattr(given, f.name))}
     return replace(given, **{name: getattr(recorded, name) for name in unknown})

@@ -15,9 +15,9 @@ import numpy as np
 
 from vegrip.effects import effect
 from vegrip.identification.experiment.design import Design, design
-from vegrip.identification.experiment.discrimination import achieved
-from vegrip.identification.experiment.hypotheses import Contest, contest_of
-from vegrip.identification.experiment.limits import RigLimits, completed, limits_of
+from vegrip.identification.experiment.discrimination import measure_separation
+from vegrip.identification.experiment.hypotheses import Hypotheses, hypotheses_of
+from vegrip.identification.experiment.limits import RigLimits, complete_limits, limits_of
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Recording
 from vegrip.identification.simulate import simulate
@@ -53,11 +53,11 @@ def recorded(model: ContactModel, name: str, share: float) -> Recording:
 
 def planned(
     model: ContactModel, one: str, other: str, share: float, duration: float
-) -> tuple[Contest, Design]:
+) -> tuple[Hypotheses, Design]:
     """Return the contest of a pair and the experiment that was found for it."""
     recording = recorded(model, one, share)
-    contest = contest_of(fit(recording), [one, other])
-    limits = completed(RigLimits(duration=duration), limits_of(recording))
+    contest = hypotheses_of(fit(recording), [one, other])
+    limits = complete_limits(RigLimits(duration=duration), limits_of(recording))
     return contest, design(contest, limits, thorough=False)
 
 
@@ -73,7 +73,7 @@ def main(arguments: list[str] | None = None) -> int:
         contest, found = planned(model, one, other, share, given.duration)
         first = found.tried[0]
         assumed = ", ".join(contest.assumed)
-        runs = [achieved(contest, first.protocol, seed) for seed in range(1, given.seeds + 1)]
+        runs = [measure_separation(contest, first.protocol, seed) for seed in range(1, given.seeds + 1)]
         for (truth, rival), nats in first.separation.pairs.items():
             got = [run[truth, rival] for run in runs]
             spread = float(np.std(got, ddof=1)) if len(got) > 1 else math.nan

@@ -39,7 +39,7 @@ class ChannelError:
         return asdict(self)
 
 
-def overall(problem: Problem, u: Floats) -> float:
+def overall_error(problem: Problem, u: Floats) -> float:
     """Return the rms of the whitened residuals over all channels; 1 is the noise."""
     return rms(problem.residual(u)[problem.counted])
 

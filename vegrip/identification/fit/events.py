@@ -33,7 +33,7 @@ class Event:
         return slice(self.begin + 1, self.end)
 
 
-def events(t: Floats, first: Floats, displacement: Floats, force: Floats, noise: float) -> list[Event]:
+def find_events(t: Floats, first: Floats, displacement: Floats, force: Floats, noise: float) -> list[Event]:
     """Return the losses of ``force`` (n,) [N], NaN where missing, with white ``noise`` [N].
 
     Usual is the steepest change before a loss, and the middle one after it (the force springs back a little).

@@ -5,9 +5,9 @@ import math
 from vegrip.errors import RecordingError
 from vegrip.identification.fit.blas import on_one_thread
 from vegrip.identification.fit.noise import Noise, noise_of
-from vegrip.identification.fit.preprocess import prepare
+from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.fit.problem import Problem, Zeros
-from vegrip.identification.fit.result import Fit, fitted
+from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.fit.solve import Report, fit_problem
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel, paper_model
@@ -36,9 +36,9 @@ def fit(
         RecordingError: the recording lacks what a fit needs; says what.
 
     """
-    measured = prepare(recording, noise or noise_of(recording))
+    measured = preprocess(recording, noise or noise_of(recording))
     problem = Problem(model or base_model(recording), measured, zeros=zeros)
-    return fitted(problem, fit_problem(problem, report))
+    return fit_of(problem, fit_problem(problem, report))
 
 
 def base_model(recording: Recording) -> ContactModel:

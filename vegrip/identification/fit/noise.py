@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vegrip.identification.fit.ou_noise import Wandering, wandering
-from vegrip.identification.fit.replicates import noise_of_pairs, pairs
+from vegrip.identification.fit.ou_noise import OuNoise, estimate_ou_noise
+from vegrip.identification.fit.replicates import find_pairs, noise_of_pairs
 from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.whitening import ForceNoise
 from vegrip.identification.recording import Recording
@@ -103,14 +103,14 @@ def noise_of(recording: Recording) -> Noise:
     )
 
 
-def _seen(recording: Recording, known: Mapping[str, float]) -> tuple[Wandering | None, str]:
+def _seen(recording: Recording, known: Mapping[str, float]) -> tuple[OuNoise | None, str]:
     """Return the noise of the force where nothing but noise acts, and where that was."""
     if not {"normal_force", "displacement"} <= set(recording.columns):
         return None, ""
     white = known["normal_force"]
     if not white > 0.0:
         return None, ""
-    same = pairs(recording, known["displacement"])
+    same = find_pairs(recording, known["displacement"])
     if same:
         plural = "s" if len(same) > 1 else ""
         return noise_of_pairs(recording, same, white), f"{len(same)} pair{plural} of replicate episodes"
@@ -120,13 +120,13 @@ def _seen(recording: Recording, known: Mapping[str, float]) -> tuple[Wandering |
         if np.count_nonzero(air) < LEAST_AIR:
             return None, ""
         scatter = rough(recording.columns["normal_force"][air], recording.episode[air])
-        return Wandering(scatter, 0.0, 2.0, 0.0), "scatter in air"
+        return OuNoise(scatter, 0.0, 2.0, 0.0), "scatter in air"
     t = recording.t
     y = np.where(rest, recording.columns["normal_force"], np.nan)
     first = np.r_[1.0, np.zeros(t.size - 1)]
     drift = (t - t.mean()) / max(t[-1] - t[0], 1e-300)
     guess = rough(recording.columns["normal_force"][rest], recording.episode[rest])
-    return wandering(t, first, y, np.column_stack([np.ones(t.size), drift]), guess), "scatter in air"
+    return estimate_ou_noise(t, first, y, np.column_stack([np.ones(t.size), drift]), guess), "scatter in air"
 
 
 def at_rest(recording: Recording, rows: np.ndarray, noise: float) -> np.ndarray:

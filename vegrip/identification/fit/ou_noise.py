@@ -24,7 +24,7 @@ TIMES = (0.3, 1.0, 3.0, 10.0)  # [s] where the search begins
 
 
 @dataclass(frozen=True)
-class Wandering:
+class OuNoise:
     """White std, slow std and its time constant; slow is 0 where it does not pay, or is ``beyond`` noise."""
 
     white: float
@@ -34,7 +34,7 @@ class Wandering:
     beyond: bool = False
 
 
-def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> Wandering:
+def estimate_ou_noise(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> OuNoise:
     """Estimate the noise of ``y`` (n,), NaN where it does not count, beside ``X`` (n, m).
 
     ``first`` is 1 where a stretch begins that does not know of the one before; ``rough``: a guess of the
@@ -67,15 +67,15 @@ def wandering(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> W
     white = rough * float(np.exp(plain.x[0]))
     starts = [[plain.x[0], -0.7, float(np.log(time))] for time in TIMES if time < longest]
     if not starts:
-        return Wandering(white, 0.0, 2.0, 0.0)
+        return OuNoise(white, 0.0, 2.0, 0.0)
     best = min(starts, key=lambda p: both(np.array(p)))
     found = _least(both, np.array(best))
     gain = float(plain.fun - found.fun)
     if gain < PAYS:
-        return Wandering(white, 0.0, 2.0, max(gain, 0.0))
+        return OuNoise(white, 0.0, 2.0, max(gain, 0.0))
     if found.x[1] > MOST[1] - 0.1:
-        return Wandering(rough, 0.0, 2.0, gain, beyond=True)
-    return Wandering(*of(found.x), gain)
+        return OuNoise(rough, 0.0, 2.0, gain, beyond=True)
+    return OuNoise(*of(found.x), gain)
 
 
 @njit

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.errors import RecordingError
-from vegrip.identification.fit.events import Event, events
+from vegrip.identification.fit.events import Event, find_events
 from vegrip.identification.fit.motion import Motion, motion_of
 from vegrip.identification.fit.noise import LEAST_AIR, Noise, in_air
 from vegrip.identification.fit.smoother import Floats
@@ -83,7 +83,7 @@ class Measured:
         return columns
 
 
-def prepare(recording: Recording, noise: Noise) -> Measured:
+def preprocess(recording: Recording, noise: Noise) -> Measured:
     """Make ``recording`` ready.
 
     Raises:
@@ -98,14 +98,14 @@ def prepare(recording: Recording, noise: Noise) -> Measured:
             )
         if np.count_nonzero(np.isfinite(column)) < LEAST_ROWS:
             raise RecordingError(f"{recording.name} has fewer than {LEAST_ROWS} rows with {channel}")
-    recording, tare = tared(recording)
+    recording, tare = tare_channels(recording)
     first = np.r_[1.0, (np.diff(recording.episode) != 0).astype(np.float64)]
     depth, force = (recording.columns[name].copy() for name in ("displacement", "normal_force"))
-    wild = {"displacement": spikes(depth, noise.displacement, first)}
-    wild["normal_force"] = spikes(force, noise.normal_force, first)
+    wild = {"displacement": find_spikes(depth, noise.displacement, first)}
+    wild["normal_force"] = find_spikes(force, noise.normal_force, first)
     depth[wild["displacement"]] = np.nan
     force[wild["normal_force"]] = np.nan
-    lost = tuple(events(recording.t, first, depth, force, noise.normal_force))
+    lost = tuple(find_events(recording.t, first, depth, force, noise.normal_force))
     for one in lost:
         force[one.rows] = np.nan
     return Measured(
@@ -122,7 +122,7 @@ def prepare(recording: Recording, noise: Noise) -> Measured:
     )
 
 
-def tared(recording: Recording) -> tuple[Recording, dict[str, float]]:
+def tare_channels(recording: Recording) -> tuple[Recording, dict[str, float]]:
     """Take off the tangential channels what they show in air; return what that was.
 
     A bias of 5 mN on a pull of 0.8 N is 0.6 % of the friction, several times its standard error.
@@ -139,7 +139,7 @@ def tared(recording: Recording) -> tuple[Recording, dict[str, float]]:
     return dataclasses.replace(recording, columns=columns), tare
 
 
-def spikes(values: Floats, noise: float, first: Floats) -> Mask:
+def find_spikes(values: Floats, noise: float, first: Floats) -> Mask:
     """Return single rows far off the line through the two before and the two after: errors, not motion.
 
     Both lines, because at the turn of a fast stroke a row may be far off its neighbours' mean; and the cubic

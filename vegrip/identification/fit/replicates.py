@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.identification.fit.ou_noise import Wandering, wandering
+from vegrip.identification.fit.ou_noise import OuNoise, estimate_ou_noise
 from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.recording import Recording
 
@@ -24,7 +24,7 @@ class Pair:
     other: np.ndarray
 
 
-def pairs(recording: Recording, noise: float) -> list[Pair]:
+def find_pairs(recording: Recording, noise: float) -> list[Pair]:
     """Return the pairs of episodes whose displacement agrees to ``noise`` [m], each episode in one pair."""
     depth = recording.columns["displacement"]
     rows = [
@@ -59,7 +59,7 @@ def _same(t: Floats, depth: Floats, one: np.ndarray, other: np.ndarray, noise: f
     return bool(np.std(apart) < SAME * both and off.max() < FAR * both and moved > 20.0 * noise)
 
 
-def noise_of_pairs(recording: Recording, found: list[Pair], white: float) -> Wandering:
+def noise_of_pairs(recording: Recording, found: list[Pair], white: float) -> OuNoise:
     """Return the noise of one force sensor from the differences of pairs; ``white`` [N] is a guess.
 
     Beside a constant, a pair may differ by a gain and by a shift of the surface (its stiffness goes about as
@@ -82,7 +82,7 @@ def noise_of_pairs(recording: Recording, found: list[Pair], white: float) -> Wan
         X[row : row + len(block), m * i : m * (i + 1)] = block
         row += len(block)
     X = X[:, np.any(X != 0.0, axis=0)]
-    return wandering(np.concatenate(times), np.concatenate(first), np.concatenate(y), X, white)
+    return estimate_ou_noise(np.concatenate(times), np.concatenate(first), np.concatenate(y), X, white)
 
 
 def _beside(force: Floats, white: float) -> Iterator[Floats]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vegrip.effects.contract import Effect
-from vegrip.identification.fit.channels import ChannelError, channel_errors, overall
+from vegrip.identification.fit.channels import ChannelError, channel_errors, overall_error
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum, covariance
@@ -76,7 +76,7 @@ class Fit:
     @property
     def error(self) -> float:
         """Rms of the whitened residuals over all channels; 1 is the noise."""
-        return overall(self.problem, self.optimum.u)
+        return overall_error(self.problem, self.optimum.u)
 
     def declared(self, name: str) -> tuple[Effect, Parameter] | None:
         """Return effect and declaration of an unknown; None for a zero."""
@@ -148,7 +148,7 @@ class Fit:
         }
 
 
-def fitted(problem: Problem, optimum: Optimum) -> Fit:
+def fit_of(problem: Problem, optimum: Optimum) -> Fit:
     """Return the result of an optimum."""
     return Fit(problem, optimum, covariance(problem, optimum))
 

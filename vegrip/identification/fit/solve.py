@@ -42,7 +42,7 @@ def fit_problem(problem: Problem, report: Report = lambda _: None) -> Optimum:
     for i, start in enumerate(starts):
         report(f"start {i + 1} of {len(starts)}")
         problem.freeze(start)
-        found = refine(problem, start, ROUGH)
+        found = refine_optimum(problem, start, ROUGH)
         if best is None or _badness(problem, found.u) < _badness(problem, best.u):
             best = found
     assert best is not None  # noqa: S101
@@ -50,7 +50,7 @@ def fit_problem(problem: Problem, report: Report = lambda _: None) -> Optimum:
     for _ in range(2):
         report("fine")
         problem.freeze(best.u)
-        best = refine(problem, best.u, FINE)
+        best = refine_optimum(problem, best.u, FINE)
     return best
 
 
@@ -89,7 +89,7 @@ def scaled(problem: Problem, u: Floats) -> Floats:
     return u
 
 
-def refine(
+def refine_optimum(
     problem: Problem,
     start: Floats,
     evaluations: int,

@@ -49,7 +49,7 @@ class Finding:
         return asdict(self)
 
 
-def findings(examined: Sequence[tuple[Found, Row]]) -> list[Finding]:
+def summarize_rows(examined: Sequence[tuple[Found, Row]]) -> list[Finding]:
     """Return the table, by hand and pad."""
     pads: dict[tuple[str, str], list[tuple[Found, Row]]] = defaultdict(list)
     for found, row in sorted(examined, key=lambda pair: (pair[0].date, pair[0].path)):
@@ -102,7 +102,7 @@ def _finding(name: str, judged: list[tuple[Found, Row]]) -> Finding:
     )
 
 
-def as_csv(table: Sequence[Finding]) -> str:
+def write_csv(table: Sequence[Finding]) -> str:
     """Return the table as CSV."""
     stream = io.StringIO()
     writer = csv.DictWriter(stream, [f.name for f in fields(Finding)], lineterminator="\n")

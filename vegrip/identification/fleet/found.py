@@ -32,7 +32,7 @@ class Found:
     alone: bool = False  # it does not say of which pad it is, and counts as one by itself
 
 
-def look_for(folder: Path) -> list[Found]:
+def find_recordings(folder: Path) -> list[Found]:
     """Return every recording below ``folder``, by date.
 
     Raises:

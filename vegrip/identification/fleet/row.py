@@ -40,7 +40,7 @@ class Row:
         return asdict(self)
 
 
-def examined(path: str, model: str = "") -> Row:
+def examine_recording(path: str, model: str = "") -> Row:
     """Diagnose the recording in ``path``; ``model`` is a file to start from. Nothing is raised.
 
     A recording that is too short or too faulty to name anything has failed: that it shows no effect says

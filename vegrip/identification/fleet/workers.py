@@ -10,7 +10,7 @@ from typing import Any
 
 from vegrip.errors import DeviceError, UsageError
 from vegrip.identification.fleet.found import Found
-from vegrip.identification.fleet.row import FAILED, Row, examined
+from vegrip.identification.fleet.row import FAILED, Row, examine_recording
 
 CONNECT = 10.0  # [s] to reach a scheduler
 SINGLE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -69,7 +69,7 @@ def _pooled(
         while waiting or running:
             while waiting and len(running) < processes:
                 one = waiting.pop()
-                running[pool.submit(examined, one.path, model)] = one
+                running[pool.submit(examine_recording, one.path, model)] = one
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
                 one = running.pop(future)
@@ -93,7 +93,7 @@ def _on_cluster(found: Sequence[Found], model: str, scheduler: str) -> Iterator[
     with client:
         futures: dict[Any, Found] = {
             client.submit(
-                examined,
+                examine_recording,
                 str(Path(one.path).resolve()),
                 model,
                 pure=False,

@@ -12,7 +12,7 @@ from vegrip.identification.recording.report import LoadReport
 PAUSE = 60.0  # [s] put between two recordings: long enough for a contact to recover
 
 
-def joined(recordings: Sequence[Recording], name: str) -> Recording:
+def join_recordings(recordings: Sequence[Recording], name: str) -> Recording:
     """Return ``recordings`` as one; clocks begin anew in each, so they follow with a pause of a minute.
 
     Raises:

@@ -34,7 +34,7 @@ FILES: Final[dict[type[Message], str]] = {
 STATE_HEADER: Final = ",".join(("t", "episode", *CHANNELS))
 
 
-def header(kind: type[Message]) -> str:
+def csv_header(kind: type[Message]) -> str:
     """Return the first line of the file of ``kind``."""
     if kind is FingertipState:
         return STATE_HEADER
@@ -44,7 +44,7 @@ def header(kind: type[Message]) -> str:
     return ",".join(names)
 
 
-def row(message: Message, start: int) -> str:
+def csv_row(message: Message, start: int) -> str:
     """Return ``message`` as a line without its end; ``start`` [ns] is the stamp of t = 0."""
     seconds, rest = divmod(message.stamp - start, NS)
     t = f"{seconds}.{rest:09d}" if seconds >= 0 else repr((message.stamp - start) / NS)

@@ -34,7 +34,7 @@ def read_fingers(folder: Path | str, *, announce: bool = True) -> dict[str, Reco
     return {recording.fingertip.name: recording for recording in recordings}
 
 
-def merged_states(fingers: Mapping[str, Recording], start: int = 0) -> Iterator[FingertipState]:
+def merge_states(fingers: Mapping[str, Recording], start: int = 0) -> Iterator[FingertipState]:
     """Yield the states of all fingers in the order of their stamps; t = 0 at ``start`` [ns]."""
     streams = [recording.states(finger, start) for finger, recording in fingers.items()]
     return heapq.merge(*streams, key=lambda state: state.stamp)

@@ -28,7 +28,7 @@ import numpy as np
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.folder import toml_text
-from vegrip.identification.recording.rows import FILES, header, row
+from vegrip.identification.recording.rows import FILES, csv_header, csv_row
 from vegrip.identification.recording.table_file import KEPT, TableFile
 from vegrip.messages import Message, NodeStatus
 
@@ -98,7 +98,7 @@ class RecordingWriter:
                 self._refuse(f"more than {MOST_TABLES} tables, the rest")
                 return
             self._files[name] = self._new(name, message)
-        self._files[name].add(row(message, self._start))
+        self._files[name].add(csv_row(message, self._start))
         self.rows[name] += 1
 
     def flush(self) -> None:
@@ -146,7 +146,7 @@ class RecordingWriter:
             about = name.replace(".csv", ".toml")
             self._descriptions[about] = self._about(name.partition("/")[0])
             self._describe(about)
-        return TableFile(self.folder / name, header(type(message)))
+        return TableFile(self.folder / name, csv_header(type(message)))
 
     def _refuse(self, why: str) -> None:
         if why not in self._causes:

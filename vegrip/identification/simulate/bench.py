@@ -12,7 +12,7 @@ from vegrip.clock import NS
 from vegrip.identification.simulate.protocol import Protocol, Segment
 from vegrip.messages import NAN, FingertipState
 from vegrip.virtual.bench.trial import Trial, run_trial
-from vegrip.virtual.settings import FingertipSettings, HandSettings, SensorSettings, varied
+from vegrip.virtual.settings import FingertipSettings, HandSettings, SensorSettings, vary_fingertip
 
 Hidden = Mapping[str, Mapping[str, float]]
 
@@ -52,7 +52,7 @@ class Benches:
     ) -> None:
         self.fingers = tuple(fingers)
         rng = np.random.default_rng([seed, 0])
-        self.tips = tuple(varied(hand.tip, hand.spread, rng) for _ in self.fingers)
+        self.tips = tuple(vary_fingertip(hand.tip, hand.spread, rng) for _ in self.fingers)
         self.time = 0.0  # [s]
         self.epoch = 0  # [ns] time 0 on the clock of the stamps
         self._jobs = [

@@ -13,7 +13,7 @@ from vegrip.model import ContactModel
 GAP = 0.02  # of the duration, drawn between episodes in place of the pause
 
 
-def draw(protocol: Protocol, models: dict[str, ContactModel], path: Path) -> None:
+def draw_simulation(protocol: Protocol, models: dict[str, ContactModel], path: Path) -> None:
     """Draw ``protocol`` with the forces that ``models`` (by name) answer, and how they differ.
 
     Raises:

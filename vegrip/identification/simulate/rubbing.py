@@ -23,7 +23,7 @@ def moves(line: Timeline) -> NDArray[np.bool_]:
     return out
 
 
-def rubbed(model: ContactModel, line: Timeline, columns: dict[str, Floats]) -> dict[str, Floats]:
+def simulate_rubbing(model: ContactModel, line: Timeline, columns: dict[str, Floats]) -> dict[str, Floats]:
     """Return ``columns`` with tangential force x, y [N], torque [N m], slip and its speed [m/s]."""
     none = np.zeros(line.t.size)
     loads = {"tangential_force_x": none, "tangential_force_y": none, "torque_z": none}

@@ -6,11 +6,11 @@ import numpy as np
 
 from vegrip.errors import UsageError
 from vegrip.identification.fit.noise import noise_of
-from vegrip.identification.fit.preprocess import prepare
+from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.recording.channels import CHANNELS, NOISES, noise_name
 from vegrip.identification.simulate.protocol import Protocol
-from vegrip.identification.simulate.rubbing import AT, rubbed
+from vegrip.identification.simulate.rubbing import AT, simulate_rubbing
 from vegrip.identification.simulate.timeline import Floats, Timeline, timeline
 from vegrip.model import ContactModel, Predictor
 from vegrip.spelling import suggestion
@@ -59,7 +59,7 @@ def simulate(
         "temperature": np.full(line.t.size, warm),
     }
     depth = _motion(model, line, given)
-    exact = _quantities(model, rubbed(model, line, {**given, "displacement": depth}))
+    exact = _quantities(model, simulate_rubbing(model, line, {**given, "displacement": depth}))
     rows = slice(several - 1, None, several)
     columns = {name: values[rows] for name, values in exact.items()}
     measured = _measured(columns, sensors, np.random.default_rng(seed))
@@ -81,7 +81,7 @@ def like(model: ContactModel, recording: Recording, *, seed: int = 0) -> Recordi
     the model, elsewhere the tangential loads are as they were measured.
     """
     noise = noise_of(recording)
-    measured = prepare(recording, noise)
+    measured = preprocess(recording, noise)
     given = {"t": recording.t, "episode": recording.episode.astype(np.float64), **measured.columns}
     table = Predictor(model, given, load="model")(model.vector)
     out = dict(recording.columns)

@@ -37,7 +37,7 @@ def read_told(folder: Path) -> Told:
     return Told(read_recording(folder, announce=False), *tables)
 
 
-def draw(folder: Path, picture: Path, title: str) -> None:
+def draw_replay(folder: Path, picture: Path, title: str) -> None:
     """Draw the finger recorded in ``folder`` of a session to ``picture``.
 
     Raises:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vegrip.clock import NS, SimulatedClock
 from vegrip.identification.recording.data import Recording
-from vegrip.identification.recording.session import merged_states
+from vegrip.identification.recording.session import merge_states
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import Message, NodeStatus
 from vegrip.runtime.node import Node
@@ -77,7 +77,7 @@ def run_through(
     }
     if writer is not None:
         writer.begin(start)
-    bus = RecordedBus(merged_states(recordings, start), list(recordings), clock, keep, fd=fd)
+    bus = RecordedBus(merge_states(recordings, start), list(recordings), clock, keep, fd=fd)
     runner = Runner(node, bus, clock, loop)
     runner.start()
     while not bus.finished:

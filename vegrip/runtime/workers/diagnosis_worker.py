@@ -21,7 +21,7 @@ MOST = 1  # effects that are looked for: the leading suspect
 UNEXPLAINED = "unexplained"
 
 
-def suspect(recording: Recording, model: ContactModel) -> str:
+def leading_suspect(recording: Recording, model: ContactModel) -> str:
     """Return the effect that explains most of what ``model`` leaves; "unexplained" when none does."""
     found = diagnose(recording, model, most=MOST, threads=1)
     if found.search.accepted:
@@ -38,7 +38,7 @@ def main(arguments: list[str]) -> int:
     sensors = {name: float(std) for name, _, std in (text.partition("=") for text in arguments)}
     episode = np.zeros(t.size, dtype=np.int64)
     recording = Recording("felt", t, episode, columns, Fingertip(model.tip_radius), sensors)
-    print(suspect(recording, model))  # noqa: T201
+    print(leading_suspect(recording, model))  # noqa: T201
     return 0
 
 

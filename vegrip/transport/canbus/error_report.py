@@ -54,7 +54,7 @@ def state_report(change: StateChange) -> Report:
     return CONTROLLER | COUNTERS, _detail(which, 0, 0, counters)
 
 
-def told_state(classes: int, detail: bytes) -> ErrorState | None:
+def reported_state(classes: int, detail: bytes) -> ErrorState | None:
     """Return the state of the controller that an error frame tells, None if it tells none."""
     if classes & BUS_OFF:
         return ErrorState.OFF

@@ -41,7 +41,7 @@ class Greeting:
     faults: NodeFaults = parameter(NodeFaults())
 
 
-def greet(table: Mapping[str, Any]) -> bytes:
+def make_greeting(table: Mapping[str, Any]) -> bytes:
     """Return the packet that says ``table``, without what is None.
 
     Raises:
@@ -52,7 +52,7 @@ def greet(table: Mapping[str, Any]) -> bytes:
     return json.dumps(asdict(build(Greeting, given, "virtual CAN bus"))).encode()
 
 
-def understand(packet: bytes) -> Greeting:
+def read_greeting(packet: bytes) -> Greeting:
     """Return what ``packet`` says.
 
     Raises:

@@ -25,7 +25,7 @@ from vegrip.host.lock_file import locked
 from vegrip.transport.canbus.bus_events import BusError, Event, StateChange, Transmission
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.error_report import Report, error_report, state_report
-from vegrip.transport.canbus.greeting import Greeting, understand
+from vegrip.transport.canbus.greeting import Greeting, read_greeting
 from vegrip.transport.canbus.hub_wire import LARGEST, numbered, pack_delivery, pack_error, unpack_request
 
 LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
@@ -225,7 +225,7 @@ class Hub:
 
     def _greet(self, member: Member, packet: bytes) -> None:
         try:
-            greeting = understand(packet)
+            greeting = read_greeting(packet)
             bus = self._joined(greeting)
         except ConfigError as error:
             member.deliver(_refusal(str(error)))

@@ -24,7 +24,7 @@ MOST_ROUNDS = 10
 
 
 @dataclass(frozen=True)
-class Plan:
+class TrafficPlan:
     """What shall run on one bus."""
 
     fingers: int = parameter(5, low=1, high=8, doc="of each hand")
@@ -81,7 +81,7 @@ class Forecast:
         return self.worst_load < 1.0 and all(row.fits for row in self.rows)
 
 
-def forecast(plan: Plan, *, fifo: bool = True) -> Forecast:
+def forecast_traffic(plan: TrafficPlan, *, fifo: bool = True) -> Forecast:
     """Return load and worst-case response times of ``plan``.
 
     Args:
@@ -103,7 +103,10 @@ def forecast(plan: Plan, *, fifo: bool = True) -> Forecast:
 
 
 def _in_turn(
-    frames: Sequence[FrameRow], plan: Plan, most: float, analyse: Callable[[list[Stream], float], list[float]]
+    frames: Sequence[FrameRow],
+    plan: TrafficPlan,
+    most: float,
+    analyse: Callable[[list[Stream], float], list[float]],
 ) -> tuple[list[float], list[float]]:
     """Return jitter and response time of each frame: a command is queued late when its state comes late."""
     responses = [0.0] * len(frames)
@@ -117,7 +120,7 @@ def _in_turn(
     return [plan.jitter] * len(frames), [most] * len(frames)
 
 
-def rows(plan: Plan) -> list[FrameRow]:
+def rows(plan: TrafficPlan) -> list[FrameRow]:
     """Return the frames of ``plan``, most urgent first, still without response times.
 
     Raises:
@@ -137,7 +140,9 @@ def rows(plan: Plan) -> list[FrameRow]:
     return sorted(found, key=lambda row: row.identifier)
 
 
-def _rows_of(layout: Layout, plan: Plan, hand: int, hand_stride: int, finger_stride: int) -> list[FrameRow]:
+def _rows_of(
+    layout: Layout, plan: TrafficPlan, hand: int, hand_stride: int, finger_stride: int
+) -> list[FrameRow]:
     cls = layout.schema.cls
     rate = {
         ForceCommand: plan.rate,
@@ -166,7 +171,9 @@ def _rows_of(layout: Layout, plan: Plan, hand: int, hand_stride: int, finger_str
     return made
 
 
-def _row(part: Part, offset: int, owner: str, sender: str, rate: float, plan: Plan, answers: int) -> FrameRow:
+def _row(
+    part: Part, offset: int, owner: str, sender: str, rate: float, plan: TrafficPlan, answers: int
+) -> FrameRow:
     identifier = part.base + offset
     longest = longest_duration(identifier, part.length, plan.fd, plan.timing) / NS
     typical = typical_duration(part.length, plan.fd, plan.timing) / NS
@@ -183,7 +190,7 @@ def _row(part: Part, offset: int, owner: str, sender: str, rate: float, plan: Pl
     )
 
 
-def _last_part(cls: type[object], plan: Plan) -> int:
+def _last_part(cls: type[object], plan: TrafficPlan) -> int:
     """Return the identifier, for finger 0 of hand 0, of the last part of a message of ``plan``."""
     for layout in layouts().layouts:
         if layout.fd == plan.fd and layout.schema.cls is cls:

@@ -21,10 +21,10 @@ from vegrip.clock import NS
 from vegrip.errors import VegripError
 from vegrip.host.runtime_folder import runtime_folder, socket_path
 from vegrip.transport.canbus.bus_load import BusLoad
-from vegrip.transport.canbus.error_report import told_state
+from vegrip.transport.canbus.error_report import reported_state
 from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
-from vegrip.transport.canbus.greeting import greet
+from vegrip.transport.canbus.greeting import make_greeting
 from vegrip.transport.canbus.hub_wire import LARGEST, Delivery, pack_request, unpack_delivery
 
 PATIENCE = 10.0  # [s] to find or start the hub
@@ -220,7 +220,7 @@ class VegripBus(can.BusABC):
     def _learn(self, error: Delivery) -> None:
         detail = error.frame.data
         self.error_counters = detail[6], detail[7]
-        told = told_state(error.frame.identifier, detail)
+        told = reported_state(error.frame.identifier, detail)
         self._error_state = self._error_state if told is None else told
 
     def _message(self, delivery: Delivery) -> can.Message:
@@ -289,7 +289,7 @@ def _join(
     rates = {"bitrate": bitrate, "data_bitrate": data_bitrate}
     asked = {name: rate for name, rate in rates.items() if rate is not None}
     try:
-        greeting = greet({"timing": asked, "strict": bool(asked), **character})
+        greeting = make_greeting({"timing": asked, "strict": bool(asked), **character})
         path = socket_path("can", f"{channel}.bus")
     except VegripError as error:
         raise can.CanInitializationError(str(error)) from None

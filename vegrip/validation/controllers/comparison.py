@@ -21,7 +21,7 @@ from rich.table import Table
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.validation.controllers.candidates import INFORMED, KNOBS, NAMES, make_node, parameters
 from vegrip.validation.controllers.closed_loop import Course, Loop
-from vegrip.validation.controllers.result import Result, result
+from vegrip.validation.controllers.result import Result, result_of
 from vegrip.validation.controllers.scenario import GRASPS, Scenario
 
 DURATION = 20.0  # [s]
@@ -47,7 +47,7 @@ class Trial:
     correlation: float = CORRELATION
 
 
-def course(trial: Trial) -> Course:
+def run_course(trial: Trial) -> Course:
     """Run one trial."""
     scenario = Scenario(trial.seed, trial.duration, trial.grasp)
     hand = scenario.hand()
@@ -58,9 +58,9 @@ def course(trial: Trial) -> Course:
     return Loop(hand, node).run(trial.duration)
 
 
-def figures(trial: Trial) -> Result:
+def run_trial(trial: Trial) -> Result:
     """Run one trial and sum it up."""
-    return result(course(trial))
+    return result_of(run_course(trial))
 
 
 def run_all(
@@ -69,7 +69,7 @@ def run_all(
     """Run all trials on ``workers`` processes; ``progress`` is told how many are done."""
     results: dict[Trial, Result] = {}
     with ProcessPoolExecutor(workers or os.cpu_count()) as pool:
-        for trial, figure in zip(trials, pool.map(figures, trials), strict=True):
+        for trial, figure in zip(trials, pool.map(run_trial, trials), strict=True):
             results[trial] = figure
             if progress is not None:
                 progress(len(results))

@@ -23,7 +23,7 @@ class Result:
     min_margin: float  # [-] least of all fingers; zero or less on the limit surface
 
 
-def result(course: Course) -> Result:
+def result_of(course: Course) -> Result:
     """Sum up ``course`` from the time on that the hand carries the object."""
     _, margin, force = course.since(SETTLED)
     if not len(force):

@@ -50,7 +50,7 @@ class Case:
         return f"{'+'.join(self.hidden) or 'nothing'} {self.size} {self.seed}"
 
 
-def cases(
+def draw_cases(
     count: int, seed: int = 0, kinds: Sequence[str] = KINDS, only: Sequence[str] = ()
 ) -> Iterator[Case]:
     """Yield ``count`` cases of all ``kinds``, every effect in turn; ``only``: with one of these effects."""
@@ -78,7 +78,7 @@ def _names(kind: str, only: Sequence[str]) -> list[tuple[str, ...]]:
     return [tuple(names) for names in chosen]
 
 
-def recorded(
+def make_recording(
     case: Case, times: int = 1, only: Collection[str] | None = None, *, quiet: bool = False
 ) -> Recording:
     """Make the recording of a case, with the protocol run through so many ``times``.

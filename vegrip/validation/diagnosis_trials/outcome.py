@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from vegrip.identification.diagnosis.diagnosis import diagnose
-from vegrip.validation.diagnosis_trials.cases import Case, recorded
-from vegrip.validation.diagnosis_trials.visible import VISIBLE, leaves
+from vegrip.validation.diagnosis_trials.cases import Case, make_recording
+from vegrip.validation.diagnosis_trials.visible import VISIBLE, remaining_evidence
 from vegrip.virtual.hidden import OUTSIDE
 
 NEAR_FLOOR = 1.05  # times the noise
@@ -100,9 +100,9 @@ class Outcome:
         return cls(case, sets=sets, named=tuple(kept.pop("named")), misfit=tuple(kept.pop("misfit")), **kept)
 
 
-def outcome(case: Case, threads: int = 1) -> Outcome:
+def run_case(case: Case, threads: int = 1) -> Outcome:
     """Make the recording of a case and diagnose it."""
-    recording = recorded(case)
+    recording = make_recording(case)
     began = time.process_time()
     found = diagnose(recording, threads=threads)
     told = found.as_dict()
@@ -118,5 +118,5 @@ def outcome(case: Case, threads: int = 1) -> Outcome:
         told["error"]["after"],
         (told["misfit"]["before"], told["misfit"]["after"]),
         spent,
-        leaves(case),
+        remaining_evidence(case),
     )

@@ -8,7 +8,7 @@ from vegrip.validation.diagnosis_trials.cases import KINDS
 from vegrip.validation.diagnosis_trials.outcome import Outcome
 
 
-def tally(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def tally_outcomes(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """Return counts by kind, by effect, and what was said for what was hidden.
 
     Recordings that cannot show what is hidden in them count by themselves, whatever was said of them.

@@ -13,15 +13,15 @@ import numpy as np
 from vegrip.errors import VegripError
 from vegrip.identification.fit.fitting import base_model
 from vegrip.identification.fit.noise import noise_of
-from vegrip.identification.fit.preprocess import Measured, prepare
+from vegrip.identification.fit.preprocess import Measured, preprocess
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.solve import fit_problem
-from vegrip.validation.diagnosis_trials.cases import Case, recorded
+from vegrip.validation.diagnosis_trials.cases import Case, make_recording
 
 VISIBLE = 20.0  # [nats]; a name among thirty candidates pays eight, and five or so for each parameter
 
 
-def leaves(case: Case) -> dict[str, float]:
+def remaining_evidence(case: Case) -> dict[str, float]:
     """Return what each hidden effect by itself leaves of the recording of a case [nats]."""
     if not case.hidden:
         return {}
@@ -32,7 +32,7 @@ def leaves(case: Case) -> dict[str, float]:
 def left(case: Case, only: tuple[str, ...]) -> float:
     """Return what the fitted paper's model leaves with ``only`` these hidden [nats]; inf where none fits."""
     try:
-        problem = Problem(base_model(recorded(case, only=only)), without_noise(case, only))
+        problem = Problem(base_model(make_recording(case, only=only)), without_noise(case, only))
         return 0.5 * float(np.sum(fit_problem(problem).residual ** 2))
     except VegripError:
         return float("inf")
@@ -40,9 +40,9 @@ def left(case: Case, only: tuple[str, ...]) -> float:
 
 def without_noise(case: Case, only: tuple[str, ...]) -> Measured:
     """Return what a recording would be without noise, its noise stated as it is with it."""
-    noisy = recorded(case, only=only)
+    noisy = make_recording(case, only=only)
     noise = noise_of(noisy)
-    quiet = prepare(recorded(case, only=only, quiet=True), noise)
-    motion = prepare(noisy, noise).motion
+    quiet = preprocess(make_recording(case, only=only, quiet=True), noise)
+    motion = preprocess(noisy, noise).motion
     true = quiet.recording.columns["displacement"]
     return dataclasses.replace(quiet, motion=dataclasses.replace(motion, displacement=true))

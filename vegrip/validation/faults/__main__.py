@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from vegrip.validation.faults.page import markdown, strangers
+from vegrip.validation.faults.page import markdown, rogue_programs_table
 from vegrip.validation.faults.rogue_programs import Act, Outcome, perform
 from vegrip.validation.faults.run import run
 from vegrip.validation.faults.soak import soak
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     console = Console(highlight=False, soft_wrap=True)
     if given.table:
-        console.print(f"{markdown()}\n\n{strangers()}", markup=False)
+        console.print(f"{markdown()}\n\n{rogue_programs_table()}", markup=False)
         return 0
     if given.soak:
         return _soak(console, given.soak)

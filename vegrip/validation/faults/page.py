@@ -15,7 +15,7 @@ def markdown(cases: Iterable[Case] = CASES) -> str:
     return "\n".join([HEADER, *(_row(case) for case in cases)])
 
 
-def strangers() -> str:
+def rogue_programs_table() -> str:
     """Return the table of what programs that misbehave do to a node on ZeroMQ."""
     rows = [
         f"| {act.name} | `{act.counted_as}` | {_duration(act.back_within)} | {act.behaviour} |"

@@ -9,7 +9,7 @@ from vegrip.validation.faults.testbed import Scene
 
 
 @dataclass
-class Babbling:
+class BabblingIdiot:
     """A node that is not ours sends one identifier without pause."""
 
     identifier: int

@@ -208,7 +208,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "a node babbles the most urgent identifier",
-        lambda: system_faults.Babbling(0x000),
+        lambda: system_faults.BabblingIdiot(0x000),
         1.0,
         STALE,
         detection=SILENCE,
@@ -218,7 +218,7 @@ CASES: tuple[Case, ...] = (
     ),
     _case(
         "a node babbles an identifier below all of ours",
-        lambda: system_faults.Babbling(0x7FF),
+        lambda: system_faults.BabblingIdiot(0x7FF),
         1.0,
         counted_as="unknown_id",
         behaviour=UNTOUCHED,

@@ -14,7 +14,7 @@ from vegrip.virtual.hidden.specimen import Specimen
 from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.sensor import CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
-from vegrip.virtual.slips import slides
+from vegrip.virtual.slips import is_sliding
 
 Array = npt.NDArray[np.float64]
 
@@ -176,7 +176,7 @@ class _Bench:
         """Return what perfect sensors would read."""
         fx, fy, torque, sliding, speed = self._rub
         values = np.array([[self._shown, fx, fy, torque, self.depth, temperature, speed, self._a]])
-        whole = slides(np.array([sliding]), np.array([speed]), np.array([self._a]))
+        whole = is_sliding(np.array([sliding]), np.array([speed]), np.array([self._a]))
         return Reading(values, whole.astype(float))
 
     def truth(self) -> tuple[float, ...]:
