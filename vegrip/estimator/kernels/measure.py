@@ -57,7 +57,7 @@ standard deviations in 5 s. About the state after the sample it does not.
 """
 
 BENT = 0.01  # excess variance over the noise's beyond which the spread after the sample is regressed over
-BENT_TIME = 0.5  # [s] for which a bend stays the same
+BENT_TIME = 0.05  # [s] for which a bend stays the same
 CHANCE = 0.3  # of the noise's variance
 FARTHEST = 100.0  # normalised square of an innovation that is refused anyhow
 
