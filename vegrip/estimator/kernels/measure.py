@@ -20,6 +20,7 @@ from vegrip.estimator.kernels.generated import (
     MID0,
     MODE_BLIND,
     MODE_PERIOD,
+    MODE_REGIME,
     MODE_SLOPE,
     MODE_TOLERATED,
     MODE_UNEXPLAINED,
@@ -103,7 +104,7 @@ def smooth_slopes(m: Floats) -> float:
     exact learns in time along the direction that no sample tells: stiffness against zero.
     """
     n, place = m[RATIO0], m[RATIO0 + 1]
-    near = abs(m[Y0] - place) < NEAR * math.sqrt(m[SET_R_DISPLACEMENT])
+    near = m[MODE_REGIME] == 2.0 and abs(m[Y0] - place) < NEAR * math.sqrt(m[SET_R_DISPLACEMENT])
     n = min(n + 1.0, RATIO_TIME / max(m[MODE_PERIOD], 1e-4)) if near else 0.0
     m[RATIO0] = n
     m[RATIO0 + 1] = place + (m[Y0] - place) / (1.0 + n) if near else m[Y0]  # mean place
