@@ -14,8 +14,8 @@ from vegrip.model import ContactModel, paper_model
 
 Array = npt.NDArray[np.float64]
 
-SAMPLES = 1500
-PERIOD = 2e-3  # [s]
+LAW_SAMPLES = 1500
+SAMPLE_PERIOD_S = 2e-3  # [s]
 
 
 def broken_laws(effect: Effect) -> list[str]:
@@ -86,8 +86,8 @@ def _finite(effect: Effect, model: ContactModel) -> Iterator[str]:
 
 def _unchanged_by_reading(_: Effect, model: ContactModel) -> Iterator[str]:
     t, inputs = _motion(model)
-    states, out, again = model.initial_states, np.empty((SAMPLES // 2, 7)), np.empty((1, 7))
-    half = SAMPLES // 2
+    states, out, again = model.initial_states, np.empty((LAW_SAMPLES // 2, 7)), np.empty((1, 7))
+    half = LAW_SAMPLES // 2
     run = model.compiled().run
     run(model.vector, states, t[:half], inputs[:half], out)
     kept = states.copy()
@@ -120,7 +120,7 @@ def _smooth_run(model: ContactModel, dt: float) -> Array:
     return _outputs(model, t, _inputs(t, delta, load, x, 0.5 * x * (1.0 + np.sin(1.3 * t))))
 
 
-def _run(model: ContactModel, *, plain: bool = False, samples: int = SAMPLES) -> Array:
+def _run(model: ContactModel, *, plain: bool = False, samples: int = LAW_SAMPLES) -> Array:
     """Return all outputs over the motion, shape (samples, 7), in units of order one."""
     t, inputs = _motion(model)
     return _outputs(model, t[:samples], inputs[:samples], plain=plain)
@@ -137,7 +137,7 @@ def _outputs(model: ContactModel, t: Array, inputs: Array, *, plain: bool = Fals
 
 def _motion(model: ContactModel) -> tuple[Array, Array]:
     """Return times [s] and inputs: air, ramps of two speeds, a hold, reversals, with a load that slips."""
-    t: Array = PERIOD * np.arange(SAMPLES, dtype=float)
+    t: Array = SAMPLE_PERIOD_S * np.arange(LAW_SAMPLES, dtype=float)
     x = model.reference_depth
     at = [0.0, 0.2, 0.3, 1.2, 1.5, 1.7, 2.0, 2.2, 2.6, 3.0]
     delta = x * np.interp(t, at, [-0.1, -0.1, 1.8, 1.8, 0.3, 2.2, 0.6, 1.0, 1.01, -0.3])

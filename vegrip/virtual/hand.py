@@ -16,19 +16,19 @@ import numpy.typing as npt
 from vegrip.errors import UsageError
 from vegrip.messages import FingertipState
 from vegrip.virtual import kernels
-from vegrip.virtual.disturbance import NOTHING, Burden, Disturbance, total
+from vegrip.virtual.disturbance import NO_BURDEN, Burden, Disturbance, total
 from vegrip.virtual.drive import Drives, share
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.plate import Plate
-from vegrip.virtual.sensor import CHANNELS, Reading, Sensors
+from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import HandSettings
 from vegrip.virtual.slips import SlipCounter, is_sliding
 from vegrip.virtual.thermal import Warming
 
 Array = npt.NDArray[np.float64]
 
-CLEARANCE = 2e-4
+CLEARANCE_M = 2e-4
 """Distance of the opposed fingers from the object at the start [m]."""
 
 
@@ -78,7 +78,7 @@ class VirtualHand:
         n = len(self.tips)
         self._side = np.where(np.arange(n) == 0, 1.0, -1.0)  # an opposed finger is relieved when z grows
         self._drives = Drives(s.actuator, n - 1)
-        self._drives.position[:] = -CLEARANCE
+        self._drives.position[:] = -CLEARANCE_M
         self._grid = even_grid(s.rings, s.spokes)
         self.plate = Plate(s.plate, self.tips, np.column_stack([s.x, s.y]), self._grid)
         self._sensors = Sensors(s.sensor, s.fingers, noise)
@@ -163,7 +163,7 @@ class VirtualHand:
         self._warm()
         self._drives.move(self._wanted(commands), self.soft.force[1:], self._chain_stiffness(), dt)
         self.soft.press(self._indentation())
-        burden = total(self.events, self.time) if self.events else NOTHING
+        burden = total(self.events, self.time) if self.events else NO_BURDEN
         self._mu = burden.friction * self._friction
         if not self.dropped:
             load = self._grid.load(self.soft.pressure_exponent)
@@ -223,7 +223,7 @@ class VirtualHand:
         return wrench
 
     def _reading(self) -> Reading:
-        values = np.empty((len(self.fingers), len(CHANNELS)))
+        values = np.empty((len(self.fingers), len(SENSED_CHANNELS)))
         values[:, 0] = self.soft.force
         values[:, 1:4] = self._contact_wrench()
         values[:, 4] = self.soft.indentation

@@ -11,7 +11,7 @@ from vegrip.virtual.settings import SensorSettings
 
 Array = npt.NDArray[np.float64]
 
-CHANNELS = (
+SENSED_CHANNELS = (
     "normal_force",
     "tangential_force_x",
     "tangential_force_y",
@@ -28,7 +28,7 @@ CHANNELS = (
 class Reading:
     """The true quantities of all fingers at one instant."""
 
-    values: Array  # (n, 8) in the order of CHANNELS
+    values: Array  # (n, 8) in the order of SENSED_CHANNELS
     slip: Array  # (n,) 1 sliding, 0 not
 
 
@@ -46,7 +46,7 @@ class Sensors:
         steps = [s.force_step, s.force_step, s.force_step, s.torque_step, s.displacement_step, 0.0, 0.0, 0.0]
         self._step = np.array(steps)
         spread = np.array([force, force, force, 0.0, shift, 0.0, 0.0, 0.0])
-        self.bias = spread * rng.standard_normal((len(fingers), len(CHANNELS)))
+        self.bias = spread * rng.standard_normal((len(fingers), len(SENSED_CHANNELS)))
         self._seq = 0
 
     def measure(self, reading: Reading, time: float, epoch: int = 0) -> list[FingertipState]:

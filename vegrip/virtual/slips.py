@@ -15,7 +15,7 @@ CREEPING = 1e-3
 DISTANCE = 1e-4
 """A patch that slid less than this in an event was creeping, not slipping [m]."""
 
-QUIET = 0.05
+SEPARATING_REST_S = 0.05
 """A slip is over when no patch has slid for this long [s]."""
 
 
@@ -26,7 +26,7 @@ def is_sliding(sliding: Array, speed: Array, a: Array) -> Sliding:
 
 
 class SlipCounter:
-    """Counts the slips of a hand; patches that slide together, or within :data:`QUIET`, are one slip."""
+    """Counts the slips of a hand; patches that slide together or within :data:`SEPARATING_REST_S` are one slip."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -46,4 +46,4 @@ class SlipCounter:
                 self._counted, self.count = True, self.count + 1
         elif self._open:
             self._still += dt
-            self._open = self._still < QUIET
+            self._open = self._still < SEPARATING_REST_S

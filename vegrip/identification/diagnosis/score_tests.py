@@ -28,7 +28,7 @@ from vegrip.parameters import changed, coordinate, declared
 DEAR = ("series_compliance", "power_law_relaxation")
 """Effects that slow a model down even when they are absent: they run in models of their own."""
 
-VISIBLE = 1e-12  # of a signature's power that must be left beside the model
+MIN_SIGNATURE_SHARE = 1e-12  # of a signature's power that must be left beside the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ def screen_candidates(
             return None
         p = s - basis @ (basis.T @ s)
         left = float(p @ p)
-        if left < VISIBLE * power or left <= 0.0:
+        if left < MIN_SIGNATURE_SHARE * power or left <= 0.0:
             return None
         along = float(p @ padded)
         firm = left + _prior(candidate, trial)

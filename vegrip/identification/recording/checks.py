@@ -10,9 +10,9 @@ from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import report_if
 
-SLOWEST: Final = 60.0
+MAX_SAMPLE_PERIOD_S: Final = 60.0
 """[s] A fingertip sampled more rarely than this has its time in another unit."""
-FASTEST: Final = 1e-6
+MIN_SAMPLE_PERIOD_S: Final = 1e-6
 """[s] And so has one sampled more often."""
 
 Array = NDArray[np.float64]
@@ -72,5 +72,5 @@ def report_doubts(
             larger = f"{name} larger than the fingertip's radius of {radius:g} m"
             report_if(report, Kind.IMPLAUSIBLE, larger, lines[columns[name] > radius])
     step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
-    if not FASTEST <= step <= SLOWEST:
+    if not MIN_SAMPLE_PERIOD_S <= step <= MAX_SAMPLE_PERIOD_S:
         report.add(Kind.IMPLAUSIBLE, f"t advances by {step:g} s a row", [int(lines[0])])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vegrip.config import build, read_toml
 from vegrip.errors import ConfigError, RecordingError
-from vegrip.identification.recording.channels import CHANNELS, NOISES
+from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 from vegrip.identification.recording.checks import report_doubts, usable_rows
 from vegrip.identification.recording.data import Array, Fingertip, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
@@ -146,8 +146,10 @@ def _sensors(folder: Path, about: Mapping[str, Any]) -> dict[str, float]:
     sensors = {}
     for key, std in _section(folder, about, "sensors").items():
         where = f"{folder / TOML} [sensors]"
-        if key not in NOISES:
-            raise RecordingError(f"{where}: unknown sensor {key!r}; {suggestion(key, NOISES, 'known are')}")
+        if key not in NOISE_NAMES:
+            raise RecordingError(
+                f"{where}: unknown sensor {key!r}; {suggestion(key, NOISE_NAMES, 'known are')}"
+            )
         if isinstance(std, bool) or not isinstance(std, int | float) or not 0.0 < std < math.inf:
             raise RecordingError(f"{where}: {key!r} is {std!r}; it must be a positive standard deviation, SI")
         sensors[key] = float(std)

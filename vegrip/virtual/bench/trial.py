@@ -12,7 +12,7 @@ from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.hidden import Hidden, make
 from vegrip.virtual.hidden.specimen import Specimen
 from vegrip.virtual.patch import even_grid, utilisation
-from vegrip.virtual.sensor import CHANNELS, Reading, Sensors
+from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 from vegrip.virtual.slips import is_sliding
 
@@ -85,11 +85,11 @@ def run_trial(
             if ticks % every == 0:
                 true = bench.truth() if truth else ()
                 for state in sensors.measure(bench.reading(warm), start + ticks * step):
-                    measured = [getattr(state, channel) for channel in (*CHANNELS, "slip")]
+                    measured = [getattr(state, channel) for channel in (*SENSED_CHANNELS, "slip")]
                     rows.append((state.stamp * 1e-9, number, *measured))
                     truths.append(true)
         start += ticks * step + pause
-    columns = dict(zip(("t", "episode", *CHANNELS, "slip"), np.array(rows).T, strict=True))
+    columns = dict(zip(("t", "episode", *SENSED_CHANNELS, "slip"), np.array(rows).T, strict=True))
     present = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
     known = dict(zip(TRUTH, np.array(truths).T, strict=True)) if truth else {}
     return Trial(present, known, tip, noise)

@@ -11,7 +11,7 @@ from vegrip.virtual.hidden.base import Hidden
 from vegrip.virtual.history import History
 from vegrip.virtual.settings import FingertipSettings
 
-ROUNDS = 100
+MAX_ROUNDS = 100
 NEARBY = 2e-3  # of the radius, within which the next step ends as a rule
 
 
@@ -178,7 +178,7 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float:
     if f_low >= 0.0 or f_high <= 0.0:
         return low if f_low >= 0.0 else high
     x = low
-    for i in range(ROUNDS):
+    for i in range(MAX_ROUNDS):
         x = 0.5 * (low + high) if i % 3 == 2 else low - f_low * (high - low) / (f_high - f_low)
         if not low < x < high:
             break
