@@ -15,15 +15,13 @@ from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.messages import FingertipState, ModelHealth
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
 from vegrip.runtime.background import run_behind
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 DIAGNOSED_CHANNELS = (
     "displacement",

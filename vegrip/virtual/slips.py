@@ -3,7 +3,8 @@
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vegrip.types import Floats
+
 Sliding = npt.NDArray[np.bool_]
 
 SLIDING = 0.95
@@ -19,14 +20,14 @@ SEPARATING_REST_S = 0.05
 """A slip is over when no patch has slid for this long [s]."""
 
 
-def is_sliding(sliding: Array, speed: Array, a: Array) -> Sliding:
+def is_sliding(sliding: Floats, speed: Floats, a: Floats) -> Sliding:
     """Return which patches slide as a whole: ratio of speeds [-], slip speed [m/s], contact radius [m]."""
     whole: Sliding = (sliding > SLIDING) & (speed > CREEPING * a)
     return whole
 
 
 class SlipCounter:
-    """Counts the slips of a hand; patches that slide together or within :data:`SEPARATING_REST_S` are one slip."""
+    """Counts the slips of a hand; patches that slide within :data:`SEPARATING_REST_S` are one slip."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -35,7 +36,7 @@ class SlipCounter:
         self._still = 0.0
         self._slid = np.zeros(0)
 
-    def watch(self, whole: Sliding, speed: Array, dt: float) -> None:
+    def watch(self, whole: Sliding, speed: Floats, dt: float) -> None:
         """Look at which patches slide, and their slip speeds [m/s], over ``dt`` [s]."""
         if whole.any():
             if not self._open:

@@ -21,13 +21,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 BALANCE = 1e4
 """W: how much a balance that is missed counts against force that is added; it is met to about 1 / W^2."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.fit.problem import AT, Problem
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 HELD_SPEED = 0.1  # [x_ref / s] below which a displacement is held, and below
 RESTING_SPEED_SHARE = (

@@ -10,8 +10,8 @@ from vegrip.identification.compare.comparison import Comparison, residuals_of
 from vegrip.identification.compare.features import PHASES
 from vegrip.identification.compare.where import Residuals
 from vegrip.identification.compare.words import SPOKEN_UNITS
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.recording import Recording
+from vegrip.types import Floats
 
 PAUSE_DRAWN_S: Final = 0.5  # [s] that is drawn between trials
 SECONDS: Final = "time without the pauses [s]"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vegrip.identification.compare.features import PHASES, Features
 from vegrip.identification.compare.words import format_height, format_quantity, format_span
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 MAX_REGIMES = 6
 LEAST_SHARE = 0.03

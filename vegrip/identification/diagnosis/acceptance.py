@@ -16,8 +16,8 @@ import numpy as np
 
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.catalogue import Candidate
-from vegrip.identification.fit.smoother import Floats
 from vegrip.model import BASE
+from vegrip.types import Floats
 
 PAYS = 8.0  # [nats]
 DEARER = {"inertia": 20.0}  # [nats], because errors of the motion are accelerations too

@@ -18,10 +18,10 @@ from vegrip.identification.diagnosis.score_tests import DEAR, Hint, carrier, wit
 from vegrip.identification.fit.channels import rms
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.sensitivity import has_play
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum, refine_optimum, scaled
 from vegrip.model import BASE
 from vegrip.parameters import coordinate
+from vegrip.types import Floats
 
 EVALUATIONS = 20
 START_FACTORS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads nowhere

@@ -6,8 +6,8 @@ import numpy as np
 
 from vegrip.identification.fit.preprocess import Mask
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum, refine_optimum
+from vegrip.types import Floats
 
 HELD_OUT = 0.95  # of what an episode knows; the rest stays, for values that only this episode tells
 BENT = 1.5  # error / noise above which the fits without an episode are made and not foretold, if they are

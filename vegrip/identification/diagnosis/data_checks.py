@@ -14,8 +14,8 @@ from vegrip.errors import RecordingError
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.fit.problem import AT, Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.recording import Recording
+from vegrip.types import Floats
 
 LEAST_CONTACT = 50  # rows in contact below which nothing can be said
 BRIEF = 1.0  # [s] in contact below which effects are not told apart

@@ -21,7 +21,7 @@ import numpy as np
 from vegrip.identification.compare.features import Features, features_of
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.fit.problem import AT, Problem
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 KNOTS = 49
 LENGTHS = (0.5, 0.15, 0.05)  # of the range: a trend, a bend, a ripple

@@ -15,7 +15,7 @@ from vegrip.identification.compare.words import SPOKEN_UNITS
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
 from vegrip.identification.diagnosis.discrepancy import find_discrepancy
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 AXES: Final = {
     # variable: name of the feature, factor, label

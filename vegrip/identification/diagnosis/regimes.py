@@ -5,7 +5,7 @@ import numpy as np
 from vegrip.identification.compare.features import features_of
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 DEPTH_REGIMES = 4
 CONTACT_TIMES_S = (0.3, 1.5)  # [s] in contact

@@ -19,11 +19,11 @@ from vegrip.effects import BUILT_IN, effect, place
 from vegrip.errors import ModelError
 from vegrip.identification.diagnosis.catalogue import Candidate, Trial, null
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum
 from vegrip.model import ContactModel
 from vegrip.model.composer import share_a_name
 from vegrip.parameters import changed, coordinate, declared
+from vegrip.types import Floats
 
 DEAR = ("series_compliance", "power_law_relaxation")
 """Effects that slow a model down even when they are absent: they run in models of their own."""

@@ -29,8 +29,8 @@ from vegrip.identification.diagnosis.evidence_threshold import required_evidence
 from vegrip.identification.diagnosis.regimes import held_out_groups, regime_map
 from vegrip.identification.diagnosis.score_tests import Hint, carrier, screen_candidates
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum, refine_optimum
+from vegrip.types import Floats
 
 MAX_NAMED_EFFECTS = 4  # effects that are named together
 REFITS = 5  # of candidates that the screen puts first, and

@@ -24,9 +24,9 @@ from vegrip.identification.experiment.hypotheses import Hypotheses
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import Measured, preprocess
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import refine_optimum
 from vegrip.identification.simulate import Protocol, simulate
+from vegrip.types import Floats
 
 CLOSE_ENOUGH = 1e-4  # relative change of the cost at which a refit ends
 

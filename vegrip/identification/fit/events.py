@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 AROUND = 6  # samples to either side that say what is usual
 SUDDEN = 10.0  # times the steepest of those

@@ -20,8 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.identification.fit.smoother import Floats, posterior, smooth
+from vegrip.identification.fit.smoother import posterior, smooth
 from vegrip.identification.fit.straight import straight
+from vegrip.types import Floats
 
 MOTION_ROUNDS = 20
 WIDTH = 5  # steps that share a variance of the acceleration; one alone takes single errors for jerks

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import OptimizeResult, minimize
 
 from vegrip.compiled import njit
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 PAYS = 8.0  # [nats] that the slow part has to gain
 LOG_LOW, LOG_HIGH = (

@@ -10,8 +10,8 @@ from vegrip.errors import RecordingError
 from vegrip.identification.fit.events import Event, find_events
 from vegrip.identification.fit.motion import Motion, motion_of
 from vegrip.identification.fit.noise import LEAST_AIR, Noise, in_air
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.recording import Recording
+from vegrip.types import Floats
 
 Mask = NDArray[np.bool_]
 

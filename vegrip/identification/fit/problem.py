@@ -22,11 +22,11 @@ from vegrip.identification.fit.sensitivity import (
     follows,
     has_play,
 )
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.whitening import Whitener
 from vegrip.model import BASE, ContactModel, Predictor
 from vegrip.model.channels import QUANTITIES
 from vegrip.parameters import coordinate
+from vegrip.types import Floats
 
 Zeros = Literal["recording", "episode"]
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vegrip.identification.fit.ou_noise import OuNoise, estimate_ou_noise
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.recording import Recording
+from vegrip.types import Floats
 
 MAX_MOTION_NOISES = (
     1.15  # times the noise that the motions of a pair may differ by (rms), beside a constant, and

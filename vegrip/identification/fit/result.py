@@ -11,10 +11,10 @@ import numpy as np
 from vegrip.effects.contract import Effect
 from vegrip.identification.fit.channels import ChannelError, channel_errors, overall_error
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum, covariance
 from vegrip.model import ContactModel
 from vegrip.parameters import Parameter, changed, in_si
+from vegrip.types import Floats
 
 UNDETERMINED_SHARE = 0.7  # a posterior std above this share of the prior's: the data say nothing
 ENTANGLED = 0.98  # a correlation above this: only a combination is known

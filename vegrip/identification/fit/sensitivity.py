@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from vegrip.compiled import njit
 from vegrip.identification.fit.motion import Motion
-from vegrip.identification.fit.smoother import Floats
 from vegrip.model import BASE, ContactModel
+from vegrip.types import Floats
 
 MIN_PLAY_STDS = 1.0  # standard deviations of the displacement, below which a play is none
 SHAKE_STDS = 1e-4  # of them, by which a motion is shaken to see whether the tip follows

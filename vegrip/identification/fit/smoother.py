@@ -7,11 +7,9 @@ The smoother is that of [DurbinKoopman2012]_, section 4.4: with innovation v, it
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.compiled import njit
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 PRIOR_VARIANCE = 1e6  # noise variances: what is known of the position before the first sample
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vegrip.identification.fit.problem import AT, Problem, Unknowns
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 Report = Callable[[str], None]
 

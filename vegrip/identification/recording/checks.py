@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import report_if
+from vegrip.types import Floats
 
 MAX_SAMPLE_PERIOD_S: Final = 60.0
 """[s] A fingertip sampled more rarely than this has its time in another unit."""
 MIN_SAMPLE_PERIOD_S: Final = 1e-6
 """[s] And so has one sampled more often."""
 
-Array = NDArray[np.float64]
 Lines = NDArray[np.int64]
 
 
-def usable_rows(t: Array, lines: Lines, report: LoadReport, what: str = "") -> NDArray[np.bool_]:
+def usable_rows(t: Floats, lines: Lines, report: LoadReport, what: str = "") -> NDArray[np.bool_]:
     """Return which rows (of ``what``, when there are several sources) have a stamp later than the one before.
 
     Kept is the longest strictly increasing run through the file: one wild stamp costs one row, and a clock
@@ -36,7 +36,7 @@ def usable_rows(t: Array, lines: Lines, report: LoadReport, what: str = "") -> N
     return keep
 
 
-def longest_increasing(values: Array) -> NDArray[np.int64]:
+def longest_increasing(values: Floats) -> NDArray[np.int64]:
     """Return the indices of the longest strictly increasing subsequence (patience sorting, n log n).
 
     It is built from the end backwards, so that of several ones, and of equal values, the earlier rows stand.
@@ -58,7 +58,7 @@ def longest_increasing(values: Array) -> NDArray[np.int64]:
 
 
 def report_doubts(
-    t: Array, columns: dict[str, Array], radius: float, lines: Lines, report: LoadReport
+    t: Floats, columns: dict[str, Floats], radius: float, lines: Lines, report: LoadReport
 ) -> None:
     """Report missing values and values that suggest a wrong unit; nothing is left out for them."""
     for name, values in columns.items():

@@ -14,9 +14,9 @@ from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 from vegrip.identification.recording.report import LoadReport
 from vegrip.messages import FingertipState
 from vegrip.spelling import suggestion
+from vegrip.types import Floats
 
-Array = NDArray[np.float64]
-Columns = dict[str, Array]
+Columns = dict[str, Floats]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +46,9 @@ class Recording:
     """
 
     name: str
-    t: Array
+    t: Floats
     episode: NDArray[np.int64]
-    columns: Mapping[str, Array]
+    columns: Mapping[str, Floats]
     fingertip: Fingertip = field(default_factory=Fingertip)
     sensors: Mapping[str, float] = field(default_factory=dict)
     source: Mapping[str, str | int | float | bool] = field(default_factory=dict)

@@ -16,10 +16,11 @@ from vegrip.config import build, read_toml
 from vegrip.errors import ConfigError, RecordingError
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 from vegrip.identification.recording.checks import report_doubts, usable_rows
-from vegrip.identification.recording.data import Array, Fingertip, Recording
+from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import BLOCK, Layout, Progress, read_header, read_table
 from vegrip.spelling import suggestion
+from vegrip.types import Floats
 
 TOML = "recording.toml"
 CSV = "recording.csv"
@@ -174,7 +175,7 @@ def _csv(folder: Path) -> Path:
 
 def _measurements(
     path: Path, radius: float, report: LoadReport, progress: Progress
-) -> tuple[Array, NDArray[np.int64], dict[str, Array]]:
+) -> tuple[Floats, NDArray[np.int64], dict[str, Floats]]:
     layout = Layout(sealed=True)
     header = read_header(path, layout)
     channels = [name for name in header if name in CHANNELS]

@@ -99,7 +99,7 @@ def _records(path: Path) -> Iterator[Iterator[Any]]:
 
 
 def _unchunked(path: Path, records: Iterator[Any]) -> Iterator[Any]:
-    """Yield ``records`` and those in their chunks, none of which unpacks to more than ``MAX_RECORD_BYTES``."""
+    """Yield ``records`` and those in their chunks, none of which is more than ``MAX_RECORD_BYTES``."""
     kinds, library = bag_library("mcap.records"), bag_library("mcap.stream_reader")
     for record in records:
         if not isinstance(record, kinds.Chunk):

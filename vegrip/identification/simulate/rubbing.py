@@ -9,9 +9,10 @@ the deflection stays at the limit. A change of direction begins without a load.
 import numpy as np
 from numpy.typing import NDArray
 
-from vegrip.identification.simulate.timeline import Floats, Timeline
+from vegrip.identification.simulate.timeline import Timeline
 from vegrip.model import ContactModel, Predictor
 from vegrip.model.channels import QUANTITIES
+from vegrip.types import Floats
 
 FIXED_POINT_ROUNDS = 3  # friction may depend on the speed of sliding, and force and radius on the load
 AT = {name: i for i, name in enumerate(QUANTITIES)}

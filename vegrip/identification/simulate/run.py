@@ -11,9 +11,10 @@ from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES, noise_name
 from vegrip.identification.simulate.protocol import Protocol
 from vegrip.identification.simulate.rubbing import AT, simulate_rubbing
-from vegrip.identification.simulate.timeline import Floats, Timeline, timeline
+from vegrip.identification.simulate.timeline import Timeline, timeline
 from vegrip.model import ContactModel, Predictor
 from vegrip.spelling import suggestion
+from vegrip.types import Floats
 
 MAX_STEP_S = 1e-3  # [s] the longest between two instants of the model
 DEFAULT_NOISE: Mapping[str, float] = {

@@ -68,7 +68,8 @@ def read_greeting(packet: bytes) -> Greeting:
     if said.get("version") != HUB_VERSION:
         raise ConfigError(
             _short(
-                f"its version is {said.get('version')}, the bus has {HUB_VERSION}; stop the older programs"
+                f"its version is {said.get('version')}, that of the bus {HUB_VERSION}; "
+                "stop the older programs"
             )
         )
     try:

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.contact.limit_surface.reference import torsion_limit
+from vegrip.types import Floats
 
-Floats = NDArray[np.float64]
 SIMULATION_STEP_S = 1e-4  # [s]
 EPISODE_PAUSE_S = 5.0  # [s] between episodes, in the air, without samples
 FLATTEST = 1e-4  # least C_k - 1, the end of the coupling law

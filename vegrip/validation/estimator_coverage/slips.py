@@ -13,18 +13,17 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.estimator.estimator import ContactEstimator
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import Simulation
+from vegrip.types import Floats
 from vegrip.validation.estimator_coverage.independent import told
 from vegrip.validation.estimator_coverage.truth import Truth, sensed
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.settings import FingertipSettings, random_fingertip
 
-Floats = NDArray[np.float64]
 SIMULATION_STEP_S = 2e-3  # [s]
 GRID = even_grid(16, 32)  # its limit surface is good to 1e-3
 FIRST_SLIP_S, REGRASP_S, HELD_FROM_S = (

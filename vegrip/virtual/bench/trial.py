@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.bench.protocol import Episode, Segment
 from vegrip.virtual.fingertip import Fingertips
@@ -15,8 +15,6 @@ from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 from vegrip.virtual.slips import is_sliding
-
-Array = npt.NDArray[np.float64]
 
 TRUTH = (
     "indentation",
@@ -43,8 +41,8 @@ class Trial:
 
     """
 
-    columns: dict[str, Array]
-    truth: dict[str, Array]
+    columns: dict[str, Floats]
+    truth: dict[str, Floats]
     tip: FingertipSettings
     noise: SensorSettings
 
