@@ -19,7 +19,7 @@ MODE = (
     "ZERO_KNOWN", "BLIND", "HEALTH_DECAY", "REGIME", "REST", "CELL", "SINCE_JERK", "PERIOD", "CAUTION",
     "CONTRADICTED", "RESTARTS", "UNEXPLAINED", "CORNER", "SLOPE",
     "TOLERATED", "LOST", "AGREED", "TOUCH", "FELT", "FREE_DEPTH", "ZERO_MEAN", "ZERO_VAR",
-    "RADIUS_CONTRADICTED",
+    "RADIUS_CONTRADICTED", "BEND",
 )  # fmt: skip
 """What the filter is doing: times in [s], switches 0 or 1.
 

@@ -18,6 +18,7 @@ from vegrip.estimator.kernels.generated import (
     H1,
     L0,
     MID0,
+    MODE_BEND,
     MODE_BLIND,
     MODE_PERIOD,
     MODE_REGIME,
@@ -56,6 +57,7 @@ standard deviations in 5 s. About the state after the sample it does not.
 """
 
 BENT = 0.01  # excess variance over the noise's beyond which the spread after the sample is regressed over
+BENT_TIME = 0.5  # [s] for which a bend stays the same
 CHANCE = 0.3  # of the noise's variance
 FARTHEST = 100.0  # normalised square of an innovation that is refused anyhow
 
@@ -89,12 +91,25 @@ def expect_force(m: Floats, value: float) -> Expected:
         S = R + bend + spread_of(m)
         if narrow:
             break
+    S += coherent(m, bend)
     m[MODE_SLOPE] = m[H0]
     if m[H0] > 0.0 and expected - m[MID0 + BIAS] > SURELY * math.sqrt(S):
         S += smooth_slopes(m)
     else:
         m[RATIO0 + 1] = -m[SET_TIP_RADIUS]  # out of reach
     return innovation, S
+
+
+def coherent(m: Floats, bend: float) -> float:
+    """Variance [N^2] by which a bend counts again in every sample, because it is the same in many.
+
+    What is left of the law's bend over the spread of the state errs the same way from sample to sample. Taken
+    as independent it would be averaged away, and the first touch would tell stiffness and zero too well.
+    """
+    sd = math.sqrt(bend)
+    before = m[MODE_BEND] * BENT_TIME / (BENT_TIME + m[MODE_PERIOD])
+    m[MODE_BEND] = before + sd
+    return 2.0 * sd * before
 
 
 def smooth_slopes(m: Floats) -> float:

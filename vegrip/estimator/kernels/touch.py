@@ -18,6 +18,7 @@ from vegrip.estimator.kernels.generated import (
     MODE_ZERO_VAR,
     MOTION_POSITION,
     MOTION_VAR_POSITION,
+    NS,
     P0,
     SET_R_DISPLACEMENT,
     SET_R_FORCE,
@@ -25,15 +26,17 @@ from vegrip.estimator.kernels.generated import (
     Y0,
     ZERO,
     Floats,
+    M,
     N,
 )
 from vegrip.estimator.kernels.measure import meet
-from vegrip.estimator.kernels.state import copy_state
+from vegrip.estimator.kernels.state import contact, copy_state
 
 ALLOWED = 1.0  # std of the force by which each sample must exceed, on average, to count as touch
 MOST_EXCESS = 3.0  # std that one sample counts at most, so that one alone is not a touch
 TOUCHED = 6.0  # sum of the excesses from which the touch is felt
 SUREST = 12.0  # sum beyond which nothing is added
+SOFTER = 2.0  # std by which its parameters may differ
 UNSEEN = 3.0  # std of the force below which a contact is not seen in one sample
 UNKNOWN = 1.5  # noise of the displacement, std of the zero above which its bound tells anything
 ACTIVE = -3.0  # bound in std of the zero below which it cuts nothing off
@@ -76,10 +79,19 @@ def exclude(m: Floats, excess: float, displacement: float) -> None:
 
 
 def unseen_depth(m: Floats) -> float:
-    """Depth [m] up to which the force of a contact is not told from noise."""
+    """Depth [m] up to which the force of a contact is not told from noise, of a tip as soft as it may be."""
     copy_state(m)
     m[TRY0] = 0.0
-    meet(m, TRY0, UNSEEN * math.sqrt(m[SET_R_FORCE]), 0.0)
+    threshold = UNSEEN * math.sqrt(m[SET_R_FORCE])
+    meet(m, TRY0, threshold, 0.0)
+    force = contact(m, TRY0)[3]
+    softer = 0.0
+    for j in range(2 + NS, M):
+        keep = m[TRY0 + j]
+        m[TRY0 + j] = keep + SOFTER * math.sqrt(m[P0 + j * N + j])
+        softer += (contact(m, TRY0)[3] / force - 1.0) ** 2 if force > 0.0 else 0.0
+        m[TRY0 + j] = keep
+    meet(m, TRY0, threshold * (1.0 + math.sqrt(softer)), 0.0)
     return max(float(m[TRY0]), 0.0)
 
 
