@@ -8,12 +8,8 @@ has relaxed. The sensors say ``d = x + d0 + e`` and ``F = N + bF + noise``.
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vegrip.compiled import njit
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 DELTA, MEMORY, LN_K, EXPONENT, C1, LN_NU, ZERO, BIAS, SPEED = range(9)
 STATES = 8  # without the speed

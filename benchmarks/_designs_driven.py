@@ -21,7 +21,6 @@ from vegrip.benchmarks._designs_contact import (
     GAP,
     MEMORY,
     ZERO,
-    Floats,
     bound,
     force_slopes,
     memory_after,
@@ -30,6 +29,7 @@ from vegrip.benchmarks._designs_contact import (
 )
 
 from vegrip.compiled import njit
+from vegrip.types import Floats
 
 ITERATIONS = 2
 WIDE = math.sqrt(3.0)  # of the regression's points, in standard deviations

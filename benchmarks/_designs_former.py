@@ -19,7 +19,6 @@ from vegrip.benchmarks._designs_contact import (
     MEMORY,
     SPEED,
     ZERO,
-    Floats,
     bound,
     force_slopes,
     memory_after,
@@ -28,6 +27,7 @@ from vegrip.benchmarks._designs_contact import (
 )
 
 from vegrip.compiled import njit
+from vegrip.types import Floats
 
 GATE, HUBER = 100.0, 9.0
 RECOVERY = 15  # refusals in a row after which all is widened

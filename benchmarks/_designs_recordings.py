@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from vegrip.benchmarks._designs_contact import Floats
+
+from vegrip.types import Floats
 
 FINE = 2.5e-4  # [s] of the integration of drawn recordings
 RATE = 200.0  # [Hz] of their samples

@@ -20,13 +20,13 @@ from vegrip.benchmarks._designs_contact import (
     MEMORY,
     STATES,
     ZERO,
-    Floats,
     elastic,
     memory_after,
     normal_force,
 )
 
 from vegrip.compiled import njit
+from vegrip.types import Floats
 
 UNKNOWNS = BIAS - LN_K + 2  # learned parameters, zeros, the present error
 STEPS = 15  # of Gauss and Newton at most

@@ -17,7 +17,6 @@ from pathlib import Path
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
-from numpy.typing import NDArray
 from vegrip.benchmarks._timing import compared
 
 from vegrip.c99 import MEMORY, REAL, host, translate
@@ -25,8 +24,8 @@ from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.estimator.compiled import text_of
 from vegrip.messages import NAN, FingertipState
 from vegrip.model import ContactModel, paper_model
+from vegrip.types import Floats
 
-Floats = NDArray[np.float64]
 DT = 2e-3
 IN_A_ROW = 1000
 FORCE, DISPLACEMENT = 0.7, 8e-4  # N, m; of a hold that has relaxed, so that nothing contradicts

@@ -24,7 +24,7 @@ from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
-from vegrip.benchmarks._designs_contact import BIAS, DELTA, LN_K, SPEED, STATES, ZERO, Floats
+from vegrip.benchmarks._designs_contact import BIAS, DELTA, LN_K, SPEED, STATES, ZERO
 from vegrip.benchmarks._designs_driven import follow_regression, follow_tangent
 from vegrip.benchmarks._designs_former import follow
 from vegrip.benchmarks._designs_recordings import Truthful, drawn, loaded
@@ -33,6 +33,7 @@ from vegrip.benchmarks._designs_reference import with_the_prior, with_the_truth
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.messages import NAN, FingertipState
 from vegrip.model import ContactModel, paper_model
+from vegrip.types import Floats
 
 Rows = NDArray[np.intp]
 

@@ -25,7 +25,6 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from vegrip.contact import limit_surface
@@ -48,9 +47,8 @@ from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
 from vegrip.parameters import changed, coordinate
+from vegrip.types import Floats
 from vegrip.validation.diagnosis_trials import Case, make_recording
-
-Floats = NDArray[np.float64]
 
 TRIED = ("displacement_backlash", "sensor_lag", "adhesion", "second_relaxation")
 PAYS = 5.0  # [nats]

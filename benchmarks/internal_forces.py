@@ -11,14 +11,13 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, minimize
 from scipy.sparse import csc_matrix
 from vegrip.benchmarks._timing import compared
 
 from vegrip.grip.allocation.internal_forces import ContactPlace, InternalForces, grasp_map
+from vegrip.types import Floats
 
-Floats = NDArray[np.float64]
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 CONTACTS = {
     "thumb": ContactPlace((0.0, 0.0, -0.01), UP),

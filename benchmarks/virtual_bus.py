@@ -26,7 +26,7 @@ from vegrip.benchmarks._timing import compared
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
 from vegrip.transport.canbus.hub import AT_ONCE, Hub
-from vegrip.transport.canbus.hub_wire import LARGEST, VERSION, pack_request
+from vegrip.transport.canbus.hub_wire import HUB_VERSION, MAX_PACKET_BYTES, pack_request
 
 MEMBERS = 4
 MOST = 1000  # packets taken in one go
@@ -88,7 +88,7 @@ def _through_python_can(ends: list[can.BusABC]) -> Callable[[], object]:
 
 
 def _greeting() -> bytes:
-    return json.dumps({"version": VERSION, "timing": {}}).encode()
+    return json.dumps({"version": HUB_VERSION, "timing": {}}).encode()
 
 
 def _hub(listener: socket.socket) -> None:
@@ -101,7 +101,7 @@ def _copy(listener: socket.socket) -> None:
     while members:
         for sender in select.select(members, [], [])[0]:
             try:
-                packet = sender.recv(LARGEST)
+                packet = sender.recv(MAX_PACKET_BYTES)
             except ConnectionResetError:  # it left without reading all
                 packet = b""
             if not packet:
@@ -147,7 +147,7 @@ def _members(folder: Path, greeting: bytes) -> Iterator[list[socket.socket]]:
             member.connect(str(folder / "bus"))
             if greeting:
                 member.send(greeting)
-                member.recv(LARGEST)
+                member.recv(MAX_PACKET_BYTES)
             member.setblocking(False)
             members.append(member)
         yield members
@@ -171,7 +171,7 @@ def _take_all(member: socket.socket) -> int:
     """Receive what is there; return how many packets it was."""
     for count in range(MOST):
         try:
-            member.recv(LARGEST)
+            member.recv(MAX_PACKET_BYTES)
         except BlockingIOError:
             return count
     return MOST

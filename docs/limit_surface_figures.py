@@ -9,18 +9,16 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from vegrip.contact.limit_surface import fast, reference
 from vegrip.contact.limit_surface.map_gauge import bound_gauge
 from vegrip.contact.limit_surface.pressure_map import PressureMap
 from vegrip.contact.paper.figures.style import panels
+from vegrip.types import Floats
 
 IMAGES = Path(__file__).parent / "images"
 SLIP_CENTRES = np.tan(np.linspace(1e-3, np.pi / 2 - 1e-3, 800))
 EXPONENTS = {1.0: "tab:purple", 2.0: "black", 4.0: "tab:blue", np.inf: "tab:green"}
-
-Array = NDArray[np.float64]
 
 
 def main() -> None:
@@ -70,7 +68,7 @@ def draw_errors(axes: Axes) -> None:
     axes.set(xlabel=r"load angle $\psi$ [deg]", ylabel=r"error of the radius [$10^{-6}$]", xlim=(0, 90))
 
 
-def radius_error(k: Array, d: Array) -> Array:
+def radius_error(k: Floats, d: Floats) -> Floats:
     """Relative error of the fast radius at the points of the slip centres d: positive is outside, unsafe."""
     f, m = reference.point(k, d)
     return 1 / fast.gauges(k.ravel(), f.ravel(), m.ravel()).reshape(f.shape) - 1

@@ -12,8 +12,8 @@ from vegrip.canopen.emergency import HEARTBEAT_LOST, NOT_ITS_EDS, Emergencies
 from vegrip.canopen.heartbeat import HeartbeatConsumer
 from vegrip.canopen.network import LoopNetwork
 from vegrip.canopen.nmt import STATE_OF
-from vegrip.canopen.sdo_reader import PATIENCE, RETRIES, SdoReader
-from vegrip.canopen.time_stamp import TIME, pack_time, unpack_time
+from vegrip.canopen.sdo_reader import ANSWER_TIMEOUT_NS, RETRIES, SdoReader
+from vegrip.canopen.time_stamp import TIME_COB_ID, pack_time, unpack_time
 from vegrip.errors import ConfigError
 from vegrip.messages import Lifecycle
 
@@ -89,7 +89,7 @@ def test_a_device_that_does_not_answer_is_asked_again_and_then_given_up():
     sent = []
     reader = SdoReader([(0x1000, 0)], sent.append)
     for n in range(RETRIES + 2):
-        reader.serve(n * PATIENCE)
+        reader.serve(n * ANSWER_TIMEOUT_NS)
     assert (len(sent), reader.failed, reader.done) == (RETRIES, True, True)
 
 
@@ -157,7 +157,7 @@ def test_time_is_packed_as_the_package_packs_it(milliseconds):
     network = LoopNetwork(lambda cob_id, data: sent.append((cob_id, data)), lambda: 0)
     seconds = milliseconds // 1000
     network.time.transmit(seconds)
-    assert sent == [(TIME, pack_time(1000 * seconds * MS))]
+    assert sent == [(TIME_COB_ID, pack_time(1000 * seconds * MS))]
     assert unpack_time(pack_time(milliseconds * MS)) == milliseconds * MS
 
 

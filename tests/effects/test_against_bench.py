@@ -9,7 +9,7 @@ import pytest
 
 from vegrip.effects import effect
 from vegrip.model import paper_model, predict
-from vegrip.virtual.bench.protocol import AIR, Segment, hold, slip, triangles
+from vegrip.virtual.bench.protocol import AIR_SEGMENT, Segment, hold, slip, triangles
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 
@@ -27,7 +27,7 @@ QUIET = SensorSettings(
 PROTOCOL = (
     hold(1e-3, 0.5),
     triangles(1.3e-3, 1e-2, 2),
-    (AIR, *(Segment(0.2, depth=depth) for depth in (5e-4, 8e-4, 6e-4, 0.0))),
+    (AIR_SEGMENT, *(Segment(0.2, depth=depth) for depth in (5e-4, 8e-4, 6e-4, 0.0))),
     slip(0.6, 0.2, pull=2e-3, spin=0.3, duration=0.2),
     slip(1.5, 0.8, pull=5e-4, duration=0.4),
     slip(1.5, 0.1, spin=0.8, duration=0.2),

@@ -14,10 +14,10 @@ from vegrip.contact.limit_surface.fast import gauges
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.messages import ContactEstimate, FingertipState
 from vegrip.model import ContactModel, Simulation
+from vegrip.types import Floats
 
 Record = Callable[..., list[FingertipState]]
 Run = Callable[[ContactEstimator, list[FingertipState]], ContactEstimate]
-Floats = NDArray[np.float64]
 KNOTS, DEPTHS = [0.0, 0.3, 0.5, 0.6], [-1e-4, -1e-4, 9e-4, 9e-4]
 QUIET = SensorNoise(1e-5, 1e-8, 1e-9, 1e-12)
 LATER = np.geomspace(1e-4, 60.0, 4000)  # [s]

@@ -10,8 +10,8 @@ from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import paper_model
 from vegrip.validation.estimator_coverage.drives import STYLES, Manner, drive
 from vegrip.validation.estimator_coverage.lives import drawn, finger_of, lived
-from vegrip.validation.estimator_coverage.outside import STEP, Finger, Segment, Tip, live
-from vegrip.validation.estimator_coverage.style_table import FAR, QUANTITIES, coverage_of, results
+from vegrip.validation.estimator_coverage.outside import SIMULATION_STEP_S, Finger, Segment, Tip, live
+from vegrip.validation.estimator_coverage.style_table import FAR_STDS, JUDGED_QUANTITIES, coverage_of, results
 
 FINGER = Finger(0.01, 2.0, 1.6, 0.4, 3.0, 0.6, 2.0)
 FINGERS = 4
@@ -21,10 +21,10 @@ FAR_SHARE = 0.10  # of the looks; the aim is 0.001
 
 
 def test_a_held_depth_relaxes_and_a_held_force_creeps_as_the_closed_forms_say() -> None:
-    c, nu, t = FINGER.share, FINGER.rate, STEP * np.arange(1, 20001)
+    c, nu, t = FINGER.share, FINGER.rate, SIMULATION_STEP_S * np.arange(1, 20001)
     depth, force = Tip(FINGER), Tip(FINGER)
-    depth.follow(Segment(STEP, 1e-3))
-    force.follow(Segment(STEP, 2.0, by_force=True))
+    depth.follow(Segment(SIMULATION_STEP_S, 1e-3))
+    force.follow(Segment(SIMULATION_STEP_S, 2.0, by_force=True))
     held, crept = depth.follow(Segment(2.0))[1], force.follow(Segment(2.0, 2.0, by_force=True))[0]
     assert held == pytest.approx(2.0 * (1.0 - c + c * np.exp(-nu * t)), rel=5e-4)
     creep = 1.0 + c / (1.0 - c) * (1.0 - np.exp(-nu * (1.0 - c) * t))
@@ -74,8 +74,8 @@ def test_the_estimator_is_as_honest_on_lives_from_outside_as_stated(style: str) 
     found = list(results(style, FINGERS, seed=5))
     errors = np.concatenate([result.errors for result in found])
     assert len(errors) > 1000
-    for name, share in zip(QUANTITIES, coverage_of(errors), strict=True):
+    for name, share in zip(JUDGED_QUANTITIES, coverage_of(errors), strict=True):
         assert share > LEAST[name], name
-    assert np.mean(np.nanmax(errors[:, :2], axis=1, initial=0.0) > FAR) <= FAR_SHARE
+    assert np.mean(np.nanmax(errors[:, :2], axis=1, initial=0.0) > FAR_STDS) <= FAR_SHARE
     assert sum(result.not_valid for result in found) < 0.01 * len(errors)
     assert sum(result.lost for result in found) == 0

@@ -7,8 +7,8 @@ import pytest
 
 from vegrip.validation.estimator_coverage import slip_table
 from vegrip.validation.estimator_coverage.slips import (
-    FELT,
-    HELD,
+    FIRST_SLIP_S,
+    HELD_FROM_S,
     LOOKS,
     SCENARIOS,
     Forecast,
@@ -30,7 +30,7 @@ def life_of(scenario: Scenario, seed: int) -> Life:
 
 def test_a_held_position_stays_and_its_force_falls() -> None:
     life = life_of(POSITION, 3)
-    held = sample(HELD)
+    held = sample(HELD_FROM_S)
     contact = life.contact
     assert np.all(contact.indentation[held:] == contact.indentation[held])
     assert np.all(np.diff(contact.normal_force[held:]) <= 1e-12)
@@ -40,7 +40,7 @@ def test_a_held_position_stays_and_its_force_falls() -> None:
 def test_a_drive_that_gives_way_obeys_its_equation(seed: int) -> None:
     life = life_of(GIVES_WAY, seed)
     N, delta = life.contact.normal_force, life.contact.indentation
-    held = sample(HELD)
+    held = sample(HELD_FROM_S)
     left = (N + life.drive * delta)[held + 1 :]
     assert left == pytest.approx(N[held] + life.drive * delta[held], rel=1e-9)
     assert N[-1] < N[held]
@@ -49,7 +49,7 @@ def test_a_drive_that_gives_way_obeys_its_equation(seed: int) -> None:
 
 @pytest.mark.parametrize("scenario", SCENARIOS)
 def test_it_slips_when_the_load_reaches_the_limit_and_not_before(scenario: Scenario) -> None:
-    held = sample(HELD)
+    held = sample(HELD_FROM_S)
     slipped = 0
     for seed in range(8):
         life = life_of(scenario, seed)
@@ -68,8 +68,8 @@ def test_it_slips_when_the_load_reaches_the_limit_and_not_before(scenario: Scena
 
 def test_the_first_slip_is_on_the_limit_and_a_load_that_stays_slips_later() -> None:
     life = life_of(GROWS, 1)
-    assert life.used(sample(FELT), sample(FELT)) == pytest.approx(1.0, rel=1e-9)
-    at = sample(HELD + 1.0)
+    assert life.used(sample(FIRST_SLIP_S), sample(FIRST_SLIP_S)) == pytest.approx(1.0, rel=1e-9)
+    at = sample(HELD_FROM_S + 1.0)
     assert life.slips_after(at, load_stays=True) >= life.slips_after(at, load_stays=False)
 
 

@@ -106,7 +106,7 @@ REGIME = {
 @pytest.mark.slow
 @pytest.mark.parametrize("hidden", ["adhesion", "second_relaxation", "series_compliance"])
 def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypatch, hidden) -> None:
-    monkeypatch.setattr(background_diagnosis, "WAIT", 2.0)
+    monkeypatch.setattr(background_diagnosis, "FAILING_FOR_S", 2.0)
     states = contacts_of(hidden, 14, 4)
     told = health_of(node, states)
     failing = [one for one in told if one.channel]
@@ -128,7 +128,7 @@ def test_a_running_node_takes_the_extended_model_over_and_its_innovations_fall_a
     threads = []
     begin = ModelSwap.begin
     monkeypatch.setattr(ModelSwap, "begin", lambda self, *given: threads.append(begin(self, *given)))
-    monkeypatch.setattr(background_diagnosis, "WAIT", 1e6)
+    monkeypatch.setattr(background_diagnosis, "FAILING_FOR_S", 1e6)
     hidden = "second_relaxation"
     before = health_of(node, contacts_of(hidden, 10, 5))
     evidence = node.diagnoser._samples["index"].columns()
@@ -206,7 +206,7 @@ def state(i: int, period: int = 2_000_000, **values: float) -> FingertipState:
 
 
 def test_evidence_is_thinned_bounded_and_without_long_air(monkeypatch) -> None:
-    monkeypatch.setattr(background_diagnosis, "KEPT", 100)
+    monkeypatch.setattr(background_diagnosis, "RING_SAMPLES", 100)
     ring = SampleRing()
     for i in range(3000):
         ring.note(state(i), touching=i % 700 > 350)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from vegrip.clock import NS
-from vegrip.grip.bumpless_transfer import DURATION, BumplessTransfer
+from vegrip.grip.bumpless_transfer import TRANSFER_DURATION_S, BumplessTransfer
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.safety.fail_safe import FailSafeSettings
 
@@ -39,7 +39,7 @@ def test_less_than_is_held_is_asked_for_as_it_is() -> None:
 
 
 def test_after_its_duration_the_estimate_rules() -> None:
-    assert bound(DURATION) == 11.0
+    assert bound(TRANSFER_DURATION_S) == 11.0
 
 
 def test_slip_ends_it_for_good() -> None:

@@ -8,10 +8,10 @@ import pytest
 from vegrip.cli import main
 from vegrip.effects import BUILT_IN
 from vegrip.validation.diagnosis_trials import Case, Outcome, draw_cases, make_recording, tally_outcomes
-from vegrip.validation.diagnosis_trials.amounts import INSIDE, OUTSIDE
+from vegrip.validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS
 from vegrip.validation.diagnosis_trials.visible import remaining_evidence
 from vegrip.virtual.hidden import HIDDEN
-from vegrip.virtual.hidden import OUTSIDE as UNKNOWN
+from vegrip.virtual.hidden import UNMODELLED as UNKNOWN
 
 
 def of(hidden, verdict, named=(), sets=(), variable="", after=1.0, leaves=()) -> Outcome:
@@ -86,18 +86,18 @@ def test_what_an_effect_leaves_is_seen_in_the_same_recording_without_it() -> Non
 
 
 def test_everything_the_bench_can_hide_has_an_amount_and_a_name_of_the_catalogue_or_a_variable() -> None:
-    assert set(INSIDE) == set(HIDDEN) <= set(BUILT_IN)
-    assert set(OUTSIDE) == set(UNKNOWN)
-    assert not set(OUTSIDE) & set(BUILT_IN)
+    assert set(CATALOGUE_AMOUNTS) == set(HIDDEN) <= set(BUILT_IN)
+    assert set(UNMODELLED_AMOUNTS) == set(UNKNOWN)
+    assert not set(UNMODELLED_AMOUNTS) & set(BUILT_IN)
     assert all(kind.shows for kind in UNKNOWN.values())
 
 
 def test_cases_hold_every_kind_and_every_effect_and_no_seed_twice() -> None:
     drawn = list(draw_cases(400, seed=3))
     assert {one.kind for one in drawn} == {"none", "one", "pair", "outside"}
-    assert {one.hidden[0] for one in drawn if one.kind == "one"} == set(INSIDE)
+    assert {one.hidden[0] for one in drawn if one.kind == "one"} == set(CATALOGUE_AMOUNTS)
     assert {one.size for one in drawn if one.kind == "one"} == {"strong", "weak"}
-    assert {one.hidden[0] for one in drawn if one.kind == "outside"} == set(OUTSIDE)
+    assert {one.hidden[0] for one in drawn if one.kind == "outside"} == set(UNMODELLED_AMOUNTS)
     assert len({one.seed for one in drawn}) == 400
     assert not {one.seed for one in drawn} & {one.seed for one in draw_cases(400, seed=4)}
     assert drawn[:50] == list(draw_cases(50, seed=3))

@@ -6,7 +6,7 @@ import time
 import pytest
 
 from vegrip.host import leftovers
-from vegrip.host.leftovers import NEWEST, remove_leftovers
+from vegrip.host.leftovers import MIN_SOCKET_AGE_S, remove_leftovers
 from vegrip.host.lock_file import locked
 from vegrip.host.runtime_folder import ASIDE, runtime_folder
 
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.usefixtures("runtime")
 
 
 def later():
-    return time.time() + 2 * NEWEST
+    return time.time() + 2 * MIN_SOCKET_AGE_S
 
 
 def dead(path, kind=socket.SOCK_STREAM):

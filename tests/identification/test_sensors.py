@@ -12,7 +12,7 @@ from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.identification.recording import Recording
 from vegrip.identification.samples import RADIUS, recording
 from vegrip.identification.sensors import (
-    TANGENTIAL,
+    TANGENTIAL_CHANNELS,
     answers,
     channels_of,
     lacking,
@@ -63,7 +63,7 @@ def test_the_estimator_gives_what_is_promised_and_no_more(
 def test_what_is_lacking_is_told_with_what_it_costs_and_nothing_where_all_is_there() -> None:
     assert lacking((*CHANNELS, "slip")) == []
     assert lacking(()) == ["no estimate at all: neither normal_force nor displacement is measured"]
-    assert lacking(("normal_force", *TANGENTIAL, "torque_z", "slip_speed")) == [
+    assert lacking(("normal_force", *TANGENTIAL_CHANNELS, "torque_z", "slip_speed")) == [
         "stiffness and relaxation stay as in the model file: displacement is not measured beside normal_force"
     ]
     assert lacking(CHANNELS) == [
@@ -95,7 +95,7 @@ def test_a_stated_load_gives_a_margin_where_none_is_measured() -> None:
 
 def test_a_measured_load_is_not_replaced_by_a_stated_one() -> None:
     t = np.arange(3) * 1e-2
-    measured = {name: np.ones(3) for name in ("normal_force", *TANGENTIAL)}
+    measured = {name: np.ones(3) for name in ("normal_force", *TANGENTIAL_CHANNELS)}
     one = Recording("r", t, np.zeros(3, dtype=np.int64), measured)
     assert with_load(one, 5.0) is one
 

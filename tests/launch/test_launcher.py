@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from vegrip.clock import NS, SimulatedClock
 from vegrip.runtime.launcher import ChildProcess, Launcher
-from vegrip.runtime.restart import FIRST_DELAY, LAST_DELAY, STEADY, RestartPolicy
+from vegrip.runtime.restart import FIRST_DELAY, LAST_DELAY, STEADY_RUN_S, RestartPolicy
 
 
 class Played:
@@ -157,13 +157,13 @@ def test_the_policy_does_what_its_name_says(code, ran):
     assert (RestartPolicy("on-failure").delay(code, ran) is None) == (code == 0)
 
 
-@given(st.lists(st.floats(0.0, 2 * STEADY), min_size=1, max_size=20))
+@given(st.lists(st.floats(0.0, 2 * STEADY_RUN_S), min_size=1, max_size=20))
 def test_the_delay_stays_within_its_limits_and_a_steady_run_resets_it(runs):
     policy = RestartPolicy("always")
     for ran in runs:
         delay = policy.delay(1, ran)
         assert FIRST_DELAY <= delay <= LAST_DELAY
-        if ran >= STEADY:
+        if ran >= STEADY_RUN_S:
             assert delay == FIRST_DELAY
 
 

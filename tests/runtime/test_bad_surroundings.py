@@ -15,7 +15,7 @@ from vegrip.clock import SimulatedClock, WallClock
 from vegrip.errors import DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, NodeStatus, Reason
 from vegrip.runtime.echo import EchoNode, EchoParameters
-from vegrip.runtime.fault_hints import HINTS, QUIET, FaultHints
+from vegrip.runtime.fault_hints import HINTS, QUIET_NS, FaultHints
 from vegrip.runtime.registry import Entry, registered
 from vegrip.runtime.runner import Runner
 from vegrip.runtime.telemetry_socket import TelemetryReader
@@ -172,7 +172,7 @@ def test_a_trouble_is_told_when_it_begins_and_again_only_after_quiet():
     remedies = FaultHints()
     told = [
         [name for name, _ in remedies.news({"bus_off": count}, now)]
-        for count, now in ((0, 0), (1, 10), (2, 20), (2, 30), (3, 25 + QUIET), (4, 30 + QUIET))
+        for count, now in ((0, 0), (1, 10), (2, 20), (2, 30), (3, 25 + QUIET_NS), (4, 30 + QUIET_NS))
     ]
     assert told == [[], ["bus_off"], [], [], ["bus_off"], []]
 

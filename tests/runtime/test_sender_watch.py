@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.messages import FingertipState
-from vegrip.runtime.sender_watch import MOST_FINGERS, WINDOW, SenderWatch
+from vegrip.runtime.sender_watch import MOST_FINGERS, WINDOW_STATES, SenderWatch
 
 RATE = 200.0  # [Hz]
 SIGMA = 0.02  # [N]
@@ -35,7 +35,7 @@ def in_turn(one, other):
 @given(apart=st.floats(10 * SIGMA, 20.0), seed=st.integers(0, 999), level=st.floats(0.0, 20.0))
 def test_two_hands_in_turn_are_told_within_the_window_and_as_long_as_they_last(apart, seed, level):
     states = in_turn([level + e for e in noise(seed)], [level + apart + e for e in noise(seed + 1)])
-    assert watched(states) >= len(states) - 3 * WINDOW
+    assert watched(states) >= len(states) - 3 * WINDOW_STATES
 
 
 @pytest.mark.parametrize("resolution", [0.0, 0.001, 0.1, 1.0])

@@ -11,7 +11,7 @@ from vegrip.validation.faults.frame_faults import Loss
 from vegrip.validation.faults.run import run, undisturbed
 from vegrip.validation.faults.soak import soak
 from vegrip.validation.faults.system_faults import Killed
-from vegrip.validation.faults.testbed import RATE, SAMPLING, Scene
+from vegrip.validation.faults.testbed import SAMPLING, STATE_RATE_HZ, Scene
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "faults.md"
 
@@ -28,7 +28,9 @@ def test_a_fault_never_makes_the_grip_worse_and_is_seen_and_over_in_time(case):
 def test_the_undisturbed_hand_holds_with_a_margin_and_lowers_its_grip():
     """Otherwise the cases would show nothing."""
     course = undisturbed(4.0)
-    settled = [force for time, force in zip(course.time, course.force, strict=True) if time > table.BEGIN]
+    settled = [
+        force for time, force in zip(course.time, course.force, strict=True) if time > table.FAULT_BEGIN_S
+    ]
     assert 1.0 < settled[-1][0] < 4.0
     assert all(c is Condition.OK for conditions in course.condition[100:] for c in conditions)
 
@@ -75,7 +77,7 @@ def test_the_bus_is_as_busy_as_foreseen():
     """The load of hand and node on the simulated bus, against that of ``vegrip bus-load``."""
     scene = Scene()
     scene.run_until(3.0)
-    plan = TrafficPlan(fingers=2, rate=RATE, report_rate=50.0, health_rate=5.0, status_rate=1.0)
+    plan = TrafficPlan(fingers=2, rate=STATE_RATE_HZ, report_rate=50.0, health_rate=5.0, status_rate=1.0)
     told = forecast_traffic(plan)
     assert scene.bus.load() == pytest.approx(told.load, rel=0.07)
     assert scene.bus.load() < told.worst_load

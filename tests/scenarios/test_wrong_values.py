@@ -2,7 +2,7 @@
 
 import pytest
 
-from vegrip.validation.faults.wrong_values import BEGIN, Fault, judge
+from vegrip.validation.faults.wrong_values import FAULT_BEGIN_S, Fault, judge
 
 KNOWN = [
     ("torque_z", 1.9, 0.005),
@@ -16,7 +16,7 @@ KNOWN = [
 
 @pytest.mark.parametrize(("channel", "value", "duration"), KNOWN)
 def test_a_wrong_value_neither_lets_the_grip_down_nor_teaches_a_friction(channel, value, duration):
-    verdict = judge(Fault(channel, value, BEGIN, duration, -1))
+    verdict = judge(Fault(channel, value, FAULT_BEGIN_S, duration, -1))
     assert verdict.fallen <= 1.0
     assert verdict.maximum <= 2.5  # the largest command lasts for 0.5 s; see docs/faults.md for which do not
     assert verdict.off <= 1.0

@@ -66,7 +66,7 @@ def limited():
 
 def test_beyond_the_limit_nobody_comes_in_until_one_goes(limited, monkeypatch):
     limit, server, address, counts = limited
-    monkeypatch.setattr(connection_limit, "MOST", 5)
+    monkeypatch.setattr(connection_limit, "MAX_CONNECTIONS", 5)
     path = address.removeprefix("ipc://")
     inside = []
     while (knocking := knock(path)) is not None and len(inside) < 4000:
@@ -114,7 +114,7 @@ def test_when_descriptors_get_scarce_by_whatever_uses_them_nobody_comes_in(limit
 
 def test_who_connects_and_says_nothing_keeps_no_place(limited, monkeypatch):
     limit, server, address, _ = limited
-    monkeypatch.setattr(connection_limit, "MOST", 3)
+    monkeypatch.setattr(connection_limit, "MAX_CONNECTIONS", 3)
     silent = []
     while (knocking := knock(address.removeprefix("ipc://"))) is not None and len(silent) < 4000:
         silent.append(knocking)
@@ -195,8 +195,8 @@ def limits(monkeypatch):
     ("before", "after"),
     [
         ((1024, 4096), (4096, 4096)),
-        ((1024, 1 << 20), (descriptors.ENOUGH, 1 << 20)),
-        ((1024, resource.RLIM_INFINITY), (descriptors.ENOUGH, resource.RLIM_INFINITY)),
+        ((1024, 1 << 20), (descriptors.WANTED_DESCRIPTORS, 1 << 20)),
+        ((1024, resource.RLIM_INFINITY), (descriptors.WANTED_DESCRIPTORS, resource.RLIM_INFINITY)),
         ((1 << 20, 1 << 20), (1 << 20, 1 << 20)),
         ((600, 600), (600, 600)),
     ],

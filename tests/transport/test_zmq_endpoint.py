@@ -15,7 +15,7 @@ from vegrip.transport.curve import Curve, Keys
 from vegrip.transport.key_files import make_keys
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.transport.zmq_address import resolve
-from vegrip.transport.zmq_endpoint import LARGEST, ZmqEndpoint
+from vegrip.transport.zmq_endpoint import MAX_MESSAGE_BYTES, ZmqEndpoint
 
 FINGERS = ("thumb", "index")
 pytestmark = pytest.mark.usefixtures("runtime")
@@ -120,7 +120,7 @@ def test_rubbish_is_counted_by_name_and_what_is_too_long_never_arrives(endpoint)
         receiver.receive(0.01)
         before = dict(receiver.rejected)
         assert {"parts", "checksum", "unknown_topic"} <= set(before)
-        sender.send_multipart([b"/hand/index/state", bytes(LARGEST + 1)])
+        sender.send_multipart([b"/hand/index/state", bytes(MAX_MESSAGE_BYTES + 1)])
         assert receiver.receive(0.1) == []
         assert {**receiver.rejected, "cut_off": 0} == {**before, "cut_off": 0}
 
@@ -212,7 +212,7 @@ def test_a_message_that_is_too_long_is_counted_and_the_next_ones_are_heard(endpo
 
     for times in (1, 2, 3):
         assert heard_after(20.0, receiver, send)
-        publisher.send_multipart([b"/hand/index/state", bytes(LARGEST + 1)])
+        publisher.send_multipart([b"/hand/index/state", bytes(MAX_MESSAGE_BYTES + 1)])
         deadline = time.monotonic() + 20.0
         while receiver.rejected.get("cut_off", 0) < times and time.monotonic() < deadline:
             receiver.receive(0.01)

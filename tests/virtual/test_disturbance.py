@@ -5,7 +5,7 @@ import math
 import pytest
 
 from vegrip.virtual.disturbance import (
-    NOTHING,
+    NO_BURDEN,
     AddedMass,
     Push,
     Shake,
@@ -36,7 +36,7 @@ def size(burden) -> float:
 @pytest.mark.parametrize("event", ONE_OF_EACH, ids=lambda e: type(e).__name__)
 def test_acts_only_in_its_time_and_begins_and_ends_gently(event) -> None:
     end = event.start + event.duration
-    assert event.burden(event.start) == event.burden(end) == event.burden(0.5) == NOTHING
+    assert event.burden(event.start) == event.burden(end) == event.burden(0.5) == NO_BURDEN
     inside = [event.burden(event.start + event.duration * part / 1000) for part in range(1, 1000)]
     assert size(inside[0]) < 0.02 * max(map(size, inside))
     assert size(inside[-1]) < 0.02 * max(map(size, inside))
@@ -50,7 +50,7 @@ def test_burdens_add_up() -> None:
 
 
 def test_nothing_acts_when_nothing_is_due() -> None:
-    assert total(ONE_OF_EACH, 0.0) is NOTHING
+    assert total(ONE_OF_EACH, 0.0) is NO_BURDEN
 
 
 def test_slow_load_grows_evenly() -> None:

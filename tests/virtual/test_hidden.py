@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vegrip.errors import ConfigError
-from vegrip.virtual.bench.protocol import AIR, Segment, creep, hold, slip, triangles
+from vegrip.virtual.bench.protocol import AIR_SEGMENT, Segment, creep, hold, slip, triangles
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.hidden import HIDDEN, Hidden
@@ -135,7 +135,7 @@ def test_play_stands_still_after_a_reversal() -> None:
 
 def test_play_under_imposed_force_shows_in_the_drive() -> None:
     trial = run(
-        (AIR, Segment(0.2, force=1.0), Segment(0.2, force=0.2)), displacement_backlash={"width": 1e-4}
+        (AIR_SEGMENT, Segment(0.2, force=1.0), Segment(0.2, force=0.2)), displacement_backlash={"width": 1e-4}
     )
     difference = trial["displacement"] - trial["true_indentation"]
     assert difference[350] == pytest.approx(0.5e-4)
@@ -181,7 +181,7 @@ def test_stiffer_laws_multiply_the_elastic_force(name, given, factor) -> None:
 
 
 def test_sensor_shows_a_ramp_late_by_its_time_constant() -> None:
-    trial = run((AIR, Segment(0.5, force=2.0)), sensor_lag={"time": 0.02})
+    trial = run((AIR_SEGMENT, Segment(0.5, force=2.0)), sensor_lag={"time": 0.02})
     t = trial["t"]
     late = np.interp(t - 0.02, t, trial["true_normal_force"])
     ramp = (t > 0.4) & (t < 0.7)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vegrip.virtual.disturbance import NOTHING, Burden
+from vegrip.virtual.disturbance import NO_BURDEN, Burden
 from vegrip.virtual.patch import even_grid
 from vegrip.virtual.plate import Plate
 from vegrip.virtual.settings import FingertipSettings, ObjectSettings
@@ -18,7 +18,7 @@ def plate(damping: float = 3e-3, settings: ObjectSettings = SETTINGS) -> Plate:
     return Plate(settings, (FingertipSettings(bristle_damping=damping),) * 3, PLACE, GRID)
 
 
-def carry(held: Plate, duration: float, N: float, burden: Burden = NOTHING, stand: float = 0.0) -> None:
+def carry(held: Plate, duration: float, N: float, burden: Burden = NO_BURDEN, stand: float = 0.0) -> None:
     load = GRID.load(np.full(3, 2.0))
     for _ in range(round(duration / DT)):
         held.carry(np.full(3, 5e-3), np.full(3, N), load, np.full(3, 0.8), burden, stand, DT)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vegrip.virtual.sensor import CHANNELS, Reading, Sensors, quantize
+from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors, quantize
 from vegrip.virtual.settings import SensorSettings
 
 TRUE = np.array([[3.0, 0.5, -1.0, 0.01, 1e-3, 25.0, 0.02, 4e-3]])
@@ -31,7 +31,7 @@ EXACT = dict.fromkeys(
 def measured(settings: SensorSettings, count: int, seed: int = 0) -> np.ndarray:
     sensors = Sensors(settings, ("index",), np.random.default_rng(seed))
     states = [s for i in range(count) for s in sensors.measure(Reading(TRUE, np.zeros(1)), 0.002 * i)]
-    return np.array([[getattr(state, name) for name in CHANNELS] for state in states])
+    return np.array([[getattr(state, name) for name in SENSED_CHANNELS] for state in states])
 
 
 def test_perfect_sensors_tell_the_truth() -> None:

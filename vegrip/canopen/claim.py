@@ -7,7 +7,7 @@ from vegrip.canopen.connection_set import EMCY, HEARTBEAT, SDO_ANSWER, SDO_REQUE
 from vegrip.errors import DeviceError
 from vegrip.transport.codec import Frame
 
-LISTEN = (
+CLAIM_LISTEN_NS = (
     300_000_000  # [ns] longer than a heartbeat of a node of ours, and than the answer to a question takes
 )
 LAST_WORDS = 0.05  # [s] for a frame to leave before the bus is closed
@@ -20,7 +20,7 @@ def claim(
     receive: Callable[[float], Frame | None],
     now: Callable[[], int],
 ) -> None:
-    """Ask whether anybody bears one of ``nodes``; listen for ``LISTEN``.
+    """Ask whether anybody bears one of ``nodes``; listen for ``CLAIM_LISTEN_NS``.
 
     Raises:
         DeviceError: somebody does. Before that the bus is told with EMCY 8150h, lifecycle "unconfigured".
@@ -29,7 +29,7 @@ def claim(
     for node in nodes:
         send(SDO_REQUEST + node, QUESTION)
     signs = {service + node: node for service in (HEARTBEAT, SDO_ANSWER, EMCY) for node in nodes}
-    end = now() + LISTEN
+    end = now() + CLAIM_LISTEN_NS
     while (left := end - now()) > 0:
         frame = receive(left / 1e9)
         if frame is not None and frame.arbitration_id in signs:

@@ -12,7 +12,7 @@ from vegrip.canopen.nmt import INITIALISING, OPERATIONAL, PRE_OPERATIONAL, STOPP
 
 LARGEST_WRITE = 256  # [bytes] by segmented SDO; the longest parameter is a path
 ABORT_TOO_LONG = 0x06070010
-FORGET = 5.0  # [s] silence after which another node with our node-ID has gone
+FORGET_NODE_AFTER_S = 5.0  # [s] silence after which another node with our node-ID has gone
 SDO_LENGTH = 8  # [bytes] of every SDO frame
 
 Command = Callable[[int], None]
@@ -106,7 +106,7 @@ class Device:
     def _on_foreign(self, _: int, __: bytes, stamp: float) -> None:
         """Hear our own node-ID: nobody hears its own frames, so another node has taken it."""
         self.foreign += 1
-        self._foreign_until = stamp + FORGET
+        self._foreign_until = stamp + FORGET_NODE_AFTER_S
         sentence = f"another node has the node-ID {self.id}; give one of them another"
         self.emergencies.begin(ID_TAKEN, self.id, sentence, self.state)
 

@@ -38,7 +38,7 @@ from vegrip.canopen.objects import (
     Variable,
 )
 from vegrip.canopen.pdo_records import pdo_mapping, pdo_record
-from vegrip.canopen.time_stamp import CONSUMED, TIME
+from vegrip.canopen.time_stamp import CONSUMED, TIME_COB_ID
 from vegrip.grip.parameters import GraspParameters
 from vegrip.runtime.parameter_table import rows
 from vegrip.transport.codec.database import layouts
@@ -166,7 +166,7 @@ def common(name: str, product: int) -> tuple[Object, ...]:
         Record(0x1018, "Identity object", identity),
         Variable(0x1005, Entry("COB-ID SYNC", UNSIGNED32, "rw", "0x80")),
         Variable(0x1008, Entry("Manufacturer device name", VISIBLE_STRING, "const", name)),
-        Variable(0x1012, Entry("COB-ID time stamp object", UNSIGNED32, "ro", f"{CONSUMED | TIME:#x}")),
+        Variable(0x1012, Entry("COB-ID time stamp object", UNSIGNED32, "ro", f"{CONSUMED | TIME_COB_ID:#x}")),
         Variable(0x1014, Entry("COB-ID EMCY", UNSIGNED32, "ro", "$NODEID+0x80")),
         Variable(0x1017, Entry("Producer heartbeat time", UNSIGNED16, "rw", str(HEARTBEAT_TIME), note="ms")),
         Record(0x1200, "SDO server parameter", server),

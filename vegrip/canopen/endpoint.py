@@ -10,7 +10,7 @@ import can
 from vegrip.canopen.claim import LAST_WORDS
 from vegrip.canopen.codec import CanopenCodec
 from vegrip.canopen.network import LoopNetwork
-from vegrip.canopen.time_stamp import TIME, unpack_time
+from vegrip.canopen.time_stamp import TIME_COB_ID, unpack_time
 from vegrip.clock import NS
 from vegrip.messages import ContactEstimate, Message
 from vegrip.transport.can_endpoint import CanEndpoint, Open
@@ -51,7 +51,7 @@ class CanopenEndpoint:
         )
         self.can = CanEndpoint(bus, self.pdos, reopen, timing)
         self._clock = SenderClock()
-        self.network.subscribe(TIME, self._on_time)
+        self.network.subscribe(TIME_COB_ID, self._on_time)
 
     @property
     def rejected(self) -> Mapping[str, int]:

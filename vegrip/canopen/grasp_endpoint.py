@@ -16,7 +16,7 @@ from vegrip.canopen.mirror import Mirror
 from vegrip.canopen.nmt import COMMANDED, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, STOPPED, nmt_state
 from vegrip.canopen.parameters import SdoParameters
 from vegrip.canopen.sensors import Sensors
-from vegrip.canopen.time_stamp import CONSUMED, PRODUCED, TIME, TimeProducer
+from vegrip.canopen.time_stamp import CONSUMED, PRODUCED, TIME_COB_ID, TimeProducer
 from vegrip.clock import NS
 from vegrip.messages import Lifecycle, Message
 from vegrip.runtime.handle import NodeHandle
@@ -26,9 +26,11 @@ from vegrip.transport.codec import CanCodec, Frame
 
 STATES = {BASES[name] for name in OUT_OF_A_FINGER}
 IS_IT = "is it connected, switched on, and at the same bit rate (transport.bitrate)?"
-LOOK = 10_000_000  # [ns] between two looks at the fingers; what it finds is told with the next heartbeat
+LOOK_PERIOD_NS = (
+    10_000_000  # [ns] between two looks at the fingers; what it finds is told with the next heartbeat
+)
 ON_ERROR = {0: Lifecycle.INACTIVE, 2: Lifecycle.UNCONFIGURED}  # object 1029sub1; 1: go on
-NAMES = {
+FAULT_NAMES = {
     HEARTBEAT_LOST: "heartbeat_lost",
     NOT_ITS_EDS: "not_its_eds",
     ID_TAKEN: "id_taken",
@@ -125,7 +127,7 @@ class GraspEndpoint(CanopenEndpoint):
             return
         self.device.set_state(nmt_state(self._node.state, on_hold=self._node.on_hold))
         if now >= self._look_at:
-            self._look_at = now + LOOK
+            self._look_at = now + LOOK_PERIOD_NS
             self.device.serve(now / NS)
             self._judge(self.sensors.serve(now), self._node)
         self.network.serve(now)
@@ -164,7 +166,7 @@ class GraspEndpoint(CanopenEndpoint):
         """Let the object dictionary say how we are configured."""
         store = self.device.store
         store(0x1017, 0, round(heartbeat * 1000).to_bytes(2, "little"))
-        store(0x1012, 0, (TIME | (PRODUCED if self._time_period else CONSUMED)).to_bytes(4, "little"))
+        store(0x1012, 0, (TIME_COB_ID | (PRODUCED if self._time_period else CONSUMED)).to_bytes(4, "little"))
         store(0x1006, 0, round(self._sync_period * 1e6).to_bytes(4, "little"))
         for number, finger in enumerate(fingers):
             store(0x1016, number + 1, (finger << 16 | round(limit * 1000)).to_bytes(4, "little"))
@@ -226,7 +228,7 @@ class GraspEndpoint(CanopenEndpoint):
     def _begin(self, code: int, about: int, sentence: str) -> None:
         state = self._node.state if self._node is not None else Lifecycle.UNCONFIGURED
         if self.device.emergencies.begin(code, about, sentence, state):
-            self.faults[NAMES[code]] += 1
+            self.faults[FAULT_NAMES[code]] += 1
             self._logger.error("%s", sentence)
 
     def _end(self, code: int, about: int) -> None:

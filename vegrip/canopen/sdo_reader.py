@@ -6,7 +6,7 @@ The client of the package ``canopen`` waits for each answer in the thread that a
 import struct
 from collections.abc import Callable, Sequence
 
-PATIENCE = 500_000_000  # [ns] for an answer
+ANSWER_TIMEOUT_NS = 500_000_000  # [ns] for an answer
 RETRIES = 3
 UPLOAD, ABORT = 0x40, 0x80  # command specifiers; an expedited answer has bit 1, its size in bits 2 and 3
 
@@ -35,8 +35,8 @@ class SdoReader:
         return self.failed or len(self.values) == len(self._asked)
 
     def serve(self, now: int) -> None:
-        """Ask the next question, or again after ``PATIENCE``."""
-        if self.done or (self._sent is not None and now - self._sent < PATIENCE):
+        """Ask the next question, or again after ``ANSWER_TIMEOUT_NS``."""
+        if self.done or (self._sent is not None and now - self._sent < ANSWER_TIMEOUT_NS):
             return
         if self._tries >= RETRIES:
             self.failed = True

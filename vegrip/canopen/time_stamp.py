@@ -12,7 +12,7 @@ from typing import Final
 from vegrip.canopen.network import LoopNetwork, PeriodicTask
 from vegrip.clock import NS
 
-TIME: Final = 0x100  # COB-ID
+TIME_COB_ID: Final = 0x100  # COB-ID
 PRODUCED: Final = 1 << 30  # in object 1012h
 CONSUMED: Final = 1 << 31
 
@@ -43,7 +43,7 @@ class TimeProducer(PeriodicTask):
     """Sends the wall clock of this machine every ``period`` [s]."""
 
     def __init__(self, period: float, now: int, owner: LoopNetwork) -> None:
-        super().__init__(TIME, b"", period, now, owner)
+        super().__init__(TIME_COB_ID, b"", period, now, owner)
 
     def serve(self, now: int) -> None:
         """Send if due."""

@@ -14,7 +14,7 @@ from vegrip.canopen.objects import UNSIGNED8, UNSIGNED32, Device, Entry, Object,
 
 DATE = "11-20-2026"  # of the layout; a file is written anew only when it changes
 VAR, ARRAY, RECORD = 0x7, 0x8, 0x9
-RATES = (10, 20, 50, 125, 250, 500, 800, 1000)  # [kbit/s]
+BIT_RATES_KBIT = (10, 20, 50, 125, 250, 500, 800, 1000)  # [kbit/s]
 SUPPORTED = (125, 250, 500, 1000)
 
 
@@ -69,7 +69,7 @@ def _head(device: Device) -> Iterator[str]:
         "ProductNumber": f"{device.product_number:#x}",
         "RevisionNumber": "0x10000",
         "OrderCode": "0",
-        **{f"BaudRate_{rate}": str(int(rate in SUPPORTED)) for rate in RATES},
+        **{f"BaudRate_{rate}": str(int(rate in SUPPORTED)) for rate in BIT_RATES_KBIT},
         "SimpleBootUpMaster": "0",
         "SimpleBootUpSlave": "1",
         "Granularity": "0",

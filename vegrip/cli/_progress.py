@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from vegrip.cli._tables import printer
 
 Report = Callable[[str], None]
-EVERY = 1.0  # [s] between counts, where each would be a line
+COUNT_PERIOD_S = 1.0  # [s] between counts, where each would be a line
 
 
 @contextmanager
@@ -34,12 +34,12 @@ def progress(what: str) -> Iterator[Report]:
 
 def counted(report: Report) -> Callable[[int], None]:
     """Return what tells a number of rows, at most once a second."""
-    due = time.monotonic() + EVERY
+    due = time.monotonic() + COUNT_PERIOD_S
 
     def tell(rows: int) -> None:
         nonlocal due
         if time.monotonic() >= due:
-            due = time.monotonic() + EVERY
+            due = time.monotonic() + COUNT_PERIOD_S
             report(f"{rows:,} rows".replace(",", " "))
 
     return tell

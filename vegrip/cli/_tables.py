@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
 
-WIDE = 240  # columns
+WIDE_COLUMNS = 240  # columns
 
 
 def table(*header: str, wraps: str = "") -> Table:
@@ -36,13 +36,13 @@ class _Literal(Console):
 def printer(*, stderr: bool = False) -> Console:
     """Return where sentences go: broken between words in a terminal, unbroken in a file."""
     console = _Literal(stderr=stderr)
-    return console if console.is_terminal else _Literal(soft_wrap=True, width=WIDE, stderr=stderr)
+    return console if console.is_terminal else _Literal(soft_wrap=True, width=WIDE_COLUMNS, stderr=stderr)
 
 
 def show(content: Table) -> None:
     """Print ``content``."""
     console = _Literal()
-    (console if console.is_terminal else _Literal(width=WIDE)).print(content)
+    (console if console.is_terminal else _Literal(width=WIDE_COLUMNS)).print(content)
 
 
 def complain(sentence: str) -> None:

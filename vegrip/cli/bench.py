@@ -16,7 +16,7 @@ from vegrip.errors import UsageError
 from vegrip.spelling import suggestion
 
 Results = dict[str, dict[str, float]]
-LOST = 4  # exit code when a benchmark failed; the others are printed
+EXIT_LOST = 4  # exit code when a benchmark failed; the others are printed
 
 
 def bench(
@@ -52,7 +52,7 @@ def bench(
     if as_json:
         typer.echo(json.dumps(results))
     if failed:
-        raise typer.Exit(LOST)
+        raise typer.Exit(EXIT_LOST)
 
 
 def benchmarks() -> dict[str, str]:

@@ -56,12 +56,13 @@ def doctor(
 
 def _show_sensors(given: str, *, as_json: bool) -> None:
     from vegrip.cli._tables import printer, show, table
-    from vegrip.identification.sensors import OUTPUTS, REMEDY, USUAL, answers, lacking
+    from vegrip.identification.sensors import LOAD_REMEDY, OUTPUTS, USUAL_SENSORS, answers, lacking
 
-    sets = {given: _channels(given)} if given else USUAL
+    sets = {given: _channels(given)} if given else USUAL_SENSORS
     if as_json:
         told = {
-            name: {"outputs": answers(one), "lacking": lacking(one, REMEDY)} for name, one in sets.items()
+            name: {"outputs": answers(one), "lacking": lacking(one, LOAD_REMEDY)}
+            for name, one in sets.items()
         }
         typer.echo(json.dumps(told))
         return
@@ -72,7 +73,7 @@ def _show_sensors(given: str, *, as_json: bool) -> None:
     console = printer()
     for output in OUTPUTS:
         console.print(f"{output.short}: {output.name}; needs {output.needs}; without: {output.otherwise}")
-    for sentence in lacking(sets[given], REMEDY) if given else ():
+    for sentence in lacking(sets[given], LOAD_REMEDY) if given else ():
         console.print(f"- {sentence}")
 
 

@@ -9,7 +9,7 @@ NAMES = Annotated[
     list[str] | None,
     typer.Argument(help="Effects to test; by default all that other packages have added."),
 ]
-BROKEN = 3  # exit code: an effect that breaks a law is bad input
+EXIT_BROKEN_LAW = 3  # exit code: an effect that breaks a law is bad input
 
 
 def effect_laws(
@@ -41,7 +41,7 @@ def effect_laws(
     if as_json:
         typer.echo(json.dumps({name: {"broken": sentences} for name, sentences in broken.items()}))
     if any(broken.values()):
-        raise typer.Exit(BROKEN)
+        raise typer.Exit(EXIT_BROKEN_LAW)
 
 
 def _tell(name: str, broken: list[str], laws: int) -> None:

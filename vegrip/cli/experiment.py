@@ -68,7 +68,7 @@ def experiment(
     from vegrip.cli._progress import progress
     from vegrip.effects import effect
     from vegrip.errors import UsageError
-    from vegrip.identification.experiment import NOTHING, design
+    from vegrip.identification.experiment import NO_EFFECT, design
     from vegrip.identification.experiment.limits import complete_limits, limits_of
     from vegrip.identification.simulate import write_protocol
     from vegrip.identification.simulate.plot import draw_simulation
@@ -76,7 +76,7 @@ def experiment(
     with Outputs(force=force) as outputs:
         outputs.file(output)
         outputs.picture(plot)
-        for name in set(_names(candidates or [])) - {NOTHING}:
+        for name in set(_names(candidates or [])) - {NO_EFFECT}:
             effect(name)  # an unknown one is refused before the fits
         measured, start = opened(recording, model)
         own = {"depth": depth, "force": normal_force, "speed": speed, "tangential_force": tangential_force}

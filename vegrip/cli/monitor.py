@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-ENOUGH = 1.5  # [s] in which every node says how it is, at the usual period
+STATUS_WAIT_S = 1.5  # [s] in which every node says how it is, at the usual period
 
 
 def monitor(
@@ -30,7 +30,7 @@ def monitor(
     with closing(Watch()) as watch:  # complains before the screen opens
         if json:
             board = Board(time.monotonic_ns())
-            watch.run(board, duration or ENOUGH)
+            watch.run(board, duration or STATUS_WAIT_S)
             now = time.monotonic_ns()
             board.look(now)
             sys.stdout.write(json_format.dumps(as_json(board, now)) + "\n")

@@ -107,9 +107,9 @@ def _model(path: Path, extra: list[str]) -> "ContactModel":
 
 def _sensors(noise: list[str]) -> dict[str, float]:
     from vegrip.errors import UsageError
-    from vegrip.identification.simulate import SENSORS
+    from vegrip.identification.simulate import DEFAULT_NOISE
 
-    sensors = dict(SENSORS)
+    sensors = dict(DEFAULT_NOISE)
     for text in noise:
         name, _, value = text.partition("=")
         if value == "none":

@@ -25,7 +25,7 @@ Prefix = Annotated[str, typer.Argument(help="Topic, or the beginning of several,
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object per message (echo) or one in all.")]
 Count = Annotated[int, typer.Option(help="End after so many messages; 0: no limit.")]
 Duration = Annotated[float, typer.Option(help="End after so many seconds; 0: no limit.")]
-LOOK = 0.1  # [s]
+LOOK_PERIOD_S = 0.1  # [s]
 GONE = 3.0  # [s] without any of the nodes; one that is restarted comes back within
 
 
@@ -118,7 +118,7 @@ def _messages(prefix: str, count: int, duration: float) -> Iterator[tuple[str, A
     try:
         while left > 0 and time.monotonic() < ends:
             heard = False
-            for entry, topic, direction, message in reader.read(min(LOOK, ends - time.monotonic())):
+            for entry, topic, direction, message in reader.read(min(LOOK_PERIOD_S, ends - time.monotonic())):
                 heard = True
                 if left > 0 and _is_asked(topic, prefix) and sources.counts(topic, entry.name, direction):
                     left -= 1

@@ -55,12 +55,12 @@ def trial(
     from vegrip.cli._fits import print_json
     from vegrip.cli._progress import progress
     from vegrip.validation.diagnosis_trials import draw_cases, tally_outcomes
-    from vegrip.validation.diagnosis_trials.cases import KINDS
+    from vegrip.validation.diagnosis_trials.cases import CASE_KINDS
 
     for name in kind or ():
-        if name not in KINDS:
-            raise UsageError(f"there is no kind {name!r}; {suggestion(name, KINDS)}")
-    wanted = list(draw_cases(trials, seed, kind or KINDS, _known(effect or [])))
+        if name not in CASE_KINDS:
+            raise UsageError(f"there is no kind {name!r}; {suggestion(name, CASE_KINDS)}")
+    wanted = list(draw_cases(trials, seed, kind or CASE_KINDS, _known(effect or [])))
     with Outputs(force=force) as outputs:
         outputs.log(output)
         done = _read(output) if output is not None else {}
@@ -79,13 +79,12 @@ def trial(
 
 
 def _known(effects: list[str]) -> list[str]:
-    from vegrip.validation.diagnosis_trials.amounts import INSIDE, OUTSIDE
+    from vegrip.validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS
 
     for name in effects:
-        if name not in INSIDE and name not in OUTSIDE:
-            raise UsageError(
-                f"the bench cannot hide {name!r}; {suggestion(name, [*INSIDE, *OUTSIDE], 'it can hide')}"
-            )
+        if name not in CATALOGUE_AMOUNTS and name not in UNMODELLED_AMOUNTS:
+            known = [*CATALOGUE_AMOUNTS, *UNMODELLED_AMOUNTS]
+            raise UsageError(f"the bench cannot hide {name!r}; {suggestion(name, known, 'it can hide')}")
     return effects
 
 

@@ -15,9 +15,9 @@ real, and the amplitudes ``(q_i . s)^2 / lambda_i`` of ``j`` cannot be negative.
 
 import numpy as np
 
-from vegrip.contact.domain import Floats
 from vegrip.contact.prony import Creep, Relaxation
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 
 def creep_of(g: Relaxation) -> Creep:

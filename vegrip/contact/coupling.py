@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import digamma
 
-from vegrip.contact.domain import Floats, positive, within
+from vegrip.contact.domain import positive, within
 from vegrip.contact.pressure import coefficient, coefficient_excess
+from vegrip.types import Floats
 
 LEAST_COEFFICIENT = 1.0 + 1e-4
 """Below it the profile counts as uniform; ``k`` there is about 180 and cannot be told from infinity."""

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from vegrip.contact.coupling import radius_ratio
-from vegrip.contact.domain import Floats, positive, within
+from vegrip.contact.domain import positive, within
 from vegrip.contact.pressure import coefficient, coefficient_excess
+from vegrip.types import Floats
 
 CANONICAL_K = np.linspace(2.0, 4.0, 21)
 

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vegrip.contact.conjugate import creep_of
-from vegrip.contact.domain import Floats
 from vegrip.contact.elastic import ElasticLaw
 from vegrip.contact.geometry import GEOMETRIC, parabolic_radius
 from vegrip.contact.hereditary import filtered, sampled
 from vegrip.contact.prony import Creep, Relaxation
+from vegrip.types import Floats
 
 
 def elastic_force(times: ArrayLike, N: ArrayLike, g: Relaxation) -> Floats:

@@ -15,9 +15,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vegrip.contact.domain import Floats, not_negative, positive
+from vegrip.contact.domain import not_negative, positive
 from vegrip.contact.elastic import ElasticLaw
 from vegrip.contact.hereditary import sampled
+from vegrip.types import Floats
 
 Reference = Literal["largest", "present"]
 

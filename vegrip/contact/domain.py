@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
-Floats = NDArray[np.float64]
 """Array of doubles of any shape; a scalar is an array without dimensions."""
 
 

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import exprel
 
-from vegrip.contact.domain import Floats, not_negative
+from vegrip.contact.domain import not_negative
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 
 class ElasticLaw(Protocol):

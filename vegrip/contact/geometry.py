@@ -7,8 +7,9 @@ radius of the patch, ``r`` [m] distance from the centre of the patch.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vegrip.contact.domain import Floats, not_negative, positive
+from vegrip.contact.domain import not_negative, positive
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 HERTZ = 1.0
 GEOMETRIC = 2.0

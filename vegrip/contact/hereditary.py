@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vegrip.compiled import njit
-from vegrip.contact.domain import Floats
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 
 @njit

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vegrip.contact.domain import Floats
 from vegrip.contact.elastic import ElasticLaw
 from vegrip.contact.hereditary import check_times, closed
 from vegrip.contact.prony import Relaxation
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 
 @dataclass(frozen=True)

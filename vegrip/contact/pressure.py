@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import gammaln
 
-from vegrip.contact.domain import Floats, not_negative, positive
+from vegrip.contact.domain import not_negative, positive
 from vegrip.contact.prony import Relaxation
+from vegrip.types import Floats
 
 
 def coefficient(k: ArrayLike) -> Floats:

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vegrip.contact.domain import Floats, not_negative
+from vegrip.contact.domain import not_negative
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 
 @dataclass(frozen=True)

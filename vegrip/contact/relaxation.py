@@ -9,10 +9,10 @@ Patch and profile stay as they are; a tip that may leave the object is :func:`ve
 
 from numpy.typing import ArrayLike
 
-from vegrip.contact.domain import Floats
 from vegrip.contact.elastic import ElasticLaw
 from vegrip.contact.hereditary import filtered, sampled
 from vegrip.contact.prony import Relaxation
+from vegrip.types import Floats
 
 
 def force_after_step(t: ArrayLike, delta: ArrayLike, law: ElasticLaw, g: Relaxation) -> Floats:

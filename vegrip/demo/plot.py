@@ -12,7 +12,7 @@ from vegrip.demo.run import DESCRIPTION
 from vegrip.validation.controllers.candidates import LABEL
 from vegrip.validation.controllers.closed_loop import Course
 from vegrip.validation.controllers.result import result_of
-from vegrip.validation.controllers.scenario import SETTLED
+from vegrip.validation.controllers.scenario import SETTLED_S
 from vegrip.virtual import Disturbance
 
 COLOUR = {"vegrip": "#0b6e4f", "constant": "#8a8a8a", "cone": "#d1603d"}
@@ -34,7 +34,7 @@ def draw_comparison(
     for axes in (force, margin):
         _shade(axes, events)
     for name, course in courses.items():
-        time, margins, forces = course.since(SETTLED)
+        time, margins, forces = course.since(SETTLED_S)
         if not len(time):
             continue
         style = {"color": COLOUR[name], "linewidth": 1.6 if name == "vegrip" else 1.1}
@@ -48,7 +48,7 @@ def draw_comparison(
     margin.set_ylabel("least true slip margin [-]\n0 = slips")
     margin.set_ylim(-0.05, 1.0)
     margin.set_xlabel("time [s]")
-    margin.set_xlim(SETTLED, duration)
+    margin.set_xlim(SETTLED_S, duration)
     for axes in (force, margin):
         axes.grid(alpha=0.25)
     figure.savefig(path, dpi=140)
@@ -74,7 +74,7 @@ def _schedule(axes: Axes, events: tuple[Disturbance, ...], duration: float) -> N
     free: list[float] = []  # [s] from which on each lane is free
     for event in events:
         name = f" {DESCRIPTION[type(event).__name__].split(',')[0]} "
-        text_at, left, right = _place(event, CHARACTER * (duration - SETTLED) * len(name), duration)
+        text_at, left, right = _place(event, CHARACTER * (duration - SETTLED_S) * len(name), duration)
         lane = next((i for i, time in enumerate(free) if time <= left), len(free))
         free[lane : lane + 1] = [right]
         axes.barh(-lane, event.duration, left=event.start, height=0.8, color=BLUE, alpha=0.25)

@@ -27,10 +27,10 @@ from vegrip.validation.controllers import candidates
 from vegrip.validation.controllers.closed_loop import Course
 from vegrip.validation.controllers.scenario import Scenario
 
-REFRESH = 0.1  # [s] of the screen
-PAUSE = 0.02  # [s] between two looks at the bus: whoever waits for each frame is woken by each
-HELD = (Reason.INPUT_HOLD, Reason.FAIL_SAFE)
-TICK = {"hand": 0.002, "node": 0.005}  # [s]
+REFRESH_PERIOD_S = 0.1  # [s] of the screen
+LOOK_PAUSE_S = 0.02  # [s] between two looks at the bus: whoever waits for each frame is woken by each
+HOLD_REASONS = (Reason.INPUT_HOLD, Reason.FAIL_SAFE)
+TICK_PERIODS_S = {"hand": 0.002, "node": 0.005}  # [s]
 
 
 @dataclass
@@ -62,7 +62,7 @@ class Demo:
 
     def watch(self, endpoint: Endpoint, recorder: BackgroundWriter) -> None:
         """Take what is on the bus."""
-        time.sleep(PAUSE)
+        time.sleep(LOOK_PAUSE_S)
         while messages := endpoint.receive(0.0):
             for message in messages:
                 self._count(message)
@@ -77,7 +77,7 @@ class Demo:
     def _count(self, message: Message) -> None:
         if isinstance(message, ForceCommand) and self.news is not None:
             self.commands += 1
-            self.held += message.reason in HELD
+            self.held += message.reason in HOLD_REASONS
 
     def title(self) -> str:
         """Return the headline of the screen; the scenario's time is behind the clock on a slow machine."""
@@ -137,10 +137,13 @@ def run(
         endpoint = stack.enter_context(closing(open_endpoint(transport, Hand(fingers))))
         say("starting hand and node (the first run compiles, which takes a minute)")
         node = WorkerHandle(
-            "grasp_force", Job(candidates.make_node, (parameters, fingers), transport, fingers, TICK["node"])
+            "grasp_force",
+            Job(candidates.make_node, (parameters, fingers), transport, fingers, TICK_PERIODS_S["node"]),
         )
         stack.callback(node.stop)
-        hand = WorkerHandle("virtual_hand", Job(DemoHand, (scenario,), transport, fingers, TICK["hand"]))
+        hand = WorkerHandle(
+            "virtual_hand", Job(DemoHand, (scenario,), transport, fingers, TICK_PERIODS_S["hand"])
+        )
         stack.callback(hand.stop)
         interrupted = _play(demo, hand, node, endpoint, recorder, refresh)
         hand.stop()
@@ -175,7 +178,7 @@ def _play(
             demo.watch(endpoint, recorder)
             demo.tell(hand.news)
             if time.monotonic() >= due:
-                due = time.monotonic() + REFRESH
+                due = time.monotonic() + REFRESH_PERIOD_S
                 demo.board.look(time.monotonic_ns())
                 refresh(demo)
         demo.board.look(time.monotonic_ns())

@@ -8,13 +8,11 @@ deep, slow or fast, early or late, and sliding. What follows a jerk tells of the
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.estimator.layout import CHANNELS, REGIMES
 from vegrip.messages import Condition, FingertipState, ModelHealth
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 BAND = (0.4, 1.4)
 """Mean NIS in which the filter counts as consistent, once enough samples are in."""

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from vegrip.effects.contract import OUTSIDE
@@ -11,8 +10,7 @@ from vegrip.estimator.layout import FRICTION, SETTINGS, Layout
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import ContactModel
 from vegrip.parameters import coordinate
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 
 def blank(model: ContactModel, layout: Layout, noise: SensorNoise, settings: EstimatorSettings) -> Floats:

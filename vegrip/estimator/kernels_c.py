@@ -12,15 +12,13 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip import c99
 from vegrip.c99 import MEMORY, REAL, host, translate
 from vegrip.c99.refusal import Place, unknown_place
 from vegrip.compiling import announce_compiling
 from vegrip.model import cache
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 ENTRIES: Final = {
     "update": (MEMORY, *[REAL] * 7),

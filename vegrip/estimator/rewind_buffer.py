@@ -3,11 +3,9 @@
 from collections import deque
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.messages import FingertipState
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 
 class Past:

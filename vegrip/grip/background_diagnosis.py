@@ -15,17 +15,15 @@ from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.messages import FingertipState, ModelHealth
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
 from vegrip.runtime.background import run_behind
+from vegrip.types import Floats
 
-Floats = NDArray[np.float64]
-
-CHANNELS = (
+DIAGNOSED_CHANNELS = (
     "displacement",
     "normal_force",
     "tangential_force_x",
@@ -36,32 +34,32 @@ CHANNELS = (
     "temperature",
     "contact_radius",
 )
-KEPT = 10_000  # samples of a finger
-SPACING = 0.005  # [s] least time between two of them
-AIR = 1.0  # [s] of air after a contact that is kept, and
-ROLL = 32  # samples before the next one; the rest tells nothing
-NEVER = -(10**18)  # [ns]
-LEAST = 4_000  # samples before anybody looks
-WAIT = 10.0  # [s] for which the health has failed before
-AGAIN = 120.0  # [s] from one look at a finger to the next
+RING_SAMPLES = 10_000  # samples of a finger
+SAMPLE_SPACING_S = 0.005  # [s] least time between two of them
+KEPT_AIR_S = 1.0  # [s] of air after a contact that is kept, and
+AIR_SAMPLES = 32  # samples before the next one; the rest tells nothing
+NEVER_NS = -(10**18)  # [ns]
+MIN_SAMPLES = 4_000  # samples before anybody looks
+FAILING_FOR_S = 10.0  # [s] for which the health has failed before
+REPEAT_AFTER_S = 120.0  # [s] from one look at a finger to the next
 
 
 class SampleRing:
-    """The last contacts of one finger: a ring of ``KEPT`` samples, written in place.
+    """The last contacts of one finger: a ring of ``RING_SAMPLES`` samples, written in place.
 
     Of a longer stay in the air only the end is kept, over and over: contacts begin with it.
     """
 
     def __init__(self) -> None:
-        self._values = np.full((KEPT, len(CHANNELS)), np.nan)
-        self._stamps = np.zeros(KEPT, dtype=np.int64)
-        self._touching = np.zeros(KEPT, dtype=bool)
+        self._values = np.full((RING_SAMPLES, len(DIAGNOSED_CHANNELS)), np.nan)
+        self._stamps = np.zeros(RING_SAMPLES, dtype=np.int64)
+        self._touching = np.zeros(RING_SAMPLES, dtype=bool)
         self.clear()
 
     def clear(self) -> None:
         """Forget everything."""
         self._count = self._rolling = 0
-        self._last = self._touched = NEVER  # [ns]
+        self._last = self._touched = NEVER_NS  # [ns]
 
     def note(self, state: FingertipState, touching: bool) -> None:
         """Keep a state, if it is time for one."""
@@ -70,23 +68,23 @@ class SampleRing:
             self.clear()  # the sender's clock began anew
         if touching:
             self._touched = stamp
-        if stamp - self._last < SPACING * NS:
+        if stamp - self._last < SAMPLE_SPACING_S * NS:
             return
         self._last = stamp
-        if stamp - self._touched > AIR * NS:
-            at = (self._count + self._rolling % ROLL) % KEPT
+        if stamp - self._touched > KEPT_AIR_S * NS:
+            at = (self._count + self._rolling % AIR_SAMPLES) % RING_SAMPLES
             self._rolling += 1
         else:
-            self._count += min(self._rolling, ROLL)
-            at, self._rolling = self._count % KEPT, 0
+            self._count += min(self._rolling, AIR_SAMPLES)
+            at, self._rolling = self._count % RING_SAMPLES, 0
             self._count += 1
         self._stamps[at], self._touching[at] = stamp, touching
         row = self._values[at]
-        for i, name in enumerate(CHANNELS):
+        for i, name in enumerate(DIAGNOSED_CHANNELS):
             row[i] = getattr(state, name)
 
     def __len__(self) -> int:
-        return min(self._count, KEPT)
+        return min(self._count, RING_SAMPLES)
 
     def columns(self) -> dict[str, Floats]:
         """Return copies in order of time from the first air on: ``t`` [s] and what was measured.
@@ -94,14 +92,14 @@ class SampleRing:
         The loop may go on writing meanwhile: what is out of order is put in order.
         """
         count = self._count
-        order = np.arange(max(count - KEPT, 0), count) % KEPT
+        order = np.arange(max(count - RING_SAMPLES, 0), count) % RING_SAMPLES
         order = order[np.argsort(self._stamps[order], kind="stable")]
         stamps, values, touching = self._stamps[order], self._values[order], self._touching[order]
         keep = np.diff(stamps, prepend=stamps[:1] - 1) > 0
         free = np.flatnonzero(keep & ~touching)
         keep[: free[0] if free.size else 0] = False
         t = (stamps[keep] - stamps[keep][:1]) / NS
-        known = {c: values[keep, i] for i, c in enumerate(CHANNELS)}
+        known = {c: values[keep, i] for i, c in enumerate(DIAGNOSED_CHANNELS)}
         return {"t": t, **{c: v for c, v in known.items() if not np.all(np.isnan(v))}}
 
 
@@ -167,7 +165,10 @@ class BackgroundDiagnosis:
             self._suspect.pop(finger, None)
             return health
         since = self._failing.setdefault(finger, now)
-        if now - since >= WAIT * NS and now - self._asked.get(finger, NEVER) >= AGAIN * NS:
+        if (
+            now - since >= FAILING_FOR_S * NS
+            and now - self._asked.get(finger, NEVER_NS) >= REPEAT_AFTER_S * NS
+        ):
             self._ask(finger, now)
         return replace(health, suspect=self._suspect.get(finger, ""))
 
@@ -178,7 +179,7 @@ class BackgroundDiagnosis:
 
     def _ask(self, finger: str, now: int) -> None:
         samples = self._samples.get(finger)
-        if samples is None or len(samples) < LEAST or (self.busy is not None and self.busy.is_alive()):
+        if samples is None or len(samples) < MIN_SAMPLES or (self.busy is not None and self.busy.is_alive()):
             return
         self._asked[finger] = now
         self.busy = threading.Thread(

@@ -2,7 +2,7 @@
 
 An estimator that has not seen a contact begin knows little of it, and its first samples may ask for several
 times the force that is needed. What is known without it: the load of that instant is held, by the normal
-force of that instant. So for ``DURATION`` the least force is bounded by what this shows::
+force of that instant. So for ``TRANSFER_DURATION_S`` the least force is bounded by what this shows::
 
     bound = max(N0 g^2, min(N0 + ramp_rate t, fail-safe force)),    g = max(1, load / load at the beginning)
 
@@ -17,7 +17,7 @@ from vegrip.clock import NS
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.safety.fail_safe import FailSafeSettings
 
-DURATION = 0.3
+TRANSFER_DURATION_S = 0.3
 """[s] after which the estimate rules whatever it says; within 0.1 s it has mostly settled."""
 
 
@@ -41,7 +41,7 @@ class BumplessTransfer:
         if self._since is None:
             return least
         elapsed = (now - self._since) / NS
-        if demand.slipping or not 0.0 <= elapsed < DURATION:
+        if demand.slipping or not 0.0 <= elapsed < TRANSFER_DURATION_S:
             self._since = None
             return least
         growth = self._growth(demand)

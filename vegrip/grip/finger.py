@@ -27,13 +27,13 @@ from vegrip.messages import (
 Wanted = tuple[float, float]
 """Margin to keep [-], and the one-sided confidence to keep it with."""
 
-UNUSED = Demand()
+UNTRUSTED_DEMAND = Demand()
 """The demand of a finger whose input is not believed."""
 
-PAST = 2000
+RECENT_STATES = 2000
 """States kept for a successor: four seconds at 500 Hz, some relaxation times and mostly the first touch."""
 
-LOAD = frozenset({"tangential_force_x", "tangential_force_y", "torque_z"})
+LOAD_CHANNELS = frozenset({"tangential_force_x", "tangential_force_y", "torque_z"})
 """Channels that make up the load. One that was lost is not zero: without it the margin is not believed."""
 
 
@@ -70,7 +70,7 @@ class GraspFinger:
         self._reports = self._healths = self._learned_count = 0  # how often
         self._told: Condition | None = None  # the condition in the last ModelHealth
         self._phase = phase
-        self.past: deque[FingertipState] = deque(maxlen=PAST)
+        self.past: deque[FingertipState] = deque(maxlen=RECENT_STATES)
         """What was believed of late, for an estimator that takes over."""
 
     def sense(self, state: FingertipState, now: int, wanted: Wanted) -> None:
@@ -78,7 +78,7 @@ class GraspFinger:
 
         The margin itself, which no command waits for, is worked out when it is reported.
         """
-        demand = UNUSED
+        demand = UNTRUSTED_DEMAND
         if self.watchdog.accept(state, now):
             self.estimator.assimilate(state)
             self.past.append(state)
@@ -101,7 +101,7 @@ class GraspFinger:
         """Look for silence; under a fault the controller rides it out by the clock."""
         condition = self.watchdog.tick(now)
         if condition > Condition.DEGRADED and self.controller.due(now):
-            self.controller.update(condition, UNUSED, now)
+            self.controller.update(condition, UNTRUSTED_DEMAND, now)
 
     def restart(self) -> None:
         """Forget input and contact but keep the command: the node is back from a fault of its own."""
@@ -199,7 +199,7 @@ class GraspFinger:
         if not self.estimator.in_contact:
             trusted = self.estimator.normal_force.valid
             return Demand(0.0, load, torque, in_contact=False, slipping=slipping, trusted=trusted)
-        asked = self.controller.policy.uses_least_force and not self.watchdog.lost & LOAD
+        asked = self.controller.policy.uses_least_force and not self.watchdog.lost & LOAD_CHANNELS
         least = self.estimator.least_force(*wanted) if asked else math.nan
         return Demand(
             least_force=least,

@@ -5,7 +5,7 @@ from itertools import chain
 
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.grip.finger import UNUSED, GraspFinger, Wanted
+from vegrip.grip.finger import UNTRUSTED_DEMAND, GraspFinger, Wanted
 from vegrip.grip.finger_controller import FingerController
 from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.learned_store import LearnedStore, NoStore
@@ -161,7 +161,7 @@ class GraspForce(NodeBase):
         self._is_at_fault = True
         due = [finger for finger in self.fingers.values() if finger.controller.due(now)]
         for finger in due:
-            finger.controller.update(Condition.STALE, UNUSED, now)
+            finger.controller.update(Condition.STALE, UNTRUSTED_DEMAND, now)
         return self._commands(due, now)
 
     def _finger(self, name: str) -> GraspFinger:

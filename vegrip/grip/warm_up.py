@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from vegrip.messages import NAN, FingertipState
 
-PERIOD = 2_000_000  # [ns]
+STATE_PERIOD_NS = 2_000_000  # [ns]
 COUNT = 120
 
 
@@ -14,7 +14,7 @@ def dummy_states(finger: str) -> Iterator[FingertipState]:
     for i in range(COUNT):
         press = math.sin(math.pi * max(0, i - 20) / (COUNT - 40)) if 20 < i < COUNT - 20 else 0.0
         yield FingertipState(
-            stamp=i * PERIOD,
+            stamp=i * STATE_PERIOD_NS,
             finger=finger,
             seq=i,
             normal_force=2.0 * press + 1e-3 * math.sin(i),

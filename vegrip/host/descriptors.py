@@ -15,20 +15,20 @@ COMMAND_NEEDS: Final = 32
 NODE_NEEDS: Final = 512
 """Open files that a node must be allowed; it uses some fifty, the rest is for those who connect to it."""
 
-ENOUGH: Final = 65_536
+WANTED_DESCRIPTORS: Final = 65_536
 
 _OPEN: Final = Path("/proc/self/fd")
 
 
 def require_descriptors(least: int) -> None:
-    """Allow this process ``ENOUGH`` open files, or as many as the system lets it have.
+    """Allow this process ``WANTED_DESCRIPTORS`` open files, or as many as the system lets it have.
 
     Raises:
         DeviceError: that is fewer than ``least``.
 
     """
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    reach = ENOUGH if hard == resource.RLIM_INFINITY else min(hard, ENOUGH)
+    reach = WANTED_DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, WANTED_DESCRIPTORS)
     if soft != resource.RLIM_INFINITY and soft < reach:
         with contextlib.suppress(OSError, ValueError):
             resource.setrlimit(resource.RLIMIT_NOFILE, (reach, hard))
@@ -42,7 +42,7 @@ def require_descriptors(least: int) -> None:
 def limit() -> int:
     """Return how many files may be open."""
     soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    return ENOUGH if soft == resource.RLIM_INFINITY else soft
+    return WANTED_DESCRIPTORS if soft == resource.RLIM_INFINITY else soft
 
 
 def free() -> int:

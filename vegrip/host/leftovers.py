@@ -13,10 +13,10 @@ from vegrip.host.runtime_folder import ASIDE, runtime_folder
 
 SOCKETS = (("can", "*.bus"), ("nodes", "*.[ct]"), ("nodes", f"*.[ct]{ASIDE}"), ("zmq", "*"))
 LOCKS = (("can", "*.lock"),)
-NEWEST = 10.0
+MIN_SOCKET_AGE_S = 10.0
 """[s] A younger socket is not judged: between its making and its first listening nothing answers."""
 
-KINDS = (socket.SOCK_STREAM, socket.SOCK_SEQPACKET)
+SOCKET_KINDS = (socket.SOCK_STREAM, socket.SOCK_SEQPACKET)
 
 
 def remove_leftovers(now: float | None = None) -> None:
@@ -45,9 +45,9 @@ def _served() -> set[str]:
 def _is_dead(path: Path, now: float) -> bool:
     """Tell whether nothing listens at ``path``; it is tried, for the owner may be in another namespace."""
     found = path.lstat()
-    if not stat.S_ISSOCK(found.st_mode) or now - found.st_mtime < NEWEST:
+    if not stat.S_ISSOCK(found.st_mode) or now - found.st_mtime < MIN_SOCKET_AGE_S:
         return False
-    return all(_refuses(path, kind) for kind in KINDS)
+    return all(_refuses(path, kind) for kind in SOCKET_KINDS)
 
 
 def _refuses(path: Path, kind: int) -> bool:

@@ -16,8 +16,8 @@ from vegrip.identification.recording.channels import CHANNELS
 from vegrip.messages import FingertipState
 
 GRAVITY: Final = 9.81  # [m/s^2]
-TANGENTIAL: Final = ("tangential_force_x", "tangential_force_y")
-REMEDY: Final = "state the load instead: vegrip replay RECORDING --through --load 1.5 (or --mass 0.3)"
+TANGENTIAL_CHANNELS: Final = ("tangential_force_x", "tangential_force_y")
+LOAD_REMEDY: Final = "state the load instead: vegrip replay RECORDING --through --load 1.5 (or --mass 0.3)"
 
 Channels = Collection[str]
 
@@ -47,7 +47,7 @@ def _presses(channels: Channels) -> bool:
 
 
 def _knows_load(channels: Channels) -> bool:
-    return _presses(channels) and set(TANGENTIAL) <= set(channels)
+    return _presses(channels) and set(TANGENTIAL_CHANNELS) <= set(channels)
 
 
 OUTPUTS: Final = (
@@ -88,13 +88,13 @@ OUTPUTS: Final = (
     ),
 )
 
-USUAL: Final = {
+USUAL_SENSORS: Final = {
     "normal force": ("normal_force",),
     "position": ("displacement",),
     "normal force and position": ("normal_force", "displacement"),
-    "and both tangential forces": ("normal_force", "displacement", *TANGENTIAL),
-    "and torque about the normal": ("normal_force", "displacement", *TANGENTIAL, "torque_z"),
-    "and slip": ("normal_force", "displacement", *TANGENTIAL, "torque_z", "slip"),
+    "and both tangential forces": ("normal_force", "displacement", *TANGENTIAL_CHANNELS),
+    "and torque about the normal": ("normal_force", "displacement", *TANGENTIAL_CHANNELS, "torque_z"),
+    "and slip": ("normal_force", "displacement", *TANGENTIAL_CHANNELS, "torque_z", "slip"),
 }
 """Sets of sensors that hands have, each with what the next one adds."""
 
@@ -118,7 +118,7 @@ def lacking(channels: Channels, remedy: str = "") -> list[str]:
         return ["no estimate at all: neither normal_force nor displacement is measured"]
     told = []
     if not _knows_load(channels):
-        missing = " and ".join(name for name in TANGENTIAL if name not in channels)
+        missing = " and ".join(name for name in TANGENTIAL_CHANNELS if name not in channels)
         are = "are" if " and " in missing else "is"
         advice = f"; {remedy}" if remedy else ""
         told.append(f"no slip margin and no grip command: {missing} {are} not measured{advice}")
@@ -145,8 +145,8 @@ def with_load(recording: Recording, load: float) -> Recording:
     The margin is then that for the stated load: true where the finger carries no more than it.
     """
     rows = len(recording)
-    stated = {TANGENTIAL[0]: np.full(rows, load), TANGENTIAL[1]: np.zeros(rows)}
-    if set(TANGENTIAL) <= set(recording.columns):
+    stated = {TANGENTIAL_CHANNELS[0]: np.full(rows, load), TANGENTIAL_CHANNELS[1]: np.zeros(rows)}
+    if set(TANGENTIAL_CHANNELS) <= set(recording.columns):
         return recording
     return replace(recording, columns={**recording.columns, **stated})
 
@@ -160,7 +160,7 @@ def markdown() -> str:
     """Return the table as it stands in the README."""
     lines = ["| your fingertip measures | " + " | ".join(output.name for output in OUTPUTS) + " |"]
     lines.append("|---" * (1 + len(OUTPUTS)) + "|")
-    for name, channels in USUAL.items():
+    for name, channels in USUAL_SENSORS.items():
         cells = ["yes" if given else "no" for given in answers(channels).values()]
         lines.append(f"| {name} | {' | '.join(cells)} |")
     return "\n".join(lines)

@@ -21,8 +21,7 @@ from vegrip.errors import ModelError
 from vegrip.model import cache, writer
 from vegrip.model.composer import compose
 from vegrip.model.model import ContactModel
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 QUANTITIES = (
     "displacement",  # [m] as imposed, or found from the measured force

@@ -6,16 +6,14 @@ The catalogue's own tests (``tests/effects``) ask for more; these are the laws t
 from collections.abc import Callable, Iterator
 
 import numpy as np
-import numpy.typing as npt
 
 from vegrip.effects.contract import INPUTS, Effect
 from vegrip.errors import ModelError
 from vegrip.model import ContactModel, paper_model
+from vegrip.types import Floats
 
-Array = npt.NDArray[np.float64]
-
-SAMPLES = 1500
-PERIOD = 2e-3  # [s]
+LAW_SAMPLES = 1500
+SAMPLE_PERIOD_S = 2e-3  # [s]
 
 
 def broken_laws(effect: Effect) -> list[str]:
@@ -86,8 +84,8 @@ def _finite(effect: Effect, model: ContactModel) -> Iterator[str]:
 
 def _unchanged_by_reading(_: Effect, model: ContactModel) -> Iterator[str]:
     t, inputs = _motion(model)
-    states, out, again = model.initial_states, np.empty((SAMPLES // 2, 7)), np.empty((1, 7))
-    half = SAMPLES // 2
+    states, out, again = model.initial_states, np.empty((LAW_SAMPLES // 2, 7)), np.empty((1, 7))
+    half = LAW_SAMPLES // 2
     run = model.compiled().run
     run(model.vector, states, t[:half], inputs[:half], out)
     kept = states.copy()
@@ -104,40 +102,40 @@ def _converges(_: Effect, model: ContactModel) -> Iterator[str]:
         yield "shorter steps do not lead to one result: use the exact solution over the step dt"
 
 
-def _error(difference: Array) -> Array:
+def _error(difference: Floats) -> Floats:
     """Return the rms of each column without the worst hundredth: instants that one of the steps misses."""
     size = np.sort(np.abs(difference), axis=0)[: -len(difference) // 100]
-    rms: Array = np.sqrt(np.mean(size**2, axis=0))
+    rms: Floats = np.sqrt(np.mean(size**2, axis=0))
     return rms
 
 
-def _smooth_run(model: ContactModel, dt: float) -> Array:
+def _smooth_run(model: ContactModel, dt: float) -> Floats:
     """Return all outputs over 3 s of a smooth motion through air and contact in steps of ``dt`` [s]."""
-    t: Array = dt * np.arange(round(3.0 / dt), dtype=float)
+    t: Floats = dt * np.arange(round(3.0 / dt), dtype=float)
     x, K = model.reference_depth, model.values["K"].value
     delta = x * (0.7 - np.cos(4.4 * t) + 0.3 * np.sin(14.0 * t))
     load = 0.2 * K * (1.0 + np.sin(1.7 * t))
     return _outputs(model, t, _inputs(t, delta, load, x, 0.5 * x * (1.0 + np.sin(1.3 * t))))
 
 
-def _run(model: ContactModel, *, plain: bool = False, samples: int = SAMPLES) -> Array:
+def _run(model: ContactModel, *, plain: bool = False, samples: int = LAW_SAMPLES) -> Floats:
     """Return all outputs over the motion, shape (samples, 7), in units of order one."""
     t, inputs = _motion(model)
     return _outputs(model, t[:samples], inputs[:samples], plain=plain)
 
 
-def _outputs(model: ContactModel, t: Array, inputs: Array, *, plain: bool = False) -> Array:
+def _outputs(model: ContactModel, t: Floats, inputs: Floats, *, plain: bool = False) -> Floats:
     out = np.empty((len(t), 7))
     model.compiled(plain=plain).run(model.vector, model.initial_states, t, inputs, out)
     x, K = model.reference_depth, model.values["K"].value
     scale = np.array([x, K, K, K, np.sqrt(2.0 * model.tip_radius * x), 2.0, 1.0])
-    scaled: Array = out / scale
+    scaled: Floats = out / scale
     return scaled
 
 
-def _motion(model: ContactModel) -> tuple[Array, Array]:
+def _motion(model: ContactModel) -> tuple[Floats, Floats]:
     """Return times [s] and inputs: air, ramps of two speeds, a hold, reversals, with a load that slips."""
-    t: Array = PERIOD * np.arange(SAMPLES, dtype=float)
+    t: Floats = SAMPLE_PERIOD_S * np.arange(LAW_SAMPLES, dtype=float)
     x = model.reference_depth
     at = [0.0, 0.2, 0.3, 1.2, 1.5, 1.7, 2.0, 2.2, 2.6, 3.0]
     delta = x * np.interp(t, at, [-0.1, -0.1, 1.8, 1.8, 0.3, 2.2, 0.6, 1.0, 1.01, -0.3])
@@ -145,7 +143,7 @@ def _motion(model: ContactModel) -> tuple[Array, Array]:
     return t, _inputs(t, delta, load, x, np.where(t > 2.0, x, 0.0))
 
 
-def _inputs(t: Array, delta: Array, load: Array, x: float, slip_speed: Array) -> Array:
+def _inputs(t: Floats, delta: Floats, load: Floats, x: float, slip_speed: Floats) -> Floats:
     of = {
         "delta": delta,
         "speed": np.gradient(delta, t),

@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vegrip.effects import Effect, place
 from vegrip.errors import ModelError
@@ -18,8 +18,7 @@ from vegrip.model import cache, writer
 from vegrip.model.composer import Plan, compose
 from vegrip.model.probe import probe
 from vegrip.parameters import Parameter, Value, changed, check, declared
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 
 class Simulation(NamedTuple):

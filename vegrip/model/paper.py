@@ -9,7 +9,7 @@ BASE = ("power_law_stiffness", "relaxation", "geometric_radius", "pressure_coupl
 """Effects of the base model, in order."""
 
 
-LARGEST = 1.0  # [m]
+MAX_RADIUS_M = 1.0  # [m]
 
 
 def paper_model(tip_radius: float, *, modulus: float = 3e5) -> ContactModel:
@@ -25,8 +25,10 @@ def paper_model(tip_radius: float, *, modulus: float = 3e5) -> ContactModel:
         ModelError: a radius that no tip has: above 1 m it is millimetres taken for metres.
 
     """
-    if not 0.0 < tip_radius <= LARGEST:
-        raise ModelError(f"tip_radius is {tip_radius:g} m; give it in metres, above 0 and up to {LARGEST:g}")
+    if not 0.0 < tip_radius <= MAX_RADIUS_M:
+        raise ModelError(
+            f"tip_radius is {tip_radius:g} m; give it in metres, above 0 and up to {MAX_RADIUS_M:g}"
+        )
     depth = tip_radius / 10.0
     effects = tuple(effect(name) for name in BASE)
     values = {p.symbol: declared(p) for e in effects for p in e.parameters}

@@ -11,8 +11,8 @@ from vegrip.effects.contract import FACTORS, GEOMETRY, STAGES, STARTS, Effect
 from vegrip.errors import ModelError
 from vegrip.model.composer import Call, Plan
 
-DEPTHS = (-0.5, 0.0, 1e-6, 0.3, 1.0, 2.0)  # in reference depths
-STEPS = (0.0, 1e-3, 1.0)  # [s]
+PROBED_DEPTHS = (-0.5, 0.0, 1e-6, 0.3, 1.0, 2.0)  # in reference depths
+PROBED_STEPS_S = (0.0, 1e-3, 1.0)  # [s]
 
 
 def probe(
@@ -30,8 +30,8 @@ def probe(
     functions = _functions(plan)
     constants = dict(zip([*plan.parameters, *GEOMETRY], map(float, values), strict=True))
     states = {s.name: s.initial for e in effects for s in e.states}
-    for depth in DEPTHS:
-        for dt in STEPS:
+    for depth in PROBED_DEPTHS:
+        for dt in PROBED_STEPS_S:
             scope: dict[str, float] = {**constants, **states, **FACTORS, "dt": dt}
             scope |= {"delta": depth * reference_depth, "speed": 0.1 * reference_depth, "elastic_before": 0.0}
             scope |= {"temperature": constants["reference_temperature"] + 1.0, "slip_speed": 0.0}

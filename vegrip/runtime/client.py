@@ -8,11 +8,11 @@ import zmq
 from vegrip.errors import DeviceError, InputError, UsageError, VegripError
 from vegrip.runtime.registry import Entry
 
-PATIENCE = 5.0  # [s]
+ANSWER_TIMEOUT_S = 5.0  # [s]
 _ERRORS: dict[int, type[VegripError]] = {2: UsageError, 3: InputError, 4: DeviceError}
 
 
-def ask(entry: Entry, call: str, patience: float = PATIENCE, **arguments: Any) -> Any:
+def ask(entry: Entry, call: str, patience: float = ANSWER_TIMEOUT_S, **arguments: Any) -> Any:
     """Return what the node answers to ``call``.
 
     Raises:

@@ -21,9 +21,9 @@ from vegrip.runtime.parameter_table import describe_parameters
 from vegrip.runtime.runner import Runner
 from vegrip.transport.connection_limit import ConnectionLimit
 
-LARGEST = 65_536  # [bytes] of a request
-LOOK = 100  # [ms] between two looks at whether to stop
-PATIENCE = 120.0  # [s] for the loop; configuring may compile
+MAX_REQUEST_BYTES = 65_536  # [bytes] of a request
+STOP_POLL_MS = 100  # [ms] between two looks at whether to stop
+LOOP_TIMEOUT_S = 120.0  # [s] for the loop; configuring may compile
 
 Call = Callable[..., Any]
 
@@ -83,7 +83,7 @@ class NodeCalls:
         return {**dataclasses.asdict(status), "state": status.state.name.lower(), **told}
 
     def _in_loop(self, call: Call) -> None:
-        self._runner.inbox.put(call).result(timeout=PATIENCE)
+        self._runner.inbox.put(call).result(timeout=LOOP_TIMEOUT_S)
 
 
 class Answers:
@@ -135,7 +135,7 @@ class ControlServer:
         self._answers = Answers(control.calls, self._counts)
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.ROUTER)
-        self._socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)
         self._limit = ConnectionLimit(self._socket, address, self._counts)
         self._socket.bind(address)
         self._limit.start()
@@ -154,7 +154,7 @@ class ControlServer:
     def _run(self) -> None:
         while not self._stop.is_set():
             try:
-                if self._socket.poll(LOOK):
+                if self._socket.poll(STOP_POLL_MS):
                     self._serve(self._socket.recv_multipart())
             except zmq.ZMQError:  # of this one request; it must not end the thread
                 self._counts["request"] += 1

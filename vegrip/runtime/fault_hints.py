@@ -5,7 +5,7 @@ from typing import Final
 
 from vegrip.clock import NS
 
-QUIET: Final = 60 * NS
+QUIET_NS: Final = 60 * NS
 """[ns] without the trouble after which it is news again."""
 
 HINTS: Final[Mapping[str, str]] = {
@@ -64,11 +64,11 @@ class FaultHints:
         self._last: dict[str, tuple[int, int]] = {}  # name: (count, [ns] when it last rose)
 
     def news(self, rejected: Mapping[str, int], now: int) -> Iterator[tuple[str, str]]:
-        """Yield name and remedy of each trouble that has begun, or come back after ``QUIET``."""
+        """Yield name and remedy of each trouble that has begun, or come back after ``QUIET_NS``."""
         for name, sentence in HINTS.items():
             count = rejected.get(name, 0)
-            before, when = self._last.get(name, (0, -QUIET))
+            before, when = self._last.get(name, (0, -QUIET_NS))
             if count > before:
                 self._last[name] = (count, now)
-                if now - when >= QUIET:
+                if now - when >= QUIET_NS:
                     yield name, sentence

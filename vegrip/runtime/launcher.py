@@ -16,9 +16,9 @@ from vegrip.clock import NS, Clock
 from vegrip.errors import DeviceError
 from vegrip.runtime.restart import RestartPolicy
 
-LOOK = 0.05  # [s] between two looks at the processes
+PROCESS_POLL_S = 0.05  # [s] between two looks at the processes
 GRACE = 5.0  # [s] for a node to end before it is killed
-LOST = DeviceError.exit_code  # of a node that could not keep what it was given
+EXIT_LOST = DeviceError.exit_code  # of a node that could not keep what it was given
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
@@ -123,7 +123,7 @@ class Launcher:
         """Look at all, rest a moment, and return whether to go on."""
         if self._stop or not self.step():
             return False
-        self._clock.sleep_until(self._clock.now() + round(LOOK * NS))
+        self._clock.sleep_until(self._clock.now() + round(PROCESS_POLL_S * NS))
         return not self._stop
 
     def _start(self, child: ChildProcess) -> None:
@@ -152,7 +152,7 @@ class Launcher:
                 process.kill()
                 process.wait()
         code, child.process = process.poll(), None
-        if code == LOST:
+        if code == EXIT_LOST:
             self._tell(child.name, f"stopped with {_words(code)}")
             self.exit_code = self.exit_code or code
             return

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from logging.handlers import QueueHandler, QueueListener
 
-PERIOD = 1.0  # [s]
+REPEAT_PERIOD_S = 1.0  # [s]
 MOST_LINES = 1024  # source lines remembered
 
 
 class OncePerSecond(logging.Filter):
-    """Lets one record of a source line through per ``PERIOD``, with the number of those held back."""
+    """Lets one record of a source line through per ``REPEAT_PERIOD_S``, with the number held back."""
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         super().__init__()
@@ -22,8 +22,8 @@ class OncePerSecond(logging.Filter):
     def filter(self, record: logging.LogRecord) -> bool:
         """Return whether ``record`` is to be written."""
         line, now = (record.pathname, record.lineno), self._now()
-        last, suppressed = self._lines.get(line, (-PERIOD, 0))
-        if now - last < PERIOD:
+        last, suppressed = self._lines.get(line, (-REPEAT_PERIOD_S, 0))
+        if now - last < REPEAT_PERIOD_S:
             self._lines[line] = (last, suppressed + 1)
             return False
         if line in self._lines or len(self._lines) < MOST_LINES:

@@ -28,8 +28,12 @@ from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
 
-FAREWELL = 0.25  # [s] in which those who follow a node that came back have connected to its telemetry
-AGAIN = 1.0  # [s] until a signal interrupts again, should the first interruption have been swallowed
+LAST_STATUS_DELAY_S = (
+    0.25  # [s] in which those who follow a node that came back have connected to its telemetry
+)
+REPEAT_SIGNAL_S = (
+    1.0  # [s] until a signal interrupts again, should the first interruption have been swallowed
+)
 SWITCH_INTERVAL = 0.0005
 """[s] after which a side thread must yield to the loop; the 5 ms of Python are more than two ticks."""
 
@@ -90,7 +94,7 @@ def _told(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[No
     try:
         yield
     except VegripError:
-        time.sleep(FAREWELL)
+        time.sleep(LAST_STATUS_DELAY_S)
         sink.listen()
         status = NodeStatus(time.monotonic_ns(), name, 0, Lifecycle.FINALIZED, rejected={"bus_not_opened": 1})
         telemetry.offer(status, Direction.OUT)
@@ -148,7 +152,7 @@ class Ending:
         if runner is not None:
             runner.stop()
         configured = runner is not None and (runner.running or runner.state is not Lifecycle.UNCONFIGURED)
-        if self._begun or configured or time.monotonic() - self._interrupted < AGAIN:
+        if self._begun or configured or time.monotonic() - self._interrupted < REPEAT_SIGNAL_S:
             return
         self._interrupted = time.monotonic()
         raise KeyboardInterrupt

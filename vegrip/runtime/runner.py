@@ -22,11 +22,13 @@ from vegrip.transport.endpoint import Endpoint, Guarded, Inspected, Timed
 from vegrip.transport.sender_clock import ClockEstimate
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
-BACKLOG = (
+STATE_BACKLOG = (
     100  # drains of the bus before activation; a bus that never runs dry must not keep the node from starting
 )
-LISTEN = 0.1  # [s] before the first activation; whoever else speaks for these fingers does so within
-RECENT = 0.5  # [s] somebody who spoke so long ago still does
+LISTEN_BEFORE_ACTIVE_S = (
+    0.1  # [s] before the first activation; whoever else speaks for these fingers does so within
+)
+RECENT_SENDER_S = 0.5  # [s] somebody who spoke so long ago still does
 MOST_UNFINISHED = 64  # answers put off while states come without end
 
 
@@ -112,7 +114,7 @@ class Runner:
         """
         self.change("configure")
         self._forget_the_past()
-        end = self._clock.now() + round(LISTEN * NS)
+        end = self._clock.now() + round(LISTEN_BEFORE_ACTIVE_S * NS)
         while (left := end - self._clock.now()) > 0:
             self._answer_all(self._endpoint.receive(left / NS))
         self._pending = True
@@ -269,7 +271,7 @@ class Runner:
         if self._other is None:
             return
         heard, what = self._other
-        if self._clock.now() - heard < RECENT * NS:
+        if self._clock.now() - heard < RECENT_SENDER_S * NS:
             raise DeviceError(f"{self.full_name} is not activated ({what}): {HINTS['also_sent']}")
 
     def _activate_if_well(self) -> None:
@@ -289,6 +291,6 @@ class Runner:
         self._status_schedule.start(now)
 
     def _forget_the_past(self) -> None:
-        for _ in range(BACKLOG):
+        for _ in range(STATE_BACKLOG):
             if not self._endpoint.receive(0.0):
                 break

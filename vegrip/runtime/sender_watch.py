@@ -15,8 +15,10 @@ from typing import Final
 
 from vegrip.messages import FingertipState
 
-WINDOW: Final = 64  # states
-RATIO: Final = 6.0  # of S_1 to S_2; noise alone comes to 1, streams three standard deviations apart to 5.5
+WINDOW_STATES: Final = 64  # states
+TWO_SENDERS_RATIO: Final = (
+    6.0  # of S_1 to S_2; noise alone comes to 1, streams three standard deviations apart to 5.5
+)
 MOST_FINGERS: Final = 256  # are watched; a sender of made-up names must not make the table grow
 
 
@@ -32,9 +34,9 @@ class _Channel:
         self._before, self._last = self._last, value
         if two != two:  # noqa: PLR0124 (NaN: the first two)
             return False
-        self._one += (one * one - self._one) / WINDOW
-        self._two += (two * two - self._two) / WINDOW
-        return self._one > RATIO * self._two
+        self._one += (one * one - self._one) / WINDOW_STATES
+        self._two += (two * two - self._two) / WINDOW_STATES
+        return self._one > TWO_SENDERS_RATIO * self._two
 
 
 class _Finger:
@@ -49,7 +51,7 @@ class _Finger:
         force, displacement = state.normal_force, state.displacement
         alternates = force - force == 0.0 and self._force.note(force)
         alternates |= displacement - displacement == 0.0 and self._displacement.note(displacement)
-        return alternates and self._count > WINDOW
+        return alternates and self._count > WINDOW_STATES
 
 
 class SenderWatch:

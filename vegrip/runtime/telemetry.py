@@ -14,8 +14,8 @@ from typing import Protocol
 
 from vegrip.messages import Message
 
-CAPACITY = 4096  # messages; a second of five fingers at 500 Hz with one answer each
-PERIOD = 0.005  # [s] between two looks
+QUEUE_MESSAGES = 4096  # messages; a second of five fingers at 500 Hz with one answer each
+LOOK_PERIOD_S = 0.005  # [s] between two looks
 IDLE = 0.05  # [s] the same while nobody wants messages
 
 
@@ -48,7 +48,7 @@ class Sink(Protocol):
 class Telemetry:
     """The queue and its thread. Without :meth:`start` it only keeps the newest messages."""
 
-    def __init__(self, sink: Sink, capacity: int = CAPACITY) -> None:
+    def __init__(self, sink: Sink, capacity: int = QUEUE_MESSAGES) -> None:
         self._queue: deque[tuple[Message, Direction]] = deque(maxlen=capacity)
         self._offered = 0  # raised by the loop only
         self._taken = 0  # raised by the thread only
@@ -90,6 +90,6 @@ class Telemetry:
         self._sink.close()
 
     def _run(self) -> None:
-        while not self._stop.wait(PERIOD if self._sink.wanted else IDLE):
+        while not self._stop.wait(LOOK_PERIOD_S if self._sink.wanted else IDLE):
             self._sink.listen()
             self.drain()

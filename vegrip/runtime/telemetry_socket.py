@@ -12,8 +12,8 @@ from vegrip.runtime.telemetry import Direction
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.connection_limit import ConnectionLimit
 
-HIGH_WATER = 10_000  # messages kept for one subscriber
-LARGEST = 4096  # [bytes] of a subscription
+SUBSCRIBER_QUEUE_MESSAGES = 10_000  # messages kept for one subscriber
+MAX_SUBSCRIPTION_BYTES = 4096  # [bytes] of a subscription
 MOST_STREAMS = 1024  # are counted besides those of configured fingers; names may be made up
 MOST_PREFIXES = 256  # subscriptions told apart; when there are more, everything is encoded
 SUBSCRIBE, UNSUBSCRIBE = b"\x01", b"\x00"  # the first byte of what subscribers send
@@ -42,10 +42,10 @@ class TelemetrySocket:
         self._refused: Counter[str] = Counter() if counts is None else counts
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.XPUB)
-        self._socket.set_hwm(HIGH_WATER)
+        self._socket.set_hwm(SUBSCRIBER_QUEUE_MESSAGES)
         # every subscription is told, also while one who has gone still counts as a subscriber of the same
         self._socket.setsockopt(zmq.XPUB_VERBOSE, 1)
-        self._socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, MAX_SUBSCRIPTION_BYTES)
         self._limit = ConnectionLimit(self._socket, address, self._refused)
         self._socket.bind(address)
         self._limit.start()
@@ -87,7 +87,7 @@ class TelemetrySocket:
         passes on what it is sent, also by one who had not subscribed to what others want. What nobody wants
         is not sent in any case, only encoded.
         """
-        for _ in range(HIGH_WATER):
+        for _ in range(SUBSCRIBER_QUEUE_MESSAGES):
             if not int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
                 break
             self._subscribe(self._socket.recv(zmq.DONTWAIT))
@@ -121,7 +121,7 @@ def _owner(message: Message) -> str:
 
 
 def _waiting(socket: zmq.Socket[bytes]) -> Iterator[tuple[str, str, bytes]]:
-    for _ in range(HIGH_WATER):
+    for _ in range(SUBSCRIBER_QUEUE_MESSAGES):
         try:
             topic, direction, payload = socket.recv_multipart(zmq.DONTWAIT)
         except zmq.Again:
@@ -145,7 +145,7 @@ class TelemetryReader:
         A node that is started again under its name is heard again.
         """
         socket = self._context.socket(zmq.SUB)
-        socket.set_hwm(HIGH_WATER)
+        socket.set_hwm(SUBSCRIBER_QUEUE_MESSAGES)
         socket.connect(entry.telemetry)
         for prefix in prefixes:
             socket.subscribe(prefix)

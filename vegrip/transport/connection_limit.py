@@ -24,21 +24,21 @@ from vegrip.host import descriptors
 from vegrip.host.runtime_folder import ASIDE
 from vegrip.transport.socket_monitor import SocketMonitor
 
-MOST: Final = 256
+MAX_CONNECTIONS: Final = 256
 """Connections to one socket."""
 
 SPARE: Final = 256
 """Descriptors that stay free; a quarter of all where that is less."""
 
-BACKLOG: Final = 4  # connections that the kernel keeps until they are accepted
+ACCEPT_BACKLOG: Final = 4  # connections that the kernel keeps until they are accepted
 HANDSHAKE: Final = 3000  # [ms] in which one that connects must greet; who says nothing must not keep a place
-LOOK: Final = 0.2  # [s] between two looks without an event
+LOOK_PERIOD_S: Final = 0.2  # [s] between two looks without an event
 
 _EVENTS: Final = zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED | zmq.EVENT_MONITOR_STOPPED
 
 
 class ConnectionLimit:
-    """Keeps the connections of ``socket`` within ``MOST``.
+    """Keeps the connections of ``socket`` within ``MAX_CONNECTIONS``.
 
     Make it before the socket is bound, :meth:`start` it afterwards, and close it before the socket. A socket
     of another kind than ipc is followed, but not limited: there libzmq survives a lack of descriptors.
@@ -62,7 +62,7 @@ class ConnectionLimit:
     ) -> None:
         self._file = Path(address.removeprefix("ipc://")) if address.startswith("ipc://") else None
         if self._file is not None:
-            socket.setsockopt(zmq.BACKLOG, BACKLOG)
+            socket.setsockopt(zmq.BACKLOG, ACCEPT_BACKLOG)
             self._aside(self._file).unlink(missing_ok=True)
         socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE)
         self._counts = counts
@@ -99,7 +99,7 @@ class ConnectionLimit:
         descriptor = int(self._monitor.socket.fileno())
         while not self._stop.is_set():
             self.connected()
-            select.select([descriptor], [], [], LOOK)
+            select.select([descriptor], [], [], LOOK_PERIOD_S)
 
     def _note(self, event: int) -> None:
         if event == zmq.EVENT_ACCEPTED:
@@ -114,9 +114,9 @@ class ConnectionLimit:
         if self._file is None:
             return
         scarce = descriptors.free() < min(SPARE, descriptors.limit() // 4)  # whatever they are used for
-        if self._shut and not scarce and self._inside < MOST:
+        if self._shut and not scarce and self._inside < MAX_CONNECTIONS:
             self._open()
-        elif not self._shut and (scarce or self._inside >= MOST):
+        elif not self._shut and (scarce or self._inside >= MAX_CONNECTIONS):
             self._shut = True
             self._counts["connections"] += 1
             with contextlib.suppress(OSError):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import can
 
-PATIENCE = 5.0  # [s]
+IP_TIMEOUT_S = 5.0  # [s]
 Ask = Callable[[str], str]
 
 
@@ -49,7 +49,7 @@ def _ip(channel: str) -> str:
         return ""
     command = [program, "-details", "-json", "link", "show", "dev", channel]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=IP_TIMEOUT_S)
     except subprocess.TimeoutExpired:
         return ""
     return done.stdout

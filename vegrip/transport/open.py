@@ -26,7 +26,7 @@ TRANSPORTS: dict[str, str] = {
 }
 """What may stand as ``kind`` in a ``[transport]`` table; a transport is imported when one is opened."""
 
-REACH = 16
+ORDER_REACH_STATES = 16
 """States by which another may be overtaken while its order can be restored."""
 
 
@@ -132,7 +132,7 @@ def open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
         hand=hand.number,
         use_sender_time=settings.sender_time,
         hand_clock=clock.hear if clock is not None else None,
-        reach=REACH if settings.order_window > 0.0 else 0,
+        reach=ORDER_REACH_STATES if settings.order_window > 0.0 else 0,
     )
     bus, again, timing = open_bus(settings)
     return CanEndpoint(bus, codec, again, timing, settings.order_window, clock)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from vegrip.clock import NS, Clock, WallClock
 from vegrip.messages import Message
 
-CAPACITY = 10_000
+QUEUE_MESSAGES = 10_000
 """Messages held for a side that does not read; later ones are dropped and counted."""
 
 
@@ -48,7 +48,7 @@ class PairEndpoint:
 
     def send(self, message: Message) -> None:
         """Put ``message`` before the other side; dropped and counted when it does not read."""
-        if self._other is None or self._other._inbox.qsize() >= CAPACITY:
+        if self._other is None or self._other._inbox.qsize() >= QUEUE_MESSAGES:
             self.rejected["unsent"] += 1
         else:
             self._other._inbox.put(message)

@@ -21,7 +21,7 @@ from vegrip.clock import NS
 
 BUCKET: Final = NS // 4  # [ns] of each only the quickest message is kept
 BUCKETS: Final = 64  # sixteen seconds
-ENOUGH: Final = 8  # buckets before the drift is believed
+MIN_DRIFT_BUCKETS: Final = 8  # buckets before the drift is believed
 FASTEST_DRIFT: Final = 500e-6  # [-] quartz clocks keep within; more is noise
 JUMP: Final = NS  # [ns] a delay so far from the line is a clock that was set
 
@@ -99,7 +99,7 @@ class SenderClock:
 
     def _lay_line(self) -> None:
         points = [(bucket.stamp, bucket.delay) for bucket in self._buckets]
-        if len(points) < ENOUGH:
+        if len(points) < MIN_DRIFT_BUCKETS:
             self._at, self._alpha = min(points, key=lambda point: point[1])
             return
         mean = sum(stamp for stamp, _ in points) / len(points)

@@ -7,9 +7,13 @@ from collections.abc import Callable
 from vegrip.clock import NS
 
 EPOCH_WITHIN = 3600 * NS  # [ns] a stamp so near to the wall clock counts from 1970
-REFRESH = 1 * NS  # [ns] between two looks at the offset of the wall clock, which may be slewed or set
+OFFSET_REFRESH_NS = (
+    1 * NS
+)  # [ns] between two looks at the offset of the wall clock, which may be slewed or set
 OLDEST = 1 * NS  # [ns] a stamp further back than this is not believed
-FORGET = 0.001  # share of the excess by which the offset of a free-running clock is raised per frame
+OFFSET_RISE_SHARE = (
+    0.001  # share of the excess by which the offset of a free-running clock is raised per frame
+)
 
 
 class StampMap:
@@ -27,7 +31,7 @@ class StampMap:
         self, now: Callable[[], int] = time.monotonic_ns, wall: Callable[[], int] = time.time_ns
     ) -> None:
         self._now, self._wall = now, wall
-        self._wall_offset, self._read_at = 0, -REFRESH  # [ns] monotonic minus wall
+        self._wall_offset, self._read_at = 0, -OFFSET_REFRESH_NS  # [ns] monotonic minus wall
         self._device_offset: float | None = None  # [ns] monotonic minus device
 
     def to_monotonic(self, stamp: float) -> int:
@@ -36,7 +40,7 @@ class StampMap:
         if not math.isfinite(stamp) or stamp <= 0.0:
             return arrival
         device = round(stamp * NS)
-        if arrival - self._read_at >= REFRESH:
+        if arrival - self._read_at >= OFFSET_REFRESH_NS:
             self._wall_offset, self._read_at = arrival - self._wall(), arrival
         time_of_frame = device + self._wall_offset
         if abs(time_of_frame - arrival) > EPOCH_WITHIN:
@@ -49,5 +53,5 @@ class StampMap:
             offset is None or delay < offset or delay - offset > OLDEST
         ):  # first, faster, or the clock was reset
             offset = float(delay)
-        self._device_offset = offset + FORGET * (delay - offset)
+        self._device_offset = offset + OFFSET_RISE_SHARE * (delay - offset)
         return math.floor(offset)

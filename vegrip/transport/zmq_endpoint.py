@@ -23,10 +23,10 @@ from vegrip.transport.losses import losses
 from vegrip.transport.subscription import HANDSHAKES, Subscription
 from vegrip.transport.zmq_address import check_reach, resolve
 
-HIGH_WATER = 1000  # messages kept for one subscriber; then the newest are lost for it
-LARGEST = 65_536  # [bytes] a peer that sends more is cut off by ZeroMQ, and connected to anew by us
+SUBSCRIBER_QUEUE_MESSAGES = 1000  # messages kept for one subscriber; then the newest are lost for it
+MAX_MESSAGE_BYTES = 65_536  # [bytes] a peer that sends more is cut off by ZeroMQ, and connected to anew by us
 MOST_MESSAGES = 256  # taken in one go; a flood must not keep the loop from its ticks
-LOOK = 0.05  # [s] between two looks at the connections
+CONNECTION_POLL_S = 0.05  # [s] between two looks at the connections
 
 
 class ZmqEndpoint:
@@ -103,7 +103,7 @@ class ZmqEndpoint:
         now = time.monotonic()
         if now >= self._look_at:
             self._look(now)
-            self._look_at = now + LOOK
+            self._look_at = now + CONNECTION_POLL_S
         while not messages and self._readable(now + timeout):
             self._drain(messages)
         self.arrivals = [time.monotonic_ns()] * len(messages)
@@ -139,8 +139,8 @@ class ZmqEndpoint:
 
     def _socket(self, kind: int) -> zmq.Socket[bytes]:
         socket = self._context.socket(kind)
-        socket.set_hwm(HIGH_WATER)
-        socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
+        socket.set_hwm(SUBSCRIBER_QUEUE_MESSAGES)
+        socket.setsockopt(zmq.MAXMSGSIZE, MAX_MESSAGE_BYTES)
         return socket
 
     def _limited(self, address: str) -> ConnectionLimit:

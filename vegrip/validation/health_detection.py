@@ -25,11 +25,11 @@ from vegrip.identification.simulate import Protocol, Segment
 from vegrip.identification.simulate.bench import Benches, Hidden
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel
-from vegrip.validation.diagnosis_trials.amounts import INSIDE, Setting
+from vegrip.validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, Setting
 from vegrip.virtual import FingertipSettings, HandSettings, random_fingertip
 from vegrip.virtual.settings import SensorSettings
 
-NOTHING = "nothing"
+NO_EFFECT = "nothing"
 UNSEEN = (
     "load_dependent_friction",
     "rate_dependent_friction",
@@ -41,12 +41,12 @@ UNSEEN = (
     "temperature_shift",
 )
 """Effects that change nothing in these contacts: nothing is rubbed or warmed, and nobody sees the radius."""
-NAMES = (NOTHING, *(name for name in INSIDE if name not in UNSEEN))
-RATE = 250.0  # [Hz] of the states
-LOOK = 0.2  # [s] from one report of the health to the next
+HIDDEN_NAMES = (NO_EFFECT, *(name for name in CATALOGUE_AMOUNTS if name not in UNSEEN))
+STATE_RATE_HZ = 250.0  # [Hz] of the states
+REPORT_PERIOD_S = 0.2  # [s] from one report of the health to the next
 FIT = 8  # contacts from which the model is fitted
-DEEPEST = 0.16  # of the radius
-SENSORS = SensorSettings(rate=RATE, force_bias=0.0, displacement_bias=0.0)
+MAX_DEPTH_RADII = 0.16  # of the radius
+SENSOR_SETTINGS = SensorSettings(rate=STATE_RATE_HZ, force_bias=0.0, displacement_bias=0.0)
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def contacts(radius: float, count: int, seed: int) -> Protocol:
     away = -0.025 * radius
     segments = [Segment(0.5, depth=away)]
     for _ in range(count):
-        depth = rng.uniform(0.06, DEEPEST) * radius
+        depth = rng.uniform(0.06, MAX_DEPTH_RADII) * radius
         rise, fall = rng.choice([0.1, 0.3, 1.0], 2)
         segments += [Segment(float(rise), depth=depth), Segment(rng.uniform(0.3, 4.0))]
         if rng.random() < 0.5:
@@ -102,15 +102,19 @@ def plain_fingertip(seed: int) -> FingertipSettings:
 
 def strong(name: str, tip: FingertipSettings, seed: int) -> Hidden:
     """Return as much of an effect as the trials of the diagnosis call strong; nothing for "nothing"."""
-    if name == NOTHING:
+    if name == NO_EFFECT:
         return {}
     rng = np.random.default_rng([seed, 11])
-    return {name: dict(INSIDE[name](Setting(tip, SENSORS, DEEPEST * tip.radius, 1.0, rng)))}
+    return {
+        name: dict(
+            CATALOGUE_AMOUNTS[name](Setting(tip, SENSOR_SETTINGS, MAX_DEPTH_RADII * tip.radius, 1.0, rng))
+        )
+    }
 
 
 def run_estimator(tip: FingertipSettings, count: int, seed: int, hidden: Hidden) -> list[FingertipState]:
     """Return what ``tip`` feels in ``count`` contacts."""
-    hand = HandSettings(tip=tip, sensor=SENSORS, spread=0.0)
+    hand = HandSettings(tip=tip, sensor=SENSOR_SETTINGS, spread=0.0)
     benches = Benches(("index",), hand, contacts(tip.radius, count, seed), seed, hidden)
     return benches.step(benches.duration)
 
@@ -120,7 +124,7 @@ def as_recording(tip: FingertipSettings, states: list[FingertipState]) -> Record
     states = states[::2]
     t = np.array([s.stamp for s in states]) / NS
     columns = {c: np.array([getattr(s, c) for s in states]) for c in ("displacement", "normal_force")}
-    sensors = {"normal_force": SENSORS.normal_force, "displacement": SENSORS.displacement}
+    sensors = {"normal_force": SENSOR_SETTINGS.normal_force, "displacement": SENSOR_SETTINGS.displacement}
     return Recording("felt", t, np.zeros(t.size, dtype=np.int64), columns, Fingertip(tip.radius), sensors)
 
 
@@ -141,7 +145,7 @@ def watch_finger(hidden: str, finger: int, count: int, *, ask: bool) -> Detectio
         estimator.assimilate(state)
         evidence.note(state, estimator.in_contact)
         if state.stamp >= next_look:
-            next_look = state.stamp + round(LOOK * NS)
+            next_look = state.stamp + round(REPORT_PERIOD_S * NS)
             health = estimator.health()
             reports.append((state.stamp / NS, f"{health.channel}, {health.regime}" if health.channel else ""))
     failing = [(time, cell) for time, cell in reports if cell]
@@ -172,7 +176,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=0, help="number of the first fingertip")
     parser.add_argument("--fingers", type=int, default=4)
     parser.add_argument("--contacts", type=int, default=20)
-    parser.add_argument("--hidden", nargs="*", default=list(NAMES), choices=list(NAMES))
+    parser.add_argument("--hidden", nargs="*", default=list(HIDDEN_NAMES), choices=list(HIDDEN_NAMES))
     parser.add_argument("--suspects", action="store_true")
     parser.add_argument("--processes", type=int, default=1)
     given = parser.parse_args(arguments)

@@ -32,7 +32,7 @@ class Burden:
         )
 
 
-NOTHING = Burden()
+NO_BURDEN = Burden()
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Disturbance:
     def burden(self, time: float) -> Burden:
         """Return what acts at ``time`` [s]."""
         inside = self.start < time < self.start + self.duration
-        return self.acting((time - self.start) / self.duration) if inside else NOTHING
+        return self.acting((time - self.start) / self.duration) if inside else NO_BURDEN
 
     def acting(self, part: float) -> Burden:
         """Return what acts after ``part`` = 0..1 of the duration."""
@@ -145,7 +145,7 @@ def plateau(part: float, edge: float = 0.15) -> float:
 
 def total(events: Iterable[Disturbance], time: float) -> Burden:
     """Return all that acts at ``time`` [s]."""
-    burden = NOTHING
+    burden = NO_BURDEN
     for event in events:
         if event.start < time < event.start + event.duration:
             burden = burden + event.burden(time)

@@ -9,11 +9,9 @@ soft tip relaxes.
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from vegrip.types import Floats
 from vegrip.virtual.settings import ActuatorSettings
-
-Array = npt.NDArray[np.float64]
 
 
 class Drives:
@@ -24,7 +22,7 @@ class Drives:
         self.position = np.zeros(count)  # [m] towards the object
         self.target = np.full(count, np.nan)  # [N] what the force loop follows now; NaN = holds its position
 
-    def move(self, wanted: Array, force: Array, stiffness: Array, dt: float) -> None:
+    def move(self, wanted: Floats, force: Floats, stiffness: Floats, dt: float) -> None:
         """Move for ``dt`` [s] towards the ``wanted`` forces [N]; NaN holds the position.
 
         ``force`` [N] and ``stiffness`` [N/m] are those of the contacts now.
@@ -38,13 +36,13 @@ class Drives:
         self.position += dt * np.where(np.isnan(speed), 0.0, speed)
 
 
-def within(limit: float, values: Array, low: float | None = None) -> Array:
+def within(limit: float, values: Floats, low: float | None = None) -> Floats:
     """Return ``values`` held between -limit (or ``low``) and limit; NaN stays NaN."""
-    held: Array = np.minimum(np.maximum(values, -limit if low is None else low), limit)
+    held: Floats = np.minimum(np.maximum(values, -limit if low is None else low), limit)
     return held
 
 
-def share(first: float, others: Array) -> Array:
+def share(first: float, others: Floats) -> Floats:
     """Return the forces of the opposed fingers [N] when the first finger is to carry ``first`` [N].
 
     The first finger carries the sum of the others. If it asks for more, all of them give more in proportion

@@ -6,13 +6,11 @@ One object holds n independent tips and advances them together by a fixed step.
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vegrip.types import Floats
 from vegrip.virtual import profile
 from vegrip.virtual.history import History
 from vegrip.virtual.settings import FingertipSettings
-
-Array = npt.NDArray[np.float64]
 
 
 class Fingertips:
@@ -30,7 +28,7 @@ class Fingertips:
         self._F0 = np.array([tip.reference_force for tip in tips])
         self.F0 = self._F0.copy()  # [N] at the present temperature
         self._history = History([tip.relaxing() for tip in tips], step, fine)
-        self._past: Array | None = None
+        self._past: Floats | None = None
         self._C_fresh = float(profile.coefficient(np.array(profile.HERTZ)))
         self.reset()
 
@@ -45,17 +43,17 @@ class Fingertips:
         self._reference = np.zeros(n)  # [N] greatest force of this contact
 
     @property
-    def error_bound(self) -> Array:
+    def error_bound(self) -> Floats:
         """Largest error of the force per unit of total variation of N_e [-]; see :class:`History`."""
         return self._history.error_bound
 
     @property
-    def instant(self) -> Array:
+    def instant(self) -> Floats:
         """Share of an increment of N_e that is felt within the step [-]."""
         return self._history.instant
 
     @property
-    def past(self) -> Array:
+    def past(self) -> Floats:
         """What all earlier increments contribute to the force of the coming step [N]."""
         if self._past is None:
             self._past = self._history.past()
@@ -67,30 +65,30 @@ class Fingertips:
         self._history.reweigh([tip.relaxing(speed) for tip in self.tips])
         self._past = None
 
-    def elastic_force(self, indentation: Array) -> Array:
+    def elastic_force(self, indentation: Floats) -> Floats:
         """Return N_e(delta) [N]."""
-        force: Array = self.F0 * (np.maximum(indentation, 0.0) / self.d0) ** self.p
+        force: Floats = self.F0 * (np.maximum(indentation, 0.0) / self.d0) ** self.p
         return force
 
-    def elastic_indentation(self, force: Array) -> Array:
+    def elastic_indentation(self, force: Floats) -> Floats:
         """Return delta_e(N) [m], the inverse of :meth:`elastic_force`."""
-        indentation: Array = self.d0 * (np.maximum(force, 0.0) / self.F0) ** (1.0 / self.p)
+        indentation: Floats = self.d0 * (np.maximum(force, 0.0) / self.F0) ** (1.0 / self.p)
         return indentation
 
-    def press(self, indentation: Array) -> Array:
+    def press(self, indentation: Floats) -> Floats:
         """Impose the indentations at the end of a step [m]; return the normal forces [N]."""
         force = self.past + self.instant * (self.elastic_force(indentation) - self.before)
         self._close(indentation, np.maximum(force, 0.0))
         return self.force
 
-    def load(self, force: Array) -> Array:
+    def load(self, force: Floats) -> Floats:
         """Impose the normal forces at the end of a step [N]; return the indentations [m]."""
         wanted = np.maximum(force, 0.0)
         surface = self.before + (wanted - self.past) / self.instant
         self._close(self.elastic_indentation(surface), wanted)
         return self.indentation
 
-    def _close(self, indentation: Array, force: Array) -> None:
+    def _close(self, indentation: Floats, force: Floats) -> None:
         surface = self.before + (force - self.past) / self.instant  # the N_e that gives this force
         self._history.append(surface - self.before)
         self.before, self._past = surface, None
@@ -98,14 +96,14 @@ class Fingertips:
         self._reference = np.where(force > 0.0, np.maximum(self._reference, force), 0.0)
 
     @property
-    def contact_radius(self) -> Array:
+    def contact_radius(self) -> Floats:
         """Contact radius ``a = sqrt(2 R delta)`` [m], zero out of contact."""
         depth = np.where(self.force > 0.0, np.maximum(self.indentation, 0.0), 0.0)
-        a: Array = np.sqrt(2.0 * self.radius * depth)
+        a: Floats = np.sqrt(2.0 * self.radius * depth)
         return a
 
     @property
-    def pressure_exponent(self) -> Array:
+    def pressure_exponent(self) -> Floats:
         """Pressure exponent k [-]: ``C_k = C_2 / H`` with the creep ``H = delta / delta_e(N_ref)``.
 
         N_ref is the greatest force of this contact, so a held indentation keeps its profile and a held force

@@ -11,24 +11,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from vegrip.errors import UsageError
 from vegrip.messages import FingertipState
+from vegrip.types import Floats
 from vegrip.virtual import kernels
-from vegrip.virtual.disturbance import NOTHING, Burden, Disturbance, total
+from vegrip.virtual.disturbance import NO_BURDEN, Burden, Disturbance, total
 from vegrip.virtual.drive import Drives, share
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.plate import Plate
-from vegrip.virtual.sensor import CHANNELS, Reading, Sensors
+from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import HandSettings
 from vegrip.virtual.slips import SlipCounter, is_sliding
 from vegrip.virtual.thermal import Warming
 
-Array = npt.NDArray[np.float64]
-
-CLEARANCE = 2e-4
+CLEARANCE_M = 2e-4
 """Distance of the opposed fingers from the object at the start [m]."""
 
 
@@ -78,7 +76,7 @@ class VirtualHand:
         n = len(self.tips)
         self._side = np.where(np.arange(n) == 0, 1.0, -1.0)  # an opposed finger is relieved when z grows
         self._drives = Drives(s.actuator, n - 1)
-        self._drives.position[:] = -CLEARANCE
+        self._drives.position[:] = -CLEARANCE_M
         self._grid = even_grid(s.rings, s.spokes)
         self.plate = Plate(s.plate, self.tips, np.column_stack([s.x, s.y]), self._grid)
         self._sensors = Sensors(s.sensor, s.fingers, noise)
@@ -157,13 +155,13 @@ class VirtualHand:
             slip_distance=slid,
         )
 
-    def _tick(self, commands: Array) -> None:
+    def _tick(self, commands: Floats) -> None:
         dt = self.settings.step
         self._ticks += 1
         self._warm()
         self._drives.move(self._wanted(commands), self.soft.force[1:], self._chain_stiffness(), dt)
         self.soft.press(self._indentation())
-        burden = total(self.events, self.time) if self.events else NOTHING
+        burden = total(self.events, self.time) if self.events else NO_BURDEN
         self._mu = burden.friction * self._friction
         if not self.dropped:
             load = self._grid.load(self.soft.pressure_exponent)
@@ -177,7 +175,7 @@ class VirtualHand:
                 self.plate.wrench[:] = 0.0
                 self.plate.slip[:, :2] = 0.0
 
-    def _wanted(self, commands: Array) -> Array:
+    def _wanted(self, commands: Floats) -> Floats:
         """Forces of the opposed fingers: the hand's own grip while it closes, then what is commanded."""
         s = self.settings.actuator
         if self.dropped:
@@ -192,15 +190,15 @@ class VirtualHand:
         gone = (self.time - s.close_time) / s.lift_time if s.lift_time > 0.0 else self.time - s.close_time
         return float(np.clip(1.0 - gone, 0.0, 1.0)) if s.lift_time > 0.0 else float(gone <= 0.0)
 
-    def _chain_stiffness(self) -> Array:
+    def _chain_stiffness(self) -> Floats:
         """Stiffness each drive works against when all move together: its tip and the first in series."""
         soft = self.soft
         depth = np.maximum(soft.indentation, 0.05 * soft.d0)
         own = soft.instant * soft.p * soft.elastic_force(depth) / depth
-        chain: Array = 1.0 / (1.0 / own[1:] + (len(own) - 1) / own[0])
+        chain: Floats = 1.0 / (1.0 / own[1:] + (len(own) - 1) / own[0])
         return chain
 
-    def _indentation(self) -> Array:
+    def _indentation(self) -> Floats:
         soft = self.soft
         if self.dropped:
             return -soft.d0  # nothing is between the fingers any more
@@ -208,7 +206,7 @@ class VirtualHand:
         self._z = kernels.balance(
             x, self._side, soft.past, soft.instant, soft.before, soft.F0, soft.d0, soft.p, self._z
         )
-        depth: Array = x + self._side * self._z
+        depth: Floats = x + self._side * self._z
         return depth
 
     def _warm(self) -> None:
@@ -216,14 +214,14 @@ class VirtualHand:
         if material is not None:
             self.soft.heat(*material)
 
-    def _contact_wrench(self) -> Array:
+    def _contact_wrench(self) -> Floats:
         """Force x, y [N] and torque z [N m] of the object on each fingertip, in its contact frame; (n, 3)."""
         turned = np.where(self._side[:, None] > 0.0, [-1.0, 1.0, -1.0], [1.0, 1.0, 1.0])
-        wrench: Array = turned * self.plate.wrench
+        wrench: Floats = turned * self.plate.wrench
         return wrench
 
     def _reading(self) -> Reading:
-        values = np.empty((len(self.fingers), len(CHANNELS)))
+        values = np.empty((len(self.fingers), len(SENSED_CHANNELS)))
         values[:, 0] = self.soft.force
         values[:, 1:4] = self._contact_wrench()
         values[:, 4] = self.soft.indentation

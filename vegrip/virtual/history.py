@@ -14,12 +14,10 @@ lumped at the last weight. :attr:`History.error_bound` states what that can cost
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vegrip.types import Floats
 from vegrip.virtual.quadrature import gauss_legendre
 from vegrip.virtual.relaxation import Relaxation
-
-Array = npt.NDArray[np.float64]
 
 
 class History:
@@ -64,28 +62,28 @@ class History:
         self._sum_blocks()
 
     @property
-    def instant(self) -> Array:
+    def instant(self) -> Floats:
         """Share of the increment of the present step that is felt at its end [-]; (n,)."""
-        felt: Array = self._weights[:, 0]
+        felt: Floats = self._weights[:, 0]
         return felt
 
     @property
-    def error_bound(self) -> Array:
+    def error_bound(self) -> Floats:
         """Largest error per unit of total variation of N_e [-], for a g that falls and is convex; (n,)."""
         w = self._block_weights
-        bound: Array = 2.0 * (w[:, 0] - w[:, 1]) + (w[:, -1] - self._final)
+        bound: Floats = 2.0 * (w[:, 0] - w[:, 1]) + (w[:, -1] - self._final)
         return bound
 
-    def past(self) -> Array:
+    def past(self) -> Floats:
         """Return what all earlier increments contribute at the end of the present step [N]; (n,)."""
         m = self._filled
         fresh = np.vecdot(self._recent[:, :m], self._reversed[:, self._reversed.shape[1] - m :])
         part = max(0.0, (m - self._fine) / self._block)  # of a block since the last merge
-        older: Array = (1.0 - part) * self._coarse[0] + part * self._coarse[1] + self._lumped
-        total: Array = fresh + older
+        older: Floats = (1.0 - part) * self._coarse[0] + part * self._coarse[1] + self._lumped
+        total: Floats = fresh + older
         return total
 
-    def append(self, increment: Array) -> None:
+    def append(self, increment: Floats) -> None:
         """Close the present step with the increment of N_e it brought [N]; (n,)."""
         self._recent[:, self._filled] = increment
         self._filled += 1
@@ -114,9 +112,9 @@ class History:
         self._coarse[1] = np.vecdot(self._merged, w[:, 1:])
 
 
-def _means(g: Relaxation, start: float, width: float, count: int) -> Array:
+def _means(g: Relaxation, start: float, width: float, count: int) -> Floats:
     """Return the mean of g over ``count`` intervals of ``width`` [s] that follow ``start`` [s]."""
     x, weights = gauss_legendre(4)
     times = start + width * (np.arange(count)[:, None] + x)
-    means: Array = g(times) @ weights
+    means: Floats = g(times) @ weights
     return means

@@ -8,15 +8,13 @@ of each ring in the unit disc (R,), ``cosine`` and ``sine`` of the spokes (S,).
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from vegrip.compiled import njit
-
-Array = npt.NDArray[np.float64]
+from vegrip.types import Floats
 
 
 @njit
-def pressure_exponents(C: Array, table: Array, first: float, ratio: float) -> Array:
+def pressure_exponents(C: Floats, table: Floats, first: float, ratio: float) -> Floats:
     """Return the exponents k with coefficients C; ``table`` is -ln(C_k - 1) at k = first e^(ratio j)."""
     k = np.empty(len(C))
     last = len(table) - 1
@@ -29,7 +27,7 @@ def pressure_exponents(C: Array, table: Array, first: float, ratio: float) -> Ar
 
 
 @njit
-def ring_loads(k: Array, table: Array, first: float, ratio: float) -> Array:
+def ring_loads(k: Floats, table: Floats, first: float, ratio: float) -> Floats:
     """Return rows of ``table`` (400, R) interpolated in ln k; they are given at k = first e^(ratio j)."""
     load = np.empty((len(k), table.shape[1]))
     last = len(table) - 1
@@ -52,14 +50,14 @@ def normal_force(
 
 @njit
 def balance(
-    x: Array,
-    side: Array,
-    past: Array,
-    instant: Array,
-    before: Array,
-    F0: Array,
-    d0: Array,
-    p: Array,
+    x: Floats,
+    side: Floats,
+    past: Floats,
+    instant: Floats,
+    before: Floats,
+    F0: Floats,
+    d0: Floats,
+    p: Floats,
     z: float,
 ) -> float:
     """Return the place z [m] of the object at which the normal forces of all fingers cancel.
@@ -95,12 +93,12 @@ def balance(
 
 @njit
 def rub(
-    bristle: Array,
-    load: Array,
-    area: Array,
-    reach: Array,
-    cosine: Array,
-    sine: Array,
+    bristle: Floats,
+    load: Floats,
+    area: Floats,
+    reach: Floats,
+    cosine: Floats,
+    sine: Floats,
     a: float,
     N: float,
     mu: float,
@@ -152,24 +150,24 @@ def rub(
 
 @njit
 def carry(
-    pose: Array,
-    bristle: Array,
-    wrench: Array,
-    slip: Array,
-    load: Array,
-    area: Array,
-    reach: Array,
-    cosine: Array,
-    sine: Array,
-    a: Array,
-    N: Array,
-    mu: Array,
-    stiffness: Array,
-    damping: Array,
-    place: Array,
+    pose: Floats,
+    bristle: Floats,
+    wrench: Floats,
+    slip: Floats,
+    load: Floats,
+    area: Floats,
+    reach: Floats,
+    cosine: Floats,
+    sine: Floats,
+    a: Floats,
+    N: Floats,
+    mu: Floats,
+    stiffness: Floats,
+    damping: Floats,
+    place: Floats,
     mass: float,
     inertia: float,
-    applied: Array,
+    applied: Floats,
     substeps: int,
     dt: float,
 ) -> None:
@@ -201,7 +199,7 @@ def carry(
 
 
 @njit
-def limit_point(load: Array, reach: Array, cosine: Array, sine: Array, d: float) -> tuple[float, float]:
+def limit_point(load: Floats, reach: Floats, cosine: Floats, sine: Floats, d: float) -> tuple[float, float]:
     """Return |f|/(mu N) and |m|/(mu N a) when all elements slide about a centre at distance ``d`` [a]."""
     f, m = 0.0, 0.0
     for i in range(len(reach)):
@@ -215,7 +213,7 @@ def limit_point(load: Array, reach: Array, cosine: Array, sine: Array, d: float)
 
 
 @njit
-def limit_along(load: Array, reach: Array, cosine: Array, sine: Array, f: float, m: float) -> float:
+def limit_along(load: Floats, reach: Floats, cosine: Floats, sine: Floats, f: float, m: float) -> float:
     """Return the distance from the origin to the limit surface along the load (f/(mu N), m/(mu N a)).
 
     The centre of rotation is searched by bisection between the middle of the patch and infinity; the

@@ -9,12 +9,10 @@ from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 
+from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.profile import shares_on_rings
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -23,10 +21,10 @@ class Grid:
 
     edges: tuple[float, ...]  # of the rings, 0..1
     spokes: int
-    reach: Array = field(init=False, repr=False, compare=False)  # (R,) where the elements of a ring sit
-    area: Array = field(init=False, repr=False, compare=False)  # (R,) share of the disc of one element
-    cosine: Array = field(init=False, repr=False, compare=False)  # (S,)
-    sine: Array = field(init=False, repr=False, compare=False)  # (S,)
+    reach: Floats = field(init=False, repr=False, compare=False)  # (R,) where the elements of a ring sit
+    area: Floats = field(init=False, repr=False, compare=False)  # (R,) share of the disc of one element
+    cosine: Floats = field(init=False, repr=False, compare=False)  # (S,)
+    sine: Floats = field(init=False, repr=False, compare=False)  # (S,)
 
     def __post_init__(self) -> None:
         r = np.array(self.edges)
@@ -37,12 +35,12 @@ class Grid:
         set_once(self, "cosine", np.cos(angle))
         set_once(self, "sine", np.sin(angle))
 
-    def load(self, k: Array) -> Array:
+    def load(self, k: Floats) -> Floats:
         """Return the share of the normal force on one element of each ring for exponents k; (n, R)."""
-        shares: Array = shares_on_rings(k, self.edges) / self.spokes
+        shares: Floats = shares_on_rings(k, self.edges) / self.spokes
         return shares
 
-    def bristles(self, fingers: int) -> Array:
+    def bristles(self, fingers: int) -> Floats:
         """Return unbent bristles for ``fingers`` patches; (n, R, S, 2) [m]."""
         return np.zeros((fingers, len(self.reach), self.spokes, 2))
 
@@ -53,7 +51,7 @@ def even_grid(rings: int, spokes: int) -> Grid:
     return Grid(tuple(float(r) for r in np.linspace(0.0, 1.0, rings + 1)), spokes)
 
 
-def limit_points(grid: Grid, k: float, distances: Array) -> Array:
+def limit_points(grid: Grid, k: float, distances: Floats) -> Floats:
     """Return ``(f/(mu N), m/(mu N a))`` of a patch sliding about centres at ``distances`` [a]; (len, 2)."""
     load = grid.load(np.array([k]))[0]
     points = [kernels.limit_point(load, grid.reach, grid.cosine, grid.sine, float(d)) for d in distances]

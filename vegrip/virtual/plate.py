@@ -3,14 +3,12 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.disturbance import Burden
 from vegrip.virtual.patch import Grid
 from vegrip.virtual.settings import FingertipSettings, ObjectSettings
-
-Array = npt.NDArray[np.float64]
 
 COURANT = 0.4
 """Greatest phase and damping per substep of the fastest vibration of the plate on its bristles."""
@@ -27,7 +25,7 @@ class Plate:
         self,
         settings: ObjectSettings,
         tips: tuple[FingertipSettings, ...],
-        place: Array,
+        place: Floats,
         grid: Grid,
     ) -> None:
         n = len(tips)
@@ -43,9 +41,9 @@ class Plate:
         self.slip = np.zeros((n, 3))  # sliding [-], slip speed [m/s], distance slid so far [m]
 
     @property
-    def shift(self) -> Array:
+    def shift(self) -> Floats:
         """How far the plate has moved from where it was grasped: x, y [m], angle [rad]."""
-        moved: Array = self.pose[:3] - self._start
+        moved: Floats = self.pose[:3] - self._start
         return moved
 
     @property
@@ -56,7 +54,7 @@ class Plate:
         return math.hypot(x, y) > s.drop_distance or abs(angle) > s.drop_angle
 
     def carry(
-        self, a: Array, N: Array, load: Array, mu: Array, burden: Burden, stand: float, dt: float
+        self, a: Floats, N: Floats, load: Floats, mu: Floats, burden: Burden, stand: float, dt: float
     ) -> None:
         """Move for ``dt`` [s] with contact radii a [m], normal forces N [N], friction mu and what acts on it.
 
@@ -78,7 +76,7 @@ class Plate:
             mass, s.inertia, applied, substeps, dt / substeps,
         )  # fmt: skip
 
-    def _substeps(self, a: Array, mass: float, dt: float) -> int:
+    def _substeps(self, a: Floats, mass: float, dt: float) -> int:
         """How finely to divide a step so that the explicit scheme is far inside its stability limit."""
         stiffness = self._stiffness * math.pi * a**2
         lever = self.place - self.pose[:2]

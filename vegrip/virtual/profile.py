@@ -8,12 +8,10 @@ and, by inverting a table, the exponent that belongs to a constant.
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 
+from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.quadrature import tanh_sinh
-
-Array = npt.NDArray[np.float64]
 
 EXPONENTS = np.geomspace(1.0, 200.0, 400)
 """Pressure exponents k of the tables [-]: from sharper than Hertz to nearly uniform."""
@@ -25,7 +23,7 @@ HERTZ = 2.0
 """Exponent of a contact that has just been made [-]."""
 
 
-def share_within(k: Array, r: Array) -> Array:
+def share_within(k: Floats, r: Floats) -> Floats:
     """Return ``2 int_0^r s [1 - s^k]^(1/k) ds`` for radii 0 < r <= 1; shape of k plus shape of r.
 
     Substituted ``s = r x`` and integrated by the double-exponential rule.
@@ -34,42 +32,42 @@ def share_within(k: Array, r: Array) -> Array:
     k = np.asarray(k, float)[..., None, None]
     r = np.asarray(r, float)[:, None]
     height = (-np.expm1(k * (np.log(r) + log_x))) ** (1.0 / k)  # 1 - s^k without cancellation at the rim
-    share: Array = 2.0 * r[:, 0] ** 2 * ((height * x) @ weights)
+    share: Floats = 2.0 * r[:, 0] ** 2 * ((height * x) @ weights)
     return share
 
 
 @cache
-def normalisation() -> Array:
+def normalisation() -> Floats:
     """Return C_k at :data:`EXPONENTS`: what makes the pressure integrate to the normal force."""
     total = share_within(EXPONENTS, np.ones(1))[:, 0]
-    coefficients: Array = 1.0 / total
+    coefficients: Floats = 1.0 / total
     return coefficients
 
 
 @cache
-def _logarithms() -> Array:
+def _logarithms() -> Floats:
     """Return ``-ln (C_k - 1)`` at :data:`EXPONENTS`: it grows, and is nearly straight in ``ln k``."""
     return -np.log(normalisation() - 1.0)
 
 
-def coefficient(k: Array) -> Array:
+def coefficient(k: Floats) -> Floats:
     """Return C_k [-] of the exponents k [-], interpolated in the logarithms."""
     return 1.0 + np.exp(-np.interp(np.log(k), np.log(EXPONENTS), _logarithms()))
 
 
-def exponent(C: Array) -> Array:
+def exponent(C: Floats) -> Floats:
     """Return the k [-] whose coefficients C > 1 [-] are given; beyond the table its first or last k."""
     return kernels.pressure_exponents(C, _logarithms(), FIRST, RATIO)
 
 
 @cache
-def ring_shares(edges: tuple[float, ...]) -> Array:
+def ring_shares(edges: tuple[float, ...]) -> Floats:
     """Return the share of the normal force on each ring at each of :data:`EXPONENTS`; (400, rings)."""
     shares = np.diff(share_within(EXPONENTS, np.array(edges[1:])), axis=1, prepend=0.0)
-    carried: Array = shares / shares.sum(axis=1, keepdims=True)
+    carried: Floats = shares / shares.sum(axis=1, keepdims=True)
     return carried
 
 
-def shares_on_rings(k: Array, edges: tuple[float, ...]) -> Array:
+def shares_on_rings(k: Floats, edges: tuple[float, ...]) -> Floats:
     """Return the share of the normal force on each ring for exponents k; (n, rings), rows sum to one."""
     return kernels.ring_loads(k, ring_shares(edges), FIRST, RATIO)

@@ -3,20 +3,19 @@
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vegrip.types import Floats
 
 
 @cache
-def gauss_legendre(points: int) -> tuple[Array, Array]:
+def gauss_legendre(points: int) -> tuple[Floats, Floats]:
     """Return nodes and weights on 0..1, exact for polynomials of degree ``2 points - 1``."""
     x, w = np.polynomial.legendre.leggauss(points)
     return (x + 1.0) / 2.0, w / 2.0
 
 
 @cache
-def tanh_sinh(points: int = 81, reach: float = 3.2) -> tuple[Array, Array, Array]:
+def tanh_sinh(points: int = 81, reach: float = 3.2) -> tuple[Floats, Floats, Floats]:
     """Return nodes x, their logarithms, and weights on 0..1.
 
     The double-exponential rule [TakahasiMori1974]_ does not mind the vertical tangent that the pressure has

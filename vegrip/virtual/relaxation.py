@@ -7,10 +7,10 @@ numerically (:mod:`vegrip.virtual.history`).
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Relaxation = Callable[[Array], Array]
+from vegrip.types import Floats
+
+Relaxation = Callable[[Floats], Floats]
 """Time since the step [s] -> share of the force that is left [-], element by element."""
 
 
@@ -18,8 +18,8 @@ def prony(amplitudes: Sequence[float], rates: Sequence[float]) -> Relaxation:
     """Return ``g(t) = 1 - sum_i c_i (1 - e^{-nu_i t})`` for amplitudes c_i [-] and rates nu_i [1/s]."""
     c, nu = np.asarray(amplitudes, float), np.asarray(rates, float)
 
-    def g(t: Array) -> Array:
-        left: Array = 1.0 + np.expm1(-np.multiply.outer(t, nu)) @ c
+    def g(t: Floats) -> Floats:
+        left: Floats = 1.0 + np.expm1(-np.multiply.outer(t, nu)) @ c
         return left
 
     return g
@@ -28,8 +28,8 @@ def prony(amplitudes: Sequence[float], rates: Sequence[float]) -> Relaxation:
 def power_law(amplitude: float, time: float, exponent: float) -> Relaxation:
     """Return ``g(t) = 1 - A + A (1 + t/tau)^{-alpha}``: straight in log t for a small exponent alpha [-]."""
 
-    def g(t: Array) -> Array:
-        left: Array = 1.0 - amplitude + amplitude * (1.0 + t / time) ** -exponent
+    def g(t: Floats) -> Floats:
+        left: Floats = 1.0 - amplitude + amplitude * (1.0 + t / time) ** -exponent
         return left
 
     return g

@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from vegrip.clock import NS
 from vegrip.messages import NAN, FingertipState
+from vegrip.types import Floats
 from vegrip.virtual.settings import SensorSettings
 
-Array = npt.NDArray[np.float64]
-
-CHANNELS = (
+SENSED_CHANNELS = (
     "normal_force",
     "tangential_force_x",
     "tangential_force_y",
@@ -28,8 +26,8 @@ CHANNELS = (
 class Reading:
     """The true quantities of all fingers at one instant."""
 
-    values: Array  # (n, 8) in the order of CHANNELS
-    slip: Array  # (n,) 1 sliding, 0 not
+    values: Floats  # (n, 8) in the order of SENSED_CHANNELS
+    slip: Floats  # (n,) 1 sliding, 0 not
 
 
 class Sensors:
@@ -46,7 +44,7 @@ class Sensors:
         steps = [s.force_step, s.force_step, s.force_step, s.torque_step, s.displacement_step, 0.0, 0.0, 0.0]
         self._step = np.array(steps)
         spread = np.array([force, force, force, 0.0, shift, 0.0, 0.0, 0.0])
-        self.bias = spread * rng.standard_normal((len(fingers), len(CHANNELS)))
+        self.bias = spread * rng.standard_normal((len(fingers), len(SENSED_CHANNELS)))
         self._seq = 0
 
     def measure(self, reading: Reading, time: float, epoch: int = 0) -> list[FingertipState]:
@@ -74,7 +72,7 @@ class Sensors:
         ]
 
 
-def quantize(values: Array, step: Array) -> Array:
+def quantize(values: Floats, step: Floats) -> Floats:
     """Round to multiples of ``step``; a step of zero leaves the value as it is."""
     rounded = np.round(values / np.where(step > 0.0, step, 1.0)) * step
     return np.where(step > 0.0, rounded, values)

@@ -3,7 +3,8 @@
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vegrip.types import Floats
+
 Sliding = npt.NDArray[np.bool_]
 
 SLIDING = 0.95
@@ -15,18 +16,18 @@ CREEPING = 1e-3
 DISTANCE = 1e-4
 """A patch that slid less than this in an event was creeping, not slipping [m]."""
 
-QUIET = 0.05
+SEPARATING_REST_S = 0.05
 """A slip is over when no patch has slid for this long [s]."""
 
 
-def is_sliding(sliding: Array, speed: Array, a: Array) -> Sliding:
+def is_sliding(sliding: Floats, speed: Floats, a: Floats) -> Sliding:
     """Return which patches slide as a whole: ratio of speeds [-], slip speed [m/s], contact radius [m]."""
     whole: Sliding = (sliding > SLIDING) & (speed > CREEPING * a)
     return whole
 
 
 class SlipCounter:
-    """Counts the slips of a hand; patches that slide together, or within :data:`QUIET`, are one slip."""
+    """Counts the slips of a hand; patches that slide within :data:`SEPARATING_REST_S` are one slip."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -35,7 +36,7 @@ class SlipCounter:
         self._still = 0.0
         self._slid = np.zeros(0)
 
-    def watch(self, whole: Sliding, speed: Array, dt: float) -> None:
+    def watch(self, whole: Sliding, speed: Floats, dt: float) -> None:
         """Look at which patches slide, and their slip speeds [m/s], over ``dt`` [s]."""
         if whole.any():
             if not self._open:
@@ -46,4 +47,4 @@ class SlipCounter:
                 self._counted, self.count = True, self.count + 1
         elif self._open:
             self._still += dt
-            self._open = self._still < QUIET
+            self._open = self._still < SEPARATING_REST_S

@@ -88,7 +88,7 @@ def test_a_chunk_that_unpacks_to_more_than_the_bound_is_refused_and_nothing_is_l
     compression: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = mcap(tmp_path / "x.mcap", "t,normal_force", 5, compression, bytes(2**21))
-    monkeypatch.setattr(mcap_read, "LARGEST", 2**20)
+    monkeypatch.setattr(mcap_read, "MAX_RECORD_BYTES", 2**20)
     with pytest.raises(RecordingError, match=r"unpacks to more than|is not a whole MCAP file"):
         mcap_read.read_mcap(path, tmp_path / "out")
     assert [each.name for each in tmp_path.iterdir()] == ["x.mcap"]

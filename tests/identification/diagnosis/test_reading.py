@@ -40,7 +40,7 @@ def test_the_hidden_pull_is_told_in_newtons(found: Path) -> None:
     told = json.loads((found / "diagnosis.json").read_text())
     assert told["named"] == ["adhesion"]
     assert told["si"]["pull"]["unit"] == "N"
-    hidden = float(make.HIDDEN["adhesion"]["force"])
+    hidden = float(make.HIDDEN_EFFECTS["adhesion"]["force"])
     assert told["si"]["pull"]["value"] == pytest.approx(hidden, rel=0.1)
 
 

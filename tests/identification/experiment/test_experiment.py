@@ -11,8 +11,8 @@ from vegrip.cli import main
 from vegrip.effects import effect
 from vegrip.errors import ConfigError, UsageError
 from vegrip.identification.diagnosis import diagnose
-from vegrip.identification.experiment import NOTHING, Hypotheses, RigLimits, design, hypotheses_of
-from vegrip.identification.experiment.design import LEAST, rig_of
+from vegrip.identification.experiment import NO_EFFECT, Hypotheses, RigLimits, design, hypotheses_of
+from vegrip.identification.experiment.design import MIN_SEPARATION_NATS, rig_of
 from vegrip.identification.experiment.design_space import MENU
 from vegrip.identification.experiment.discrimination import (
     chance_to_decide,
@@ -23,7 +23,7 @@ from vegrip.identification.experiment.limits import complete_limits, limits_of, 
 from vegrip.identification.experiment.next_experiment import next_experiment
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Recording, write_recording
-from vegrip.identification.simulate import SENSORS, read_protocol, simulate
+from vegrip.identification.simulate import DEFAULT_NOISE, read_protocol, simulate
 from vegrip.identification.simulate.protocol import greatest_depth, greatest_speed
 from vegrip.identification.simulate.standard import standard
 from vegrip.model import paper_model
@@ -37,7 +37,7 @@ def recorded(name: str, share: float, *, tangential: bool = False) -> Recording:
     """Return a recording of the standard protocol with an effect at a share of its declared size."""
     amount = next(p for p in effect(name).parameters if p.null is not None)
     truth = BASE.with_effect(effect(name)).with_value(amount.symbol, share * amount.default)
-    sensors = SENSORS if tangential else {"normal_force": 0.01, "displacement": 5e-6}
+    sensors = DEFAULT_NOISE if tangential else {"normal_force": 0.01, "displacement": 5e-6}
     whole = standard(truth)
     protocol = whole if tangential else replace(whole, episodes=whole.episodes[2:9], notes=())
     return simulate(truth, protocol, sensors=sensors, rate=100.0)
@@ -116,7 +116,7 @@ def test_the_best_one_decides_within_the_limits(softened, planned) -> None:
         pressed = simulate(model, best.whole, sensors={"normal_force": 0.0, "displacement": 0.0})
         assert pressed.columns["normal_force"].max() <= 1.02 * LIMITS.force
     assert "no tangential force" in planned.left_out["pulls at four loads"]
-    assert min(measure_separation(softened, best.whole, seed=9).values()) > LEAST
+    assert min(measure_separation(softened, best.whole, seed=9).values()) > MIN_SEPARATION_NATS
 
 
 def test_what_no_experiment_tells_is_said() -> None:
@@ -154,12 +154,12 @@ def test_a_force_limit_makes_the_press_shallower(softened) -> None:
 def test_one_effect_is_told_from_nothing_and_one_not_seen_stands_in_at_its_declared_size() -> None:
     start = fit(recorded("mullins_softening", 0.5))
     contest = hypotheses_of(start, ["adhesion"])
-    assert contest.names == ("adhesion", NOTHING)
+    assert contest.names == ("adhesion", NO_EFFECT)
     assert contest.assumed == ("adhesion",)
     with pytest.raises(UsageError, match="already"):
         hypotheses_of(start, ["relaxation", "adhesion"])
     with pytest.raises(UsageError, match="name two"):
-        hypotheses_of(start, [NOTHING])
+        hypotheses_of(start, [NO_EFFECT])
     with pytest.raises(UsageError, match="no temperature was recorded"):
         hypotheses_of(start, ["adhesion", "temperature_shift"])
 
@@ -193,7 +193,7 @@ def test_the_command_writes_a_protocol_that_reads_back(tmp_path, capsys) -> None
     )
     told = json.loads(capsys.readouterr().out)
     assert told["separates"]
-    assert min(told["achieved"].values()) > LEAST
+    assert min(told["achieved"].values()) > MIN_SEPARATION_NATS
     protocol = read_protocol(out)
     assert protocol.duration == pytest.approx(told["best"]["duration"])
     assert (tmp_path / "p.png").stat().st_size > 5000

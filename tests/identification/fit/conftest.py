@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vegrip.identification.recording import Fingertip, Recording
-from vegrip.virtual.bench.protocol import AIR, Segment, creep, hold, sine, slip, triangles
+from vegrip.virtual.bench.protocol import AIR_SEGMENT, Segment, creep, hold, sine, slip, triangles
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 
@@ -34,7 +34,7 @@ PROTOCOL = tuple(
         slip(1.8, 1.0, spin=0.8, duration=0.5),
     )
 )
-assert AIR in hold(1e-3, 1.0)
+assert AIR_SEGMENT in hold(1e-3, 1.0)
 
 
 @cache

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from vegrip.errors import RecordingError
 from vegrip.identification.recording import Fingertip, Kind, Recording, read_recording, write_recording
-from vegrip.identification.recording.channels import CHANNELS, NOISES
+from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 
 HIDDEN = (
     "adhesion",
@@ -53,7 +53,7 @@ def recordings(draw: st.DrawFn) -> Recording:
         np.array(draw(st.lists(st.integers(0, 2**50), min_size=n, max_size=n)), dtype=np.int64),
         columns,
         Fingertip(draw(st.floats(1e-9, 1.0) | st.just(math.nan)), draw(text)),
-        draw(st.dictionaries(st.sampled_from(NOISES), st.floats(1e-300, 1e300))),
+        draw(st.dictionaries(st.sampled_from(NOISE_NAMES), st.floats(1e-300, 1e300))),
         draw(st.dictionaries(text, text | st.integers() | st.booleans() | st.floats(allow_nan=False))),
         draw(st.integers(0, 2**62)),
     )

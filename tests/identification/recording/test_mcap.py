@@ -19,7 +19,7 @@ from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.mcap_cells import from_json, properties, to_json
 from vegrip.identification.recording.mcap_read import read_mcap
 from vegrip.identification.recording.mcap_write import write_mcap
-from vegrip.identification.recording.rows import FILES, csv_header
+from vegrip.identification.recording.rows import FILE_OF_MESSAGE, csv_header
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import (
     Channel,
@@ -152,7 +152,7 @@ def test_the_file_is_mcap_with_json_of_its_schema_on_our_topics(session: Path, t
 
 
 def test_the_columns_of_every_table_have_a_type() -> None:
-    for kind in FILES:
+    for kind in FILE_OF_MESSAGE:
         assert sorted(properties(kind)) == sorted(csv_header(kind).split(","))
 
 

@@ -169,7 +169,7 @@ def test_a_disk_that_stays_full_costs_the_oldest_rows_and_they_are_counted(
 ) -> None:
     disk = Disk(room=0)
     monkeypatch.setattr(TableFile, "_open", lambda _: disk)
-    monkeypatch.setattr("vegrip.identification.recording.table_file.KEPT", 3)
+    monkeypatch.setattr("vegrip.identification.recording.table_file.BUFFERED_ROWS", 3)
     table = TableFile(tmp_path / "x.csv", "t")
     lost = 0
     for t in range(10):

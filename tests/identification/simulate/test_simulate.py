@@ -10,18 +10,20 @@ from vegrip.cli import main
 from vegrip.errors import UsageError
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import read_recording
-from vegrip.identification.simulate import SENSORS, Protocol, Segment, like, simulate, write_protocol
+from vegrip.identification.simulate import DEFAULT_NOISE, Protocol, Segment, like, simulate, write_protocol
 from vegrip.identification.simulate.standard import standard
 from vegrip.model import paper_model, write_model
 
 MODEL = paper_model(8e-3).with_value("nu1", 4.0).with_value("mu", 0.6)
-EXACT = dict.fromkeys(SENSORS, 0.0)
+EXACT = dict.fromkeys(DEFAULT_NOISE, 0.0)
 PRESS = Protocol("press", ((Segment(0.2, depth=-1e-4), Segment(0.2, depth=8e-4), Segment(2.0)),), 0.0)
 
 
 @pytest.fixture(scope="module")
 def made():
-    return simulate(MODEL, standard(MODEL), seed=4, rate=100.0, sensors={**SENSORS, "contact_radius": 5e-5})
+    return simulate(
+        MODEL, standard(MODEL), seed=4, rate=100.0, sensors={**DEFAULT_NOISE, "contact_radius": 5e-5}
+    )
 
 
 def test_without_noise_the_force_is_that_of_the_model() -> None:
@@ -88,7 +90,9 @@ def test_fit_gives_back_what_was_simulated(made) -> None:
 
 
 def test_the_same_seed_gives_the_same_recording_and_another_one_other_noise(made) -> None:
-    again = simulate(MODEL, standard(MODEL), seed=4, rate=100.0, sensors={**SENSORS, "contact_radius": 5e-5})
+    again = simulate(
+        MODEL, standard(MODEL), seed=4, rate=100.0, sensors={**DEFAULT_NOISE, "contact_radius": 5e-5}
+    )
     other = simulate(MODEL, PRESS, seed=5)
     assert all(np.array_equal(again.columns[name], made.columns[name]) for name in made.columns)
     assert not np.array_equal(
@@ -126,7 +130,7 @@ def test_like_keeps_holes(made) -> None:
 
 def test_sensors_that_are_none_are_refused() -> None:
     with pytest.raises(UsageError, match="no sensor force"):
-        simulate(MODEL, PRESS, sensors={**SENSORS, "force": 0.1})
+        simulate(MODEL, PRESS, sensors={**DEFAULT_NOISE, "force": 0.1})
     with pytest.raises(UsageError, match="need normal_force"):
         simulate(MODEL, PRESS, sensors={"normal_force": 0.1})
 

@@ -17,8 +17,8 @@ from vegrip.transport.canbus import hub
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming
-from vegrip.transport.canbus.greeting import LONGEST_REASON, make_greeting, read_greeting
-from vegrip.transport.canbus.hub_wire import LARGEST, VERSION
+from vegrip.transport.canbus.greeting import MAX_REASON_CHARS, make_greeting, read_greeting
+from vegrip.transport.canbus.hub_wire import HUB_VERSION, MAX_PACKET_BYTES
 from vegrip.transport.canbus.node_faults import NodeFaults
 
 SECOND = 10**9
@@ -156,7 +156,7 @@ BAD_GREETINGS = [
     {"strict": "yes"},
     {"own": 1},
     {"listen_only": []},
-    {"version": VERSION + 1},
+    {"version": HUB_VERSION + 1},
     {"version": "x" * 400},
     {"version": None},
     {"\u20ac" * 50: 1},
@@ -166,9 +166,9 @@ BAD_GREETINGS = [
 @pytest.mark.parametrize("bad", BAD_GREETINGS, ids=str)
 def test_the_hub_refuses_what_the_bus_refuses(bad):
     with pytest.raises(ConfigError) as told:
-        read_greeting(json.dumps({"version": VERSION, **bad}).encode())
-    assert len(str(told.value)) <= LONGEST_REASON
-    if bad.get("version", VERSION) == VERSION and None not in bad.values():
+        read_greeting(json.dumps({"version": HUB_VERSION, **bad}).encode())
+    assert len(str(told.value)) <= MAX_REASON_CHARS
+    if bad.get("version", HUB_VERSION) == HUB_VERSION and None not in bad.values():
         with pytest.raises(ConfigError):
             make_greeting(bad)
 
@@ -184,21 +184,21 @@ PACKETS = [b"[" * 500, b"\xff" * 500, b"{}", b"[]", b"1", b"null", b'"x"', b"non
 
 def test_after_any_greeting_the_bus_serves_its_members_on(bus):
     one, other = bus(), bus()
-    greetings = [json.dumps({"version": VERSION, **bad}).encode() for bad in BAD_GREETINGS]
+    greetings = [json.dumps({"version": HUB_VERSION, **bad}).encode() for bad in BAD_GREETINGS]
     for packet in greetings + PACKETS:
         with newcomer() as stranger:
             stranger.send(packet)
-            answer = stranger.recv(LARGEST)
+            answer = stranger.recv(MAX_PACKET_BYTES)
             assert "refused" in json.loads(answer)
     assert frames_go_through(one, other)
 
 
-@given(packet=st.binary(max_size=LARGEST))
+@given(packet=st.binary(max_size=MAX_PACKET_BYTES))
 def test_any_bytes_are_a_greeting_or_refused(packet):
     try:
         read_greeting(packet)
     except ConfigError as error:
-        assert len(json.dumps({"refused": str(error)})) <= LARGEST  # noqa: PT017
+        assert len(json.dumps({"refused": str(error)})) <= MAX_PACKET_BYTES  # noqa: PT017
 
 
 def test_a_good_greeting_is_understood_as_it_was_said():
@@ -214,7 +214,7 @@ def test_more_members_than_there_is_room_for_are_refused_with_the_reason(bus):
     for _ in range(hub.MOST_MEMBERS - 2):
         crowd.append(newcomer())
         crowd[-1].send(make_greeting({}))
-        assert "node" in json.loads(crowd[-1].recv(LARGEST))
+        assert "node" in json.loads(crowd[-1].recv(MAX_PACKET_BYTES))
     with pytest.raises(can.CanInitializationError, match="no room"):
         bus()
     for each in crowd:
@@ -228,6 +228,6 @@ def test_who_says_nothing_is_let_go(bus):
     silent = [newcomer() for _ in range(20)]
     assert frames_go_through(one, other)
     for each in silent:
-        assert each.recv(LARGEST) == b"", "the end of the connection"
+        assert each.recv(MAX_PACKET_BYTES) == b"", "the end of the connection"
         each.close()
     assert frames_go_through(other, one)

@@ -1,6 +1,6 @@
 """A scenario is a function of its seed alone."""
 
-from vegrip.validation.controllers.scenario import FRICTION, Scenario
+from vegrip.validation.controllers.scenario import FRICTION_RANGE, Scenario
 from vegrip.virtual.disturbance import Wetting
 
 
@@ -20,4 +20,4 @@ def test_the_faces_get_wet_once_in_the_second_half() -> None:
         assert len(wet) == 1
         assert 10.0 <= wet[0].start <= 14.0
         assert wet[0].start + wet[0].duration < 20.0
-        assert FRICTION[0] <= Scenario(seed, 20.0).settings.tip.friction <= FRICTION[1]
+        assert FRICTION_RANGE[0] <= Scenario(seed, 20.0).settings.tip.friction <= FRICTION_RANGE[1]

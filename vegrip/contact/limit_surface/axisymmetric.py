@@ -6,10 +6,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vegrip.contact.domain import Floats, not_negative
+from vegrip.contact.domain import not_negative
 from vegrip.contact.limit_surface.reference import angle_to_distance, load_angle
 from vegrip.contact.limit_surface.rings import integrate, point_of_rings
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 
 class AxisymmetricSurface:

@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 from numpy.polynomial import chebyshev, polynomial
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from vegrip.contact.limit_surface import reference
+from vegrip.types import Floats
 
 FAST = Path(__file__).with_name("fast.py")
 BEGIN, END = "# begin table\n# fmt: off", "# fmt: on\n# end table"
@@ -29,8 +29,6 @@ RADIUS_SHAPE, SUPPORT_SHAPE, TORSION_TERMS = (7, 16), (8, 18), 24
 
 SLACK = 2e-6
 """How far the fit stays inside at the samples, so that it stays inside between them."""
-
-Array = NDArray[np.float64]
 
 
 def main() -> None:
@@ -47,7 +45,7 @@ def main() -> None:
     print(f"inside by at most: radius {radius_error:.1e}, support {support_error:.1e}")  # noqa: T201
 
 
-def sample_points(x_count: int = 30, angle_count: int = 110) -> tuple[Array, Array]:
+def sample_points(x_count: int = 30, angle_count: int = 110) -> tuple[Floats, Floats]:
     """Exponents k and COR distances d, dense at d = 1 where the surface is least smooth."""
     x = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, x_count))
     angle = np.linspace(0.0, np.pi / 2.0, angle_count + 2)[1:-1]
@@ -57,7 +55,7 @@ def sample_points(x_count: int = 30, angle_count: int = 110) -> tuple[Array, Arr
     return exponents, distances
 
 
-def fit(x: Array, a: Array, b: Array, side: float, shape: tuple[int, int]) -> tuple[Array, float]:
+def fit(x: Floats, a: Floats, b: Floats, side: float, shape: tuple[int, int]) -> tuple[Floats, float]:
     """Fit P for (a, b) = radius/ellipse along (cos, sin), or ellipse/support; return powers and error.
 
     side is +1 if hypot(a, b) is fast over ellipse (radius), -1 if it is the inverse (support).
@@ -74,7 +72,7 @@ def fit(x: Array, a: Array, b: Array, side: float, shape: tuple[int, int]) -> tu
     return as_powers(coefficients.reshape(shape)), error
 
 
-def least_greatest_above(basis: Array, goal: Array, slack: Array) -> tuple[Array, float]:
+def least_greatest_above(basis: Floats, goal: Floats, slack: Floats) -> tuple[Floats, float]:
     """Coefficients c with basis c >= goal + slack everywhere and the least greatest excess."""
     unit = 1e-5  # the excess in units the solver's tolerance of 1e-7 suits
     ones = np.ones((len(goal), 1))
@@ -88,19 +86,19 @@ def least_greatest_above(basis: Array, goal: Array, slack: Array) -> tuple[Array
     return np.asarray(solution.x[:-1]), float(solution.x[-1] * unit)
 
 
-def as_powers(coefficients: Array) -> Array:
+def as_powers(coefficients: Floats) -> Floats:
     """Chebyshev coefficients in both variables to plain powers, for Horner's rule."""
     for axis in (0, 1):
         coefficients = np.apply_along_axis(_padded_powers, axis, coefficients)
     return coefficients
 
 
-def _padded_powers(column: Array) -> Array:
+def _padded_powers(column: Floats) -> Floats:
     powers = chebyshev.cheb2poly(column)
     return np.asarray(np.pad(powers, (0, len(column) - len(powers))))
 
 
-def torsion_table() -> Array:
+def torsion_table() -> Floats:
     """Powers of 2x - 1 for the torsion limit, good to 1e-11."""
     interpolant = chebyshev.Chebyshev.interpolate(
         lambda t: reference.torsion_limit(2.0 / np.maximum(1.0 + t, 1e-300)), TORSION_TERMS - 1
@@ -114,7 +112,7 @@ def torsion_table() -> Array:
     return powers
 
 
-def write(tables: dict[str, Array]) -> None:
+def write(tables: dict[str, Floats]) -> None:
     """Put the tables between the markers of ``fast.py``."""
     text = FAST.read_text(encoding="utf-8")
     head, tail = text.split(BEGIN)[0], text.split(END)[1]
@@ -122,7 +120,7 @@ def write(tables: dict[str, Array]) -> None:
     FAST.write_text(head + "\n".join([BEGIN, *lines, END]) + tail, encoding="utf-8")
 
 
-def literal(name: str, table: Array) -> Iterator[str]:
+def literal(name: str, table: Floats) -> Iterator[str]:
     """One table as source text, one list of powers of u for each power of 2x - 1."""
     yield f"{name} = np.array(["
     if table.ndim == 1:
@@ -135,7 +133,7 @@ def literal(name: str, table: Array) -> Iterator[str]:
     yield "])"
 
 
-def numbers(row: Array, indent: int, per_line: int = 4) -> Iterator[str]:
+def numbers(row: Floats, indent: int, per_line: int = 4) -> Iterator[str]:
     """A few numbers a line, to a precision of 1e-13."""
     for start in range(0, len(row), per_line):
         yield " " * indent + ", ".join(f"{value:+.13f}" for value in row[start : start + per_line]) + ","

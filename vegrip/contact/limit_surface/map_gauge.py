@@ -20,9 +20,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vegrip.contact.domain import Floats
 from vegrip.contact.limit_surface.pressure_map import PressureMap
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 TOLERANCE = 1e-9
 """Relative distance of the bounds at which the search ends."""

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
-from vegrip.contact.domain import Floats, positive
+from vegrip.contact.domain import positive
 from vegrip.contact.limit_surface.pressure_map import PressureMap
 from vegrip.contact.limit_surface.reference import exponent
 from vegrip.contact.pressure import profile
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 
 def taxel_map(centres: ArrayLike, pressures: ArrayLike, pitch: float, order: int = 3) -> PressureMap:

@@ -17,8 +17,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vegrip.contact.domain import Floats
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 
 @dataclass(frozen=True, eq=False)

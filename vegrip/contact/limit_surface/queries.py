@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vegrip.contact.domain import Floats, within
+from vegrip.contact.domain import within
 from vegrip.contact.limit_surface import fast, reference
 from vegrip.contact.limit_surface.reference import exponent, load_angle
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 _LARGEST = np.finfo(np.float64).max
 

@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike
 from scipy.optimize.elementwise import find_root
 from scipy.special import gammaln
 
-from vegrip.contact.domain import Floats, not_negative, within
+from vegrip.contact.domain import not_negative, within
 from vegrip.contact.limit_surface.rings import point_of_rings
 from vegrip.contact.pressure import coefficient
+from vegrip.types import Floats
 
 _LARGE = 1e300  # stands for k = inf: inf * log(1) would be nan
 _FORCE = 1e-15  # [rad] below it tan of the solved angle is beyond what a double tells from pi/2

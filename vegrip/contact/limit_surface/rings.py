@@ -23,8 +23,8 @@ from numpy.typing import ArrayLike
 from scipy.integrate import tanhsinh
 from scipy.special import ellipe, elliprd
 
-from vegrip.contact.domain import Floats
 from vegrip.errors import DomainError
+from vegrip.types import Floats
 
 TOLERANCE = 1e-12
 """What the quadrature converges to, absolute and relative."""

@@ -7,10 +7,10 @@ from numpy.typing import ArrayLike
 
 from vegrip.contact.coupling import exponent_after_creep, radius_ratio
 from vegrip.contact.coupling_fits import fit_power, fit_radius
-from vegrip.contact.domain import Floats
 from vegrip.contact.limit_surface import reference
 from vegrip.contact.paper import setting
 from vegrip.contact.pressure import coefficient
+from vegrip.types import Floats
 
 Rows = list[list[float]]
 

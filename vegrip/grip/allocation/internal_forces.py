@@ -21,19 +21,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 BALANCE = 1e4
 """W: how much a balance that is missed counts against force that is added; it is met to about 1 / W^2."""
 
 GREATEST = 1e9  # [N] needs beyond, or none that is a number, are given back as they are
-LEAST = 1e-3  # [N] a finger that needs nothing takes part with this much, or it could never help
+MIN_NEED_N = 1e-3  # [N] a finger that needs nothing takes part with this much, or it could never help
 
 
 @dataclass(frozen=True)
@@ -86,7 +84,7 @@ class InternalForces:
             return self._answer
         self._asked, self._answer = dict(needs), dict(needs)
         taking_part = [i for i, name in enumerate(self.names) if name in needs]
-        least = np.array([max(needs[self.names[i]], LEAST) for i in taking_part])
+        least = np.array([max(needs[self.names[i]], MIN_NEED_N) for i in taking_part])
         if len(taking_part) > 1 and np.all(least < GREATEST):
             for i, force in zip(
                 taking_part, self._least_additions(least, self.grasp[:, taking_part]), strict=True

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from vegrip.config import parameter
 from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.grip.policies.demand import Demand
-from vegrip.grip.safety.limits import MOST_FORCE
+from vegrip.grip.safety.limits import MAX_FORCE_N
 from vegrip.messages import Reason
 
 
@@ -27,7 +27,7 @@ from vegrip.messages import Reason
 class ConstantSettings:
     """The constant grip."""
 
-    force: float = parameter(5.0, unit="N", low=0.0, high=MOST_FORCE, doc="grip force of every finger")
+    force: float = parameter(5.0, unit="N", low=0.0, high=MAX_FORCE_N, doc="grip force of every finger")
 
 
 @dataclass(frozen=True)

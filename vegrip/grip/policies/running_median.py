@@ -2,7 +2,7 @@
 
 import math
 
-SLOTS = 25
+WINDOW_SLOTS = 25
 """Of one window; the largest need of each counts."""
 
 
@@ -15,7 +15,7 @@ class RunningMedian:
     """
 
     def __init__(self, window: float) -> None:
-        self._slot = window / SLOTS
+        self._slot = window / WINDOW_SLOTS
         self._largest: list[float] = []  # of each slot, oldest first
         self._present = -math.inf  # largest of the slot that is being filled
         self._filled = 0.0  # [s]
@@ -31,9 +31,9 @@ class RunningMedian:
         self._present = max(self._present, need)
         self._filled += dt
         if self._filled >= self._slot:
-            self._largest = [*self._largest, self._present][-SLOTS:]
+            self._largest = [*self._largest, self._present][-WINDOW_SLOTS:]
             self._present, self._filled = -math.inf, 0.0
             ordered = sorted(self._largest)
-            half = SLOTS // 2
+            half = WINDOW_SLOTS // 2
             self._median = ordered[len(ordered) // 2] if len(ordered) > half else ordered[-1]
-        return max(self._median, need) if len(self._largest) <= SLOTS // 2 else self._median
+        return max(self._median, need) if len(self._largest) <= WINDOW_SLOTS // 2 else self._median

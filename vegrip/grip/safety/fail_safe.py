@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 from vegrip.config import parameter
-from vegrip.grip.safety.limits import MOST_FORCE, MOST_RATE
+from vegrip.grip.safety.limits import MAX_FORCE_N, MOST_RATE
 from vegrip.messages import Reason
 
 
@@ -21,7 +21,7 @@ class FailSafeSettings:
     """The grip of last resort."""
 
     force: float = parameter(
-        5.0, unit="N", low=0.0, high=MOST_FORCE, doc="fail-safe grip; lower commands ramp up to it"
+        5.0, unit="N", low=0.0, high=MAX_FORCE_N, doc="fail-safe grip; lower commands ramp up to it"
     )
     hold_time: float = parameter(
         0.25, unit="s", low=0.0, high=60.0, doc="the last safe command is held so long"

@@ -8,7 +8,7 @@ from vegrip.config import parameter
 from vegrip.errors import ConfigError
 from vegrip.messages import Reason
 
-MOST_FORCE: Final = 1e3
+MAX_FORCE_N: Final = 1e3
 """[N] Beyond any fingertip; a limit that is set higher by mistake would be none."""
 
 MOST_RATE: Final = 1e5
@@ -20,9 +20,9 @@ class LimitSettings:
     """Bounds of the commanded grip force."""
 
     min_force: float = parameter(
-        0.3, unit="N", low=0.0, high=MOST_FORCE, doc="least commanded force; keeps touch"
+        0.3, unit="N", low=0.0, high=MAX_FORCE_N, doc="least commanded force; keeps touch"
     )
-    max_force: float = parameter(15.0, unit="N", low=0.0, high=MOST_FORCE, doc="largest commanded force")
+    max_force: float = parameter(15.0, unit="N", low=0.0, high=MAX_FORCE_N, doc="largest commanded force")
     raise_rate: float = parameter(
         80.0, unit="N/s", low=0.0, high=MOST_RATE, doc="fastest rise of the command"
     )

@@ -32,24 +32,26 @@ class Ranges:
     contact_radius: tuple[float, float] = _range(0.0, 0.05, "m")
 
     def __post_init__(self) -> None:
-        for name in CHANNELS:
+        for name in CHECKED_CHANNELS:
             bounds = getattr(self, name)
             if len(bounds) != 2 or not bounds[0] < bounds[1]:
                 raise ConfigError(f"ranges: {name!r} is {list(bounds)}; it must be [least, largest]")
 
     def first_outside(self, state: FingertipState) -> str:
         """Name the first channel whose value cannot be true; "" = none. NaN is missing, not wrong."""
-        for (low, high), value, name in zip(BOUNDS(self), VALUES(state), CHANNELS, strict=True):
+        for (low, high), value, name in zip(
+            bounds_of(self), checked_values(state), CHECKED_CHANNELS, strict=True
+        ):
             if not (low <= value <= high or math.isnan(value)):
                 return name
         return ""
 
 
-CHANNELS = tuple(field.name for field in dataclasses.fields(Ranges))
+CHECKED_CHANNELS = tuple(field.name for field in dataclasses.fields(Ranges))
 """The measured quantities of a fingertip, by name."""
 
-VALUES = attrgetter(*CHANNELS)
+checked_values = attrgetter(*CHECKED_CHANNELS)
 """Their values in a state, in this order, in one call: this runs for every state of every finger."""
 
-BOUNDS = VALUES
+bounds_of = checked_values
 """Their ranges: the fields of :class:`Ranges` have the same names."""

@@ -17,7 +17,7 @@ from operator import attrgetter
 
 from vegrip.messages import FingertipState
 
-WINDOW = 256
+WINDOW_SAMPLES = 256
 """States over which the shares are averaged; before so many nothing is judged."""
 
 NOISY = 0.3
@@ -77,11 +77,11 @@ class StuckNoise:
 
     @property
     def _gain(self) -> float:
-        return 1.0 / min(self._count + 1, WINDOW)
+        return 1.0 / min(self._count + 1, WINDOW_SAMPLES)
 
     def _longest(self, chance: float) -> float:
-        if chance <= 0.0 or self._count < WINDOW or self._turns < NOISY:
+        if chance <= 0.0 or self._count < WINDOW_SAMPLES or self._turns < NOISY:
             return math.inf
         p = self._repeats
-        bound = AT_REST * p + 3.0 * math.sqrt(p * (1.0 - p) / WINDOW) + 3.0 / WINDOW
+        bound = AT_REST * p + 3.0 * math.sqrt(p * (1.0 - p) / WINDOW_SAMPLES) + 3.0 / WINDOW_SAMPLES
         return math.ceil(math.log(chance) / math.log(bound)) if bound < 1.0 else math.inf

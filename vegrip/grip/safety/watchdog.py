@@ -28,7 +28,7 @@ from itertools import compress
 from vegrip.clock import NS
 from vegrip.config import parameter
 from vegrip.grip.safety.frozen_signal import FrozenSignal
-from vegrip.grip.safety.ranges import CHANNELS, VALUES, Ranges
+from vegrip.grip.safety.ranges import CHECKED_CHANNELS, Ranges, checked_values
 from vegrip.grip.safety.stuck_noise import StuckNoise
 from vegrip.messages import Condition, FingertipState
 
@@ -171,10 +171,10 @@ class InputWatchdog:
         return Condition.FROZEN if frozen else Condition.OK
 
     def _complete(self, state: FingertipState) -> Condition:
-        present = tuple([value == value for value in VALUES(state)])  # noqa: PLR0124 (NaN is not itself)
+        present = tuple([value == value for value in checked_values(state)])  # noqa: PLR0124 (NaN is not itself)
         if present != self._present:  # seldom, so what follows may take its time
             self._present = present
-            measured = frozenset(compress(CHANNELS, present))
+            measured = frozenset(compress(CHECKED_CHANNELS, present))
             self._usable = bool(measured & {"normal_force", "displacement"})
             self._seen |= measured
             self.lost = self._seen - measured

@@ -12,10 +12,10 @@ from vegrip.identification.fit.fitting import base_model
 from vegrip.identification.fit.noise import Noise, noise_of
 from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.fit.problem import AT, Problem, Zeros
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Report, fit_problem
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
+from vegrip.types import Floats
 
 
 @dataclass(frozen=True, eq=False)

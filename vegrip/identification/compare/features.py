@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.fit.problem import AT, Problem
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
-SLOW = 0.1  # [x_ref / s] below which a displacement is held, and below
-RESTING = (
+HELD_SPEED = 0.1  # [x_ref / s] below which a displacement is held, and below
+RESTING_SPEED_SHARE = (
     0.1  # of the speed at which most of the way is gone: a testing machine may take a minute for a press
 )
 LOADED = 5.0  # standard deviations of a tangential load that is one
@@ -71,7 +71,7 @@ def _moving(speed: Floats, depth: float) -> float:
     """Return the speed [m/s] above which the tip moves; ``depth``: the reference depth [m]."""
     way = float(np.sum(np.abs(speed)))
     usual = float(np.sum(speed**2)) / way if way > 0.0 else 0.0
-    return min(SLOW * depth, RESTING * usual)
+    return min(HELD_SPEED * depth, RESTING_SPEED_SHARE * usual)
 
 
 def _sticking(m: Measured, rows: NDArray[np.bool_]) -> NDArray[np.bool_]:

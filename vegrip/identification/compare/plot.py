@@ -9,18 +9,18 @@ from vegrip.errors import UsageError
 from vegrip.identification.compare.comparison import Comparison, residuals_of
 from vegrip.identification.compare.features import PHASES
 from vegrip.identification.compare.where import Residuals
-from vegrip.identification.compare.words import UNITS
-from vegrip.identification.fit.smoother import Floats
+from vegrip.identification.compare.words import SPOKEN_UNITS
 from vegrip.identification.recording import Recording
+from vegrip.types import Floats
 
-PAUSE: Final = 0.5  # [s] that is drawn between trials
+PAUSE_DRAWN_S: Final = 0.5  # [s] that is drawn between trials
 SECONDS: Final = "time without the pauses [s]"
 
 
 def drawn_time(recording: Recording) -> Floats:
-    """Return the time [s] with every pause between trials as short as :data:`PAUSE`."""
+    """Return the time [s] with every pause between trials as short as :data:`PAUSE_DRAWN_S`."""
     steps = np.diff(recording.t, prepend=recording.t[0])
-    steps[np.flatnonzero(np.diff(recording.episode) != 0) + 1] = PAUSE
+    steps[np.flatnonzero(np.diff(recording.episode) != 0) + 1] = PAUSE_DRAWN_S
     drawn: Floats = np.cumsum(steps)
     return drawn
 
@@ -80,7 +80,7 @@ def _measured(axis: Any, comparison: Comparison, residuals: Residuals, t: Floats
     axis.plot(t, seen - residuals.raw, ".", ms=1.0, label=name)
     axis.legend(markerscale=5, fontsize=7)
     axis.set_xlabel(SECONDS)
-    axis.set_ylabel(f"{residuals.channel.replace('_', ' ')} [{UNITS[residuals.channel]}]")
+    axis.set_ylabel(f"{residuals.channel.replace('_', ' ')} [{SPOKEN_UNITS[residuals.channel]}]")
 
 
 def _labels(axis: Any, x: str, y: str) -> None:

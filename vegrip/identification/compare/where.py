@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from vegrip.identification.compare.features import PHASES, Features
 from vegrip.identification.compare.words import format_height, format_quantity, format_span
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
-MOST = 6
+MAX_REGIMES = 6
 LEAST_SHARE = 0.03
-LEAST_ROWS = 10
-AWAY = "out of contact"
+MIN_REGIME_ROWS = 10
+OUT_OF_CONTACT = "out of contact"
 EVERYWHERE = "everywhere"
 SURE = 5.0  # standard deviations of a sum of squares of noise
 
@@ -66,7 +66,7 @@ class Residuals:
     z: Floats
 
 
-def where(residuals: list[Residuals], features: Features, most: int = MOST) -> list[Regime]:
+def where(residuals: list[Residuals], features: Features, most: int = MAX_REGIMES) -> list[Regime]:
     """Return the regimes that hold the misfit, largest share first; none where all is noise."""
     excess = [r.z**2 - 1.0 for r in residuals]
     sums = [float(e.sum()) for e in excess]
@@ -83,7 +83,7 @@ def where(residuals: list[Residuals], features: Features, most: int = MOST) -> l
             for name, mask in regimes:
                 here = mask & left[i]
                 n = int(np.count_nonzero(here))
-                if n < LEAST_ROWS:
+                if n < MIN_REGIME_ROWS:
                     continue
                 share = float(excess[i][here].sum()) / total
                 if share < LEAST_SHARE or share * total < SURE * math.sqrt(2.0 * n):
@@ -103,16 +103,19 @@ def _candidates(residuals: Residuals, features: Features) -> Iterator[tuple[str,
     """Yield names and rows: phases, thirds of each variable, and thirds within each phase."""
     phase = features.phase[residuals.rows]
     yield EVERYWHERE, np.ones(phase.size, dtype=bool)
-    present = [p for p in range(len(PHASES)) if np.count_nonzero(phase == p) >= LEAST_ROWS]
+    present = [p for p in range(len(PHASES)) if np.count_nonzero(phase == p) >= MIN_REGIME_ROWS]
     for p in present:
         yield PHASES[p], phase == p
-    if features.sticking is not None and np.count_nonzero(features.sticking[residuals.rows]) >= LEAST_ROWS:
+    if (
+        features.sticking is not None
+        and np.count_nonzero(features.sticking[residuals.rows]) >= MIN_REGIME_ROWS
+    ):
         yield "sticking", features.sticking[residuals.rows]
     for name, values in features.values.items():
         here = values[residuals.rows]
         for group in (None, *present):
             rows = np.ones(phase.size, dtype=bool) if group is None else phase == group
-            for text, mask in _thirds(name, here, rows, away=group == PHASES.index(AWAY)):
+            for text, mask in _thirds(name, here, rows, away=group == PHASES.index(OUT_OF_CONTACT)):
                 yield (text if group is None else f"{PHASES[group]} {text}"), mask
 
 
@@ -140,7 +143,7 @@ def _regime(residuals: Residuals, name: str, here: Mask, share: float) -> Regime
         fails = f"the model reads {amount} {'low' if offset > 0 else 'high'}"
     else:
         fails = f"the model is {format_quantity(residuals.channel, rms)} off, now above and now below"
-    if name.startswith(AWAY) and residuals.channel == "normal_force" and offset < -0.5 * rms:
+    if name.startswith(OUT_OF_CONTACT) and residuals.channel == "normal_force" and offset < -0.5 * rms:
         fails += " (a pull that it lacks)"
     note = f"{residuals.channel}, {name}: {fails}, {100.0 * share:.0f} % of the misfit"
     return Regime(residuals.channel, name, share, offset, rms, int(np.count_nonzero(here)), note)

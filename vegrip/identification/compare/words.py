@@ -3,7 +3,7 @@
 import math
 from typing import Final
 
-UNITS: Final = {
+SPOKEN_UNITS: Final = {
     "normal_force": "N",
     "tangential_force": "N",
     "displacement": "m",
@@ -36,7 +36,7 @@ PREFIX: Final = {-3: "n", -2: "u", -1: "m", 0: "", 1: "k"}
 
 def format_quantity(name: str, value: float) -> str:
     """Return ``value`` with its unit, two digits."""
-    unit = UNITS.get(name, "")
+    unit = SPOKEN_UNITS.get(name, "")
     if unit in ("", "degC", "s", "Hz") or value == 0.0:
         return f"{value:.0f} {unit}".strip() if abs(value) >= 100.0 else f"{value:.2g} {unit}".strip()
     power = min(max(math.floor(math.log10(abs(value)) / 3.0), -3), 1)

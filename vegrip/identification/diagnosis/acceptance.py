@@ -16,15 +16,15 @@ import numpy as np
 
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.catalogue import Candidate
-from vegrip.identification.fit.smoother import Floats
 from vegrip.model import BASE
+from vegrip.types import Floats
 
 PAYS = 8.0  # [nats]
 DEARER = {"inertia": 20.0}  # [nats], because errors of the motion are accelerations too
-CALM = 1.5  # chi-square per regime up to which a misfit is noise
-LOST = 0.2  # of the gain that other episodes may lose, and
+MAX_NOISE_CHI2 = 1.5  # chi-square per regime up to which a misfit is noise
+MAX_LOST_SHARE = 0.2  # of the gain that other episodes may lose, and
 MORE_LOST = 0.5  # if what is gained is most of what is left: another missing effect may rule some episodes
-SCATTER = 5.0  # [nats] that chance may take
+CHANCE_NATS = 5.0  # [nats] that chance may take
 MOSTLY = 0.3  # of what is left; whatever takes that much may leave what another effect does standing out
 RESOLVED = 3.0  # standard errors
 AT_BOUND = 1e-3  # prior standard deviations
@@ -65,8 +65,8 @@ def judge_candidate(
     if not gain > max(pays, DEARER.get(candidate.name, 0.0)):
         failed.append("evidence")
     up, down = float(change[change > 0.0].sum()), -float(change[change < 0.0].sum())
-    mostly = gain >= MOSTLY * left and regimes[0] > CALM
-    if not (up > down and down <= (MORE_LOST if mostly else LOST) * up + SCATTER):
+    mostly = gain >= MOSTLY * left and regimes[0] > MAX_NOISE_CHI2
+    if not (up > down and down <= (MORE_LOST if mostly else MAX_LOST_SHARE) * up + CHANCE_NATS):
         failed.append("held-out episodes")
     if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
         failed.append("one episode only")

@@ -18,19 +18,19 @@ from vegrip.identification.diagnosis.score_tests import DEAR, Hint, carrier, wit
 from vegrip.identification.fit.channels import rms
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.sensitivity import has_play
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum, refine_optimum, scaled
 from vegrip.model import BASE
 from vegrip.parameters import coordinate
+from vegrip.types import Floats
 
 EVALUATIONS = 20
-STARTS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads nowhere
+START_FACTORS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads nowhere
 NEXT_TO_NOTHING = 0.01
-ROUGHLY = 0.02  # [nats] to which a candidate's best is sought, or
+CANDIDATE_PRECISION_NATS = 0.02  # [nats] to which a candidate's best is sought, or
 SLOPPY = 1e-4  # of what the screen expects of it, before it is known to contend
-FAR = 100.0  # [nats] from the base, beyond which the last steps are taken with derivatives made anew
+FAR_NATS = 100.0  # [nats] from the base, beyond which the last steps are taken with derivatives made anew
 ASTRAY = 0.05  # [x_ref] of the zero of the displacement, from which the base is far from what there is
-AWAY = 1e-3  # of the range, from a bound at which derivatives vanish
+BOUND_DISTANCE = 1e-3  # of the range, from a bound at which derivatives vanish
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +94,9 @@ def extend_problem(base: CandidateFit, hint: Hint, groups: Floats) -> CandidateF
     """Refit with a candidate, from where the screen points."""
     best: Optimum | None = None
     problem = _problem(base, hint.candidate)
-    near = max(ROUGHLY, SLOPPY * hint.gain)
+    near = max(CANDIDATE_PRECISION_NATS, SLOPPY * hint.gain)
     known = dict(zip(base.problem.unknowns.names, base.optimum.jacobian.T, strict=True))
-    for factor in STARTS:
+    for factor in START_FACTORS:
         start = _start(problem, base, hint, factor)
         found = refine_optimum(problem, start, EVALUATIONS, known, near)
         if best is None or found.cost < best.cost:
@@ -110,7 +110,7 @@ def extend_problem(base: CandidateFit, hint: Hint, groups: Floats) -> CandidateF
         )
         best = min(best, found, key=lambda one: one.cost)
     if _astray(base):
-        start = _start(problem, base, hint, STARTS[-1])
+        start = _start(problem, base, hint, START_FACTORS[-1])
         found = refine_optimum(problem, _unshifted(problem, start), 2 * EVALUATIONS, near=near)
         best = min(best, found, key=lambda one: one.cost)
     if best.cost > base.optimum.cost:  # led astray: from next to nothing it cannot end above the base
@@ -124,10 +124,12 @@ def extend_problem(base: CandidateFit, hint: Hint, groups: Floats) -> CandidateF
 
 def finish_fit(base: CandidateFit, rough: CandidateFit, groups: Floats) -> CandidateFit:
     """Return a candidate that ended far from the base with its last steps taken by derivatives made anew."""
-    if rough.optimum.cost > base.optimum.cost - FAR:
+    if rough.optimum.cost > base.optimum.cost - FAR_NATS:
         return rough
     return evaluate_candidate(
-        rough.problem, refine_optimum(rough.problem, rough.optimum.u, 2 * EVALUATIONS, near=ROUGHLY), groups
+        rough.problem,
+        refine_optimum(rough.problem, rough.optimum.u, 2 * EVALUATIONS, near=CANDIDATE_PRECISION_NATS),
+        groups,
     )
 
 
@@ -181,7 +183,7 @@ def _start(problem: Problem, base: CandidateFit, hint: Hint, factor: float) -> F
         value = hint.trial[p.symbol]
         if p.null is not None:
             value = p.null + multiple * (value - p.null)
-            inside = AWAY * min(p.high - p.low, 2.0 * p.std)
+            inside = BOUND_DISTANCE * min(p.high - p.low, 2.0 * p.std)
             value = min(max(value, p.low + inside), p.high - inside)
         u[k.names.index(p.symbol)] = coordinate(p, min(max(value, p.low), p.high))
     return u

@@ -21,13 +21,13 @@ from vegrip.parameters import Parameter
 SPREADS = {1: (-3.0, -1.5, 0.0, 1.5, 3.0), 2: (-2.0, 0.0, 2.0)}
 """Prior standard deviations at which one shape is tried, or each of two."""
 
-SIZES = {"displacement_backlash": (0.2, 1.0, 4.0)}
+START_SIZES = {"displacement_backlash": (0.2, 1.0, 4.0)}
 """Sizes at which an effect is tried that is not proportional to its amount."""
 
-RATES = {"nu2": (0.02, 0.06, 0.2, 0.6, 2.0, 8.0, 40.0)}
+START_RATES = {"nu2": (0.02, 0.06, 0.2, 0.6, 2.0, 8.0, 40.0)}
 """[1/s] values of what shapes an effect on either side of what the base model has."""
 
-STEADY = 0.3  # [K] of scatter below which a temperature tells nothing
+MIN_TEMPERATURE_SCATTER_K = 0.3  # [K] of scatter below which a temperature tells nothing
 
 FRICTION_CHANNELS = {"tangential_force", "torque_z"}
 
@@ -84,7 +84,7 @@ def why_unseen(one: Effect, measured: Measured) -> str:
     if "temperature" in takes:
         if "temperature" not in columns:
             return "no temperature was recorded"
-        if np.nanstd(columns["temperature"]) < STEADY:
+        if np.nanstd(columns["temperature"]) < MIN_TEMPERATURE_SCATTER_K:
             return "the temperature hardly changed"
     tangential = {"tangential_force", "tangential_force_x", "tangential_force_y"} & takes
     if tangential and not {"tangential_force_x", "tangential_force_y"} & set(columns):
@@ -120,9 +120,9 @@ def trials(one: Effect) -> Iterator[dict[str, float]]:
     for amount in amounts:
         kept = [p for p in shapes if p.transform == "log"][:2] or shapes[:1]
         spreads = SPREADS.get(len(kept), (0.0,))
-        places = [RATES.get(p.symbol) or [moved(p, z) for z in spreads] for p in kept]
+        places = [START_RATES.get(p.symbol) or [moved(p, z) for z in spreads] for p in kept]
         for at in itertools.product(*places):
-            for size in SIZES.get(one.name, (1.0,)):
+            for size in START_SIZES.get(one.name, (1.0,)):
                 values = null(one)
                 values[amount.symbol] = min(size * _amount(amount), amount.high)
                 yield values | dict(zip([p.symbol for p in kept], at, strict=True))

@@ -6,13 +6,13 @@ import numpy as np
 
 from vegrip.identification.fit.preprocess import Mask
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum, refine_optimum
+from vegrip.types import Floats
 
 HELD_OUT = 0.95  # of what an episode knows; the rest stays, for values that only this episode tells
 BENT = 1.5  # error / noise above which the fits without an episode are made and not foretold, if they are
 FEW = 12
-STEPS = 15
+REFIT_STEPS = 15
 
 
 class Weighted(Problem):
@@ -49,5 +49,5 @@ def _foretold(optimum: Optimum, A: Floats, rows: Mask) -> float:
 
 def _fitted(problem: Problem, optimum: Optimum, rows: Mask) -> float:
     weights = np.where(rows, math.sqrt(1.0 - HELD_OUT), 1.0)
-    found = refine_optimum(Weighted(problem, weights), optimum.u, STEPS)
+    found = refine_optimum(Weighted(problem, weights), optimum.u, REFIT_STEPS)
     return -0.5 * float(np.sum((found.residual[rows] / weights[rows]) ** 2))

@@ -14,19 +14,19 @@ from vegrip.errors import RecordingError
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.fit.problem import AT, Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.recording import Recording
+from vegrip.types import Floats
 
 LEAST_CONTACT = 50  # rows in contact below which nothing can be said
 BRIEF = 1.0  # [s] in contact below which effects are not told apart
 LONGEST_SHIFT = 1.0  # [s] between the clocks that is looked for
 SHIFTED = 0.015  # [s] and
-SAMPLES = 2.5  # samples, from which a shift is seen by eye
+VISIBLE_SHIFT_SAMPLES = 2.5  # samples, from which a shift is seen by eye
 OPPOSED = 0.5  # correlation of depth and force, against which they go
 AGREE = 0.3  # correlation of the rates, below which a lag means nothing
-CLEAR = 20.0  # [nats] that a shift has to gain, and
+MIN_SHIFT_NATS = 20.0  # [nats] that a shift has to gain, and
 BETTER = 0.1  # of the best effect's gain by which it has to beat it
-DEEPEST = 0.9  # of the radius
+MAX_DEPTH_RADII = 0.9  # of the radius
 
 LOOKALIKES = {
     "fast_damping": "a force whose clock is early by {eta:.2g} s would show nearly the same",
@@ -86,14 +86,14 @@ def _before(problem: Problem) -> Iterator[Doubt]:
             grave=True,
         )
     deepest = float(np.nanmax(m.motion.displacement))
-    if deepest > DEEPEST * problem.model.tip_radius:
+    if deepest > MAX_DEPTH_RADII * problem.model.tip_radius:
         yield Doubt(
             f"the deepest indentation is {1e3 * deepest:.3g} mm, the radius of the tip is stated as "
             f"{1e3 * problem.model.tip_radius:.3g} mm: radius or unit of the displacement is wrong",
             grave=True,
         )
     late = shift(t, m.first, m.motion.displacement, m.force)
-    if abs(late) > max(SHIFTED, SAMPLES * step):
+    if abs(late) > max(SHIFTED, VISIBLE_SHIFT_SAMPLES * step):
         yield Doubt(
             f"the force changes {abs(1e3 * late):.0f} ms {'after' if late > 0.0 else 'before'} the "
             "displacement: their clocks disagree; shift one of them and diagnose again",
@@ -163,7 +163,7 @@ def _rate(t: Floats, first: Floats, values: Floats) -> Floats:
 def check_clocks(base: CandidateFit, best: float) -> list[Doubt]:
     """Return the doubt that clocks disagree, if that explains more than the ``best`` effect [nats]."""
     late, gain = apart(base)
-    if gain < CLEAR + (1.0 + BETTER) * max(best, 0.0):
+    if gain < MIN_SHIFT_NATS + (1.0 + BETTER) * max(best, 0.0):
         return []
     return [
         Doubt(

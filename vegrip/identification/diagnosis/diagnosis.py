@@ -14,7 +14,7 @@ from typing import Any
 
 from vegrip.identification.compare.comparison import Comparison
 from vegrip.identification.compare.where import Regime
-from vegrip.identification.diagnosis.acceptance import CALM
+from vegrip.identification.diagnosis.acceptance import MAX_NOISE_CHI2
 from vegrip.identification.diagnosis.data_checks import (
     Doubt,
     check_before_search,
@@ -32,17 +32,21 @@ from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
 
-NEAR = 1.05  # error over noise that named effects may leave where some of it depends on the regime, and
-ROUGH = 1.1  # where none does;
-REST = 0.1  # or that share of the excess of the squared error over the noise's,
-TOLERABLE = 1.15  # and no more than this
-CURVED = 40.0  # [nats] of a curve over one variable, from which a misfit that no regime shows is one
-TELLING = 0.1  # of the evidence that was gained, from which a curve over one variable is more than a form
-PATCHWORK = 3  # effects after which something still stands out bend to what none of them is
-CLOSE = 5.0  # [nats] within which candidates cannot be told apart, and
-CLOSE_SHARE = 1e-3  # of the gain: no model of a measured contact is exact
-SAME = 0.95  # cosine of what two candidates do, from which their difference is one of form, unless it is
-FORM = 20.0  # [nats] or more, and
+MAX_ERROR_BY_REGIME = (
+    1.05  # error over noise that named effects may leave where some of it depends on the regime, and
+)
+MAX_ERROR_EVEN = 1.1  # where none does;
+MAX_EXCESS_SHARE = 0.1  # or that share of the excess of the squared error over the noise's,
+MAX_ERROR = 1.15  # and no more than this
+CURVE_NATS = 40.0  # [nats] of a curve over one variable, from which a misfit that no regime shows is one
+CURVE_SHARE = 0.1  # of the evidence that was gained, from which a curve over one variable is more than a form
+PATCHWORK_EFFECTS = 3  # effects after which something still stands out bend to what none of them is
+INDISTINGUISHABLE_NATS = 5.0  # [nats] within which candidates cannot be told apart, and
+INDISTINGUISHABLE_SHARE = 1e-3  # of the gain: no model of a measured contact is exact
+SAME_CHANGE_COSINE = (
+    0.95  # cosine of what two candidates do, from which their difference is one of form, unless it is
+)
+FORM_NATS = 20.0  # [nats] or more, and
 FORM_SHARE = 0.25  # of the gain
 ROUGH_SHARE = 0.01  # of the gain, where forms leave a misfit anyhow
 
@@ -55,8 +59,10 @@ def are_alike(one: Tried, other: Tried, *, rough: bool = False) -> bool:
     a, b = one.change, other.change
     cosine = float(a @ b) / math.sqrt(max(float(a @ a) * float(b @ b), 1e-300))
     apart = abs(one.verdict.gain - other.verdict.gain)
-    most = min(FORM, FORM_SHARE * one.verdict.gain)
-    return cosine > SAME and apart <= (max(most, ROUGH_SHARE * one.verdict.gain) if rough else most)
+    most = min(FORM_NATS, FORM_SHARE * one.verdict.gain)
+    return cosine > SAME_CHANGE_COSINE and apart <= (
+        max(most, ROUGH_SHARE * one.verdict.gain) if rough else most
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,10 +92,17 @@ class Diagnosis:
         after = s.misfit(s.last)
         if not s.accepted:
             rest = self._rest
-            return "unexplained" if rest is not None and (after > CALM or rest.gain > CURVED) else "adequate"
-        if after > CALM and not self._sufficient:
+            return (
+                "unexplained"
+                if rest is not None and (after > MAX_NOISE_CHI2 or rest.gain > CURVE_NATS)
+                else "adequate"
+            )
+        if after > MAX_NOISE_CHI2 and not self._sufficient:
             return "unexplained"
-        if s.last.error > (NEAR if after > CALM else ROUGH) and not self._nearly_all:
+        if (
+            s.last.error > (MAX_ERROR_BY_REGIME if after > MAX_NOISE_CHI2 else MAX_ERROR_EVEN)
+            and not self._nearly_all
+        ):
             return "unexplained"
         return "ambiguous" if self.indistinguishable else "named"
 
@@ -97,9 +110,9 @@ class Diagnosis:
     def _sufficient(self) -> bool:
         """Whether what still stands out beside what is accepted may be the forms of its laws."""
         s, rest = self.search, self._rest
-        if len(s.accepted) >= PATCHWORK:
+        if len(s.accepted) >= PATCHWORK_EFFECTS:
             return False
-        return rest is None or rest.gain <= TELLING * (s.last.evidence - s.first.evidence)
+        return rest is None or rest.gain <= CURVE_SHARE * (s.last.evidence - s.first.evidence)
 
     @cached_property
     def _rest(self) -> Discrepancy | None:
@@ -110,13 +123,13 @@ class Diagnosis:
     def _nearly_all(self) -> bool:
         """Whether what is accepted takes nearly all of the excess of the squared error over the noise's."""
         first, last = (one.error**2 - 1.0 for one in (self.search.first, self.search.last))
-        return last <= REST * first and self.search.last.error <= TOLERABLE
+        return last <= MAX_EXCESS_SHARE * first and self.search.last.error <= MAX_ERROR
 
     @cached_property
     def indistinguishable(self) -> list[list[str]]:
         """Sets of effects that explain the same equally well."""
         sets = []
-        rough = self.search.misfit(self.search.last) > CALM
+        rough = self.search.misfit(self.search.last) > MAX_NOISE_CHI2
         for step in self.search.steps:
             if step.taken is None or step.taken.candidate.name in self.search.dropped:
                 continue
@@ -126,7 +139,7 @@ class Diagnosis:
                 for one in step.tried
                 if one.verdict.passed
                 and (
-                    best - one.verdict.gain <= CLOSE + CLOSE_SHARE * best
+                    best - one.verdict.gain <= INDISTINGUISHABLE_NATS + INDISTINGUISHABLE_SHARE * best
                     or are_alike(step.taken, one, rough=rough)
                 )
             ]
@@ -143,7 +156,7 @@ class Diagnosis:
         s = self.search
         if self.verdict == "unexplained":
             return find_discrepancy(s.first)
-        return self._rest if s.misfit(s.last) > CALM else None
+        return self._rest if s.misfit(s.last) > MAX_NOISE_CHI2 else None
 
     @cached_property
     def where(self) -> list[Regime]:
@@ -223,7 +236,7 @@ class Diagnosis:
             "indistinguishable": self.indistinguishable,
             "error": self.error,
             "si": {name: {"value": value, "unit": unit} for name, (value, unit) in self.in_si().items()},
-            "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": CALM},
+            "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": MAX_NOISE_CHI2},
             "where": [one.as_dict() for one in self.where],
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
             "experiment": experiment,

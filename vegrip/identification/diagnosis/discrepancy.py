@@ -21,15 +21,17 @@ import numpy as np
 from vegrip.identification.compare.features import Features, features_of
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.fit.problem import AT, Problem
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 KNOTS = 49
 LENGTHS = (0.5, 0.15, 0.05)  # of the range: a trend, a bend, a ripple
-SIZES = np.logspace(-4.0, 4.0, 33)  # s, times the size at which a curve of one bend is as large as the noise
+PRIOR_SIZES = np.logspace(
+    -4.0, 4.0, 33
+)  # s, times the size at which a curve of one bend is as large as the noise
 JITTER = 1e-9
-SLOW = ("time", "temperature")  # over which a stiffness may change
-LEAST_ROWS = 20
-LEAST = 20.0  # [nats] of evidence below which a curve points nowhere
+SLOW_VARIABLES = ("time", "temperature")  # over which a stiffness may change
+MIN_CURVE_ROWS = 20
+MIN_EVIDENCE_NATS = 20.0  # [nats] of evidence below which a curve points nowhere
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ def find_discrepancy(fitted: CandidateFit) -> Discrepancy | None:
     features = features_of(problem, table)
     found: list[Discrepancy] = []
     for channel, rows, block in _blocks(problem):
-        if rows.size < LEAST_ROWS:
+        if rows.size < MIN_CURVE_ROWS:
             continue
         w, J = fitted.optimum.residual[block], fitted.optimum.jacobian[block]
         scales = {"": np.ones(rows.size)}
@@ -84,14 +86,14 @@ def find_discrepancy(fitted: CandidateFit) -> Discrepancy | None:
             if knots.size < 2:
                 continue
             for times, scale in scales.items():
-                if times and name not in SLOW:
+                if times and name not in SLOW_VARIABLES:
                     continue
                 B = _whitened(problem, _tents(values, knots) * scale[:, None], channel, rows)
                 gain, share, curve = _curve(w, J, problem.unknowns.std, B, knots)
                 at, value = knots.tolist(), curve.tolist()
                 found.append(Discrepancy(name, channel, gain, share, at, value, times, {}))
     best = max(found, key=lambda one: one.gain, default=None)
-    if best is None or best.gain <= LEAST:
+    if best is None or best.gain <= MIN_EVIDENCE_NATS:
         return None
     gains: dict[str, float] = {}
     for one in found:
@@ -185,7 +187,7 @@ def _curve(w: Floats, J: Floats, prior: Floats, B: Floats, knots: Floats) -> tup
         L = np.linalg.cholesky(np.exp(-0.5 * apart**2) + JITTER * np.eye(knots.size))
         d, V = np.linalg.eigh(L.T @ M @ L)
         d, along = np.maximum(d, 0.0), V.T @ (L.T @ b)
-        for s2 in (unit * SIZES) ** 2:
+        for s2 in (unit * PRIOR_SIZES) ** 2:
             gain = 0.5 * float(np.sum(along**2 * s2 / (1.0 + s2 * d)) - np.sum(np.log1p(s2 * d)))
             if gain > best[0]:
                 best = (gain, L @ (V @ (along * s2 / (1.0 + s2 * d))))

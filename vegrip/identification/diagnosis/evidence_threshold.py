@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.identification.diagnosis.acceptance import CALM, PAYS
+from vegrip.identification.diagnosis.acceptance import MAX_NOISE_CHI2, PAYS
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 
 LATER = 20.0  # [nats] for a further effect where no regime stands out any more; and in any case
 MATERIAL = 0.005  # of what was gained so far,
-ROUGHLY = 0.015  # where something still stands out, and
+MISFIT_SHARE_OF_GAIN = 0.015  # where something still stands out, and
 SHARE = 0.15  # of what is left, if that is little:
-SMALL = 0.15  # of what was gained
+SMALL_SHARE_OF_GAIN = 0.15  # of what was gained
 TIMING = {"sensor_lag", "fast_damping", "inertia"}  # one beside another does what the other law's form does,
 TIMED = 0.1  # if it gains less than this of what was gained
 SURELY = 2.0  # standard deviations of the sum of squares of noise
@@ -37,9 +37,9 @@ class EvidenceThreshold:
         """Return what a candidate has to gain [nats]."""
         if not self.accepted:
             return PAYS
-        calm = self.misfit <= CALM
-        asked = max(LATER if calm else PAYS, (MATERIAL if calm else ROUGHLY) * self.gained)
-        if self.left < SMALL * self.gained:
+        calm = self.misfit <= MAX_NOISE_CHI2
+        asked = max(LATER if calm else PAYS, (MATERIAL if calm else MISFIT_SHARE_OF_GAIN) * self.gained)
+        if self.left < SMALL_SHARE_OF_GAIN * self.gained:
             asked = max(asked, SHARE * self.left)
         if name in TIMING and self.accepted & TIMING:
             asked = max(asked, TIMED * self.gained)

@@ -11,11 +11,11 @@ from vegrip.identification.compare.comparison import residuals_of
 from vegrip.identification.compare.features import features_of
 from vegrip.identification.compare.plot import SECONDS, drawn_time
 from vegrip.identification.compare.where import Residuals
-from vegrip.identification.compare.words import UNITS
+from vegrip.identification.compare.words import SPOKEN_UNITS
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
 from vegrip.identification.diagnosis.discrepancy import find_discrepancy
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 AXES: Final = {
     # variable: name of the feature, factor, label
@@ -25,7 +25,7 @@ AXES: Final = {
     "time": ("time", 1.0, "time since the start [s]"),
     "temperature": ("temperature", 1.0, "temperature [degC]"),
 }
-USUAL: Final = "displacement"
+USUAL_VARIABLE: Final = "displacement"
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ def draw_diagnosis(found: Diagnosis, folder: Path, start: str) -> list[Path]:
     problem, u = found.search.first.problem, found.search.first.optimum.u
     values = features_of(problem, problem.table(u)).values
     telling = find_discrepancy(found.search.first)
-    variable = telling.variable if telling is not None and telling.variable in AXES else USUAL
+    variable = telling.variable if telling is not None and telling.variable in AXES else USUAL_VARIABLE
     feature, factor, label = AXES[variable]
     files = []
     for sides in _channels(found, start):
@@ -111,14 +111,14 @@ def _draw_measured(axis: Any, problem: Problem, sides: list[_Side], t: Floats) -
         axis.plot(t[rows], seen[rows] - side.residuals.raw, ".", color=side.colour, ms=1.2, label=label)
     axis.legend(markerscale=6, fontsize=8)
     axis.set_xlabel(SECONDS)
-    axis.set_ylabel(f"{residuals.channel.replace('_', ' ')} [{UNITS[residuals.channel]}]")
+    axis.set_ylabel(f"{residuals.channel.replace('_', ' ')} [{SPOKEN_UNITS[residuals.channel]}]")
 
 
 def _draw_left(axis: Any, sides: list[_Side], x: Floats, label: str) -> None:
     for side in sides:
-        one, unit = side.residuals, UNITS[side.residuals.channel]
+        one, unit = side.residuals, SPOKEN_UNITS[side.residuals.channel]
         name = f"{side.name}: rms {float(np.sqrt(np.mean(one.raw**2))):.2g} {unit}"
         axis.plot(x[one.rows], one.raw, ".", color=side.colour, ms=1.5, label=name)
     axis.axhline(0.0, color="0.5", lw=0.8)
     axis.set_xlabel(label)
-    axis.set_ylabel(f"measured - model [{UNITS[sides[0].residuals.channel]}]")
+    axis.set_ylabel(f"measured - model [{SPOKEN_UNITS[sides[0].residuals.channel]}]")

@@ -5,10 +5,10 @@ import numpy as np
 from vegrip.identification.compare.features import features_of
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
-DEPTHS = 4
-TIMES = (0.3, 1.5)  # [s] in contact
+DEPTH_REGIMES = 4
+CONTACT_TIMES_S = (0.3, 1.5)  # [s] in contact
 
 
 def regime_map(problem: Problem, u: Floats) -> Floats:
@@ -16,11 +16,13 @@ def regime_map(problem: Problem, u: Floats) -> Floats:
     features = features_of(problem, problem.table(u))
     depth = features.values["indentation"]
     contact = features.values["time_in_contact"]
-    edges = np.linspace(0.0, float(np.nanmax(depth)), DEPTHS + 1)[1:-1] * 0.93  # off the levels of holds
+    edges = (
+        np.linspace(0.0, float(np.nanmax(depth)), DEPTH_REGIMES + 1)[1:-1] * 0.93
+    )  # off the levels of holds
     half = (problem.episodes > np.median(problem.episodes)).astype(np.int64)
     number = features.phase.astype(np.int64)
-    number = number * DEPTHS + np.searchsorted(edges, depth)
-    number = number * (len(TIMES) + 1) + np.searchsorted(TIMES, contact)
+    number = number * DEPTH_REGIMES + np.searchsorted(edges, depth)
+    number = number * (len(CONTACT_TIMES_S) + 1) + np.searchsorted(CONTACT_TIMES_S, contact)
     number = number * 2 + half
     rows = problem.rows
     block = np.concatenate([

@@ -19,16 +19,16 @@ from vegrip.effects import BUILT_IN, effect, place
 from vegrip.errors import ModelError
 from vegrip.identification.diagnosis.catalogue import Candidate, Trial, null
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum
 from vegrip.model import ContactModel
 from vegrip.model.composer import share_a_name
 from vegrip.parameters import changed, coordinate, declared
+from vegrip.types import Floats
 
 DEAR = ("series_compliance", "power_law_relaxation")
 """Effects that slow a model down even when they are absent: they run in models of their own."""
 
-VISIBLE = 1e-12  # of a signature's power that must be left beside the model
+MIN_SIGNATURE_SHARE = 1e-12  # of a signature's power that must be left beside the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ def screen_candidates(
             return None
         p = s - basis @ (basis.T @ s)
         left = float(p @ p)
-        if left < VISIBLE * power or left <= 0.0:
+        if left < MIN_SIGNATURE_SHARE * power or left <= 0.0:
             return None
         along = float(p @ padded)
         firm = left + _prior(candidate, trial)

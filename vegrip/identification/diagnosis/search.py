@@ -10,7 +10,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vegrip.identification.diagnosis.acceptance import CALM, PAYS, Verdict, judge_candidate, misfit_by_regime
+from vegrip.identification.diagnosis.acceptance import (
+    MAX_NOISE_CHI2,
+    PAYS,
+    Verdict,
+    judge_candidate,
+    misfit_by_regime,
+)
 from vegrip.identification.diagnosis.candidate_fit import (
     EVALUATIONS,
     CandidateFit,
@@ -23,14 +29,14 @@ from vegrip.identification.diagnosis.evidence_threshold import required_evidence
 from vegrip.identification.diagnosis.regimes import held_out_groups, regime_map
 from vegrip.identification.diagnosis.score_tests import Hint, carrier, screen_candidates
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum, refine_optimum
+from vegrip.types import Floats
 
-MOST = 4  # effects that are named together
+MAX_NAMED_EFFECTS = 4  # effects that are named together
 REFITS = 5  # of candidates that the screen puts first, and
 KINKED = ("displacement_backlash", "saturation", "adhesion")  # whose derivative at nothing says little
 SPECTRA = ("second_relaxation", "power_law_relaxation")  # if one is tried, so is the other
-RELATIVE = 0.05  # of the best one's gain on the screen, below which no refit is tried
+MIN_SCREEN_SHARE = 0.05  # of the best one's gain on the screen, below which no refit is tried
 CONTENDS = 0.4  # of the best one's gain, from which a candidate is fitted to the end
 RIVAL = 0.6  # of the best first gain, from which another first effect is followed, and
 RIVALS = 2  # how many are
@@ -98,7 +104,7 @@ def search_effects(
     problem: Problem,
     optimum: Optimum,
     *,
-    most: int = MOST,
+    most: int = MAX_NAMED_EFFECTS,
     threads: int = 2,
     report: Report = lambda _: None,
 ) -> Search:
@@ -124,7 +130,7 @@ def search_effects(
 def rivals(found: Search) -> list[Tried]:
     """Return with what else a search might have begun, when it is worth while."""
     first, names = found.steps[0], {one.candidate.name for one in found.accepted}
-    if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= CALM):
+    if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= MAX_NOISE_CHI2):
         return []
     least = RIVAL * first.taken.verdict.gain
     passed = [one for one in first.tried if one.verdict.passed and one.verdict.gain >= least]
@@ -187,7 +193,7 @@ def shortlist(hints: list[Hint]) -> list[Hint]:
     """Return the hints that are worth a refit."""
     if not hints:
         return []
-    least = max(PAYS, RELATIVE * hints[0].gain)
+    least = max(PAYS, MIN_SCREEN_SHARE * hints[0].gain)
     chosen = [hint for hint in hints if hint.gain >= least][:REFITS]
     names = {hint.candidate.name for hint in chosen}
     others = [hint for hint in hints if hint.candidate.name not in names]

@@ -17,19 +17,19 @@ from vegrip.identification.experiment.discrimination import (
     expected_separation,
     measure_separation,
 )
-from vegrip.identification.experiment.hypotheses import NOTHING, Hypotheses
+from vegrip.identification.experiment.hypotheses import NO_EFFECT, Hypotheses
 from vegrip.identification.experiment.limits import RigLimits
 from vegrip.identification.simulate import Protocol, simulate
 
-ENOUGH = 20.0  # [nats] with which an experiment decides in 99 of 100 cases
-LEAST = 5.0  # [nats] below which it decides nothing
+SUFFICIENT_NATS = 20.0  # [nats] with which an experiment decides in 99 of 100 cases
+MIN_SEPARATION_NATS = 5.0  # [nats] below which it decides nothing
 FAINT = 1.0  # [nats] from which repeating helps; below it, it is mostly errors of the model that add up
-MOST = 6  # repetitions
+MAX_REPETITIONS = 6  # repetitions
 REFITTED = 8  # items that are refitted in full,
-QUICK = 3  # or so many
-STEPS = (1.25, 0.8, 1.1, 0.9)  # factors tried on each amplitude, until one is better
+QUICK_REPETITIONS = 3  # or so many
+AMPLITUDE_FACTORS = (1.25, 0.8, 1.1, 0.9)  # factors tried on each amplitude, until one is better
 WITHIN = ("depth", "stroke")  # amplitudes that are shares
-SLOW = 0.05  # of the score that the whole allowed duration costs
+DURATION_COST = 0.05  # of the score that the whole allowed duration costs
 
 Report = Callable[[str], None]
 
@@ -96,7 +96,7 @@ class Design:
     def best(self) -> Planned | None:
         """The experiment to do next; None when none on the menu would tell."""
         first = self.tried[0] if self.tried else None
-        return first if first is not None and first.refitted and first.nats >= LEAST else None
+        return first if first is not None and first.refitted and first.nats >= MIN_SEPARATION_NATS else None
 
     @property
     def advice(self) -> str:
@@ -107,7 +107,7 @@ class Design:
             odds = f"expected to tell {between} apart by {nats:.0f} nats in {seconds:.0f} s"
             return f"{self.best.item}: {odds} (decides with probability {chance_to_decide(nats):.2f})"
         most = f" (at most {self.tried[0].nats:.1f} nats, {self.tried[0].item})" if self.tried else ""
-        told = [effect(n).experiment for n in self.contest.names if n != NOTHING]
+        told = [effect(n).experiment for n in self.contest.names if n != NO_EFFECT]
         hints = "; ".join(dict.fromkeys(text for text in told if text))
         return f"no experiment on the menu tells {between} apart within these limits{most}; what may: {hints}"
 
@@ -132,7 +132,7 @@ def design(
     contest: Hypotheses,
     limits: RigLimits,
     *,
-    enough: float = ENOUGH,
+    enough: float = SUFFICIENT_NATS,
     thorough: bool = True,
     threads: int = 2,
     report: Report = lambda _: None,
@@ -164,7 +164,7 @@ def design(
     with ThreadPoolExecutor(threads) as pool:
         report(f"{len(jobs)} experiments on the menu")
         scanned = sorted(pool.map(look, jobs), key=score, reverse=True)
-        chosen = _promising(scanned)[: REFITTED if thorough else QUICK]
+        chosen = _promising(scanned)[: REFITTED if thorough else QUICK_REPETITIONS]
         report(f"refits for {len(chosen)} of them")
         refitted = list(pool.map(lambda one: _refitted(one, contest), chosen))
     best = max((_often(one, limits, enough) for one in refitted), key=score)
@@ -255,7 +255,7 @@ def _suited(item: Item, contest: Hypotheses, limits: RigLimits, rig: Rig) -> tup
 def _score(planned: Planned, limits: RigLimits, enough: float) -> float:
     """Return what is to be large: nats up to ``enough``, then speed."""
     reached = min(planned.nats / enough, 1.0)
-    return reached - SLOW * planned.whole.duration / limits.duration
+    return reached - DURATION_COST * planned.whole.duration / limits.duration
 
 
 def _polished(planned: Planned, contest: Hypotheses, limits: RigLimits, rig: Rig, enough: float) -> Planned:
@@ -264,7 +264,7 @@ def _polished(planned: Planned, contest: Hypotheses, limits: RigLimits, rig: Rig
     own, _ = _suited(item, contest, limits, rig)
     best = planned
     for name in item.levels:
-        for factor in STEPS:
+        for factor in AMPLITUDE_FACTORS:
             amplitudes = {**best.amplitudes, name: best.amplitudes[name] * factor}
             protocol = item.protocol(own, amplitudes)
             if protocol.duration > limits.duration or (name in WITHIN and amplitudes[name] > 1.0):
@@ -283,5 +283,5 @@ def _often(planned: Planned, limits: RigLimits, enough: float) -> Planned:
         return planned
     once = planned.protocol.duration + planned.protocol.pause
     room = int((limits.duration + planned.protocol.pause) // once)
-    times = int(np.clip(math.ceil(enough / nats), 1, min(room, MOST)))
+    times = int(np.clip(math.ceil(enough / nats), 1, min(room, MAX_REPETITIONS)))
     return replace(planned, times=times)

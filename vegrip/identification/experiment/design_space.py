@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from vegrip.identification.simulate import Protocol, Segment
 from vegrip.virtual.bench.protocol import Episode
 
-AIR = 0.5  # [s] out of contact before and after each contact: the zeros of the sensors
-CLEAR = 0.05  # [of the depth] distance kept there
+AIR_S = 0.5  # [s] out of contact before and after each contact: the zeros of the sensors
+CLEARANCE_SHARE = 0.05  # [of the depth] distance kept there
 SLID = 3.0  # times the motion at which a contact of that depth slips
 FINEST = 8  # samples per period of a sine
 
@@ -26,9 +26,9 @@ class Rig:
     pause: float
     friction: float = 0.7
 
-    def air(self, duration: float = AIR) -> Segment:
+    def air(self, duration: float = AIR_S) -> Segment:
         """Return a stretch out of contact, reached at once as far as the speed allows."""
-        return Segment(duration, depth=-CLEAR * self.depth)
+        return Segment(duration, depth=-CLEARANCE_SHARE * self.depth)
 
     def go(self, start: float, depth: float, speed: float = 0.0) -> Segment:
         """Return the motion from one depth to the other [m], as fast as allowed or with ``speed``."""
@@ -37,7 +37,7 @@ class Rig:
 
     def press(self, depth: float, *inside: Segment, speed: float = 0.0) -> Episode:
         """Return air, a press to ``depth``, what is done there, and back into the air."""
-        off = -CLEAR * self.depth
+        off = -CLEARANCE_SHARE * self.depth
         return (self.air(), self.go(off, depth, speed), *inside, self.go(depth, off, speed), self.air())
 
 
@@ -116,7 +116,7 @@ def _ramp(rig: Rig, depth: float, time: float) -> list[Episode]:
 def _stairs(rig: Rig, depth: float, time: float) -> list[Episode]:
     levels = [depth * rig.depth * part for part in (0.2, 0.4, 0.6, 0.8, 1.0, 0.8, 0.6, 0.4, 0.2)]
     up = [s for a, b in itertools.pairwise([0.0, *levels]) for s in (rig.go(a, b), Segment(time))]
-    return [(rig.air(), *up, rig.go(levels[-1], -CLEAR * rig.depth), rig.air(1.0))]
+    return [(rig.air(), *up, rig.go(levels[-1], -CLEARANCE_SHARE * rig.depth), rig.air(1.0))]
 
 
 def _taps(rig: Rig, depth: float) -> list[Episode]:
@@ -131,7 +131,7 @@ def _touches(rig: Rig, depth: float, time: float) -> list[Episode]:
 
 def _strokes(rig: Rig, depth: float) -> list[Episode]:
     far = -2.0 * depth * rig.depth
-    near = -CLEAR * rig.depth
+    near = -CLEARANCE_SHARE * rig.depth
     there_and_back = (rig.go(near, far), rig.go(far, near))
     return [(rig.air(), *there_and_back * 10, rig.air())]
 
@@ -170,24 +170,24 @@ def _directions(rig: Rig, depth: float) -> list[Episode]:
     return [rig.press(peak, Segment(0.5), Segment(lasts, pull_x=x, pull_y=y)) for x, y in ways]
 
 
-DEPTHS = (0.5, 1.0)
+DEPTH_SHARES = (0.5, 1.0)
 MENU = (
-    Item("one hold", _hold, {"depth": DEPTHS, "time": (2.0, 10.0, 40.0)}),
-    Item("holds at three depths", _holds, {"depth": DEPTHS, "time": (2.0, 8.0)}),
-    Item("growing peaks, then a small one", _growing, {"depth": DEPTHS, "time": (0.2, 1.0, 4.0)}),
-    Item("triangles", _triangles, {"depth": DEPTHS, "frequency": (0.2, 2.0)}),
-    Item("presses over two decades of speed", _speeds, {"depth": DEPTHS}),
-    Item("small sines", _sines, {"depth": DEPTHS, "frequency": (2.0, 8.0, 20.0)}),
-    Item("small reversals, slow and fast", _reversals, {"depth": DEPTHS, "stroke": (0.03, 0.15)}),
-    Item("slow ramp", _ramp, {"depth": DEPTHS, "time": (5.0, 20.0)}),
-    Item("stairs", _stairs, {"depth": DEPTHS, "time": (0.5, 2.0)}),
+    Item("one hold", _hold, {"depth": DEPTH_SHARES, "time": (2.0, 10.0, 40.0)}),
+    Item("holds at three depths", _holds, {"depth": DEPTH_SHARES, "time": (2.0, 8.0)}),
+    Item("growing peaks, then a small one", _growing, {"depth": DEPTH_SHARES, "time": (0.2, 1.0, 4.0)}),
+    Item("triangles", _triangles, {"depth": DEPTH_SHARES, "frequency": (0.2, 2.0)}),
+    Item("presses over two decades of speed", _speeds, {"depth": DEPTH_SHARES}),
+    Item("small sines", _sines, {"depth": DEPTH_SHARES, "frequency": (2.0, 8.0, 20.0)}),
+    Item("small reversals, slow and fast", _reversals, {"depth": DEPTH_SHARES, "stroke": (0.03, 0.15)}),
+    Item("slow ramp", _ramp, {"depth": DEPTH_SHARES, "time": (5.0, 20.0)}),
+    Item("stairs", _stairs, {"depth": DEPTH_SHARES, "time": (0.5, 2.0)}),
     Item("taps and pull-offs at three speeds", _taps, {"depth": (0.15, 0.4)}),
-    Item("light touch before and after a deep press", _touches, {"depth": DEPTHS, "time": (0.5, 5.0)}),
+    Item("light touch before and after a deep press", _touches, {"depth": DEPTH_SHARES, "time": (0.5, 5.0)}),
     Item("strokes in air", _strokes, {"depth": (1.0,)}),
-    Item("pulls at four loads", _loads, {"depth": DEPTHS, "time": (0.5,)}, rubs=True),
-    Item("pulls after short and long waits", _waits, {"depth": DEPTHS, "time": (3.0, 10.0)}, rubs=True),
-    Item("slides at four speeds", _slides, {"depth": DEPTHS}, rubs=True),
-    Item("twists and pulls after two waits", _twists, {"depth": DEPTHS, "time": (3.0,)}, rubs=True),
-    Item("pulls in four directions", _directions, {"depth": DEPTHS}, rubs=True),
+    Item("pulls at four loads", _loads, {"depth": DEPTH_SHARES, "time": (0.5,)}, rubs=True),
+    Item("pulls after short and long waits", _waits, {"depth": DEPTH_SHARES, "time": (3.0, 10.0)}, rubs=True),
+    Item("slides at four speeds", _slides, {"depth": DEPTH_SHARES}, rubs=True),
+    Item("twists and pulls after two waits", _twists, {"depth": DEPTH_SHARES, "time": (3.0,)}, rubs=True),
+    Item("pulls in four directions", _directions, {"depth": DEPTH_SHARES}, rubs=True),
 )
 """What is tried, and at which amplitudes first."""

@@ -19,14 +19,14 @@ from scipy.optimize import least_squares
 from scipy.stats import norm
 
 from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS
-from vegrip.identification.diagnosis.diagnosis import CLOSE
+from vegrip.identification.diagnosis.diagnosis import INDISTINGUISHABLE_NATS
 from vegrip.identification.experiment.hypotheses import Hypotheses
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import Measured, preprocess
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import refine_optimum
 from vegrip.identification.simulate import Protocol, simulate
+from vegrip.types import Floats
 
 CLOSE_ENOUGH = 1e-4  # relative change of the cost at which a refit ends
 
@@ -50,7 +50,7 @@ class Separation:
 
 def chance_to_decide(nats: float) -> float:
     """Return the probability that one experiment tells a pair apart by more than the limit of ambiguity."""
-    return float(norm.cdf((nats - CLOSE) / np.sqrt(2.0 * nats))) if nats > 0.0 else 0.0
+    return float(norm.cdf((nats - INDISTINGUISHABLE_NATS) / np.sqrt(2.0 * nats))) if nats > 0.0 else 0.0
 
 
 def expected_separation(

@@ -18,10 +18,10 @@ from vegrip.identification.diagnosis.regimes import held_out_groups
 from vegrip.identification.diagnosis.score_tests import screen_candidates
 from vegrip.identification.fit.preprocess import LOADS, Measured
 from vegrip.identification.fit.result import Fit, fit_of
-from vegrip.identification.simulate import SENSORS
+from vegrip.identification.simulate import DEFAULT_NOISE
 from vegrip.model import ContactModel
 
-NOTHING = "nothing"
+NO_EFFECT = "nothing"
 """Name of the model as it was given, without a further effect."""
 
 
@@ -64,13 +64,13 @@ def hypotheses_of(
 
     """
     wanted = list(dict.fromkeys(names))
-    if len(wanted) == 1 and wanted != [NOTHING]:
-        wanted.append(NOTHING)
+    if len(wanted) == 1 and wanted != [NO_EFFECT]:
+        wanted.append(NO_EFFECT)
     if len(wanted) < 2:
         raise UsageError("an experiment tells candidates apart; name two effects, or one to see it at all")
     problem = start.problem
     for name in wanted:
-        if name != NOTHING and effect(name).name in {one.name for one in problem.model.effects}:
+        if name != NO_EFFECT and effect(name).name in {one.name for one in problem.model.effects}:
             raise UsageError(f"the model has {name} already; it is no candidate any more")
     possible, hidden = candidates(problem.model, problem.measured)
     groups = held_out_groups(problem)
@@ -79,7 +79,7 @@ def hypotheses_of(
     assumed = []
     for name in wanted:
         report(f"fits {name}")
-        if name == NOTHING:
+        if name == NO_EFFECT:
             models[name] = start.model
             continue
         if name in hidden and not _reachable(name, problem.measured):
@@ -111,9 +111,9 @@ def sensors_of(measured: Measured) -> dict[str, float]:
     noise, columns = measured.noise, set(measured.recording.columns)
     sensors = {"normal_force": noise.normal_force, "displacement": noise.displacement}
     if LOADS & columns:
-        usual = {name: SENSORS[name] for name in ("tangential_force", "torque_z")}
+        usual = {name: DEFAULT_NOISE[name] for name in ("tangential_force", "torque_z")}
         sensors |= {name: _known(getattr(noise, name), value) for name, value in usual.items()}
-        sensors["slip_speed"] = SENSORS["slip_speed"]
+        sensors["slip_speed"] = DEFAULT_NOISE["slip_speed"]
     if "contact_radius" in columns and noise.contact_radius > 0.0:
         sensors["contact_radius"] = noise.contact_radius
     return sensors

@@ -11,8 +11,8 @@ from vegrip.identification.fit.motion import motion_of
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.recording import Recording
 
-DURATION = 120.0  # [s]
-QUICK = 99.5  # percentile of the speed that counts as the greatest: jumps in the record are none
+USUAL_DURATION_S = 120.0  # [s]
+SPEED_PERCENTILE = 99.5  # percentile of the speed that counts as the greatest: jumps in the record are none
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,9 @@ class RigLimits:
     speed: float = parameter(math.nan, unit="m/s", low=1e-9, high=10.0, doc="fastest motion along the normal")
     tangential_force: float = parameter(math.nan, unit="N", low=0.0, high=1e5, doc="0 = the rig cannot pull")
     torque: float = parameter(math.nan, unit="N m", low=0.0, high=1e4, doc="0 = the rig cannot twist")
-    duration: float = parameter(DURATION, unit="s", low=1.0, high=1e5, doc="of the experiment, with pauses")
+    duration: float = parameter(
+        USUAL_DURATION_S, unit="s", low=1.0, high=1e5, doc="of the experiment, with pauses"
+    )
     pause: float = parameter(10.0, unit="s", low=0.0, high=1e4, doc="between episodes, for recovery")
 
 
@@ -51,7 +53,7 @@ def limits_of(recording: Recording) -> RigLimits:
     return RigLimits(
         float(depth.max()),
         float(np.nanmax(columns["normal_force"])),
-        float(np.percentile(speed, QUICK)) if speed.size else 1e-3,
+        float(np.percentile(speed, SPEED_PERCENTILE)) if speed.size else 1e-3,
         float(pull.max()) if slides else 0.0,
         float(np.nanmax(np.abs(np.nan_to_num(columns.get("torque_z", none))))) if slides else 0.0,
     )

@@ -24,9 +24,9 @@ from vegrip.identification.simulate import simulate
 from vegrip.identification.simulate.standard import standard
 from vegrip.model import ContactModel, paper_model
 
-RADIUS = 8e-3  # [m]
+TIP_RADIUS_M = 8e-3  # [m]
 PRESSES = 11  # episodes of the standard protocol without slip
-SENSORS = {"normal_force": 0.01, "displacement": 5e-6}
+PAIR_NOISE = {"normal_force": 0.01, "displacement": 5e-6}
 PAIRS = (
     ("second_relaxation", "power_law_relaxation", 0.3),
     ("series_compliance", "layer_over_core", 0.3),
@@ -48,7 +48,7 @@ def recorded(model: ContactModel, name: str, share: float) -> Recording:
     truth = model.with_effect(effect(name)).with_value(amount.symbol, null + share * (size - null))
     whole = standard(truth)
     presses = replace(whole, episodes=whole.episodes[:PRESSES], notes=())
-    return simulate(truth, presses, sensors=SENSORS, rate=100.0)
+    return simulate(truth, presses, sensors=PAIR_NOISE, rate=100.0)
 
 
 def planned(
@@ -67,7 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--duration", type=float, default=90.0, help="longest experiment [s]")
     given = parser.parse_args(arguments)
-    model = paper_model(RADIUS)
+    model = paper_model(TIP_RADIUS_M)
     print(f"{'truth':24s}{'rival':26s}{'expected':>9s}{'achieved':>16s}  experiment")  # noqa: T201
     for one, other, share in PAIRS:
         contest, found = planned(model, one, other, share, given.duration)

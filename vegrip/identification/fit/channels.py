@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from vegrip.identification.fit.problem import AT, Problem
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 LAGS = 20  # of the test for whiteness
 

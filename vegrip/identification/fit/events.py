@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 AROUND = 6  # samples to either side that say what is usual
 SUDDEN = 10.0  # times the steepest of those
-NOISES = 30.0  # of the force
-KEPT = 0.3  # of the force must be left, else the contact parted
-AGAIN = 2.0  # times as long as it took to regain the lost force is left out
+MIN_FORCE_NOISES = 30.0  # of the force
+MIN_FORCE_SHARE = 0.3  # of the force must be left, else the contact parted
+RECOVERY_FACTOR = 2.0  # times as long as it took to regain the lost force is left out
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def find_events(t: Floats, first: Floats, displacement: Floats, force: Floats, n
     found: list[Event] = []
     fall, move = -np.diff(force), np.abs(np.diff(displacement))
     fall[first[1:] > 0.5] = np.nan
-    for i in np.flatnonzero(np.nan_to_num(fall) > NOISES * noise).tolist():
+    for i in np.flatnonzero(np.nan_to_num(fall) > MIN_FORCE_NOISES * noise).tolist():
         if found and i < found[-1].end:
             continue
         before, after = slice(max(i - AROUND, 0), i), slice(i + 3, i + 3 + AROUND)
@@ -50,7 +50,11 @@ def find_events(t: Floats, first: Floats, displacement: Floats, force: Floats, n
             continue
         usually = max(float(usual.max()), float(np.median(np.abs(fall[after]))) if fall[after].size else 0.0)
         low = force[i + 1 : i + 4].min()
-        if force[i] - low > SUDDEN * usually and move[i] <= 2.0 * moved.max() and low > KEPT * force[i] > 0.0:
+        if (
+            force[i] - low > SUDDEN * usually
+            and move[i] <= 2.0 * moved.max()
+            and low > MIN_FORCE_SHARE * force[i] > 0.0
+        ):
             found.append(_event(i, t, first, force, low))
     return found
 
@@ -62,6 +66,6 @@ def _event(i: int, t: Floats, first: Floats, force: Floats, low: float) -> Event
     back = np.flatnonzero(force[i + 1 : last] >= force[i])
     if not back.size:
         return Event(i, last, float(t[i + 1]), float(force[i] - low))
-    again = t[i] + AGAIN * (t[i + 1 + int(back[0])] - t[i])
+    again = t[i] + RECOVERY_FACTOR * (t[i + 1 + int(back[0])] - t[i])
     end = min(int(np.searchsorted(t, again, side="right")), last)
     return Event(i, end, float(t[i + 1]), float(force[i] - low))

@@ -20,12 +20,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.identification.fit.smoother import Floats, posterior, smooth
+from vegrip.identification.fit.smoother import posterior, smooth
 from vegrip.identification.fit.straight import straight
+from vegrip.types import Floats
 
-ROUNDS = 20
+MOTION_ROUNDS = 20
 WIDTH = 5  # steps that share a variance of the acceleration; one alone takes single errors for jerks
-CALM = 5e-3  # accelerations that move less than this many standard deviations in a step are rest, and
+REST_STEP = 5e-3  # accelerations that move less than this many standard deviations in a step are rest, and
 STRAIGHT = 1e-4  # what is allowed where the motion is straight to within the noise
 
 
@@ -65,10 +66,12 @@ def motion_of(t: Floats, first: Floats, measured: Floats, noise: float) -> Motio
     one = (noise / dt**2) ** 2
     runs_straight = straight(t, first, measured, noise)
     q = np.where(runs_straight, STRAIGHT**2, 100.0) * one
-    for _ in range(ROUNDS):
+    for _ in range(MOTION_ROUNDS):
         position, variance, jerk, share = smooth(t, first, measured, noise**2, q)
         likely = _shared(jerk, first) / np.maximum(_shared(share, first), 1e-12)
-        q = np.where(runs_straight, STRAIGHT**2 * one, np.clip(likely, CALM**2 * one, 1e12 * CALM**2 * one))
+        q = np.where(
+            runs_straight, STRAIGHT**2 * one, np.clip(likely, REST_STEP**2 * one, 1e12 * REST_STEP**2 * one)
+        )
     position, variance, jerk, share = smooth(t, first, measured, noise**2, q)
     pull, push, start = posterior(t, first, measured, noise**2, q)
     return Motion(position, np.sqrt(np.maximum(variance, 0.0)), pull, push, start)

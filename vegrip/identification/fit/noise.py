@@ -13,10 +13,10 @@ import numpy as np
 
 from vegrip.identification.fit.ou_noise import OuNoise, estimate_ou_noise
 from vegrip.identification.fit.replicates import find_pairs, noise_of_pairs
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.whitening import ForceNoise
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.channels import noise_name
+from vegrip.types import Floats
 
 SERVED = ("normal_force", "displacement", "tangential_force_x", "torque_z", "contact_radius")
 LEAST_AIR = 100  # rows in air from which their scatter is believed

@@ -16,11 +16,14 @@ import numpy as np
 from scipy.optimize import OptimizeResult, minimize
 
 from vegrip.compiled import njit
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 PAYS = 8.0  # [nats] that the slow part has to gain
-LEAST, MOST = (-5.0, -7.0, -7.0), (5.0, 3.0, 7.0)  # ln of white and slow over the guess, of the time [s]
-TIMES = (0.3, 1.0, 3.0, 10.0)  # [s] where the search begins
+LOG_LOW, LOG_HIGH = (
+    (-5.0, -7.0, -7.0),
+    (5.0, 3.0, 7.0),
+)  # ln of white and slow over the guess, of the time [s]
+START_TIMES_S = (0.3, 1.0, 3.0, 10.0)  # [s] where the search begins
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ def estimate_ou_noise(t: Floats, first: Floats, y: Floats, X: Floats, rough: flo
         return cost(rough * float(np.exp(np.clip(p[0], -5.0, 5.0))), 0.0, 2.0)
 
     def of(p: Floats) -> tuple[float, float, float]:
-        a, b, c = np.clip(p, LEAST, MOST)
+        a, b, c = np.clip(p, LOG_LOW, LOG_HIGH)
         return rough * float(np.exp(a)), rough * float(np.exp(b)), min(float(np.exp(c)), longest)
 
     def both(p: Floats) -> float:
@@ -65,7 +68,7 @@ def estimate_ou_noise(t: Floats, first: Floats, y: Floats, X: Floats, rough: flo
 
     plain = _least(alone, np.array([0.0]))
     white = rough * float(np.exp(plain.x[0]))
-    starts = [[plain.x[0], -0.7, float(np.log(time))] for time in TIMES if time < longest]
+    starts = [[plain.x[0], -0.7, float(np.log(time))] for time in START_TIMES_S if time < longest]
     if not starts:
         return OuNoise(white, 0.0, 2.0, 0.0)
     best = min(starts, key=lambda p: both(np.array(p)))
@@ -73,7 +76,7 @@ def estimate_ou_noise(t: Floats, first: Floats, y: Floats, X: Floats, rough: flo
     gain = float(plain.fun - found.fun)
     if gain < PAYS:
         return OuNoise(white, 0.0, 2.0, max(gain, 0.0))
-    if found.x[1] > MOST[1] - 0.1:
+    if found.x[1] > LOG_HIGH[1] - 0.1:
         return OuNoise(rough, 0.0, 2.0, gain, beyond=True)
     return OuNoise(*of(found.x), gain)
 

@@ -10,15 +10,15 @@ from vegrip.errors import RecordingError
 from vegrip.identification.fit.events import Event, find_events
 from vegrip.identification.fit.motion import Motion, motion_of
 from vegrip.identification.fit.noise import LEAST_AIR, Noise, in_air
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.recording import Recording
+from vegrip.types import Floats
 
 Mask = NDArray[np.bool_]
 
 SPIKE = 8.0  # standard deviations off the line through both neighbours
-LEAST_ROWS = 50
+MIN_FIT_ROWS = 50
 LONGEST_STRETCH = 20  # rows, and
-LASTING = 0.1  # [s] over which loads at slip are averaged
+SLIP_LOAD_WINDOW_S = 0.1  # [s] over which loads at slip are averaged
 LOADS = {"tangential_force_x", "tangential_force_y", "torque_z"}
 AVERAGED = {"normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "slip_speed"}
 
@@ -96,8 +96,8 @@ def preprocess(recording: Recording, noise: Noise) -> Measured:
             raise RecordingError(
                 f"{recording.name} has no {channel}; a fit compares normal force and displacement"
             )
-        if np.count_nonzero(np.isfinite(column)) < LEAST_ROWS:
-            raise RecordingError(f"{recording.name} has fewer than {LEAST_ROWS} rows with {channel}")
+        if np.count_nonzero(np.isfinite(column)) < MIN_FIT_ROWS:
+            raise RecordingError(f"{recording.name} has fewer than {MIN_FIT_ROWS} rows with {channel}")
     recording, tare = tare_channels(recording)
     first = np.r_[1.0, (np.diff(recording.episode) != 0).astype(np.float64)]
     depth, force = (recording.columns[name].copy() for name in ("displacement", "normal_force"))
@@ -174,7 +174,7 @@ def stretches(
             and rows[j] == rows[j - 1] + 1
             and first[rows[j]] < 0.5
             and j - i < LONGEST_STRETCH
-            and t[rows[j]] - t[rows[i]] < LASTING
+            and t[rows[j]] - t[rows[i]] < SLIP_LOAD_WINDOW_S
         ):
             j += 1
         middle.append(int(rows[i]) + (j - i) // 2)

@@ -22,11 +22,11 @@ from vegrip.identification.fit.sensitivity import (
     follows,
     has_play,
 )
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.whitening import Whitener
 from vegrip.model import BASE, ContactModel, Predictor
 from vegrip.model.channels import QUANTITIES
 from vegrip.parameters import coordinate
+from vegrip.types import Floats
 
 Zeros = Literal["recording", "episode"]
 
@@ -39,8 +39,8 @@ FIRM = (
 )
 UNSURE = 0.07  # of the load at slip that noise may be
 FORGOTTEN = 2.0  # relaxation times after a contact was made anew
-LONGEST = 5.0  # [s]
-STEP = 1e-4  # of a prior std, for derivatives
+LONGEST_GAP_S = 5.0  # [s]
+DERIVATIVE_STEP = 1e-4  # of a prior std, for derivatives
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,7 +257,7 @@ class Problem:
         vector, _ = self.parts(u)
         dented = (out[:, AT["indentation"]] > 0.0) & (out[:, AT["contact_radius"]] == 0.0)
         rates = [vector[self._places["nu1"]]] if "nu1" in self._places else []
-        memory = min(FORGOTTEN / max(rates[0], 1e-9), LONGEST) if rates else LONGEST
+        memory = min(FORGOTTEN / max(rates[0], 1e-9), LONGEST_GAP_S) if rates else LONGEST_GAP_S
         t, since = self.measured.recording.t, -math.inf
         rising = np.gradient(self.measured.motion.displacement, t) > 0.0
         concerned = (out[:, AT["indentation"]] > 0.0) & (rising | ~dented)
@@ -337,7 +337,7 @@ class Problem:
             if known is not None and k.names[j] in known:
                 out[:, j] = known[k.names[j]]
                 continue
-            h = STEP * k.std[j]
+            h = DERIVATIVE_STEP * k.std[j]
             h = -h if u[j] + h > k.high[j] else h
             moved = u.copy()
             moved[j] += h

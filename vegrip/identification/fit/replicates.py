@@ -6,13 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from vegrip.identification.fit.ou_noise import OuNoise, estimate_ou_noise
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.recording import Recording
+from vegrip.types import Floats
 
-SAME = 1.15  # times the noise that the motions of a pair may differ by (rms), beside a constant, and
-FAR = 7.0  # times in any row; a stiff contact turns 20 um into more than any noise
-LEAST_ROWS = 100
-STEPS = 1.5  # [samples] by which the lengths of a pair may differ
+MAX_MOTION_NOISES = (
+    1.15  # times the noise that the motions of a pair may differ by (rms), beside a constant, and
+)
+MAX_ROW_NOISES = 7.0  # times in any row; a stiff contact turns 20 um into more than any noise
+MIN_PAIR_ROWS = 100
+MAX_LENGTH_DIFFERENCE_SAMPLES = 1.5  # [samples] by which the lengths of a pair may differ
 LIGHT = 5.0  # noises of the force below which there is no contact
 
 
@@ -30,7 +32,7 @@ def find_pairs(recording: Recording, noise: float) -> list[Pair]:
     rows = [
         np.flatnonzero(recording.episode == number) for number in dict.fromkeys(recording.episode.tolist())
     ]
-    rows = [one for one in rows if one.size >= LEAST_ROWS and np.isfinite(depth[one]).all()]
+    rows = [one for one in rows if one.size >= MIN_PAIR_ROWS and np.isfinite(depth[one]).all()]
     found: list[Pair] = []
     free = list(range(len(rows)))
     while free:
@@ -45,7 +47,7 @@ def find_pairs(recording: Recording, noise: float) -> list[Pair]:
 
 
 def _same(t: Floats, depth: Floats, one: np.ndarray, other: np.ndarray, noise: float) -> bool:
-    if abs(one.size - other.size) > STEPS:
+    if abs(one.size - other.size) > MAX_LENGTH_DIFFERENCE_SAMPLES:
         return False
     n = min(one.size, other.size)
     a, b = one[:n], other[:n]
@@ -56,7 +58,11 @@ def _same(t: Floats, depth: Floats, one: np.ndarray, other: np.ndarray, noise: f
     moved = depth[a].max() - depth[a].min()
     both = np.sqrt(2.0) * noise
     off = np.abs(apart - apart.mean())
-    return bool(np.std(apart) < SAME * both and off.max() < FAR * both and moved > 20.0 * noise)
+    return bool(
+        np.std(apart) < MAX_MOTION_NOISES * both
+        and off.max() < MAX_ROW_NOISES * both
+        and moved > 20.0 * noise
+    )
 
 
 def noise_of_pairs(recording: Recording, found: list[Pair], white: float) -> OuNoise:

@@ -11,12 +11,12 @@ import numpy as np
 from vegrip.effects.contract import Effect
 from vegrip.identification.fit.channels import ChannelError, channel_errors, overall_error
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum, covariance
 from vegrip.model import ContactModel
 from vegrip.parameters import Parameter, changed, in_si
+from vegrip.types import Floats
 
-UNKNOWN = 0.7  # a posterior std above this share of the prior's: the data say nothing
+UNDETERMINED_SHARE = 0.7  # a posterior std above this share of the prior's: the data say nothing
 ENTANGLED = 0.98  # a correlation above this: only a combination is known
 AT_BOUND = 1e-3  # of the range, or of a prior std
 HOPELESS = 10.0  # and from which it says little to count in units of the noise
@@ -174,7 +174,7 @@ def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
                 yield f"{name} is as far off as it may be: is the zero of the recording right, or the radius?"
             continue
         told = f"{name} ({found[0].name})"
-        if fit.std[name] > UNKNOWN * k.std[j]:
+        if fit.std[name] > UNDETERMINED_SHARE * k.std[j]:
             yield f"{told} is not determined by this recording; it stays where the prior put it"
             continue
         span = min(k.std[j], k.high[j] - k.low[j])

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from vegrip.compiled import njit
 from vegrip.identification.fit.motion import Motion
-from vegrip.identification.fit.smoother import Floats
 from vegrip.model import BASE, ContactModel
+from vegrip.types import Floats
 
-LEAST = 1.0  # standard deviations of the displacement, below which a play is none
-SMALL = 1e-4  # of them, by which a motion is shaken to see whether the tip follows
-RESTING = 1e-3  # of the shaking, below which it does not
+MIN_PLAY_STDS = 1.0  # standard deviations of the displacement, below which a play is none
+SHAKE_STDS = 1e-4  # of them, by which a motion is shaken to see whether the tip follows
+RESTING_SHARE = 1e-3  # of the shaking, below which it does not
 
 Answer = Callable[[Floats], Floats]
 
@@ -75,11 +75,11 @@ def follows(indentation: Answer, first: Floats, motion: Floats, noise: float) ->
     """
     still = indentation(np.zeros(first.size))
     away = (still - motion)[still > 0.0]
-    if not away.size or np.ptp(away) < 2.0 * LEAST * noise:
+    if not away.size or np.ptp(away) < 2.0 * MIN_PLAY_STDS * noise:
         return np.ones(first.size, dtype=bool)
-    shake = SMALL * noise * np.random.default_rng(0).standard_normal(first.size)
+    shake = SHAKE_STDS * noise * np.random.default_rng(0).standard_normal(first.size)
     moved = indentation(shake) - still
-    rests = np.abs(np.diff(moved)) < RESTING * np.abs(np.diff(shake))
+    rests = np.abs(np.diff(moved)) < RESTING_SHARE * np.abs(np.diff(shake))
     out: NDArray[np.bool_] = np.r_[True, ~rests | (first[1:] > 0.5)]
     return out
 

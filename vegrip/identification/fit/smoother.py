@@ -7,13 +7,11 @@ The smoother is that of [DurbinKoopman2012]_, section 4.4: with innovation v, it
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.compiled import njit
+from vegrip.types import Floats
 
-Floats = NDArray[np.float64]
-
-WIDE = 1e6  # noise variances: what is known of the position before the first sample
+PRIOR_VARIANCE = 1e6  # noise variances: what is known of the position before the first sample
 
 
 @njit
@@ -34,7 +32,7 @@ def smooth(t: Floats, first: Floats, y: Floats, R: float, q: Floats) -> tuple[Fl
                 j += 1
                 x[i, 0] = y[j]
             step = t[i + 1] - t[i] if i + 1 < n else 1.0
-            P[i, 0], P[i, 1], P[i, 2] = WIDE * R, 0.0, WIDE * R / (step * step)
+            P[i, 0], P[i, 1], P[i, 2] = PRIOR_VARIANCE * R, 0.0, PRIOR_VARIANCE * R / (step * step)
         known = not np.isnan(y[i])
         F = P[i, 0] + R
         v = y[i] - x[i, 0] if known else 0.0
@@ -96,7 +94,7 @@ def posterior(t: Floats, first: Floats, y: Floats, R: float, q: Floats) -> tuple
             i0 += 1.0 / R
         if first[i] > 0.5:
             step = t[i + 1] - t[i] if i + 1 < n else 1.0
-            b0, b2 = i0 + 1.0 / (WIDE * R), i2 + step * step / (WIDE * R)
+            b0, b2 = i0 + 1.0 / (PRIOR_VARIANCE * R), i2 + step * step / (PRIOR_VARIANCE * R)
             det = b0 * b2 - i1 * i1
             start[i, 0], start[i, 1], start[i, 2] = b2 / det, -i1 / det, b0 / det
     return pull, push, start

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from vegrip.identification.fit.problem import AT, Problem, Unknowns
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 Report = Callable[[str], None]
 
-ROUGH = 8  # evaluations of a start before the best one is chosen
-FINE = 40
-NEAR = 1e-4  # [nats] a step that foretells less is the last one
+START_EVALUATIONS = 8  # evaluations of a start before the best one is chosen
+MAX_EVALUATIONS = 40
+LAST_STEP_NATS = 1e-4  # [nats] a step that foretells less is the last one
 DAMPED = 1e-3  # of the first step
-RATES = (0.1, 1.0, 10.0)  # factors on the rate of relaxation, the parameter with several minima
+START_RATE_FACTORS = (0.1, 1.0, 10.0)  # factors on the rate of relaxation, the parameter with several minima
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ def fit_problem(problem: Problem, report: Report = lambda _: None) -> Optimum:
     for i, start in enumerate(starts):
         report(f"start {i + 1} of {len(starts)}")
         problem.freeze(start)
-        found = refine_optimum(problem, start, ROUGH)
+        found = refine_optimum(problem, start, START_EVALUATIONS)
         if best is None or _badness(problem, found.u) < _badness(problem, best.u):
             best = found
     assert best is not None  # noqa: S101
@@ -50,7 +50,7 @@ def fit_problem(problem: Problem, report: Report = lambda _: None) -> Optimum:
     for _ in range(2):
         report("fine")
         problem.freeze(best.u)
-        best = refine_optimum(problem, best.u, FINE)
+        best = refine_optimum(problem, best.u, MAX_EVALUATIONS)
     return best
 
 
@@ -66,7 +66,7 @@ def starting_points(problem: Problem) -> list[Floats]:
     """Return starts: the model with its stiffness scaled to the record, its relaxation slower and faster."""
     k = problem.unknowns
     out = []
-    for factor in RATES if "nu1" in k.names else (1.0,):
+    for factor in START_RATE_FACTORS if "nu1" in k.names else (1.0,):
         u = k.start.copy()
         if "nu1" in k.names:
             u[k.names.index("nu1")] += np.log(factor)
@@ -94,7 +94,7 @@ def refine_optimum(
     start: Floats,
     evaluations: int,
     known: Mapping[str, Floats] | None = None,
-    near: float = NEAR,
+    near: float = LAST_STEP_NATS,
 ) -> Optimum:
     """Minimise from one start with the noise as it is frozen; ``known``: derivatives near the start.
 

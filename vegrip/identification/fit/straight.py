@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.compiled import njit
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 HALVES = (8, 16, 32, 64, 128, 256, 512, 1024)  # samples on each side of the instant
 BENT = 4.0  # standard errors of the hinge; chance alone gets there in one window of 16 000

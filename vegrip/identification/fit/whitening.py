@@ -20,7 +20,7 @@ import numpy as np
 from vegrip.compiled import njit
 from vegrip.identification.fit.motion import Motion
 from vegrip.identification.fit.sensitivity import Sensitivity
-from vegrip.identification.fit.smoother import Floats
+from vegrip.types import Floats
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,22 @@ from typing import Final
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import Message
 
-CAPACITY: Final = 100_000  # messages; four seconds of five fingers at 500 Hz with all that is said of them
-PERIOD: Final = 0.05  # [s] between two looks at the queue; what gathers in a second takes a core for a while
-FLUSH: Final = 1.0  # [s] between two flushes: the most that a power cut costs
+QUEUE_MESSAGES: Final = (
+    100_000  # messages; four seconds of five fingers at 500 Hz with all that is said of them
+)
+LOOK_PERIOD_S: Final = (
+    0.05  # [s] between two looks at the queue; what gathers in a second takes a core for a while
+)
+FLUSH_PERIOD_S: Final = 1.0  # [s] between two flushes: the most that a power cut costs
 NICENESS: Final = 10  # of the writing thread: the loops of a hand on the same machine come first
 
 
 class BackgroundWriter:
     """Hands messages to a :class:`RecordingWriter` in a thread; the oldest give way, and are counted."""
 
-    def __init__(self, writer: RecordingWriter, capacity: int = CAPACITY, period: float = PERIOD) -> None:
+    def __init__(
+        self, writer: RecordingWriter, capacity: int = QUEUE_MESSAGES, period: float = LOOK_PERIOD_S
+    ) -> None:
         self.writer = writer
         self._queue: deque[Message] = deque(maxlen=capacity)
         self._offered = 0  # raised by the loop only
@@ -56,7 +62,7 @@ class BackgroundWriter:
         while not self._stop.wait(self._period):
             self._drain()
             if time.monotonic() >= due:
-                due = time.monotonic() + FLUSH
+                due = time.monotonic() + FLUSH_PERIOD_S
                 self.writer.flush()
 
     def _drain(self) -> None:

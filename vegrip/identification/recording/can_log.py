@@ -26,7 +26,7 @@ from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec, Frame
 
 TOO_LARGE: Final = (MemoryError, OverflowError)
-LARGEST: Final = 2**26  # [bytes] of an unpacked container; loggers use 128 KiB
+MAX_CONTAINER_BYTES: Final = 2**26  # [bytes] of an unpacked container; loggers use 128 KiB
 BROKEN: Final = (
     OSError,
     ValueError,
@@ -97,23 +97,25 @@ def _opened(path: Path) -> Iterator[Iterable[can.Message]]:
 
 
 def _check_containers(path: Path, file: BinaryIO) -> None:
-    """Refuse a container that unpacks to more than ``LARGEST``: python-can unpacks each as a whole."""
+    """Refuse a container that unpacks to more than ``MAX_CONTAINER_BYTES``: python-can unpacks it whole."""
     blf.FILE_HEADER_STRUCT.unpack(file.read(blf.FILE_HEADER_STRUCT.size))
     file.seek(4)
     file.seek(int.from_bytes(file.read(4), "little"))  # the length of the header stands behind the signature
     head = blf.OBJ_HEADER_BASE_STRUCT
     while len(data := file.read(head.size)) == head.size:
         _, _, _, size, kind = head.unpack(data)
-        if kind != blf.LOG_CONTAINER or size > LARGEST:
+        if kind != blf.LOG_CONTAINER or size > MAX_CONTAINER_BYTES:
             file.seek(max(size - head.size, 0) + size % 4, os.SEEK_CUR)
             continue
         packed = file.read(max(size - head.size, 0))[blf.LOG_CONTAINER_STRUCT.size :]
         file.seek(size % 4, os.SEEK_CUR)
         unpacking = zlib.decompressobj()
         with contextlib.suppress(zlib.error):  # not compressed, or damaged: the reader says so
-            unpacking.decompress(packed, LARGEST)
+            unpacking.decompress(packed, MAX_CONTAINER_BYTES)
         if unpacking.unconsumed_tail:
-            raise RecordingError(f"{path}: a container in it unpacks to more than {LARGEST} bytes")
+            raise RecordingError(
+                f"{path}: a container in it unpacks to more than {MAX_CONTAINER_BYTES} bytes"
+            )
 
 
 def _recording(

@@ -31,7 +31,7 @@ CHANNELS: Final[dict[str, Quantity]] = {
 }
 """What a recording may hold besides ``t`` [s] and ``episode``, in the order in which it is written."""
 
-NOISES: Final = (
+NOISE_NAMES: Final = (
     "normal_force",
     "displacement",
     "tangential_force",

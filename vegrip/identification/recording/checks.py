@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import report_if
+from vegrip.types import Floats
 
-SLOWEST: Final = 60.0
+MAX_SAMPLE_PERIOD_S: Final = 60.0
 """[s] A fingertip sampled more rarely than this has its time in another unit."""
-FASTEST: Final = 1e-6
+MIN_SAMPLE_PERIOD_S: Final = 1e-6
 """[s] And so has one sampled more often."""
 
-Array = NDArray[np.float64]
 Lines = NDArray[np.int64]
 
 
-def usable_rows(t: Array, lines: Lines, report: LoadReport, what: str = "") -> NDArray[np.bool_]:
+def usable_rows(t: Floats, lines: Lines, report: LoadReport, what: str = "") -> NDArray[np.bool_]:
     """Return which rows (of ``what``, when there are several sources) have a stamp later than the one before.
 
     Kept is the longest strictly increasing run through the file: one wild stamp costs one row, and a clock
@@ -36,7 +36,7 @@ def usable_rows(t: Array, lines: Lines, report: LoadReport, what: str = "") -> N
     return keep
 
 
-def longest_increasing(values: Array) -> NDArray[np.int64]:
+def longest_increasing(values: Floats) -> NDArray[np.int64]:
     """Return the indices of the longest strictly increasing subsequence (patience sorting, n log n).
 
     It is built from the end backwards, so that of several ones, and of equal values, the earlier rows stand.
@@ -58,7 +58,7 @@ def longest_increasing(values: Array) -> NDArray[np.int64]:
 
 
 def report_doubts(
-    t: Array, columns: dict[str, Array], radius: float, lines: Lines, report: LoadReport
+    t: Floats, columns: dict[str, Floats], radius: float, lines: Lines, report: LoadReport
 ) -> None:
     """Report missing values and values that suggest a wrong unit; nothing is left out for them."""
     for name, values in columns.items():
@@ -72,5 +72,5 @@ def report_doubts(
             larger = f"{name} larger than the fingertip's radius of {radius:g} m"
             report_if(report, Kind.IMPLAUSIBLE, larger, lines[columns[name] > radius])
     step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
-    if not FASTEST <= step <= SLOWEST:
+    if not MIN_SAMPLE_PERIOD_S <= step <= MAX_SAMPLE_PERIOD_S:
         report.add(Kind.IMPLAUSIBLE, f"t advances by {step:g} s a row", [int(lines[0])])

@@ -4,12 +4,13 @@ import numpy as np
 
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.column_map import ColumnMap
-from vegrip.identification.recording.data import Array, Columns
+from vegrip.identification.recording.data import Columns
 from vegrip.identification.recording.report import Kind, LoadReport
+from vegrip.types import Floats
 
 
 def correct_trial(
-    t: Array, columns: Columns, force_noise: float, chart: ColumnMap, report: LoadReport
+    t: Floats, columns: Columns, force_noise: float, chart: ColumnMap, report: LoadReport
 ) -> None:
     """Correct the ``columns`` of one trial in place: first the force, because the others need its zero.
 
@@ -29,7 +30,7 @@ def correct_trial(
             values -= _value_at_touch(values, columns, name, threshold, report)
 
 
-def first_touch(force: Array, threshold: float) -> int | None:
+def first_touch(force: Floats, threshold: float) -> int | None:
     """Return the row of first contact: the last rise through ``threshold`` [N] before the peak force.
 
     Seen from the peak backwards, so that spikes before contact (an oscillating lever, an impact that
@@ -44,7 +45,7 @@ def first_touch(force: Array, threshold: float) -> int | None:
     return int(below[-1]) + 1 if len(below) else 0
 
 
-def baseline_noise(values: Array) -> float:
+def baseline_noise(values: Floats) -> float:
     """Return the standard deviation of white noise in ``values``, blind to slow drift; 0 if not to be had.
 
     From first differences, ``std(x[i+1] - x[i]) / sqrt(2)``, with the median absolute deviation (1.4826 for
@@ -57,13 +58,13 @@ def baseline_noise(values: Array) -> float:
     return float(1.4826 * spread / np.sqrt(2.0))
 
 
-def _first_known(values: Array) -> float:
+def _first_known(values: Floats) -> float:
     """Return the first value that is not missing, 0 when all are."""
     known = values[~np.isnan(values)]
     return float(known[0]) if len(known) else 0.0
 
 
-def _baseline_mean(t: Array, values: Array, name: str, duration: float) -> float:
+def _baseline_mean(t: Floats, values: Floats, name: str, duration: float) -> float:
     quiet = values[t < t[0] + duration]
     if not len(quiet) or np.all(np.isnan(quiet)):
         raise RecordingError(f"{name}: zero = 'baseline' needs a [baseline] duration longer than a sample")
@@ -71,7 +72,7 @@ def _baseline_mean(t: Array, values: Array, name: str, duration: float) -> float
 
 
 def _value_at_touch(
-    values: Array, columns: Columns, name: str, threshold: float, report: LoadReport
+    values: Floats, columns: Columns, name: str, threshold: float, report: LoadReport
 ) -> float:
     if not threshold:
         raise RecordingError(f"{name}: zero = 'contact' needs a [contact] threshold or a [baseline] duration")
@@ -82,7 +83,7 @@ def _value_at_touch(
     return float(values[touch])
 
 
-def _force(columns: Columns, name: str) -> Array:
+def _force(columns: Columns, name: str) -> Floats:
     if "normal_force" not in columns:
         raise RecordingError(f"{name}: its correction needs normal_force; map a column to it")
     return columns["normal_force"]

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from vegrip.clock import NS
 from vegrip.config import parameter
 from vegrip.errors import RecordingError
-from vegrip.identification.recording.channels import CHANNELS, NOISES
+from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 from vegrip.identification.recording.report import LoadReport
 from vegrip.messages import FingertipState
 from vegrip.spelling import suggestion
+from vegrip.types import Floats
 
-Array = NDArray[np.float64]
-Columns = dict[str, Array]
+Columns = dict[str, Floats]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Recording:
         columns: channel -> (n,) float64, SI, NaN where missing; only the channels that were measured.
         fingertip: its radius [m] (NaN when unknown) and finger.
         sensors: standard deviation of the noise, by the names of
-            :data:`vegrip.identification.recording.channels.NOISES`.
+            :data:`vegrip.identification.recording.channels.NOISE_NAMES`.
         source: where it came from, as written in ``[source]``.
         start: [ns] stamp of t = 0 on the clock of the recorder, 0 when there was none.
         report: what was found while it was read.
@@ -46,9 +46,9 @@ class Recording:
     """
 
     name: str
-    t: Array
+    t: Floats
     episode: NDArray[np.int64]
-    columns: Mapping[str, Array]
+    columns: Mapping[str, Floats]
     fingertip: Fingertip = field(default_factory=Fingertip)
     sensors: Mapping[str, float] = field(default_factory=dict)
     source: Mapping[str, str | int | float | bool] = field(default_factory=dict)
@@ -61,10 +61,10 @@ class Recording:
                 f"{self.name}: the columns are {', '.join(self.columns) or 'none'}; "
                 f"they must be some of {', '.join(CHANNELS)}"
             )
-        if not set(self.sensors) <= set(NOISES):
-            unknown = ", ".join(sorted(set(self.sensors) - set(NOISES)))
+        if not set(self.sensors) <= set(NOISE_NAMES):
+            unknown = ", ".join(sorted(set(self.sensors) - set(NOISE_NAMES)))
             raise RecordingError(
-                f"{self.name}: unknown sensor {unknown}; {suggestion(unknown, NOISES, 'known are')}"
+                f"{self.name}: unknown sensor {unknown}; {suggestion(unknown, NOISE_NAMES, 'known are')}"
             )
         if {len(values) for values in (self.episode, *self.columns.values())} != {len(self.t)}:
             raise RecordingError(f"{self.name}: the columns differ in length")

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from vegrip.config import build, read_toml
 from vegrip.errors import ConfigError, RecordingError
-from vegrip.identification.recording.channels import CHANNELS, NOISES
+from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 from vegrip.identification.recording.checks import report_doubts, usable_rows
-from vegrip.identification.recording.data import Array, Fingertip, Recording
+from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import BLOCK, Layout, Progress, read_header, read_table
 from vegrip.spelling import suggestion
+from vegrip.types import Floats
 
 TOML = "recording.toml"
 CSV = "recording.csv"
@@ -146,8 +147,10 @@ def _sensors(folder: Path, about: Mapping[str, Any]) -> dict[str, float]:
     sensors = {}
     for key, std in _section(folder, about, "sensors").items():
         where = f"{folder / TOML} [sensors]"
-        if key not in NOISES:
-            raise RecordingError(f"{where}: unknown sensor {key!r}; {suggestion(key, NOISES, 'known are')}")
+        if key not in NOISE_NAMES:
+            raise RecordingError(
+                f"{where}: unknown sensor {key!r}; {suggestion(key, NOISE_NAMES, 'known are')}"
+            )
         if isinstance(std, bool) or not isinstance(std, int | float) or not 0.0 < std < math.inf:
             raise RecordingError(f"{where}: {key!r} is {std!r}; it must be a positive standard deviation, SI")
         sensors[key] = float(std)
@@ -172,7 +175,7 @@ def _csv(folder: Path) -> Path:
 
 def _measurements(
     path: Path, radius: float, report: LoadReport, progress: Progress
-) -> tuple[Array, NDArray[np.int64], dict[str, Array]]:
+) -> tuple[Floats, NDArray[np.int64], dict[str, Floats]]:
     layout = Layout(sealed=True)
     header = read_header(path, layout)
     channels = [name for name in header if name in CHANNELS]

@@ -15,11 +15,12 @@ from vegrip.identification.recording.channels import CHANNELS, noise_name
 from vegrip.identification.recording.checks import report_doubts, usable_rows
 from vegrip.identification.recording.column_map import ColumnMap, own_columns
 from vegrip.identification.recording.correct import baseline_noise, correct_trial
-from vegrip.identification.recording.data import Array, Columns, Recording
+from vegrip.identification.recording.data import Columns, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Layout, Progress, Table, read_header, read_table
 from vegrip.identification.recording.units import to_si
 from vegrip.spelling import suggestion
+from vegrip.types import Floats
 
 
 def import_csv(
@@ -123,7 +124,7 @@ def _trials(table: Table, chart: ColumnMap) -> NDArray[np.int64]:
 
 def _seconds(
     path: Path, table: Table, trial: NDArray[np.int64], chart: ColumnMap, report: LoadReport
-) -> Array:
+) -> Floats:
     """Return the time [s]; a trial whose clock begins anew is put ``gap`` after the one before."""
     scale, offset = to_si(chart.time.unit, "s", f"{path}: time column {chart.time.column!r}")
     t = table.numbers[chart.time.column] * scale + offset
@@ -137,14 +138,14 @@ def _seconds(
     return t
 
 
-def _converted(path: Path, values: Array, name: str, chart: ColumnMap) -> Array:
+def _converted(path: Path, values: Floats, name: str, chart: ColumnMap) -> Floats:
     entry = chart.channels[name]
     what = f"{path}: column {entry.column!r} as {name}"
     scale, offset = to_si(entry.unit, CHANNELS[name].unit, what)
     return (values * scale + offset) * entry.scale + entry.offset
 
 
-def _noise(t: Array, trial: NDArray[np.int64], columns: Columns, chart: ColumnMap) -> dict[str, float]:
+def _noise(t: Floats, trial: NDArray[np.int64], columns: Columns, chart: ColumnMap) -> dict[str, float]:
     """Return what the map says, or else what the baseline of the first trial shows."""
     first = trial == trial[0]
     quiet = first & (t < t[first][0] + chart.baseline.duration)

@@ -9,7 +9,7 @@ from vegrip.errors import RecordingError
 from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.report import LoadReport
 
-PAUSE = 60.0  # [s] put between two recordings: long enough for a contact to recover
+PAUSE_BETWEEN_S = 60.0  # [s] put between two recordings: long enough for a contact to recover
 
 
 def join_recordings(recordings: Sequence[Recording], name: str) -> Recording:
@@ -37,7 +37,7 @@ def join_recordings(recordings: Sequence[Recording], name: str) -> Recording:
         times.append(one.t - one.t[0] + begin)
         _, counted = np.unique(one.episode, return_inverse=True)
         episodes.append(counted.astype(np.int64) + number)
-        begin, number = float(times[-1][-1]) + PAUSE, number + int(counted.max()) + 1
+        begin, number = float(times[-1][-1]) + PAUSE_BETWEEN_S, number + int(counted.max()) + 1
     columns = {key: np.concatenate([one.columns[key] for one in recordings]) for key in first.columns}
     sensors = {
         key: float(np.median([one.sensors[key] for one in recordings]))

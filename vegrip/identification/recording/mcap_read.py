@@ -15,11 +15,11 @@ from vegrip.identification.recording.extras import bag_library
 from vegrip.identification.recording.folder import TOML
 from vegrip.identification.recording.mcap_cells import from_json
 from vegrip.identification.recording.mcap_tables import read_all
-from vegrip.identification.recording.rows import FILES
+from vegrip.identification.recording.rows import FILE_OF_MESSAGE
 from vegrip.identification.recording.writer import SESSION
 
-FILES_OF_OURS: Final = (*FILES.values(), TOML, SESSION)
-LARGEST: Final = 2**28  # [bytes] of a record or chunk; a damaged length must not eat the memory
+FILES_OF_OURS: Final = (*FILE_OF_MESSAGE.values(), TOML, SESSION)
+MAX_RECORD_BYTES: Final = 2**28  # [bytes] of a record or chunk; a damaged length must not eat the memory
 MOST_TEXT: Final = (
     2**30
 )  # [bytes] of all tables in memory: two hours of a finger at 500 Hz, all that is said of it
@@ -85,7 +85,7 @@ def _records(path: Path) -> Iterator[Iterator[Any]]:
     try:
         with path.open("rb") as file:
             reader = library.StreamReader(
-                file, validate_crcs=True, record_size_limit=LARGEST, emit_chunks=True
+                file, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES, emit_chunks=True
             )
             yield _unchunked(path, reader.records)
     except FileNotFoundError:
@@ -99,7 +99,7 @@ def _records(path: Path) -> Iterator[Iterator[Any]]:
 
 
 def _unchunked(path: Path, records: Iterator[Any]) -> Iterator[Any]:
-    """Yield ``records`` and those in their chunks, none of which may unpack to more than ``LARGEST``."""
+    """Yield ``records`` and those in their chunks, none of which is more than ``MAX_RECORD_BYTES``."""
     kinds, library = bag_library("mcap.records"), bag_library("mcap.stream_reader")
     for record in records:
         if not isinstance(record, kinds.Chunk):
@@ -112,13 +112,13 @@ def _unchunked(path: Path, records: Iterator[Any]) -> Iterator[Any]:
 def _inflated(path: Path, compression: str, data: bytes) -> bytes:
     if compression == "zstd":
         # a reader stops where it is told, whatever size the frame claims
-        data = bag_library("zstandard").ZstdDecompressor().stream_reader(data).read(LARGEST + 1)
+        data = bag_library("zstandard").ZstdDecompressor().stream_reader(data).read(MAX_RECORD_BYTES + 1)
     elif compression == "lz4":
-        data = bag_library("lz4.frame").LZ4FrameDecompressor().decompress(data, LARGEST + 1)
+        data = bag_library("lz4.frame").LZ4FrameDecompressor().decompress(data, MAX_RECORD_BYTES + 1)
     elif compression:
         raise RecordingError(f"{path}: is compressed with {compression!r}, which is not known")
-    if len(data) > LARGEST:
-        raise RecordingError(f"{path}: a chunk of it unpacks to more than {LARGEST} bytes")
+    if len(data) > MAX_RECORD_BYTES:
+        raise RecordingError(f"{path}: a chunk of it unpacks to more than {MAX_RECORD_BYTES} bytes")
     return data
 
 

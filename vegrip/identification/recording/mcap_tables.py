@@ -13,7 +13,7 @@ from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.folder import TOML, read_recording
 from vegrip.identification.recording.mcap_cells import properties
 from vegrip.identification.recording.report import LoadReport
-from vegrip.identification.recording.rows import FILES
+from vegrip.identification.recording.rows import FILE_OF_MESSAGE
 from vegrip.identification.recording.table import Layout, read_header, read_table
 from vegrip.messages import FingertipState, Message, NodeStatus
 from vegrip.transport.codec.schema import message_set
@@ -58,11 +58,11 @@ def tables_of(folder: Path, recordings: dict[Path, Recording]) -> Iterator[TextT
     for place, recording in recordings.items():
         start = recording.start
         yield _measured(folder, place, recording)
-        for kind, name in FILES.items():
+        for kind, name in FILE_OF_MESSAGE.items():
             path = place / name
             if kind not in (FingertipState, NodeStatus) and path.exists():
                 yield _said(folder, path, kind, recording.fingertip.name, start)
-    path = folder / FILES[NodeStatus]
+    path = folder / FILE_OF_MESSAGE[NodeStatus]
     if path.exists():
         yield _said(folder, path, NodeStatus, "", start)
 
@@ -76,7 +76,7 @@ def _measured(folder: Path, place: Path, recording: Recording) -> TextTable:
     numbers = [recording.t, recording.episode, *recording.columns.values()]
     cells = [[_text(value) for value in column.tolist()] for column in numbers]
     stamps = [_stamp(t, recording.start, str(place)) for t in recording.t.tolist()]
-    file = (place / FILES[FingertipState]).relative_to(folder).as_posix()
+    file = (place / FILE_OF_MESSAGE[FingertipState]).relative_to(folder).as_posix()
     columns = ("t", "episode", *recording.columns)
     topic = _topic(FingertipState, recording.fingertip.name)
     return TextTable(file, topic, FingertipState, columns, stamps, list(zip(*cells, strict=True)))

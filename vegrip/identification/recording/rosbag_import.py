@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from vegrip.clock import NS
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.column_map import BagMap, ColumnMap, EpisodeMap, TableMap, TimeMap
-from vegrip.identification.recording.data import Array, Recording
+from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.extras import bag_library
 from vegrip.identification.recording.import_csv import recording_of
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.rosbag_fields import BagField
 from vegrip.identification.recording.rosbag_read import Samples, Series, in_order, read_series
 from vegrip.identification.recording.table import Table
+from vegrip.types import Floats
 
 
 def import_rosbag(path: Path | str, chart: ColumnMap, *, radius: float = math.nan) -> Recording:
@@ -56,8 +57,8 @@ def import_rosbag(path: Path | str, chart: ColumnMap, *, radius: float = math.na
 
 
 def hold(
-    stamps: NDArray[np.int64], values: Array, at: NDArray[np.int64], largest_age: int
-) -> tuple[Array, NDArray[np.int64]]:
+    stamps: NDArray[np.int64], values: Floats, at: NDArray[np.int64], largest_age: int
+) -> tuple[Floats, NDArray[np.int64]]:
     """Return the last of ``values`` at each time, and its age [ns]; NaN and -1 where there is none.
 
     Args:
@@ -97,7 +98,7 @@ def _leader(path: Path, fields: dict[str, BagField], bag: BagMap) -> str:
 
 def _held(
     path: Path, series: Series, at: NDArray[np.int64], largest_age: float, report: LoadReport
-) -> dict[str, Array]:
+) -> dict[str, Floats]:
     """Return the columns of ``series`` at the times ``at``; what is too old becomes NaN, and is counted."""
     samples: Samples = in_order(series, report)
     limit = round(largest_age * NS)

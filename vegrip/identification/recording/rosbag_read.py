@@ -15,11 +15,11 @@ from vegrip.clock import NS
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.checks import usable_rows
 from vegrip.identification.recording.column_map import BagMap
-from vegrip.identification.recording.data import Array
 from vegrip.identification.recording.extras import bag_library
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.rosbag_fields import BagField, header_stamp, is_infinite
 from vegrip.spelling import suggestion
+from vegrip.types import Floats
 
 BROKEN: Final = (
     *(OSError, ValueError, LookupError, AssertionError, TypeError, AttributeError, RuntimeError, MemoryError),
@@ -58,7 +58,7 @@ class Samples:
 
     stamps: NDArray[np.int64]
     index: NDArray[np.int64]
-    columns: Mapping[str, Array]
+    columns: Mapping[str, Floats]
 
 
 def read_series(

@@ -20,7 +20,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 
-FILES: Final[dict[type[Message], str]] = {
+FILE_OF_MESSAGE: Final[dict[type[Message], str]] = {
     FingertipState: "recording.csv",
     ContactEstimate: "contact.csv",
     SlipMargin: "slip_margin.csv",
@@ -63,7 +63,7 @@ def _written(kind: type[Message]) -> tuple[tuple[str, bool], ...]:
     return tuple((field.name, isinstance(field.default, Estimate)) for field in known)
 
 
-_FIELDS: Final = {kind: _written(kind) for kind in FILES}
+_FIELDS: Final = {kind: _written(kind) for kind in FILE_OF_MESSAGE}
 
 
 def _estimate(estimate: Estimate) -> list[str]:

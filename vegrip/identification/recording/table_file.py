@@ -7,7 +7,7 @@ from collections import deque
 from pathlib import Path
 from typing import Final, Protocol
 
-KEPT: Final = 50_000
+BUFFERED_ROWS: Final = 50_000
 """Rows kept while the disk refuses them: a hundred seconds of a finger at 500 Hz, some 5 MB."""
 
 
@@ -45,8 +45,8 @@ class TableFile:
     def flush(self) -> int:
         """Write what waits; what the disk refuses is kept for the next time.
 
-        Return how many rows are lost: forgotten, the oldest first, because more than ``KEPT`` wait, or
-        deleted with the file, which is then begun anew.
+        Return how many rows are lost: forgotten, the oldest first, because more than ``BUFFERED_ROWS`` wait,
+        or deleted with the file, which is then begun anew.
         """
         gone = self._missing()
         self.refusal = ""
@@ -55,7 +55,7 @@ class TableFile:
                 self._write()
             except OSError as error:
                 self.refusal = error.strerror or str(error)
-        forgotten = max(len(self._waiting) - KEPT, 0)
+        forgotten = max(len(self._waiting) - BUFFERED_ROWS, 0)
         for _ in range(forgotten):
             self._waiting.popleft()
         return gone + forgotten

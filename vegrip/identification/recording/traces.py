@@ -8,11 +8,11 @@ from typing import Final
 
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.folder import CSV, TOML
-from vegrip.identification.recording.rows import FILES
+from vegrip.identification.recording.rows import FILE_OF_MESSAGE
 from vegrip.identification.recording.writer import SESSION
 
 MARKS: Final = (SESSION, TOML, CSV, f"{CSV}.gz")
-OURS: Final = tuple(dict.fromkeys((*MARKS, *FILES.values())))
+OURS: Final = tuple(dict.fromkeys((*MARKS, *FILE_OF_MESSAGE.values())))
 
 
 def holds_recording(folder: Path) -> bool:

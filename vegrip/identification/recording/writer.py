@@ -28,8 +28,8 @@ import numpy as np
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.folder import toml_text
-from vegrip.identification.recording.rows import FILES, csv_header, csv_row
-from vegrip.identification.recording.table_file import KEPT, TableFile
+from vegrip.identification.recording.rows import FILE_OF_MESSAGE, csv_header, csv_row
+from vegrip.identification.recording.table_file import BUFFERED_ROWS, TableFile
 from vegrip.messages import Message, NodeStatus
 
 SESSION = "session.toml"
@@ -179,7 +179,7 @@ class RecordingWriter:
                 "%s: cannot be written (%s); rows wait in memory, at most %d of a table",
                 self.folder,
                 refusal,
-                KEPT,
+                BUFFERED_ROWS,
             )
         if refusal:
             self._causes[refusal] = None
@@ -233,7 +233,7 @@ def _overwrite(path: Path, data: bytes) -> None:
 
 def _file(message: Message) -> str:
     if isinstance(message, NodeStatus):
-        return FILES[NodeStatus]
+        return FILE_OF_MESSAGE[NodeStatus]
     # a finger's name may come from the wire: it must not lead out of the folder
     finger = "".join(c if c.isalnum() or c in "-_" else "_" for c in message.finger) or "_"
-    return f"{finger}/{FILES[type(message)]}"
+    return f"{finger}/{FILE_OF_MESSAGE[type(message)]}"

@@ -14,34 +14,34 @@ from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 
 SEED = 3
-RATE = 100.0  # [Hz]
+SAMPLE_RATE_HZ = 100.0  # [Hz]
 LOGGED = 6.0  # [s] of the recording that go into the log
-DEPTH = 1.6e-3  # [m]
+PRESS_DEPTH_M = 1.6e-3  # [m]
 TIP = FingertipSettings(radius=RADIUS, amplitudes=(0.25,), rates=(2.0,), friction=0.7, bristle_stiffness=1e10)
-HIDDEN = {"adhesion": {"force": 0.05, "stretch": 0.06 * DEPTH}}  # [N], [m]
-HEADER = "time_s,trial,depth_mm,force_mN,pull_x_mN,pull_y_mN,turn_mNm,sliding,slip_mm_s"
+HIDDEN_EFFECTS = {"adhesion": {"force": 0.05, "stretch": 0.06 * PRESS_DEPTH_M}}  # [N], [m]
+CSV_HEADER = "time_s,trial,depth_mm,force_mN,pull_x_mN,pull_y_mN,turn_mNm,sliding,slip_mm_s"
 FORMAT = "%.4f,%d,%.4f,%.1f,%.1f,%.1f,%.2f,%d,%.3f"
 
 
 def protocol() -> tuple[Episode, ...]:
     """Return presses at two speeds, holds at two depths, and two pulls, with clear air around each."""
-    away = Segment(0.6, depth=-0.25 * DEPTH)
+    away = Segment(0.6, depth=-0.25 * PRESS_DEPTH_M)
     episodes = (
-        hold(DEPTH, 5.0),
-        triangles(DEPTH, 0.5 * DEPTH, 1),
-        triangles(0.7 * DEPTH, 4.0 * DEPTH, 3),
-        hold(0.4 * DEPTH, 3.0),
-        slip(1.0, 0.5, pull=0.5 * DEPTH),
-        slip(2.5, 0.5, pull=0.5 * DEPTH),
+        hold(PRESS_DEPTH_M, 5.0),
+        triangles(PRESS_DEPTH_M, 0.5 * PRESS_DEPTH_M, 1),
+        triangles(0.7 * PRESS_DEPTH_M, 4.0 * PRESS_DEPTH_M, 3),
+        hold(0.4 * PRESS_DEPTH_M, 3.0),
+        slip(1.0, 0.5, pull=0.5 * PRESS_DEPTH_M),
+        slip(2.5, 0.5, pull=0.5 * PRESS_DEPTH_M),
     )
     return tuple((away, *episode, away) for episode in episodes)
 
 
 def table() -> str:
     """Return the table of the test rig."""
-    sensors = SensorSettings(rate=RATE, force_bias=2e-3)
+    sensors = SensorSettings(rate=SAMPLE_RATE_HZ, force_bias=2e-3)
     columns = run_trial(
-        TIP, protocol(), sensors, SEED, hidden=HIDDEN, rings=8, spokes=16, truth=False
+        TIP, protocol(), sensors, SEED, hidden=HIDDEN_EFFECTS, rings=8, spokes=16, truth=False
     ).columns
     chosen = [
         columns["t"],
@@ -55,7 +55,7 @@ def table() -> str:
         1e3 * columns["slip_speed"],
     ]
     rows = (FORMAT % tuple(row) for row in np.array(chosen).T)
-    return "\n".join((HEADER, *rows)) + "\n"
+    return "\n".join((CSV_HEADER, *rows)) + "\n"
 
 
 def write_log(path: Path) -> None:

@@ -16,7 +16,7 @@ from vegrip.virtual.settings import FingertipSettings, HandSettings, SensorSetti
 
 Hidden = Mapping[str, Mapping[str, float]]
 
-LEAD = 0.5  # [s] out of contact before the first segment
+LEAD_IN_S = 0.5  # [s] out of contact before the first segment
 QUANTITIES = (
     "normal_force",
     "tangential_force_x",
@@ -60,7 +60,7 @@ class Benches:
         ]
         self._rows: list[tuple[float, str, tuple[float, ...]]] | None = None
         self._next = 0
-        self.duration = LEAD + protocol.duration
+        self.duration = LEAD_IN_S + protocol.duration
         """How long it lasts [s]."""
 
     @property
@@ -109,7 +109,7 @@ def _frozen(hidden: Hidden) -> _Frozen:
 def _trial(job: _Job) -> Trial:
     tip, protocol, sensors, seed, hidden = job
     first = next((s.depth for s in protocol.episodes[0] if s.depth is not None), 0.0)
-    lead = Segment(LEAD, depth=min(first, 0.0))
+    lead = Segment(LEAD_IN_S, depth=min(first, 0.0))
     unfrozen = {name: dict(values) for name, values in hidden}
     episode = (lead, *protocol.at_rest_between())
     return run_trial(tip, (episode,), sensors, seed, hidden=unfrozen, rings=8, spokes=16)

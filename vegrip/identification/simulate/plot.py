@@ -7,7 +7,7 @@ import numpy as np
 from vegrip.errors import UsageError
 from vegrip.identification.recording import Recording
 from vegrip.identification.simulate.protocol import Protocol
-from vegrip.identification.simulate.run import SENSORS, simulate
+from vegrip.identification.simulate.run import DEFAULT_NOISE, simulate
 from vegrip.model import ContactModel
 
 GAP = 0.02  # of the duration, drawn between episodes in place of the pause
@@ -27,7 +27,7 @@ def draw_simulation(protocol: Protocol, models: dict[str, ContactModel], path: P
     mpl.use("Agg")
     from matplotlib import pyplot as plt  # noqa: PLC0415
 
-    exact = dict.fromkeys(SENSORS, 0.0)
+    exact = dict.fromkeys(DEFAULT_NOISE, 0.0)
     found = {name: simulate(model, protocol, sensors=exact) for name, model in models.items()}
     one = next(iter(found.values()))
     t, loads = _drawn_time(one), bool(np.any(one.columns["slip"] > 0.0))

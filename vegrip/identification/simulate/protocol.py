@@ -32,8 +32,8 @@ from vegrip.virtual.bench.protocol import Episode, Segment
 
 __all__ = ["Episode", "Protocol", "Segment", "read_protocol", "write_protocol"]
 
-PAUSE = 20.0  # [s]
-LONGEST = 1e5  # [s] of a whole protocol
+EPISODE_PAUSE_S = 20.0  # [s]
+MAX_PROTOCOL_S = 1e5  # [s] of a whole protocol
 
 
 @dataclass(frozen=True)
@@ -45,15 +45,15 @@ class Protocol:
 
     name: str
     episodes: tuple[Episode, ...]
-    pause: float = PAUSE
+    pause: float = EPISODE_PAUSE_S
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.episodes or not all(self.episodes):
             raise ConfigError(f"protocol {self.name}: it needs an [[episode]] with segments")
-        if not self.duration <= LONGEST:
+        if not self.duration <= MAX_PROTOCOL_S:
             raise ConfigError(
-                f"protocol {self.name}: it lasts {self.duration:.3g} s, more than {LONGEST:g} s"
+                f"protocol {self.name}: it lasts {self.duration:.3g} s, more than {MAX_PROTOCOL_S:g} s"
             )
 
     @property
@@ -80,7 +80,7 @@ class Protocol:
 class _Entry:
     """One segment as it stands in a file."""
 
-    duration: float = parameter(math.nan, unit="s", low=1e-4, high=LONGEST, doc="how long")
+    duration: float = parameter(math.nan, unit="s", low=1e-4, high=MAX_PROTOCOL_S, doc="how long")
     speed: float = parameter(math.nan, unit="m/s", low=1e-9, high=10.0, doc="instead of a duration")
     depth: float = parameter(math.nan, unit="m", low=-1.0, high=1.0, doc="to reach at the end")
     force: float = parameter(math.nan, unit="N", low=0.0, high=1e6, doc="to reach at the end")
@@ -104,7 +104,7 @@ def read_protocol(path: Path | str) -> Protocol:
             raise ConfigError(
                 f"{path}: unknown key {key!r}; {suggestion(key, ('name', 'pause', 'episode'), 'known are')}"
             )
-    pause = _number(table.get("pause", PAUSE), f"{path}: 'pause'", 0.0)
+    pause = _number(table.get("pause", EPISODE_PAUSE_S), f"{path}: 'pause'", 0.0)
     episodes, notes = [], []
     for i, section in enumerate(_list(table.get("episode", []), f"{path}: 'episode'")):
         where = f"{path} episode {i + 1}"
@@ -158,8 +158,10 @@ def _list(value: Any, what: str) -> list[Mapping[str, Any]]:
 
 
 def _number(value: Any, what: str, low: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= LONGEST:
-        raise ConfigError(f"{what} is {value!r}; it must be a number of seconds from {low:g} to {LONGEST:g}")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= MAX_PROTOCOL_S:
+        raise ConfigError(
+            f"{what} is {value!r}; it must be a number of seconds from {low:g} to {MAX_PROTOCOL_S:g}"
+        )
     return float(value)
 
 

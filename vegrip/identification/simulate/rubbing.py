@@ -9,11 +9,12 @@ the deflection stays at the limit. A change of direction begins without a load.
 import numpy as np
 from numpy.typing import NDArray
 
-from vegrip.identification.simulate.timeline import Floats, Timeline
+from vegrip.identification.simulate.timeline import Timeline
 from vegrip.model import ContactModel, Predictor
 from vegrip.model.channels import QUANTITIES
+from vegrip.types import Floats
 
-ROUNDS = 3  # friction may depend on the speed of sliding, and force and radius on the load
+FIXED_POINT_ROUNDS = 3  # friction may depend on the speed of sliding, and force and radius on the load
 AT = {name: i for i, name in enumerate(QUANTITIES)}
 
 
@@ -33,7 +34,7 @@ def simulate_rubbing(model: ContactModel, line: Timeline, columns: dict[str, Flo
         return full
     table = Predictor(model, full, drive="displacement", load="model")(model.vector)
     deflection = np.where(moving, 1e-6, 0.0)  # [s] of motion: something to find the direction of the limit
-    for _ in range(ROUNDS):
+    for _ in range(FIXED_POINT_ROUNDS):
         full |= _loads(table, heading, deflection)
         table = Predictor(model, full, drive="displacement", load="model")(model.vector)
         used = table[:, AT["utilisation"]]

@@ -8,15 +8,16 @@ from vegrip.errors import UsageError
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.recording import Fingertip, Recording
-from vegrip.identification.recording.channels import CHANNELS, NOISES, noise_name
+from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES, noise_name
 from vegrip.identification.simulate.protocol import Protocol
 from vegrip.identification.simulate.rubbing import AT, simulate_rubbing
-from vegrip.identification.simulate.timeline import Floats, Timeline, timeline
+from vegrip.identification.simulate.timeline import Timeline, timeline
 from vegrip.model import ContactModel, Predictor
 from vegrip.spelling import suggestion
+from vegrip.types import Floats
 
-STEP = 1e-3  # [s] the longest between two instants of the model
-SENSORS: Mapping[str, float] = {
+MAX_STEP_S = 1e-3  # [s] the longest between two instants of the model
+DEFAULT_NOISE: Mapping[str, float] = {
     "normal_force": 0.01,
     "displacement": 5e-6,
     "tangential_force": 0.01,
@@ -32,7 +33,7 @@ def simulate(
     model: ContactModel,
     protocol: Protocol,
     *,
-    sensors: Mapping[str, float] = SENSORS,
+    sensors: Mapping[str, float] = DEFAULT_NOISE,
     rate: float = 200.0,
     seed: int = 0,
     temperature: float | None = None,
@@ -50,7 +51,7 @@ def simulate(
 
     """
     _check(sensors)
-    several = max(1, int(np.ceil(1.0 / (rate * STEP))))
+    several = max(1, int(np.ceil(1.0 / (rate * MAX_STEP_S))))
     line = timeline(protocol, 1.0 / (rate * several))
     warm = model.reference_temperature if temperature is None else temperature
     given = {
@@ -144,9 +145,9 @@ def _measured(
 
 
 def _check(sensors: Mapping[str, float]) -> None:
-    unknown = sensors.keys() - set(NOISES)
+    unknown = sensors.keys() - set(NOISE_NAMES)
     if unknown:
         name = min(unknown)
-        raise UsageError(f"there is no sensor {name}; {suggestion(name, NOISES)}")
+        raise UsageError(f"there is no sensor {name}; {suggestion(name, NOISE_NAMES)}")
     if not {"normal_force", "displacement"} <= sensors.keys():
         raise UsageError("the sensors need normal_force and displacement; nothing could be fitted without")

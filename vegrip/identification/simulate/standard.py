@@ -7,13 +7,13 @@ from vegrip.model import ContactModel
 from vegrip.virtual.bench.protocol import Episode, standard_protocol
 from vegrip.virtual.settings import FingertipSettings
 
-CLEARANCE = 0.1  # [x_ref] between tip and object before and after
-AIR = 0.3  # [s]
+CLEARANCE_XREF = 0.1  # [x_ref] between tip and object before and after
+STANDARD_AIR_S = 0.3  # [s]
 
 
 def clear(model: ContactModel) -> Segment:
     """Return a stretch out of contact, long enough to tell the zeros of the sensors."""
-    return Segment(AIR, depth=-CLEARANCE * model.reference_depth)
+    return Segment(STANDARD_AIR_S, depth=-CLEARANCE_XREF * model.reference_depth)
 
 
 def standard(model: ContactModel, size: float = 0.8) -> Protocol:

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.identification.simulate.protocol import Protocol, Segment
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ BUSY, TOO_BUSY = 0.01, 0.1  # shares of late commands from which on a machine is
 CONSEQUENCE = 5.0  # [s] input that ceases so soon around the end of a node has ceased because of it
 CONDITION_STYLE = {Condition.OK: "green", Condition.DEGRADED: "yellow"}  # all others red
 ABSENT = (Condition.STALE, Condition.MISSING)
-KINDS: dict[str, type[Message]] = {
+MESSAGE_OF_TOPIC: dict[str, type[Message]] = {
     "state": FingertipState,
     "contact": ContactEstimate,
     "margin": SlipMargin,
@@ -226,7 +226,7 @@ def as_json(board: Board, now: int) -> dict[str, object]:
                 "age": row.age(kind, now),
                 "fresh": row.fresh(kind, now) is not None,
             }
-            for name, kind in KINDS.items()
+            for name, kind in MESSAGE_OF_TOPIC.items()
             if (message := row.newest(kind)) is not None
         }
         for finger, row in board.rows.items()

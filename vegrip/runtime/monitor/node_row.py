@@ -10,8 +10,8 @@ from vegrip.runtime.monitor.finger_row import FRESH
 
 STATUS_PERIOD = 1.0  # [s] of NodeStatus, where nothing else is known
 MISSED = 2.0  # statuses that may fail to come on a busy machine
-FAREWELL = 0.3  # [s] the last status of a node may come so long after its process has gone
-RECENT = 10.0  # [s] a refusal so long ago is still shown as news
+LAST_STATUS_S = 0.3  # [s] the last status of a node may come so long after its process has gone
+RECENT_REFUSAL_S = 10.0  # [s] a refusal so long ago is still shown as news
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class NodeRow:
         """
         if self.status is not None and self.status.state is Lifecycle.FINALIZED and self._is_last_word():
             return Presence.ENDED
-        if self._left is not None and now - self._left > FAREWELL * NS:
+        if self._left is not None and now - self._left > LAST_STATUS_S * NS:
             return Presence.GONE
         if now - max(self.last_heard, awake_since) > self._patience() * NS:
             started = self._spoke >= self.since
@@ -141,5 +141,5 @@ class NodeRow:
         return {
             name: counts[name]
             for name, at in self.recent.items()
-            if name in counts and now - at < RECENT * NS
+            if name in counts and now - at < RECENT_REFUSAL_S * NS
         }

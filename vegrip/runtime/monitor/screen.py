@@ -13,8 +13,8 @@ from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.node_row import Present
 from vegrip.runtime.monitor.table import render
 
-CAPACITY = 20_000  # messages between two drawings; the oldest give way
-PERIOD = 0.1  # [s]
+QUEUE_MESSAGES = 20_000  # messages between two drawings; the oldest give way
+REDRAW_PERIOD_S = 0.1  # [s]
 
 
 class Screen:
@@ -23,7 +23,7 @@ class Screen:
     def __init__(self, title: str, fingers: tuple[str, ...] = (), console: Console | None = None) -> None:
         self.board = Board(time.monotonic_ns(), fingers)  # belongs to the thread once it runs
         self._title, self._console = title, console or Console()
-        self._queue: deque[tuple[Message | tuple[Present, ...], int, str]] = deque(maxlen=CAPACITY)
+        self._queue: deque[tuple[Message | tuple[Present, ...], int, str]] = deque(maxlen=QUEUE_MESSAGES)
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -48,7 +48,7 @@ class Screen:
 
     def _run(self) -> None:
         with Live(console=self._console, auto_refresh=False) as live:
-            while not self._stop.wait(PERIOD):
+            while not self._stop.wait(REDRAW_PERIOD_S):
                 self._draw(live)
             self._draw(live)
 

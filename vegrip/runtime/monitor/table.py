@@ -24,7 +24,7 @@ from vegrip.runtime.monitor.node_row import NodeRow, Presence
 
 BAR = 24  # characters of the margin bar
 NARROW_BAR = 13  # as long as "no news 59 min"
-WIDE = 118  # columns from which on everything is shown
+WIDE_COLUMNS = 118  # columns from which on everything is shown
 FRAME = 2  # lines
 REASON_STYLE = {
     Reason.SLIP: "bold red",
@@ -55,7 +55,7 @@ def render(
 ) -> Panel:
     """Return the whole screen as of ``now`` [ns], for a terminal of ``size`` (columns, lines)."""
     columns, lines = size
-    wide = columns >= WIDE
+    wide = columns >= WIDE_COLUMNS
     parts: list[RenderableType] = [_fingers(board, now, wide=wide), _nodes(board, now, wide=wide)]
     taken = len(board.rows) + len(board.nodes) + 2 + FRAME + 1
     if board.busy:

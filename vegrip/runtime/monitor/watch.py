@@ -19,10 +19,10 @@ from vegrip.runtime.registry import Entry, running_nodes
 from vegrip.runtime.telemetry_socket import TelemetryReader
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 
-KINDS = (ContactEstimate, SlipMargin, ForceCommand, ModelHealth)
+WATCHED_MESSAGES = (ContactEstimate, SlipMargin, ForceCommand, ModelHealth)
 """What is asked for. Not the states: at 500 Hz each they would cost the node more than they show here."""
 
-PATIENCE = 0.05  # [s] of one look at the telemetry
+TELEMETRY_WAIT_S = 0.05  # [s] of one look at the telemetry
 REGISTRY_PERIOD = 0.2  # [s] between two looks at who runs
 
 
@@ -62,7 +62,7 @@ class Watch:
         if time.monotonic() >= self._due:
             self._due = time.monotonic() + REGISTRY_PERIOD
             self._attend(sink)
-        for entry, _, direction, message in self._reader.read(PATIENCE):
+        for entry, _, direction, message in self._reader.read(TELEMETRY_WAIT_S):
             if direction == "out":
                 sink.take(_named(message, entry.namespace), time.monotonic_ns(), entry.name)
 
@@ -82,7 +82,7 @@ class Watch:
 def _topics(entry: Entry) -> list[str]:
     """Return the topics of a node that the board shows."""
     topics = MsgpackCodec(entry.namespace, remap=entry.remap).topics
-    routes = [topics.outgoing(kind, finger) for kind in KINDS for finger in entry.fingers]
+    routes = [topics.outgoing(kind, finger) for kind in WATCHED_MESSAGES for finger in entry.fingers]
     routes.append(topics.outgoing(NodeStatus, entry.name))
     return [route.topic for route in routes if route is not None]
 

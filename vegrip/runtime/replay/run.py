@@ -16,7 +16,7 @@ from vegrip.runtime.replay.bus import RecordedBus
 from vegrip.runtime.replay.summary import FingerSummary
 from vegrip.runtime.runner import LoopSettings, Runner
 
-LEAD = NS
+LEAD_IN_NS = NS
 """[ns] from the activation of the node to t = 0 of the recording."""
 FLUSH_EVERY = 5000  # messages
 
@@ -71,7 +71,7 @@ def run_through(
                 writer.flush()
 
     clock = SimulatedClock()
-    start = LEAD - min(int(recording.stamps[0]) for recording in recordings.values())
+    start = LEAD_IN_NS - min(int(recording.stamps[0]) for recording in recordings.values())
     summaries = {
         finger: FingerSummary(gaps=gaps_of(recording, start)) for finger, recording in recordings.items()
     }

@@ -17,13 +17,13 @@ from vegrip.identification.recording import Fingertip, Recording
 from vegrip.model import ContactModel
 from vegrip.model.file import parse_model
 
-MOST = 1  # effects that are looked for: the leading suspect
+MAX_EFFECTS = 1  # effects that are looked for: the leading suspect
 UNEXPLAINED = "unexplained"
 
 
 def leading_suspect(recording: Recording, model: ContactModel) -> str:
     """Return the effect that explains most of what ``model`` leaves; "unexplained" when none does."""
-    found = diagnose(recording, model, most=MOST, threads=1)
+    found = diagnose(recording, model, most=MAX_EFFECTS, threads=1)
     if found.search.accepted:
         return found.search.accepted[0].candidate.name
     return UNEXPLAINED if found.verdict == "unexplained" else ""

@@ -8,20 +8,20 @@ from typing import Any, Final
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
 from vegrip.transport.canbus.frame_time import BitTiming
-from vegrip.transport.canbus.hub_wire import VERSION
+from vegrip.transport.canbus.hub_wire import HUB_VERSION
 from vegrip.transport.canbus.node_faults import NodeFaults
 
-SLOWEST: Final = 1_000  # [bit/s]
-FASTEST: Final = 20_000_000  # [bit/s]
-LONGEST_REASON: Final = 200  # characters; the answer must fit into a packet
+MIN_BIT_RATE: Final = 1_000  # [bit/s]
+MAX_BIT_RATE: Final = 20_000_000  # [bit/s]
+MAX_REASON_CHARS: Final = 200  # characters; the answer must fit into a packet
 
 
 @dataclass(frozen=True)
 class Rates:
     """The bit rates it asks for."""
 
-    bitrate: int = parameter(1_000_000, unit="bit/s", low=SLOWEST, high=FASTEST)
-    data_bitrate: int = parameter(5_000_000, unit="bit/s", low=SLOWEST, high=FASTEST)
+    bitrate: int = parameter(1_000_000, unit="bit/s", low=MIN_BIT_RATE, high=MAX_BIT_RATE)
+    data_bitrate: int = parameter(5_000_000, unit="bit/s", low=MIN_BIT_RATE, high=MAX_BIT_RATE)
 
     @property
     def timing(self) -> BitTiming:
@@ -33,7 +33,7 @@ class Rates:
 class Greeting:
     """What a newcomer says; ``build`` refuses everything that has another type or is out of bounds."""
 
-    version: int = parameter(VERSION)
+    version: int = parameter(HUB_VERSION)
     timing: Rates = parameter(Rates())
     strict: bool = parameter(False, doc="the bit rates must be these")
     own: bool = parameter(False, doc="it wants to hear its own frames")
@@ -65,10 +65,11 @@ def read_greeting(packet: bytes) -> Greeting:
         said = None
     if not isinstance(said, dict):
         raise ConfigError("it does not speak the language of this bus")
-    if said.get("version") != VERSION:
+    if said.get("version") != HUB_VERSION:
         raise ConfigError(
             _short(
-                f"its version is {said.get('version')}, that of the bus {VERSION}; stop the older programs"
+                f"its version is {said.get('version')}, that of the bus {HUB_VERSION}; "
+                "stop the older programs"
             )
         )
     try:
@@ -79,4 +80,4 @@ def read_greeting(packet: bytes) -> Greeting:
 
 def _short(reason: str) -> str:
     plain = "".join(c if c.isascii() and c.isprintable() else "?" for c in reason)
-    return plain[:LONGEST_REASON]
+    return plain[:MAX_REASON_CHARS]

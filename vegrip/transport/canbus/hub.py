@@ -26,7 +26,13 @@ from vegrip.transport.canbus.bus_events import BusError, Event, StateChange, Tra
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.error_report import Report, error_report, state_report
 from vegrip.transport.canbus.greeting import Greeting, read_greeting
-from vegrip.transport.canbus.hub_wire import LARGEST, numbered, pack_delivery, pack_error, unpack_request
+from vegrip.transport.canbus.hub_wire import (
+    MAX_PACKET_BYTES,
+    numbered,
+    pack_delivery,
+    pack_error,
+    unpack_request,
+)
 
 LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
 LINGER = 1.0  # [s] the hub waits for somebody to come (back)
@@ -39,7 +45,9 @@ MOST_NEWCOMERS = 64  # besides; they are heard, and told so when there is no roo
 GREETING_WITHIN = 2.0  # [s] from the connection on; who says nothing must not keep a place
 SLICE = NS // 20  # [ns] of the bus at a time, when the hub is behind; else those who come and leave must wait
 OLDEST_REQUEST = NS  # [ns] a frame that claims to have waited for longer has not
-BACKLOG = 4096  # frames kept for a member that does not read; then they are lost for it, as in any controller
+MEMBER_BACKLOG_FRAMES = (
+    4096  # frames kept for a member that does not read; then they are lost for it, as in any controller
+)
 
 
 class Member:
@@ -65,8 +73,8 @@ class Member:
         self._number += 1
 
     def deliver(self, packet: bytes) -> None:
-        """Send ``packet`` now or, when the member does not read, later; beyond ``BACKLOG`` never."""
-        if (self._backlog or not self._sent(packet)) and len(self._backlog) < BACKLOG:
+        """Send ``packet`` now, or later when the member does not read: ``MEMBER_BACKLOG_FRAMES`` at most."""
+        if (self._backlog or not self._sent(packet)) and len(self._backlog) < MEMBER_BACKLOG_FRAMES:
             self._backlog.append(packet)
 
     def flush(self) -> None:
@@ -203,7 +211,7 @@ class Hub:
     def _read(self, member: Member) -> None:
         while self._has_room(member):
             try:
-                packet = member.connection.recv(LARGEST, AT_ONCE)
+                packet = member.connection.recv(MAX_PACKET_BYTES, AT_ONCE)
             except BlockingIOError:
                 return
             except OSError:

@@ -25,9 +25,9 @@ from vegrip.transport.canbus.error_report import reported_state
 from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
 from vegrip.transport.canbus.greeting import make_greeting
-from vegrip.transport.canbus.hub_wire import LARGEST, Delivery, pack_request, unpack_delivery
+from vegrip.transport.canbus.hub_wire import MAX_PACKET_BYTES, Delivery, pack_request, unpack_delivery
 
-PATIENCE = 10.0  # [s] to find or start the hub
+HUB_TIMEOUT_S = 10.0  # [s] to find or start the hub
 READ_AHEAD = (
     4096  # frames looked through for the error state; as many as the bus keeps for one that does not read
 )
@@ -156,7 +156,7 @@ class VegripBus(can.BusABC):
     def _look(self) -> tuple[Delivery | None, bool]:
         """Return the next frame if it is there and for us, and whether there was anything."""
         try:
-            packet = self._socket.recv(LARGEST)
+            packet = self._socket.recv(MAX_PACKET_BYTES)
         except BlockingIOError:
             return None, False
         except OSError:
@@ -301,7 +301,7 @@ def _join(
 
 
 def _greet(path: Path, greeting: bytes) -> tuple[socket.socket, dict[str, Any]]:
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + HUB_TIMEOUT_S
     while time.monotonic() < deadline:
         connection = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
@@ -309,7 +309,7 @@ def _greet(path: Path, greeting: bytes) -> tuple[socket.socket, dict[str, Any]]:
         try:
             connection.connect(str(path))
             connection.send(greeting)
-            if answer := connection.recv(LARGEST):
+            if answer := connection.recv(MAX_PACKET_BYTES):
                 connection.setblocking(False)
                 return connection, json.loads(answer)
         except (ConnectionError, FileNotFoundError):

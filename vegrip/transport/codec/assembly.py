@@ -7,7 +7,7 @@ from vegrip.transport.codec.layout import Part
 from vegrip.transport.codec.members import Cells
 from vegrip.transport.codec.sequence import Sequence
 
-WINDOW: Final = 5_000_000
+WINDOW_NS: Final = 5_000_000
 """[ns] All parts arrive within this. It must be shorter than 15 cycles, after which the counter of a classic
 frame comes back and a late part could pass for one of the present cycle (15 cycles are 7.5 ms at 2 kHz)."""
 
@@ -72,7 +72,7 @@ class Assembly:
 
     def _continue(self, number: int, counter: int, stamp: int) -> str:
         same = counter == self._counter
-        if same and number == self._expected and stamp - self._stamp <= WINDOW:
+        if same and number == self._expected and stamp - self._stamp <= WINDOW_NS:
             return ""
         repeated = same and (number < self._expected or not self._expected)
         if repeated or self.sequence.behind(counter):

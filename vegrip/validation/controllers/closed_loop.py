@@ -8,14 +8,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from vegrip.clock import NS
 from vegrip.grip.node import GraspForce
 from vegrip.messages import ForceCommand, Message
+from vegrip.types import Floats
 from vegrip.virtual import VirtualHand
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass
@@ -31,7 +29,7 @@ class Course:
     command: list[list[float]] = field(default_factory=list)  # [N] NaN = none
     slipped: list[int] = field(default_factory=list)  # slips so far
 
-    def since(self, start: float) -> tuple[Array, Array, Array]:
+    def since(self, start: float) -> tuple[Floats, Floats, Floats]:
         """Return time (n,) [s], margins (n, fingers) [-] and forces (n, fingers) [N] from ``start`` on."""
         time = np.array(self.time)
         kept = time >= start

@@ -24,9 +24,9 @@ from vegrip.validation.controllers.closed_loop import Course, Loop
 from vegrip.validation.controllers.result import Result, result_of
 from vegrip.validation.controllers.scenario import GRASPS, Scenario
 
-DURATION = 20.0  # [s]
+TRIAL_DURATION_S = 20.0  # [s]
 TUNING_SEED = 1000  # the first seed of the sweep; the comparison counts from 0
-CORRELATION = GripSettings().correlation  # [-] of the fingers' errors
+FINGER_CORRELATION = GripSettings().correlation  # [-] of the fingers' errors
 SWEEP = {
     "vegrip": (0.05, 0.1, 0.15, 0.2, 0.3),
     "constant": (2.0, 3.0, 4.0, 6.0, 8.0, 11.0),
@@ -44,7 +44,7 @@ class Trial:
     duration: float
     knob: float
     grasp: str = "hand"
-    correlation: float = CORRELATION
+    correlation: float = FINGER_CORRELATION
 
 
 def run_course(trial: Trial) -> Course:
@@ -113,11 +113,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="python -m vegrip.validation.controllers.comparison", description=__doc__
     )
     parser.add_argument("--seeds", type=int, default=20, help="number of scenarios (default 20)")
-    parser.add_argument("--duration", type=float, default=DURATION, help="of each, in s (default 20)")
+    parser.add_argument("--duration", type=float, default=TRIAL_DURATION_S, help="of each, in s (default 20)")
     parser.add_argument("--sweep", action="store_true", help="the trade-off curves, on the tuning seeds")
     parser.add_argument("--workers", type=int, default=None, help="processes (default: one per core)")
     parser.add_argument("--grasp", choices=tuple(GRASPS), default="hand")
-    parser.add_argument("--correlation", type=float, default=CORRELATION, help="of the fingers' errors")
+    parser.add_argument(
+        "--correlation", type=float, default=FINGER_CORRELATION, help="of the fingers' errors"
+    )
     parser.add_argument("--told", action="store_true", help="controllers that know each object's friction")
     parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="these controllers alone")
     given = parser.parse_args(arguments)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.scenario import SETTLED
+from vegrip.validation.controllers.scenario import SETTLED_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class Result:
 
 def result_of(course: Course) -> Result:
     """Sum up ``course`` from the time on that the hand carries the object."""
-    _, margin, force = course.since(SETTLED)
+    _, margin, force = course.since(SETTLED_S)
     if not len(force):
         return Result(course.slips, course.dropped, math.nan, math.nan, math.nan)
     return Result(

@@ -18,10 +18,10 @@ import numpy as np
 from vegrip.virtual import Disturbance, HandSettings, VirtualHand, disturbances
 from vegrip.virtual.disturbance import Wetting
 
-SETTLED = 1.0
+SETTLED_S = 1.0
 """[s] from here on the hand carries the object by itself; figures of the comparison start here."""
 
-FRICTION = (0.45, 1.0)
+FRICTION_RANGE = (0.45, 1.0)
 WETTING = (0.6, 0.9)
 
 _HAND = HandSettings()
@@ -59,7 +59,7 @@ class Scenario:
         """The hand, with the friction of this object."""
         rng = np.random.default_rng([self.seed, 2])
         hand = GRASPS[self.grasp]
-        return replace(hand, tip=replace(hand.tip, friction=float(rng.uniform(*FRICTION))))
+        return replace(hand, tip=replace(hand.tip, friction=float(rng.uniform(*FRICTION_RANGE))))
 
     @property
     def events(self) -> tuple[Disturbance, ...]:

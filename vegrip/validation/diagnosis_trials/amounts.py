@@ -59,7 +59,7 @@ class Setting:
 
 Amount = Callable[[Setting], Mapping[str, float]]
 
-INSIDE: Mapping[str, Amount] = {
+CATALOGUE_AMOUNTS: Mapping[str, Amount] = {
     "adhesion": lambda s: {"force": 6.0 * s.noise * s.size, "stretch": 0.08 * s.depth},
     "second_relaxation": lambda s: {"amplitude": 0.12 * s.size, "rate": s.other_rate()},
     "power_law_relaxation": lambda s: {"amplitude": 0.35 * s.size},
@@ -88,7 +88,7 @@ INSIDE: Mapping[str, Amount] = {
 }
 """Strong: what leaves about as much as the noise, or more, once the plain model is refitted."""
 
-OUTSIDE: Mapping[str, Amount] = {
+UNMODELLED_AMOUNTS: Mapping[str, Amount] = {
     "cogging": lambda s: {"force": 4.0 * s.noise, "period": 0.3 * s.depth},
     "magnet": lambda s: {"force": 10.0 * s.noise, "reach": 0.1 * s.depth},
     "day_and_night": lambda s: {"share": 0.04, "period": float(s.rng.uniform(120.0, 250.0))},

@@ -12,21 +12,21 @@ from itertools import combinations
 import numpy as np
 
 from vegrip.identification.recording import Fingertip, Recording
-from vegrip.validation.diagnosis_trials.amounts import INSIDE, OUTSIDE, WEAK, Setting
+from vegrip.validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS, WEAK, Setting
 from vegrip.virtual.bench.protocol import Episode, Segment, standard_protocol
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings, random_fingertip
 
-KINDS = ("none", "one", "pair", "outside")
+CASE_KINDS = ("none", "one", "pair", "outside")
 MIX = (("none", 6), ("one", 8), ("pair", 3), ("outside", 3))
 """How many of twenty trials are of each kind."""
 
-SIZES = {"strong": 1.0, "weak": WEAK}
+STRENGTHS = {"strong": 1.0, "weak": WEAK}
 SEEN_IN_RADIUS = {"contact_radius_law", "shear_shrinking"}
 FELT_AS_WARMTH = {"temperature_shift", "warm_peak"}
-CLEAR = 0.3  # [s] well above the surface before and after each episode
-QUIET = 1e-3  # of the noise, where there should be none
-STEP = 2.5e-3  # [s] of the simulation: 0.1 mN of error
+CLEAR_S = 0.3  # [s] well above the surface before and after each episode
+RESIDUAL_NOISE_SHARE = 1e-3  # of the noise, where there should be none
+SIMULATION_STEP_S = 2.5e-3  # [s] of the simulation: 0.1 mN of error
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Case:
         """none, one, pair or outside (of any catalogue)."""
         if len(self.hidden) > 1:
             return "pair"
-        return "none" if not self.hidden else "one" if self.hidden[0] in INSIDE else "outside"
+        return "none" if not self.hidden else "one" if self.hidden[0] in CATALOGUE_AMOUNTS else "outside"
 
     @property
     def key(self) -> str:
@@ -51,7 +51,7 @@ class Case:
 
 
 def draw_cases(
-    count: int, seed: int = 0, kinds: Sequence[str] = KINDS, only: Sequence[str] = ()
+    count: int, seed: int = 0, kinds: Sequence[str] = CASE_KINDS, only: Sequence[str] = ()
 ) -> Iterator[Case]:
     """Yield ``count`` cases of all ``kinds``, every effect in turn; ``only``: with one of these effects."""
     turn = [kind for kind, share in MIX for _ in range(share) if kind in kinds]
@@ -70,9 +70,9 @@ def draw_cases(
 def _names(kind: str, only: Sequence[str]) -> list[tuple[str, ...]]:
     if kind == "none":
         return [()]
-    every: list[tuple[str, ...]] = list(combinations(INSIDE, 2))
+    every: list[tuple[str, ...]] = list(combinations(CATALOGUE_AMOUNTS, 2))
     if kind != "pair":
-        every = [(name,) for name in (INSIDE if kind == "one" else OUTSIDE)]
+        every = [(name,) for name in (CATALOGUE_AMOUNTS if kind == "one" else UNMODELLED_AMOUNTS)]
     chosen = [names for names in every if not only or set(only) & set(names)] or every
     np.random.default_rng(1).shuffle(chosen)
     return [tuple(names) for names in chosen]
@@ -97,8 +97,8 @@ def make_recording(
     part = float(rng.uniform(0.6, 1.0))
     episodes = protocol(tip, part, rng) * times
     warm = _temperatures(case, len(episodes), rng)
-    setting = Setting(tip, sensors, 0.2 * part * tip.radius, SIZES[case.size], rng)
-    every = {name: {**INSIDE, **OUTSIDE}[name](setting) for name in case.hidden}
+    setting = Setting(tip, sensors, 0.2 * part * tip.radius, STRENGTHS[case.size], rng)
+    every = {name: {**CATALOGUE_AMOUNTS, **UNMODELLED_AMOUNTS}[name](setting) for name in case.hidden}
     hidden = {name: amount for name, amount in every.items() if only is None or name in only}
     trial = run_trial(
         tip,
@@ -107,7 +107,7 @@ def make_recording(
         case.seed,
         hidden=hidden,
         temperature=warm,
-        step=STEP,
+        step=SIMULATION_STEP_S,
         rings=8,
         spokes=16,
         truth=False,
@@ -123,7 +123,7 @@ def make_recording(
 
 def protocol(tip: FingertipSettings, size: float, rng: np.random.Generator) -> tuple[Episode, ...]:
     """Return the standard protocol in any order, some episodes twice, with clear air around each."""
-    away = Segment(CLEAR, depth=-0.1 * 0.2 * size * tip.radius)
+    away = Segment(CLEAR_S, depth=-0.1 * 0.2 * size * tip.radius)
     episodes = list(standard_protocol(tip, size=size))
     if rng.random() < 0.5:
         order = rng.permutation(len(episodes))
@@ -150,7 +150,7 @@ def _sensors(case: Case, rng: np.random.Generator) -> SensorSettings:
 
 def _quietened(sensors: SensorSettings) -> SensorSettings:
     noises = ("normal_force", "tangential_force", "torque_z", "displacement", "contact_radius")
-    return replace(sensors, **{name: QUIET * getattr(sensors, name) for name in noises})
+    return replace(sensors, **{name: RESIDUAL_NOISE_SHARE * getattr(sensors, name) for name in noises})
 
 
 def _temperatures(case: Case, count: int, rng: np.random.Generator) -> list[float]:

@@ -8,8 +8,8 @@ from typing import Any
 
 from vegrip.identification.diagnosis.diagnosis import diagnose
 from vegrip.validation.diagnosis_trials.cases import Case, make_recording
-from vegrip.validation.diagnosis_trials.visible import VISIBLE, remaining_evidence
-from vegrip.virtual.hidden import OUTSIDE
+from vegrip.validation.diagnosis_trials.visible import VISIBLE_NATS, remaining_evidence
+from vegrip.virtual.hidden import UNMODELLED
 
 NEAR_FLOOR = 1.05  # times the noise
 
@@ -46,7 +46,7 @@ class Outcome:
     @property
     def visible(self) -> frozenset[str]:
         """What is hidden and can be seen in the recording."""
-        return frozenset(name for name in self.case.hidden if self.leaves.get(name, math.inf) >= VISIBLE)
+        return frozenset(name for name in self.case.hidden if self.leaves.get(name, math.inf) >= VISIBLE_NATS)
 
     @property
     def out_of_sight(self) -> bool:
@@ -65,7 +65,7 @@ class Outcome:
         return "unexplained" if self.verdict == "unexplained" else self._of_names()
 
     def _of_unexplained(self) -> str:
-        kinds = [OUTSIDE[name] for name in self.case.hidden]
+        kinds = [UNMODELLED[name] for name in self.case.hidden]
         return "right" if any(self.variable in kind.shows for kind in kinds) else "other variable"
 
     def _of_names(self) -> str:

@@ -18,7 +18,7 @@ from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.solve import fit_problem
 from vegrip.validation.diagnosis_trials.cases import Case, make_recording
 
-VISIBLE = 20.0  # [nats]; a name among thirty candidates pays eight, and five or so for each parameter
+VISIBLE_NATS = 20.0  # [nats]; a name among thirty candidates pays eight, and five or so for each parameter
 
 
 def remaining_evidence(case: Case) -> dict[str, float]:

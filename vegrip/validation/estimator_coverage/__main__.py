@@ -7,7 +7,7 @@ from vegrip.validation.estimator_coverage import slip_table, style_table, worst
 from vegrip.validation.estimator_coverage.drives import STYLES
 from vegrip.validation.estimator_coverage.table import (
     CONFIGURATIONS,
-    QUANTITIES,
+    COVERED_QUANTITIES,
     coverage,
     fingertip,
     independent_coverage,
@@ -40,14 +40,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
             print(row, flush=True)  # noqa: T201
         return
     print("95 % coverage in percent (number of looks)")  # noqa: T201
-    print("sensors".ljust(12), *(name.rjust(13) for name in QUANTITIES))  # noqa: T201
+    print("sensors".ljust(12), *(name.rjust(13) for name in COVERED_QUANTITIES))  # noqa: T201
     for configuration in CONFIGURATIONS:
         if options.independent:
             found = independent_coverage(configuration, options.truths, options.seed)
         else:
             start = options.start_in_contact
             found = coverage(fingertip(), configuration, options.truths, options.seed, start_in_contact=start)
-        cells = (f"{100 * found[name].share:.1f} ({found[name].count})".rjust(13) for name in QUANTITIES)
+        cells = (
+            f"{100 * found[name].share:.1f} ({found[name].count})".rjust(13) for name in COVERED_QUANTITIES
+        )
         print(configuration.ljust(12), *cells, flush=True)  # noqa: T201
 
 

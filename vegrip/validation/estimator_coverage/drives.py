@@ -9,7 +9,7 @@ import numpy as np
 from vegrip.validation.estimator_coverage.outside import Finger, Segment
 
 STYLES = ("lab", "short", "use")
-DEEPEST = 0.4  # [R] in position control
+MAX_DEPTH_RADII = 0.4  # [R] in position control
 DEEPEST_BY_FORCE = 0.18  # [R] before creep
 RAMP = 0.05  # [s]
 Episode = list[Segment]
@@ -115,7 +115,7 @@ class Mover:
     def depth(self, scale: float) -> float:
         """Return the depth [m] whose elastic force is ``scale`` times that of this life."""
         force = 0.5 * math.pow(16.0, self.manner.force) * scale
-        return min(float(self.finger.depth(force)), DEEPEST * self.finger.radius)
+        return min(float(self.finger.depth(force)), MAX_DEPTH_RADII * self.finger.radius)
 
     def newton(self) -> float:
         """Return a force [N] under which the finger does not creep too deep."""

@@ -16,7 +16,7 @@ from vegrip.validation.estimator_coverage.truth import Truth, motion, scattered,
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.settings import FingertipSettings, random_fingertip
 
-STEP = 2e-3  # [s]
+SIMULATION_STEP_S = 2e-3  # [s]
 
 
 def live_independently(
@@ -24,7 +24,7 @@ def live_independently(
 ) -> tuple[ContactModel, Truth]:
     """Draw a fingertip, let it live; return what the estimator is told of it, and the truth."""
     tip = random_fingertip(rng)
-    t = np.arange(1.0, duration / STEP) * STEP
+    t = np.arange(1.0, duration / SIMULATION_STEP_S) * SIMULATION_STEP_S
     delta, share, number = motion(t, tip.radius, rng, start_in_contact=False)
     contact, friction = pressed(tip, delta), scattered(number, settings, rng)
     tangential, torque, used, slip = loading(contact, share, friction, rng)
@@ -36,7 +36,7 @@ def live_independently(
 
 def pressed(tip: FingertipSettings, delta: np.ndarray) -> Simulation:
     """Impose the indentations on the virtual fingertip."""
-    soft = Fingertips([tip], STEP)
+    soft = Fingertips([tip], SIMULATION_STEP_S)
     rows = []
     for depth in delta:
         N = float(soft.press(np.array([depth]))[0])

@@ -11,7 +11,7 @@ from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel, paper_model
 from vegrip.validation.estimator_coverage.drives import Manner, drive
-from vegrip.validation.estimator_coverage.outside import STEP, Contact, Finger, live
+from vegrip.validation.estimator_coverage.outside import SIMULATION_STEP_S, Contact, Finger, live
 
 LOST_SHARES = (0.0, 0.01, 0.05)  # of the samples
 SLIDING_SPEED = 1e-3  # [m/s]
@@ -111,7 +111,7 @@ def lived(
 
 def sampled(truth: Contact, life: Life, rng: np.random.Generator) -> NDArray[np.int64]:
     """Return the places on the grid that are sampled: with jitter, and some lost."""
-    spacing = 1.0 / (life.sampling * STEP)
+    spacing = 1.0 / (life.sampling * SIMULATION_STEP_S)
     n = int(truth.t.size / spacing)
     due = (np.arange(n) + life.jitter * rng.uniform(-1.0, 1.0, n)) * spacing
     places = np.unique(np.clip(np.round(due), 0, truth.t.size - 1).astype(np.int64))

@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.contact.limit_surface.reference import torsion_limit
+from vegrip.types import Floats
 
-Floats = NDArray[np.float64]
-STEP = 1e-4  # [s]
-PAUSE = 5.0  # [s] between episodes, in the air, without samples
+SIMULATION_STEP_S = 1e-4  # [s]
+EPISODE_PAUSE_S = 5.0  # [s] between episodes, in the air, without samples
 FLATTEST = 1e-4  # least C_k - 1, the end of the coupling law
 EXPONENTS = np.geomspace(1.0, 200.0, 4000)
 
@@ -78,10 +77,10 @@ def live(finger: Finger, episodes: Sequence[Sequence[Segment]], air: float) -> C
     for number, segments in enumerate(episodes):
         tip.depth = air
         rows = np.concatenate([tip.follow(segment) for segment in segments], axis=1)
-        t = start + STEP * np.arange(1, rows.shape[1] + 1)
+        t = start + SIMULATION_STEP_S * np.arange(1, rows.shape[1] + 1)
         parts.append(np.vstack([t, np.full(t.size, float(number)), rows]))
-        start = float(t[-1]) + PAUSE
-        tip.rest(PAUSE)
+        start = float(t[-1]) + EPISODE_PAUSE_S
+        tip.rest(EPISODE_PAUSE_S)
     t, episode, depth, force, used, twist = np.concatenate(parts, axis=1)
     touching = force > 0.0
     radius = np.where(touching, np.sqrt(2.0 * finger.radius * np.maximum(depth, 0.0)), 0.0)
@@ -107,7 +106,7 @@ class Tip:
 
     def follow(self, segment: Segment) -> Floats:
         """Return depth, force, share of the limit, whether it is a torque (4, n) along one segment."""
-        n = max(round(segment.seconds / STEP), 1)
+        n = max(round(segment.seconds / SIMULATION_STEP_S), 1)
         s = np.arange(1, n + 1) / n
         if segment.by_force:
             asked = self.force + s * (segment.to - self.force)
@@ -124,7 +123,7 @@ class Tip:
 
     def _integrate(self, elastic: Floats, asked: Floats) -> tuple[Floats, Floats]:
         """Return the normal force [N] and N_e of the surface [N] under imposed N_e, or imposed force."""
-        c, lost = self.finger.share, -math.expm1(-self.finger.rate * STEP)
+        c, lost = self.finger.share, -math.expm1(-self.finger.rate * SIMULATION_STEP_S)
         z, before = self.relaxed, self.surface
         forces, surfaces = [], []
         for imposed, wanted in zip(elastic.tolist(), asked.tolist(), strict=True):

@@ -13,23 +13,26 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.estimator.estimator import ContactEstimator
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import Simulation
+from vegrip.types import Floats
 from vegrip.validation.estimator_coverage.independent import told
 from vegrip.validation.estimator_coverage.truth import Truth, sensed
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.settings import FingertipSettings, random_fingertip
 
-Floats = NDArray[np.float64]
-STEP = 2e-3  # [s]
+SIMULATION_STEP_S = 2e-3  # [s]
 GRID = even_grid(16, 32)  # its limit surface is good to 1e-3
-FELT, REGRASPED, HELD = 1.2, 1.8, 2.2  # [s] first slip; pressed deeper; loaded, and held from now on
-EVERY = 5  # samples between two looks of the truth at radius and exponent, which change slowly
-SCATTER = EstimatorSettings().friction_scatter
+FIRST_SLIP_S, REGRASP_S, HELD_FROM_S = (
+    1.2,
+    1.8,
+    2.2,
+)  # [s] first slip; pressed deeper; loaded, and held from now on
+LOOK_SAMPLES = 5  # samples between two looks of the truth at radius and exponent, which change slowly
+FRICTION_SCATTER = EstimatorSettings().friction_scatter
 LONG = 20.0  # [s] of the hold: what has not slipped then counts as never
 LOOKS = (0.1, 1.0)  # [s] into the hold, when the forecast is asked
 
@@ -102,7 +105,7 @@ def forecasts(
         index += 1
         tip = random_fingertip(rng)
         life = lived(scenario, tip, rng)
-        held = sample(HELD)
+        held = sample(HELD_FROM_S)
         if life.used(held, held) >= 1.0:
             continue  # it never came to a hold
         slips -= life.slips_after(held, load_stays=False) < math.inf
@@ -119,10 +122,10 @@ def looks(
     settings = replace(settings, hold_stiffness=life.drive) if mixed else settings
     model = told(knows(tip, branches), rng)
     estimator = ContactEstimator(model, noise, settings)
-    due = {sample(HELD + after): number for number, after in enumerate(LOOKS)}
+    due = {sample(HELD_FROM_S + after): number for number, after in enumerate(LOOKS)}
     last = max(due) + 1
     part = Simulation(*(column[:last] for column in life.contact))
-    sliding = ((life.t > FELT) & (life.t <= FELT + 0.02)).astype(float)[:last]
+    sliding = ((life.t > FIRST_SLIP_S) & (life.t <= FIRST_SLIP_S + 0.02)).astype(float)[:last]
     load = life.tangential[:last], life.torque[:last]
     one = np.ones(last)  # the friction of the life has its scatter already
     truth = Truth(model, life.t[:last], part.indentation, part, *load, sliding, [], one)
@@ -130,7 +133,7 @@ def looks(
         estimator.assimilate(state)
         if i in due:
             slip = life.slips_after(i, load_stays=False)
-            if life.used(i, i) >= 1.0 or (i > sample(HELD) and slipped_before(life, i)):
+            if life.used(i, i) >= 1.0 or (i > sample(HELD_FROM_S) and slipped_before(life, i)):
                 return
             margin = estimator.slip_margin()
             if_held = life.slips_after(i, load_stays=True)
@@ -139,13 +142,13 @@ def looks(
 
 def slipped_before(life: Life, i: int) -> bool:
     """Whether the hold ended before sample ``i``."""
-    held = sample(HELD)
+    held = sample(HELD_FROM_S)
     return bool(life.slips_after(held, load_stays=False) <= life.t[i] - life.t[held])
 
 
 def sample(time: float) -> int:
     """Return the index of the sample at ``time`` [s]."""
-    return round(time / STEP) - 1
+    return round(time / SIMULATION_STEP_S) - 1
 
 
 def knows(tip: FingertipSettings, branches: int | None) -> FingertipSettings:
@@ -159,38 +162,40 @@ def knows(tip: FingertipSettings, branches: int | None) -> FingertipSettings:
 
 def lived(scenario: Scenario, tip: FingertipSettings, rng: np.random.Generator) -> Life:
     """Draw a life of ``tip``."""
-    t = np.arange(1.0, (HELD + LONG) / STEP) * STEP
+    t = np.arange(1.0, (HELD_FROM_S + LONG) / SIMULATION_STEP_S) * SIMULATION_STEP_S
     R = tip.radius
     light, firm = rng.uniform(0.04, 0.1) * R, rng.uniform(0.11, 0.16) * R
-    depth = np.interp(t, [0.2, 0.5, REGRASPED - 0.2, REGRASPED], [-0.02 * R, light, light, firm])
+    depth = np.interp(t, [0.2, 0.5, REGRASP_S - 0.2, REGRASP_S], [-0.02 * R, light, light, firm])
     drive = scenario.stiffness * tip.reference_force / tip.reference_indentation
-    before, after = SCATTER * rng.standard_normal(2)
-    friction = tip.friction * np.exp(np.where(t < REGRASPED, before, after))
+    before, after = FRICTION_SCATTER * rng.standard_normal(2)
+    friction = tip.friction * np.exp(np.where(t < REGRASP_S, before, after))
     contact = pressed(tip, t, depth, drive, friction)
     psi, share, double = rng.uniform(0.0, 1.2), rng.uniform(0.65, 1.0), rng.uniform(2.0, 20.0)
     share = 0.6 * share if scenario.growing else share
-    held, felt = sample(HELD), sample(FELT)
+    held, felt = sample(HELD_FROM_S), sample(FIRST_SLIP_S)
     unit = math.cos(psi), math.sin(psi) * float(contact.contact_radius[held])
     known = friction[felt] / friction[held]  # what the felt friction would carry
     load = np.array(unit) * share * known / used_by(contact, held, *unit)
-    size = np.interp(t, [REGRASPED, HELD], [0.0, 1.0])
-    size *= 1.0 + scenario.growing * np.maximum(t - HELD, 0.0) / double
-    first = np.interp(t, [FELT - 0.5, FELT, FELT + 0.02, FELT + 0.1], [0.0, 1.0, 1.0, 0.0])
+    size = np.interp(t, [REGRASP_S, HELD_FROM_S], [0.0, 1.0])
+    size *= 1.0 + scenario.growing * np.maximum(t - HELD_FROM_S, 0.0) / double
+    first = np.interp(
+        t, [FIRST_SLIP_S - 0.5, FIRST_SLIP_S, FIRST_SLIP_S + 0.02, FIRST_SLIP_S + 0.1], [0.0, 1.0, 1.0, 0.0]
+    )
     size += first / used_by(contact, felt, *load)
     return Life(t, contact, size * load[0], size * load[1], drive)
 
 
 def pressed(tip: FingertipSettings, t: Floats, depth: Floats, drive: float, friction: Floats) -> Simulation:
     """Impose the indentations; from HELD on, the ``drive`` [N/m] stands still and gives way."""
-    soft = Fingertips([tip], STEP)
+    soft = Fingertips([tip], SIMULATION_STEP_S)
     rows, fresh = [], 0.0
     for i, (now, imposed) in enumerate(zip(t, depth, strict=True)):
         given = float(imposed)
-        if now > HELD and drive < math.inf:
+        if now > HELD_FROM_S and drive < math.inf:
             given = standing(soft, given, fresh, drive)
         N = float(soft.press(np.array([given]))[0])
-        fresh = fresh if now > HELD else N
-        if i % EVERY == 0:
+        fresh = fresh if now > HELD_FROM_S else N
+        if i % LOOK_SAMPLES == 0:
             a, k = float(soft.contact_radius[0]), float(soft.pressure_exponent[0])
         rows.append((given, 0.0, N, N, a, k))
     return Simulation._make([*np.array(rows, dtype=np.float64).T, friction])

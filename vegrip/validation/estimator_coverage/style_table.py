@@ -14,12 +14,12 @@ from vegrip.messages import ContactEstimate, Estimate
 from vegrip.validation.estimator_coverage.lives import Life, drawn, lived, told
 from vegrip.validation.estimator_coverage.outside import Contact
 
-QUANTITIES = ("N", "indentation", "radius", "k", "mu", "limit radius")
+JUDGED_QUANTITIES = ("N", "indentation", "radius", "k", "mu", "limit radius")
 SOLID = 0.3  # [N] from which the contact is looked at
-EVERY = 0.05  # [s] between two looks
-INSIDE, FAR = 1.96, 6.0  # standard deviations
+LOOK_PERIOD_S = 0.05  # [s] between two looks
+INSIDE_STDS, FAR_STDS = 1.96, 6.0  # standard deviations
 FEWEST = 20  # looks at a quantity, to count
-LASTING = 0.05  # [s] for which a valid force is far off before the contact counts as lost
+LOST_AFTER_S = 0.05  # [s] for which a valid force is far off before the contact counts as lost
 
 
 @dataclass(frozen=True)
@@ -46,13 +46,13 @@ class Result:
     @property
     def far(self) -> float:
         """Share of the looks at which force or indentation is far off."""
-        return float(np.mean(np.nanmax(self.errors[:, :2], axis=1, initial=0.0) > FAR))
+        return float(np.mean(np.nanmax(self.errors[:, :2], axis=1, initial=0.0) > FAR_STDS))
 
 
 def coverage_of(errors: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the share inside for each column, NaN with less than FEWEST looks."""
     count = np.sum(np.isfinite(errors), axis=0)
-    inside = np.sum(errors < INSIDE, axis=0)
+    inside = np.sum(errors < INSIDE_STDS, axis=0)
     return np.where(count >= FEWEST, inside / np.maximum(count, 1), math.nan)
 
 
@@ -68,19 +68,19 @@ def judge(style: str, life: Life) -> Result:
         said = estimator.update(state)
         now = state.stamp / NS
         force = said.normal_force
-        if not (force.valid and abs(force.value - truth.force[i]) > FAR * force.std):
+        if not (force.valid and abs(force.value - truth.force[i]) > FAR_STDS * force.std):
             far_since, counted = math.inf, False
         elif not counted:
             far_since = min(far_since, now)
-            counted = now - far_since > LASTING
+            counted = now - far_since > LOST_AFTER_S
             started += [far_since] * counted
         if truth.force[i] < SOLID or now < due:
             continue
-        due = now + EVERY
+        due = now + LOOK_PERIOD_S
         not_valid += not force.valid
         rows.append(errors_of(said, truth, i, life.friction))
         times.append(now)
-    errors = np.array(rows).reshape(-1, len(QUANTITIES))
+    errors = np.array(rows).reshape(-1, len(JUDGED_QUANTITIES))
     top = np.nanmax(errors[:, :2], axis=1, initial=0.0)
     at = times[int(np.argmax(top))] if times else math.nan
     return Result(life, errors, not_valid, len(started), tuple(started), at)
@@ -121,7 +121,7 @@ def results(style: str, fingers: int, seed: int) -> Iterator[Result]:
 
 def header() -> str:
     """Return the first line of the table."""
-    names = [*QUANTITIES, "worst", "beyond 6", "least finger", "not valid", "lost"]
+    names = [*JUDGED_QUANTITIES, "worst", "beyond 6", "least finger", "not valid", "lost"]
     return f"{'style':<7}{'looks':>8}" + "".join(name.rjust(14) for name in names)
 
 
@@ -130,11 +130,11 @@ def row(style: str, found: Sequence[Result]) -> str:
     errors = np.concatenate([result.errors for result in found])
     looks = max(len(errors), 1)
     cells = [f"{100 * share:.1f}" for share in coverage_of(errors)]
-    far = np.mean(np.nanmax(errors[:, :2], axis=1, initial=0.0) > FAR)
+    far = np.mean(np.nanmax(errors[:, :2], axis=1, initial=0.0) > FAR_STDS)
     least = np.array([result.coverage for result in found])
     place = np.unravel_index(np.nanargmin(least), least.shape)
     cells += [f"{max(result.worst for result in found):.1f}", f"{100 * far:.2f} %"]
-    cells += [f"{QUANTITIES[place[1]][:6]} {100 * least[place]:.0f}"]
+    cells += [f"{JUDGED_QUANTITIES[place[1]][:6]} {100 * least[place]:.0f}"]
     cells += [f"{100 * sum(result.not_valid for result in found) / looks:.2f} %"]
     cells += [str(sum(result.lost for result in found))]
     return f"{style:<7}{looks:>8}" + "".join(cell.rjust(14) for cell in cells)

@@ -13,10 +13,10 @@ from vegrip.model import ContactModel, paper_model
 from vegrip.validation.estimator_coverage.independent import live_independently
 from vegrip.validation.estimator_coverage.truth import Truth, live
 
-QUANTITIES = ("a", "k", "mu", "N", "limit_radius")
+COVERED_QUANTITIES = ("a", "k", "mu", "N", "limit_radius")
 CONFIGURATIONS = ("both", "position", "force")
-EVERY = 0.25  # [s] between looks
-FIRST = 1.0  # [s] of the first look
+LOOK_PERIOD_S = 0.25  # [s] between looks
+FIRST_LOOK_S = 1.0  # [s] of the first look
 
 
 @dataclass
@@ -48,7 +48,7 @@ def coverage(
     """Return the scores of one sensor configuration over ``truths`` random fingertips."""
     noise, settings = SensorNoise(), EstimatorSettings()
     estimator = ContactEstimator(prior, noise, settings)
-    scores = {name: Score() for name in QUANTITIES}
+    scores = {name: Score() for name in COVERED_QUANTITIES}
     for index in range(truths):
         rng = np.random.default_rng([seed, index])
         truth = live(prior, noise, settings, rng, start_in_contact=start_in_contact)
@@ -61,7 +61,7 @@ def coverage(
 def independent_coverage(configuration: str, truths: int, seed: int) -> dict[str, Score]:
     """Return the same for fingertips of the virtual hand, which shares no code with the estimator."""
     noise, settings = SensorNoise(), EstimatorSettings()
-    scores = {name: Score() for name in QUANTITIES}
+    scores = {name: Score() for name in COVERED_QUANTITIES}
     for index in range(truths):
         model, truth = live_independently(noise, settings, np.random.default_rng([seed, index]))
         for name, inside in looks(ContactEstimator(model, noise, settings), truth, configuration):
@@ -71,12 +71,12 @@ def independent_coverage(configuration: str, truths: int, seed: int) -> dict[str
 
 def looks(estimator: ContactEstimator, truth: Truth, configuration: str) -> Iterator[tuple[str, bool]]:
     """Run the estimator over a truth; yield (quantity, inside) at every look within contact."""
-    due = truth.t[0] + FIRST
+    due = truth.t[0] + FIRST_LOOK_S
     for i, state in enumerate(truth.states):
         estimate = estimator.update(seen(state, configuration))
         if truth.t[i] < due:
             continue
-        due += EVERY
+        due += LOOK_PERIOD_S
         if not estimate.in_contact or truth.contact.normal_force[i] <= 0.0:
             continue
         true = truth.contact

@@ -11,8 +11,7 @@ from vegrip.contact.limit_surface.fast import gauges
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel, Simulation
-
-Floats = NDArray[np.float64]
+from vegrip.types import Floats
 
 
 @dataclass(frozen=True)

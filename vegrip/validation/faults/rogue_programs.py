@@ -39,10 +39,10 @@ program = "grasp_force"
 loop.status_period = 0.1
 loop.tick_period = 0.005
 """
-PERIOD = 0.005  # [s] of the states
-LOAD, NOISE = 0.5, 0.01  # [N]
-START = 120.0  # [s] at most until the node answers
-SETTLE = 3.0  # [s] before each act
+STATE_PERIOD_S = 0.005  # [s] of the states
+LOAD_N, FORCE_NOISE_N = 0.5, 0.01  # [N]
+START_TIMEOUT_S = 120.0  # [s] at most until the node answers
+SETTLE_S = 3.0  # [s] before each act
 WATCH = 3.0  # [s] after it
 FALLS = 0.05  # share by which a command may be below the least before the act
 DOUBT = frozenset(
@@ -98,7 +98,7 @@ class Stage:
         self.commands = []
         ends = time.monotonic() + seconds
         while time.monotonic() < ends:
-            self._next = max(self._next + PERIOD, time.monotonic())
+            self._next = max(self._next + STATE_PERIOD_S, time.monotonic())
             for finger in FINGERS:
                 self.send(self._state(finger))
             self.seq += 1
@@ -133,12 +133,12 @@ class Stage:
 
     def _state(self, finger: str) -> FingertipState:
         other = self.other_force if self.seq % 2 else 0.0
-        force, load = self._force[finger] + other + self._noise(), LOAD + self._noise()
+        force, load = self._force[finger] + other + self._noise(), LOAD_N + self._noise()
         stamp = time.monotonic_ns() + self.stamp_shift
         return FingertipState(stamp, finger, self.seq, force, load, self._noise(), 1e-5, slip=0.0)
 
     def _noise(self) -> float:
-        return self._chance.gauss(0.0, NOISE)
+        return self._chance.gauss(0.0, FORCE_NOISE_N)
 
     def _hear(self, until: float) -> None:
         while (left := until - time.monotonic()) > 0.0:
@@ -221,19 +221,19 @@ def _speak_as_two(stage: Stage) -> None:
     stage.other_force = 0.0
 
 
-HELD = "held until the connection was opened anew, then as before"
-NOTHING = "control does not notice"
+HELD_UNTIL_REOPENED = "held until the connection was opened anew, then as before"
+UNNOTICED = "control does not notice"
 ACTS = (
-    Act("5000 names are made up before the hand is heard first", _make_up_names, "crowded", 2.0, NOTHING),
-    Act("the hand sends a message of 70 000 bytes", _send_too_much, "cut_off", 2.0, HELD),
-    Act("5000 messages of random bytes", _send_rubbish, "checksum", 2.0, NOTHING),
-    Act("messages of 1, 3 and 100 parts", _send_parts, "parts", 2.0, NOTHING),
-    Act("stamps of 2^63 and 2^64 - 1", _send_wide_stamps, "value", 2.0, NOTHING),
-    Act("one counter that is 2^31 ahead", _jump_in_sequence, "counter", 2.0, NOTHING),
+    Act("5000 names are made up before the hand is heard first", _make_up_names, "crowded", 2.0, UNNOTICED),
+    Act("the hand sends a message of 70 000 bytes", _send_too_much, "cut_off", 2.0, HELD_UNTIL_REOPENED),
+    Act("5000 messages of random bytes", _send_rubbish, "checksum", 2.0, UNNOTICED),
+    Act("messages of 1, 3 and 100 parts", _send_parts, "parts", 2.0, UNNOTICED),
+    Act("stamps of 2^63 and 2^64 - 1", _send_wide_stamps, "value", 2.0, UNNOTICED),
+    Act("one counter that is 2^31 ahead", _jump_in_sequence, "counter", 2.0, UNNOTICED),
     Act("two hands in turn, 0.5 N apart", _speak_as_two, "two_senders", 2.0, "told; both are believed"),
-    Act("requests of three frames to the control socket", _ask_in_many_frames, "request", 2.0, NOTHING),
-    Act("an empty message to the telemetry socket", _send_to_telemetry, "subscription", 2.0, NOTHING),
-    Act("1500 connections to the control socket", _connect_without_end, "connections", 2.0, NOTHING),
+    Act("requests of three frames to the control socket", _ask_in_many_frames, "request", 2.0, UNNOTICED),
+    Act("an empty message to the telemetry socket", _send_to_telemetry, "subscription", 2.0, UNNOTICED),
+    Act("1500 connections to the control socket", _connect_without_end, "connections", 2.0, UNNOTICED),
 )
 
 
@@ -257,7 +257,7 @@ def perform(progress: Callable[[Act, Outcome], object], only: str = "") -> bool:
 
 
 def _perform(stage: Stage, act: Act) -> Outcome:
-    settled = [] if act is ACTS[0] else stage.hold(SETTLE)  # before the first act no state has been sent
+    settled = [] if act is ACTS[0] else stage.hold(SETTLE_S)  # before the first act no state has been sent
     before = min((command.normal_force for _, command in settled[len(settled) // 2 :]), default=0.0)
     known = stage.rejected.get(act.counted_as, 0)
     act.do(stage)
@@ -291,13 +291,13 @@ def _back_after(commands: list[tuple[float, ForceCommand]], began: float) -> flo
 
 
 def _until_active(stage: Stage) -> None:
-    ends = time.monotonic() + START
+    ends = time.monotonic() + START_TIMEOUT_S
     while time.monotonic() < ends:
         with contextlib.suppress(VegripError):
             if ask(stage.node(), "state")["state"] == "active":
                 return
         time.sleep(0.1)
-    raise VegripError(f"the node does not turn active within {START:g} s")
+    raise VegripError(f"the node does not turn active within {START_TIMEOUT_S:g} s")
 
 
 @contextmanager

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vegrip.messages import Condition
-from vegrip.validation.faults.table import BEGIN, Case
+from vegrip.validation.faults.table import FAULT_BEGIN_S, Case
 from vegrip.validation.faults.testbed import SAMPLING, Course, FickleWriter, Scene
 
-AFTER = 1.0  # [s] that a case goes on after its fault
-RELATIVE, ABSOLUTE = 0.02, 0.03  # [-], [N] by which two forces count as equal: noise of the loop
+WATCHED_AFTER_S = 1.0  # [s] that a case goes on after its fault
+EQUAL_SHARE, EQUAL_N = 0.02, 0.03  # [-], [N] by which two forces count as equal: noise of the loop
 FAIL_SAFE = 5.0  # [N] fail_safe.force
 
 
@@ -64,15 +64,15 @@ def run(case: Case) -> Outcome:
 def _run(case: Case, folder: Path) -> Outcome:
     writer = FickleWriter(folder)
     scene = Scene(writer=writer, sender_time=case.sender_time)
-    scene.run_until(BEGIN)
+    scene.run_until(FAULT_BEGIN_S)
     fault = case.make()
     grip = scene.grip
     fault.begin(scene)
-    scene.run_until(BEGIN + case.duration)
+    scene.run_until(FAULT_BEGIN_S + case.duration)
     fault.end(scene)
-    scene.run_until(BEGIN + case.duration + AFTER)
+    scene.run_until(FAULT_BEGIN_S + case.duration + WATCHED_AFTER_S)
     writer.close()
-    course, reference = scene.course, undisturbed(BEGIN + case.duration + AFTER)
+    course, reference = scene.course, undisturbed(FAULT_BEGIN_S + case.duration + WATCHED_AFTER_S)
     detected, seen = _detection(course)
     deficit, at = _deficit(course, reference, case)
     counted = {**grip.endpoint.rejected, **grip.node.rejected}
@@ -81,11 +81,11 @@ def _run(case: Case, folder: Path) -> Outcome:
         case=case,
         detected_after=detected,
         seen_as=seen,
-        recovered_after=_recovery(course, BEGIN + case.duration),
+        recovered_after=_recovery(course, FAULT_BEGIN_S + case.duration),
         worst_deficit=deficit,
         worst_at=at,
-        least=min(min(force) for force in course.force[_sample(BEGIN) :]),
-        most=max(max(force) for force in course.force[_sample(BEGIN) :]),
+        least=min(min(force) for force in course.force[_sample(FAULT_BEGIN_S) :]),
+        most=max(max(force) for force in course.force[_sample(FAULT_BEGIN_S) :]),
         worst_surplus=_surplus(course, reference),
         slips=scene.hand_node.hand.slips,
         dropped=scene.hand_node.hand.dropped,
@@ -113,38 +113,38 @@ def floor(course: Course, reference: Course, i: int, finger: int, relaxes: float
     What it was when the fault began, what it would be without the fault, or the fail-safe grip: the least of
     them. Where the hand is left alone with its position, the soft tip relaxes by the share ``relaxes``.
     """
-    onset = course.force[_sample(BEGIN)][finger]
+    onset = course.force[_sample(FAULT_BEGIN_S)][finger]
     least = min(onset, reference.force[i][finger], FAIL_SAFE)
-    return least * (1.0 - RELATIVE - relaxes) - ABSOLUTE
+    return least * (1.0 - EQUAL_SHARE - relaxes) - EQUAL_N
 
 
 def _deficit(course: Course, reference: Course, case: Case) -> tuple[float, float]:
     worst, at = -1.0, 0.0
-    for i in range(_sample(BEGIN), len(course.time)):
+    for i in range(_sample(FAULT_BEGIN_S), len(course.time)):
         for finger, force in enumerate(course.force[i]):
             deficit = floor(course, reference, i, finger, case.relaxes) - force
             if deficit > worst:
-                worst, at = deficit, course.time[i] - BEGIN
+                worst, at = deficit, course.time[i] - FAULT_BEGIN_S
     return worst, at
 
 
 def _surplus(course: Course, reference: Course) -> float:
     """Return by how much a grip exceeds what it was, would be, and the fail-safe grip, at worst [N]."""
-    begin, worst = _sample(BEGIN), -1.0
+    begin, worst = _sample(FAULT_BEGIN_S), -1.0
     for i in range(begin, len(course.time)):
         for finger, force in enumerate(course.force[i]):
             usual = max(course.force[begin][finger], reference.force[i][finger], FAIL_SAFE)
-            worst = max(worst, force - usual * (1.0 + RELATIVE) - ABSOLUTE)
+            worst = max(worst, force - usual * (1.0 + EQUAL_SHARE) - EQUAL_N)
     return worst
 
 
 def _detection(course: Course) -> tuple[float | None, frozenset[Condition]]:
     first: float | None = None
     seen: set[Condition] = set()
-    for i in range(_sample(BEGIN), len(course.time)):
+    for i in range(_sample(FAULT_BEGIN_S), len(course.time)):
         bad = {condition for condition in course.condition[i] if condition is not Condition.OK}
         if bad and first is None:
-            first = course.time[i] - BEGIN
+            first = course.time[i] - FAULT_BEGIN_S
         seen |= bad
     return first, frozenset(seen)
 

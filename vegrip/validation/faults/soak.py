@@ -10,8 +10,8 @@ from random import Random
 from vegrip.validation.faults.table import CASES
 from vegrip.validation.faults.testbed import FickleWriter, Scene
 
-REST = 3.0  # [s] between two faults
-WARM = 0.5  # share of the time after which nothing may grow any more: bounded memories are full by then
+FAULT_PAUSE_S = 3.0  # [s] between two faults
+WARM_SHARE = 0.5  # share of the time after which nothing may grow any more: bounded memories are full by then
 PAGE = 4096  # [bytes]
 
 
@@ -41,14 +41,14 @@ def _soak(duration: float, random: Random, folder: Path, progress: Callable[[flo
     cases = [case for case in CASES if not case.slow and not case.sender_time]
     faults, start = 0, (0, 0)
     while scene.now < duration and not scene.hand_node.hand.dropped:
-        scene.simulation.run_until(scene.now + REST)
+        scene.simulation.run_until(scene.now + FAULT_PAUSE_S)
         case = random.choice(cases)
         fault = case.make()
         fault.begin(scene)
         scene.simulation.run_until(scene.now + case.duration)
         fault.end(scene)
         faults += 1
-        if start == (0, 0) and scene.now >= WARM * duration:
+        if start == (0, 0) and scene.now >= WARM_SHARE * duration:
             start = _footprint()
         if progress is not None:
             progress(scene.now)

@@ -14,14 +14,14 @@ from vegrip.messages import Condition
 from vegrip.validation.faults import frame_faults, sensor_faults, system_faults
 from vegrip.validation.faults.injection import Injection
 
-BEGIN = 2.0
+FAULT_BEGIN_S = 2.0
 """[s] when every fault begins: the object has been lifted, the grip has settled."""
 
-TICK = 0.005  # [s] of the node
+NODE_TICK_S = 0.005  # [s] of the node
 TIME_OUT = 0.05  # [s] watchdog.time_out
-SILENCE = TIME_OUT + 2 * TICK  # [s] until missing input is seen
-RECOVERY = 0.1  # [s] five good states in a row, and some
-STUCK = 13 * TICK  # [s] of repeats of a noisy normal force, which are too many
+SILENCE = TIME_OUT + 2 * NODE_TICK_S  # [s] until missing input is seen
+RECOVERY_S = 0.1  # [s] five good states in a row, and some
+STUCK = 13 * NODE_TICK_S  # [s] of repeats of a noisy normal force, which are too many
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Case:
     duration: float  # [s]
     seen_as: frozenset[Condition]  # any of these; empty: it need not be seen
     detection: float = 0.0  # [s] at the latest
-    recovery: float = RECOVERY  # [s] after its end until every finger is OK
+    recovery: float = RECOVERY_S  # [s] after its end until every finger is OK
     counted_as: str = ""  # name under which the node that grips must have counted it
     behaviour: str = ""
     sender_time: bool = False
@@ -50,7 +50,7 @@ def _case(name: str, make: Callable[[], Injection], duration: float, *seen: Cond
 STALE, MISSING, CORRUPT = Condition.STALE, Condition.MISSING, Condition.CORRUPT
 REPLAYED, FROZEN, OUT_OF_RANGE = Condition.REPLAYED, Condition.FROZEN, Condition.OUT_OF_RANGE
 
-HELD = "held, then ramp to the fail-safe grip"
+HELD_THEN_RAMP = "held, then ramp to the fail-safe grip"
 GOES_ON = "control goes on with the rest"
 UNTOUCHED = "control does not notice"
 
@@ -67,7 +67,7 @@ def _losses() -> list[Case]:
                     duration,
                     *seen,
                     detection=SILENCE,
-                    behaviour=HELD if seen else GOES_ON,
+                    behaviour=HELD_THEN_RAMP if seen else GOES_ON,
                     slow=duration > 5.0,
                 )
             )
@@ -82,7 +82,7 @@ CASES: tuple[Case, ...] = (
         1.0,
         STALE,
         detection=SILENCE,
-        behaviour=f"that finger: {HELD}; the others go on",
+        behaviour=f"that finger: {HELD_THEN_RAMP}; the others go on",
     ),
     _case("every state sent twice", frame_faults.Duplication, 1.0, counted_as="counter", behaviour=UNTOUCHED),
     _case(
@@ -99,8 +99,8 @@ CASES: tuple[Case, ...] = (
         1.0,
         STALE,
         detection=SILENCE,
-        recovery=0.2 + RECOVERY,
-        behaviour=HELD,
+        recovery=0.2 + RECOVERY_S,
+        behaviour=HELD_THEN_RAMP,
     ),
     _case(
         "one bit of every state flipped behind the bus's CRC",
@@ -109,7 +109,7 @@ CASES: tuple[Case, ...] = (
         CORRUPT,
         detection=SILENCE,
         counted_as="checksum",
-        behaviour=HELD,
+        behaviour=HELD_THEN_RAMP,
     ),
     _case(
         "every state cut short",
@@ -118,7 +118,7 @@ CASES: tuple[Case, ...] = (
         CORRUPT,
         detection=SILENCE,
         counted_as="length",
-        behaviour=HELD,
+        behaviour=HELD_THEN_RAMP,
     ),
     _case(
         "old states replayed with good checksums",
@@ -126,25 +126,25 @@ CASES: tuple[Case, ...] = (
         2.0,
         STALE,
         REPLAYED,
-        detection=40 * TICK + SILENCE,
+        detection=40 * NODE_TICK_S + SILENCE,
         counted_as="counter",
-        behaviour=HELD,
+        behaviour=HELD_THEN_RAMP,
     ),
     _case(
         "values frozen, counter alive",
         sensor_faults.Frozen,
         2.0,
         FROZEN,
-        detection=0.25 + 2 * TICK,
-        behaviour=HELD,
+        detection=0.25 + 2 * NODE_TICK_S,
+        behaviour=HELD_THEN_RAMP,
     ),
     _case(
         "normal force saturated at 70 N",
         lambda: sensor_faults.Saturated(70.0),
         1.0,
         OUT_OF_RANGE,
-        detection=2 * TICK,
-        behaviour=HELD,
+        detection=2 * NODE_TICK_S,
+        behaviour=HELD_THEN_RAMP,
     ),
     _case(
         "normal force stuck at 2 N",
@@ -152,7 +152,7 @@ CASES: tuple[Case, ...] = (
         3.0,
         FROZEN,
         detection=STUCK,
-        behaviour=HELD,
+        behaviour=HELD_THEN_RAMP,
     ),
     _case(
         "normal force stuck at 0 N",
@@ -160,7 +160,7 @@ CASES: tuple[Case, ...] = (
         3.0,
         FROZEN,
         detection=STUCK,
-        behaviour=HELD,
+        behaviour=HELD_THEN_RAMP,
     ),
     _case(
         "normal force stuck at 10 N",
@@ -168,15 +168,22 @@ CASES: tuple[Case, ...] = (
         3.0,
         FROZEN,
         detection=STUCK,
-        behaviour=HELD,
+        behaviour=HELD_THEN_RAMP,
     ),
-    _case("all quantities NaN", sensor_faults.NotANumber, 1.0, MISSING, detection=2 * TICK, behaviour=HELD),
+    _case(
+        "all quantities NaN",
+        sensor_faults.NotANumber,
+        1.0,
+        MISSING,
+        detection=2 * NODE_TICK_S,
+        behaviour=HELD_THEN_RAMP,
+    ),
     _case(
         "normal force NaN",
         lambda: sensor_faults.NotANumber(("normal_force",)),
         1.0,
         Condition.DEGRADED,
-        detection=2 * TICK,
+        detection=2 * NODE_TICK_S,
         behaviour=GOES_ON,
     ),
     _case(
@@ -184,15 +191,15 @@ CASES: tuple[Case, ...] = (
         lambda: sensor_faults.NotANumber(("tangential_force_x", "tangential_force_y")),
         1.0,
         Condition.DEGRADED,
-        detection=2 * TICK,
-        behaviour="load unknown: " + HELD,
+        detection=2 * NODE_TICK_S,
+        behaviour="load unknown: " + HELD_THEN_RAMP,
     ),
     _case(
         "sensor clock jumps 10 s ahead",
         lambda: sensor_faults.SenderClockJump(10.0),
         2.0,
         REPLAYED,
-        detection=2.0 + 2 * TICK,
+        detection=2.0 + 2 * NODE_TICK_S,
         behaviour="goes on as after a gap; the jump back counts as a replay until five good states came",
         sender_time=True,
     ),
@@ -202,7 +209,7 @@ CASES: tuple[Case, ...] = (
         2.0,
         REPLAYED,
         STALE,
-        detection=2 * TICK,
+        detection=2 * NODE_TICK_S,
         behaviour="held, then goes on as after a gap",
         sender_time=True,
     ),
@@ -236,7 +243,7 @@ CASES: tuple[Case, ...] = (
         1.0,
         STALE,
         detection=SILENCE,
-        behaviour=HELD,
+        behaviour=HELD_THEN_RAMP,
     ),
     _case(
         "the gripping node is bus-off, again and again",
@@ -250,7 +257,7 @@ CASES: tuple[Case, ...] = (
         system_faults.Killed,
         1.0,
         MISSING,
-        detection=2 * TICK,
+        detection=2 * NODE_TICK_S,
         recovery=0.5,
         behaviour="the hand holds its position; the new node takes over its force",
         relaxes=0.05,

@@ -24,11 +24,11 @@ from vegrip.validation.controllers.candidates import demo_parameters, make_node
 from vegrip.validation.controllers.scenario import GRASPS
 from vegrip.virtual import HandSettings
 
-RATE = 200.0
+STATE_RATE_HZ = 200.0
 """[Hz] of states. Less than the demonstration has, so that the whole table runs in a minute or two."""
 
 SAMPLING = 0.01  # [s] of the truth
-FLUSH = 0.1  # [s] between two writings of the recording
+FLUSH_PERIOD_S = 0.1  # [s] between two writings of the recording
 
 Falsify = Callable[[FingertipState], FingertipState]
 
@@ -111,9 +111,11 @@ class Scene:
         self.clock = SimulatedClock()
         self.bus = SimulatedCan(self.clock)
         self.simulation = Cosimulation(self.bus, self.clock)
-        self.settings: HandSettings = replace(GRASPS[grasp], sensor=replace(GRASPS[grasp].sensor, rate=RATE))
+        self.settings: HandSettings = replace(
+            GRASPS[grasp], sensor=replace(GRASPS[grasp].sensor, rate=STATE_RATE_HZ)
+        )
         self.fingers: Sequence[str] = self.settings.fingers
-        self.loop = LoopSettings(tick_period=1.0 / RATE)
+        self.loop = LoopSettings(tick_period=1.0 / STATE_RATE_HZ)
         self.course = Course()
         self.grip = self.start_grip()
         self.hand_node = Hand("virtual_hand", replace(Parameters(), hand=self.settings, disturbed=False))
@@ -121,7 +123,9 @@ class Scene:
         self.recorder = Recorder(writer) if writer is not None else None
         self.record: Participant | None = None
         if self.recorder is not None:
-            self.record = self.simulation.add(self.recorder, self.endpoint(), LoopSettings(tick_period=FLUSH))
+            self.record = self.simulation.add(
+                self.recorder, self.endpoint(), LoopSettings(tick_period=FLUSH_PERIOD_S)
+            )
 
     @property
     def now(self) -> float:

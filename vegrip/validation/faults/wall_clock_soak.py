@@ -60,11 +60,13 @@ program = "record"
 restart = "always"
 loop.tick_period = 0.1
 """
-START = 120.0  # [s] at most until the grip is held
-SETTLE = 10.0  # [s] then, before anything is judged
-REST = 3.0  # [s] between two accidents
-HELD = 0.2  # [N] a finger that measures less has lost the object
-RECOVERY = 15.0  # [s] within which all fingers are commanded again; a restart waits 1 s and imports for some
+START_TIMEOUT_S = 120.0  # [s] at most until the grip is held
+SETTLE_S = 10.0  # [s] then, before anything is judged
+ACCIDENT_PAUSE_S = 3.0  # [s] between two accidents
+LOST_FORCE_N = 0.2  # [N] a finger that measures less has lost the object
+RECOVERY_TIMEOUT_S = (
+    15.0  # [s] within which all fingers are commanded again; a restart waits 1 s and imports for some
+)
 DEADLY = 0.3  # share of the time in which processes are killed; later on each is watched for growth
 MEGABYTE = 1e6
 STEEP = 1.0  # [MB/min] of resident memory, beyond which it is a leak
@@ -148,8 +150,8 @@ class _Soak:
         self._judging = False
 
     def run(self, duration: float) -> None:
-        self._watch_until_commanded(START)
-        self._watch(SETTLE)
+        self._watch_until_commanded(START_TIMEOUT_S)
+        self._watch(SETTLE_S)
         self._judging = True
         start = time.monotonic()
         while (elapsed := time.monotonic() - start) < duration and not self.result.complaints:
@@ -159,13 +161,13 @@ class _Soak:
             with (GENTLE | DEADLY_ONES)[name]():
                 self._watch(0.5)
             self.result.accidents[name] += 1
-            took = self._watch_until_commanded(RECOVERY)
+            took = self._watch_until_commanded(RECOVERY_TIMEOUT_S)
             if took is None:
-                self.result.complaints.append(f"no commands {RECOVERY:g} s after {name}")
+                self.result.complaints.append(f"no commands {RECOVERY_TIMEOUT_S:g} s after {name}")
             self.result.slowest_recovery = max(self.result.slowest_recovery, took or 0.0)
-            self._watch(REST)
+            self._watch(ACCIDENT_PAUSE_S)
         self.result.duration = time.monotonic() - start
-        if self.result.least_grip < HELD:
+        if self.result.least_grip < LOST_FORCE_N:
             self.result.complaints.append("the object was dropped")
 
     def _watch_until_commanded(self, patience: float) -> float | None:

@@ -23,16 +23,16 @@ import numpy as np
 
 from vegrip.messages import Estimate, FingertipState
 from vegrip.validation.controllers.candidates import demo_parameters
-from vegrip.validation.faults.testbed import RATE, SAMPLING, Falsify, Scene
+from vegrip.validation.faults.testbed import SAMPLING, STATE_RATE_HZ, Falsify, Scene
 
-BEGIN = 6.0  # [s] of the fault, unless it is drawn
-AFTER = 4.0  # [s] that are watched after it
+FAULT_BEGIN_S = 6.0  # [s] of the fault, unless it is drawn
+WATCHED_AFTER_S = 4.0  # [s] that are watched after it
 BACK = 2.0  # [s] within which estimates have to be back
 MAXIMUM = 0.5  # [s] for which the command may stay at its largest after the fault
 FALLEN = 0.95
-DURATIONS = (1.0 / RATE, 10.0 / RATE, 1.0)  # [s]
+DURATIONS = (1.0 / STATE_RATE_HZ, 10.0 / STATE_RATE_HZ, 1.0)  # [s]
 
-VALUES = {
+WRONG_VALUES = {
     "normal_force": (-4.0, 0.0, 1.0, 15.0, 59.0),
     "displacement": (-9e-3, 0.0, 1e-3, 2e-3, 9e-3),
     "tangential_force_x": (-5.0, 0.0, 0.7, 2.0, 5.0, 59.0),
@@ -43,7 +43,7 @@ VALUES = {
     "contact_radius": (1e-4, 2e-3, 8e-3),
 }
 """Within the ranges that the watchdog believes."""
-NOISE = {"normal_force": 0.01, "displacement": 5e-6, "tangential_force_x": 0.01, "torque_z": 1e-4}
+CHANNEL_NOISE = {"normal_force": 0.01, "displacement": 5e-6, "tangential_force_x": 0.01, "torque_z": 1e-4}
 """Of wrong values, so that they do not look frozen."""
 
 
@@ -108,7 +108,7 @@ def undisturbed(end: float, look: float) -> Run:
 def judge(fault: Fault) -> Verdict:
     """Run the grasp with the fault and compare it with the one without."""
     over = round((fault.begin + fault.duration) / SAMPLING) * SAMPLING
-    end, look = over + AFTER, over + BACK
+    end, look = over + WATCHED_AFTER_S, over + BACK
     without, disturbed = undisturbed(end, look), run(end, look, fault)
     n = min(len(without.command), len(disturbed.command))
     begun = round(fault.begin / SAMPLING)
@@ -149,7 +149,7 @@ def _falsifier(scene: Scene, fault: Fault) -> Falsify:
         inside = fault.begin <= scene.now < fault.begin + fault.duration
         if not inside or state.finger not in concerned:
             return state
-        wrong = fault.value + NOISE.get(fault.channel, 0.0) * float(rng.standard_normal())
+        wrong = fault.value + CHANNEL_NOISE.get(fault.channel, 0.0) * float(rng.standard_normal())
         return replace(state, **{fault.channel: wrong})  # type: ignore[arg-type]
 
     return falsify
@@ -157,25 +157,25 @@ def _falsifier(scene: Scene, fault: Fault) -> Falsify:
 
 def faults() -> Iterator[Fault]:
     """Yield the table: every channel and value, one sample, ten, a second, one finger and all."""
-    for channel, values in VALUES.items():
+    for channel, values in WRONG_VALUES.items():
         for value in values:
             for duration in DURATIONS:
                 for finger in (0, -1):
-                    yield Fault(channel, value, BEGIN, duration, finger)
+                    yield Fault(channel, value, FAULT_BEGIN_S, duration, finger)
 
 
 def drawn(rng: np.random.Generator) -> Fault:
     """Return any fault."""
-    channel = str(rng.choice(list(VALUES)))
-    low, high = min(VALUES[channel]), max(VALUES[channel])
-    value = float(rng.choice(VALUES[channel])) if rng.random() < 0.3 else float(rng.uniform(low, high))
+    channel = str(rng.choice(list(WRONG_VALUES)))
+    low, high = min(WRONG_VALUES[channel]), max(WRONG_VALUES[channel])
+    value = float(rng.choice(WRONG_VALUES[channel])) if rng.random() < 0.3 else float(rng.uniform(low, high))
     duration = float(rng.choice(DURATIONS))
     return Fault(channel, value, float(rng.uniform(2.0, 10.0)), duration, int(rng.integers(-1, 2)))
 
 
 def near(fault: Fault, rng: np.random.Generator) -> Fault:
     """Return a fault like ``fault``."""
-    low, high = min(VALUES[fault.channel]), max(VALUES[fault.channel])
+    low, high = min(WRONG_VALUES[fault.channel]), max(WRONG_VALUES[fault.channel])
     value = min(max(fault.value + 0.1 * (high - low) * float(rng.standard_normal()), low), high)
     return replace(fault, value=value, begin=max(2.0, fault.begin + 0.3 * float(rng.standard_normal())))
 

@@ -27,29 +27,29 @@ class Segment:
 Episode = tuple[Segment, ...]
 """Segments one after the other; the fingertip is fully recovered at the beginning, 0.2 s of air around it."""
 
-AIR = Segment(0.2, depth=0.0)
+AIR_SEGMENT = Segment(0.2, depth=0.0)
 
 
 def hold(depth: float, duration: float, rise: float = 0.1) -> Episode:
     """Press fast to ``depth`` [m], hold it, and withdraw."""
-    return (AIR, Segment(rise, depth=depth), Segment(duration), Segment(0.3, depth=0.0), Segment(1.0))
+    return (AIR_SEGMENT, Segment(rise, depth=depth), Segment(duration), Segment(0.3, depth=0.0), Segment(1.0))
 
 
 def creep(force: float, duration: float, rise: float = 0.1) -> Episode:
     """Load fast to ``force`` [N], hold it, and withdraw."""
-    return (AIR, Segment(rise, force=force), Segment(duration), Segment(0.3, depth=0.0), Segment(1.0))
+    return (AIR_SEGMENT, Segment(rise, force=force), Segment(duration), Segment(0.3, depth=0.0), Segment(1.0))
 
 
 def triangles(depth: float, speed: float, cycles: int) -> Episode:
     """Press to ``depth`` [m] and back at ``speed`` [m/s], several times."""
     stroke = depth / speed
-    return (AIR, *(Segment(stroke, depth=depth), Segment(stroke, depth=0.0)) * cycles, AIR)
+    return (AIR_SEGMENT, *(Segment(stroke, depth=depth), Segment(stroke, depth=0.0)) * cycles, AIR_SEGMENT)
 
 
 def sine(depth: float, amplitude: float, frequency: float, cycles: int) -> Episode:
     """Press to ``depth`` [m] and move up and down about it."""
     wave = Segment(cycles / frequency, amplitude=amplitude, frequency=frequency)
-    return (AIR, Segment(0.3, depth=depth), Segment(0.5), wave, Segment(0.3, depth=0.0), AIR)
+    return (AIR_SEGMENT, Segment(0.3, depth=depth), Segment(0.5), wave, Segment(0.3, depth=0.0), AIR_SEGMENT)
 
 
 def slip(
@@ -57,7 +57,15 @@ def slip(
 ) -> Episode:
     """Load to ``force`` [N], wait, then pull [m/s] and turn [rad/s] until well after slip."""
     move = Segment(duration, pull_x=pull, spin=spin)
-    return (AIR, Segment(0.1, force=force), Segment(wait), move, Segment(0.3), Segment(0.3, depth=0.0), AIR)
+    return (
+        AIR_SEGMENT,
+        Segment(0.1, force=force),
+        Segment(wait),
+        move,
+        Segment(0.3),
+        Segment(0.3, depth=0.0),
+        AIR_SEGMENT,
+    )
 
 
 def standard_protocol(tip: FingertipSettings, *, size: float = 1.0) -> tuple[Episode, ...]:

@@ -4,19 +4,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.bench.protocol import Episode, Segment
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.hidden import Hidden, make
 from vegrip.virtual.hidden.specimen import Specimen
 from vegrip.virtual.patch import even_grid, utilisation
-from vegrip.virtual.sensor import CHANNELS, Reading, Sensors
+from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 from vegrip.virtual.slips import is_sliding
-
-Array = npt.NDArray[np.float64]
 
 TRUTH = (
     "indentation",
@@ -43,8 +41,8 @@ class Trial:
 
     """
 
-    columns: dict[str, Array]
-    truth: dict[str, Array]
+    columns: dict[str, Floats]
+    truth: dict[str, Floats]
     tip: FingertipSettings
     noise: SensorSettings
 
@@ -85,11 +83,11 @@ def run_trial(
             if ticks % every == 0:
                 true = bench.truth() if truth else ()
                 for state in sensors.measure(bench.reading(warm), start + ticks * step):
-                    measured = [getattr(state, channel) for channel in (*CHANNELS, "slip")]
+                    measured = [getattr(state, channel) for channel in (*SENSED_CHANNELS, "slip")]
                     rows.append((state.stamp * 1e-9, number, *measured))
                     truths.append(true)
         start += ticks * step + pause
-    columns = dict(zip(("t", "episode", *CHANNELS, "slip"), np.array(rows).T, strict=True))
+    columns = dict(zip(("t", "episode", *SENSED_CHANNELS, "slip"), np.array(rows).T, strict=True))
     present = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
     known = dict(zip(TRUTH, np.array(truths).T, strict=True)) if truth else {}
     return Trial(present, known, tip, noise)

@@ -38,7 +38,7 @@ from vegrip.virtual.hidden.viscous import FastDamping, RateStiffening
 from vegrip.virtual.hidden.warmth import Softening
 from vegrip.virtual.hidden.wear import Mullins, PermanentSet
 
-__all__ = ["HIDDEN", "OUTSIDE", "Hidden", "make"]
+__all__ = ["HIDDEN", "UNMODELLED", "Hidden", "make"]
 
 HIDDEN: Mapping[str, type[Hidden]] = {
     "adhesion": Adhesion,
@@ -69,7 +69,7 @@ HIDDEN: Mapping[str, type[Hidden]] = {
 }
 """By the names that a diagnosis gives them."""
 
-OUTSIDE: Mapping[str, type[Unknown]] = {
+UNMODELLED: Mapping[str, type[Unknown]] = {
     "cogging": Cogging,
     "magnet": Magnet,
     "day_and_night": DayAndNight,
@@ -91,7 +91,7 @@ def make(settings: Mapping[str, Mapping[str, float]]) -> tuple[Hidden, ...]:
     """
     made = []
     for name, given in settings.items():
-        every = {**HIDDEN, **OUTSIDE}
+        every = {**HIDDEN, **UNMODELLED}
         if name not in every:
             raise ConfigError(f"hidden: there is no effect {name!r}; there are {', '.join(every)}")
         known = [f.name for f in fields(every[name]) if f.init]  # type: ignore[arg-type]

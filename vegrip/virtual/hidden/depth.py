@@ -3,8 +3,9 @@
 import math
 from dataclasses import dataclass, field
 
+from vegrip.types import Floats
 from vegrip.virtual.hidden.base import Hidden
-from vegrip.virtual.relaxation import Array, Relaxation
+from vegrip.virtual.relaxation import Relaxation
 
 
 @dataclass
@@ -50,8 +51,8 @@ class Drainage(Hidden):
     def relaxation(self, g: Relaxation) -> Relaxation:
         """Return no relaxation: it is all in :meth:`more`."""
 
-        def none(t: Array) -> Array:
-            kept: Array = 1.0 + 0.0 * t
+        def none(t: Floats) -> Floats:
+            kept: Floats = 1.0 + 0.0 * t
             return kept
 
         return none

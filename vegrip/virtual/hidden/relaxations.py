@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vegrip.types import Floats
 from vegrip.virtual.hidden.base import Hidden
-from vegrip.virtual.relaxation import Array, Relaxation
+from vegrip.virtual.relaxation import Relaxation
 
 
 @dataclass
@@ -18,8 +19,8 @@ class SecondRelaxation(Hidden):
     def relaxation(self, g: Relaxation) -> Relaxation:
         """Return g, less what relaxes more."""
 
-        def more(t: Array) -> Array:
-            left: Array = g(t) + self.amplitude * np.expm1(-self.rate * t)
+        def more(t: Floats) -> Floats:
+            left: Floats = g(t) + self.amplitude * np.expm1(-self.rate * t)
             return left
 
         return more
@@ -36,8 +37,8 @@ class PowerLawRelaxation(Hidden):
     def relaxation(self, g: Relaxation) -> Relaxation:
         """Return g, less what relaxes more."""
 
-        def more(t: Array) -> Array:
-            left: Array = g(t) - self.amplitude * (1.0 - (1.0 + t / self.time) ** -self.exponent)
+        def more(t: Floats) -> Floats:
+            left: Floats = g(t) - self.amplitude * (1.0 - (1.0 + t / self.time) ** -self.exponent)
             return left
 
         return more

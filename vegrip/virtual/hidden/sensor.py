@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from vegrip.virtual.hidden.base import Hidden
 
-FINE = 8  # steps of the lag within a step of the trial
+LAG_SUBSTEPS = 8  # steps of the lag within a step of the trial
 
 
 @dataclass
@@ -22,9 +22,9 @@ class SensorLag(Hidden):
 
     def sensed(self, shown: float, tangential: float, dt: float) -> float:
         """Return the delayed force."""
-        gain = -math.expm1(-dt / FINE / self.time)
-        for i in range(FINE):
-            there = self._before + (i + 0.5) / FINE * (shown - self._before)
+        gain = -math.expm1(-dt / LAG_SUBSTEPS / self.time)
+        for i in range(LAG_SUBSTEPS):
+            there = self._before + (i + 0.5) / LAG_SUBSTEPS * (shown - self._before)
             self._shown += gain * (there - self._shown)
         self._before = shown
         return self._shown

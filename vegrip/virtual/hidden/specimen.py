@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from vegrip.virtual.fingertip import Array, Fingertips
+from vegrip.types import Floats
+from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.hidden.base import Hidden
 from vegrip.virtual.history import History
 from vegrip.virtual.settings import FingertipSettings
 
-ROUNDS = 100
+MAX_ROUNDS = 100
 NEARBY = 2e-3  # of the radius, within which the next step ends as a rule
 
 
@@ -44,11 +45,11 @@ class Specimen(Fingertips):
         """Where the drive stands [m]."""
         self._pressed = 0.0
 
-    def elastic_force(self, indentation: Array) -> Array:
+    def elastic_force(self, indentation: Floats) -> Floats:
         """Return N_e [N] with all that the material has been through."""
         return np.array([self._elastic(float(x)) for x in indentation])
 
-    def elastic_indentation(self, force: Array) -> Array:
+    def elastic_indentation(self, force: Floats) -> Floats:
         """Return the indentation that gives N_e [m]."""
         if self._plain:
             return super().elastic_indentation(force)
@@ -62,7 +63,7 @@ class Specimen(Fingertips):
             ]
         )
 
-    def press(self, indentation: Array) -> Array:
+    def press(self, indentation: Floats) -> Floats:
         """Put the drive at a position [m]; return the normal force [N]."""
         self.position = mount = float(indentation[0])
         for one in self._hidden:
@@ -78,7 +79,7 @@ class Specimen(Fingertips):
         self._settle(x, max(self._response(x), 0.0))
         return self.force
 
-    def load(self, force: Array) -> Array:
+    def load(self, force: Floats) -> Floats:
         """Impose a normal force [N]; return where the drive stands [m]."""
         wanted = max(float(force[0]), 0.0)
         x = 0.0
@@ -99,7 +100,7 @@ class Specimen(Fingertips):
         return np.array([mount])
 
     @property
-    def contact_radius(self) -> Array:
+    def contact_radius(self) -> Floats:
         """Contact radius [m], zero out of contact."""
         x = float(self.indentation[0])
         for indented in self._indented:  # a dented surface touches less
@@ -111,7 +112,7 @@ class Specimen(Fingertips):
         return np.array([a])
 
     @property
-    def pressure_exponent(self) -> Array:
+    def pressure_exponent(self) -> Floats:
         """Pressure exponent k [-]."""
         k = float(super().pressure_exponent[0])
         for one in self._hidden:
@@ -178,7 +179,7 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float:
     if f_low >= 0.0 or f_high <= 0.0:
         return low if f_low >= 0.0 else high
     x = low
-    for i in range(ROUNDS):
+    for i in range(MAX_ROUNDS):
         x = 0.5 * (low + high) if i % 3 == 2 else low - f_low * (high - low) / (f_high - f_low)
         if not low < x < high:
             break

@@ -3,8 +3,9 @@
 import math
 from dataclasses import dataclass, field
 
+from vegrip.types import Floats
 from vegrip.virtual.hidden.base import Hidden
-from vegrip.virtual.relaxation import Array, Relaxation
+from vegrip.virtual.relaxation import Relaxation
 
 
 @dataclass
@@ -23,7 +24,7 @@ class Softening(Hidden):
     def relaxation(self, g: Relaxation) -> Relaxation:
         """Return g in quicker time."""
 
-        def quicker(t: Array) -> Array:
+        def quicker(t: Floats) -> Floats:
             return g(t * math.exp(self.quickening * self._above))
 
         return quicker

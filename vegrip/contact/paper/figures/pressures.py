@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vegrip.contact.coupling import exponent_after_creep, radius_ratio
-from vegrip.contact.domain import Floats
 from vegrip.contact.paper import setting
 from vegrip.contact.paper.figures.style import letter, panels, seconds, shades
 from vegrip.contact.pressure import pressure, pressure_after_step
+from vegrip.types import Floats
 
 UNIT = np.pi  # N = pi and a_0 = 1 make the mean pressure at the start 1
 TIME = np.linspace(0, 2, 401)  # [s]
