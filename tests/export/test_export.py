@@ -58,8 +58,8 @@ def test_a_wrong_number_fails_the_self_test(exported: tuple[Path, Exported], tmp
     assert wrong != text
     (tmp_path / "lh_estimator.c").write_text(wrong)
     compiler = str(host.compiler())
-    built = run(compiler, *host.EXACT, f"-I{folder}", tmp_path / "lh_estimator.c", *SOURCES[1:], "-o", tmp_path / "t",
-                "-lm", where=folder)  # fmt: skip
+    sources = [tmp_path / "lh_estimator.c", *SOURCES[1:]]
+    built = run(compiler, *host.EXACT, f"-I{folder}", *sources, "-o", tmp_path / "t", "-lm", where=folder)
     assert built.returncode == 0, built.stderr
     done = run(tmp_path / "t", where=folder)
     assert done.returncode == 1

@@ -41,7 +41,7 @@ def c_(
 ) -> None:
     """Write C99 of the model's estimator, with a self-test, examples, and a report of what was measured.
 
-    Example: vegrip sample press.toml && vegrip export c press.toml -o firmware && make -C firmware
+    Example: vegrip sample press.toml && vegrip export c press.toml -o firmware
     """
     from vegrip.export import Request, export_estimator
     from vegrip.model import read_model
@@ -73,7 +73,8 @@ def learned(
 ) -> None:
     """Put what firmware has learned about a contact into a model file; NUMBERS are from the export of MODEL.
 
-    Example: vegrip export learned press.toml finger.bin -o learned.toml
+    Example: vegrip sample press.toml && vegrip export c press.toml -o firmware &&
+    vegrip export learned press.toml firmware/examples/finger.txt -o learned.toml
     """
     from vegrip.export.saved import learned_model, read_numbers
     from vegrip.model import read_model, write_model

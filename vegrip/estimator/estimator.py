@@ -256,7 +256,8 @@ class ContactEstimator:
         gauge, upper, reserve, when, earliest = out.tolist()
         relative, absolute = self._report("GAUGE_REL"), self._report("GAUGE_ABS")
         valid = self._valid() and self.in_contact and math.isfinite(upper)
-        std = math.sqrt((gauge * relative) ** 2 + absolute * absolute)
+        spread = gauge * relative
+        std = math.sqrt(spread * spread + absolute * absolute)
         margin = Estimate(1.0 - gauge, std, valid, self._age(state))
         if not valid:
             margin, upper, reserve, when, earliest = UNKNOWN, NAN, NAN, NAN, NAN

@@ -40,8 +40,8 @@ def _sizes(texts: Texts, measured: Measured) -> Iterator[str]:
         if size is not None:
             yield f"| {size.compiler} | {size.flash} | {size.ram} | {_stack(size)} |"
     yield ""
-    yield "Flash is code and tables of the estimator's file alone, without the mathematical library. Stack is the"
-    yield "deepest way down by `-fstack-usage` (what is called in the mathematical library comes on top)."
+    yield "Flash is code and tables of the estimator's file, without the mathematical library. Stack is the"
+    yield "deepest way down by `-fstack-usage`; what is called in the mathematical library comes on top."
     yield ""
 
 
@@ -55,7 +55,7 @@ def _stack(size: Size) -> str:
 def _runs(measured: Measured) -> Iterator[str]:
     yield "## Agreement with Python"
     yield ""
-    yield "The self-test runs a recorded sequence (presses, slips, lost and wrong samples, a silence, a late sample)"
+    yield "The self-test runs a recorded sequence (presses, slips, lost and wrong samples, a late one)"
     yield "and compares every output and, at the end, the whole memory."
     yield ""
     yield "| machine | result | numbers equal to the bit | largest relative difference |"

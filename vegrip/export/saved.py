@@ -78,7 +78,8 @@ def read_numbers(path: Path) -> NDArray[np.float64]:
 
 
 def _number(word: str) -> float:
-    return float.fromhex(word) if "0x" in word.lower() else float(word)
+    named = {"NAN": "nan", "INFINITY": "inf", "(-INFINITY)": "-inf"}.get(word, word)
+    return float.fromhex(named) if "0x" in named.lower() else float(named)
 
 
 def _mark(estimator: ContactEstimator) -> float:

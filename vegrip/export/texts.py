@@ -82,6 +82,8 @@ def write(request: Request, vectors: Vectors) -> Texts:
         for template, name in FILES.items()
     }
     files["model.toml"] = model_text(model)
+    saved = [text_number(digest), 1.0, *vectors.memory.tolist()]
+    files["examples/finger.txt"] = "".join(f"{literals.hexadecimal(one)}\n" for one in saved)
     return Texts(files, program, digest, layout.size)
 
 
