@@ -10,8 +10,8 @@ import time
 
 import numpy as np
 
-from vegrip.diagnosis import diagnose
-from vegrip.diagnosis.trials import Case, recorded
+from vegrip.identification.diagnosis import diagnose
+from vegrip.validation.diagnosis_trials import Case, make_recording
 
 ROWS = 46_000  # 230 s at 200 Hz, whatever the rate that the case draws
 HIDDEN = ((), ("sensor_lag",), ("adhesion", "second_relaxation"))
@@ -21,7 +21,7 @@ def run() -> dict[str, dict[str, float]]:
     """Return the time of a diagnosis beside that of the recording it reads."""
     out = {}
     for hidden in HIDDEN:
-        recording = recorded(Case(hidden, "strong", 0), times=4)
+        recording = make_recording(Case(hidden, "strong", 0), times=4)
         recording = recording.select(np.arange(len(recording)) < ROWS)
         began, spent = time.perf_counter(), time.process_time()
         found = diagnose(recording, threads=2)

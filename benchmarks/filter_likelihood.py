@@ -5,7 +5,8 @@ motion. Recordings of the virtual bench with one hidden effect of four, or with 
 
 * filter: the filter's likelihood, base and candidate each at its own best (MAP), the price of a parameter as
   in the whitened fit,
-* whitened: the evidence of the whitened residual (vegrip.fit), the same four candidates, no gates,
+* whitened: the evidence of the whitened residual (vegrip.identification.fit), the same four candidates, no
+  gates,
 * diagnose: the whole of ``vegrip diagnose``, all of the catalogue.
 
 ``python -m benchmarks.filter_likelihood --seeds 10 --processes 2`` prints one line for each recording and
@@ -28,26 +29,26 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from vegrip.contact import limit_surface
-from vegrip.diagnosis import diagnose
-from vegrip.diagnosis.catalogue import candidates
-from vegrip.diagnosis.nested import Fitted, extended, judged
-from vegrip.diagnosis.regimes import held_out_groups
-from vegrip.diagnosis.screen import screen
-from vegrip.diagnosis.trials import Case, recorded
 from vegrip.effects.contract import Effect
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import KERNELS
+from vegrip.estimator.initial_state import blank
 from vegrip.estimator.layout import Layout, layout_of
-from vegrip.estimator.start import blank
-from vegrip.fit.measured import prepare
-from vegrip.fit.noise import noise_of
-from vegrip.fit.problem import Problem
-from vegrip.fit.recipe import base_model
-from vegrip.fit.solve import fit_problem
+from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, extend_problem
+from vegrip.identification.diagnosis.catalogue import candidates
+from vegrip.identification.diagnosis.regimes import held_out_groups
+from vegrip.identification.diagnosis.score_tests import screen_candidates
+from vegrip.identification.fit.fitting import base_model
+from vegrip.identification.fit.noise import noise_of
+from vegrip.identification.fit.preprocess import preprocess
+from vegrip.identification.fit.problem import Problem
+from vegrip.identification.fit.solve import fit_problem
+from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
 from vegrip.parameters import changed, coordinate
-from vegrip.recording import Recording
+from vegrip.validation.diagnosis_trials import Case, make_recording
 
 Floats = NDArray[np.float64]
 
@@ -109,7 +110,7 @@ class FilterLikelihood:
         k = self.problem.unknowns
         return -float(out.sum()) + 0.5 * float(np.sum(((u - k.prior) / k.std) ** 2))
 
-    def best(self, fitted: Fitted, beside: Floats | None = None) -> tuple[float, Floats]:
+    def best(self, fitted: CandidateFit, beside: Floats | None = None) -> tuple[float, Floats]:
         """Return the least cost and where, searched in units of the standard errors of the whitened fit.
 
         Begins at the whitened optimum, or at the coordinates ``beside`` if they are better.
@@ -146,7 +147,7 @@ def without_effect(problem: Problem, base: Problem, u: Floats) -> Floats:
     return np.clip(out, k.low, k.high)
 
 
-def price(fitted: Fitted) -> float:
+def price(fitted: CandidateFit) -> float:
     """Return what the parameters cost [nats]: prior widths over posterior ones."""
     s, J = fitted.problem.unknowns.std, fitted.optimum.jacobian
     A = J.T @ J + np.diag(s**-2.0)
@@ -155,18 +156,18 @@ def price(fitted: Fitted) -> float:
 
 def judge(case: Case) -> dict[str, Any]:
     """Judge one recording in the three ways."""
-    recording = pressed_only(recorded(case))
-    measured = prepare(recording, noise_of(recording))
+    recording = pressed_only(make_recording(case))
+    measured = preprocess(recording, noise_of(recording))
     problem = Problem(base_model(recording), measured)
     groups = held_out_groups(problem)
-    base = judged(problem, fit_problem(problem), groups)
+    base = evaluate_candidate(problem, fit_problem(problem), groups)
     began = time.process_time()
     judge_base = FilterLikelihood(base.problem)
     cost_base, u_base = judge_base.best(base)
     by_filter, by_white, calls = {}, {}, judge_base.calls
     wanted = [c for c in candidates(problem.model, measured)[0] if c.name in TRIED]
-    for hint in screen(problem, base.optimum, wanted, threads=1):
-        new = extended(base, hint, groups)
+    for hint in screen_candidates(problem, base.optimum, wanted, threads=1):
+        new = extend_problem(base, hint, groups)
         by_white[hint.candidate.name] = new.evidence - base.evidence
         filtered = FilterLikelihood(new.problem)
         cost, _ = filtered.best(new, without_effect(new.problem, problem, u_base))

@@ -13,13 +13,13 @@ from pathlib import Path
 
 from rich.console import Console
 
-from vegrip.demo.candidates import KNOBS
-from vegrip.demo.command import others
-from vegrip.demo.compare import Trial, course
-from vegrip.demo.plot import picture
+from vegrip.demo.command import run_other_controllers
+from vegrip.demo.plot import draw_comparison
 from vegrip.demo.run import Demo, elapsed, run
-from vegrip.demo.scenario import Scenario
-from vegrip.monitor import render
+from vegrip.runtime.monitor import render
+from vegrip.validation.controllers.candidates import KNOBS
+from vegrip.validation.controllers.comparison import Trial, run_course
+from vegrip.validation.controllers.scenario import Scenario
 
 IMAGES = Path(__file__).parent / "images"
 PICTURES = {"hand": "demo.png", "pinch": "demo-pinch.png"}
@@ -47,8 +47,10 @@ def main() -> int:
     take_the_screen(Scenario(SEED, DURATION, "pinch"))
     for grasp, name in PICTURES.items():
         scenario = Scenario(SEED, DURATION, grasp)
-        ours = course(Trial("vegrip", SEED, DURATION, KNOBS[grasp]["vegrip"], grasp))
-        picture({"vegrip": ours, **others(scenario)}, scenario.events, IMAGES / name, DURATION)
+        ours = run_course(Trial("vegrip", SEED, DURATION, KNOBS[grasp]["vegrip"], grasp))
+        draw_comparison(
+            {"vegrip": ours, **run_other_controllers(scenario)}, scenario.events, IMAGES / name, DURATION
+        )
     return 0
 
 

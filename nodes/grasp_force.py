@@ -6,22 +6,22 @@ from typing import Any
 
 from vegrip.config import build as build_parameters
 from vegrip.estimator import ContactEstimator
-from vegrip.grasp.node import GraspForce
-from vegrip.grasp.parameters import GraspParameters, estimator_factory, memory_of, models_of
-from vegrip.grasp.succession import Succession
-from vegrip.grasp.suspicion import Inquiries
+from vegrip.grip.background_diagnosis import BackgroundDiagnosis
+from vegrip.grip.model_swap import ModelSwap
+from vegrip.grip.node import GraspForce
+from vegrip.grip.parameters import GraspParameters, estimator_factory, learned_store_of, models_of
 from vegrip.model import ContactModel
-from vegrip.node import NodeContext
+from vegrip.runtime import NodeContext
 
 
 def build(settings: Mapping[str, Any], context: NodeContext) -> GraspForce:
     """Make the node; the fingers are those of the bus."""
     where = f"{context.name} [parameters]"
     parameters = build_parameters(GraspParameters, settings, where)
-    memory, fingers = memory_of(parameters), context.fingers
+    store, fingers = learned_store_of(parameters), context.fingers
 
     def factory(parameters: GraspParameters) -> Callable[[str], ContactEstimator]:
-        return estimator_factory(parameters, fingers, where, memory)
+        return estimator_factory(parameters, fingers, where, store)
 
     def models(parameters: GraspParameters) -> list[ContactModel]:
         return models_of(parameters, fingers, where)
@@ -30,9 +30,11 @@ def build(settings: Mapping[str, Any], context: NodeContext) -> GraspForce:
         now: Any = node.parameters
         return dict(zip(fingers, models_of(now, fingers, where), strict=True))
 
-    succession = Succession(factory, models, context.name)
-    inquiries = (
-        Inquiries(present_models, asdict(parameters.noise), context.name) if parameters.suspects else None
+    swap = ModelSwap(factory, models, context.name)
+    diagnoser = (
+        BackgroundDiagnosis(present_models, asdict(parameters.noise), context.name)
+        if parameters.suspects
+        else None
     )
-    node = GraspForce(context.name, fingers, factory(parameters), parameters, memory, succession, inquiries)
+    node = GraspForce(context.name, fingers, factory(parameters), parameters, store, swap, diagnoser)
     return node

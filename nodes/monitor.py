@@ -6,8 +6,8 @@ from typing import Any
 
 from vegrip.config import build as build_parameters
 from vegrip.messages import Message
-from vegrip.monitor.screen import Screen
-from vegrip.node import NodeBase, NodeContext
+from vegrip.runtime import NodeBase, NodeContext
+from vegrip.runtime.monitor.screen import Screen
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Parameters:
 class MonitorNode(NodeBase):
     """Hands every message to the thread that draws."""
 
-    answers = False
+    wakes_on_messages = False
 
     def __init__(self, name: str, parameters: Parameters, fingers: tuple[str, ...]) -> None:
         super().__init__(name, parameters)

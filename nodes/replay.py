@@ -8,10 +8,10 @@ from vegrip.clock import NS
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
+from vegrip.identification.recording.data import Recording
+from vegrip.identification.recording.session import merge_states, read_fingers
 from vegrip.messages import FingertipState, Message
-from vegrip.node import NodeBase, NodeContext
-from vegrip.recording.data import Recording
-from vegrip.recording.session import merged_states, read_fingers
+from vegrip.runtime import NodeBase, NodeContext
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class ReplayNode(NodeBase):
         return due
 
     def _rewind(self) -> None:
-        self._states = merged_states(self._recordings)
+        self._states = merge_states(self._recordings)
         self._next = next(self._states, None)
         self._first = self._next.stamp if self._next is not None else 0
         self._start = None

@@ -4,16 +4,16 @@ from collections.abc import Iterable
 from typing import Any
 
 from vegrip.clock import NS
+from vegrip.identification.simulate.bench import Benches
 from vegrip.messages import FingertipState, Message
-from vegrip.node import NodeBase
-from vegrip.simulate.bench import Benches
+from vegrip.runtime import NodeBase
 
 
 class VirtualBenchNode(NodeBase):
     """Publishes what the fingertips on ``benches`` feel as time goes by; ends with the protocol."""
 
-    answers = False
-    alone: tuple[type[Message], ...] = (FingertipState,)
+    wakes_on_messages = False
+    exclusive_messages: tuple[type[Message], ...] = (FingertipState,)
 
     def __init__(self, name: str, parameters: Any, benches: Benches) -> None:
         super().__init__(name, parameters)

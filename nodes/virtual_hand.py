@@ -14,12 +14,12 @@ from vegrip.nodes.virtual_bench import VirtualBenchNode
 from vegrip.clock import NS
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
-from vegrip.control.freshness import objection
 from vegrip.errors import ConfigError
+from vegrip.grip.safety.command_validity import reason_to_reject
+from vegrip.identification.simulate.bench import Benches
+from vegrip.identification.simulate.protocol import read_protocol
 from vegrip.messages import FingertipState, ForceCommand, Message
-from vegrip.node import NodeBase, NodeContext
-from vegrip.simulate.bench import Benches
-from vegrip.simulate.protocol import read_protocol
+from vegrip.runtime import NodeBase, NodeContext
 from vegrip.virtual import HandSettings, VirtualHand, disturbances
 from vegrip.virtual.hidden import make
 
@@ -47,8 +47,8 @@ class Parameters:
 class VirtualHandNode(NodeBase):
     """Steps the hand by the time that has passed, and drops commands that have expired."""
 
-    answers = False
-    alone: tuple[type[Message], ...] = (FingertipState,)
+    wakes_on_messages = False
+    exclusive_messages: tuple[type[Message], ...] = (FingertipState,)
     _running = False
 
     def __init__(self, name: str, parameters: Parameters) -> None:
@@ -111,7 +111,7 @@ class VirtualHandNode(NodeBase):
         return VirtualHand(p.hand, p.seed, events if p.disturbed else ())
 
     def _objection(self, command: ForceCommand, now: int) -> str:
-        return objection(command, now) if command.finger in self.hand.fingers else "unknown finger"
+        return reason_to_reject(command, now) if command.finger in self.hand.fingers else "unknown finger"
 
 
 def build(settings: Mapping[str, Any], context: NodeContext) -> VirtualHandNode | VirtualBenchNode:

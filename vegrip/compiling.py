@@ -1,7 +1,7 @@
 """Says that code is being compiled, which takes seconds the first time and is silent by itself.
 
-Whoever wants to know puts a listener in place with :func:`told`; where nobody does, the logger ``vegrip``
-gets a line, and a terminal sees it.
+:func:`compile_listener` puts a listener in place; without one the logger ``vegrip`` gets a line, or a
+terminal does.
 """
 
 import logging
@@ -16,7 +16,7 @@ _listeners: list[Callable[[str], None]] = []
 
 
 @contextmanager
-def told(listener: Callable[[str], None]) -> Iterator[None]:
+def compile_listener(listener: Callable[[str], None]) -> Iterator[None]:
     """Tell ``listener`` in a sentence when compiling begins."""
     _listeners.append(listener)
     try:
@@ -25,7 +25,7 @@ def told(listener: Callable[[str], None]) -> Iterator[None]:
         _listeners.remove(listener)
 
 
-def announce(sentence: str = SENTENCE) -> None:
+def announce_compiling(sentence: str = SENTENCE) -> None:
     """Say that compiling begins: to the innermost listener, else to the log, else to the terminal."""
     if _listeners:
         _listeners[-1](sentence)

@@ -8,8 +8,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from vegrip.demo import plot
-from vegrip.demo.closed_loop import Course
-from vegrip.demo.scenario import Scenario
+from vegrip.validation.controllers.closed_loop import Course
+from vegrip.validation.controllers.scenario import Scenario
 
 DURATION = 30.0
 
@@ -29,7 +29,7 @@ def figure(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
         events = Scenario(request.param, DURATION, "pinch").events
         names = ("vegrip", "constant", "cone")
         path = tmp_path_factory.mktemp("picture") / "picture.png"
-        plot.picture(dict.fromkeys(names, course), events, path, DURATION)
+        plot.draw_comparison(dict.fromkeys(names, course), events, path, DURATION)
     FigureCanvasAgg(made[0]).draw()
     return made[0]
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from vegrip.cli import main
-from vegrip.diagnosis.trials import Case, Outcome, cases, recorded, tally
-from vegrip.diagnosis.trials.amounts import INSIDE, OUTSIDE
-from vegrip.diagnosis.trials.visible import leaves
 from vegrip.effects import BUILT_IN
+from vegrip.validation.diagnosis_trials import Case, Outcome, draw_cases, make_recording, tally_outcomes
+from vegrip.validation.diagnosis_trials.amounts import INSIDE, OUTSIDE
+from vegrip.validation.diagnosis_trials.visible import remaining_evidence
 from vegrip.virtual.hidden import HIDDEN
 from vegrip.virtual.hidden import OUTSIDE as UNKNOWN
 
@@ -48,7 +48,7 @@ def test_an_answer_is_right_only_with_exactly_what_is_hidden(outcome, answer) ->
 
 
 def test_tally_counts_by_kind_and_says_what_was_taken_for_what() -> None:
-    told = tally(
+    told = tally_outcomes(
         [
             of((), "adequate"),
             of((), "named", ("sensor_lag",)),
@@ -67,7 +67,7 @@ def test_tally_counts_by_kind_and_says_what_was_taken_for_what() -> None:
 
 def test_what_a_recording_cannot_show_is_counted_by_itself_whatever_was_said() -> None:
     dim = {"adhesion": 2.0}
-    told = tally(
+    told = tally_outcomes(
         [
             of(("adhesion",), "adequate", leaves=dim),
             of(("adhesion",), "named", ("adhesion",), leaves=dim),
@@ -79,10 +79,10 @@ def test_what_a_recording_cannot_show_is_counted_by_itself_whatever_was_said() -
 
 
 def test_what_an_effect_leaves_is_seen_in_the_same_recording_without_it() -> None:
-    shown = leaves(Case(("adhesion", "pressure_profile"), "weak", 3))
+    shown = remaining_evidence(Case(("adhesion", "pressure_profile"), "weak", 3))
     assert shown["adhesion"] > 100.0
     assert abs(shown["pressure_profile"]) < 20.0
-    assert leaves(Case((), "strong", 3)) == {}
+    assert remaining_evidence(Case((), "strong", 3)) == {}
 
 
 def test_everything_the_bench_can_hide_has_an_amount_and_a_name_of_the_catalogue_or_a_variable() -> None:
@@ -93,20 +93,20 @@ def test_everything_the_bench_can_hide_has_an_amount_and_a_name_of_the_catalogue
 
 
 def test_cases_hold_every_kind_and_every_effect_and_no_seed_twice() -> None:
-    drawn = list(cases(400, seed=3))
+    drawn = list(draw_cases(400, seed=3))
     assert {one.kind for one in drawn} == {"none", "one", "pair", "outside"}
     assert {one.hidden[0] for one in drawn if one.kind == "one"} == set(INSIDE)
     assert {one.size for one in drawn if one.kind == "one"} == {"strong", "weak"}
     assert {one.hidden[0] for one in drawn if one.kind == "outside"} == set(OUTSIDE)
     assert len({one.seed for one in drawn}) == 400
-    assert not {one.seed for one in drawn} & {one.seed for one in cases(400, seed=4)}
-    assert drawn[:50] == list(cases(50, seed=3))
-    assert {one.hidden for one in cases(20, kinds=["one"], only=["adhesion"])} == {("adhesion",)}
+    assert not {one.seed for one in drawn} & {one.seed for one in draw_cases(400, seed=4)}
+    assert drawn[:50] == list(draw_cases(50, seed=3))
+    assert {one.hidden for one in draw_cases(20, kinds=["one"], only=["adhesion"])} == {("adhesion",)}
 
 
 def test_the_same_case_is_the_same_recording() -> None:
-    one, again = (recorded(Case(("sensor_lag",), "weak", 5)) for _ in range(2))
-    other = recorded(Case(("sensor_lag",), "strong", 5))
+    one, again = (make_recording(Case(("sensor_lag",), "weak", 5)) for _ in range(2))
+    other = make_recording(Case(("sensor_lag",), "strong", 5))
     assert all(np.array_equal(one.columns[name], again.columns[name]) for name in one.columns)
     assert not np.array_equal(one.columns["normal_force"], other.columns["normal_force"])
     assert np.array_equal(one.columns["displacement"], other.columns["displacement"])
@@ -114,7 +114,7 @@ def test_the_same_case_is_the_same_recording() -> None:
 
 def test_command_goes_on_where_it_was_stopped(tmp_path, capsys) -> None:
     file = tmp_path / "done.jsonl"
-    wanted = list(cases(3, seed=2, kinds=["none"]))
+    wanted = list(draw_cases(3, seed=2, kinds=["none"]))
     file.write_text("".join(json.dumps(_adequate(one).as_dict()) + "\n" for one in wanted))
     arguments = ["trial", "-n", "3", "--seed", "2", "--kind", "none", "-o", str(file), "--json"]
     assert main(arguments) == 0  # nothing left to do

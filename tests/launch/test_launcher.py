@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.clock import NS, SimulatedClock
-from vegrip.node.launcher import Child, Launcher
-from vegrip.node.restart import FIRST_DELAY, LAST_DELAY, STEADY, RestartPolicy
+from vegrip.runtime.launcher import ChildProcess, Launcher
+from vegrip.runtime.restart import FIRST_DELAY, LAST_DELAY, STEADY, RestartPolicy
 
 
 class Played:
@@ -46,7 +46,7 @@ class Stage:
             self.running[name] = Played(self, name, stubborn)
             return self.running[name]
 
-        self.children.append(Child(name, start, **options))
+        self.children.append(ChildProcess(name, start, **options))
 
     def launcher(self):
         launcher = Launcher(self.children, self.clock, lambda *_: None)

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from vegrip.faults import page, table
-from vegrip.faults.accidents import Killed
-from vegrip.faults.run import run, undisturbed
-from vegrip.faults.scene import RATE, SAMPLING, Scene
-from vegrip.faults.soak import soak
-from vegrip.faults.tampering import Loss
 from vegrip.messages import Condition
-from vegrip.transport.traffic import Plan, forecast
+from vegrip.transport.canbus.traffic import TrafficPlan, forecast_traffic
+from vegrip.validation.faults import page, table
+from vegrip.validation.faults.frame_faults import Loss
+from vegrip.validation.faults.run import run, undisturbed
+from vegrip.validation.faults.soak import soak
+from vegrip.validation.faults.system_faults import Killed
+from vegrip.validation.faults.testbed import RATE, SAMPLING, Scene
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "faults.md"
 
@@ -75,8 +75,8 @@ def test_the_bus_is_as_busy_as_foreseen():
     """The load of hand and node on the simulated bus, against that of ``vegrip bus-load``."""
     scene = Scene()
     scene.run_until(3.0)
-    plan = Plan(fingers=2, rate=RATE, report_rate=50.0, health_rate=5.0, status_rate=1.0)
-    told = forecast(plan)
+    plan = TrafficPlan(fingers=2, rate=RATE, report_rate=50.0, health_rate=5.0, status_rate=1.0)
+    told = forecast_traffic(plan)
     assert scene.bus.load() == pytest.approx(told.load, rel=0.07)
     assert scene.bus.load() < told.worst_load
 
@@ -107,6 +107,6 @@ def test_nothing_grows_in_a_short_soak():
     assert done.memory < 8_000_000
 
 
-@pytest.mark.parametrize("table", [page.markdown, page.strangers])
+@pytest.mark.parametrize("table", [page.markdown, page.rogue_programs_table])
 def test_the_document_shows_the_table_as_it_is(table):
-    assert table() in DOCUMENT.read_text(encoding="utf-8"), "python -m vegrip.faults --table"
+    assert table() in DOCUMENT.read_text(encoding="utf-8"), "python -m vegrip.validation.faults --table"

@@ -8,7 +8,7 @@ import pytest
 from vegrip.cli import main
 from vegrip.errors import ConfigError
 from vegrip.transport.curve import Curve, Keys
-from vegrip.transport.key_files import listed, make_keys, read_keys, trust
+from vegrip.transport.key_files import list_keys, make_keys, read_keys, trust_key
 
 
 def test_the_secret_can_be_read_by_its_owner_only(tmp_path):
@@ -40,13 +40,13 @@ def test_a_name_that_could_lead_elsewhere_is_refused(tmp_path, name):
 
 def test_a_trusted_key_is_in_the_folder_and_the_secret_never_is(tmp_path):
     public, secret = make_keys(tmp_path, "node")
-    assert trust(public, tmp_path / "peers").name == "node.key"
-    assert listed(tmp_path / "peers") == listed(tmp_path)
+    assert trust_key(public, tmp_path / "peers").name == "node.key"
+    assert list_keys(tmp_path / "peers") == list_keys(tmp_path)
     with pytest.raises(ConfigError, match="not a public key"):
-        trust(secret, tmp_path / "peers")
+        trust_key(secret, tmp_path / "peers")
     other, _ = make_keys(tmp_path / "other", "node")
     with pytest.raises(ConfigError, match="another key"):
-        trust(other, tmp_path / "peers")
+        trust_key(other, tmp_path / "peers")
 
 
 def test_the_command_line_says_where_the_keys_are(tmp_path, capsys):

@@ -5,7 +5,7 @@ import pytest
 
 from vegrip.config import build
 from vegrip.errors import ConfigError
-from vegrip.virtual.settings import FingertipSettings, HandSettings, random_fingertip, varied
+from vegrip.virtual.settings import FingertipSettings, HandSettings, random_fingertip, vary_fingertip
 
 
 def test_a_hand_is_built_from_a_table() -> None:
@@ -45,6 +45,6 @@ def test_random_fingertips_are_different_and_possible() -> None:
 def test_variation_has_the_stated_spread_around_the_make() -> None:
     rng = np.random.default_rng(0)
     tip = FingertipSettings()
-    friction = np.log([varied(tip, 0.1, rng).friction / tip.friction for _ in range(3000)])
+    friction = np.log([vary_fingertip(tip, 0.1, rng).friction / tip.friction for _ in range(3000)])
     assert friction.std() == pytest.approx(0.1, rel=0.05)
-    assert varied(tip, 0.0, rng) == tip
+    assert vary_fingertip(tip, 0.0, rng) == tip

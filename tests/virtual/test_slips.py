@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vegrip.virtual.slips import SlipCounter, slides
+from vegrip.virtual.slips import SlipCounter, is_sliding
 
 DT = 1e-3
 
@@ -35,4 +35,4 @@ def test_creeping_is_no_slip() -> None:
 def test_only_a_whole_and_moving_patch_slides() -> None:
     a = np.full(3, 5e-3)
     sliding, speed = np.array([1.0, 0.5, 1.0]), np.array([1e-3, 1e-3, 1e-7])
-    assert slides(sliding, speed, a).tolist() == [True, False, False]
+    assert is_sliding(sliding, speed, a).tolist() == [True, False, False]

@@ -48,7 +48,7 @@ def counted(report: Report) -> Callable[[int], None]:
 @contextmanager
 def _compiling(report: Report) -> Iterator[None]:
     """Let the compiler say when it compiles; it costs nothing where it is not imported yet."""
-    from vegrip.compiling import told
+    from vegrip.compiling import compile_listener
 
-    with told(report):
+    with compile_listener(report):
         yield

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from vegrip.transport.traffic import Forecast, Plan
+    from vegrip.transport.canbus.traffic import Forecast, TrafficPlan
 
 
 def bus_load(
@@ -34,7 +34,7 @@ def bus_load(
     """
     from vegrip.config import build
     from vegrip.errors import UsageError
-    from vegrip.transport.traffic import Plan, forecast
+    from vegrip.transport.canbus.traffic import TrafficPlan, forecast_traffic
 
     if layout not in ("fd", "classic") or queue not in ("fifo", "priority"):
         raise UsageError("--layout is fd or classic, --queue is fifo or priority")
@@ -43,15 +43,15 @@ def bus_load(
         "data_bitrate": data_bitrate, "report_rate": report_rate, "health_rate": health_rate,
         "status_rate": status_rate, "state_parts": state_parts, "jitter": jitter,
     }  # fmt: skip
-    plan = build(Plan, table, "bus-load")
-    told = forecast(plan, fifo=queue == "fifo")
+    plan = build(TrafficPlan, table, "bus-load")
+    told = forecast_traffic(plan, fifo=queue == "fifo")
     if as_json:
         typer.echo(json.dumps(_as_dict(plan, told, queue)))
     else:
         _show(told, queue)
 
 
-def _as_dict(plan: "Plan", told: "Forecast", queue: str) -> dict[str, Any]:
+def _as_dict(plan: "TrafficPlan", told: "Forecast", queue: str) -> dict[str, Any]:
     frames = [
         {
             "name": row.name,

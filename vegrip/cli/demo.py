@@ -33,10 +33,10 @@ def demo(
 
     Example: vegrip demo --duration 20
     """
-    from vegrip.demo.command import perform
-    from vegrip.demo.scenario import GRASPS, Scenario, fitting_grasp
+    from vegrip.demo.command import run_demo
     from vegrip.errors import UsageError
-    from vegrip.recording.traces import replaced
+    from vegrip.identification.recording.traces import replaced
+    from vegrip.validation.controllers.scenario import GRASPS, Scenario, fitting_grasp
 
     if grasp == "auto":
         grasp = fitting_grasp(len(os.sched_getaffinity(0)))
@@ -46,6 +46,6 @@ def demo(
     claim_recording(folder, force=force)
     scenario = Scenario(seed, duration, grasp)
     with replaced(folder):
-        interrupted = perform(scenario, folder, live=not headless, json=json, plot=plot)
+        interrupted = run_demo(scenario, folder, live=not headless, json=json, plot=plot)
     if interrupted:
         raise typer.Exit(130)

@@ -9,8 +9,8 @@ import typer
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
-    from vegrip.experiment import Contest, Design, RigLimits
-    from vegrip.recording import Recording
+    from vegrip.identification.experiment import Design, Hypotheses, RigLimits
+    from vegrip.identification.recording import Recording
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[
@@ -68,10 +68,10 @@ def experiment(
     from vegrip.cli._progress import progress
     from vegrip.effects import effect
     from vegrip.errors import UsageError
-    from vegrip.experiment import NOTHING, design
-    from vegrip.experiment.limits import completed, limits_of
-    from vegrip.simulate import write_protocol
-    from vegrip.simulate.plot import draw
+    from vegrip.identification.experiment import NOTHING, design
+    from vegrip.identification.experiment.limits import complete_limits, limits_of
+    from vegrip.identification.simulate import write_protocol
+    from vegrip.identification.simulate.plot import draw_simulation
 
     with Outputs(force=force) as outputs:
         outputs.file(output)
@@ -80,7 +80,9 @@ def experiment(
             effect(name)  # an unknown one is refused before the fits
         measured, start = opened(recording, model)
         own = {"depth": depth, "force": normal_force, "speed": speed, "tangential_force": tangential_force}
-        allowed = completed(_limits(limits, {**own, "duration": duration}), limits_of(_usable(measured)))
+        allowed = complete_limits(
+            _limits(limits, {**own, "duration": duration}), limits_of(_usable(measured))
+        )
         with progress("experiment") as report:
             contest = _contest(measured, start, _names(candidates or []), report)
             if isinstance(contest, dict):
@@ -90,7 +92,7 @@ def experiment(
         written = False
         if best is not None:
             written = outputs.write(output, lambda path: write_protocol(best.whole, path, found.advice))
-            outputs.write(plot, partial(draw, best.whole, dict(contest.models)))
+            outputs.write(plot, partial(draw_simulation, best.whole, dict(contest.models)))
         if as_json:
             print_json(found.as_dict() | {"needed": True, "protocol": str(output) if written else None})
         else:
@@ -105,17 +107,17 @@ def _names(given: list[str]) -> list[str]:
 
 
 def _usable(recording: "Recording") -> "Recording":
-    from vegrip.fit.measured import prepare
-    from vegrip.fit.noise import noise_of
+    from vegrip.identification.fit.noise import noise_of
+    from vegrip.identification.fit.preprocess import preprocess
 
-    prepare(recording, noise_of(recording))  # says in one sentence what a fit would miss
+    preprocess(recording, noise_of(recording))  # says in one sentence what a fit would miss
     return recording
 
 
 def _limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
     from vegrip.config import build
     from vegrip.config import replace as changed
-    from vegrip.experiment.limits import RigLimits, read_limits
+    from vegrip.identification.experiment.limits import RigLimits, read_limits
 
     limits = read_limits(path) if path is not None else build(RigLimits, {}, "limits")
     for name, value in given.items():
@@ -124,19 +126,21 @@ def _limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
     return limits
 
 
-def _contest(recording: "Recording", model: Any, names: list[str], report: Any) -> "Contest | dict[str, Any]":
+def _contest(
+    recording: "Recording", model: Any, names: list[str], report: Any
+) -> "Hypotheses | dict[str, Any]":
     """Return the contest, or the diagnosis where there is nothing to tell apart."""
-    from vegrip.diagnosis import diagnose
-    from vegrip.experiment import contest_of
-    from vegrip.experiment.after import contest_after
-    from vegrip.fit import fit
+    from vegrip.identification.diagnosis import diagnose
+    from vegrip.identification.experiment import hypotheses_of
+    from vegrip.identification.experiment.next_experiment import hypotheses_after
+    from vegrip.identification.fit import fit
 
     if names:
-        return contest_of(fit(recording, model, report=report), names, report)
+        return hypotheses_of(fit(recording, model, report=report), names, report)
     found = diagnose(recording, model, report=report)
     if found.verdict != "ambiguous":
         return {"verdict": found.verdict, "named": found.named}
-    contest = contest_after(found)
+    contest = hypotheses_after(found)
     assert contest is not None  # noqa: S101
     return contest
 

@@ -11,7 +11,7 @@ import typer
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
-    from vegrip.fleet import Finding, Found, Row
+    from vegrip.identification.fleet import Finding, Found, Row
 
 FOLDER = Annotated[Path, typer.Argument(help="Folder with recordings in it, at any depth.")]
 MODEL = Annotated[
@@ -48,9 +48,9 @@ def fleet(
     Example: vegrip sample press -o recordings/press && vegrip fleet recordings -o fleet.csv
     """
     from vegrip.cli._fits import print_json
-    from vegrip.fleet import findings, look_for, run
-    from vegrip.fleet.findings import as_csv
-    from vegrip.fleet.ledger import Ledger
+    from vegrip.identification.fleet import find_recordings, run, summarize_rows
+    from vegrip.identification.fleet.findings import write_csv
+    from vegrip.identification.fleet.ledger import Ledger
     from vegrip.model import read_model
 
     with Outputs(force=force) as outputs:
@@ -62,7 +62,7 @@ def fleet(
             ledger if ledger is not None else folder / ".vegrip-fleet.jsonl",
             model.read_text(encoding="utf-8") if model is not None else "",
         )
-        found = look_for(folder)
+        found = find_recordings(folder)
         done = [(one, row) for one in found if (row := known.row(one)) is not None]
         left = [one for one in found if known.row(one) is None]
         with _counted(len(found), len(done)) as count:
@@ -70,8 +70,8 @@ def fleet(
                 known.add(one, row)
                 done.append((one, row))
                 count(one, row)
-        table = findings(done)
-        written = outputs.write(output, lambda path: path.write_text(as_csv(table), encoding="utf-8"))
+        table = summarize_rows(done)
+        written = outputs.write(output, lambda path: path.write_text(write_csv(table), encoding="utf-8"))
         if as_json:
             print_json({"findings": [one.as_dict() for one in table], "recordings": _recordings(done)})
         else:
@@ -116,8 +116,8 @@ def _counted(total: int, done: int) -> Iterator[Any]:
 
 def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: Path | None) -> None:
     from vegrip.cli._tables import printer, show, table
-    from vegrip.fleet.findings import NONE
-    from vegrip.fleet.row import FAILED
+    from vegrip.identification.fleet.findings import NONE
+    from vegrip.identification.fleet.row import FAILED
 
     shown = table("hand", "pad", "effect", "since", "seen in", "now", "size", wraps="size")
     for one in findings:
@@ -139,6 +139,11 @@ def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: P
     ]
     told += [f"not judged: {one.note}" for one in failed]
     told += [f"{found.path}: {row.lost}" for found, row in done if row.lost]
+    if (alone := sum(found.alone for found, _ in done)) > 1:
+        told.append(
+            f"{alone} recordings do not say of which hand and pad they are, and each counts as a pad of its "
+            "own; state hand and pad in [source] of recording.toml, or make a folder for each hand"
+        )
     for text in told:
         console.print(f"- {text}")
     pads = {(one.hand, one.pad) for one in findings if one.effect != FAILED}

@@ -51,7 +51,7 @@ def trust(
     Example: vegrip keys new node && vegrip keys trust keys/node.key
 
     """
-    from vegrip.transport.key_files import trust as trusted
+    from vegrip.transport.key_files import trust_key as trusted
 
     place = trusted(key, peers)
     _tell({"trusted": str(place)}, f"{place}: may subscribe", as_json=as_json)
@@ -64,9 +64,9 @@ def list_(folder: Folder = Path("keys"), as_json: Json = False) -> None:
     Example: vegrip keys new glove && vegrip keys list
 
     """
-    from vegrip.transport.key_files import listed
+    from vegrip.transport.key_files import list_keys
 
-    keys = listed(folder)
+    keys = list_keys(folder)
     _tell(dict(keys), "\n".join(f"{name}  {key}" for name, key in keys.items()) or "no keys", as_json=as_json)
 
 

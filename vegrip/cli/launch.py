@@ -35,8 +35,8 @@ def launch(
     Example: vegrip launch demo
 
     """
-    from vegrip.node.launch_file import find_launch_file, read_launch_file
-    from vegrip.node.program import NodeContext, find_program
+    from vegrip.runtime.launch_file import find_launch_file, read_launch_file
+    from vegrip.runtime.program import NodeContext, find_program
 
     path = find_launch_file(file)
     nodes = read_launch_file(path)
@@ -52,7 +52,7 @@ def launch(
 
 def _run(path: Path, nodes: list[Any]) -> int:
     from vegrip.clock import WallClock
-    from vegrip.node.launcher import Child, Launcher
+    from vegrip.runtime.launcher import ChildProcess, Launcher
 
     width = max(len(node.full_name) for node in nodes)
     readers: list[threading.Thread] = []
@@ -62,7 +62,7 @@ def _run(path: Path, nodes: list[Any]) -> int:
         say = consoles[node.full_name] = _Prefix(node.full_name, width, COLOURS[index % len(COLOURS)])
         start = _starter(path, node.full_name, say, readers)
         ready = partial(_active, node.full_name) if node.wait else None
-        children.append(Child(node.full_name, start, node.restart, node.required, ready))
+        children.append(ChildProcess(node.full_name, start, node.restart, node.required, ready))
     launcher = Launcher(children, WallClock(), lambda name, sentence: consoles[name](f"-- {sentence}"))
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: launcher.stop())
@@ -74,8 +74,8 @@ def _run(path: Path, nodes: list[Any]) -> int:
 
 def _active(name: str) -> bool:
     from vegrip.errors import VegripError
-    from vegrip.node.client import ask
-    from vegrip.node.registry import find_node
+    from vegrip.runtime.client import ask
+    from vegrip.runtime.registry import find_node
 
     try:
         state: str = ask(find_node(name), "state", patience=0.2)["state"]

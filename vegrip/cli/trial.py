@@ -14,7 +14,7 @@ from vegrip.errors import RecordingError, UsageError
 from vegrip.spelling import suggestion
 
 if TYPE_CHECKING:
-    from vegrip.diagnosis.trials import Case, Outcome
+    from vegrip.validation.diagnosis_trials import Case, Outcome
 
 TRIALS = Annotated[int, typer.Option("--trials", "-n", min=1, help="How many recordings.")]
 SEED = Annotated[int, typer.Option("--seed", min=0, help="Of fingertips, noise, protocols.")]
@@ -54,13 +54,13 @@ def trial(
     """
     from vegrip.cli._fits import print_json
     from vegrip.cli._progress import progress
-    from vegrip.diagnosis.trials import cases, tally
-    from vegrip.diagnosis.trials.cases import KINDS
+    from vegrip.validation.diagnosis_trials import draw_cases, tally_outcomes
+    from vegrip.validation.diagnosis_trials.cases import KINDS
 
     for name in kind or ():
         if name not in KINDS:
             raise UsageError(f"there is no kind {name!r}; {suggestion(name, KINDS)}")
-    wanted = list(cases(trials, seed, kind or KINDS, _known(effect or [])))
+    wanted = list(draw_cases(trials, seed, kind or KINDS, _known(effect or [])))
     with Outputs(force=force) as outputs:
         outputs.log(output)
         done = _read(output) if output is not None else {}
@@ -71,7 +71,7 @@ def trial(
                 outputs.write(output, partial(_append, one))
                 right = sum(each.right for each in outcomes)
                 report(f"{len(outcomes)} of {len(wanted)}, {right} right; {one.case.key}: {one.answer}")
-        told = tally(outcomes)
+        told = tally_outcomes(outcomes)
         if as_json:
             print_json(told)
         else:
@@ -79,7 +79,7 @@ def trial(
 
 
 def _known(effects: list[str]) -> list[str]:
-    from vegrip.diagnosis.trials.amounts import INSIDE, OUTSIDE
+    from vegrip.validation.diagnosis_trials.amounts import INSIDE, OUTSIDE
 
     for name in effects:
         if name not in INSIDE and name not in OUTSIDE:
@@ -91,7 +91,7 @@ def _known(effects: list[str]) -> list[str]:
 
 def _read(path: Path) -> "dict[str, Outcome]":
     """Return the outcomes of a file by their keys."""
-    from vegrip.diagnosis.trials import Outcome
+    from vegrip.validation.diagnosis_trials import Outcome
 
     out: dict[str, Outcome] = {}
     if path.exists():
@@ -111,14 +111,14 @@ def _append(one: "Outcome", path: Path) -> None:
 
 def _run(cases: "list[Case]", jobs: int) -> "Any":
     """Yield outcomes as they come."""
-    from vegrip.diagnosis.trials import outcome
+    from vegrip.validation.diagnosis_trials import run_case
 
     if jobs == 1:
         for case in cases:
-            yield outcome(case)
+            yield run_case(case)
         return
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        for done in as_completed([pool.submit(outcome, case) for case in cases]):
+        for done in as_completed([pool.submit(run_case, case) for case in cases]):
             yield done.result()
 
 

@@ -14,32 +14,32 @@ from typing import Any
 from rich.console import Console
 from rich.live import Live
 
-from vegrip.demo.candidates import KNOBS
-from vegrip.demo.closed_loop import Course
-from vegrip.demo.compare import Trial, course
-from vegrip.demo.report import as_json, summary, what_to_see
+from vegrip.demo.report import as_json, describe_scenario, summary
 from vegrip.demo.run import Demo, Outcome, run
-from vegrip.demo.scenario import Scenario
 from vegrip.errors import DeviceError
-from vegrip.monitor import render
+from vegrip.runtime.monitor import render
+from vegrip.validation.controllers.candidates import KNOBS
+from vegrip.validation.controllers.closed_loop import Course
+from vegrip.validation.controllers.comparison import Trial, run_course
+from vegrip.validation.controllers.scenario import Scenario
 
 OTHERS = ("constant", "cone")
 
 
-def perform(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: bool) -> bool:
+def run_demo(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: bool) -> bool:
     """Run the demonstration and print what comes out; tell whether it was interrupted."""
     console = Console(stderr=json)  # with --json standard output holds the JSON object and nothing else
     live = live and console.is_terminal
-    console.print(what_to_see(scenario), markup=False)
+    console.print(describe_scenario(scenario), markup=False)
     if plot and not _can_draw():
         console.print(
             "there will be no picture: it needs matplotlib; pip install 'vegrip[plot]'", markup=False
         )
-    outcome = _watched(scenario, folder, console, live=live)
+    outcome = _run_shown(scenario, folder, console, live=live)
     courses = {"vegrip": outcome.course}
     if plot and not outcome.interrupted:
         console.print("the same scenario with a constant grip and a Coulomb cone, in simulated time ...")
-        courses |= others(scenario)
+        courses |= run_other_controllers(scenario)
         _draw(courses, scenario, folder, console)
     console.print(summary(outcome, courses))
     if json:
@@ -49,7 +49,7 @@ def perform(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: b
     return outcome.interrupted
 
 
-def _watched(scenario: Scenario, folder: Path, console: Console, *, live: bool) -> Outcome:
+def _run_shown(scenario: Scenario, folder: Path, console: Console, *, live: bool) -> Outcome:
     screen: AbstractContextManager[Any] = (
         Live(console=console, auto_refresh=False, screen=False) if live else nullcontext()
     )
@@ -66,21 +66,21 @@ def _show(live: Live, demo: Demo) -> None:
     live.update(render(demo.board, time.monotonic_ns(), demo.title(), size=live.console.size), refresh=True)
 
 
-def others(scenario: Scenario) -> dict[str, Course]:
+def run_other_controllers(scenario: Scenario) -> dict[str, Course]:
     """Run the other controllers through the same scenario, in simulated time."""
     knobs = KNOBS[scenario.grasp]
     trials = [Trial(n, scenario.seed, scenario.duration, knobs[n], scenario.grasp) for n in OTHERS]
     with ProcessPoolExecutor(len(trials)) as pool:
-        return dict(zip(OTHERS, pool.map(course, trials), strict=True))
+        return dict(zip(OTHERS, pool.map(run_course, trials), strict=True))
 
 
 def _draw(courses: dict[str, Course], scenario: Scenario, folder: Path, console: Console) -> None:
     if not _can_draw():
         return
-    from vegrip.demo.plot import picture  # noqa: PLC0415 (matplotlib is an extra)
+    from vegrip.demo.plot import draw_comparison  # noqa: PLC0415 (matplotlib is an extra)
 
     path = folder / "comparison.png"
-    picture(courses, scenario.events, path, scenario.duration)
+    draw_comparison(courses, scenario.events, path, scenario.duration)
     console.print(f"picture: {path}")
 
 

@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vegrip.demo.candidates import LABEL
-from vegrip.demo.closed_loop import Course
-from vegrip.demo.result import result
 from vegrip.demo.run import DESCRIPTION
-from vegrip.demo.scenario import SETTLED
+from vegrip.validation.controllers.candidates import LABEL
+from vegrip.validation.controllers.closed_loop import Course
+from vegrip.validation.controllers.result import result_of
+from vegrip.validation.controllers.scenario import SETTLED
 from vegrip.virtual import Disturbance
 
 COLOUR = {"vegrip": "#0b6e4f", "constant": "#8a8a8a", "cone": "#d1603d"}
@@ -20,7 +20,7 @@ BLUE = "#4a7bd0"
 CHARACTER = 0.0088  # width of one of a label, as a share of the time axis
 
 
-def picture(
+def draw_comparison(
     courses: Mapping[str, Course], events: tuple[Disturbance, ...], path: Path, duration: float
 ) -> None:
     """Write the picture of ``courses`` (by name of the controller) to ``path``."""
@@ -57,7 +57,7 @@ def picture(
 def _legend(name: str, course: Course) -> str:
     end = ", object dropped" if course.dropped else ""
     plural = "" if course.slips == 1 else "s"
-    return f"{LABEL[name]}: {result(course).mean_grip_force:.1f} N mean, {course.slips} slip{plural}{end}"
+    return f"{LABEL[name]}: {result_of(course).mean_grip_force:.1f} N mean, {course.slips} slip{plural}{end}"
 
 
 def _slips(axes: Axes, course: Course, colour: str) -> None:

@@ -6,11 +6,11 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from vegrip.demo.candidates import LABEL
-from vegrip.demo.closed_loop import Course
-from vegrip.demo.result import Result, result
 from vegrip.demo.run import Outcome
-from vegrip.demo.scenario import CORES_OF_THE_HAND, Scenario
+from vegrip.validation.controllers.candidates import LABEL
+from vegrip.validation.controllers.closed_loop import Course
+from vegrip.validation.controllers.result import Result, result_of
+from vegrip.validation.controllers.scenario import CORES_OF_THE_HAND, Scenario
 
 OVERLOAD = 0.01
 """Share of commands from which on it is said that they were late, or held."""
@@ -18,7 +18,7 @@ OVERLOAD = 0.01
 
 def as_json(outcome: Outcome) -> dict[str, object]:
     """Return the figures of the run; slips, margin and force are the truth of the hand."""
-    figures = result(outcome.course)
+    figures = result_of(outcome.course)
     node = outcome.node
     return {
         "samples": node.states,
@@ -42,12 +42,12 @@ def summary(outcome: Outcome, courses: dict[str, Course]) -> Group:
         f" bus load {100.0 * outcome.bus_load:.0f} %",
         f"recording: {outcome.folder}",
     ]
-    lines += conclusions({name: result(course) for name, course in courses.items()})
-    lines += verdict_on_the_machine(outcome.held, node.deadline_misses / max(node.states, 1))
+    lines += compare_results({name: result_of(course) for name, course in courses.items()})
+    lines += judge_machine(outcome.held, node.deadline_misses / max(node.states, 1))
     return Group(_table(courses), *(Text(line) for line in lines))
 
 
-def what_to_see(scenario: Scenario) -> str:
+def describe_scenario(scenario: Scenario) -> str:
     """Return what is about to happen, and what to look at."""
     fingers = scenario.settings.fingers
     hold = "thumb and index pinch" if len(fingers) == 2 else f"{len(fingers)} fingers hold"
@@ -58,13 +58,15 @@ def what_to_see(scenario: Scenario) -> str:
     )
 
 
-def conclusions(results: Mapping[str, Result]) -> list[str]:
+def compare_results(results: Mapping[str, Result]) -> list[str]:
     """Return a sentence for each other controller: what it took against vegrip, whichever is better."""
     ours = results["vegrip"]
-    return [_against(LABEL[name], theirs, ours) for name, theirs in results.items() if theirs is not ours]
+    return [
+        _compare_result(LABEL[name], theirs, ours) for name, theirs in results.items() if theirs is not ours
+    ]
 
 
-def _against(name: str, theirs: Result, ours: Result) -> str:
+def _compare_result(name: str, theirs: Result, ours: Result) -> str:
     if theirs.dropped or ours.dropped:
         who = [label for label, one in ((name, theirs), ("vegrip", ours)) if one.dropped]
         return f"{name} against vegrip: {' and '.join(who)} dropped the object"
@@ -75,7 +77,7 @@ def _against(name: str, theirs: Result, ours: Result) -> str:
     return f"{name}: {force} vegrip, {theirs.slips} slips against {ours.slips}, {margins}"
 
 
-def verdict_on_the_machine(held: float, late: float) -> list[str]:
+def judge_machine(held: float, late: float) -> list[str]:
     """Return what a busy machine did to the figures of vegrip, if anything.
 
     Args:
@@ -101,7 +103,7 @@ def _table(courses: dict[str, Course]) -> Table:
     for header in ("controller", "slips", "object", "mean grip force", "peak", "least margin"):
         table.add_column(header, justify="left" if header in ("controller", "object") else "right")
     for name, course in courses.items():
-        figures = result(course)
+        figures = result_of(course)
         table.add_row(
             LABEL[name],
             str(figures.slips),

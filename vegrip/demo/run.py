@@ -14,18 +14,18 @@ from pathlib import Path
 from typing import Any
 
 from vegrip.clock import NS
-from vegrip.demo import candidates
-from vegrip.demo.child import Farewell, Job
-from vegrip.demo.closed_loop import Course
 from vegrip.demo.hand_node import DemoHand, HandNews
-from vegrip.demo.parent import Child
-from vegrip.demo.scenario import Scenario
+from vegrip.demo.worker import Job, RunStatistics
+from vegrip.demo.worker_handle import WorkerHandle
+from vegrip.identification.recording.background import BackgroundWriter
+from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import ForceCommand, Message, Reason
-from vegrip.monitor import Board
-from vegrip.recording.background import BackgroundWriter
-from vegrip.recording.writer import RecordingWriter
+from vegrip.runtime.monitor import Board
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
+from vegrip.validation.controllers import candidates
+from vegrip.validation.controllers.closed_loop import Course
+from vegrip.validation.controllers.scenario import Scenario
 
 REFRESH = 0.1  # [s] of the screen
 PAUSE = 0.02  # [s] between two looks at the bus: whoever waits for each frame is woken by each
@@ -39,7 +39,7 @@ class Outcome:
 
     folder: Path
     course: Course
-    node: Farewell
+    node: RunStatistics
     bus_load: float  # [-] mean over the run
     held: float  # [-] share of the commands that only held, because states came too late or not at all
     interrupted: bool = False
@@ -136,26 +136,28 @@ def run(
         recorder = stack.enter_context(closing(BackgroundWriter(writer)))
         endpoint = stack.enter_context(closing(open_endpoint(transport, Hand(fingers))))
         say("starting hand and node (the first run compiles, which takes a minute)")
-        node = Child(
+        node = WorkerHandle(
             "grasp_force", Job(candidates.make_node, (parameters, fingers), transport, fingers, TICK["node"])
         )
         stack.callback(node.stop)
-        hand = Child("virtual_hand", Job(DemoHand, (scenario,), transport, fingers, TICK["hand"]))
+        hand = WorkerHandle("virtual_hand", Job(DemoHand, (scenario,), transport, fingers, TICK["hand"]))
         stack.callback(hand.stop)
         interrupted = _play(demo, hand, node, endpoint, recorder, refresh)
         hand.stop()
         node.stop()
-    if hand.farewell is None or node.farewell is None:
+    if hand.statistics_at_end is None or node.statistics_at_end is None:
         raise KeyboardInterrupt  # interrupted before there was anything to sum up
     load = sum(demo.loads) / len(demo.loads) if demo.loads else math.nan
     held = demo.held / max(demo.commands, 1)
-    return Outcome(folder, hand.farewell.rest, node.farewell, load, held, interrupted, writer.problem)
+    return Outcome(
+        folder, hand.statistics_at_end.rest, node.statistics_at_end, load, held, interrupted, writer.problem
+    )
 
 
 def _play(
     demo: Demo,
-    hand: Child,
-    node: Child,
+    hand: WorkerHandle,
+    node: WorkerHandle,
     endpoint: Endpoint,
     recorder: BackgroundWriter,
     refresh: Callable[[Demo], None],

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vegrip import c99
 from vegrip.c99 import MEMORY, REAL, host, translate
 from vegrip.c99.refusal import Place, unknown_place
-from vegrip.compiling import announce
+from vegrip.compiling import announce_compiling
 from vegrip.model import cache
 
 Floats = NDArray[np.float64]
@@ -128,7 +128,7 @@ def _library(text: str, place: Place) -> Path:
         raise host.CompilerError("there is no C compiler (cc, gcc or clang)")
 
     def make(library: Path) -> None:
-        announce(SENTENCE)
+        announce_compiling(SENTENCE)
         host.build(translate(text, ENTRIES, place=place).text(), library)
 
     return cache.library(_name(text, compiler), make)

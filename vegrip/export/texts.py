@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from vegrip.c99 import Program, literals, translate
 from vegrip.estimator.compiled import text_of
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS, quantile
+from vegrip.estimator.initial_state import blank
 from vegrip.estimator.kernels_c import ENTRIES
 from vegrip.estimator.layout import REPORT, Layout, layout_of
 from vegrip.estimator.origins import Origins
-from vegrip.estimator.start import blank
 from vegrip.export.request import MARGIN, Request
 from vegrip.export.vectors import ESTIMATES, FLAGS, OUTPUTS, Vectors
 from vegrip.model.file import model_text

@@ -22,8 +22,8 @@ from types import ModuleType
 import numba
 from numba.core import event
 
-from vegrip.compiling import announce
-from vegrip.private_folder import ROOT, runtime_root, why_not_private, why_not_trusted
+from vegrip.compiling import announce_compiling
+from vegrip.host.private_folder import ROOT, runtime_root, why_not_private, why_not_trusted
 
 log = logging.getLogger(__name__)
 
@@ -49,7 +49,7 @@ class _Announcer(event.Listener):
         name = getattr(getattr(event.data["dispatcher"], "py_func", None), "__module__", "") or ""
         if name.startswith("vegrip") and not self.said:
             self.said = True
-            announce()
+            announce_compiling()
 
     def on_end(self, event: event.Event) -> None:
         """Nothing: the end shows by itself."""
@@ -62,7 +62,7 @@ event.register("numba:compile", announcer)  # type: ignore[no-untyped-call]
 def load(text: str) -> ModuleType:
     """Return the compiled module of ``text``; functions compile when first called, or come from the cache.
 
-    When they compile, :func:`vegrip.compiling.announce` says so.
+    When they compile, :func:`vegrip.compiling.announce_compiling` says so.
     """
     name = "vegrip_generated_" + hashlib.sha256(f"{numba.__version__}\n{text}".encode()).hexdigest()[:24]
     if name in sys.modules:

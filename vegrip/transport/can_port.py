@@ -11,13 +11,13 @@ from typing import Protocol
 
 import can
 
-from vegrip.codec import Frame
-from vegrip.transport.bus_load import BusLoad
-from vegrip.transport.error_report import told_state
-from vegrip.transport.fault_confinement import ErrorState
-from vegrip.transport.frame_time import BitTiming, typical_duration
+from vegrip.transport.canbus.bus_load import BusLoad
+from vegrip.transport.canbus.error_report import reported_state
+from vegrip.transport.canbus.fault_confinement import ErrorState
+from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
+from vegrip.transport.canbus.virtual_can import VegripBus
+from vegrip.transport.codec import Frame
 from vegrip.transport.stamps import StampMap
-from vegrip.transport.virtual_can import VegripBus
 
 
 class CanPort(Protocol):
@@ -42,7 +42,7 @@ def open_port(bus: can.BusABC, faults: Counter[str], timing: BitTiming | None) -
 
 def error_name(classes: int, detail: bytes) -> str:
     """Return the name under which an error frame of SocketCAN is counted."""
-    told = told_state(classes, detail)
+    told = reported_state(classes, detail)
     if told is ErrorState.OFF:
         return "bus_off"
     if told is ErrorState.PASSIVE:

@@ -38,7 +38,7 @@ def make_keys(folder: Path, name: str) -> tuple[Path, Path]:
     return public, secret
 
 
-def trust(public: Path, peers: Path) -> Path:
+def trust_key(public: Path, peers: Path) -> Path:
     """Put a public key into the folder ``peers`` of those who may subscribe; return where it lies now.
 
     Raises:
@@ -60,7 +60,7 @@ def trust(public: Path, peers: Path) -> Path:
     return place
 
 
-def listed(folder: Path) -> dict[str, str]:
+def list_keys(folder: Path) -> dict[str, str]:
     """Return name -> public key (Z85) of all keys in ``folder``.
 
     Raises:

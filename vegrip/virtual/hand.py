@@ -23,7 +23,7 @@ from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.plate import Plate
 from vegrip.virtual.sensor import CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import HandSettings
-from vegrip.virtual.slips import SlipCounter, slides
+from vegrip.virtual.slips import SlipCounter, is_sliding
 from vegrip.virtual.thermal import Warming
 
 Array = npt.NDArray[np.float64]
@@ -169,7 +169,7 @@ class VirtualHand:
             load = self._grid.load(self.soft.pressure_exponent)
             a, N = self.soft.contact_radius, self.soft.force
             self.plate.carry(a, N, load, self._mu, burden, self._stand(), dt)
-            self._sliding = slides(self.plate.slip[:, 0], self.plate.slip[:, 1], a)
+            self._sliding = is_sliding(self.plate.slip[:, 0], self.plate.slip[:, 1], a)
             self._counter.watch(self._sliding, self.plate.slip[:, 1], dt)
             if self.plate.lost:
                 self.dropped = True

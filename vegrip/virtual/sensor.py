@@ -56,7 +56,7 @@ class Sensors:
         """
         s, rng, n = self.settings, self._rng, len(self.fingers)
         values = reading.values + self.bias + self._noise * rng.standard_normal(reading.values.shape)
-        values = quantised(values, self._step)
+        values = quantize(values, self._step)
         np.maximum(values[:, 6:], 0.0, out=values[:, 6:])  # speed and radius are magnitudes
         if not s.slip_sensor:
             values[:, 6] = NAN
@@ -74,7 +74,7 @@ class Sensors:
         ]
 
 
-def quantised(values: Array, step: Array) -> Array:
+def quantize(values: Array, step: Array) -> Array:
     """Round to multiples of ``step``; a step of zero leaves the value as it is."""
     rounded = np.round(values / np.where(step > 0.0, step, 1.0)) * step
     return np.where(step > 0.0, rounded, values)

@@ -64,7 +64,7 @@ def random_fingertip(rng: np.random.Generator) -> FingertipSettings:
     )
 
 
-def varied(tip: FingertipSettings, spread: float, rng: np.random.Generator) -> FingertipSettings:
+def vary_fingertip(tip: FingertipSettings, spread: float, rng: np.random.Generator) -> FingertipSettings:
     """Return ``tip`` as another piece of the same make: parameters scatter by ``spread`` (relative std)."""
     factor = np.exp(spread * rng.standard_normal(4))
     return replace(
@@ -177,4 +177,4 @@ class HandSettings:
             reference_force=self.opposing_stiffness * self.tip.reference_force,
         )
         makes = [opposing] + [self.tip] * (len(self.fingers) - 1)
-        return tuple(varied(make, self.spread, rng) for make in makes)
+        return tuple(vary_fingertip(make, self.spread, rng) for make in makes)

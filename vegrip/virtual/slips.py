@@ -19,7 +19,7 @@ QUIET = 0.05
 """A slip is over when no patch has slid for this long [s]."""
 
 
-def slides(sliding: Array, speed: Array, a: Array) -> Sliding:
+def is_sliding(sliding: Array, speed: Array, a: Array) -> Sliding:
     """Return which patches slide as a whole: ratio of speeds [-], slip speed [m/s], contact radius [m]."""
     whole: Sliding = (sliding > SLIDING) & (speed > CREEPING * a)
     return whole

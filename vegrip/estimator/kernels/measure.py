@@ -18,8 +18,10 @@ from vegrip.estimator.kernels.generated import (
     H1,
     L0,
     MID0,
+    MODE_BEND,
     MODE_BLIND,
     MODE_PERIOD,
+    MODE_REGIME,
     MODE_SLOPE,
     MODE_TOLERATED,
     MODE_UNEXPLAINED,
@@ -43,9 +45,9 @@ from vegrip.estimator.kernels.predict import STRAIGHT
 from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
 from vegrip.estimator.kernels.state import clear, contact, copy_section, copy_state, step_of
 
-RATIO_TIME = 0.3
-NEAR = 3.0
-SURELY = 3.0
+RATIO_TIME = 1.0  # [s] over which slopes are averaged where the tip rests
+NEAR = 5.0  # noise of the displacement within which it rests
+SURELY = 3.0  # std of the expected force from which the tip is surely in contact
 ROUNDS = 3
 """Regressions of the force at most, at least two: about the state before the sample and about that after it.
 
@@ -55,6 +57,7 @@ standard deviations in 5 s. About the state after the sample it does not.
 """
 
 BENT = 0.01  # excess variance over the noise's beyond which the spread after the sample is regressed over
+BENT_TIME = 0.5  # [s] for which a bend stays the same
 CHANCE = 0.3  # of the noise's variance
 FARTHEST = 100.0  # normalised square of an innovation that is refused anyhow
 
@@ -88,12 +91,25 @@ def expect_force(m: Floats, value: float) -> Expected:
         S = R + bend + spread_of(m)
         if narrow:
             break
+    S += coherent(m, bend)
     m[MODE_SLOPE] = m[H0]
-    if expected - m[MID0 + BIAS] > SURELY * math.sqrt(S):
+    if m[H0] > 0.0 and expected - m[MID0 + BIAS] > SURELY * math.sqrt(S):
         S += smooth_slopes(m)
     else:
         m[RATIO0 + 1] = -m[SET_TIP_RADIUS]  # out of reach
     return innovation, S
+
+
+def coherent(m: Floats, bend: float) -> float:
+    """Variance [N^2] by which a bend counts again in every sample, because it is the same in many.
+
+    What is left of the law's bend over the spread of the state errs the same way from sample to sample. Taken
+    as independent it would be averaged away, and the first touch would tell stiffness and zero too well.
+    """
+    sd = math.sqrt(bend)
+    before = m[MODE_BEND] * BENT_TIME / (BENT_TIME + m[MODE_PERIOD])
+    m[MODE_BEND] = before + sd
+    return 2.0 * sd * before
 
 
 def smooth_slopes(m: Floats) -> float:
@@ -103,10 +119,10 @@ def smooth_slopes(m: Floats) -> float:
     exact learns in time along the direction that no sample tells: stiffness against zero.
     """
     n, place = m[RATIO0], m[RATIO0 + 1]
-    near = abs(m[Y0] - place) < NEAR * math.sqrt(m[SET_R_DISPLACEMENT])
+    near = m[MODE_REGIME] == 2.0 and abs(m[Y0] - place) < NEAR * math.sqrt(m[SET_R_DISPLACEMENT])
     n = min(n + 1.0, RATIO_TIME / max(m[MODE_PERIOD], 1e-4)) if near else 0.0
     m[RATIO0] = n
-    m[RATIO0 + 1] = place + (m[Y0] - place) / (1.0 + n) if near else m[Y0]
+    m[RATIO0 + 1] = place + (m[Y0] - place) / (1.0 + n) if near else m[Y0]  # mean place
     before = 0.0
     for j in range(N):
         before += m[H0 + j] * m[G0 + j]

@@ -1,0 +1,24 @@
+"""Whether a force command may still be obeyed: for whoever drives a finger. Pure.
+
+Counter and checksum have been looked at by the codec, and on a network the key of the sender. What is left is
+time: a command that was held back, stamped by a wrong clock, or says that it lives for ever.
+"""
+
+import math
+
+from vegrip.clock import NS
+from vegrip.messages import ForceCommand
+
+AHEAD = 1 * NS  # [ns] by which a sender's clock may be ahead; a command further ahead would live longer
+LONGEST_LIFE = 10 * NS  # [ns] the largest lifetime that can be configured
+
+
+def reason_to_reject(command: ForceCommand, now: int) -> str:
+    """Return why ``command`` must not be obeyed at ``now`` [ns], "" if it may."""
+    if not math.isfinite(command.normal_force) or command.normal_force < 0.0:
+        return "no usable force"
+    if command.expires <= now:
+        return "expired"
+    if command.expires - command.stamp > LONGEST_LIFE:
+        return "lives too long"
+    return "from the future" if command.stamp - now > AHEAD else ""

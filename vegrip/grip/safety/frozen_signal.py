@@ -1,0 +1,35 @@
+"""For how long a group of channels has repeated itself to the last bit: a live sensor has noise."""
+
+from operator import attrgetter
+
+from vegrip.messages import FingertipState
+
+Values = tuple[float, ...]
+
+
+class FrozenSignal:
+    """Watches the channels ``names`` of one finger; a missing channel cannot freeze, others beside it can."""
+
+    def __init__(self, *names: str) -> None:
+        self._read = attrgetter(*names, names[0])  # at least two names give a tuple
+        self._last: Values = ()
+        self._since = 0  # [ns]
+
+    def duration(self, state: FingertipState, now: int) -> int:
+        """Take in ``state`` at ``now`` [ns]; return for how long [ns] nothing has moved."""
+        values: Values = self._read(state)
+        if not self._repeats(values):
+            self._since = now
+        self._last = values
+        return now - self._since
+
+    def _repeats(self, values: Values) -> bool:
+        if not self._last or values[0] != self._last[0] == self._last[0]:  # the usual case, quickly
+            return False
+        measured = [_comparable(value) for value in values]
+        return any(value is not None for value in measured) and measured == [*map(_comparable, self._last)]
+
+
+def _comparable(value: float) -> float | None:
+    """NaN equals nothing, itself included."""
+    return value if value == value else None  # noqa: PLR0124
