@@ -4,7 +4,7 @@ V := .venv/bin
 STAMP := .venv/.installed
 DEMO := .venv/.demo
 
-.PHONY: demo test test-fast test-vcan wheel-test check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
+.PHONY: demo test test-fast test-vcan test-c wheel-test check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -17,6 +17,9 @@ test-fast: $(STAMP)
 
 test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-Mode-Linux where this kernel has none
 	tests/vcan/run $(V)/python -m pytest -q -p no:cacheprovider tests/vcan tests/canopen/test_with_canopen.py tests/canopen/test_trouble.py
+
+test-c: $(STAMP)  ## the estimator in C against numba, every effect; the export with gcc, clang, sanitizers, cppcheck, an emulated Cortex-M7
+	$(V)/python -m pytest -q -n auto tests/c99 tests/export
 
 wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
 	$(V)/python -m pytest -q -n 0 tests/install

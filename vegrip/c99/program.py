@@ -42,21 +42,23 @@ def translate(
     prefix: str = "vg",
     place: Place = unknown_place,
     notes: Mapping[str, str] | None = None,
+    public: bool = True,
 ) -> Program:
     """Translate what ``entries`` need.
 
     Args:
         text: the module; what it imports from numba is not looked at.
-        entries: functions called from outside, with the kinds of their arguments. They are not static.
+        entries: functions called from outside, with the kinds of their arguments.
         prefix: of every name that is made.
         place: says where a statement stands for its author.
         notes: texts for comments, by name of the function, where the module has no docstring.
+        public: whether the entries are seen outside the file.
 
     Raises:
         UntranslatableError: a line has no counterpart; names file and line.
 
     """
-    translator = _Translator(text, set(entries), prefix, place, notes or {})
+    translator = _Translator(text, set(entries) if public else set(), prefix, place, notes or {})
     for name, kinds in entries.items():
         translator.function(name, kinds)
     return translator.program()

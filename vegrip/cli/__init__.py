@@ -61,6 +61,7 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
             "vegrip.cli.experiment:experiment",
             "Find the experiment that tells candidates apart.",
         ),
+        "export": ("vegrip.cli.export:app", "Write the estimator as C99 for firmware: c, learned."),
         "fleet": ("vegrip.cli.fleet:fleet", "Diagnose a folder of many recordings, on all cores."),
         "new-effect": (
             "vegrip.cli.new_effect:new_effect",

@@ -6,8 +6,10 @@ from functools import cache
 from statistics import NormalDist
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vegrip.clock import NS
+from vegrip.errors import InputError
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import Watch, health_of
 from vegrip.estimator.initial_state import blank
@@ -81,10 +83,32 @@ class ContactEstimator:
         self.late = 0
         """Samples that came late and were put in their place."""
         self._backwards = 0
+        self._resumed = False  # whether the memory is one that was kept
         self._past.clear()
         self._watch = Watch()
         self._shown: FingertipState | None = None  # the last sample offered, taken or not
         self._trusted = False  # whether it was taken
+
+    @property
+    def memory(self) -> NDArray[np.float64]:
+        """All that is known, as plain numbers, shape (layout.size,); a copy, for :meth:`resume`."""
+        return self._m.copy()
+
+    def resume(self, memory: NDArray[np.float64]) -> None:
+        """Go on from a :attr:`memory` that was kept, this estimator's or that of its export in C.
+
+        For how long nothing was heard is not known: the next sample is taken as after a gap.
+
+        Raises:
+            InputError: it is of another model, or the state, covariance or values in it are not finite.
+
+        """
+        known = self._places["VALUES"].stop
+        if memory.shape != (self.layout.size,) or not np.isfinite(memory[:known]).all():
+            raise InputError("these are not the numbers of a finger with this model")
+        self.reset()
+        self._m[:] = memory
+        self._resumed = True
 
     def update(self, state: FingertipState) -> ContactEstimate:
         """Take one sample and return what is known now: :meth:`assimilate`, then :meth:`contact_estimate`."""
@@ -102,6 +126,10 @@ class ContactEstimator:
         measured.
         """
         self._shown, self._trusted = state, False
+        if self._resumed:
+            self._resumed = False
+            self._follow_clock(state, state)
+            return
         last = self._state
         if last is not None and state.stamp <= last.stamp:
             if self._late(state):
@@ -150,7 +178,9 @@ class ContactEstimator:
         if self.settings.late:
             self._past.note(state, last, self._m)
         self._state, self._trusted = state, True
-        self._tangential = math.hypot(state.tangential_force_x, state.tangential_force_y)
+        # not math.hypot: Python's rounds otherwise than C's
+        x, y = state.tangential_force_x, state.tangential_force_y
+        self._tangential = math.sqrt(x * x + y * y)
         if not math.isfinite(self._tangential):
             self._tangential = NAN
         self._torque = state.torque_z if math.isfinite(state.torque_z) else NAN
@@ -226,7 +256,9 @@ class ContactEstimator:
         gauge, upper, reserve, when, earliest = out.tolist()
         relative, absolute = self._report("GAUGE_REL"), self._report("GAUGE_ABS")
         valid = self._valid() and self.in_contact and math.isfinite(upper)
-        margin = Estimate(1.0 - gauge, math.hypot(gauge * relative, absolute), valid, self._age(state))
+        spread = gauge * relative
+        std = math.sqrt(spread * spread + absolute * absolute)
+        margin = Estimate(1.0 - gauge, std, valid, self._age(state))
         if not valid:
             margin, upper, reserve, when, earliest = UNKNOWN, NAN, NAN, NAN, NAN
         return SlipMargin(

@@ -187,7 +187,7 @@ def least_depth(m: Floats, y: int, load: Load, wanted: float, present: float, qu
     last = 0
     for i in range(40):
         g = worst_gauge(m, y, math.exp(x), load, quantile)
-        value = math.log(g / wanted) if 0.0 < g < math.inf else math.copysign(20.0, g - wanted)
+        value = math.log(g / wanted) if 0.0 < g < math.inf else (20.0 if g > wanted else -20.0)
         if value > 0.0:
             below = value
             low, above, last = x, 0.5 * above if last > 0 else above, 1

@@ -1,0 +1,165 @@
+"""``vegrip export``: the estimator for firmware, and what firmware has learned back into a model."""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vegrip.cli._outputs import FORCE, claim_file
+from vegrip.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from vegrip.export import Exported, Request
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    no_args_is_help=True,
+    help="Write the estimator for firmware; read what firmware has learned.\n\n"
+    "Example: vegrip sample press.toml && vegrip export c press.toml -o firmware",
+)
+ENTRIES = ("estimator",)
+PRECISIONS = ("double",)
+Model = Annotated[Path, typer.Argument(help="Model file.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+@app.command("c")
+def c_(
+    model: Model,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder to write to.")],
+    entry: Annotated[str, typer.Option(help="What is exported: estimator.")] = "estimator",
+    precision: Annotated[str, typer.Option(help="Of all numbers: double.")] = "double",
+    prefix: Annotated[str, typer.Option(help="Beginning of every name in C.")] = "vg",
+    settings: Annotated[
+        Path | None, typer.Option(help="TOML file with tables [noise] and [estimator], as in launch files.")
+    ] = None,
+    force: FORCE = False,
+    as_json: Json = False,
+) -> None:
+    """Write C99 of the model's estimator, with a self-test, examples, and a report of what was measured.
+
+    Example: vegrip sample press.toml && vegrip export c press.toml -o firmware
+    """
+    from vegrip.export import Request, export_estimator
+    from vegrip.model import read_model
+
+    _check(entry, ENTRIES, "--entry")
+    _check(precision, PRECISIONS, "--precision")
+    request = Request(read_model(model), **_settings(settings), prefix=prefix)
+    _claim(output, force=force)
+    try:
+        exported = export_estimator(request, output)
+    except OSError as error:
+        raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
+    if as_json:
+        typer.echo(json.dumps(_as_dict(exported)))
+    else:
+        _show(request, exported, output)
+
+
+@app.command("learned")
+def learned(
+    model: Model,
+    numbers: Annotated[
+        Path, typer.Argument(help="What PREFIX_save() wrote: raw little-endian doubles, or a number a line.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
+    settings: Annotated[Path | None, typer.Option(help="The TOML file given to the export.")] = None,
+    force: FORCE = False,
+    as_json: Json = False,
+) -> None:
+    """Put what firmware has learned about a contact into a model file; NUMBERS are from the export of MODEL.
+
+    Example: vegrip sample press.toml && vegrip export c press.toml -o firmware &&
+    vegrip export learned press.toml firmware/examples/finger.txt -o learned.toml
+    """
+    from vegrip.export.saved import learned_model, read_numbers
+    from vegrip.model import read_model, write_model
+
+    claim_file(output, force=force)
+    found = learned_model(read_model(model), read_numbers(numbers), **_settings(settings))
+    write_model(found, output)
+    values = {symbol: {"value": one.value, "std": one.std} for symbol, one in found.values.items()}
+    if as_json:
+        typer.echo(json.dumps({"file": str(output), "parameters": values}))
+        return
+    for symbol, one in values.items():
+        typer.echo(f"{symbol:24} {one['value']:.6g} +- {one['std']:.2g}")
+    typer.echo(f"{output}: written")
+
+
+def _check(value: str, known: tuple[str, ...], option: str) -> None:
+    if value not in known:
+        raise UsageError(f"{option} {value!r} is not possible; there is {', '.join(known)}")
+
+
+def _settings(path: Path | None) -> dict[str, Any]:
+    from vegrip.config import build, read_toml
+    from vegrip.estimator import EstimatorSettings, SensorNoise
+
+    if path is None:
+        return {}
+    table = read_toml(path)
+    unknown = sorted(set(table) - {"noise", "estimator"})
+    if unknown:
+        raise InputError(f"{path}: there is no table [{unknown[0]}] here; there are [noise] and [estimator]")
+    return {
+        "noise": build(SensorNoise, table.get("noise", {}), f"{path} [noise]"),
+        "settings": build(EstimatorSettings, table.get("estimator", {}), f"{path} [estimator]"),
+    }
+
+
+def _claim(folder: Path, *, force: bool) -> None:
+    from vegrip.cli._outputs import require_writable
+
+    if folder.is_file():
+        raise UsageError(f"{folder}: is a file; give the name of a folder")
+    if folder.is_dir() and any(folder.iterdir()) and not force:
+        raise InputError(f"{folder}: is there already; give another name, or --force to replace it")
+    require_writable(folder)
+
+
+def _as_dict(exported: "Exported") -> dict[str, Any]:
+    measured = exported.measured
+    host, run = measured.host, measured.host_run
+    return {
+        "files": [str(path) for path in exported.files],
+        "text_bytes": host.flash if host else None,
+        "ram_bytes": exported.ram,
+        "stack_bytes": max(host.stack.values(), default=None) if host else None,
+        "largest_difference": run.largest if run else None,
+        "frames": run.frames if run else None,
+        "passed": run.passed if run else None,
+        "compiler": host.compiler if host else None,
+        "cortex_m7": {
+            "text_bytes": measured.cortex_m7.flash if measured.cortex_m7 else None,
+            "stack_bytes": max(measured.cortex_m7.stack.values(), default=None)
+            if measured.cortex_m7
+            else None,
+            "run": dataclasses.asdict(measured.cortex_m7_run) if measured.cortex_m7_run else None,
+        },
+        "not_measured": list(measured.missing),
+    }
+
+
+def _show(request: "Request", exported: "Exported", folder: Path) -> None:
+    from vegrip.cli._tables import printer
+
+    console, measured = printer(), exported.measured
+    for path in exported.files:
+        console.print(str(path))
+    console.print(
+        f"\na finger takes {exported.ram} bytes of memory; sizes and agreement are in {folder}/REPORT.md"
+    )
+    for run in (measured.host_run, measured.cortex_m7_run):
+        if run is not None:
+            verdict = f"PASS {run.frames} frames" if run.passed else "FAIL"
+            console.print(f"{run.machine}: {verdict}, {run.equal} of {run.numbers} numbers equal to the bit")
+    for what in measured.missing:
+        console.print(f"not measured: {what} is not installed")
+    console.print(
+        f"build and test it yourself: make -C {folder}; begin with {folder}/{request.prefix}_estimator.h"
+    )

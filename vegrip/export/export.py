@@ -1,0 +1,41 @@
+"""From a model to a folder of C."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from vegrip.export import texts, vectors
+from vegrip.export.measure import Measured, measure
+from vegrip.export.report import report
+from vegrip.export.request import Request
+
+
+@dataclass(frozen=True)
+class Exported:
+    """The files that were written, and what was measured of them."""
+
+    files: tuple[Path, ...]
+    ram: int  # [bytes] of a finger
+    measured: Measured
+
+
+def export_estimator(request: Request, folder: Path) -> Exported:
+    """Write the estimator of a model as C99 to ``folder``, compile it, run its self-test and report.
+
+    Raises:
+        UntranslatableError: a line of an effect or kernel has no counterpart in C; names file and line.
+        OSError: a file cannot be written.
+
+    """
+    written = texts.write(request, vectors.record(request))
+    paths = []
+    for name, text in written.files.items():
+        paths.append(_write(folder / name, text))
+    measured = measure(folder, request.prefix, written.program.calls)
+    paths.append(_write(folder / "REPORT.md", report(request, written, measured)))
+    return Exported(tuple(paths), 8 * written.size + texts.BESIDE, measured)
+
+
+def _write(path: Path, text: str) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path

@@ -1,0 +1,80 @@
+"""REPORT.md of an export: what was measured, with what, and what was not."""
+
+from collections.abc import Iterator
+
+from vegrip.export.measure import Measured, Run, Size
+from vegrip.export.request import Request
+from vegrip.export.texts import BESIDE, Texts
+
+WORDS = {"update": "update", "slip_margin": "slip margin", "least_force": "least force"}
+
+
+def report(request: Request, texts: Texts, measured: Measured) -> str:
+    """Return the page."""
+    return "\n".join(
+        [*_what(request, texts), *_sizes(texts, measured), *_runs(measured), *_not_measured(measured)]
+    )
+
+
+def _what(request: Request, texts: Texts) -> Iterator[str]:
+    yield f"# {request.prefix}_estimator: what it needs, and whether it agrees"
+    yield ""
+    yield "Written by `vegrip export c`; `make` runs the self-test with your own compiler."
+    yield ""
+    yield f"* model: {', '.join(effect.name for effect in request.model.effects)} (`model.toml`)"
+    yield f"* SHA-256 of the generated text: `{texts.text_hash}`"
+    count = len(texts.program.functions)
+    yield f"* double precision; prefix `{request.prefix}`; {count} functions of the estimator"
+    yield ""
+
+
+def _sizes(texts: Texts, measured: Measured) -> Iterator[str]:
+    yield "## Size"
+    yield ""
+    yield f"Memory of one finger: {8 * texts.size + BESIDE} bytes ({texts.size} numbers), where you put it."
+    yield "Nothing is kept outside it, nothing is allocated."
+    yield ""
+    yield "| compiler (-O2, no fused multiply-add) | flash [bytes] | other RAM [bytes] | stack [bytes] |"
+    yield "| --- | --- | --- | --- |"
+    for size in (measured.host, measured.cortex_m7):
+        if size is not None:
+            yield f"| {size.compiler} | {size.flash} | {size.ram} | {_stack(size)} |"
+    yield ""
+    yield "Flash is code and tables of the estimator's file, without the mathematical library. Stack is the"
+    yield "deepest way down by `-fstack-usage`; what is called in the mathematical library comes on top."
+    yield ""
+
+
+def _stack(size: Size) -> str:
+    return (
+        ", ".join(f"{WORDS[name]} {depth}" for name, depth in size.stack.items())
+        or "not told by this compiler"
+    )
+
+
+def _runs(measured: Measured) -> Iterator[str]:
+    yield "## Agreement with Python"
+    yield ""
+    yield "The self-test runs a recorded sequence (presses, slips, lost and wrong samples, a late one)"
+    yield "and compares every output and, at the end, the whole memory."
+    yield ""
+    yield "| machine | result | numbers equal to the bit | largest relative difference |"
+    yield "| --- | --- | --- | --- |"
+    for run in (measured.host_run, measured.cortex_m7_run):
+        if run is not None:
+            yield f"| {run.machine} | {_result(run)} | {run.equal} of {run.numbers} | {run.largest:.3g} |"
+    yield ""
+
+
+def _result(run: Run) -> str:
+    return f"PASS {run.frames} frames" if run.passed else "FAIL"
+
+
+def _not_measured(measured: Measured) -> Iterator[str]:
+    yield "## Not measured"
+    yield ""
+    yield "* processor time on your board: count cycles there; an emulator counts instructions, not cycles"
+    yield "* the stack that your mathematical library needs"
+    for what in measured.missing:
+        yield f"* {what} was not there when this was written"
+    yield ""

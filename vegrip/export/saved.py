@@ -1,0 +1,87 @@
+"""What firmware saved of a finger, read back into Python."""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.errors import InputError
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.estimator.compiled import text_of
+from vegrip.export.texts import HEAD, text_number
+from vegrip.model import ContactModel
+
+LARGEST_FILE = 1 << 20  # [bytes]
+
+
+def numbers_of(estimator: ContactEstimator) -> NDArray[np.float64]:
+    """Return what ``PREFIX_save()`` of an export writes for the same finger."""
+    return np.concatenate([[_mark(estimator), 1.0], estimator.memory])
+
+
+def resumed(estimator: ContactEstimator, numbers: NDArray[np.float64]) -> None:
+    """Let ``estimator`` go on from saved numbers, as ``PREFIX_load()`` does.
+
+    Raises:
+        InputError: they were saved by the export of another model, or are damaged.
+
+    """
+    if numbers.size <= HEAD or numbers[0] != _mark(estimator):
+        raise InputError("these numbers were saved by the export of another model, or by another version")
+    estimator.resume(numbers[HEAD:])
+
+
+def learned_model(
+    model: ContactModel,
+    numbers: NDArray[np.float64],
+    noise: SensorNoise | None = None,
+    settings: EstimatorSettings | None = None,
+) -> ContactModel:
+    """Return ``model`` with the learned values and standard deviations in saved numbers.
+
+    Raises:
+        InputError: they were saved by the export of another model, or are damaged.
+
+    """
+    estimator = ContactEstimator(model, noise or SensorNoise(), settings)
+    resumed(estimator, numbers)
+    places = (*estimator.layout.learned, estimator.layout.mu)
+    for symbol in [name for i, name in enumerate(model.parameters) if i in places]:
+        found, before = estimator.value(symbol), model.values[symbol]
+        value = min(max(found.value, before.low), before.high)
+        model = model.with_value(symbol, value, std=found.std)
+    return model
+
+
+def read_numbers(path: Path) -> NDArray[np.float64]:
+    """Read saved numbers: raw little-endian doubles, or text with one decimal or hexadecimal number a line.
+
+    Raises:
+        InputError: the file is neither.
+
+    """
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    if len(data) > LARGEST_FILE:
+        raise InputError(f"{path}: is too large for the numbers of a finger")
+    try:
+        return np.array([_number(word) for word in data.decode("ascii").split()])
+    except (UnicodeDecodeError, ValueError):
+        pass
+    if len(data) % 8:
+        raise InputError(f"{path}: holds neither doubles of 8 bytes nor numbers as text")
+    return np.frombuffer(data, dtype="<f8").copy()
+
+
+def _number(word: str) -> float:
+    named = {"NAN": "nan", "INFINITY": "inf", "(-INFINITY)": "-inf"}.get(word, word)
+    return float.fromhex(named) if "0x" in named.lower() else float(named)
+
+
+def _mark(estimator: ContactEstimator) -> float:
+    text = text_of(estimator.model, estimator.layout, ellipse=estimator.settings.surface == "ellipse")
+    return text_number(hashlib.sha256(text.encode()).hexdigest())

@@ -1,0 +1,189 @@
+"""The files of an export, as texts: the templates with a model's names and numbers put in."""
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib import resources
+from string import Template
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.c99 import Program, literals, translate
+from vegrip.estimator.compiled import text_of
+from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS, quantile
+from vegrip.estimator.initial_state import blank
+from vegrip.estimator.kernels_c import ENTRIES
+from vegrip.estimator.layout import REPORT, Layout, layout_of
+from vegrip.estimator.origins import Origins
+from vegrip.export.request import MARGIN, Request
+from vegrip.export.vectors import ESTIMATES, FLAGS, OUTPUTS, Vectors
+from vegrip.model.file import model_text
+
+NUMBER_DIGITS = 12
+"""Hexadecimal digits of the text's hash that a double holds exactly."""
+HEAD = 2
+"""Saved numbers before the memory: the text's, and whether the finger had begun."""
+BESIDE = 48
+"""Bytes of a finger beside its numbers."""
+ONE_LINE = 6  # numbers
+NAMES = {
+    "indentation": ("DEPTH_NOW", "DEPTH_STD"), "normal_force": ("FORCE", "FORCE_STD"),
+    "contact_radius": ("RADIUS", "RADIUS_STD"), "pressure_exponent": ("EXPONENT", "EXPONENT_STD"),
+    "friction_coefficient": ("MU", "MU_STD"), "limit_force": ("LIMIT_FORCE", "LIMIT_FORCE_STD"),
+    "limit_torque": ("LIMIT_TORQUE", "LIMIT_TORQUE_STD"),
+    "limit_radius": ("LIMIT_RADIUS", "LIMIT_RADIUS_STD"),
+}  # fmt: skip
+ONLY_TOUCHING = ("pressure_exponent", "limit_radius")
+FILES = {
+    "estimator.h": "{p}_estimator.h", "estimator.c": "{p}_estimator.c", "vectors.h": "{p}_vectors.h",
+    "vectors.c": "{p}_vectors.c", "selftest.c": "{p}_selftest.c", "Makefile": "Makefile",
+    "CMakeLists.txt": "CMakeLists.txt", "bare_metal.c": "examples/bare_metal.c",
+    "linux.c": "examples/linux.c",
+    "startup.c": "cortex_m7/startup.c", "link.ld": "cortex_m7/link.ld",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Texts:
+    """Path in the folder -> text, and what is told of them."""
+
+    files: dict[str, str]
+    program: Program
+    text_hash: str
+    size: int  # numbers in the memory of a finger
+
+
+def write(request: Request, vectors: Vectors) -> Texts:
+    """Return the files.
+
+    Raises:
+        UntranslatableError: a line of an effect or kernel has no counterpart in C.
+
+    """
+    model, p = request.model, request.prefix
+    layout = layout_of(model)
+    text = text_of(model, layout, ellipse=request.settings.surface == "ellipse")
+    origins = Origins(model.effects)
+    entries = {name: ENTRIES[name] for name in ("update", "margin_of", "least_force")}
+    program = translate(
+        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), public=False
+    )
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    known = {
+        "p": p, "P": p.upper(), "hash": digest[:NUMBER_DIGITS],
+        "effects": ", ".join(e.name for e in model.effects),
+        **_settings(request), **_memory(request, layout), **_vectors(vectors),
+        "kernels": program.text(), "text_number": literals.real(text_number(digest)),
+    }  # fmt: skip
+    folder = resources.files("vegrip.export") / "templates"
+    files = {
+        name.format(p=p): Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
+        for template, name in FILES.items()
+    }
+    files["model.toml"] = model_text(model)
+    saved = [text_number(digest), 1.0, *vectors.memory.tolist()]
+    files["examples/finger.txt"] = "".join(f"{literals.hexadecimal(one)}\n" for one in saved)
+    return Texts(files, program, digest, layout.size)
+
+
+def text_number(digest: str) -> float:
+    """Return the beginning of a hash as a number: it marks saved numbers."""
+    return float(int(digest[:NUMBER_DIGITS], 16))
+
+
+def _settings(request: Request) -> dict[str, str]:
+    settings = request.settings
+    return {
+        "longest_gap": literals.real(settings.longest_gap),
+        "gap_ns": str(round(settings.longest_gap * 1e9) + 1),
+        "recovery": str(settings.recovery),
+        "horizon": f"{settings.horizon:g}",
+        "risk": f"{1.0 - settings.confidence:.3g}",
+        "quantile": literals.real(quantile(settings.confidence)),
+        "margin": literals.real(MARGIN),
+        "slips": literals.real(SLIPS),
+        "least_slip_speed": literals.real(LEAST_SLIP_SPEED),
+        "temperature": f"{request.model.reference_temperature:g}",
+        "precision": "Double",
+    }
+
+
+def _memory(request: Request, layout: Layout) -> dict[str, str]:
+    model, p, places = request.model, request.prefix, layout.places()
+    start = {name: str(place[0]) for name, place in places.items()}
+    report = {name: str(places["REPORT"][0] + i) for i, name in enumerate(REPORT)}
+    variances, stds, lines = [], [], []
+    for place, (symbol, (effect, declared)) in enumerate(model.parameters.items()):
+        value = model.values[symbol]
+        variances.append(str(_variance_of(layout, place)))
+        stds.append(literals.real(0.0 if np.isnan(value.std) else value.std))
+        learned = "learned" if place in layout.learned or place == layout.mu else "as told"
+        doc = f"{effect}: {declared.doc}".replace("*/", "* /")
+        lines.append(f"    {p.upper()}_PARAMETER_{symbol}, /* [{declared.unit}] {doc}; {learned} */")
+    memory = blank(model, layout, request.noise, request.settings)
+    return {
+        "size": str(layout.size),
+        "saved": str(layout.size + HEAD),
+        "bytes": str(8 * layout.size + BESIDE),
+        "known": str(places["VALUES"][1]),
+        "parameters": "\n".join(lines),
+        "variance_of": ", ".join(variances),
+        "std_of": ", ".join(stds),
+        "blank": _numbers(memory, hexadecimal=False),
+        "EXOGENOUS": start["EXOGENOUS"],
+        "CHANNEL": start["CHANNEL"],
+        "VALUES": start["VALUES"],
+        **{f"REP_{name}": place for name, place in report.items()},
+        "accessors": "\n".join(_accessor(p, name, report) for name in ESTIMATES),
+    }
+
+
+def _variance_of(layout: Layout, place: int) -> int:
+    """Return where the variance of a parameter lies in the memory, or -1."""
+    if place == layout.mu:
+        return layout.places()["FRICTION"][0] + 1
+    if place in layout.learned:
+        j = 2 + layout.n_states + layout.learned.index(place)
+        return layout.places()["P"][0] + j * layout.n + j
+    return -1
+
+
+def _accessor(p: str, name: str, report: dict[str, str]) -> str:
+    value, std = NAMES[name]
+    known = f"{p}_in_contact(e)" if name in ONLY_TOUCHING else "true"
+    reported = f"{p}_reported(e, {report[value]}, {report[std]}, {known})"
+    body = [f"    return {reported};"]
+    if name == "indentation":  # is told in the air, too, however wide
+        body = [
+            f"    {p}_estimate found = {reported};",
+            f"    found.valid = e->trusted && {p}_is_sound(e);",
+            "    return found;",
+        ]
+    return "\n".join([f"{p}_estimate {p}_{name}(const {p}_estimator *e)", "{", *body, "}", ""])
+
+
+def _vectors(vectors: Vectors) -> dict[str, str]:
+    rows = []
+    for frame in vectors.frames:
+        inputs = ", ".join(literals.hexadecimal(one) for one in frame.inputs)
+        outputs = ", ".join(literals.hexadecimal(one) for one in frame.outputs)
+        rows.append(f"    {{{frame.stamp}LL, {{{inputs}}},\n     {{{outputs}}}, {frame.flags}U}},")
+    return {
+        "frames": str(len(vectors.frames)),
+        "outputs": str(len(OUTPUTS)),
+        "output_names": ", ".join(OUTPUTS),
+        "flag_names": ", ".join(FLAGS),
+        "rows": "\n".join(rows),
+        "memory": _numbers(vectors.memory, hexadecimal=True),
+    }
+
+
+def _numbers(values: NDArray[np.float64], *, hexadecimal: bool) -> str:
+    write_one = literals.hexadecimal if hexadecimal else literals.real
+    return "\n".join(f"    {', '.join(line)}," for line in _lines(map(write_one, values.tolist())))
+
+
+def _lines(words: Iterable[str]) -> list[list[str]]:
+    all_words = list(words)
+    return [all_words[i : i + ONE_LINE] for i in range(0, len(all_words), ONE_LINE)]
