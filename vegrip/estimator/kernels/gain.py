@@ -19,6 +19,7 @@ from vegrip.estimator.kernels.generated import (
     MODE_BLIND,
     MODE_CAUTION,
     MODE_CELL,
+    MODE_FELT,
     MODE_HEALTH_DECAY,
     MODE_REGIME,
     MODE_REST,
@@ -111,15 +112,16 @@ def correct(m: Floats, channel: int, innovation: float, S: float) -> None:
         S *= math.sqrt(nis / HUBER)
     zero_kept = m[MODE_ZERO_KNOWN] < 0.5
     # a tip that rests shows what drifts, not what it is made of
-    careful = m[MODE_REST] > m[SET_LEARNING_REST] or m[MODE_CAUTION] > 0.0 or nis > HUBER
+    unfelt = m[MODE_FELT] < 0.5 and m[MODE_BLIND] < 0.5
+    careful = m[MODE_REST] > m[SET_LEARNING_REST] or m[MODE_CAUTION] > 0.0 or nis > HUBER or unfelt
     # in contact and without a displacement nothing tells the bias of the force from the force
     bias_kept = m[MODE_BLIND] > 0.5 and channel == 1 and m[H0] > 0.0
     for i in range(N):
-        kept = KEPT[i] or (i == BIAS and bias_kept) or (i == ZERO and zero_kept)
+        kept = KEPT[i] or (i == BIAS and bias_kept) or (i == ZERO and (zero_kept or unfelt))
         m[K0 + i] = 0.0 if kept else m[G0 + i] / S
         if 2 + NS <= i < M and (zero_kept or careful):
             m[K0 + i] *= 0.0 if careful else TIMID
-        if i >= M and nis > HUBER:
+        if i >= M and (nis > HUBER or m[MODE_CAUTION] > 0.0):
             m[K0 + i] = 0.0
         if i >= 2 + NS:
             m[K0 + i] *= CALM_LEARNING
