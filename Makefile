@@ -4,7 +4,7 @@ V := .venv/bin
 STAMP := .venv/.installed
 DEMO := .venv/.demo
 
-.PHONY: demo test test-fast test-vcan wheel-test check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
+.PHONY: demo test test-fast test-numba test-vcan wheel-test check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -15,13 +15,16 @@ test: $(STAMP)  ## pass all tests
 test-fast: $(STAMP)
 	$(V)/python -m pytest -q -n auto -m "not slow and not wheel"
 
+test-numba: $(STAMP)  ## the tests of estimator and grasp with the estimator compiled by numba; the others take C
+	VEGRIP_KERNEL=numba $(V)/python -m pytest -q -n auto --dist worksteal tests/estimator tests/grasp tests/c99
+
 test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-Mode-Linux where this kernel has none
 	tests/vcan/run $(V)/python -m pytest -q -p no:cacheprovider tests/vcan tests/cia301/test_with_canopen.py tests/cia301/test_trouble.py
 
 wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
 	$(V)/python -m pytest -q -n 0 tests/install
 
-check: lint types test test-vcan docs examples wheel-test  ## what CI runs
+check: lint types test test-numba test-vcan docs examples wheel-test  ## what CI runs
 
 format: $(STAMP)
 	$(V)/ruff format .
