@@ -9,7 +9,7 @@ from vegrip.effects.contract import Effect, hook
 from vegrip.errors import ModelError
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.estimator.layout import friction_symbol, layout_of
-from vegrip.grasp.parameters import TipParameters, _model
+from vegrip.grip.parameters import TipParameters, _model
 from vegrip.model import ContactModel, paper_model, write_model
 from vegrip.parameters import Parameter, declared
 

@@ -23,7 +23,7 @@ import numba
 from numba.core import event
 
 from vegrip.compiling import announce
-from vegrip.private_folder import ROOT, runtime_root, why_not_private, why_not_trusted
+from vegrip.host.private_folder import ROOT, runtime_root, why_not_private, why_not_trusted
 
 log = logging.getLogger(__name__)
 

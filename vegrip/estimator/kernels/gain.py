@@ -25,6 +25,7 @@ from vegrip.estimator.kernels.generated import (
     MODE_REST,
     MODE_SINCE_JERK,
     MODE_TOLERATED,
+    MODE_TOUCH,
     MODE_ZERO_KNOWN,
     NS,
     P0,
@@ -60,6 +61,7 @@ Zero error, unknown history, stiffness and exponent all explain the same force t
 felt ends it.
 """
 
+SUSPECTED = 2.0  # sum of excess forces, see touch.py, from which a touch is suspected
 FAST = 2.0  # [x_ref / s] above which loading and unloading are fast
 LATE = 1.0  # [s] at rest from which a hold is late
 SETTLED = 0.05  # [s] after a jerk for which innovations tell of the motion more than of the contact
@@ -121,7 +123,8 @@ def correct(m: Floats, channel: int, innovation: float, S: float) -> None:
         m[K0 + i] = 0.0 if kept else m[G0 + i] / S
         if 2 + NS <= i < M and (zero_kept or careful):
             m[K0 + i] *= 0.0 if careful else TIMID
-        if i >= M and (nis > HUBER or m[MODE_CAUTION] > 0.0):
+        touching = i == BIAS and m[MODE_TOUCH] > SUSPECTED and unfelt
+        if touching or (i >= M and (nis > HUBER or m[MODE_CAUTION] > 0.0)):
             m[K0 + i] = 0.0
         if i >= 2 + NS:
             m[K0 + i] *= CALM_LEARNING

@@ -43,8 +43,8 @@ from vegrip.estimator.kernels.predict import STRAIGHT
 from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
 from vegrip.estimator.kernels.state import clear, contact, copy_section, copy_state, step_of
 
-RATIO_TIME = 0.3
-NEAR = 3.0
+RATIO_TIME = 1.0
+NEAR = 5.0
 SURELY = 3.0
 ROUNDS = 3
 """Regressions of the force at most, at least two: about the state before the sample and about that after it.

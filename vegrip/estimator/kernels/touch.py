@@ -17,7 +17,9 @@ from vegrip.estimator.kernels.generated import (
     MODE_ZERO_MEAN,
     MODE_ZERO_VAR,
     MOTION_POSITION,
+    MOTION_VAR_POSITION,
     P0,
+    SET_R_DISPLACEMENT,
     SET_R_FORCE,
     TRY0,
     Y0,
@@ -33,6 +35,7 @@ MOST_EXCESS = 3.0  # std that one sample counts at most, so that one alone is no
 TOUCHED = 6.0  # sum of the excesses from which the touch is felt
 SUREST = 12.0  # sum beyond which nothing is added
 UNSEEN = 3.0  # std of the force below which a contact is not seen in one sample
+UNKNOWN = 1.5  # noise of the displacement, std of the zero above which its bound tells anything
 ACTIVE = -3.0  # bound in std of the zero below which it cuts nothing off
 
 
@@ -55,7 +58,9 @@ def feel(m: Floats, force: float, displacement: float) -> None:
 def exclude(m: Floats, excess: float, displacement: float) -> None:
     """Exclude the zeros at which the contact would be felt here."""
     std = math.sqrt(m[P0 + ZERO * N + ZERO])
-    here = min(displacement, m[MOTION_POSITION])
+    here = min(displacement, m[MOTION_POSITION]) - 2.0 * math.sqrt(m[MOTION_VAR_POSITION])
+    if std < UNKNOWN * math.sqrt(m[SET_R_DISPLACEMENT]):
+        return
     if excess < 0.0 and here > m[Y0 + ZERO] + ACTIVE * std and here > m[MODE_FREE_DEPTH]:
         m[MODE_FREE_DEPTH] = max(m[MODE_FREE_DEPTH], here - unseen_depth(m))
     if not m[MODE_FREE_DEPTH] > m[Y0 + ZERO] + ACTIVE * std:

@@ -86,8 +86,8 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
     predict_motion(m, dt)
     note_regime(m, dt)
     m[MODE_SLOPE] = 0.0
-    feel(m, force, displacement)
     take_sample(m, dt, force if felt else math.nan, displacement if known else math.nan)
+    feel(m, force, displacement)
     if math.isfinite(radius) and radius > 0.0:
         measure_radius(m, radius)
     begin_lost_contact_anew(m, dt, force, displacement)
