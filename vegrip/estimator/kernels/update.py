@@ -277,13 +277,6 @@ def measured(value: float) -> float:
     return value if abs(value) < LARGEST else math.nan
 
 
-def many(ms: Floats, dt: float, samples: Floats) -> None:
-    """Several fingers in one call: rows of ``ms`` and of ``samples`` (force, displacement, radius, ...)."""
-    for i in range(ms.shape[0]):
-        s = samples[i]
-        update(ms[i], dt, s[0], s[1], s[2], s[3], s[4], s[5])
-
-
 def margin_of(m: Floats, tangential: float, torque: float, out: Floats) -> None:
     """Fill ``out`` with gauge, its upper bound, force reserve, time to slip and its earliest."""
     out[0] = m[REP_GAUGE]
