@@ -1,5 +1,6 @@
 """Helpers of a node have a low priority from the start, end with it, and leave their output."""
 
+import os
 import subprocess
 import sys
 import time
@@ -41,7 +42,8 @@ def test_a_helper_that_takes_too_long_is_ended(module):
 
 def test_a_helper_that_is_waited_for_is_nice(module):
     told = "import os; print(os.nice(0), os.sched_getscheduler(0) == os.SCHED_OTHER)"
-    assert background.run_behind(module(told), [], idle=False).stdout == "10 True\n"
+    nicer = min(os.nice(0) + 10, 19)  # than these tests, which may be nice themselves
+    assert background.run_behind(module(told), [], idle=False).stdout == f"{nicer} True\n"
 
 
 def test_without_the_program_that_lowers_it_all_the_way_a_helper_is_nice(module, monkeypatch):
@@ -55,7 +57,8 @@ def test_without_the_program_that_lowers_it_all_the_way_a_helper_is_nice(module,
 ORPHAN = """
 import subprocess, sys, time
 helper = subprocess.Popen([sys.executable, "-c", "from vegrip.runtime import launcher; "
-    "launcher.end_with_parent(); print('ready', flush=True); import time; time.sleep(100)"],
+    "launcher.end_with_parent(); print('ready', flush=True); import pathlib, sys, time; time.sleep(60); "
+    "pathlib.Path(sys.argv[1]).touch()", sys.argv[1]],
     stdout=subprocess.PIPE)
 helper.stdout.readline()
 print(helper.pid, flush=True)
@@ -63,15 +66,15 @@ time.sleep(100)
 """
 
 
-def test_a_helper_ends_when_its_node_is_killed():
-    node = subprocess.Popen([sys.executable, "-c", ORPHAN], stdout=subprocess.PIPE, text=True)
+def test_a_helper_ends_when_its_node_is_killed(tmp_path):
+    lived_on = tmp_path / "lived on"
+    node = subprocess.Popen([sys.executable, "-c", ORPHAN, str(lived_on)], stdout=subprocess.PIPE, text=True)
     helper = int(node.stdout.readline())
     node.kill()
     node.communicate()
-    until = time.monotonic() + 20.0
-    while time.monotonic() < until and not _ended(helper):
+    while not _ended(helper):  # by itself it ends after a minute, and leaves the file
         time.sleep(0.02)
-    assert _ended(helper)
+    assert not lived_on.exists()
 
 
 def _ended(pid):
