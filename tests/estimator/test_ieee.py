@@ -19,7 +19,7 @@ from vegrip.contact.limit_surface import fast
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.layout import FRICTION, layout_of
-from vegrip.estimator.start import blank
+from vegrip.estimator.initial_state import blank
 from vegrip.model import cache, paper_model
 
 Floats = NDArray[np.float64]

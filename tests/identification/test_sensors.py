@@ -29,6 +29,7 @@ SUBSETS = [
     for chosen in product((False, True), repeat=len(CHANNELS))
 ]
 MARGIN = "slip margin, time to slip, grip command"
+STIFFNESS = "stiffness and relaxation learned"
 CONTACT = "contact radius, pressure exponent, limit force"
 
 
@@ -52,9 +53,33 @@ def test_the_estimator_gives_what_is_promised_and_no_more(
     assert math.isfinite(finger.slip_margin().lower_bound) == promised[MARGIN]
     assert math.isfinite(finger.least_force(0.15)) == promised[MARGIN]
     assert (
-        bool([text for text in lacking(channels) if "no slip margin" in text or "nothing" in text])
+        bool([text for text in lacking(channels) if "no slip margin" in text or "no estimate" in text])
         != (promised[MARGIN])
     )
+    if promised[CONTACT]:
+        assert any("stiffness" in text for text in lacking(channels)) != promised[STIFFNESS]
+
+
+def test_what_is_lacking_is_told_with_what_it_costs_and_nothing_where_all_is_there() -> None:
+    assert lacking((*CHANNELS, "slip")) == []
+    assert lacking(()) == ["no estimate at all: neither normal_force nor displacement is measured"]
+    assert lacking(("normal_force", *TANGENTIAL, "torque_z", "slip_speed")) == [
+        "stiffness and relaxation stay as in the model file: displacement is not measured beside normal_force"
+    ]
+    assert lacking(CHANNELS) == [
+        "friction stays as in the model file unless a slip shows in the forces: "
+        "neither slip nor slip_speed is measured"
+    ]
+    margin = lacking(("normal_force", "displacement", "tangential_force_x"), "state the load")
+    assert margin == [
+        "no slip margin and no grip command: tangential_force_y is not measured; state the load"
+    ]
+    for channels in SUBSETS:
+        for sentence in lacking(channels):
+            cost, _, cause = sentence.partition(": ")
+            assert cost
+            assert "measured" in sentence
+            assert cause
 
 
 def test_a_stated_load_gives_a_margin_where_none_is_measured() -> None:

@@ -1,6 +1,7 @@
 """Helpers of a node have a low priority from the start, end with it, and leave their output."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -42,8 +43,8 @@ def test_a_helper_that_takes_too_long_is_ended(module):
 
 def test_a_helper_that_is_waited_for_is_nice(module):
     told = "import os; print(os.nice(0), os.sched_getscheduler(0) == os.SCHED_OTHER)"
-    nicer = min(os.nice(0) + 10, 19)  # than these tests, which may be nice themselves
-    assert background.run_behind(module(told), [], idle=False).stdout == f"{nicer} True\n"
+    own = os.nice(0)  # of whoever runs the tests
+    assert background.run_behind(module(told), [], idle=False).stdout == f"{min(own + 10, 19)} True\n"
 
 
 def test_without_the_program_that_lowers_it_all_the_way_a_helper_is_nice(module, monkeypatch):
@@ -54,27 +55,37 @@ def test_without_the_program_that_lowers_it_all_the_way_a_helper_is_nice(module,
     assert done.stdout == "19\n"
 
 
-ORPHAN = """
-import subprocess, sys, time
-helper = subprocess.Popen([sys.executable, "-c", "from vegrip.runtime import launcher; "
-    "launcher.end_with_parent(); print('ready', flush=True); import pathlib, sys, time; time.sleep(60); "
-    "pathlib.Path(sys.argv[1]).touch()", sys.argv[1]],
-    stdout=subprocess.PIPE)
-helper.stdout.readline()
-print(helper.pid, flush=True)
-time.sleep(100)
+IMPORTS = """
+import os, sys, time
+open(sys.argv[1], "w").write(str(os.getpid()))
+time.sleep(60)  # the imports of a helper, which has not come to its own first line
+open(sys.argv[1] + ".lived on", "w").close()
 """
 
 
-def test_a_helper_ends_when_its_node_is_killed(tmp_path):
-    lived_on = tmp_path / "lived on"
-    node = subprocess.Popen([sys.executable, "-c", ORPHAN, str(lived_on)], stdout=subprocess.PIPE, text=True)
-    helper = int(node.stdout.readline())
+def test_a_helper_ends_when_its_node_is_killed_whatever_it_is_doing(module, tmp_path):
+    told = tmp_path / "pid"
+    node = subprocess.Popen(
+        [sys.executable, "-c", f"from vegrip.runtime.background import run_behind; "
+         f"run_behind({module(IMPORTS)!r}, [{str(told)!r}], idle=False)"]
+    )  # fmt: skip
+    while not (told.exists() and told.read_text()):
+        assert node.poll() is None
+        time.sleep(0.02)
+    helper = int(told.read_text())
     node.kill()
     node.communicate()
-    while not _ended(helper):  # by itself it ends after a minute, and leaves the file
+    while not _ended(helper):  # by itself it ends after a minute, and leaves a file
         time.sleep(0.02)
-    assert not lived_on.exists()
+    assert not told.with_name("pid.lived on").exists()
+
+
+def test_a_helper_whose_node_has_ended_already_does_not_begin(module):
+    done = subprocess.run(
+        [sys.executable, "-m", "vegrip.runtime.behind", "1", module("print('began')")],
+        capture_output=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (-signal.SIGTERM, b"")
 
 
 def _ended(pid):

@@ -56,11 +56,13 @@ def doctor(
 
 def _show_sensors(given: str, *, as_json: bool) -> None:
     from vegrip.cli._tables import printer, show, table
-    from vegrip.identification.sensors import OUTPUTS, USUAL, answers, lacking
+    from vegrip.identification.sensors import OUTPUTS, REMEDY, USUAL, answers, lacking
 
     sets = {given: _channels(given)} if given else USUAL
     if as_json:
-        told = {name: {"outputs": answers(one), "lacking": lacking(one)} for name, one in sets.items()}
+        told = {
+            name: {"outputs": answers(one), "lacking": lacking(one, REMEDY)} for name, one in sets.items()
+        }
         typer.echo(json.dumps(told))
         return
     content = table("measured", *(output.short for output in OUTPUTS))
@@ -70,7 +72,7 @@ def _show_sensors(given: str, *, as_json: bool) -> None:
     console = printer()
     for output in OUTPUTS:
         console.print(f"{output.short}: {output.name}; needs {output.needs}; without: {output.otherwise}")
-    for sentence in lacking(sets[given]) if given else ():
+    for sentence in lacking(sets[given], REMEDY) if given else ():
         console.print(f"- {sentence}")
 
 

@@ -139,6 +139,11 @@ def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: P
     ]
     told += [f"not judged: {one.note}" for one in failed]
     told += [f"{found.path}: {row.lost}" for found, row in done if row.lost]
+    if (alone := sum(found.alone for found, _ in done)) > 1:
+        told.append(
+            f"{alone} recordings do not say of which hand and pad they are, and each counts as a pad of its "
+            "own; state hand and pad in [source] of recording.toml, or make a folder for each hand"
+        )
     for text in told:
         console.print(f"- {text}")
     pads = {(one.hand, one.pad) for one in findings if one.effect != FAILED}

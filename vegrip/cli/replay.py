@@ -126,7 +126,7 @@ def _run_through(
     from vegrip.errors import DeviceError
     from vegrip.identification.recording.traces import replaced
     from vegrip.identification.recording.writer import RecordingWriter
-    from vegrip.identification.sensors import lacking
+    from vegrip.identification.sensors import REMEDY, lacking
     from vegrip.runtime.replay.grasp import grasp_node, offline, read_settings
     from vegrip.runtime.replay.run import run_through
 
@@ -153,7 +153,7 @@ def _run_through(
         else:
             print_outcome(outcome, {name: each.report for name, each in recordings.items()})
             for name, each in recordings.items():
-                print_sentences(f"{name}: {sentence}" for sentence in lacking(each.columns))
+                print_sentences(f"{name}: {sentence}" for sentence in lacking(each.columns, REMEDY))
 
 
 def _sensors(recordings: "dict[str, Recording]") -> "tuple[float, Mapping[str, float]]":

@@ -23,8 +23,8 @@ from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
 
 KERNELS = (
-    "state", "roots", "motion", "predict", "gain", "measure", "sight", "begin", "gap", "touch", "quantities", "report",
-    "belief", "friction", "hold", "onset", "forecast", "update",
+    "state", "roots", "motion", "predict", "gain", "measure", "sight", "begin", "gap", "touch", "quantities",
+    "report", "belief", "friction", "hold", "onset", "forecast", "update",
 )  # fmt: skip
 ENTRIES = ("update", "margin_of", "least_force", "filter_step")
 

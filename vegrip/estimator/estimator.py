@@ -204,7 +204,7 @@ class ContactEstimator:
             channels=self._channels_used() if self._trusted else Channel.NONE,
             indentation=Estimate(r[R["DEPTH_NOW"]], r[R["DEPTH_STD"]], valid, age),
             normal_force=of("FORCE"),
-            contact_radius=of("RADIUS"),
+            contact_radius=of("RADIUS", known=r[R["RADIUS_SOUND"]] > 0.5),
             pressure_exponent=of("EXPONENT", known=touching),
             friction_coefficient=of("MU"),
             limit_force=of("LIMIT_FORCE"),

@@ -1,7 +1,7 @@
 """What your sensors give you: from the channels a fingertip measures to the outputs that can be had of them.
 
->>> lacking({"normal_force", "displacement"})[0].partition(";")[0]
-'no slip margin and no grip command: tangential_force_x and tangential_force_y are not measured'
+>>> lacking({"normal_force", "displacement", "slip"})
+['no slip margin and no grip command: tangential_force_x and tangential_force_y are not measured']
 """
 
 import math
@@ -61,14 +61,14 @@ OUTPUTS: Final = (
     Output(
         "slip margin, time to slip, grip command",
         "margin, grip",
-        "and tangential_force_x, tangential_force_y",
+        "that and tangential_force_x, tangential_force_y",
         _knows_load,
         "no margin; with a stated load or mass: the margin for that",
     ),
     Output(
         "torque in the margin",
         "torque",
-        "and torque_z",
+        "those and torque_z",
         lambda channels: _knows_load(channels) and "torque_z" in channels,
         "counts as zero: a load off the centre slips earlier than told",
     ),
@@ -82,7 +82,7 @@ OUTPUTS: Final = (
     Output(
         "friction learned at every slip",
         "friction",
-        "and tangential forces, slip or slip_speed",
+        "both tangential forces, and slip or slip_speed",
         lambda channels: _knows_load(channels) and bool({"slip", "slip_speed"} & set(channels)),
         "stays as in the model file, unless a slip shows in the forces",
     ),
@@ -109,17 +109,34 @@ def answers(channels: Channels) -> dict[str, bool]:
     return {output.name: output.given(channels) for output in OUTPUTS}
 
 
-def lacking(channels: Channels) -> list[str]:
-    """Return what a user must know of a fingertip that measures ``channels``: a sentence each, or none."""
+def lacking(channels: Channels, remedy: str = "") -> list[str]:
+    """Return what a fingertip that measures ``channels`` does not measure and what that costs.
+
+    A sentence each, what costs most first. The ``remedy`` is put behind the sentence that tells of no margin.
+    """
     if not _presses(channels):
-        return ["nothing can be told: neither normal_force nor displacement is measured"]
+        return ["no estimate at all: neither normal_force nor displacement is measured"]
+    told = []
     if not _knows_load(channels):
         missing = " and ".join(name for name in TANGENTIAL if name not in channels)
         are = "are" if " and " in missing else "is"
-        return [f"no slip margin and no grip command: {missing} {are} not measured; {REMEDY}"]
-    if "torque_z" not in channels:
-        return ["torque_z is not measured and counts as zero: a load off the centre slips earlier than told"]
-    return []
+        advice = f"; {remedy}" if remedy else ""
+        told.append(f"no slip margin and no grip command: {missing} {are} not measured{advice}")
+    elif "torque_z" not in channels:
+        told.append(
+            "torque_z is not measured and counts as zero: a load off the centre slips earlier than told"
+        )
+    for name, other in (("normal_force", "displacement"), ("displacement", "normal_force")):
+        if name not in channels:
+            told.append(
+                f"stiffness and relaxation stay as in the model file: {name} is not measured beside {other}"
+            )
+    if _knows_load(channels) and not {"slip", "slip_speed"} & set(channels):
+        told.append(
+            "friction stays as in the model file unless a slip shows in the forces: "
+            "neither slip nor slip_speed is measured"
+        )
+    return told
 
 
 def with_load(recording: Recording, load: float) -> Recording:

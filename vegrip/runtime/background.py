@@ -1,5 +1,6 @@
 """Helper processes of a node: everything else on the machine goes first."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -23,8 +24,8 @@ def run_behind(
     It has a low priority from its first instruction on, also when this process has a real-time one: what it
     imports alone takes a second, each slice of which could delay the loop on a core that they share. With
     ``idle`` it gives a core up at once to whoever wants it, where one that is nice keeps it for the rest of
-    its slice, some milliseconds; but on a machine without idle time it does not come to an end. The module
-    itself calls :func:`~vegrip.runtime.launcher.end_with_parent`.
+    its slice, some milliseconds; but on a machine without idle time it does not come to an end. It ends when
+    this process does, whatever it is doing then (:mod:`vegrip.runtime.behind`).
 
     A program in front of it sets the priority. Python code between fork and exec has no place in a process
     with threads, and a priority that is lowered before the exec would let this process, which waits for it
@@ -34,7 +35,8 @@ def run_behind(
         subprocess.TimeoutExpired: it took more than ``patience`` [s], and was killed.
 
     """
-    command = [*_in_front(idle), sys.executable, "-m", module, *arguments]
+    begun = [sys.executable, "-m", "vegrip.runtime.behind", str(os.getpid())]
+    command = [*_in_front(idle), *begun, module, *arguments]
     done = subprocess.run(command, input=given, capture_output=True, check=False, timeout=patience)
     told, complaint = (text.decode(errors="replace") for text in (done.stdout, done.stderr))
     return subprocess.CompletedProcess(command, done.returncode, told, complaint)

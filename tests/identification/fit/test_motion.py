@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from vegrip.identification.fit.motion import motion_of
+from vegrip.identification.fit.straight import straight
 
 NOISE = 5e-6
 T = np.arange(0.0, 6.0, 5e-3)
@@ -39,6 +40,34 @@ def test_error_of_the_motion_is_smaller_than_the_noise_and_as_large_as_it_says(k
 def test_a_hold_is_smoothed_much_more_than_a_fast_motion() -> None:
     assert np.median(smoothed("ramp and hold").std[:80]) < 0.3 * NOISE
     assert np.median(smoothed("sine").std) > np.median(smoothed("ramp and hold").std)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_noise_of_a_hold_adds_up_to_no_way(seed) -> None:
+    motion = smoothed("ramp and hold", seed)
+    holds = [(30, 90), (150, 580), (660, 1190)]  # clear of the corners, where a bend is looked for
+    ways = [float(np.abs(np.diff(motion.displacement[low:high])).sum()) for low, high in holds]
+    assert sum(ways) < 1.5 * NOISE * len(holds)
+
+
+def test_straight_is_what_rests_or_runs_at_one_speed() -> None:
+    first = np.zeros(T.size)
+    first[0] = 1.0
+    noise = NOISE * np.random.default_rng(0).standard_normal(T.size)
+    runs = straight(T, first, path("ramp and hold") + noise, NOISE)
+    corners = np.isin(np.arange(T.size), [100, 120, 600, 640])
+    assert not runs[corners].any()
+    assert runs.mean() > 0.85
+    assert straight(T, first, 1e-3 * T + noise, NOISE).mean() > 0.97
+    assert straight(T, first, path("sine") + noise, NOISE).mean() < 0.1
+    missing = np.where(np.arange(T.size) % 3 == 0, np.nan, path("ramp and hold") + noise)
+    assert not straight(T, first, missing, NOISE)[corners].any()
+
+
+def test_a_bend_from_one_episode_to_the_next_is_none() -> None:
+    first = np.zeros(T.size)
+    first[[0, 600]] = 1.0
+    assert straight(T, first, np.where(T < 3.0, 1e-3, T), NOISE).all()
 
 
 def test_missing_samples_are_bridged_and_less_certain() -> None:

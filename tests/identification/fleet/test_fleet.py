@@ -56,6 +56,20 @@ def test_hand_pad_and_date_are_read_or_guessed(folder) -> None:
     assert found["b/cut"].date[:4] >= str(date.today().year)
 
 
+def test_recordings_that_say_nothing_of_their_pad_are_not_put_together(tmp_path, capsys) -> None:
+    for name in ("a", "b"):
+        write_recording(pressed(), tmp_path / name)
+    write_recording(replace(pressed(), source={"pad": "ring"}), tmp_path / "c")
+    found = look_for(tmp_path)
+    assert sorted((one.pad, one.alone) for one in found) == [("a", True), ("b", True), ("ring", False)]
+    assert main(["fleet", str(tmp_path), "-j", "1"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert (
+        "2 recordings do not say of which hand and pad they are, and each counts as a pad of its own" in told
+    )
+    assert "of 3 pads" in told
+
+
 def test_an_empty_folder_is_refused(tmp_path) -> None:
     with pytest.raises(UsageError, match="no recording in it"):
         look_for(tmp_path)

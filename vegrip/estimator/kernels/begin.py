@@ -11,7 +11,10 @@ from vegrip.estimator.kernels.generated import (
     LOST0,
     MODE0,
     MODE1,
+    MODE_CONTRADICTED,
     MODE_FREE_DEPTH,
+    MODE_LOST,
+    MODE_RESTARTS,
     MODE_ZERO_KNOWN,
     NS,
     P0,
@@ -84,7 +87,9 @@ def keep_finite(m: Floats) -> None:
         total += 0.0 * m[i]
     if total != 0.0 or math.isnan(total):
         m[LOST0] += 1.0
+        contradicted, lost, restarts = m[MODE_CONTRADICTED], m[MODE_LOST], m[MODE_RESTARTS]
         begin(m, math.nan, math.nan)
+        m[MODE_CONTRADICTED], m[MODE_LOST], m[MODE_RESTARTS] = contradicted, lost, restarts
 
 
 def within_contact(m: Floats, force: float, displacement: float) -> None:

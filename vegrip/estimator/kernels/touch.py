@@ -1,9 +1,9 @@
 """Until the touch is felt, the force tells only where the zero of the displacement is not.
 
-No force at a depth means that the contact begins deeper: a bound on the zero, not a measurement of it. What is
-known of the zero is then a normal distribution cut off, of which mean and variance are used. Samples that are
-regressed one by one make the zero sure without a sample that felt it, and bend stiffness and exponent until
-they give no force.
+No force at a depth means that the contact begins deeper: a bound on the zero, not a measurement of it. What
+is known of the zero is then a normal distribution cut off, of which mean and variance are used. Samples that
+are regressed one by one make the zero sure without a sample that felt it, and bend stiffness and exponent
+until they give no force.
 """
 
 import math
@@ -56,7 +56,10 @@ def feel(m: Floats, force: float, displacement: float) -> None:
 
 
 def exclude(m: Floats, excess: float, displacement: float) -> None:
-    """Exclude the zeros at which the contact would be felt here."""
+    """Exclude the zeros at which the contact would be felt here, while the zero is known worse than a sample.
+
+    Later the bound would be a maximum over noise.
+    """
     std = math.sqrt(m[P0 + ZERO * N + ZERO])
     here = min(displacement, m[MOTION_POSITION]) - 2.0 * math.sqrt(m[MOTION_VAR_POSITION])
     if std < UNKNOWN * math.sqrt(m[SET_R_DISPLACEMENT]):

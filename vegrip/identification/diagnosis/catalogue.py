@@ -15,6 +15,7 @@ from vegrip.effects import BUILT_IN, Effect, effect, names
 from vegrip.errors import ModelError
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.model import BASE, ContactModel
+from vegrip.model.composer import share_a_name
 from vegrip.parameters import Parameter
 
 SPREADS = {1: (-3.0, -1.5, 0.0, 1.5, 3.0), 2: (-2.0, 0.0, 2.0)}
@@ -50,13 +51,14 @@ class Candidate:
 def candidates(model: ContactModel, measured: Measured) -> tuple[list[Candidate], dict[str, str]]:
     """Return what could be added to ``model``, and the effects that cannot show, each with the reason."""
     present = {e.name for e in model.effects}
+    foreign = [e for e in model.effects if e.name not in BUILT_IN]
     found, out_of_sight = [], {}
     for name in names():
         if name in BASE or name in present:
             continue
         one = effect(name)
         reason = unseen(one, measured)
-        if not reason and name not in BUILT_IN:
+        if not reason and (name not in BUILT_IN or any(share_a_name(one, e) for e in foreign)):
             reason = _unfit(model, one)
         if reason:
             out_of_sight[name] = reason

@@ -22,6 +22,7 @@ from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.smoother import Floats
 from vegrip.identification.fit.solve import Optimum
 from vegrip.model import ContactModel
+from vegrip.model.composer import share_a_name
 from vegrip.parameters import changed, coordinate, declared
 
 DEAR = ("series_compliance", "power_law_relaxation")
@@ -85,9 +86,18 @@ def screen(
 
 
 def _groups(problem: Problem, candidates: Sequence[Candidate]) -> list[tuple[Problem, list[Candidate]]]:
-    """Put candidates into few models: one for all but the dear ones, which stand alone."""
-    alone = [[c] for c in candidates if c.name in DEAR]
-    together = [c for c in candidates if c.name not in DEAR]
+    """Put candidates into few models: one for all but the dear ones, which stand alone.
+
+    So does an effect of another package that has a name in common with one that is built in.
+    """
+    ours = [effect(name) for name in BUILT_IN]
+
+    def stands_alone(one: Candidate) -> bool:
+        foreign = one.name not in BUILT_IN
+        return one.name in DEAR or (foreign and any(share_a_name(one.effect, other) for other in ours))
+
+    alone = [[c] for c in candidates if stands_alone(c)]
+    together = [c for c in candidates if not stands_alone(c)]
     try:
         groups = [group for group in (together, *alone) if group]
         return [(widened(problem, group), group) for group in groups]
@@ -105,16 +115,19 @@ def widened(problem: Problem, candidates: list[Candidate]) -> Problem:
 def carrier(model: ContactModel, candidates: Sequence[Candidate]) -> ContactModel:
     """Return a model with the candidates, absent, and unless it is dear with every effect that is built in.
 
-    The same whatever can be seen and whatever was accepted, because to compile it takes ten seconds.
+    The same whatever can be seen and whatever was accepted, because to compile it takes ten seconds; but for
+    an effect of another package that has a name in common with one that is built in.
     """
-    present = {one.name for one in model.effects} | {one.name for one in candidates}
+    there = [*model.effects, *(one.effect for one in candidates)]
+    present = {one.name for one in there}
     more = (
         []
-        if set(DEAR) & {one.name for one in candidates}
+        if any(one.name in DEAR for one in candidates)
         else [n for n in BUILT_IN if n not in {*present, *DEAR}]
     )
-    absent = [Candidate(effect(name), null(effect(name)), ()) for name in more]
-    return with_candidates(model, [*candidates, *absent])
+    foreign = [one for one in there if one.name not in BUILT_IN]
+    beside = [e for e in map(effect, more) if not any(share_a_name(e, other) for other in foreign)]
+    return with_candidates(model, [*candidates, *(Candidate(e, null(e), ()) for e in beside)])
 
 
 def with_candidates(model: ContactModel, candidates: Sequence[Candidate]) -> ContactModel:

@@ -8,7 +8,9 @@ Two quantities, position and speed, straight within a step and bent at the sampl
 the sampling rate) with a variance q of its own for every step, found by maximum likelihood as in
 [Tipping2001]_: where the drive
 ramps or rests q goes to zero and the noise is averaged away, where it starts or stops q grows and nothing is
-rounded off.
+rounded off. Where a straight line is as good (:mod:`vegrip.identification.fit.straight`) no jerk is looked
+for: the largest of thousands of errors looks like one, and a law that remembers its way (friction, wear) adds
+up every such step.
 
 Why: a candidate that follows the displacement late (lag, play) averages the noise of the displacement away
 and would so explain a recording better that has neither. Behind a smoothed motion there is no such noise.
@@ -19,10 +21,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from vegrip.identification.fit.smoother import Floats, posterior, smooth
+from vegrip.identification.fit.straight import straight
 
 ROUNDS = 20
 WIDTH = 5  # steps that share a variance of the acceleration; one alone takes single errors for jerks
-CALM = 5e-3  # accelerations that move less than this many standard deviations in a step are rest
+CALM = 5e-3  # accelerations that move less than this many standard deviations in a step are rest, and
+STRAIGHT = 1e-4  # what is allowed where the motion is straight to within the noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +62,13 @@ def motion_of(t: Floats, first: Floats, measured: Floats, noise: float) -> Motio
         none = np.zeros(t.size)
         bridged = np.interp(t, t[known], measured[known])
         return Motion(bridged, none, np.zeros((t.size, 2)), none.copy(), np.zeros((t.size, 3)))
-    floor = (CALM * noise / dt**2) ** 2
-    q = (10.0 * noise / dt**2) ** 2
+    one = (noise / dt**2) ** 2
+    runs_straight = straight(t, first, measured, noise)
+    q = np.where(runs_straight, STRAIGHT**2, 100.0) * one
     for _ in range(ROUNDS):
         position, variance, jerk, share = smooth(t, first, measured, noise**2, q)
-        q = np.clip(_shared(jerk, first) / np.maximum(_shared(share, first), 1e-12), floor, 1e12 * floor)
+        likely = _shared(jerk, first) / np.maximum(_shared(share, first), 1e-12)
+        q = np.where(runs_straight, STRAIGHT**2 * one, np.clip(likely, CALM**2 * one, 1e12 * CALM**2 * one))
     position, variance, jerk, share = smooth(t, first, measured, noise**2, q)
     pull, push, start = posterior(t, first, measured, noise**2, q)
     return Motion(position, np.sqrt(np.maximum(variance, 0.0)), pull, push, start)

@@ -2,7 +2,8 @@
 
 What ``[source]`` of ``recording.toml`` says counts: ``hand``, ``pad`` and ``date`` (or ``began``, as the
 recorder writes it). Else the hand is the folder right below the one that is looked through, the pad the name
-of the fingertip, and the date that of the file, which is marked as such.
+of the fingertip, and the date that of the file, which is marked as such. A recording that lies right below
+that folder and says neither may be of any pad: it is not put together with others.
 """
 
 import hashlib
@@ -28,6 +29,7 @@ class Found:
     date: str  # ISO 8601, the day or the instant
     dated_by: str  # "recording" or "file"
     fingerprint: str  # of the files' size and time
+    alone: bool = False  # it does not say of which pad it is, and counts as one by itself
 
 
 def look_for(folder: Path) -> list[Found]:
@@ -53,13 +55,15 @@ def _found(path: Path, root: Path) -> Found:
     source, tip = (_table(about.get(name)) for name in ("source", "fingertip"))
     parts = path.relative_to(root).parts
     told = next((text for key in DATES if (text := _date(source.get(key)))), "")
+    alone = len(parts) < 2 and not {"hand", "pad"} & source.keys()
     return Found(
         str(path),
         str(source.get("hand", parts[0] if len(parts) > 1 else root.resolve().name)),
-        str(source.get("pad", tip.get("name", path.name))),
+        path.name if alone else str(source.get("pad", tip.get("name", path.name))),
         told or datetime.fromtimestamp(_changed(path), UTC).isoformat(timespec="seconds"),
         "recording" if told else "file",
         _fingerprint(path),
+        alone,
     )
 
 

@@ -12,7 +12,6 @@ from pathlib import Path
 from vegrip.errors import VegripError
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.model import read_model
-from vegrip.runtime.launcher import end_with_parent
 
 
 def main(path: Path) -> int:
@@ -26,5 +25,4 @@ def main(path: Path) -> int:
 
 
 if __name__ == "__main__":
-    end_with_parent()  # nobody waits for what a node that has ended would have used
     sys.exit(main(Path(sys.argv[1])))

@@ -16,7 +16,6 @@ from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.model import ContactModel
 from vegrip.model.file import parse_model
-from vegrip.runtime.launcher import end_with_parent
 
 MOST = 1  # effects that are looked for: the leading suspect
 UNEXPLAINED = "unexplained"
@@ -44,5 +43,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    end_with_parent()  # nobody reads the answer of a node that has ended
     sys.exit(main(sys.argv[1:]))
