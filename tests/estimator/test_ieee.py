@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from vegrip.contact.limit_surface import fast
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import module_for
-from vegrip.estimator.layout import FRICTION, layout_of
 from vegrip.estimator.initial_state import blank
+from vegrip.estimator.layout import FRICTION, layout_of
 from vegrip.model import cache, paper_model
 
 Floats = NDArray[np.float64]
