@@ -3,14 +3,18 @@
 from collections.abc import Callable
 from time import perf_counter
 
+BATCH_SECONDS = 0.05
+BATCHES = 5
+SMALLEST = {"BATCH_SECONDS": 0.0, "BATCHES": 1}
 
-def microseconds(call: Callable[[], object], *, batch_seconds: float = 0.05, batches: int = 5) -> float:
+
+def microseconds(call: Callable[[], object]) -> float:
     """Time of one ``call`` in microseconds; it is called once before, to compile and to warm the caches."""
     call()
     start = perf_counter()
     call()
-    count = max(1, int(batch_seconds / max(perf_counter() - start, 1e-9)))
-    best = min(_batch(call, count) for _ in range(batches))
+    count = max(1, int(BATCH_SECONDS / max(perf_counter() - start, 1e-9)))
+    best = min(_batch(call, count) for _ in range(BATCHES))
     return best / count * 1e6
 
 

@@ -14,6 +14,7 @@ from vegrip.identification.diagnosis import diagnose
 from vegrip.validation.diagnosis_trials import Case, make_recording
 
 ROWS = 46_000  # 230 s at 200 Hz, whatever the rate that the case draws
+SMALLEST = {"ROWS": 1_000, "HIDDEN": ((),)}
 HIDDEN = ((), ("sensor_lag",), ("adhesion", "second_relaxation"))
 
 

@@ -15,6 +15,7 @@ from vegrip.runtime.client import ask
 from vegrip.runtime.registry import find_node
 
 SECONDS = 10
+SMALLEST = {"SECONDS": 1}
 
 
 def run() -> dict[str, dict[str, float]]:

@@ -12,6 +12,7 @@ from vegrip.contact.hereditary import advance, filtered
 RATE = 1000  # [Hz]
 AMPLITUDES = np.array([0.2, 0.1])
 RATES = np.array([3.1, 0.25])  # [1/s]
+SMALLEST = {"HISTORIES": {"1s": 1}}
 HISTORIES = {"1s": 1, "60s": 60, "1h": 3600}  # [s]
 
 

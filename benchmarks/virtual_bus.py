@@ -32,6 +32,7 @@ MEMBERS = 4
 MOST = 1000  # packets taken in one go
 FINGERS, PERIOD = 5, 0.002  # [s]
 ROUNDS = 1500
+SMALLEST = {"ROUNDS": 20}
 RANDOM = Random(1)  # noqa: S311 (no secret)
 FRAMES = [
     BusFrame(0x200 + i % FINGERS, RANDOM.randbytes(32), fd=True, bit_rate_switch=True) for i in range(500)

@@ -6,11 +6,20 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
+
+from vegrip.c99 import host
 
 # The same examples in every run, and no complaint about a slow machine.
-settings.register_profile("vegrip", derandomize=True, deadline=None)
+settings.register_profile(
+    "vegrip", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("vegrip")
+
+# Estimators of many models: the C compiler takes 2 s for one, numba 20 s, and the numbers are the same
+# (tests/c99). `make test-numba` runs what depends on them most with numba, which is what runs by default.
+if host.compiler():
+    os.environ.setdefault("VEGRIP_KERNEL", "c")
 
 DATA = Path(os.environ.get("VEGRIP_DATA", Path(__file__).parents[2] / "shared" / "data"))
 

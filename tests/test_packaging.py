@@ -18,3 +18,20 @@ def test_every_package_folder_is_shipped() -> None:
 
 def test_the_import_name_is_vegrip_alone() -> None:
     assert {name.split(".")[0] for name in SETUP["packages"]} == {"vegrip"}
+
+
+REGISTRIES = ("pypi" + ".org", "python" + "hosted.org", "ana" + "conda.org", "npm" + "js.", "crates" + ".io")
+
+
+def test_no_file_names_the_host_of_a_package_registry() -> None:
+    """Where packages come from is the business of the machine's own settings."""
+    hidden = {".git", ".venv", "build", "out", "recordings", "__pycache__", ".hypothesis"}
+    named = []
+    for path in ROOT.rglob("*"):
+        inside = path.relative_to(ROOT).parts
+        if hidden & set(inside) or any(part.startswith(".") and "cache" in part for part in inside):
+            continue
+        if path.is_file() and path.suffix in {"", ".py", ".md", ".toml", ".txt", ".sh", ".in"}:
+            text = path.read_text(encoding="utf-8", errors="replace")
+            named += [f"{path.relative_to(ROOT)}: {host}" for host in REGISTRIES if host in text]
+    assert not named

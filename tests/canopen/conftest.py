@@ -26,7 +26,7 @@ FINGERTIP, GRASP_FORCE = (
 )
 
 
-def eventually(condition: Callable[[], object], patience: float = 20.0) -> object:
+def eventually(condition: Callable[[], object], patience: float = 60.0) -> object:
     """Return what ``condition`` gives as soon as it is true."""
     deadline = time.monotonic() + patience
     while time.monotonic() < deadline:

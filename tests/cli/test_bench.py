@@ -1,6 +1,7 @@
 """``vegrip bench`` finds the benchmarks, measures both sides and gives their ratio."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -36,6 +37,31 @@ def test_every_benchmark_that_is_listed_has_something_to_run() -> None:
         name for name, module in bench.benchmarks().items() if not hasattr(import_module(module), "run")
     ]
     assert without == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", bench.benchmarks())
+def test_every_benchmark_runs_in_its_smallest_size(
+    name: str, tmp_path: Path, runtime: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["bench", name, "--quick", "--json"]) == 0
+    results = json.loads(capsys.readouterr().out)
+    assert results
+    for row in results.values():
+        assert row["ratio"] == pytest.approx(row["theirs_us"] / row["ours_us"])
+
+
+def test_a_quick_run_leaves_the_sizes_as_they_were() -> None:
+    from vegrip.benchmarks import _timing, recursion
+
+    assert main(["bench", "recursion", "--quick"]) == 0
+    assert len(recursion.HISTORIES) == 3
+    assert _timing.BATCHES == 5
+
+
+def test_bytes_are_not_told_as_microseconds() -> None:
+    row = {"ours_us": 9e3, "theirs_us": 1.44e6, "ratio": 160.0, "ours_bytes": 9e3}
+    assert bench._line("memory_per_finger", row).endswith("160 bytes")
 
 
 def test_a_benchmark_that_fails_costs_no_other_its_result(

@@ -24,6 +24,11 @@ def test_every_equation_of_the_paper_is_somewhere() -> None:
     assert set().union(*(found for found, _ in INDEX)) == set(range(1, 66))
 
 
+def test_the_equations_that_a_model_runs_lead_to_its_effects() -> None:
+    running = set().union(*(found for found, place in INDEX if place.startswith("vegrip.effects.")))
+    assert running >= {14, 15, 20, 32, 34, 36}
+
+
 @pytest.mark.parametrize(("equations", "place"), INDEX, ids=[place for _, place in INDEX])
 def test_the_code_names_the_equations_it_is(equations: set[int], place: str) -> None:
     module_name, name = place.rsplit(".", 1)

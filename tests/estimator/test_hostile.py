@@ -52,7 +52,7 @@ class Belief:
         self.last = state.stamp
         if gap > self.estimator.settings.longest_gap * 1e9:
             self.since = None  # what lasted before it is not known to have lasted
-        if not math.isfinite(state.normal_force):
+        if not abs(state.normal_force) < 1e50:  # not measured, or nothing that a sensor measures
             self.since = None
             return
         bias = float(self.estimator._m[self.estimator._places["Y"]][-1])

@@ -106,9 +106,12 @@ REGIME = {
 @pytest.mark.slow
 @pytest.mark.parametrize("hidden", ["adhesion", "second_relaxation", "series_compliance"])
 def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypatch, hidden) -> None:
-    monkeypatch.setattr(background_diagnosis, "FAILING_FOR_S", 2.0)
     states = contacts_of(hidden, 14, 4)
-    told = health_of(node, states)
+    # it looks once, near the end: what a look finds in less depends on how late the machine begins it
+    monkeypatch.setattr(background_diagnosis, "FAILING_FOR_S", 1e6)
+    told = health_of(node, states[:-1000])
+    monkeypatch.setattr(background_diagnosis, "FAILING_FOR_S", 2.0)
+    told += health_of(node, states[-1000:])
     failing = [one for one in told if one.channel]
     assert failing
     assert failing[-1].channel == "normal_force"

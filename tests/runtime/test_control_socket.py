@@ -132,7 +132,7 @@ def test_whatever_the_frames_of_a_request_the_next_asker_is_answered(running, fr
         stranger.connect(running.entry.control)
         for _ in range(3):
             stranger.send_multipart(frames)
-        assert stranger.poll(5000), "it is answered, too"
+        assert stranger.poll(60_000), "it is answered, too"
     assert ask(running.entry, "state")["state"] == "active"
 
 
@@ -142,10 +142,10 @@ def test_what_is_no_request_is_counted_and_told_once(running, caplog):
         stranger.connect(running.entry.control)
         for _ in range(5):
             stranger.send_multipart([b"", b"", b""])
-            assert stranger.poll(5000)
+            assert stranger.poll(60_000)
     for _ in range(2):
         seen = running.runner.status
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + 60.0
         while running.runner.status is seen and time.monotonic() < deadline:
             time.sleep(0.01)
     assert running.runner.status.rejected["request"] == 5

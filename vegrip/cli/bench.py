@@ -7,6 +7,7 @@ import pkgutil
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated
 
 import typer
@@ -24,6 +25,9 @@ def bench(
         list[str] | None, typer.Argument(help="Benchmarks to run; all when none is named.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as one JSON object.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Smallest sizes: whether all of them run, not how fast.")
+    ] = False,
 ) -> None:
     """Measure how much faster this code is than the plain way, on this machine.
 
@@ -41,7 +45,7 @@ def bench(
         typer.echo(f"{'benchmark':44} {'ours [us]':>12} {'theirs [us]':>12} {'ratio':>8}")
     for name in chosen:
         with _measuring(name):
-            rows, complaint = _run(known[name])
+            rows, complaint = _run(known[name], quick=quick)
         results |= rows
         if not as_json:
             for row in rows.items():
@@ -73,15 +77,32 @@ def _has_run(module: str) -> bool:
     return "\ndef run(" in source
 
 
-def _run(module: str) -> tuple[Results, str]:
+def _run(module: str, *, quick: bool) -> tuple[Results, str]:
     """Return the rows of a benchmark, and why there are none."""
     try:
-        results: Results = importlib.import_module(module).run()
+        benchmark = importlib.import_module(module)
+        with _small(benchmark) if quick else nullcontext():
+            results: Results = benchmark.run()
     except ModuleNotFoundError as error:
         return {}, f"compares with {error.name}: pip install 'vegrip[dev]'"
     except Exception as error:  # noqa: BLE001 - one benchmark that fails costs no other its result
         return {}, f"failed ({type(error).__name__}: {error})"
     return results, ""
+
+
+@contextmanager
+def _small(benchmark: ModuleType) -> Iterator[None]:
+    """Give the constants that say how much is measured their values of ``SMALLEST`` meanwhile."""
+    timing = importlib.import_module("vegrip.benchmarks._timing")
+    places = [(m, name) for m in (timing, benchmark) for name in getattr(m, "SMALLEST", {})]
+    before = [getattr(module, name) for module, name in places]
+    for module, name in places:
+        setattr(module, name, module.SMALLEST[name])
+    try:
+        yield
+    finally:
+        for (module, name), value in zip(places, before, strict=True):
+            setattr(module, name, value)
 
 
 @contextmanager
@@ -92,4 +113,5 @@ def _measuring(name: str) -> Iterator[None]:
 
 
 def _line(name: str, row: dict[str, float]) -> str:
-    return f"{name:44} {row['ours_us']:12.3g} {row['theirs_us']:12.3g} {row['ratio']:8.3g}"
+    unit = " bytes" if "ours_bytes" in row else ""
+    return f"{name:44} {row['ours_us']:12.3g} {row['theirs_us']:12.3g} {row['ratio']:8.3g}{unit}"

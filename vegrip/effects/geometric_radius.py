@@ -1,8 +1,8 @@
 """Contact radius from geometry: ``a = sqrt(2 R x)``.
 
 [TiezziKao2007]_, eqs. (1) and (32): a sphere of radius R cut at a depth ``x << R``. The exact cut has
-``- x^2`` under the root (5 % less at x = R/5); without it a creeps as ``sqrt(h)``, which the coupling of
-radius and pressure rests on. Hertz gives ``a^2 = R x``, half of it: soft tips lie between.
+``- x^2`` under the root (5 % less at x = R/5); without it a creeps as ``sqrt(h)``, eq. (34), which the
+coupling of radius and pressure rests on. Hertz gives ``a^2 = R x``, half of it: soft tips lie between.
 """
 
 import math

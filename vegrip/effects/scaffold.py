@@ -92,7 +92,7 @@ def test_above_the_second_spot_nothing_changes():
 README = """\
 # $name
 
-An effect for [vegrip](https://pypi.org/project/vegrip/). `pip install .` makes it known:
+An effect for vegrip. `pip install .` makes it known:
 
     python -m pytest
     vegrip diagnose RECORDING                  # may now name it

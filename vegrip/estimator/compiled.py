@@ -26,7 +26,7 @@ KERNELS = (
     "state", "roots", "motion", "predict", "gain", "measure", "sight", "begin", "gap", "touch", "quantities",
     "report", "belief", "friction", "hold", "onset", "forecast", "update",
 )  # fmt: skip
-ENTRIES = ("update", "margin_of", "least_force", "filter_step", "many")
+ENTRIES = ("update", "margin_of", "least_force", "filter_step")
 
 
 ELLIPSE = "RADIUS_TABLE = 0.0 * RADIUS_TABLE"

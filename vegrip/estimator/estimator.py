@@ -185,7 +185,7 @@ class ContactEstimator:
             self._tangential = NAN
         self._torque = state.torque_z if math.isfinite(state.torque_z) else NAN
         self._outside(state)
-        slip = _slip_of(state)
+        slip = _slip_of(state) if self.layout.mu_learned else NAN
         self._module.update(self._m, dt, force, displacement, radius, self._tangential, self._torque, slip)
         if usable and self._used_any():
             self._informed = state.stamp

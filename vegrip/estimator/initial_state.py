@@ -19,7 +19,8 @@ def blank(model: ContactModel, layout: Layout, noise: SensorNoise, settings: Est
     at = {name: slice(*place) for name, place in layout.places().items()}
     m[at["VALUES"]] = model.vector
     m[at["EXOGENOUS"]] = [model.reference_temperature, *[0.0] * (len(OUTSIDE) - 1)]
-    m[at["SET"]] = [_setting(model, noise, settings)[name] for name in SETTINGS]
+    setting = _setting(model, layout, noise, settings)
+    m[at["SET"]] = [setting[name] for name in SETTINGS]
     _state(model, layout, noise, settings, m, at)
     symbols = list(model.parameters)
     mu = model.values[symbols[layout.mu]]
@@ -64,8 +65,10 @@ def _state(
     m[at["DRIFT"]] = [0.0, 0.0, *np.zeros(n_states), *(p.drift**2 for p in learned), d0, bF]
 
 
-def _setting(model: ContactModel, noise: SensorNoise, settings: EstimatorSettings) -> dict[str, float]:
-    mu = next(v for s, v in model.values.items() if s == "mu")
+def _setting(
+    model: ContactModel, layout: Layout, noise: SensorNoise, settings: EstimatorSettings
+) -> dict[str, float]:
+    mu = model.values[list(model.parameters)[layout.mu]]
     return {
         "ACCELERATION": model.tip_radius**2 * settings.agility**3,
         "R_FORCE": noise.normal_force**2,

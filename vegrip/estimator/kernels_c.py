@@ -80,11 +80,6 @@ class KernelsC:
         force: float = self._least_force(self._address(m), tangential, torque, margin, quantile)
         return force
 
-    def many(self, ms: Floats, dt: float, samples: Floats) -> None:
-        """As :func:`vegrip.estimator.kernels.update.many`."""
-        for m, s in zip(ms, samples.tolist(), strict=True):
-            self.update(m, dt, s[0], s[1], s[2], s[3], s[4], s[5])
-
     def _address(self, m: Floats) -> int:
         """Return where the numbers of ``m`` lie; asking numpy costs a tenth of a step."""
         found = self._known.get(id(m))

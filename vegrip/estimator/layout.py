@@ -7,6 +7,7 @@ generated module gets these places as constants, ``Y0`` .. ``Y1`` for the sectio
 from dataclasses import dataclass
 
 from vegrip.effects.contract import OUTSIDE
+from vegrip.errors import ModelError
 from vegrip.model import ContactModel
 
 SETTINGS = (
@@ -59,6 +60,9 @@ REGIMES = (
 BOUNDS = ("", "elastic_force", "force", "x")
 """What a state of unknown history may lie between; the place is the code the kernels know."""
 
+MOVING = ("tip", "elastic", "force", "sense")
+"""The stages that the force comes from."""
+
 PER_CHANNEL = ("STREAK", "REJECTED", "AGE", "USED")
 """Refusals in a row, refusals in all, time since the last one used [s], whether the present one was."""
 PER_CELL = ("WEIGHT", "MEAN", "NIS")
@@ -75,6 +79,7 @@ class Layout:
     considered: tuple[int, ...]  # uncertain, not learned, but felt by radius, exponent, friction
     considered_log: tuple[bool, ...]
     mu: int  # place of the friction coefficient
+    mu_learned: bool  # whether slip corrects it
     state_low: tuple[int, ...]  # see BOUNDS
     state_high: tuple[int, ...]
     state_share: tuple[int, ...]  # place of the parameter that scales both, or -1
@@ -150,15 +155,8 @@ class Layout:
 def layout_of(model: ContactModel) -> Layout:
     """Return the layout for ``model``."""
     names = list(model.parameters)
-    friction = {name for call in model.plan.calls["friction"] for name in call.takes}
-    reading = {
-        n for stage in ("area", "profile", "friction") for c in model.plan.calls[stage] for n in c.takes
-    }
-    moving = {
-        n for stage in ("tip", "elastic", "force", "sense") for c in model.plan.calls[stage] for n in c.takes
-    }
-    # the rest of what friction takes (a stiffness as reference) is learned from the force
-    mu = next(n for n in names if n in friction - moving and model.values[n].learn)
+    reading, moving = _taken(model, ("area", "profile", "friction")), _taken(model, MOVING)
+    mu = friction_symbol(model)
     learned = [n for n in names if n in moving and model.values[n].learn and model.values[n].std > 0.0]
     considered = [n for n in names if n in reading - moving and n != mu and model.values[n].std > 0.0]
     log = {n: declared.transform == "log" for n, (_, declared) in model.parameters.items()}
@@ -177,4 +175,27 @@ def layout_of(model: ContactModel) -> Layout:
         considered=tuple(names.index(n) for n in [*considered, mu]),
         considered_log=tuple(log[n] for n in [*considered, mu]),
         mu=names.index(mu),
+        mu_learned=model.values[mu].learn,
     )
+
+
+def _taken(model: ContactModel, stages: tuple[str, ...]) -> set[str]:
+    return {name for stage in stages for call in model.plan.calls[stage] for name in call.takes}
+
+
+def friction_symbol(model: ContactModel) -> str:
+    """Return the symbol of the friction coefficient: what the effect that defines friction takes.
+
+    Raises:
+        ModelError: friction has no parameter; names the effect.
+
+    """
+    definition = model.plan.calls["friction"][0]
+    moving = _taken(model, MOVING)  # what the force depends on (a stiffness as reference) is learned from it
+    taken = [name for name in definition.takes if name in model.parameters and name not in moving]
+    if not taken:
+        raise ModelError(
+            f"the effect {definition.effect} defines friction without a parameter; the estimator needs a "
+            "friction coefficient, such as mu of coulomb_friction"
+        )
+    return next((name for name in taken if model.values[name].learn), taken[0])

@@ -10,6 +10,7 @@ from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.learned_store import InMemory, OnDisk
+from vegrip.estimator.layout import friction_symbol
 from vegrip.grip.settings import ControlSettings
 from vegrip.model import ContactModel, paper_model, read_model
 from vegrip.parameters import changed
@@ -101,9 +102,10 @@ def _model(tip: TipParameters) -> ContactModel:
 def _made(tip: TipParameters, stamp: object) -> ContactModel:  # noqa: ARG001 (a file that changed is read again)
     """Return the model of ``tip``; kept, because a running node asks again, whose loop 10 ms would delay."""
     model = read_model(Path(tip.model)) if tip.model else paper_model(tip.radius, modulus=tip.modulus)
-    mu = model.values["mu"]
+    symbol = friction_symbol(model)
+    mu = model.values[symbol]
     mu = changed(mu, value=tip.friction or mu.value, std=tip.friction_spread or mu.std)
-    return replace(model, values={**model.values, "mu": mu})
+    return replace(model, values={**model.values, symbol: mu})
 
 
 def _stamp(file: Path) -> tuple[int, int] | None:

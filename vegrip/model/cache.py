@@ -71,9 +71,12 @@ def load(text: str) -> ModuleType:
 
 
 def load_plain(text: str) -> ModuleType:
-    """Return the same module uncompiled, to step through it with a debugger."""
-    plain = text.replace("_ = numba.njit(", "_ = plain_(")
-    plain = plain.replace("import numba", "def plain_(**options):\n    return lambda function: function\n")
+    """Return the same module uncompiled, to step through it with a debugger.
+
+    It computes as the compiled one does, see :mod:`vegrip.model.ieee_math`.
+    """
+    plain = text.replace("_ = numba.njit(", "_ = math.uncompiled(").replace("import numba\n", "")
+    plain = plain.replace("import math\n", "from vegrip.model import ieee_math as math\n")
     name = "vegrip_plain_" + hashlib.sha256(plain.encode()).hexdigest()[:24]
     if name in sys.modules:
         return sys.modules[name]

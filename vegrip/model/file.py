@@ -10,6 +10,7 @@ from vegrip.errors import ConfigError
 from vegrip.model.model import ContactModel
 from vegrip.parameters import Value, declared
 from vegrip.spelling import suggestion
+from vegrip.toml_text import toml_value
 
 FINGERTIP = ("tip_radius", "reference_depth", "reference_temperature")
 FIELDS = ("value", "std", "low", "high", "learn")
@@ -26,15 +27,18 @@ def model_text(model: ContactModel) -> str:
         "# A vegrip contact model. SI units; std is that of the logarithm where a parameter is scaled so.",
         "",
     ]
-    lines += ["[fingertip]", *(f"{name} = {_toml(getattr(model, name))}" for name in FINGERTIP), ""]
+    lines += ["[fingertip]", *(f"{name} = {toml_value(getattr(model, name))}" for name in FINGERTIP), ""]
     for one in model.effects:
-        lines += ["[[effects]]", f"# {one.summary}", f"name = {_toml(one.name)}"]
+        lines += ["[[effects]]", f"# {one.summary}", f"name = {toml_value(one.name)}"]
         for parameter in one.parameters:
             value = model.values[parameter.symbol]
-            fields = ", ".join(f"{name} = {_toml(getattr(value, name))}" for name in FIELDS)
+            fields = ", ".join(f"{name} = {toml_value(getattr(value, name))}" for name in FIELDS)
             lines.append(f"{parameter.symbol} = {{ {fields} }}  # [{parameter.unit}] {parameter.doc}")
         lines.append("")
-    lines += ["[provenance]", *(f"{_toml(key)} = {_toml(text)}" for key, text in model.provenance.items())]
+    lines += [
+        "[provenance]",
+        *(f"{toml_value(key)} = {toml_value(text)}" for key, text in model.provenance.items()),
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -109,11 +113,3 @@ def _number(value: Any, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ConfigError(f"{where} is {value!r}; it must be a number")
     return float(value)
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, float):
-        return repr(value)  # the shortest text that reads back as the same number
-    return '"' + str(value).replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'

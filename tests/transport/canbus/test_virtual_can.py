@@ -52,7 +52,7 @@ def send_many(bus, count):
         bus.send(frame(data=bytes(8)))
 
 
-def received(bus, count, timeout=5.0):
+def received(bus, count, timeout=60.0):
     messages = [bus.recv(timeout) for _ in range(count)]
     assert None not in messages
     return messages
@@ -145,7 +145,7 @@ def test_the_hub_ends_after_a_lone_node_that_left_with_a_full_queue(bus):
         send_many(alone, 1000)
     hub = hub_of(alone)
     alone.shutdown()
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + 60.0
     while Path(f"/proc/{hub}").exists() and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not Path(f"/proc/{hub}").exists()
@@ -234,7 +234,7 @@ def test_two_processes_exchange_frames_and_the_hub_ends_after_them(bus, runtime)
     assert json.loads(child.communicate(timeout=10)[0]) == "done"
     hub = hub_of(here)
     here.shutdown()
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + 60.0
     while Path(f"/proc/{hub}").exists() and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not Path(f"/proc/{hub}").exists()
@@ -314,7 +314,7 @@ def test_a_node_whose_frames_all_fail_is_bus_off_and_comes_back(bus):
     bad, good = bus(bitrate=50_000, faults={"corruption": 1.0}), bus()
     bad.send(frame())
     seen = set()
-    deadline = time.monotonic() + 5.0
+    deadline = time.monotonic() + 60.0
     while can.BusState.ERROR not in seen and time.monotonic() < deadline:
         seen.add(bad.state)
         bad.recv(0.001)

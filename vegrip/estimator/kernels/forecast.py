@@ -11,6 +11,7 @@ import math
 from vegrip.estimator.kernels.generated import (
     FRI_LN_MU,
     FRI_SLIDING,
+    FRI_VAR,
     REP_CONTACT,
     REP_FORCE,
     REP_FORCE_STD,
@@ -29,11 +30,14 @@ from vegrip.estimator.kernels.generated import (
 from vegrip.estimator.kernels.hold import begin_hold, keep_hold, surface_of, try_hold
 from vegrip.estimator.kernels.onset import onset_probability
 from vegrip.estimator.kernels.report import upper_gauge
+from vegrip.estimator.kernels.roots import WIDE
 from vegrip.estimator.kernels.state import copy_state, put_learned
 
 Load = tuple[float, float]
 """Tangential force [N] and torque [N m], both not negative."""
 
+UNKNOWN = 1e6  # relative std of force or gauge from which on there is no contact that they could tell of
+TINY = 1e-100  # [N], [m]; a spread over less could be infinite
 SHARE_SPREAD = 0.3  # relative std of the part of the force that is still to relax
 FIRST = 1e-3  # [s] of the first look ahead
 GROWTH = 0.5  # each later one is so much farther ahead
@@ -81,20 +85,29 @@ def bound_gauge(
     m: Floats, g: float, force: float, a: float, mu: float, fresh: float, load: Load, quantile: float
 ) -> float:
     """Upper bound of the gauge at the wanted confidence, the force gone from ``fresh`` to ``force``."""
+    force, a = max(force, TINY), max(a, TINY)
     # absolute spread of N kept, so its relative part grows as N falls or shrinks as N rises
-    relative = m[REP_GAUGE_REL]
-    part = m[REP_FORCE_STD] / max(m[REP_FORCE], 1e-300)
     now = m[REP_FORCE_STD] / force
     lost = SHARE_SPREAD * math.log(fresh / force) if fresh > 0.0 else 0.0
-    relative = math.sqrt(max(relative * relative - part * part, 0.0) + now * now + lost * lost)
+    relative = math.sqrt(variance_without_force(m) + now * now + lost * lost)
     noise = math.hypot(m[SET_S_TANGENTIAL], 0.0 if load[1] == 0.0 else m[SET_S_TORQUE] / a)
     return upper_gauge(g, relative, noise / (mu * force), quantile)
+
+
+def variance_without_force(m: Floats) -> float:
+    """Relative variance of the gauge that does not come from the force; out of contact, that of friction."""
+    relative = m[REP_GAUGE_REL]
+    part = m[REP_FORCE_STD] / m[REP_FORCE] if m[REP_FORCE] > 0.0 else math.inf
+    if not (relative < UNKNOWN and part < UNKNOWN):
+        return (math.sinh(WIDE * math.sqrt(m[FRI_VAR])) / WIDE) ** 2
+    return float(max(relative * relative - part * part, 0.0))
 
 
 def time_to_slip(m: Floats, tangential: float, torque: float, chance: float) -> float:
     """Time [s] by which the contact has slipped with probability ``chance``, the load staying; inf = never.
 
-    The hold is followed in steps that grow, and the step of the crossing is halved.
+    The hold is followed in steps that grow, and the step of the crossing is halved. NaN when the load, the
+    contact or what the hold leads to is not known.
     """
     load, y = load_of(tangential, torque), TRY0
     if math.isnan(load[0]) or m[REP_CONTACT] < 0.5:
@@ -103,17 +116,18 @@ def time_to_slip(m: Floats, tangential: float, torque: float, chance: float) -> 
     put_learned(m, y)
     elastic, origin, fresh = begin_hold(m, y)
     begun = (origin, fresh)
-    if m[FRI_SLIDING] > 0.5 or slipped_by(m, y, elastic, 0.0, begun, load)[0] >= chance:
+    slipped = slipped_by(m, y, elastic, 0.0, begun, load)[0]
+    if m[FRI_SLIDING] > 0.5 or slipped >= chance:
         return 0.0
     t, dt = 0.0, FIRST
-    while t < LAST:
+    while t < LAST and not math.isnan(slipped):
         slipped, delta, after = slipped_by(m, y, elastic, dt, begun, load)
         if slipped >= chance:
             return t + crossing(m, y, elastic, dt, begun, load, chance)
         keep_hold(m, y, delta)
         t, elastic = t + dt, after
         dt = GROWTH * t
-    return math.inf
+    return math.nan if math.isnan(slipped) else math.inf
 
 
 def crossing(
@@ -131,7 +145,7 @@ def crossing(
 
 
 def worst_gauge(m: Floats, y: int, depth: float, load: Load, quantile: float) -> float:
-    """Largest upper bound of the gauge from ``depth`` [m] on, over the horizon of the hold.
+    """Largest upper bound of the gauge from ``depth`` [m] on, over the horizon of the hold; NaN if not known.
 
     A held force is not followed: creep widens and flattens the contact, which then carries more.
     """
@@ -140,12 +154,14 @@ def worst_gauge(m: Floats, y: int, depth: float, load: Load, quantile: float) ->
     elastic, _, fresh = begin_hold(m, y)
     begun = (depth, fresh)
     worst = gauge_then(m, y, elastic, 0.0, begun, load, quantile)[0]
-    if m[SET_HOLD] == 0.0 or m[SET_HORIZON] == 0.0:
+    if m[SET_HOLD] == 0.0 or m[SET_HORIZON] == 0.0 or math.isnan(worst):
         return worst
     t = 0.0
     for part in PARTS:
         dt = part * m[SET_HORIZON] - t
         g, delta, elastic = gauge_then(m, y, elastic, dt, begun, load, quantile)
+        if math.isnan(g):
+            return math.nan
         keep_hold(m, y, delta)
         worst, t = max(worst, g), t + dt
     return worst
@@ -158,14 +174,18 @@ def least_force(m: Floats, tangential: float, torque: float, margin: float, quan
 
     Follows the model's own loading and unloading from the present state: the indentation changes at once,
     the relaxed forces stay; N, a and k with it. The gauge falls with the indentation; inf when even pressing
-    in by the whole tip radius does not suffice.
+    in by the whole tip radius does not suffice. NaN when the load, or what the contact would carry, is not
+    known.
     """
     load, y = load_of(tangential, torque), TRY0
-    if math.isnan(load[0]):
+    if math.isnan(load[0] + margin + quantile):
         return math.nan
     copy_state(m)
     put_learned(m, y)
-    if worst_gauge(m, y, m[SET_TIP_RADIUS], load, quantile) > 1.0 - margin or margin >= 1.0:
+    pressed = worst_gauge(m, y, m[SET_TIP_RADIUS], load, quantile)
+    if math.isnan(pressed):
+        return math.nan
+    if pressed > 1.0 - margin or margin >= 1.0:
         return math.inf
     depth = least_depth(m, y, load, 1.0 - margin, m[Y0], quantile)
     copy_state(m)
@@ -187,7 +207,9 @@ def least_depth(m: Floats, y: int, load: Load, wanted: float, present: float, qu
     last = 0
     for i in range(40):
         g = worst_gauge(m, y, math.exp(x), load, quantile)
-        value = math.log(g / wanted) if 0.0 < g < math.inf else (20.0 if g > wanted else -20.0)
+        value = -20.0 if g <= wanted else 20.0  # a NaN is not known to suffice
+        if 0.0 < g < math.inf:
+            value = math.log(max(g / wanted, 1e-300))
         if value > 0.0:
             below = value
             low, above, last = x, 0.5 * above if last > 0 else above, 1
@@ -196,7 +218,7 @@ def least_depth(m: Floats, y: int, load: Load, wanted: float, present: float, qu
             high, below, last = x, 0.5 * below if last < 0 else below, -1
         if high - low < 1e-6 or -1e-7 < value <= 0.0:
             break
-        step = x + value / 1.5 + math.copysign(0.02, value)
+        step = x + value / 1.5 + (0.02 if value > 0.0 else -0.02)
         if i > 1 or not low < step < high:
             step = high - above * (high - low) / (above - below)
         margin = 0.25e-6

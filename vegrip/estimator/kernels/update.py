@@ -70,6 +70,7 @@ LEAST_REFUSALS = 5.0
 AGREEING = 0.05  # [s]
 GIVE_UP = 2.0  # [s] of contradiction after which nothing that was learned is believed any more
 ZERO_MOVED = 0.1  # std of the zero of the displacement then, in radii
+LARGEST = 1e50  # in SI units; its fourth power is finite
 STEADY = 4.0  # times the usual spacing of samples, beyond which a pause counts as a gap
 
 
@@ -182,7 +183,8 @@ def use_force(m: Floats, dt: float, innovation: float, S: float) -> None:
 
 def use_displacement(m: Floats, dt: float, displacement: float, surprise: float) -> None:
     """Follow the displacement, which drives the contact already."""
-    note(m, 0, math.copysign(math.sqrt(surprise), displacement - m[MOTION_POSITION]), surprise)
+    off = math.sqrt(surprise)
+    note(m, 0, off if displacement >= m[MOTION_POSITION] else -off, surprise)
     follow_motion(m, displacement, dt)
     accept(m, 0)
 
@@ -254,6 +256,8 @@ def update(
     slip: float,
 ) -> None:
     """One sample: filter, quantities, limit surface, friction. ``dt < 0`` begins."""
+    force, displacement, radius = measured(force), measured(displacement), measured(radius)
+    tangential, torque = measured(tangential), measured(torque)
     if dt < 0.0:
         begin(m, force, displacement)
         dt = 0.0
@@ -268,11 +272,9 @@ def update(
     learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5, sound)
 
 
-def many(ms: Floats, dt: float, samples: Floats) -> None:
-    """Several fingers in one call: rows of ``ms`` and of ``samples`` (force, displacement, radius, ...)."""
-    for i in range(ms.shape[0]):
-        s = samples[i]
-        update(ms[i], dt, s[0], s[1], s[2], s[3], s[4], s[5])
+def measured(value: float) -> float:
+    """Return ``value``, NaN for one so large that its powers are infinite: no sensor measures that."""
+    return value if abs(value) < LARGEST else math.nan
 
 
 def margin_of(m: Floats, tangential: float, torque: float, out: Floats) -> None:

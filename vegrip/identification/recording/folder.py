@@ -1,8 +1,6 @@
 """Recordings on disk: a folder with ``recording.toml`` and ``recording.csv`` or ``recording.csv.gz``."""
 
-import datetime
 import gzip
-import json
 import logging
 import math
 from collections.abc import Iterator, Mapping
@@ -21,6 +19,7 @@ from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import BLOCK, Layout, Progress, read_header, read_table
 from vegrip.spelling import suggestion
 from vegrip.types import Floats
+from vegrip.toml_text import toml_value
 
 TOML = "recording.toml"
 CSV = "recording.csv"
@@ -93,32 +92,17 @@ def _csv_blocks(recording: Recording) -> Iterator[bytes]:
 def toml_text(recording: Recording) -> str:
     """Return ``recording.toml``; an unknown radius is left out, and the file says so."""
     radius = recording.fingertip.radius
-    lines = [HEADING, f"name = {_toml_value(recording.name)}"]
+    lines = [HEADING, f"name = {toml_value(recording.name)}"]
     if recording.start:
         lines.append(f"start = {recording.start}  # [ns] stamp of t = 0 on the recorder's clock")
-    lines += ["", "[fingertip]", f"name = {_toml_value(recording.fingertip.name)}"]
+    lines += ["", "[fingertip]", f"name = {toml_value(recording.fingertip.name)}"]
     lines.append("# radius is unknown" if math.isnan(radius) else f"radius = {radius!r}  # [m]")
     lines += ["", "[sensors]  # standard deviation of the noise"]
     lines += [f"{name} = {std!r}" for name, std in recording.sensors.items()]
     if recording.source:
         lines += ["", "[source]"]
-        lines += [f"{_toml_value(key)} = {_toml_value(value)}" for key, value in recording.source.items()]
+        lines += [f"{toml_value(key)} = {toml_value(value)}" for key, value in recording.source.items()]
     return "\n".join(lines) + "\n"
-
-
-def _toml_value(value: Any) -> str:
-    if isinstance(value, str):
-        # JSON's strings are TOML's, but for DEL, which TOML wants escaped
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, datetime.date | datetime.time):
-        return value.isoformat()
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{_toml_value(k)} = {_toml_value(v)}" for k, v in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_toml_value, value)) + "]"
-    return repr(value)
 
 
 def _about(path: Path) -> dict[str, Any]:
