@@ -14,8 +14,9 @@ from vegrip.clock import WallClock
 from vegrip.codec.msgpack_codec import MsgpackCodec
 from vegrip.descriptors import NODE_NEEDS, require_descriptors
 from vegrip.errors import DeviceError, VegripError
-from vegrip.messages import Lifecycle, NodeStatus
+from vegrip.messages import ForceCommand, Lifecycle, NodeStatus
 from vegrip.node import last_words
+from vegrip.node.channel_watch import ChannelWatch
 from vegrip.node.control import Control, ControlServer
 from vegrip.node.handle import NodeHandle, Supervised
 from vegrip.node.launch_file import NodeConfig
@@ -25,7 +26,7 @@ from vegrip.node.registry import Entry, registered
 from vegrip.node.runner import Runner
 from vegrip.node.telemetry import Direction, Telemetry
 from vegrip.node.telemetry_socket import TelemetrySocket
-from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.endpoint import Endpoint, Priced
 from vegrip.transport.open import Hand, open_endpoint
 
 FAREWELL = 0.25  # [s] in which those who follow a node that came back have connected to its telemetry
@@ -97,6 +98,9 @@ def _told(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[No
 
 def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
     logger = logging.getLogger(f"vegrip.{runner.full_name}")
+    if isinstance(endpoint, Priced) and ForceCommand in runner.managed.node.alone and endpoint.sentences:
+        runner.channels = ChannelWatch(endpoint.sentences)
+        logger.warning("this hand does not tell all:\n  %s", "\n  ".join(endpoint.sentences))
     if isinstance(endpoint, Supervised):
         if autostart:
             _start(runner, lambda: runner.change("configure"))

@@ -10,6 +10,7 @@ from vegrip.clock import NS, Clock
 from vegrip.config import parameter
 from vegrip.errors import DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
+from vegrip.node.channel_watch import ChannelWatch
 from vegrip.node.inbox import Inbox
 from vegrip.node.managed import ManagedNode
 from vegrip.node.node import Node
@@ -87,6 +88,8 @@ class Runner:
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
         self._beside = beside
         self._senders = SenderWatch()
+        self.channels = ChannelWatch()  # what each finger measures
+        self._grips = ForceCommand in node.alone
 
     @property
     def state(self) -> Lifecycle:
@@ -201,6 +204,8 @@ class Runner:
         if isinstance(message, FingertipState) and self.state is Lifecycle.ACTIVE:
             self.statistics.state(message.finger, arrived)
             self._senders.note(message)
+            if self._grips:
+                self.channels.note(message)
         elif isinstance(message, ForceCommand):
             self.statistics.commands_received += 1
         if isinstance(message, self.managed.node.alone) and not isinstance(message, NodeStatus):
@@ -249,6 +254,8 @@ class Runner:
         if self.state is not Lifecycle.FINALIZED:  # whoever ends for that reason says so last
             for _, sentence in self._remedies.news(self.status.rejected, now):
                 self.managed.logger.error("%s", sentence)
+            if sentences := list(self.channels.news()):
+                self.managed.logger.warning("%s", "; ".join(sentences))
         self._send([self.status])
 
     def _rejected(self) -> Mapping[str, int]:

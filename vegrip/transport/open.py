@@ -49,6 +49,7 @@ class CanSettings:
         0.0, unit="s", low=0.0, high=0.1, doc="wait so long for states that were overtaken; 0 = refuse them"
     )
     options: dict[str, Any] = parameter({}, doc="anything else python-can's interface understands")
+    map: str = parameter("", doc="file that says which signals of a hand of another make are meant")
 
 
 @dataclass(frozen=True)
@@ -109,6 +110,8 @@ def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC
 
 def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     settings = build(CanSettings, table, where)
+    if settings.map:
+        return _open_mapped(settings, hand)
     clock = SenderClock() if settings.estimate_clock else None
     codec = CanCodec(
         hand.fingers,
@@ -120,6 +123,16 @@ def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     )
     bus, again, timing = open_bus(settings)
     return CanEndpoint(bus, codec, again, timing, settings.order_window, clock)
+
+
+def _open_mapped(settings: CanSettings, hand: Hand) -> Endpoint:
+    from vegrip.transport.mapped.codec import MappedCodec  # noqa: PLC0415 (only for a hand of another make)
+    from vegrip.transport.mapped.endpoint import MappedCanEndpoint  # noqa: PLC0415
+    from vegrip.transport.mapped.open import open_plan  # noqa: PLC0415
+
+    codec = MappedCodec(open_plan(settings.map, hand.fingers))
+    bus, again, timing = open_bus(settings)
+    return MappedCanEndpoint(bus, codec, again, timing)
 
 
 def _open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
