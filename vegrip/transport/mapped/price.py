@@ -12,6 +12,7 @@ from typing import Any, Final
 from vegrip.sensors import lacking
 from vegrip.transport.mapped.encoder import CommandEncoder
 from vegrip.transport.mapped.plan import FingerPlan, Plan
+from vegrip.transport.mapped.schema import HandMap
 
 TIME_OUT: Final = 0.05  # [s] of the watchdog unless the hand is too slow for it
 STATES: Final = 3  # that may be missing before a hand is silent
@@ -33,22 +34,21 @@ def price(plan: Plan) -> list[str]:
     return [*said, *_messages(plan), *_rate(plan), *_commands(plan)]
 
 
-def settings(plan: Plan) -> dict[str, Any]:
+def settings(hand: HandMap) -> dict[str, Any]:
     """Return the parameters of the grip controller that follow from the map; the user's go before them."""
     found: dict[str, Any] = {}
-    noise = _noise(plan)
+    noise = _noise(hand)
     if noise:
         found["noise"] = noise
-    if plan.hand.rate and STATES / plan.hand.rate > TIME_OUT:
-        found["watchdog"] = {"time_out": round(STATES / plan.hand.rate, 4)}
+    if hand.rate and STATES / hand.rate > TIME_OUT:
+        found["watchdog"] = {"time_out": round(STATES / hand.rate, 4)}
     return found
 
 
-def _noise(plan: Plan) -> dict[str, float]:
+def _noise(hand: HandMap) -> dict[str, float]:
     """The largest of all fingers: one noise serves them all."""
     found: dict[str, float] = {}
-    for finger in plan.fingers:
-        mapped = plan.hand.fingers[finger.name]
+    for mapped in hand.fingers.values():
         for name, source in mapped.channels.items():
             if source.noise and name in NOISE_CHANNELS:
                 key = NOISE_CHANNELS[name]
