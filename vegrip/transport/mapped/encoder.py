@@ -110,6 +110,7 @@ class _Outgoing:
     counter: str
     modulus: int
     guard: Protection | None
+    checksum: str = ""  # the signal with it
     count: int = 0
     last: int = -(1 << 62)  # [ns] when it was last sent
 
@@ -236,7 +237,7 @@ class CommandEncoder:
         where = f"{plan.hand.path} [messages.{message.name}.checksum]"
         modulus = spec.modulus or (1 << message.signals[spec.counter].length if spec.counter else 1)
         guard = protection(spec.checksum, message, where)
-        return _Outgoing(message, [], dict(selectors), spec.counter, modulus, guard)
+        return _Outgoing(message, [], dict(selectors), spec.counter, modulus, guard, spec.checksum.signal)
 
 
 def pack(message: ForeignMessage, values: dict[str, int]) -> bytearray:
@@ -270,14 +271,8 @@ def raw_of(signal: Signal, value: float, *, raw: bool = False) -> tuple[int, boo
 
 
 def _filled(outgoing: _Outgoing) -> set[str]:
-    filled = {target.signal.name for target in outgoing.targets} | outgoing.blank.keys() | {outgoing.counter}
-    if outgoing.guard is not None:
-        filled |= {
-            name
-            for name in outgoing.message.signals
-            if "crc" in name.lower() or "chk" in name.lower() or "checksum" in name.lower()
-        }
-    return filled
+    named = {outgoing.counter, outgoing.checksum}
+    return {target.signal.name for target in outgoing.targets} | outgoing.blank.keys() | named
 
 
 def _selectors(message: ForeignMessage, signal: Signal) -> dict[str, int]:

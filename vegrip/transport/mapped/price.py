@@ -9,13 +9,14 @@ import math
 from collections import Counter
 from typing import Any, Final
 
-from vegrip.sensors import lacking
+from vegrip.sensors import REMEDY, lacking
 from vegrip.transport.mapped.encoder import CommandEncoder
 from vegrip.transport.mapped.plan import FingerPlan, Plan
 from vegrip.transport.mapped.schema import HandMap
 
 TIME_OUT: Final = 0.05  # [s] of the watchdog unless the hand is too slow for it
 STATES: Final = 3  # that may be missing before a hand is silent
+STATE_IT: Final = "or state the load in the map: tangential_force_x = { stated = '1.5 N' }, and y as '0 N'"
 SLOW: Final = 100.0  # [Hz] below which a slip is over before it is seen
 NOISE_CHANNELS: Final = {
     "normal_force": "normal_force",
@@ -60,7 +61,7 @@ def _noise(hand: HandMap) -> dict[str, float]:
 
 def _finger(plan: Plan, finger: FingerPlan) -> list[str]:
     channels = finger.measured
-    said = list(lacking(channels))
+    said = [sentence.replace(REMEDY, STATE_IT) for sentence in lacking(channels)]
     stated = [name for name, channel in finger.channels.items() if channel.stated]
     said += [
         (
