@@ -20,7 +20,7 @@ from vegrip.spelling import suggestion
 from vegrip.transport.mapped.checksums import Protection, protection
 from vegrip.transport.mapped.database import ForeignMessage, Signal
 from vegrip.transport.mapped.plan import Plan, find_signal
-from vegrip.transport.mapped.schema import CommandMap
+from vegrip.transport.mapped.schema import CommandMap, frames_in
 from vegrip.transport.mapped.units import conversion, product, quantity
 
 StateOf = Callable[[str], tuple[float, float]]
@@ -98,6 +98,7 @@ class _Target:
     command: ForceCommand | None = None
     sent: float = math.nan  # [N] the force of the last frame
     fresh: bool = False
+    shares: tuple[tuple[Signal, float], ...] = ()  # other signals that get so much of the value
 
 
 @dataclass(slots=True)
@@ -126,6 +127,11 @@ class CommandEncoder:
     """
 
     def __init__(self, plan: Plan, state_of: StateOf, clipped: Counter[str]) -> None:
+        sending = plan.hand.sending
+        where = f"{plan.hand.path} [command]"
+        self.opening = (*plan.database.opening, *frames_in(sending.opening, f"{where} opening"))
+        self._request = [Frame(*frame) for frame in frames_in(sending.request, f"{where} request")]
+        self._requested = -(1 << 62)  # [ns] when last
         self.held = 0  # frames that repeated a command whose time had run out
         self._state_of = state_of
         self._clipped = clipped
@@ -173,15 +179,22 @@ class CommandEncoder:
                 continue
             self.held += expired
             frames += self._frame(outgoing, now)
+        if frames or any(now - outgoing.last < self._period for outgoing in self._outgoing.values()):
+            return frames
+        if self._request and now - self._requested >= self._period:
+            self._requested = now
+            return list(self._request)
         return frames
 
     def _frame(self, outgoing: _Outgoing, now: int) -> list[Frame]:
         values: dict[str, int] = {}
         for target in outgoing.targets:
-            raw = self._raw(target)
-            if raw is None:  # nothing is commanded and nothing is known: the hand holds by itself
+            value = self._value(target)
+            if value is None:  # nothing is commanded and nothing is known: the hand holds by itself
                 return []
-            values[target.signal.name] = raw
+            values[target.signal.name] = raw_of(target.signal, value, raw=target.raw)[0]
+            for signal, ratio in target.shares:
+                values[signal.name] = raw_of(signal, ratio * value, raw=target.raw)[0]
         if outgoing.counter:
             values[outgoing.counter] = outgoing.count % outgoing.modulus
         for target in outgoing.targets:
@@ -199,16 +212,15 @@ class CommandEncoder:
         """Return what is wanted of a finger [N]; without a command what it has."""
         return self._state_of(target.finger)[0] if target.command is None else target.command.normal_force
 
-    def _raw(self, target: _Target) -> int | None:
+    def _value(self, target: _Target) -> float | None:
         measured, position = self._state_of(target.finger)
         value = target.law.value(self._force_of(target), target.sent, measured, position)
         if not math.isfinite(value):
             return None
         bounded = min(max(value, target.low), target.high)
-        raw, clipped = raw_of(target.signal, bounded, raw=target.raw)
-        if clipped or bounded != value:
+        if bounded != value or raw_of(target.signal, bounded, raw=target.raw)[1]:
             self._clipped[target.finger] += 1
-        return raw
+        return bounded
 
     def _add(self, plan: Plan, finger: str, command: CommandMap) -> None:
         where = f"{plan.hand.path} [fingers.{finger}.command]"
@@ -218,7 +230,8 @@ class CommandEncoder:
         unit = command.unit or signal.unit
         law = law_of(command, unit, where)
         low, high = _bounds(command, signal)
-        target = _Target(finger, signal, law, command.raw, low, high)
+        shares = tuple((message.signals[_own(message, n, where)], r) for n, r in command.shares.items())
+        target = _Target(finger, signal, law, command.raw, low, high, shares=shares)
         outgoing = self._outgoing.get(key) or self._open(plan, message, selectors)
         if any(each.signal.name == signal.name for each in outgoing.targets):
             raise ConfigError(f"{where}: {command.signal} already takes the command of another finger")
@@ -272,7 +285,8 @@ def raw_of(signal: Signal, value: float, *, raw: bool = False) -> tuple[int, boo
 
 def _filled(outgoing: _Outgoing) -> set[str]:
     named = {outgoing.counter, outgoing.checksum}
-    return {target.signal.name for target in outgoing.targets} | outgoing.blank.keys() | named
+    shared = {signal.name for target in outgoing.targets for signal, _ in target.shares}
+    return {target.signal.name for target in outgoing.targets} | shared | outgoing.blank.keys() | named
 
 
 def _selectors(message: ForeignMessage, signal: Signal) -> dict[str, int]:

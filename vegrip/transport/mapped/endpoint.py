@@ -34,7 +34,7 @@ class MappedCanEndpoint(CanEndpoint):
         self._mapped = codec
         self._opened = time.monotonic_ns()
         self._heard = False
-        for identifier, data in codec.plan.database.opening:
+        for identifier, data in codec.encoder.opening:
             self.send_frame(Frame(identifier, data))
 
     @property

@@ -118,6 +118,7 @@ class CommandMap:
     low: float = parameter(float("nan"), doc="least value to send, in the unit")
     high: float = parameter(float("nan"), doc="largest value to send, in the unit")
     set: dict[str, float] = parameter({}, doc="SIGNAL = physical value: what else stands in the message")
+    shares: dict[str, float] = parameter({}, doc="SIGNAL = ratio: joints that get so much of the value")
 
     def __post_init__(self) -> None:
         needed = {"position": ("stiffness", "feedback"), "current": ("gain",)}.get(self.kind, ())
@@ -167,6 +168,32 @@ class SendingMap:
         0.02, unit="s", low=0.001, high=1.0, doc="the last command is repeated so often"
     )
     silence: str = parameter("unknown", choices=SILENCE, doc="what the hand does when commands stop")
+    opening: tuple[Any, ...] = parameter((), doc="frames sent once: { identifier = 0x40, data = '01 02' }")
+    request: tuple[Any, ...] = parameter(
+        (), doc="frames sent each period while no command is: a hand that answers"
+    )
+
+
+def frames_in(entries: tuple[Any, ...], where: str) -> tuple[tuple[int, bytes], ...]:
+    """Return identifier and data of each of ``entries``, ``{ identifier = 0x81, data = "03 00" }``.
+
+    Raises:
+        ConfigError: an identifier or data that cannot be.
+
+    """
+    found = []
+    for entry in entries:
+        identifier = entry.get("identifier") if isinstance(entry, Mapping) else None
+        try:
+            data = bytes.fromhex(entry.get("data", "")) if identifier is not None else b""
+        except (ValueError, TypeError):
+            identifier = None
+        if not isinstance(identifier, int) or not 0 <= identifier < 1 << 29 or len(data) > 64:
+            raise ConfigError(
+                f"{where}: {entry!r} is no frame; write {{ identifier = 0x81, data = '03 00' }}"
+            )
+        found.append((identifier | (1 << 31 if identifier > 0x7FF else 0), data))
+    return tuple(found)
 
 
 @dataclass(frozen=True)
