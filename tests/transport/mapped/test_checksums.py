@@ -8,7 +8,7 @@ from hands import seeded
 
 from vegrip.config import build
 from vegrip.errors import ConfigError
-from vegrip.transport.mapped.checksums import PROFILES, ChecksumMap, make_crc, protection
+from vegrip.transport.mapped.checksums import PROFILES, ChecksumMap, make_crc, protection, table_crc
 from vegrip.transport.mapped.database import ForeignMessage, Signal
 
 ALL = {
@@ -33,6 +33,18 @@ def test_a_crc_by_polynomial_is_the_one_of_the_catalogue(name):
     data = seeded(1).randbytes(31)
     crc = make_crc(width, peer._poly, peer._initvalue, peer._xor_output, reflected=peer._reflect_input)
     assert crc(data) == peer.calc(data)
+
+
+@pytest.mark.parametrize("start", [0, 0x5A, 0xFF])
+@pytest.mark.parametrize("final", [0, 0xC3, 0xFF])
+@pytest.mark.parametrize(
+    ("width", "polynomial", "reflected"),
+    [(8, 0x1D, False), (8, 0x2F, False), (16, 0x1021, False), (32, 0x04C11DB7, True)],
+)
+def test_the_quick_way_of_a_crc_is_the_slow_one(width, polynomial, reflected, start, final):
+    data = seeded(4).randbytes(23)
+    quick = make_crc(width, polynomial, start, final, reflected=reflected)
+    assert quick(data) == table_crc(width, polynomial, start, final, reflected=reflected)(data)
 
 
 def test_the_reflected_crc_32_is_that_of_zlib():

@@ -111,6 +111,12 @@ class MappedCodec:
             states.append(finger.state(slots, self._heard, finger.count, stamp))
         return states
 
+    def reset(self) -> None:
+        """Forget all counters: what comes next begins new streams (a replay that starts over)."""
+        for incoming in self._incoming.values():
+            if incoming.sequence is not None:
+                incoming.sequence.last = -1
+
     def encode(self, message: Message) -> list[Frame]:
         """Return the frames that carry a command; other messages are not for a foreign hand."""
         return self.encoder.take(message) if isinstance(message, ForceCommand) else []
