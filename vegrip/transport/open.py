@@ -3,7 +3,7 @@
 import errno
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import can
 
@@ -16,6 +16,9 @@ from vegrip.transport.frame_time import BitTiming
 from vegrip.transport.link_rates import check_rates
 from vegrip.transport.sender_clock import SenderClock
 from vegrip.transport.socketcan_link import check_link
+
+if TYPE_CHECKING:
+    from vegrip.transport.curve import Keys
 
 REACH = 16
 """States by which another may be overtaken while its order can be restored."""
@@ -61,6 +64,7 @@ class ZmqSettings:
     subscribe: tuple[str, ...] = parameter((), doc="addresses to listen to")
     sender_time: bool = parameter(True, doc="keep the sender's stamps; false: the time of arrival")
     curve: dict[str, Any] = parameter({}, doc="key files: own, peers, publisher")
+    map: str = parameter("", doc="file that says where the values stand in messages of another shape")
 
 
 def open_endpoint(table: Mapping[str, Any], hand: Hand, where: str = "[transport]") -> Endpoint:
@@ -130,7 +134,10 @@ def _open_mapped(settings: CanSettings, hand: Hand) -> Endpoint:
     from vegrip.transport.mapped.endpoint import MappedCanEndpoint  # noqa: PLC0415
     from vegrip.transport.mapped.open import open_plan  # noqa: PLC0415
 
-    codec = MappedCodec(open_plan(settings.map, hand.fingers))
+    plan = open_plan(settings.map, hand.fingers)
+    if plan.hand.format:
+        raise ConfigError(f"{settings.map}: is for ZeroMQ; on CAN a map has a database = '...'")
+    codec = MappedCodec(plan)
     bus, again, timing = open_bus(settings)
     return MappedCanEndpoint(bus, codec, again, timing)
 
@@ -166,8 +173,21 @@ def _open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
             f"{where}: neither 'publish' nor 'subscribe' is given; a node without both is deaf and mute"
         )
     keys = Keys(build(Curve, settings.curve, f"{where}.curve")) if settings.curve else None
+    if settings.map:
+        return _open_mapped_zmq(settings, hand, keys)
     codec = MsgpackCodec(hand.namespace, hand.fingers, remap=hand.remap, use_sender_time=settings.sender_time)
     return ZmqEndpoint(settings.publish, settings.subscribe, codec, keys)
+
+
+def _open_mapped_zmq(settings: ZmqSettings, hand: Hand, keys: "Keys | None") -> Endpoint:
+    from vegrip.transport.mapped.open import open_plan  # noqa: PLC0415 (only for a hand of another make)
+    from vegrip.transport.mapped.topics import TopicCodec  # noqa: PLC0415
+    from vegrip.transport.mapped.zmq import MappedZmqEndpoint  # noqa: PLC0415
+
+    plan = open_plan(settings.map, hand.fingers)
+    if not plan.hand.format:
+        raise ConfigError(f"{settings.map}: is for CAN; over ZeroMQ a map has format = 'json' or 'msgpack'")
+    return MappedZmqEndpoint(settings.publish, settings.subscribe, TopicCodec(plan), keys)
 
 
 KINDS: dict[str, Callable[[Mapping[str, Any], Hand, str], Endpoint]] = {

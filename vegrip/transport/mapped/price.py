@@ -165,6 +165,8 @@ def _commands(plan: Plan) -> list[str]:
         f"{1e3 * sending.period:.0f} ms; {ending}"
     )
     said += [_kind(plan, finger.name) for finger in plan.fingers if _kind(plan, finger.name)]
+    if plan.hand.format:
+        return said
     encoder = CommandEncoder(plan, lambda _: (math.nan, math.nan), Counter())
     said += [
         f"{name}: sent as zero, since the map does not say otherwise: {', '.join(unset)}"
