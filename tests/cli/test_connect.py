@@ -123,6 +123,7 @@ BAD = {
         "unknown key",
     ),
     "a file that is there": (["connect", FOREIGN, "-o", "bad.dbc"], 3, "is there already"),
+    "a channel that is not there": (["connect", FOREIGN, "--channel", "can97"], 4, "cannot be opened"),
     "no press in the window": (
         ["connect", FOREIGN, "--log", FOREIGN_LOG, "--rest", "0..1", "--press", "1..2"],
         3,
@@ -163,3 +164,11 @@ def test_a_value_that_was_never_measured_is_left_out_of_the_json(gripper, capsys
     values = json.loads(capsys.readouterr().out)["values"]["left"]
     assert "slip" not in values
     assert not any(math.isnan(v) for key in values if key != "rate" for v in values[key])
+
+
+@pytest.mark.usefixtures("runtime")
+def test_a_bus_on_which_nothing_comes_is_told_before_anything_is_written(gripper, capsys):
+    live = ["--channel", "silent", "--interface", "virtual", "--seconds", "0.2"]
+    assert connect(*live) == 3
+    assert "no frame came; look at channel and bit rate" in " ".join(capsys.readouterr().err.split())
+    assert not (gripper / "hand.toml").exists()

@@ -160,9 +160,7 @@ def _traffic(
 
     if log is not None:
         return traffic_of(frames_of(log, extended=True))
-    if not transport or (
-        transport["interface"] == "socketcan" and not Path(f"/sys/class/net/{transport['channel']}").exists()
-    ):
+    if not transport:
         return None
     return _listen(transport, windows, seconds, ask=ask and sys.stdin.isatty() and not windows)
 

@@ -1,4 +1,4 @@
-"""Finds out what each finger measures from its first states, and says once what cannot be told without the rest."""
+"""Finds out what each finger measures from its first states, and says what cannot be told without more."""
 
 from collections.abc import Collection, Iterator
 

@@ -3,6 +3,7 @@
 import gzip
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import can
 import cantools.database
@@ -103,7 +104,7 @@ def foreign_motion(seed: int = SEED) -> dict[str, np.ndarray]:
 
 def foreign_frames(motion: Mapping[str, np.ndarray], number: int) -> Iterator[can.Message]:
     """Yield what tip ``number`` of the foreign gripper sends: loads and motion in turn, in its units."""
-    database = cantools.database.load_string((HERE / FOREIGN).read_text(), "dbc")
+    database: Any = cantools.database.load_string((HERE / FOREIGN).read_text(), "dbc")
     name, crc = ("TIP_L", "TIP_R")[number], make_crc(8, 0x31, 0xFF, 0, reflected=False)
     grams = 1.0 / 9.80665e-3  # [gf/N]
     for n, t in enumerate(motion["t"]):
