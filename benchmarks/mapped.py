@@ -13,8 +13,8 @@ from pathlib import Path
 
 from vegrip.benchmarks._timing import compared
 
-from vegrip.codec import CanCodec, Frame
 from vegrip.messages import FingertipState
+from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.mapped.checksums import ChecksumMap, protection
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.encoder import pack, raw_of

@@ -7,8 +7,8 @@ import tomllib
 import pytest
 
 from vegrip.cli import main
-from vegrip.samples import FOREIGN, FOREIGN_LOG, SAMPLES
-from vegrip.samples.make import foreign_motion
+from vegrip.identification.samples import FOREIGN, FOREIGN_LOG, SAMPLES
+from vegrip.identification.samples.make import foreign_motion
 
 WINDOWS = ["--rest", "0..2", "--press", "2..5", "--shear", "5..8", "--twist", "8..10"]
 

@@ -37,12 +37,15 @@ class Belief:
     def __init__(self, estimator: ContactEstimator) -> None:
         self.estimator = estimator
         self.since: int | None = None
-        self.last = 0  # stamp
+        self.last = self.latest = 0  # stamps
         self.broken: list[tuple[int, float, Estimate]] = []  # stamp, measured force, estimate
 
     def look(self, state: FingertipState, estimate: ContactEstimate) -> None:
-        if estimate.normal_force.age < 0.0:
+        if estimate.normal_force.age < 0.0 or state.stamp < self.latest:
             self.since = None  # put in its place among earlier ones, which are judged anew
+        if state.stamp < self.latest:
+            return
+        self.latest = state.stamp
         if estimate.channels is Channel.NONE or estimate.normal_force.age < 0.0:
             return
         force, gap = estimate.normal_force, state.stamp - self.last

@@ -8,9 +8,9 @@ from rich.table import Table
 from rich.text import Text
 
 from vegrip.cli._tables import printable, printer
-from vegrip.recording import Recording
-from vegrip.recording.channels import CHANNELS, noise_name
-from vegrip.sensors import lacking
+from vegrip.identification.recording import Recording
+from vegrip.identification.recording.channels import CHANNELS, noise_name
+from vegrip.identification.sensors import REMEDY, lacking
 
 
 def describe(recording: Recording) -> dict[str, Any]:
@@ -31,7 +31,7 @@ def describe(recording: Recording) -> dict[str, Any]:
             }
             for name, values in recording.columns.items()
         },
-        "lacking": lacking(recording.columns),
+        "lacking": lacking(recording.columns, REMEDY),
         "report": recording.report.as_dict(),
     }
 
@@ -54,7 +54,7 @@ def print_recording(recording: Recording, folder: Path) -> None:
         table.add_row(name, column["unit"], *("-" if v is None else f"{v:.5g}" for v in values))
     console.print(table)
     console.print(recording.report.summary())
-    for sentence in lacking(recording.columns):
+    for sentence in lacking(recording.columns, REMEDY):
         console.print(f"- {sentence}")
 
 

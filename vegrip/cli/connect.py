@@ -155,7 +155,7 @@ def _database(path: Path, nodes: dict[str, int]) -> Any:
 def _traffic(
     log: Path | None, transport: dict[str, Any], windows: "dict[str, Window]", seconds: float, *, ask: bool
 ) -> "Traffic | None":
-    from vegrip.recording.can_log import frames_of
+    from vegrip.identification.recording.can_log import frames_of
     from vegrip.transport.mapped.traffic_log import traffic_of
 
     if log is not None:

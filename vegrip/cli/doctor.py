@@ -25,7 +25,7 @@ def doctor(
 
     What a hand without tangential forces gets: vegrip doctor --sensors --channels normal_force,displacement
     """
-    from vegrip.doctor import Grade, examine, worst
+    from vegrip.runtime.doctor import Grade, examine, worst
 
     if sensors or channels:
         _show_sensors(channels, as_json=as_json)
@@ -56,11 +56,13 @@ def doctor(
 
 def _show_sensors(given: str, *, as_json: bool) -> None:
     from vegrip.cli._tables import printer, show, table
-    from vegrip.sensors import OUTPUTS, USUAL, answers, lacking
+    from vegrip.identification.sensors import OUTPUTS, REMEDY, USUAL, answers, lacking
 
     sets = {given: _channels(given)} if given else USUAL
     if as_json:
-        told = {name: {"outputs": answers(one), "lacking": lacking(one)} for name, one in sets.items()}
+        told = {
+            name: {"outputs": answers(one), "lacking": lacking(one, REMEDY)} for name, one in sets.items()
+        }
         typer.echo(json.dumps(told))
         return
     content = table("measured", *(output.short for output in OUTPUTS))
@@ -70,14 +72,14 @@ def _show_sensors(given: str, *, as_json: bool) -> None:
     console = printer()
     for output in OUTPUTS:
         console.print(f"{output.short}: {output.name}; needs {output.needs}; without: {output.otherwise}")
-    for sentence in lacking(sets[given]) if given else ():
+    for sentence in lacking(sets[given], REMEDY) if given else ():
         console.print(f"- {sentence}")
 
 
 def _channels(given: str) -> tuple[str, ...]:
     from vegrip.errors import UsageError
-    from vegrip.recording import read_recording
-    from vegrip.recording.channels import CHANNELS
+    from vegrip.identification.recording import read_recording
+    from vegrip.identification.recording.channels import CHANNELS
     from vegrip.spelling import suggestion
 
     if Path(given).is_dir():

@@ -11,7 +11,7 @@ from vegrip.cli._fits import EACH, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
-    from vegrip.diagnosis.ladder import Rung
+    from vegrip.identification.diagnosis.error_ladder import Rung
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model.")]
@@ -43,8 +43,8 @@ def refine(
     """
     from vegrip.cli._fits import noise_for, opened, print_json
     from vegrip.cli._progress import progress
-    from vegrip.diagnosis import diagnose
-    from vegrip.diagnosis.ladder import ladder
+    from vegrip.identification.diagnosis import diagnose
+    from vegrip.identification.diagnosis.error_ladder import ladder
     from vegrip.model import write_model
 
     with Outputs(force=force) as outputs:
@@ -71,7 +71,7 @@ def refine(
 
 
 def _write_report(rungs: "list[Rung]", told: dict[str, Any], folder: Path) -> None:
-    from vegrip.diagnosis.ladder import draw
+    from vegrip.identification.diagnosis.error_ladder import draw
 
     draw(rungs, folder / "ladder.png")
     (folder / "report.json").write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")

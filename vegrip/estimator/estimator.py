@@ -10,10 +10,10 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import Watch, health_of
+from vegrip.estimator.initial_state import blank
 from vegrip.estimator.layout import CHANNELS, MODE, PER_CHANNEL, REPORT, Layout, layout_of
-from vegrip.estimator.past import Past
+from vegrip.estimator.rewind_buffer import Past
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
-from vegrip.estimator.start import blank
 from vegrip.messages import (
     NAN,
     UNKNOWN,
@@ -204,7 +204,7 @@ class ContactEstimator:
             channels=self._channels_used() if self._trusted else Channel.NONE,
             indentation=Estimate(r[R["DEPTH_NOW"]], r[R["DEPTH_STD"]], valid, age),
             normal_force=of("FORCE"),
-            contact_radius=of("RADIUS"),
+            contact_radius=of("RADIUS", known=r[R["RADIUS_SOUND"]] > 0.5),
             pressure_exponent=of("EXPONENT", known=touching),
             friction_coefficient=of("MU"),
             limit_force=of("LIMIT_FORCE"),

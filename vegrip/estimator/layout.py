@@ -18,7 +18,8 @@ SETTINGS = (
 MODE = (
     "ZERO_KNOWN", "BLIND", "HEALTH_DECAY", "REGIME", "REST", "CELL", "SINCE_JERK", "PERIOD", "CAUTION",
     "CONTRADICTED", "RESTARTS", "UNEXPLAINED", "CORNER", "SLOPE",
-    "TOLERATED", "LOST", "AGREED",
+    "TOLERATED", "LOST", "AGREED", "TOUCH", "FELT", "FREE_DEPTH", "ZERO_MEAN", "ZERO_VAR",
+    "RADIUS_CONTRADICTED",
 )  # fmt: skip
 """What the filter is doing: times in [s], switches 0 or 1.
 
@@ -29,7 +30,10 @@ with its own measurement; RESTARTS: how often the memory of a lost contact was b
 variance of the force [N^2] beyond what model and noise explain; CORNER: how far the motion left a straight
 line within the last step [m]; SLOPE: of the force over the indentation when last used [N/m];
 TOLERATED: the part of UNEXPLAINED that counts as noise; LOST: for how long the contact has been lost;
-AGREED: since when nothing contradicts.
+AGREED: since when nothing contradicts; TOUCH: sum of the forces above the noise, in its std; FELT: whether
+the contact is felt; FREE_DEPTH: largest displacement [m] at which it would have been felt and was not;
+ZERO_MEAN [m], ZERO_VAR [m^2]: of the zero, without that bound; RADIUS_CONTRADICTED: for how long the radius
+has disagreed with its own measurement.
 """
 
 MOTION = ("POSITION", "SPEED", "VAR_POSITION", "COV", "VAR_SPEED", "RESTLESS")
@@ -38,7 +42,7 @@ MOTION = ("POSITION", "SPEED", "VAR_POSITION", "COV", "VAR_SPEED", "RESTLESS")
 REPORT = (
     "FORCE", "FORCE_STD", "RADIUS", "RADIUS_STD", "EXPONENT", "EXPONENT_STD", "MU", "MU_STD", "LIMIT_FORCE",
     "LIMIT_FORCE_STD", "LIMIT_TORQUE", "LIMIT_TORQUE_STD", "LIMIT_RADIUS", "LIMIT_RADIUS_STD", "GAUGE",
-    "GAUGE_REL", "GAUGE_ABS", "DEPTH_NOW", "DEPTH_STD", "CONTACT", "DRY_FORCE", "SOUND",
+    "GAUGE_REL", "GAUGE_ABS", "DEPTH_NOW", "DEPTH_STD", "CONTACT", "DRY_FORCE", "SOUND", "RADIUS_SOUND",
 )  # fmt: skip
 
 FRICTION = (
@@ -99,7 +103,8 @@ class Layout:
             "MODE": len(MODE), "MOTION": len(MOTION), "START": n, "LOST": 1,
             "OLD": n, "KEPT_Y": n, "KEPT_P": n * n,
             "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1, "BENT": s + 1,
-            "S0": s + 1, "S1": s + 1, "L": n * n, "D": 5 * (m + len(self.considered)), "TRY": n, "MID": n,
+            "S0": s + 1, "S1": s + 1, "RATIO": n, "L": n * n, "D": 5 * (m + len(self.considered)), "TRY": n,
+            "MID": n,
         }  # fmt: skip
 
     def places(self) -> dict[str, tuple[int, int]]:

@@ -79,6 +79,12 @@ def compose(effects: Sequence[Effect]) -> Plan:
     return plan
 
 
+def share_a_name(one: Effect, other: Effect) -> bool:
+    """Return whether a parameter or a state of both has the same name, so that no model can have both."""
+    parameters = {p.symbol for p in one.parameters} & {p.symbol for p in other.parameters}
+    return bool(parameters or {s.name for s in one.states} & {s.name for s in other.states})
+
+
 def _calls(stage: str, effects: Sequence[Effect], texts: Texts) -> Iterator[Call]:
     """Yield the calls of a stage: what defines its quantity, what else gives something, what remembers.
 

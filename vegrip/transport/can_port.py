@@ -7,17 +7,18 @@ them. Every other interface goes through python-can's own interface.
 import math
 import time
 from collections import Counter
-from typing import Final, Protocol
+from typing import Protocol
 
 import can
 
-from vegrip.codec import Frame
-from vegrip.transport.bus_load import BusLoad
-from vegrip.transport.error_report import told_state
-from vegrip.transport.fault_confinement import ErrorState
-from vegrip.transport.frame_time import BitTiming, typical_duration
+from vegrip.transport.canbus.bus_load import BusLoad
+from vegrip.transport.canbus.error_report import told_state
+from vegrip.transport.canbus.fault_confinement import ErrorState
+from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
+from vegrip.transport.canbus.virtual_can import VegripBus
+from vegrip.transport.codec import Frame
+from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.stamps import StampMap
-from vegrip.transport.virtual_can import VegripBus
 
 
 class CanPort(Protocol):
@@ -31,10 +32,6 @@ class CanPort(Protocol):
 
     def load(self) -> float:
         """Return the share of the last second for which the bus was busy, NaN if not known."""
-
-
-EXTENDED: Final = 1 << 31
-"""Set in the identifier of a frame whose identifier has 29 bits, as SocketCAN does."""
 
 
 def open_port(

@@ -1,24 +1,31 @@
 """Make an endpoint from the ``[transport]`` table of a configuration."""
 
 import errno
+import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import can
 
-from vegrip.codec import CanCodec
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.transport.can_endpoint import CanEndpoint
+from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.codec import CanCodec
 from vegrip.transport.endpoint import Endpoint
-from vegrip.transport.frame_time import BitTiming
 from vegrip.transport.link_rates import check_rates
 from vegrip.transport.sender_clock import SenderClock
 from vegrip.transport.socketcan_link import check_link
 
-if TYPE_CHECKING:
-    from vegrip.transport.curve import Keys
+TRANSPORTS: dict[str, str] = {
+    # kind: module:function of (table, hand, where)
+    "can": "vegrip.transport.open:open_can",
+    "canopen": "vegrip.canopen.open:open_canopen",
+    "zmq": "vegrip.transport.open:open_zmq",
+}
+"""What may stand as ``kind`` in a ``[transport]`` table; a transport is imported when one is opened."""
 
 REACH = 16
 """States by which another may be overtaken while its order can be restored."""
@@ -32,6 +39,10 @@ class Hand:
     number: int = 0  # on CAN
     namespace: str = ""  # on a network
     remap: Mapping[str, str] = field(default_factory=dict)  # on a network: our topics -> topics outside
+
+
+Opener = Callable[[Mapping[str, Any], Hand, str], Endpoint]
+"""Function of a transport: from its table, the hand, and a name of the table for messages."""
 
 
 @dataclass(frozen=True)
@@ -76,9 +87,11 @@ def open_endpoint(table: Mapping[str, Any], hand: Hand, where: str = "[transport
 
     """
     kind = table.get("kind", "can")
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise ConfigError(f"{where}: 'kind' is {kind!r}; it must be one of {', '.join(KINDS)}")
-    return KINDS[kind](table, hand, where)
+    if not isinstance(kind, str) or kind not in TRANSPORTS:
+        raise ConfigError(f"{where}: 'kind' is {kind!r}; it must be one of {', '.join(TRANSPORTS)}")
+    module, _, function = TRANSPORTS[kind].partition(":")
+    opener: Opener = getattr(importlib.import_module(module), function)
+    return opener(table, hand, where)
 
 
 def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC], BitTiming | None]:
@@ -112,10 +125,12 @@ def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC
     return bus, again, None if measured else BitTiming(settings.bitrate, settings.data_bitrate)
 
 
-def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+def open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+    """Open a CAN bus; arguments and errors are those of :func:`open_endpoint`."""
     settings = build(CanSettings, table, where)
     if settings.map:
-        return _open_mapped(settings, hand)
+        mapped: Endpoint = importlib.import_module(MAPPED).open_mapped_can(settings, hand)
+        return mapped
     clock = SenderClock() if settings.estimate_clock else None
     codec = CanCodec(
         hand.fingers,
@@ -129,23 +144,19 @@ def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     return CanEndpoint(bus, codec, again, timing, settings.order_window, clock)
 
 
-def _open_mapped(settings: CanSettings, hand: Hand) -> Endpoint:
-    from vegrip.transport.mapped.codec import MappedCodec  # noqa: PLC0415 (only for a hand of another make)
-    from vegrip.transport.mapped.endpoint import MappedCanEndpoint  # noqa: PLC0415
-    from vegrip.transport.mapped.open import open_plan  # noqa: PLC0415
-
-    plan = open_plan(settings.map, hand.fingers)
-    if plan.hand.format:
-        raise ConfigError(f"{settings.map}: is for ZeroMQ; on CAN a map has a database = '...'")
-    codec = MappedCodec(plan)
-    bus, again, timing = open_bus(settings)
-    return MappedCanEndpoint(bus, codec, again, timing)
+MAPPED = "vegrip.transport.mapped.endpoints"
+"""Where hands of another make are opened; imported when a transport has a map."""
 
 
-def _open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
-    from vegrip.cia301.open import open_canopen  # noqa: PLC0415 (needed on a CANopen bus only)
+def settings_of_map(path: Path) -> dict[str, Any]:
+    """Return the parameters of a grip controller that follow from the map of a hand.
 
-    return open_canopen(table, hand, where)
+    Raises:
+        ConfigError: the map cannot be used.
+
+    """
+    found: dict[str, Any] = importlib.import_module(MAPPED).settings_of(path)
+    return found
 
 
 def _remedy(settings: CanSettings, error: Exception) -> str:
@@ -162,8 +173,9 @@ def _remedy(settings: CanSettings, error: Exception) -> str:
     return f'{what}: {remedy}, or use interface = "vegrip"' if remedy else f"{what}: {error}"
 
 
-def _open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
-    from vegrip.codec.msgpack_codec import MsgpackCodec  # noqa: PLC0415 (ZeroMQ is not needed on a CAN bus)
+def open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+    """Open a ZeroMQ endpoint; arguments and errors are those of :func:`open_endpoint`."""
+    from vegrip.transport.codec.msgpack_codec import MsgpackCodec  # noqa: PLC0415 (ZeroMQ is not needed on a CAN bus)
     from vegrip.transport.curve import Curve, Keys  # noqa: PLC0415
     from vegrip.transport.zmq_endpoint import ZmqEndpoint  # noqa: PLC0415
 
@@ -174,24 +186,7 @@ def _open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
         )
     keys = Keys(build(Curve, settings.curve, f"{where}.curve")) if settings.curve else None
     if settings.map:
-        return _open_mapped_zmq(settings, hand, keys)
+        mapped: Endpoint = importlib.import_module(MAPPED).open_mapped_zmq(settings, hand, keys)
+        return mapped
     codec = MsgpackCodec(hand.namespace, hand.fingers, remap=hand.remap, use_sender_time=settings.sender_time)
     return ZmqEndpoint(settings.publish, settings.subscribe, codec, keys)
-
-
-def _open_mapped_zmq(settings: ZmqSettings, hand: Hand, keys: "Keys | None") -> Endpoint:
-    from vegrip.transport.mapped.open import open_plan  # noqa: PLC0415 (only for a hand of another make)
-    from vegrip.transport.mapped.topics import TopicCodec  # noqa: PLC0415
-    from vegrip.transport.mapped.zmq import MappedZmqEndpoint  # noqa: PLC0415
-
-    plan = open_plan(settings.map, hand.fingers)
-    if not plan.hand.format:
-        raise ConfigError(f"{settings.map}: is for CAN; over ZeroMQ a map has format = 'json' or 'msgpack'")
-    return MappedZmqEndpoint(settings.publish, settings.subscribe, TopicCodec(plan), keys)
-
-
-KINDS: dict[str, Callable[[Mapping[str, Any], Hand, str], Endpoint]] = {
-    "can": _open_can,
-    "canopen": _open_canopen,
-    "zmq": _open_zmq,
-}

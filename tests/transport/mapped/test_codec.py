@@ -7,8 +7,8 @@ from hands import PLAIN_DBC, PLAIN_MAP, load, seeded, written
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.codec import Frame
 from vegrip.messages import ForceCommand, Reason
+from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.checksums import make_crc
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.compiled import compile_reader, groups_of

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from vegrip.codec import Frame
 from vegrip.errors import ConfigError
+from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.open import open_plan
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hands import PLAIN_DBC, PLAIN_MAP, load, seeded, written
 
-from vegrip.codec import CanCodec, Frame
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model
+from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.mapped.checksums import make_crc
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.open import open_plan

@@ -5,13 +5,13 @@ import cantools.database
 import pytest
 
 from vegrip.cli import main
-from vegrip.codec import Frame
 from vegrip.estimator import ContactEstimator, SensorNoise
-from vegrip.grasp.node import GraspForce
-from vegrip.grasp.settings import ControlSettings
+from vegrip.grip.node import GraspForce
+from vegrip.grip.settings import ControlSettings
+from vegrip.identification.samples import FOREIGN, FOREIGN_LOG, SAMPLES
 from vegrip.messages import ForceCommand, ModelHealth, SlipMargin
 from vegrip.model import paper_model
-from vegrip.samples import FOREIGN, FOREIGN_LOG, SAMPLES
+from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.open import open_plan
 

@@ -5,9 +5,9 @@ import math
 import pytest
 from hands import load, written
 
-from vegrip.codec import Frame
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand, Reason
+from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.database import EXTENDED
 from vegrip.transport.mapped.open import open_plan

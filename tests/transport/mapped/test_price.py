@@ -14,7 +14,7 @@ def said(tmp_path, text):
 
 def test_each_thing_that_is_missing_is_said_with_its_price(tmp_path):
     told = said(tmp_path, PLAIN_MAP)
-    assert "thumb: no slip channel: friction is learned only" in told
+    assert "thumb: friction stays as in the model file unless a slip shows" in told
     assert "Pos1: no counter" in told
     assert "Pos1: no checksum" in told
     assert "Tip1: no" not in told
@@ -27,7 +27,10 @@ def test_each_thing_that_is_missing_is_said_with_its_price(tmp_path):
     [
         ('[fingers.thumb.tangential_force_x]\nsignal = "Tip1.Fx"\n', "no slip margin and no grip command"),
         ('[fingers.thumb.torque_z]\nsignal = "Pos1.Tz"\n', "torque_z is not measured and counts as zero"),
-        ('[fingers.thumb.displacement]\nsignal = "Pos1.Depth"\n', "no displacement: stiffness"),
+        (
+            '[fingers.thumb.displacement]\nsignal = "Pos1.Depth"\n',
+            "displacement is not measured beside",
+        ),
         ("rate = 200.0\n", "the rate of states is not told"),
         ("set = { Enable = 1 }", "Set1: sent as zero, since the map does not say otherwise: Enable"),
     ],

@@ -9,8 +9,8 @@ import can
 import pytest
 
 from vegrip.clock import NS
-from vegrip.codec import Frame
 from vegrip.messages import ForceCommand, Reason
+from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.endpoint import MappedCanEndpoint
 from vegrip.transport.mapped.open import open_plan

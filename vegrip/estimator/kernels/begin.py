@@ -11,9 +11,10 @@ from vegrip.estimator.kernels.generated import (
     LOST0,
     MODE0,
     MODE1,
-    MODE_PERIOD,
-    MODE_REST,
-    MODE_SINCE_JERK,
+    MODE_CONTRADICTED,
+    MODE_FREE_DEPTH,
+    MODE_LOST,
+    MODE_RESTARTS,
     MODE_ZERO_KNOWN,
     NS,
     P0,
@@ -46,7 +47,7 @@ def begin(m: Floats, force: float, displacement: float) -> None:
     copy_section(m, START0, Y0, N)
     for j in range(N):
         m[P0 + j * N + j] = m[PRIOR0 + j]
-    m[MODE_SINCE_JERK] = m[MODE_REST] = m[MODE_PERIOD] = 0.0
+    m[MODE_FREE_DEPTH] = -math.inf
     begin_contact(m, force, displacement)
 
 
@@ -86,7 +87,9 @@ def keep_finite(m: Floats) -> None:
         total += 0.0 * m[i]
     if total != 0.0 or math.isnan(total):
         m[LOST0] += 1.0
+        contradicted, lost, restarts = m[MODE_CONTRADICTED], m[MODE_LOST], m[MODE_RESTARTS]
         begin(m, math.nan, math.nan)
+        m[MODE_CONTRADICTED], m[MODE_LOST], m[MODE_RESTARTS] = contradicted, lost, restarts
 
 
 def within_contact(m: Floats, force: float, displacement: float) -> None:

@@ -6,11 +6,13 @@ from vegrip.estimator.kernels.generated import (
     BIAS,
     MODE_CONTRADICTED,
     MODE_LOST,
+    MODE_RADIUS_CONTRADICTED,
     REP_DEPTH_NOW,
     REP_DEPTH_STD,
     REP_FORCE,
     REP_FORCE_STD,
     REP_RADIUS,
+    REP_RADIUS_SOUND,
     REP_RADIUS_STD,
     REP_SOUND,
     SET_R_DISPLACEMENT,
@@ -27,21 +29,30 @@ PATIENCE = 0.015
 
 
 def contradicted(m: Floats, dt: float, force: float, displacement: float, radius: float) -> None:
-    """Note for how long an estimate has disagreed with its own measurement; it is not sound for longer."""
+    """Note for how long an estimate has disagreed with its own measurement; it is not sound for longer.
+
+    A force or a displacement that disagrees concerns all estimates, a radius only itself: its law may be
+    wrong.
+    """
     far = False
     if math.isfinite(force):
         far = (force - m[REP_FORCE] - m[Y0 + BIAS]) ** 2 > FAR * m[REP_FORCE_STD] ** 2
     if math.isfinite(displacement):
         off = displacement - m[REP_DEPTH_NOW] - m[Y0 + ZERO]
         far = far or off * off > FAR * (m[REP_DEPTH_STD] ** 2 + m[SET_R_DISPLACEMENT])
-    if math.isfinite(radius) and radius > 0.0 and m[REP_RADIUS] > 0.0:
-        off = radius - m[REP_RADIUS]
-        far = far or off * off > FAR * (m[REP_RADIUS_STD] ** 2 + m[SET_R_RADIUS])
-    if not far:
-        m[MODE_CONTRADICTED] = 0.0
-    elif m[MODE_CONTRADICTED] == 0.0:
-        m[MODE_CONTRADICTED] = 1e-9
-    else:
-        m[MODE_CONTRADICTED] += dt
+    m[MODE_CONTRADICTED] = lasting(m[MODE_CONTRADICTED], dt, far)
     if m[MODE_CONTRADICTED] > PATIENCE or m[MODE_LOST] > PATIENCE:
         m[REP_SOUND] = 0.0
+    far = False
+    if math.isfinite(radius) and radius > 0.0 and m[REP_RADIUS] > 0.0:
+        off = radius - m[REP_RADIUS]
+        far = off * off > FAR * (m[REP_RADIUS_STD] ** 2 + m[SET_R_RADIUS])
+    m[MODE_RADIUS_CONTRADICTED] = lasting(m[MODE_RADIUS_CONTRADICTED], dt, far)
+    m[REP_RADIUS_SOUND] = 0.0 if m[MODE_RADIUS_CONTRADICTED] > PATIENCE else m[REP_SOUND]
+
+
+def lasting(before: float, dt: float, far: bool) -> float:
+    """For how long [s] it has lasted; the first sample begins it."""
+    if not far:
+        return 0.0
+    return before + dt if before > 0.0 else 1e-9

@@ -89,6 +89,7 @@ BENT1: int
 S00: int
 S01: int
 S10: int
+RATIO0: int
 S11: int
 L0: int
 L1: int
@@ -140,6 +141,7 @@ REP_DEPTH_STD: int
 REP_CONTACT: int
 REP_DRY_FORCE: int
 REP_SOUND: int
+REP_RADIUS_SOUND: int
 FRI_LN_MU: int
 FRI_VAR: int
 FRI_BASE_LN: int
@@ -185,3 +187,9 @@ MODE_SLOPE: int
 MODE_TOLERATED: int
 MODE_LOST: int
 MODE_AGREED: int
+MODE_TOUCH: int
+MODE_FELT: int
+MODE_FREE_DEPTH: int
+MODE_ZERO_MEAN: int
+MODE_ZERO_VAR: int
+MODE_RADIUS_CONTRADICTED: int

@@ -22,6 +22,7 @@ from vegrip.estimator.kernels.generated import (
     Floats,
 )
 
+LEAST_LEFT = 1e-12  # of a variance, whatever rounding leaves
 SUDDEN = 9.0
 """Normalised square of the displacement's innovation at which the motion is taken to have jerked."""
 
@@ -65,7 +66,8 @@ def follow_motion(m: Floats, displacement: float, dt: float) -> None:
     to_position, to_speed = m[MOTION_VAR_POSITION] / S, m[MOTION_COV] / S
     m[MOTION_POSITION] += to_position * off
     m[MOTION_SPEED] += to_speed * off
-    m[MOTION_VAR_SPEED] -= to_speed * m[MOTION_COV]
+    left = m[MOTION_VAR_SPEED] - to_speed * m[MOTION_COV]
+    m[MOTION_VAR_SPEED] = max(left, LEAST_LEFT * m[MOTION_VAR_SPEED])
     m[MOTION_COV] *= 1.0 - to_position
     m[MOTION_VAR_POSITION] *= 1.0 - to_position
     restless(m, nis)

@@ -5,9 +5,9 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from vegrip.codec import Frame
-from vegrip.codec.sequence import Sequence
 from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.transport.codec import Frame
+from vegrip.transport.codec.sequence import Sequence
 from vegrip.transport.mapped.checksums import Protection, protection
 from vegrip.transport.mapped.compiled import Read, compile_raw, compile_reader, groups_of
 from vegrip.transport.mapped.database import ForeignMessage

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from vegrip.transport.can_port import EXTENDED
+from vegrip.transport.codec.frame import EXTENDED
 
 __all__ = ["EXTENDED", "Database", "ForeignMessage", "Signal"]
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from vegrip.clock import NS
-from vegrip.codec import Frame
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand
 from vegrip.spelling import suggestion
+from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.checksums import Protection, protection
 from vegrip.transport.mapped.database import ForeignMessage, Signal
 from vegrip.transport.mapped.plan import Plan, find_signal

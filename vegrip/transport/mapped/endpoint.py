@@ -8,10 +8,10 @@ from typing import Final
 import can
 
 from vegrip.clock import NS
-from vegrip.codec import Frame
 from vegrip.messages import FingertipState, Message
 from vegrip.transport.can_endpoint import MOST_FRAMES, CanEndpoint, Open
-from vegrip.transport.frame_time import BitTiming
+from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.price import price
 

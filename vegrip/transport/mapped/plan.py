@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from vegrip.errors import ConfigError
-from vegrip.recording.channels import CHANNELS as MEASURED
+from vegrip.identification.recording.channels import CHANNELS as MEASURED
 from vegrip.spelling import suggestion
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
 from vegrip.transport.mapped.schema import (

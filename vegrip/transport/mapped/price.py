@@ -9,7 +9,7 @@ import math
 from collections import Counter
 from typing import Any, Final
 
-from vegrip.sensors import REMEDY, lacking
+from vegrip.identification.sensors import lacking
 from vegrip.transport.mapped.encoder import CommandEncoder
 from vegrip.transport.mapped.plan import FingerPlan, Plan
 from vegrip.transport.mapped.schema import HandMap
@@ -61,7 +61,7 @@ def _noise(hand: HandMap) -> dict[str, float]:
 
 def _finger(plan: Plan, finger: FingerPlan) -> list[str]:
     channels = finger.measured
-    said = [sentence.replace(REMEDY, STATE_IT) for sentence in lacking(channels)]
+    said = lacking(channels, STATE_IT)
     stated = [name for name, channel in finger.channels.items() if channel.stated]
     said += [
         (
@@ -70,18 +70,6 @@ def _finger(plan: Plan, finger: FingerPlan) -> list[str]:
         )
         for name in stated
     ]
-    if "displacement" not in channels:
-        said.append(
-            "no displacement: stiffness and relaxation stay as in the model, and the bound of "
-            "the margin is as wide as their spread"
-        )
-    if "normal_force" not in channels:
-        said.append("no normal force: it is computed from the displacement, and errs as the stiffness does")
-    if not {"slip", "slip_speed"} & channels:
-        said.append(
-            "no slip channel: friction is learned only from slips that show in the forces, and "
-            "the bound stays wider by its spread"
-        )
     poor = [
         name
         for name, source in plan.hand.fingers[finger.name].channels.items()

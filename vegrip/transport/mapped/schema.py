@@ -260,11 +260,6 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
     )
 
 
-def is_map(table: Mapping[str, Any]) -> bool:
-    """Whether ``table``, of a file that may be a launch file, is the map of a hand."""
-    return "node" not in table and isinstance(table.get("fingers"), Mapping)
-
-
 def expanded(names: tuple[str, ...]) -> tuple[str, ...]:
     """Return ``names`` with each ``{first..last}`` written out.
 

@@ -10,10 +10,10 @@ from typing import Any, Final
 import msgpack
 
 from vegrip.clock import NS
-from vegrip.codec.msgpack_codec import LIMITS
-from vegrip.codec.sequence import Sequence
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.transport.codec.msgpack_codec import LIMITS
+from vegrip.transport.codec.sequence import Sequence
 from vegrip.transport.mapped.encoder import Law, law_of
 from vegrip.transport.mapped.paths import Step, getter, parse_path, put
 from vegrip.transport.mapped.plan import Plan

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.clock import NS
-from vegrip.codec import Frame
+from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.compiled import compile_reader, groups_of
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
 from vegrip.transport.mapped.plan import Slot

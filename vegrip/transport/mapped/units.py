@@ -4,7 +4,7 @@ import re
 from typing import Final
 
 from vegrip.errors import ConfigError, RecordingError
-from vegrip.recording.units import to_si
+from vegrip.identification.recording.units import to_si
 
 SI: Final = {
     "normal_force": "N",

@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 from vegrip.clock import NS
+from vegrip.identification.recording.channels import CHANNELS
 from vegrip.messages import FingertipState
-from vegrip.recording.channels import CHANNELS
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.mapped.traffic_log import Traffic

@@ -1,0 +1,97 @@
+"""The motion behind a noisy displacement."""
+
+import numpy as np
+import pytest
+
+from vegrip.identification.fit.motion import motion_of
+from vegrip.identification.fit.straight import straight
+
+NOISE = 5e-6
+T = np.arange(0.0, 6.0, 5e-3)
+
+
+def path(kind: str) -> np.ndarray:
+    if kind == "ramp and hold":
+        return np.interp(T, [0.0, 0.5, 0.6, 3.0, 3.2, 6.0], [-1e-4, -1e-4, 1e-3, 1e-3, 0.0, 0.0])
+    if kind == "jump":
+        return np.where(T > 1.0, 5e-4, -1e-4)
+    if kind == "creep":
+        return 1e-3 - 3e-4 * np.exp(-3.0 * T)
+    return 1e-3 + 2e-4 * np.sin(2.0 * np.pi * 2.0 * T)
+
+
+def smoothed(kind, seed=0):
+    first = np.zeros(T.size)
+    first[0] = 1.0
+    noise = NOISE * np.random.default_rng(seed).standard_normal(T.size)
+    return motion_of(T, first, path(kind) + noise, NOISE)
+
+
+@pytest.mark.parametrize("kind", ["ramp and hold", "jump", "creep", "sine"])
+def test_error_of_the_motion_is_smaller_than_the_noise_and_as_large_as_it_says(kind) -> None:
+    motions = [smoothed(kind, seed) for seed in range(5)]
+    errors = np.array([m.displacement - path(kind) for m in motions])
+    assert errors.std() < 0.8 * NOISE
+    z = errors / np.array([m.std for m in motions])
+    assert 0.7 < z.std() < 1.3
+    assert np.abs(errors).max() < 5.0 * NOISE
+
+
+def test_a_hold_is_smoothed_much_more_than_a_fast_motion() -> None:
+    assert np.median(smoothed("ramp and hold").std[:80]) < 0.3 * NOISE
+    assert np.median(smoothed("sine").std) > np.median(smoothed("ramp and hold").std)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_noise_of_a_hold_adds_up_to_no_way(seed) -> None:
+    motion = smoothed("ramp and hold", seed)
+    holds = [(30, 90), (150, 580), (660, 1190)]  # clear of the corners, where a bend is looked for
+    ways = [float(np.abs(np.diff(motion.displacement[low:high])).sum()) for low, high in holds]
+    assert sum(ways) < 1.5 * NOISE * len(holds)
+
+
+def test_straight_is_what_rests_or_runs_at_one_speed() -> None:
+    first = np.zeros(T.size)
+    first[0] = 1.0
+    noise = NOISE * np.random.default_rng(0).standard_normal(T.size)
+    runs = straight(T, first, path("ramp and hold") + noise, NOISE)
+    corners = np.isin(np.arange(T.size), [100, 120, 600, 640])
+    assert not runs[corners].any()
+    assert runs.mean() > 0.85
+    assert straight(T, first, 1e-3 * T + noise, NOISE).mean() > 0.97
+    assert straight(T, first, path("sine") + noise, NOISE).mean() < 0.1
+    missing = np.where(np.arange(T.size) % 3 == 0, np.nan, path("ramp and hold") + noise)
+    assert not straight(T, first, missing, NOISE)[corners].any()
+
+
+def test_a_bend_from_one_episode_to_the_next_is_none() -> None:
+    first = np.zeros(T.size)
+    first[[0, 600]] = 1.0
+    assert straight(T, first, np.where(T < 3.0, 1e-3, T), NOISE).all()
+
+
+def test_missing_samples_are_bridged_and_less_certain() -> None:
+    first = np.zeros(T.size)
+    first[0] = 1.0
+    holes = path("ramp and hold").copy()
+    holes[200:220] = np.nan
+    motion = motion_of(T, first, holes, NOISE)
+    assert motion.displacement[200:220] == pytest.approx(1e-3, abs=NOISE)
+    assert motion.std[210] > motion.std[300]
+
+
+def test_episodes_do_not_know_of_each_other() -> None:
+    first = np.zeros(T.size)
+    first[[0, 600]] = 1.0
+    depth = path("sine")
+    both = motion_of(T, first, depth, NOISE)
+    alone = motion_of(T[:600], first[:600], depth[:600], NOISE)
+    assert both.displacement[:600] == pytest.approx(alone.displacement, abs=1e-12)
+
+
+def test_exact_displacement_is_left_alone() -> None:
+    first = np.zeros(T.size)
+    first[0] = 1.0
+    motion = motion_of(T, first, path("sine"), 0.0)
+    assert np.array_equal(motion.displacement, path("sine"))
+    assert not motion.std.any()

@@ -1,0 +1,95 @@
+"""Helpers of a node have a low priority from the start, end with it, and leave their output."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from vegrip.runtime import background
+
+TOLD = """
+import os, sys
+print(os.sched_getscheduler(0) == os.SCHED_IDLE, *sys.argv[1:])
+print('why', file=sys.stderr)
+sys.exit(3)
+"""
+
+
+@pytest.fixture
+def module(tmp_path, monkeypatch):
+    """Make a module of some text that a new interpreter finds."""
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+
+    def make(text):
+        (tmp_path / "helper.py").write_text(text)
+        return "helper"
+
+    return make
+
+
+def test_a_helper_gives_way_from_its_first_instruction_on_and_leaves_what_it_says(module):
+    done = background.run_behind(module(TOLD), ["a", "b c"])
+    assert (done.returncode, done.stdout, done.stderr) == (3, "True a b c\n", "why\n")
+
+
+def test_a_helper_that_takes_too_long_is_ended(module):
+    with pytest.raises(subprocess.TimeoutExpired):
+        background.run_behind(module("import time; time.sleep(100)"), [], patience=0.3)
+
+
+def test_a_helper_that_is_waited_for_is_nice(module):
+    told = "import os; print(os.nice(0), os.sched_getscheduler(0) == os.SCHED_OTHER)"
+    own = os.nice(0)  # of whoever runs the tests
+    assert background.run_behind(module(told), [], idle=False).stdout == f"{min(own + 10, 19)} True\n"
+
+
+def test_without_the_program_that_lowers_it_all_the_way_a_helper_is_nice(module, monkeypatch):
+    monkeypatch.setattr(
+        background.shutil, "which", lambda name: None if name == "chrt" else f"/usr/bin/{name}"
+    )
+    done = background.run_behind(module("import os; print(os.nice(0))"), [])
+    assert done.stdout == "19\n"
+
+
+IMPORTS = """
+import os, sys, time
+open(sys.argv[1], "w").write(str(os.getpid()))
+time.sleep(100)  # the imports of a helper, which has not come to its own first line
+"""
+
+
+def test_a_helper_ends_when_its_node_is_killed_whatever_it_is_doing(module, tmp_path):
+    told = tmp_path / "pid"
+    node = subprocess.Popen(
+        [sys.executable, "-c", f"from vegrip.runtime.background import run_behind; "
+         f"run_behind({module(IMPORTS)!r}, [{str(told)!r}], idle=False)"]
+    )  # fmt: skip
+    while not (told.exists() and told.read_text()):
+        assert node.poll() is None
+        time.sleep(0.02)
+    helper = int(told.read_text())
+    node.kill()
+    node.communicate()
+    until = time.monotonic() + 20.0
+    while time.monotonic() < until and not _ended(helper):
+        time.sleep(0.02)
+    assert _ended(helper)
+
+
+def test_a_helper_whose_node_has_ended_already_does_not_begin(module):
+    done = subprocess.run(
+        [sys.executable, "-m", "vegrip.runtime.behind", "1", module("print('began')")],
+        capture_output=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (-signal.SIGTERM, b"")
+
+
+def _ended(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[0] == "Z"
+    except FileNotFoundError:
+        return True

@@ -1,0 +1,154 @@
+"""Launch files: which nodes belong together, and how each is configured.
+
+What stands above the first ``[[node]]`` (``fingers``, ``hand``, ``namespace``, ``transport``) holds for every
+node that does not say otherwise.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from vegrip.config import build, parameter, read_toml
+from vegrip.errors import ConfigError
+from vegrip.runtime.names import full_name
+from vegrip.runtime.runner import LoopSettings
+from vegrip.spelling import suggestion
+from vegrip.transport.open import TRANSPORTS, settings_of_map
+
+FINGERS = ("thumb", "index", "middle", "ring", "little")
+SHARED = ("fingers", "hand", "namespace", "transport")
+
+
+@dataclass(frozen=True)
+class NodeConfig:
+    """One ``[[node]]`` of a launch file."""
+
+    program: str = parameter(doc="name of a program or module:function")
+    name: str = parameter("", doc="of the node; empty: that of the program")
+    namespace: str = parameter("", doc="in front of names and topics, one per hand")
+    fingers: tuple[str, ...] = parameter(FINGERS, doc="in the order of their numbers on the bus")
+    hand: int = parameter(0, low=0, high=7, doc="number of the hand on a CAN bus")
+    transport: dict[str, Any] = parameter({}, doc="kind and what belongs to it")
+    loop: LoopSettings = parameter(LoopSettings(), doc="tick_period, status_period, deadline")
+    parameters: dict[str, Any] = parameter({}, doc="of the program")
+    remap: dict[str, str] = parameter({}, doc="full topic of the node = full topic outside")
+    restart: str = parameter("never", choices=("never", "on-failure", "always"), doc="when it ends by itself")
+    required: bool = parameter(False, doc="when it ends for good, everything ends")
+    wait: bool = parameter(False, doc="the next node is started when this one is active")
+
+    def __post_init__(self) -> None:
+        if not self.fingers:
+            raise ConfigError(
+                f"{self.program}: 'fingers' is empty; name at least one, as in {list(FINGERS[:2])}"
+            )
+
+    @property
+    def full_name(self) -> str:
+        """The name with the namespace."""
+        return full_name(self.namespace, self.name or self.program.rpartition(":")[2])
+
+
+@dataclass(frozen=True)
+class _LaunchFile:
+    node: tuple[dict[str, Any], ...] = parameter(doc="one [[node]] for each")
+    fingers: tuple[str, ...] = parameter(FINGERS)
+    hand: int = parameter(0)
+    namespace: str = parameter("")
+    transport: dict[str, Any] = parameter({})
+
+
+def find_launch_file(name: str) -> Path:
+    """Return the path of a launch file: a path, or the name of one that comes with vegrip.
+
+    Raises:
+        ConfigError: there is none.
+
+    """
+    given = Path(name)
+    for path in (given, Path(f"{name}.toml")):
+        if path.is_file():
+            return path
+    shipped = Path(str(files("vegrip.launch")))
+    candidate = shipped / f"{name}.toml"
+    if candidate.is_file():
+        return candidate
+    known = sorted(path.stem for path in shipped.glob("*.toml"))
+    raise ConfigError(f"there is no launch file {name!r}; {suggestion(name, known, 'give a path or one of')}")
+
+
+def read_launch_file(path: Path) -> list[NodeConfig]:
+    """Return the nodes of a launch file, in order.
+
+    Raises:
+        ConfigError: unknown keys, two nodes of one name, ...
+
+    """
+    table = read_toml(path)
+    if _is_map(table):
+        table = _launch_of(path, table)
+    top = build(_LaunchFile, table, str(path))
+    shared = {key: table[key] for key in SHARED if key in table}
+    nodes = [
+        _mapped(path, _node({**shared, **entry}, f"{path} [[node]] number {i}"))
+        for i, entry in enumerate(top.node, 1)
+    ]
+    names = [node.full_name for node in nodes]
+    for name in names:
+        if names.count(name) > 1:
+            raise ConfigError(
+                f"{path}: two nodes are called {name}; give each a name or namespace of its own"
+            )
+    return nodes
+
+
+def _is_map(table: Mapping[str, Any]) -> bool:
+    """Whether ``table`` is the map of a hand of another make: it tells of each finger, and of no node."""
+    return "node" not in table and isinstance(table.get("fingers"), Mapping)
+
+
+def _launch_of(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a launch file for the map of a hand would say: the grip controller on its bus."""
+    transport = table.get("transport")
+    if not isinstance(transport, Mapping):
+        raise ConfigError(
+            f"{path}: is the map of a hand and does not say where the hand is; add [transport] with kind, "
+            'interface and channel, or name the map in a launch file: transport.map = "..."'
+        )
+    node = {"program": "grasp_force", "required": True, "restart": "always"}
+    return {"fingers": list(table["fingers"]), "transport": {**transport, "map": path.name}, "node": [node]}
+
+
+def _mapped(path: Path, node: NodeConfig) -> NodeConfig:
+    """Return ``node`` with what the map of its hand says of noise and time-out; what the node says stays."""
+    name = node.transport.get("map")
+    if not isinstance(name, str) or not name:
+        return node
+    beside = path.parent / name
+    found = beside if beside.is_file() else Path(name)
+    node = replace(node, transport={**node.transport, "map": str(found)})
+    if node.program != "grasp_force":
+        return node
+    return replace(node, parameters=_merged(settings_of_map(found), node.parameters))
+
+
+def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    inner = {
+        key: _merged(base[key], value)
+        for key, value in over.items()
+        if isinstance(value, Mapping) and isinstance(base.get(key), Mapping)
+    }
+    return {**base, **over, **inner}
+
+
+def _node(table: Mapping[str, Any], where: str) -> NodeConfig:
+    name = table.get("name") or table.get("program")
+    where = f"{where} ({name})" if name else where
+    node = build(NodeConfig, table, where)
+    kind = node.transport.get("kind", "can")
+    if not isinstance(kind, str) or kind not in TRANSPORTS:
+        raise ConfigError(
+            f"{where}: 'kind' of the transport is {kind!r}; it must be one of {', '.join(TRANSPORTS)}"
+        )
+    return node

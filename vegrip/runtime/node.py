@@ -1,0 +1,111 @@
+"""What a node is: pure code that answers messages and ticks; the runner does the rest."""
+
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import Any, Protocol
+
+from vegrip.messages import Message
+
+
+class Node(Protocol):
+    """A managed node. It knows no socket, no clock and no file; time comes in as ``now`` [ns].
+
+    The runner calls these from one thread only, and ``on_message`` and ``on_tick`` only while the node is
+    active. Exceptions that escape are counted, and the node is put on hold (:meth:`on_fault`) until it has
+    been configured anew.
+    """
+
+    name: str
+    parameters: Any
+    """A frozen dataclass made of :func:`vegrip.config.parameter` fields; the runner assigns a new one when
+    a parameter changes. A setter that raises :class:`~vegrip.errors.VegripError` refuses the change."""
+    answers: bool
+    """Whether messages are to be answered as they come. A node that acts on its ticks only is not woken by
+    messages; it finds them at its next tick, which saves a busy machine thousands of awakenings a second."""
+    alone: tuple[type[Message], ...]
+    """Kinds of message that nobody but this node may send for its fingers. It is not activated where somebody
+    else sends them, and counts them as ``also_sent`` later."""
+    finished: bool
+    """Set by a node that has nothing more to do (the end of a replay); the loop then ends."""
+    failure: str
+    """What of its work is lost, in a sentence; its process then ends with exit code 4. Empty: nothing is."""
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """What the node itself refused so far, counted by name; goes into NodeStatus."""
+
+    def configure(self) -> None:
+        """Build everything and compile what will run; may take seconds."""
+
+    def activate(self) -> None:
+        """Begin afresh; the first message follows."""
+
+    def deactivate(self) -> None:
+        """Stop acting; may be followed by ``activate``."""
+
+    def cleanup(self) -> None:
+        """Forget what ``configure`` built."""
+
+    def on_message(self, message: Message, now: int) -> Iterable[Message]:
+        """Answer one message with any number of messages.
+
+        A ForceCommand is sent at once. What comes after the first one is taken when no other message waits
+        to be answered: a lazy iterable thereby lets the commands of all fingers leave before any report is
+        worked out.
+        """
+
+    def on_tick(self, now: int) -> Iterable[Message]:
+        """Do what is due by the clock; called once per tick period."""
+
+    def on_broken(self, finger: str, now: int) -> None:
+        """Take note that states of ``finger`` have arrived that could not be understood."""
+
+    def on_fault(self, now: int) -> Iterable[Message]:
+        """Say what to send on this tick while the node is on hold after an exception.
+
+        A commanding node repeats its last safe command or goes on with its fail-safe ramp. Must not rest on
+        what has just failed.
+        """
+
+
+class NodeBase:
+    """A node that does nothing; override what is needed."""
+
+    answers = True
+    alone: tuple[type[Message], ...] = ()
+    lacking: Callable[[Collection[str]], list[str]] | None = None
+    """What a user must know of a finger that measures such channels; None: nothing."""
+
+    def __init__(self, name: str, parameters: Any = None) -> None:
+        self.name = name
+        self.parameters = parameters
+        self.rejected: Counter[str] = Counter()
+        self.finished = False
+        self.failure = ""
+
+    def configure(self) -> None:
+        """Nothing to build."""
+
+    def activate(self) -> None:
+        """Nothing to begin."""
+
+    def deactivate(self) -> None:
+        """Nothing to stop."""
+
+    def cleanup(self) -> None:
+        """Nothing to forget."""
+
+    def on_message(self, message: Message, now: int) -> Iterable[Message]:  # noqa: ARG002
+        """Answer nothing."""
+        return ()
+
+    def on_tick(self, now: int) -> Iterable[Message]:  # noqa: ARG002
+        """Do nothing."""
+        return ()
+
+    def on_broken(self, finger: str, now: int) -> None:
+        """Nothing to note."""
+
+    def on_fault(self, now: int) -> Iterable[Message]:  # noqa: ARG002
+        """Send nothing; right for every node that commands nothing."""
+        return ()
