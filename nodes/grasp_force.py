@@ -10,6 +10,7 @@ from vegrip.grip.background_diagnosis import BackgroundDiagnosis
 from vegrip.grip.model_swap import ModelSwap
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters, estimator_factory, learned_store_of, models_of
+from vegrip.identification.sensors import lacking
 from vegrip.model import ContactModel
 from vegrip.runtime import NodeContext
 
@@ -37,4 +38,5 @@ def build(settings: Mapping[str, Any], context: NodeContext) -> GraspForce:
         else None
     )
     node = GraspForce(context.name, fingers, factory(parameters), parameters, store, swap, diagnoser)
+    node.lacking = lacking
     return node

@@ -30,6 +30,10 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
         ),
     },
     "On a hand": {
+        "connect": (
+            "vegrip.cli.connect:connect",
+            "Map a hand of another make: from its DBC or EDS and its traffic to a file that runs.",
+        ),
         "launch": ("vegrip.cli.launch:launch", "Start the nodes of a launch file and watch over them."),
         "node": ("vegrip.cli.node:node", "Run one node in this process."),
         "monitor": ("vegrip.cli.monitor:monitor", "Watch slip margins live."),

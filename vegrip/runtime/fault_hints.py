@@ -11,6 +11,10 @@ QUIET_NS: Final = 60 * NS
 HINTS: Final[Mapping[str, str]] = {
     "also_sent": "another node on this bus also sends what only this one may send; stop one of the two, or "
     "give them different hands (hand, namespace or channel)",
+    "no_traffic": "nothing of the map (transport.map) has come since the bus was opened; look at channel and "
+    "bit rate, whether the hand is switched on, and with `vegrip connect` whether this is its database",
+    "command_held": "no new command came, so the last one is repeated to a hand that cannot hold by itself; "
+    "activate the node, or end it to stop sending",
     "bus_off": "bus-off: the CAN controller has cut itself off after too many errors; give all nodes of the "
     "bus the same bit rates (transport.bitrate, transport.data_bitrate), then look at wiring and termination",
     "connections": "too many programs are connected to a socket of this node, and the next one must wait; "

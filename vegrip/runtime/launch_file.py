@@ -5,7 +5,7 @@ node that does not say otherwise.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from vegrip.errors import ConfigError
 from vegrip.runtime.names import full_name
 from vegrip.runtime.runner import LoopSettings
 from vegrip.spelling import suggestion
-from vegrip.transport.open import TRANSPORTS
+from vegrip.transport.open import TRANSPORTS, settings_of_map
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 SHARED = ("fingers", "hand", "namespace", "transport")
@@ -67,8 +67,9 @@ def find_launch_file(name: str) -> Path:
 
     """
     given = Path(name)
-    if given.is_file():
-        return given
+    for path in (given, Path(f"{name}.toml")):
+        if path.is_file():
+            return path
     shipped = Path(str(files("vegrip.launch")))
     candidate = shipped / f"{name}.toml"
     if candidate.is_file():
@@ -85,9 +86,14 @@ def read_launch_file(path: Path) -> list[NodeConfig]:
 
     """
     table = read_toml(path)
+    if _is_map(table):
+        table = _launch_of(path, table)
     top = build(_LaunchFile, table, str(path))
     shared = {key: table[key] for key in SHARED if key in table}
-    nodes = [_node({**shared, **entry}, f"{path} [[node]] number {i}") for i, entry in enumerate(top.node, 1)]
+    nodes = [
+        _mapped(path, _node({**shared, **entry}, f"{path} [[node]] number {i}"))
+        for i, entry in enumerate(top.node, 1)
+    ]
     names = [node.full_name for node in nodes]
     for name in names:
         if names.count(name) > 1:
@@ -95,6 +101,45 @@ def read_launch_file(path: Path) -> list[NodeConfig]:
                 f"{path}: two nodes are called {name}; give each a name or namespace of its own"
             )
     return nodes
+
+
+def _is_map(table: Mapping[str, Any]) -> bool:
+    """Whether ``table`` is the map of a hand of another make: it tells of each finger, and of no node."""
+    return "node" not in table and isinstance(table.get("fingers"), Mapping)
+
+
+def _launch_of(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a launch file for the map of a hand would say: the grip controller on its bus."""
+    transport = table.get("transport")
+    if not isinstance(transport, Mapping):
+        raise ConfigError(
+            f"{path}: is the map of a hand and does not say where the hand is; add [transport] with kind, "
+            'interface and channel, or name the map in a launch file: transport.map = "..."'
+        )
+    node = {"program": "grasp_force", "required": True, "restart": "always"}
+    return {"fingers": list(table["fingers"]), "transport": {**transport, "map": path.name}, "node": [node]}
+
+
+def _mapped(path: Path, node: NodeConfig) -> NodeConfig:
+    """Return ``node`` with what the map of its hand says of noise and time-out; what the node says stays."""
+    name = node.transport.get("map")
+    if not isinstance(name, str) or not name:
+        return node
+    beside = path.parent / name
+    found = beside if beside.is_file() else Path(name)
+    node = replace(node, transport={**node.transport, "map": str(found)})
+    if node.program != "grasp_force":
+        return node
+    return replace(node, parameters=_merged(settings_of_map(found), node.parameters))
+
+
+def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    inner = {
+        key: _merged(base[key], value)
+        for key, value in over.items()
+        if isinstance(value, Mapping) and isinstance(base.get(key), Mapping)
+    }
+    return {**base, **over, **inner}
 
 
 def _node(table: Mapping[str, Any], where: str) -> NodeConfig:

@@ -1,7 +1,7 @@
 """What a node is: pure code that answers messages and ticks; the runner does the rest."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, Protocol
 
 from vegrip.messages import Message
@@ -73,6 +73,8 @@ class NodeBase:
 
     wakes_on_messages = True
     exclusive_messages: tuple[type[Message], ...] = ()
+    lacking: Callable[[Collection[str]], list[str]] | None = None
+    """What a user must know of a finger that measures such channels; None: nothing."""
 
     def __init__(self, name: str, parameters: Any = None) -> None:
         self.name = name

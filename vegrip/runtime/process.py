@@ -15,6 +15,7 @@ from vegrip.errors import DeviceError, VegripError
 from vegrip.host.descriptors import NODE_NEEDS, require_descriptors
 from vegrip.messages import Lifecycle, NodeStatus
 from vegrip.runtime import exit_reports
+from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.control_socket import ControlServer, NodeCalls
 from vegrip.runtime.handle import NodeHandle, Supervised
 from vegrip.runtime.launch_file import NodeConfig
@@ -25,7 +26,7 @@ from vegrip.runtime.runner import Runner
 from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.runtime.telemetry_socket import TelemetrySocket
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
-from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.endpoint import Endpoint, Priced
 from vegrip.transport.open import Hand, open_endpoint
 
 LAST_STATUS_DELAY_S = (
@@ -103,6 +104,9 @@ def _told(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[No
 
 def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
     logger = logging.getLogger(f"vegrip.{runner.full_name}")
+    if isinstance(endpoint, Priced) and runner.channels is not None and endpoint.sentences:
+        runner.channels = ChannelWatch(runner.channels.lacking, endpoint.sentences)
+        logger.warning("this hand does not tell all:\n  %s", "\n  ".join(endpoint.sentences))
     if isinstance(endpoint, Supervised):
         if autostart:
             _start(runner, lambda: runner.change("configure"))

@@ -11,6 +11,7 @@ from vegrip.config import parameter
 from vegrip.errors import DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
 from vegrip.runtime.call_queue import CallQueue
+from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.fault_hints import HINTS, FaultHints
 from vegrip.runtime.managed import ManagedNode
 from vegrip.runtime.node import Node
@@ -89,6 +90,8 @@ class Runner:
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
         self._beside = beside
         self._senders = SenderWatch()
+        lacking = getattr(node, "lacking", None)  # nodes of others may have none
+        self.channels = ChannelWatch(lacking) if lacking is not None else None
 
     @property
     def state(self) -> Lifecycle:
@@ -203,6 +206,8 @@ class Runner:
         if isinstance(message, FingertipState) and self.state is Lifecycle.ACTIVE:
             self.statistics.state(message.finger, arrived)
             self._senders.note(message)
+            if self.channels is not None:
+                self.channels.note(message)
         elif isinstance(message, ForceCommand):
             self.statistics.commands_received += 1
         if isinstance(message, self.managed.node.exclusive_messages) and not isinstance(message, NodeStatus):
@@ -251,6 +256,8 @@ class Runner:
         if self.state is not Lifecycle.FINALIZED:  # whoever ends for that reason says so last
             for _, sentence in self._remedies.news(self.status.rejected, now):
                 self.managed.logger.error("%s", sentence)
+            if self.channels is not None and (sentences := list(self.channels.news())):
+                self.managed.logger.warning("%s", "; ".join(sentences))
         self._send([self.status])
 
     def _rejected(self) -> Mapping[str, int]:

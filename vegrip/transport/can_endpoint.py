@@ -62,6 +62,8 @@ class CanEndpoint:
         timing: BitTiming | None = None,
         order_window: float = 0.0,
         clock: SenderClock | None = None,
+        *,
+        extended: bool = False,
     ) -> None:
         self.arrivals: Sequence[int] = ()
         self._codec = codec
@@ -71,8 +73,9 @@ class CanEndpoint:
         self._order = InOrder(round(order_window * NS)) if order_window > 0.0 else None
         self._clock = clock
         self._faults: Counter[str] = Counter()
+        self._extended = extended
         self._bus: can.BusABC | None = bus
-        self._port: CanPort | None = open_port(bus, self._faults, timing)
+        self._port: CanPort | None = open_port(bus, self._faults, timing, extended=extended)
 
     @property
     def rejected(self) -> Mapping[str, int]:
@@ -164,7 +167,7 @@ class CanEndpoint:
             self._bus = self._reopen()
         except (can.CanError, OSError):
             return None
-        self._port = open_port(self._bus, self._faults, self._timing)
+        self._port = open_port(self._bus, self._faults, self._timing, extended=self._extended)
         return self._port
 
     def _shut(self) -> None:

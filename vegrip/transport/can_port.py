@@ -17,6 +17,7 @@ from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec import Frame
+from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.stamps import StampMap
 
 
@@ -24,7 +25,7 @@ class CanPort(Protocol):
     """An open bus. Both directions raise ``can.CanError`` or ``OSError`` when it fails."""
 
     def receive(self, timeout: float) -> Frame | None:
-        """Return the next data frame with an 11-bit identifier, None when none comes in ``timeout`` [s]."""
+        """Return the next data frame that is wanted, None when none comes in ``timeout`` [s]."""
 
     def send(self, frame: Frame) -> None:
         """Queue ``frame``."""
@@ -33,11 +34,16 @@ class CanPort(Protocol):
         """Return the share of the last second for which the bus was busy, NaN if not known."""
 
 
-def open_port(bus: can.BusABC, faults: Counter[str], timing: BitTiming | None) -> CanPort:
-    """Return the port of ``bus``, which counts in ``faults`` what the controller reports."""
+def open_port(
+    bus: can.BusABC, faults: Counter[str], timing: BitTiming | None, *, extended: bool = False
+) -> CanPort:
+    """Return the port of ``bus``, which counts in ``faults`` what the controller reports.
+
+    Frames with 29-bit identifiers come through only if ``extended``; ours have 11 bits.
+    """
     if isinstance(bus, VegripBus):
-        return VirtualPort(bus, faults)
-    return PythonCanPort(bus, faults, timing)
+        return VirtualPort(bus, faults, extended=extended)
+    return PythonCanPort(bus, faults, timing, extended=extended)
 
 
 def error_name(classes: int, detail: bytes) -> str:
@@ -53,8 +59,9 @@ def error_name(classes: int, detail: bytes) -> str:
 class VirtualPort:
     """The short way to the virtual bus of vegrip, which stamps on the monotonic clock."""
 
-    def __init__(self, bus: VegripBus, faults: Counter[str]) -> None:
+    def __init__(self, bus: VegripBus, faults: Counter[str], *, extended: bool = False) -> None:
         self._bus = bus
+        self._extended = extended
         self._faults = faults
 
     def receive(self, timeout: float) -> Frame | None:
@@ -67,12 +74,17 @@ class VirtualPort:
             frame = delivery.frame
             if delivery.error:
                 self._faults[error_name(frame.identifier, frame.data)] += 1
-            elif not (frame.remote or frame.extended):
-                return Frame(frame.identifier, frame.data, frame.fd, delivery.end)
+            elif not frame.remote and (self._extended or not frame.extended):
+                identifier = frame.identifier | EXTENDED if frame.extended else frame.identifier
+                return Frame(identifier, frame.data, frame.fd, delivery.end)
 
     def send(self, frame: Frame) -> None:
         """Queue ``frame``."""
-        self._bus.put(frame.arbitration_id, frame.data, fd=frame.fd)
+        identifier = frame.arbitration_id
+        if identifier & EXTENDED:
+            self._bus.put(identifier ^ EXTENDED, frame.data, fd=frame.fd, extended=True)
+        else:
+            self._bus.put(identifier, frame.data, fd=frame.fd)
 
     def load(self) -> float:
         """Return the exact load."""
@@ -82,8 +94,11 @@ class VirtualPort:
 class PythonCanPort:
     """Any interface of python-can; the load is estimated from the frames seen here."""
 
-    def __init__(self, bus: can.BusABC, faults: Counter[str], timing: BitTiming | None) -> None:
+    def __init__(
+        self, bus: can.BusABC, faults: Counter[str], timing: BitTiming | None, *, extended: bool = False
+    ) -> None:
         self._bus = bus
+        self._extended = extended
         self._faults = faults
         self._timing = timing
         self._stamps = StampMap()
@@ -99,9 +114,10 @@ class PythonCanPort:
                 return None
             if received.is_error_frame:
                 self._faults[error_name(received.arbitration_id, bytes(received.data))] += 1
-            elif not (received.is_remote_frame or received.is_extended_id):
+            elif not received.is_remote_frame and (self._extended or not received.is_extended_id):
                 stamp = self._stamps.to_monotonic(received.timestamp)
-                frame = Frame(received.arbitration_id, bytes(received.data), received.is_fd, stamp)
+                identifier = received.arbitration_id | (EXTENDED if received.is_extended_id else 0)
+                frame = Frame(identifier, bytes(received.data), received.is_fd, stamp)
                 self._measure(frame)
                 return frame
             if remaining == 0.0:
@@ -111,8 +127,8 @@ class PythonCanPort:
         """Queue ``frame``."""
         self._bus.send(
             can.Message(
-                arbitration_id=frame.arbitration_id,
-                is_extended_id=False,
+                arbitration_id=frame.arbitration_id & ~EXTENDED,
+                is_extended_id=bool(frame.arbitration_id & EXTENDED),
                 is_fd=frame.fd,
                 bitrate_switch=frame.fd,
                 data=frame.data,

@@ -59,3 +59,12 @@ class Guarded(Protocol):
     @property
     def in_trouble(self) -> bool:
         """Whether a connection that we need is refused at present; the counts say why."""
+
+
+@runtime_checkable
+class Priced(Protocol):
+    """An endpoint of a hand that does not tell all that ours does."""
+
+    @property
+    def sentences(self) -> Sequence[str]:
+        """What is missing and what that costs, to be told when a node starts."""

@@ -4,6 +4,7 @@ import errno
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import can
@@ -62,6 +63,7 @@ class CanSettings:
         0.0, unit="s", low=0.0, high=0.1, doc="wait so long for states that were overtaken; 0 = refuse them"
     )
     options: dict[str, Any] = parameter({}, doc="anything else python-can's interface understands")
+    map: str = parameter("", doc="file that says which signals of a hand of another make are meant")
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,7 @@ class ZmqSettings:
     subscribe: tuple[str, ...] = parameter((), doc="addresses to listen to")
     sender_time: bool = parameter(True, doc="keep the sender's stamps; false: the time of arrival")
     curve: dict[str, Any] = parameter({}, doc="key files: own, peers, publisher")
+    map: str = parameter("", doc="file that says where the values stand in messages of another shape")
 
 
 def open_endpoint(table: Mapping[str, Any], hand: Hand, where: str = "[transport]") -> Endpoint:
@@ -125,6 +128,9 @@ def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC
 def open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     """Open a CAN bus; arguments and errors are those of :func:`open_endpoint`."""
     settings = build(CanSettings, table, where)
+    if settings.map:
+        mapped: Endpoint = importlib.import_module(MAPPED).open_mapped_can(settings, hand)
+        return mapped
     clock = SenderClock() if settings.estimate_clock else None
     codec = CanCodec(
         hand.fingers,
@@ -136,6 +142,21 @@ def open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     )
     bus, again, timing = open_bus(settings)
     return CanEndpoint(bus, codec, again, timing, settings.order_window, clock)
+
+
+MAPPED = "vegrip.transport.mapped.endpoints"
+"""Where hands of another make are opened; imported when a transport has a map."""
+
+
+def settings_of_map(path: Path) -> dict[str, Any]:
+    """Return the parameters of a grip controller that follow from the map of a hand.
+
+    Raises:
+        ConfigError: the map cannot be used.
+
+    """
+    found: dict[str, Any] = importlib.import_module(MAPPED).settings_of(path)
+    return found
 
 
 def _remedy(settings: CanSettings, error: Exception) -> str:
@@ -164,5 +185,8 @@ def open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
             f"{where}: neither 'publish' nor 'subscribe' is given; a node without both is deaf and mute"
         )
     keys = Keys(build(Curve, settings.curve, f"{where}.curve")) if settings.curve else None
+    if settings.map:
+        mapped: Endpoint = importlib.import_module(MAPPED).open_mapped_zmq(settings, hand, keys)
+        return mapped
     codec = MsgpackCodec(hand.namespace, hand.fingers, remap=hand.remap, use_sender_time=settings.sender_time)
     return ZmqEndpoint(settings.publish, settings.subscribe, codec, keys)

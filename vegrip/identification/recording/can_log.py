@@ -24,6 +24,7 @@ from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.frame import EXTENDED
 
 TOO_LARGE: Final = (MemoryError, OverflowError)
 MAX_CONTAINER_BYTES: Final = 2**26  # [bytes] of an unpacked container; loggers use 128 KiB
@@ -58,7 +59,7 @@ def read_can_log(
     states: dict[str, list[FingertipState]] = defaultdict(list)
     frames = 0
     codecs = {fd: CanCodec(fingers, fd=fd) for fd in (False, True)}
-    for frames, frame in enumerate(_frames(path), start=1):  # noqa: B007
+    for frames, frame in enumerate(frames_of(path), start=1):  # noqa: B007
         message = codecs[frame.fd].decode(frame)
         if isinstance(message, FingertipState):
             states[message.finger].append(message)
@@ -70,13 +71,24 @@ def read_can_log(
     return {f: _recording(path, f, states[f], start, refused, radius) for f in fingers if f in states}
 
 
-def _frames(path: Path) -> Iterator[Frame]:
+def frames_of(path: Path, *, extended: bool = False) -> Iterator[Frame]:
+    """Yield the data frames of a log (.asc, .blf, or .log of candump), stamped with its time.
+
+    Those with 29-bit identifiers come only if ``extended``, with ``EXTENDED`` set in the identifier.
+
+    Raises:
+        RecordingError: no such file, or no log.
+
+    """
     try:
         with _opened(path) as reader:
             for message in reader:
-                if not (message.is_error_frame or message.is_remote_frame or message.is_extended_id):
+                if message.is_error_frame or message.is_remote_frame:
+                    continue
+                if extended or not message.is_extended_id:
+                    identifier = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
                     stamp = round(message.timestamp * NS)
-                    yield Frame(message.arbitration_id, bytes(message.data), message.is_fd, stamp)
+                    yield Frame(identifier, bytes(message.data), message.is_fd, stamp)
     except FileNotFoundError:
         raise RecordingError(f"{path}: there is no such file") from None
     except BROKEN as error:
@@ -92,8 +104,9 @@ def _opened(path: Path) -> Iterator[Iterable[can.Message]]:
             binary.seek(0)
             yield can.BLFReader(binary)
     else:
+        reader = can.CanutilsLogReader if path.suffix.lower() == ".log" else can.ASCReader
         with path.open() as text:
-            yield can.ASCReader(text)
+            yield reader(text)
 
 
 def _check_containers(path: Path, file: BinaryIO) -> None:

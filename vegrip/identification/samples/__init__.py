@@ -45,6 +45,8 @@ NOISE: Final = {
 TABLE: Final = "press.csv"
 LOG: Final = "press.blf"
 MODEL: Final = "press.toml"
+FOREIGN: Final = "foreign.dbc"
+FOREIGN_LOG: Final = "foreign.blf"
 
 
 @dataclass(frozen=True)
@@ -79,8 +81,8 @@ def _write_table(path: Path) -> None:
     path.write_bytes(gzip.decompress(files(__name__).joinpath(f"{TABLE}.gz").read_bytes()))
 
 
-def _write_log(path: Path) -> None:
-    path.write_bytes(files(__name__).joinpath(LOG).read_bytes())
+def _copied(name: str) -> Callable[[Path], object]:
+    return lambda path: path.write_bytes(files(__name__).joinpath(name).read_bytes())
 
 
 def _write_model(path: Path) -> None:
@@ -96,6 +98,8 @@ def _write_recording(path: Path) -> None:
 SAMPLES: Final = {
     "press": Sample("a recording: a fingertip pressed, held and pulled until it slips", _write_recording),
     TABLE: Sample("the same as the table of a test rig, in mm and mN, for `vegrip import`", _write_table),
-    LOG: Sample("its first seconds as a CAN log of the finger thumb, for `vegrip import`", _write_log),
+    LOG: Sample("its first seconds as a CAN log of the finger thumb, for `vegrip import`", _copied(LOG)),
+    FOREIGN: Sample("the database of a gripper of another make, for `vegrip connect`", _copied(FOREIGN)),
+    FOREIGN_LOG: Sample("ten seconds of it: rest, press, shear, twist of its left tip", _copied(FOREIGN_LOG)),
     MODEL: Sample("a model of that fingertip before any fit, for `vegrip simulate`", _write_model),
 }

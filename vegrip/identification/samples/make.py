@@ -1,18 +1,24 @@
 """Make the sample files anew, beside this module: ``python -m vegrip.identification.samples.make``."""
 
 import gzip
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import can
+import cantools.database
 import numpy as np
 
 from vegrip.clock import NS
-from vegrip.identification.samples import LOG, RADIUS, TABLE, recording
+from vegrip.identification.samples import FOREIGN, FOREIGN_LOG, LOG, RADIUS, TABLE, recording
+from vegrip.model import paper_model
 from vegrip.transport.codec import CanCodec
+from vegrip.transport.mapped.checksums import make_crc
 from vegrip.virtual.bench.protocol import Episode, Segment, hold, slip, triangles
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 
+HERE = Path(__file__).parent
 SEED = 3
 SAMPLE_RATE_HZ = 100.0  # [Hz]
 LOGGED = 6.0  # [s] of the recording that go into the log
@@ -76,8 +82,66 @@ def write_log(path: Path) -> None:
                     )
 
 
+def foreign_motion(seed: int = SEED) -> dict[str, np.ndarray]:
+    """Return what the left tip of the foreign gripper does, in SI: rest, press, shear, twist, noise."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 10.0, 1.0 / RATE)
+    depth = np.interp(
+        t, [0, 2.2, 3.0, 4.4, 4.8, 5.2, 6.0, 9.6, 9.9], np.array([-3, -3, 12, 12, -3, -3, 12, 12, -3]) * 1e-4
+    )
+    shear = np.interp(t, [5.9, 6.5, 7.5, 7.9], [0.0, 0.35, 0.35, 0.0])
+    twist = np.interp(t, [8.0, 8.5, 9.2, 9.5], [0.0, 2e-3, 2e-3, 0.0])
+    force = paper_model(RADIUS).simulate(t, depth).normal_force
+    return {
+        "t": t,
+        "displacement": depth + 2e-6 * rng.standard_normal(t.size),
+        "normal_force": force + 0.02 * rng.standard_normal(t.size),
+        "tangential_force_x": shear * force + 0.02 * rng.standard_normal(t.size),
+        "tangential_force_y": 0.05 * force + 0.02 * rng.standard_normal(t.size),
+        "torque_z": twist * (force > 0.1) + 2e-4 * rng.standard_normal(t.size),
+    }
+
+
+def foreign_frames(motion: Mapping[str, np.ndarray], number: int) -> Iterator[can.Message]:
+    """Yield what tip ``number`` of the foreign gripper sends: loads and motion in turn, in its units."""
+    database: Any = cantools.database.load_string((HERE / FOREIGN).read_text(), "dbc")
+    name, crc = ("TIP_L", "TIP_R")[number], make_crc(8, 0x31, 0xFF, 0, reflected=False)
+    grams = 1.0 / 9.80665e-3  # [gf/N]
+    for n, t in enumerate(motion["t"]):
+        at = {key: float(values[n]) for key, values in motion.items()}
+        motions = {"Stroke": -1e3 * at["displacement"], "Spin": 1e2 * at["torque_z"], "Slipping": 0}
+        loads = {
+            "LoadA": 30.0 - grams * at["normal_force"],
+            "LoadB": grams * at["tangential_force_y"],
+            "LoadC": grams * at["tangential_force_x"],
+        }
+        for page, values in ((1, motions), (0, loads)):
+            signals = {"Page": page, "AliveCtr": (2 * n + 1 - page) % 16, "Check": 0, **values}
+            data = bytearray(database.encode_message(name, signals, strict=False))
+            data[7] = crc(data[:7])
+            stamp = t + 1e-3 * (1 - page) + 2e-4 * number
+            yield can.Message(timestamp=stamp, arbitration_id=785 + number, data=data, is_extended_id=False)
+
+
+def write_foreign(path: Path) -> None:
+    """Write ten seconds of the foreign gripper, of which only the left tip is touched."""
+    left = foreign_motion()
+    rng = np.random.default_rng(SEED + 1)
+    noise = {"displacement": 2e-6, "torque_z": 2e-4}
+    right = {k: v[0] + noise.get(k, 0.02) * rng.standard_normal(v.size) for k, v in left.items()} | {
+        "t": left["t"]
+    }
+    messages = sorted(
+        (*foreign_frames(left, 0), *foreign_frames(right, 1)), key=lambda message: message.timestamp
+    )
+    with can.BLFWriter(str(path)) as log:
+        for message in messages:
+            log.on_message_received(message)
+
+
 def make(folder: Path) -> None:
     """Write all into ``folder``."""
+    write_foreign(folder / FOREIGN_LOG)
     folder.joinpath(f"{TABLE}.gz").write_bytes(gzip.compress(table().encode(), mtime=0))
     write_log(folder / LOG)
 

@@ -102,14 +102,14 @@ class VegripBus(can.BusABC):
         """
         self._ask_for(self._bus_frame(msg), time.monotonic() + (timeout or 0.0))
 
-    def put(self, identifier: int, data: bytes, *, fd: bool) -> None:
-        """Queue a data frame with an 11-bit identifier: what :meth:`send` does, without ``can.Message``.
+    def put(self, identifier: int, data: bytes, *, fd: bool, extended: bool = False) -> None:
+        """Queue a data frame: what :meth:`send` does, without ``can.Message``.
 
         Raises:
             can.CanOperationError: as :meth:`send`.
 
         """
-        self._ask_for(BusFrame(identifier, data, fd=fd, bit_rate_switch=fd), 0.0)
+        self._ask_for(BusFrame(identifier, data, extended=extended, fd=fd, bit_rate_switch=fd), 0.0)
 
     def take(self, deadline: float | None) -> Delivery | None:
         """Return the next frame for this node, None when there is none until ``deadline`` [s, monotonic].

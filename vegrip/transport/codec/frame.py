@@ -1,10 +1,13 @@
 """One CAN frame as the transports hand it to the codec."""
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
+
+EXTENDED: Final = 1 << 31
+"""Set in the identifier of a frame whose identifier has 29 bits, as SocketCAN does."""
 
 
 class Frame(NamedTuple):
-    """A data frame with an 11-bit identifier; remote and error frames never come this far."""
+    """A data frame; remote and error frames never come this far."""
 
     arbitration_id: int
     data: bytes

@@ -1,0 +1,126 @@
+"""A state out of a mapped message of a foreign hand against one out of our own layout, in the same run.
+
+Both hands send the same six quantities of one finger in one frame with a counter and a checksum: ours as the
+CAN FD frame of ``proto/fingertip.dbc``, theirs in a layout with other bits, units and signs and a CRC-16 by
+polynomial (``mapped_fd_state``) or, as classic frames are, in two messages of which the second completes the
+state (``mapped_classic_state``). The ratio is theirs (our own layout) over ours (mapped): above 1/1.5 is
+wanted.
+"""
+
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from vegrip.benchmarks._timing import compared
+
+from vegrip.messages import FingertipState
+from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.mapped.checksums import ChecksumMap, protection
+from vegrip.transport.mapped.codec import MappedCodec
+from vegrip.transport.mapped.encoder import pack, raw_of
+from vegrip.transport.mapped.open import open_plan
+
+BATCH = 100
+MILLISECOND = 1_000_000
+VALUES = {"Fz": 4.0, "Fx": 0.5, "Fy": -0.25, "Tz": 0.002, "Depth": 0.001, "Slip": 0.0}
+CHANNELS = {
+    "Fz": "normal_force",
+    "Fx": "tangential_force_x",
+    "Fy": "tangential_force_y",
+    "Tz": "torque_z",
+    "Depth": "displacement",
+    "Slip": "slip",
+}
+SIGNALS = """ SG_ Fz : 7|16@0- (0.01,0) [0|0] "gf" X
+ SG_ Fx : 23|16@0- (0.01,0) [0|0] "gf" X
+ SG_ Fy : 39|16@0- (0.01,0) [0|0] "gf" X
+"""
+MOTION = """ SG_ Tz : {0}|16@0- (0.01,0) [0|0] "Ncm" X
+ SG_ Depth : {1}|16@0- (0.001,0) [0|0] "mm" X
+ SG_ Slip : {2}|1@0+ (1,0) [0|0] "" X
+"""
+HEAD = 'VERSION ""\nNS_ :\nBS_:\nBU_: X\n'
+CHECK = ' SG_ Cnt : {0}|8@0+ (1,0) [0|0] "" X\n SG_ Crc : {1}|{2}@0+ (1,0) [0|0] "" X\n'
+FD = f"{HEAD}BO_ 256 Tip: 16 X\n{SIGNALS}{MOTION.format(55, 71, 87)}{CHECK.format(103, 119, 16)}"
+CLASSIC = (
+    f"{HEAD}BO_ 256 Load: 8 X\n{SIGNALS}{CHECK.format(55, 63, 8)}"
+    f"BO_ 257 Motion: 8 X\n{MOTION.format(7, 23, 39)}{CHECK.format(55, 63, 8)}"
+)
+CRC16 = {"kind": "crc16", "signal": "Crc", "polynomial": 0x1021, "start": 0xFFFF}
+CRC8 = {"kind": "crc8", "signal": "Crc", "polynomial": 0x2F, "start": 0xFF, "final": 0xFF}
+
+
+def run() -> dict[str, dict[str, float]]:
+    results = {}
+    for name, database, checksum, fd in (("fd", FD, CRC16, True), ("classic", CLASSIC, CRC8, False)):
+        ours, theirs = mapped(database, checksum), own(fd)
+        batch = compared(ours, theirs)
+        results[f"mapped_{name}_state_vs_own_layout"] = {
+            "ours_us": batch["ours_us"] / BATCH,
+            "theirs_us": batch["theirs_us"] / BATCH,
+            "ratio": batch["ratio"],
+        }
+    return results
+
+
+def own(fd: bool) -> Callable[[], object]:
+    """Decode a batch of our own frames; classic states take two."""
+    sender, receiver = CanCodec(("thumb",), fd=fd), CanCodec(("thumb",), fd=fd)
+    sent = [frame for seq in range(BATCH) for frame in sender.encode(state(seq))]
+
+    def decode() -> int:
+        receiver.reset()
+        return sum(receiver.decode(frame) is not None for frame in sent)
+
+    assert decode() == BATCH
+    return decode
+
+
+def state(seq: int) -> FingertipState:
+    return FingertipState(seq * MILLISECOND, "thumb", seq, 4.0, 0.5, -0.25, 0.002, 0.001, slip=0.0)
+
+
+def mapped(database: str, checksum: dict[str, object]) -> Callable[[], object]:
+    """Decode a batch of foreign frames."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder)
+        (path / "theirs.dbc").write_text(database)
+        (path / "hand.toml").write_text(text(database, checksum))
+        codec = MappedCodec(open_plan(path / "hand.toml"))
+    sent = frames(codec, checksum)
+
+    def decode() -> int:
+        codec.reset()
+        return sum(len(codec.decode_all(frame)) for frame in sent)
+
+    assert decode() == BATCH
+    return decode
+
+
+def text(database: str, checksum: dict[str, object]) -> str:
+    names = [line.split()[2].rstrip(":") for line in database.splitlines() if line.startswith("BO_ ")]
+    table = ", ".join(f"{key} = {value!r}".replace("'", '"') for key, value in checksum.items())
+    lines = ['database = "theirs.dbc"']
+    for name in names:
+        lines += [f"[messages.{name}]", 'counter = "Cnt"', f"checksum = {{ {table} }}"]
+    lines += ["[fingers.thumb]", f'trigger = "{names[-1]}"']
+    for signal, channel in CHANNELS.items():
+        message = names[0] if signal in ("Fz", "Fx", "Fy") else names[-1]
+        lines += [f"[fingers.thumb.{channel}]", f'signal = "{message}.{signal}"', "zero_is_measured = true"]
+        lines += ["sign = -1"] if signal == "Depth" else []
+    return "\n".join(lines)
+
+
+def frames(codec: MappedCodec, checksum: dict[str, object]) -> Sequence[Frame]:
+    spec = ChecksumMap(**checksum)  # type: ignore[arg-type]
+    sent = []
+    for seq in range(BATCH):
+        for name in codec.plan.messages:
+            message = codec.plan.database.messages[name]
+            values = {s: raw_of(message.signals[s], VALUES[s])[0] for s in VALUES if s in message.signals}
+            data = pack(message, {**values, "Cnt": seq % 256})
+            guard = protection(spec, message, name)
+            assert guard is not None
+            guard.protect(data)
+            sent.append(Frame(message.identifier, bytes(data), message.fd, seq * MILLISECOND + 1))
+    return sent

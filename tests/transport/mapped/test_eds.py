@@ -1,0 +1,74 @@
+"""The EDS of a CANopen hand as a database: the frames of its PDOs, our own EDS as an example."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from vegrip.errors import ConfigError
+from vegrip.transport.codec import Frame
+from vegrip.transport.mapped.codec import MappedCodec
+from vegrip.transport.mapped.open import open_plan
+
+EDS = Path(__file__).parents[3] / "proto" / "fingertip.eds"
+MAP = """
+database = "their.eds"
+nodes = { thumb = 32, index = 33 }
+[fingers.thumb]
+trigger = "thumb_TPDO1"
+[fingers.thumb.normal_force]
+signal = "thumb_TPDO1.State_1_normal_force"
+unit = "mN"
+invalid = [-32768]
+[fingers.thumb.displacement]
+signal = "thumb_TPDO2.State_2_displacement"
+unit = "um"
+[fingers.index.normal_force]
+signal = "index_TPDO1.State_1_normal_force"
+unit = "mN"
+[fingers.thumb.command]
+signal = "thumb_RPDO1.ForceCommand_normal_force"
+unit = "mN"
+set = { ForceCommand_expires = 50 }
+"""
+
+
+def plan_of(folder, text=MAP, eds=None):
+    (folder / "their.eds").write_text(EDS.read_text() if eds is None else eds)
+    (folder / "hand.toml").write_text(text)
+    return open_plan(folder / "hand.toml")
+
+
+def test_pdos_of_each_node_are_read_by_the_names_of_their_objects(tmp_path):
+    codec = MappedCodec(plan_of(tmp_path))
+    codec.decode_all(Frame(0x280 + 32, bytes([0, 0, 0, 0, 0xE8, 0x03, 0, 0]), False, 1))
+    (thumb,) = codec.decode_all(Frame(0x180 + 32, bytes([0, 0, 0xDC, 0x05, 0, 0, 0, 0]), False, 2))
+    assert (thumb.finger, thumb.normal_force) == ("thumb", pytest.approx(1.5))
+    assert thumb.displacement == pytest.approx(1e-3)
+    (index,) = codec.decode_all(Frame(0x180 + 33, bytes([0, 0, 0x64, 0, 0, 0, 0, 0]), False, 3))
+    assert (index.finger, index.normal_force) == ("index", pytest.approx(0.1))
+    (none,) = codec.decode_all(Frame(0x180 + 32, bytes([0, 0, 0, 0x80, 0, 0, 0, 0]), False, 4))
+    assert math.isnan(none.normal_force)
+
+
+def test_the_nodes_are_started_before_anything_comes(tmp_path):
+    assert MappedCodec(plan_of(tmp_path)).encoder.opening == ((0, bytes([1, 32])), (0, bytes([1, 33])))
+
+
+@pytest.mark.parametrize(
+    ("text", "eds", "said"),
+    [
+        (
+            MAP.replace("nodes = { thumb = 32, index = 33 }", ""),
+            None,
+            "which node is which finger is not told",
+        ),
+        (MAP.replace("index = 33", "index = 200"), None, "must lie in 1 .. 127"),
+        (MAP, "hello", "cannot be read as an EDS"),
+        (MAP, "[DeviceInfo]\n", "maps no object into a PDO"),
+        (MAP.replace("State_1_normal_force", "State_1_force"), None, "has no signal 'State_1_force'"),
+    ],
+)
+def test_an_eds_that_cannot_serve_is_refused_in_a_sentence(tmp_path, text, eds, said):
+    with pytest.raises(ConfigError, match=said):
+        plan_of(tmp_path, text, eds)

@@ -1,0 +1,58 @@
+"""Laws of what is said, and set, for what a hand does not tell."""
+
+import pytest
+from hands import PLAIN_DBC, PLAIN_MAP, written
+
+from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.price import price, settings
+from vegrip.transport.mapped.schema import read_map
+
+
+def said(tmp_path, text):
+    return " | ".join(price(open_plan(written(tmp_path, PLAIN_DBC, text))))
+
+
+def test_each_thing_that_is_missing_is_said_with_its_price(tmp_path):
+    told = said(tmp_path, PLAIN_MAP)
+    assert "thumb: friction stays as in the model file unless a slip shows" in told
+    assert "Pos1: no counter" in told
+    assert "Pos1: no checksum" in told
+    assert "Tip1: no" not in told
+    assert "what it does when they stop is not known" in told
+    assert "Grip" not in told
+
+
+@pytest.mark.parametrize(
+    ("gone", "sentence"),
+    [
+        ('[fingers.thumb.tangential_force_x]\nsignal = "Tip1.Fx"\n', "no slip margin and no grip command"),
+        ('[fingers.thumb.torque_z]\nsignal = "Pos1.Tz"\n', "torque_z is not measured and counts as zero"),
+        (
+            '[fingers.thumb.displacement]\nsignal = "Pos1.Depth"\n',
+            "displacement is not measured beside",
+        ),
+        ("rate = 200.0\n", "the rate of states is not told"),
+        ("set = { Enable = 1 }", "Set1: sent as zero, since the map does not say otherwise: Enable"),
+    ],
+)
+def test_what_is_taken_out_of_the_map_is_told(tmp_path, gone, sentence):
+    assert gone in PLAIN_MAP
+    assert sentence not in said(tmp_path, PLAIN_MAP)
+    assert sentence in said(tmp_path, PLAIN_MAP.replace(gone, ""))
+
+
+def test_a_stated_load_gives_a_margin_and_says_that_it_is_for_that_load(tmp_path):
+    text = PLAIN_MAP.replace(
+        'tangential_force_x]\nsignal = "Tip1.Fx"', 'tangential_force_x]\nstated = "1.5 N"'
+    )
+    told = said(tmp_path, text)
+    assert "no slip margin" not in told
+    assert "tangential_force_x is stated as 1.5 N, not measured" in told
+
+
+def test_a_slow_hand_has_a_longer_time_out_and_its_noise(tmp_path):
+    text = PLAIN_MAP.replace("rate = 200.0", "rate = 40.0").replace('"Tip1.Fz"', '"Tip1.Fz"\nnoise = 0.03')
+    assert "states come at 40 Hz" in said(tmp_path, text)
+    path = written(tmp_path, PLAIN_DBC, text)
+    assert settings(read_map(path)) == {"noise": {"normal_force": 0.03}, "watchdog": {"time_out": 0.075}}
+    assert settings(read_map(written(tmp_path, PLAIN_DBC, PLAIN_MAP))) == {}

@@ -1,0 +1,204 @@
+"""Laws of a foreign hand on a network: paths into JSON and msgpack, and commands on the same way."""
+
+import json
+import math
+
+import msgpack
+import pytest
+import zmq
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vegrip.errors import ConfigError
+from vegrip.messages import ForceCommand, Reason
+from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.paths import getter, parse_path, put
+from vegrip.transport.mapped.topics import TopicCodec
+from vegrip.transport.open import Hand, open_endpoint
+
+MS = 1_000_000
+MAP = """
+format = "json"
+rate = 100.0
+
+[messages."hand/state"]
+counter = "header.n"
+
+[fingers.thumb.normal_force]
+signal = "hand/state:tips[name=T].f[2]"
+unit = "mN"
+sign = -1
+[fingers.thumb.tangential_force_x]
+signal = "hand/state:tips[name=T].f[0]"
+unit = "mN"
+[fingers.thumb.tangential_force_y]
+signal = "hand/state:tips[name=T].f[1]"
+unit = "mN"
+[fingers.thumb.displacement]
+signal = "hand/joints:q.thumb"
+unit = "deg"
+gain = "40 mm/rad"
+[fingers.thumb.command]
+signal = "hand/set:tips[name=T].force"
+unit = "mN"
+set = { "mode" = 2 }
+high = 9000
+
+[fingers.index.normal_force]
+signal = "hand/state:tips[name=I].f[2]"
+unit = "mN"
+sign = -1
+[fingers.index.command]
+signal = "hand/set:tips[name=I].force"
+unit = "mN"
+"""
+
+
+def codec_of(folder, text=MAP):
+    path = folder / "hand.toml"
+    path.write_text(text)
+    return TopicCodec(open_plan(path))
+
+
+@pytest.fixture
+def codec(tmp_path):
+    return codec_of(tmp_path)
+
+
+def body(n, thumb=(100, -50, -1500), index=(0, 0, -200)):
+    return {"header": {"n": n}, "tips": [{"name": "I", "f": list(index)}, {"name": "T", "f": list(thumb)}]}
+
+
+def said(n, **values):
+    return json.dumps(body(n, **values)).encode()
+
+
+def test_one_message_makes_a_state_of_each_finger_in_si(codec):
+    assert codec.decode_all("hand/joints", b'{"q": {"thumb": 1.5}}', 1) == []
+    thumb, index = codec.decode_all("hand/state", said(7), 2)
+    assert thumb.normal_force == pytest.approx(1.5)
+    assert (thumb.tangential_force_x, thumb.tangential_force_y) == (pytest.approx(0.1), pytest.approx(-0.05))
+    assert thumb.displacement == pytest.approx(0.04 * math.radians(1.5))
+    assert index.normal_force == pytest.approx(0.2)
+    assert math.isnan(index.displacement)
+    assert (thumb.seq, index.seq) == (7, 7)
+
+
+def test_msgpack_of_the_same_shape_gives_the_same(codec, tmp_path):
+    other = codec_of(tmp_path, MAP.replace('"json"', '"msgpack"'))
+    a, b = (
+        codec.decode_all("hand/state", said(7), 2),
+        other.decode_all("hand/state", msgpack.packb(body(7)), 2),
+    )
+    assert repr(a) == repr(b)
+
+
+def test_what_is_wrong_gives_nothing_and_a_count(codec):
+    for payload in (b"", b"{", b"[" * 40_000, b"7", b"\xff", b'{"header": {"n": "x"}}'):
+        assert codec.decode_all("hand/state", payload, 1) == []
+    assert codec.decode_all("hand/state", b"[" + b"1," * 40_000 + b"1]", 1) == []
+    assert codec.decode_all("other", said(1), 1) == []
+    codec.decode_all("hand/state", said(2), 2)
+    assert codec.decode_all("hand/state", said(2), 3) == []
+    assert codec.rejected == {"schema": 5, "size": 1, "counter": 2, "unknown_topic": 1}
+    assert codec.broken["thumb"] == 6
+
+
+def test_a_text_where_a_number_belongs_is_missing_and_counted(codec):
+    (thumb, _) = codec.decode_all("hand/state", said(1, thumb=("a", None, -1000)), 1)
+    assert math.isnan(thumb.tangential_force_x)
+    assert math.isnan(thumb.tangential_force_y)
+    assert thumb.normal_force == pytest.approx(1.0)
+    assert codec.rejected == {"value": 1}
+
+
+KEPT = {}
+
+
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+        lambda x: (
+            st.lists(x) | st.dictionaries(st.sampled_from(["header", "n", "tips", "name", "f", "T"]), x)
+        ),
+        max_leaves=12,
+    )
+)
+def test_no_message_raises(tmp_path_factory, value):
+    if not KEPT:
+        KEPT["codec"] = codec_of(tmp_path_factory.mktemp("topics"))
+    KEPT["codec"].decode_all("hand/state", json.dumps(value).encode(), 1)
+
+
+def command(finger, force, stamp=0):
+    return ForceCommand(stamp, finger, 0, force, 0.0, Reason.HOLD, stamp + 100 * MS)
+
+
+def test_a_command_waits_for_the_others_in_its_message_and_is_repeated(codec):
+    assert codec.encode(command("thumb", 2.0)) is None
+    topic, payload = codec.encode(command("index", 1.0))
+    assert topic == "hand/set"
+    assert json.loads(payload) == {
+        "tips": [{"name": "T", "force": 2000.0}, {"name": "I", "force": 1000.0}],
+        "mode": 2,
+    }
+    again = [json.loads(text) for n in range(1, 20) for _, text in codec.due(n * 20 * MS)]
+    assert len(again) == 19
+    assert all(one["tips"][0]["force"] == 2000.0 for one in again)
+    assert codec.encode(command("thumb", math.nan)) is None
+    codec.encode(command("thumb", 50.0, 500 * MS))
+    _, payload = codec.encode(command("index", 1.0, 500 * MS))
+    assert json.loads(payload)["tips"][0]["force"] == 9000
+    assert codec.clipped["thumb"] == 2
+
+
+@pytest.mark.parametrize("text", ["a.b", "a[0]", "a[0].b[n=T].c", "[3].x"])
+def test_what_is_put_at_a_path_is_found_there(text):
+    steps = parse_path(text, "map")
+    assert getter(steps)(put(None, steps, 4.5)) == 4.5
+
+
+@pytest.mark.parametrize("text", ["", ".", "a..b", "a[", "a[x]", "a]"])
+def test_a_path_that_is_none_is_refused(text):
+    with pytest.raises(ConfigError, match="path"):
+        parse_path(text, "map")
+
+
+@pytest.mark.usefixtures("runtime")
+def test_over_sockets_states_come_in_and_commands_go_out(tmp_path, runtime):
+    path = tmp_path / "hand.toml"
+    path.write_text(MAP)
+    context = zmq.Context()
+    hand = context.socket(zmq.PUB)
+    port = hand.bind_to_random_port("tcp://127.0.0.1")
+    table = {
+        "kind": "zmq",
+        "publish": "ipc:to-hand",
+        "subscribe": [f"tcp://127.0.0.1:{port}"],
+        "map": str(path),
+    }
+    node = open_endpoint(table, Hand(("thumb", "index")))
+    listener = context.socket(zmq.SUB)
+    listener.setsockopt(zmq.RCVTIMEO, 100)
+    listener.connect(f"ipc://{runtime}/r/zmq/to-hand")
+    listener.subscribe(b"")
+    try:
+        for n in range(200):
+            hand.send_multipart([b"hand/state", said(n)])
+            states = node.receive(0.05)
+            if states:
+                break
+        assert {state.finger for state in states} == {"thumb", "index"}
+        for n in range(100):
+            for finger in ("thumb", "index"):
+                node.send(command(finger, 1.0 + n))
+            try:
+                topic, payload = listener.recv_multipart()
+                break
+            except zmq.Again:
+                continue
+        assert topic == b"hand/set"
+        assert json.loads(payload)["mode"] == 2
+    finally:
+        node.close()
+        context.destroy(linger=0)

@@ -1,0 +1,353 @@
+"""``vegrip connect``: from the database of a hand of another make, and its traffic, to a map that runs."""
+
+import json
+import os
+import sys
+import time
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vegrip.cli._outputs import FORCE
+from vegrip.errors import ConfigError, InputError, UsageError
+
+if TYPE_CHECKING:
+    from vegrip.transport.mapped.plan import Plan
+    from vegrip.transport.mapped.proposal import Proposal
+    from vegrip.transport.mapped.questions import Findings, Window
+    from vegrip.transport.mapped.traffic_log import Traffic
+
+DATABASE = Annotated[
+    Path, typer.Argument(help="Their .dbc, .kcd, .sym, .arxml or .eds; or a map, to check it.")
+]
+OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Map (TOML) to write.")]
+LOG = Annotated[Path | None, typer.Option(help="Log of their traffic: .asc, .blf, or .log of candump.")]
+CHANNEL = Annotated[str, typer.Option(help="Live: CAN channel that the hand is on, e.g. can0.")]
+INTERFACE = Annotated[str, typer.Option(help="Live: python-can interface.")]
+BITRATE = Annotated[int, typer.Option(help="Live: nominal bit rate [bit/s].")]
+FD = Annotated[bool, typer.Option("--fd", help="Live: the bus carries CAN FD.")]
+FINGERS = Annotated[str, typer.Option(help="Their fingers, by commas, in the order of the hand's numbers.")]
+NODES = Annotated[str, typer.Option(help="EDS: node-IDs of the fingers, e.g. thumb=32,index=33.")]
+REST = Annotated[str, typer.Option(help="A..B [s] of the traffic in which no finger touches anything.")]
+PRESS = Annotated[str, typer.Option(help="A..B [s] in which fingertips are pressed along their normal.")]
+SHEAR = Annotated[str, typer.Option(help="A..B [s] in which fingertips are pulled along their +x.")]
+TWIST = Annotated[str, typer.Option(help="A..B [s] of a counter-clockwise twist about the outward normal.")]
+SECONDS = Annotated[
+    float, typer.Option(help="Live: how long to listen for each question [s].", min=0.2, max=600.0)
+]
+SETTINGS = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="KEY=VALUE of the map, e.g. fingers.thumb.normal_force.sign=-1."),
+]
+ASK = Annotated[bool, typer.Option("--ask/--no-ask", help="Live: ask for rest, press, shear and twist.")]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+QUESTIONS = {
+    "rest": "leave all fingers in the air",
+    "press": "press each fingertip on something along its normal, and let go",
+    "shear": "pull each fingertip along its +x while it touches",
+    "twist": "turn what it touches counter-clockwise about its outward normal",
+}
+
+
+def connect(
+    database: DATABASE,
+    output: OUT = None,
+    log: LOG = None,
+    channel: CHANNEL = "",
+    interface: INTERFACE = "socketcan",
+    bitrate: BITRATE = 1_000_000,
+    fd: FD = False,
+    fingers: FINGERS = "",
+    nodes: NODES = "",
+    rest: REST = "",
+    press: PRESS = "",
+    shear: SHEAR = "",
+    twist: TWIST = "",
+    seconds: SECONDS = 5.0,
+    settings: SETTINGS = None,
+    ask: ASK = True,
+    force: FORCE = False,
+    as_json: JSON = False,
+) -> None:
+    """Map a hand of another make: propose which signals are force, position and command, and write a file.
+
+    The map comes from names, units and ranges; traffic (a log, or live) adds rates, checksums, noise and
+    plausibility; one press, shear and twist find signs, zeros and which signal is which.
+
+    Example: vegrip sample foreign.dbc && vegrip sample foreign.blf && vegrip connect foreign.dbc -o hand.toml
+    --log foreign.blf --rest 0..2 --press 2..5 --shear 5..8 --twist 8..10 --channel can0 && vegrip launch
+    hand --check
+    """
+    from vegrip.transport.mapped.traffic_log import traces
+
+    _refuse(database, output, log, force=force)
+    windows = _windows(rest=rest, press=press, shear=shear, twist=twist)
+    transport = _transport(channel, interface, bitrate, fd=fd) if channel else {}
+    traffic = _traffic(log, transport, windows, seconds, ask=ask and not as_json)
+    if database.suffix.lower() == ".toml":
+        _tell_map(database, traffic, as_json=as_json)
+        return
+    known = _database(database, _pairs(nodes))
+    heard = traces(traffic, known) if traffic is not None else {}
+    names = tuple(name.strip() for name in fingers.split(",") if name.strip())
+    proposal, findings = _proposed(database, output, known, heard, traffic, names, _pairs(nodes), windows)
+    text = _text(proposal, transport, database, settings or [])
+    plan, text = _checked(text, output or Path("hand.toml"), settings or [])
+    if output is not None:
+        output.write_text(text, encoding="utf-8")
+    _tell(plan, traffic, proposal, findings, output, text, as_json=as_json)
+
+
+def _refuse(database: Path, output: Path | None, log: Path | None, *, force: bool) -> None:
+    if not database.is_file():
+        raise InputError(f"{database}: there is no such file")
+    if output is not None and output.exists() and not force:
+        raise InputError(f"{output}: is there already; give another name, or --force to replace it")
+    if output is not None and not output.parent.is_dir():
+        raise InputError(f"{output.parent}: there is no such folder")
+    if log is not None and not log.is_file():
+        raise InputError(f"{log}: there is no such file")
+    if database.suffix.lower() == ".toml" and output is not None:
+        raise UsageError(f"{database} is a map already and is only checked; leave out -o")
+
+
+def _windows(**given: str) -> "dict[str, Window]":
+    found = {}
+    for name, text in given.items():
+        if not text:
+            continue
+        first, dots, last = text.partition("..")
+        try:
+            window = float(first), float(last)
+        except ValueError:
+            window = 1.0, 0.0
+        if not dots or not 0.0 <= window[0] < window[1]:
+            raise UsageError(f"--{name} is {text!r}; give two times in seconds, as in 2..5")
+        found[name] = window
+    return found
+
+
+def _pairs(text: str) -> dict[str, int]:
+    found = {}
+    for part in (part.strip() for part in text.split(",") if part.strip()):
+        name, _, number = part.partition("=")
+        if not number.strip().isdecimal():
+            raise UsageError(f"--nodes has {part!r}; write it as thumb=32,index=33")
+        found[name.strip()] = int(number)
+    return found
+
+
+def _transport(channel: str, interface: str, bitrate: int, *, fd: bool) -> dict[str, Any]:
+    return {"kind": "can", "interface": interface, "channel": channel, "fd": fd, "bitrate": bitrate}
+
+
+def _database(path: Path, nodes: dict[str, int]) -> Any:
+    from vegrip.transport.mapped.dbc import read_dbc
+    from vegrip.transport.mapped.eds import read_eds
+
+    return read_eds(path, nodes) if path.suffix.lower() == ".eds" else read_dbc(path)
+
+
+def _traffic(
+    log: Path | None, transport: dict[str, Any], windows: "dict[str, Window]", seconds: float, *, ask: bool
+) -> "Traffic | None":
+    from vegrip.identification.recording.can_log import frames_of
+    from vegrip.transport.mapped.traffic_log import traffic_of
+
+    if log is not None:
+        return traffic_of(frames_of(log, extended=True))
+    if not transport:
+        return None
+    return _listen(transport, windows, seconds, ask=ask and sys.stdin.isatty() and not windows)
+
+
+def _listen(
+    transport: dict[str, Any], windows: "dict[str, Window]", seconds: float, *, ask: bool
+) -> "Traffic":
+    """Collect live traffic: as long as the windows last, or for each question."""
+    from vegrip.clock import NS
+    from vegrip.config import build
+    from vegrip.transport.can_port import open_port
+    from vegrip.transport.mapped.traffic_log import Traffic
+    from vegrip.transport.open import CanSettings, open_bus
+
+    from collections import Counter  # isort: skip
+
+    bus, _, timing = open_bus(build(CanSettings, transport, "--channel"))
+    port = open_port(bus, Counter(), timing, extended=True)
+    traffic = Traffic()
+
+    def take(until: float) -> None:
+        while (left := until - time.monotonic()) > 0.0:
+            frame = port.receive(left)
+            if frame is not None:
+                traffic.add(frame)
+
+    try:
+        if not ask:
+            take(time.monotonic() + max([seconds, *(end for _, end in windows.values())]))
+            return traffic
+        for name, what in QUESTIONS.items():
+            typer.echo(f"{name}: for {seconds:g} s {what}. Press Enter to begin.", nl=False)
+            sys.stdin.readline()
+            begin = (time.monotonic_ns() - traffic.start) / NS if traffic.frames else 0.0
+            take(time.monotonic() + seconds)
+            windows[name] = begin, begin + seconds
+    finally:
+        bus.shutdown()
+    return traffic
+
+
+def _proposed(
+    database: Path,
+    output: Path | None,
+    known: Any,
+    heard: Any,
+    traffic: "Traffic | None",
+    names: tuple[str, ...],
+    nodes: Mapping[str, int],
+    windows: "dict[str, Window]",
+) -> "tuple[Proposal, Findings | None]":
+    from vegrip.transport.mapped.proposal import propose
+    from vegrip.transport.mapped.questions import learn
+
+    proposal = propose(known, heard, traffic, names, nodes)
+    folder = (output or Path("hand.toml")).absolute().parent
+    proposal.database = os.path.relpath(database.absolute(), folder)
+    return proposal, learn(proposal, heard, windows, known) if traffic is not None else None
+
+
+def _text(proposal: "Proposal", transport: dict[str, Any], database: Path, settings: list[str]) -> str:
+    from vegrip.transport.mapped.writer import map_text
+
+    about = [f"The hand of {database.name}, as vegrip connect proposes it. docs/connect.md has all keys."]
+    about += [f"Changed by --set {each}" for each in settings]
+    return map_text(proposal, transport, about)
+
+
+def _checked(text: str, path: Path, settings: list[str]) -> "tuple[Plan, str]":
+    """Read the text back as a node will; ``--set`` goes over it."""
+    from vegrip.transport.mapped.codec import MappedCodec
+    from vegrip.transport.mapped.open import read_database
+    from vegrip.transport.mapped.plan import make_plan
+    from vegrip.transport.mapped.schema import parse_map
+    from vegrip.transport.mapped.writer import changed_text
+
+    text = changed_text(text, [_setting(each) for each in settings])
+    hand = parse_map(tomllib.loads(text), path)
+    plan = make_plan(hand, read_database(hand), tuple(hand.fingers))
+    MappedCodec(plan)  # compiles, and finds what only then shows
+    return plan, text
+
+
+def _setting(text: str) -> tuple[list[str], Any]:
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise UsageError(f"--set is {text!r}; write KEY=VALUE, as in fingers.thumb.normal_force.sign=-1")
+    try:
+        parsed = tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        parsed = value.strip()
+    return [part.strip() for part in key.split(".")], parsed
+
+
+def _tell_map(path: Path, traffic: "Traffic | None", *, as_json: bool) -> None:
+    """Show what a map makes of traffic, and what it costs."""
+    from vegrip.transport.mapped.open import open_plan
+
+    plan = open_plan(path)
+    _tell(plan, traffic, None, None, None, "", as_json=as_json)
+
+
+def _tell(
+    plan: "Plan",
+    traffic: "Traffic | None",
+    proposal: "Proposal | None",
+    findings: "Findings | None",
+    output: Path | None,
+    text: str,
+    *,
+    as_json: bool,
+) -> None:
+    from vegrip.cli._tables import complain
+    from vegrip.transport.mapped.price import price
+    from vegrip.transport.mapped.values import values_of
+
+    values = values_of(plan, traffic) if traffic is not None else None
+    if values is not None and not values.states:
+        raise ConfigError(
+            "the map makes no state of this traffic "
+            f"({_counts(values.rejected) or 'no message of it came'}); "
+            "look at the trigger, and at counter and checksum of [messages]"
+        )
+    doubts = proposal.doubts if proposal is not None else []
+    learned = findings.learned if findings is not None else []
+    implausible = [*(findings.implausible if findings is not None else [])]
+    implausible += values.implausible() if values is not None else []
+    if as_json:
+        told = {
+            "map": str(output) if output is not None else None,
+            "fingers": {f.name: sorted(f.measured) for f in plan.fingers},
+            "values": values.as_dict() if values is not None else None,
+            "learned": learned,
+            "open": doubts,
+            "implausible": implausible,
+            "price": price(plan),
+        }
+        typer.echo(json.dumps(told))
+        _end(implausible)
+        return
+    if output is None and text:
+        typer.echo(text)
+    if values is not None:
+        _show(values, plan)
+    for sentence in learned:
+        typer.echo(f"found: {sentence}")
+    for sentence in price(plan):
+        typer.echo(f"price: {sentence}")
+    for sentence in doubts:
+        typer.echo(f"open:  {sentence}")
+    for sentence in implausible:
+        complain(sentence)
+    if output is not None:
+        launch = f"vegrip launch {output.stem if output.suffix == '.toml' else output}"
+        where = (
+            launch
+            if plan.hand.transport
+            else f'transport.map = "{output}" in a launch file, or give --channel'
+        )
+        typer.echo(f"written: {output}; next: {where}")
+    _end(implausible)
+
+
+def _end(implausible: list[str]) -> None:
+    """A map that cannot be true is shown and written, and is no success."""
+    if implausible:
+        raise typer.Exit(InputError.exit_code)
+
+
+def _counts(rejected: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} refused for {name}" for name, count in rejected.items())
+
+
+def _show(values: Any, plan: "Plan") -> None:
+    from vegrip.cli._tables import show, table
+    from vegrip.transport.mapped.units import SI
+
+    content = table("finger", "channel", "from", "unit", "least", "last", "largest", "states/s")
+    for finger in plan.fingers:
+        for name in sorted(finger.measured):
+            one = values.of(finger.name, name)
+            source = plan.hand.fingers[finger.name].channels.get(name)
+            origin = ", ".join(source.names[:2]) if source is not None else "taxels"
+            row = [f"{each:.4g}" for each in (one.least, one.last, one.largest)]
+            content.add_row(
+                finger.name, name, origin or "stated", SI[name], *row, f"{values.rate(finger.name):.4g}"
+            )
+    show(content)
+    for name, count in values.rejected.items():
+        typer.echo(f"refused: {name} ({count} x)")

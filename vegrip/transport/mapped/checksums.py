@@ -1,0 +1,234 @@
+"""The checksums that hands put into their frames: sums, XOR, CRCs by polynomial, profiles of AUTOSAR E2E."""
+
+import binascii
+import zlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import reduce
+from operator import xor
+from typing import Any, Final
+
+from vegrip.config import parameter
+from vegrip.errors import ConfigError
+from vegrip.transport.mapped.database import ForeignMessage, Signal
+
+WIDTHS: Final = {"crc8": 8, "crc16": 16, "crc32": 32}
+PROFILES: Final = ("p01", "p02", "p04", "p05", "p06", "p07", "p11")
+KINDS: Final = ("none", "sum", "xor", *WIDTHS, *PROFILES)
+
+
+@dataclass(frozen=True)
+class ChecksumMap:
+    """``checksum`` of a message in the map."""
+
+    kind: str = parameter("none", choices=KINDS)
+    signal: str = parameter("", doc="where it stands in the message; the profiles know that themselves")
+    first: int = parameter(0, low=0, high=63, doc="first byte that it covers")
+    last: int = parameter(-1, low=-1, high=63, doc="last byte that it covers; -1: of the message")
+    own: str = parameter("left out", choices=("left out", "zero"), doc="the bytes of the checksum itself")
+    polynomial: int = parameter(0, low=0, high=0xFFFF_FFFF, doc="of a CRC, without its highest bit")
+    start: int = parameter(0, low=0, high=0xFFFF_FFFF, doc="start value")
+    final: int = parameter(0, low=0, high=0xFFFF_FFFF, doc="XORed at the end")
+    reflected: bool = parameter(False, doc="bits of input and output reversed")
+    data_id: tuple[int, ...] = parameter((), doc="the ID that both sides know (profile 2: sixteen)")
+    id_bytes: str = parameter(
+        "none", choices=("none", "before", "after"), doc="CRC: the ID goes into it, two bytes, low one first"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Protection:
+    """How to check a frame, and how to protect one; a counter already stands in the data."""
+
+    check: Callable[[bytes], bool]
+    protect: Callable[[bytearray], None]
+
+
+def protection(spec: ChecksumMap, message: ForeignMessage, where: str) -> Protection | None:
+    """Return how ``message`` is protected, None when it is not.
+
+    Raises:
+        ConfigError: a signal that the message does not have, or something that the kind needs is missing.
+
+    """
+    if spec.kind == "none":
+        return None
+    if spec.kind in PROFILES:
+        return _profile(spec, message, where)
+    signal = message.signals.get(spec.signal)
+    if signal is None:
+        raise ConfigError(
+            f"{where}: 'signal' is {spec.signal!r}; it must be the signal of {message.name} with the checksum"
+        )
+    if spec.kind in WIDTHS and not spec.polynomial:
+        raise ConfigError(
+            f"{where}: 'polynomial' is missing, as in 0x2F for a CRC-8 of AUTOSAR; without it a "
+            f"{spec.kind} means nothing"
+        )
+    return _stored(spec, signal, message.length, _function(spec, signal.length))
+
+
+def _function(spec: ChecksumMap, bits: int) -> Callable[[Iterable[int]], int]:
+    if spec.kind == "sum":
+        return lambda data: (sum(data) + spec.start) ^ spec.final
+    if spec.kind == "xor" and bits == 4:  # of the nibbles
+        return lambda data: (folded := reduce(xor, data, spec.start)) ^ folded >> 4 ^ spec.final
+    if spec.kind == "xor":
+        return lambda data: reduce(xor, data, spec.start) ^ spec.final
+    crc = make_crc(WIDTHS[spec.kind], spec.polynomial, spec.start, spec.final, reflected=spec.reflected)
+    extra = (spec.data_id[0] if spec.data_id else 0).to_bytes(2, "little")
+    if spec.id_bytes == "before":
+        return lambda data: crc(extra + bytes(data))
+    return (lambda data: crc(bytes(data) + extra)) if spec.id_bytes == "after" else crc
+
+
+def make_crc(
+    width: int, polynomial: int, start: int, final: int, *, reflected: bool
+) -> Callable[[Iterable[int]], int]:
+    """Return a function that computes a CRC: by a library for the usual polynomials, else byte by byte.
+
+    >>> hex(make_crc(8, 0x2F, 0xFF, 0xFF, reflected=False)(b"123456789"))
+    '0xdf'
+    >>> hex(make_crc(32, 0x04C11DB7, 0xFFFFFFFF, 0xFFFFFFFF, reflected=True)(b"123456789"))
+    '0xcbf43926'
+    """
+    quick = _by_library(width, polynomial, start, final, reflected=reflected)
+    return quick or table_crc(width, polynomial, start, final, reflected=reflected)
+
+
+def _by_library(
+    width: int, polynomial: int, start: int, final: int, *, reflected: bool
+) -> Callable[[Iterable[int]], int] | None:
+    """Return the CRC as compiled code of others has it, an order of magnitude faster; None for other ones."""
+    from e2e import crc  # noqa: PLC0415 (only where a hand has checksums)
+
+    if (width, polynomial, reflected) == (16, 0x1021, False):
+        return lambda data: binascii.crc_hqx(bytes(data), start) ^ final
+    if (width, polynomial, reflected) == (32, 0x04C11DB7, True):
+        begin, end = _reversed(start, 32) ^ 0xFFFFFFFF, final ^ 0xFFFFFFFF
+        return lambda data: zlib.crc32(bytes(data), begin) ^ end
+    functions = {0x1D: crc.calculate_crc8, 0x2F: crc.calculate_crc8_h2f}
+    if width == 8 and not reflected and polynomial in functions:
+        function, begin, end = functions[polynomial], start ^ 0xFF, final ^ 0xFF  # it adds the XOR of AUTOSAR
+        return lambda data: int(function(bytes(data), begin, False)) ^ end
+    return None
+
+
+def table_crc(
+    width: int, polynomial: int, start: int, final: int, *, reflected: bool
+) -> Callable[[Iterable[int]], int]:
+    """Return a function that computes a CRC byte by byte from a table of 256 values.
+
+    >>> hex(table_crc(8, 0x31, 0xFF, 0, reflected=False)(b"123456789"))
+    '0xf7'
+    """
+    table = [_entry(byte, width, polynomial, reflected=reflected) for byte in range(256)]
+    mask, high = (1 << width) - 1, width - 8
+    if reflected:
+        start = _reversed(start, width)
+
+        def crc(data: Iterable[int]) -> int:
+            value = start
+            for byte in data:
+                value = table[(value ^ byte) & 0xFF] ^ value >> 8
+            return value ^ final
+
+        return crc
+
+    def plain(data: Iterable[int]) -> int:
+        value = start
+        for byte in data:
+            value = table[value >> high ^ byte] ^ (value << 8 & mask)
+        return value ^ final
+
+    return plain
+
+
+def _entry(byte: int, width: int, polynomial: int, *, reflected: bool) -> int:
+    value = (_reversed(byte, 8) if reflected else byte) << width - 8
+    for _ in range(8):
+        value = value << 1 ^ (polynomial if value >> width - 1 & 1 else 0)
+    value &= (1 << width) - 1
+    return _reversed(value, width) if reflected else value
+
+
+def _reversed(value: int, width: int) -> int:
+    return int(f"{value:0{width}b}"[::-1], 2)
+
+
+def _stored(
+    spec: ChecksumMap, signal: Signal, length: int, function: Callable[[Iterable[int]], int]
+) -> Protection:
+    """Return the protection by a checksum that stands in a signal."""
+    order: Any = "big" if signal.big_endian else "little"
+    shift, mask = signal.shift(length), (1 << signal.length) - 1
+    bits = mask << shift
+    own = [number for number, byte in enumerate(bits.to_bytes(length, order)) if byte]
+    last = spec.last if spec.last >= 0 else length - 1
+    covered = list(range(spec.first, min(last, length - 1) + 1))
+    zeroed = spec.own == "zero"
+    runs = _runs(covered if zeroed else [number for number in covered if number not in own])
+
+    def value(data: bytes) -> int:
+        if zeroed:
+            data = (int.from_bytes(data, order) & ~bits).to_bytes(length, order)
+        chosen = data[runs[0]] if len(runs) == 1 else b"".join(data[run] for run in runs)
+        return function(chosen) & mask
+
+    def check(data: bytes) -> bool:
+        return int.from_bytes(data, order) >> shift & mask == value(data)
+
+    place = slice(own[0], own[-1] + 1)
+
+    def check_bytes(data: bytes) -> bool:
+        return int.from_bytes(data[place], order) == function(data[runs[0]]) & mask
+
+    def protect(data: bytearray) -> None:
+        filled = int.from_bytes(data, order) & ~bits | value(bytes(data)) << shift
+        data[:] = filled.to_bytes(length, order)
+
+    plain = len(runs) == 1 and 8 * len(own) == signal.length and not zeroed  # the usual case, a short way
+    return Protection(check_bytes if plain else check, protect)
+
+
+def _runs(numbers: list[int]) -> list[slice]:
+    """Return ``numbers``, which ascend, as few slices."""
+    runs: list[slice] = []
+    for number in numbers:
+        if runs and runs[-1].stop == number:
+            runs[-1] = slice(runs[-1].start, number + 1)
+        else:
+            runs.append(slice(number, number + 1))
+    return runs or [slice(0, 0)]
+
+
+def _profile(spec: ChecksumMap, message: ForeignMessage, where: str) -> Protection:
+    from e2e import p01, p02, p04, p05, p06, p07, p11  # noqa: PLC0415 (only where a hand has them)
+
+    least = {"p01": 2, "p02": 2, "p04": 12, "p05": 3, "p06": 5, "p07": 20, "p11": 2}[spec.kind]
+    wanted = 16 if spec.kind == "p02" else 1
+    if len(spec.data_id) != wanted:
+        given = f"{len(spec.data_id)} numbers"
+        raise ConfigError(
+            f"{where}: 'data_id' has {given}; profile {spec.kind.upper()} needs {wanted}, from "
+            "the data sheet of the hand"
+        )
+    if message.length < least:
+        raise ConfigError(
+            f"{where}: {message.name} has {message.length} bytes; profile {spec.kind.upper()} "
+            f"takes at least {least}"
+        )
+    module: Any = {"p01": p01, "p02": p02, "p04": p04, "p05": p05, "p06": p06, "p07": p07, "p11": p11}[
+        spec.kind
+    ]
+    identity: Any = bytes(number & 0xFF for number in spec.data_id) if spec.kind == "p02" else spec.data_id[0]
+    check = getattr(module, f"e2e_{spec.kind}_check")
+    protect = getattr(module, f"e2e_{spec.kind}_protect")
+
+    def checked(data: bytes) -> bool:
+        return bool(check(bytearray(data), identity))
+
+    def protected(data: bytearray) -> None:
+        protect(data, identity, increment_counter=False)
+
+    return Protection(checked, protected)

@@ -1,0 +1,217 @@
+"""What a signal of a foreign hand may be, from its name, its unit and its message."""
+
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from vegrip.errors import ConfigError
+from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
+from vegrip.transport.mapped.units import conversion
+
+FINGERS: Final = {
+    "thumb": ("thumb", "daumen", "th", "thb"),
+    "index": ("index", "idx", "zeige", "forefinger", "ff", "zeigefinger"),
+    "middle": ("middle", "mid", "mittel", "mf", "mittelfinger"),
+    "ring": ("ring", "rf", "ringfinger"),
+    "left": ("left", "l", "links"),
+    "right": ("right", "r", "rechts"),
+    "little": ("little", "pinky", "pinkie", "small", "lf", "klein"),
+}
+COMMANDS: Final = {
+    "set",
+    "cmd",
+    "command",
+    "target",
+    "tgt",
+    "ref",
+    "desired",
+    "des",
+    "demand",
+    "goal",
+    "req",
+    "request",
+    "setpoint",
+    "sp",
+    "soll",
+}
+COUNTERS: Final = {"cnt", "counter", "alive", "rolling", "seq", "sequence", "rc", "msgcnt", "bz", "ctr"}
+CHECKSUMS: Final = {"crc", "crc8", "crc16", "chk", "checksum", "chksum", "cs", "cksum", "bcc", "lrc", "check"}
+FORCE_WORDS: Final = {"force", "frc", "load", "press", "pressure", "grip", "kraft", "f"}
+NORMAL_WORDS: Final = {"normal", "norm", "fn", "fz", "grip", "press", "pressure", "normalkraft", "n", "z"}
+SHEAR_WORDS: Final = {"shear", "tangential", "tang", "ft", "lateral", "quer"}
+POSITION_WORDS: Final = {
+    "depth",
+    "indent",
+    "indentation",
+    "disp",
+    "displacement",
+    "deform",
+    "deformation",
+    "deflection",
+    "pos",
+    "position",
+    "compression",
+    "weg",
+}
+JOINT_WORDS: Final = {"angle", "joint", "q", "theta", "winkel", "pos", "position", "enc", "encoder"}
+SLIP_WORDS: Final = {"slip", "slide", "sliding", "slipping", "rutsch"}
+TEMPERATURE_WORDS: Final = {"temp", "temperature", "t"}
+AXES: Final = {
+    "x": "x",
+    "y": "y",
+    "z": "z",
+    "fx": "x",
+    "fy": "y",
+    "fz": "z",
+    "tx": "x",
+    "ty": "y",
+    "tz": "z",
+    "mx": "x",
+    "my": "y",
+    "mz": "z",
+}
+QUANTITIES: Final = {
+    "force": "N",
+    "torque": "N*m",
+    "length": "m",
+    "temperature": "degC",
+    "current": "A",
+    "speed": "m/s",
+}
+ANGLES: Final = {"deg", "rad", "°", "degree", "degrees", "mrad", "cdeg", "mdeg"}
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """What one signal may be."""
+
+    message: str
+    signal: str
+    finger: str  # "" = not told
+    channel: (
+        str  # a channel, or "command", "counter", "checksum", "joint", "current", "force" of no known axis
+    )
+    certainty: float  # 0 .. 1
+    why: str
+
+    @property
+    def name(self) -> str:
+        """MESSAGE.SIGNAL."""
+        return f"{self.message}.{self.signal}"
+
+
+def words_of(name: str) -> list[str]:
+    """Return the words in a name, in lower case.
+
+    >>> words_of("TipForceZ_Thumb2")
+    ['tip', 'force', 'z', 'thumb', '2']
+    """
+    return [word.lower() for word in re.findall(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+", name)]
+
+
+def quantity_of(unit: str) -> str:
+    """Return what is measured in ``unit``: a key of ``QUANTITIES``, "angle", or "" when it does not tell."""
+    if unit.strip() in ANGLES:
+        return "angle"
+    if not unit.strip() or unit.strip() in ("%", "1", "-", "count", "counts", "bit", "LSB", "raw"):
+        return ""
+    for name, wanted in QUANTITIES.items():
+        try:
+            conversion(unit, wanted, "unit")
+        except ConfigError:
+            continue
+        return name
+    return ""
+
+
+def finger_of(message: str, signal: str, numbers: tuple[str, ...]) -> str:
+    """Return the finger that is named, or numbered from 1 (0 where there is one), "" if none is.
+
+    Args:
+        message: its name.
+        signal: its name.
+        numbers: names of the fingers in the order of their numbers.
+
+    """
+    for words in (words_of(signal), words_of(message)):
+        for finger, names in FINGERS.items():
+            if any(word in names for word in words):
+                return finger
+    for name in (signal, message):
+        digits = [word for word in words_of(name) if word.isdecimal()]
+        if digits and int(digits[0]) <= len(numbers) and numbers:
+            return f"#{int(digits[0])}"
+    return ""
+
+
+def guess(message: ForeignMessage, signal: Signal, numbers: tuple[str, ...] = ()) -> Guess | None:
+    """Return what ``signal`` may be, None when nothing speaks for anything."""
+    words, around = set(words_of(signal.name)), set(words_of(message.name))
+    finger = finger_of(message.name, signal.name, numbers)
+    found = _kind(signal, words, around)
+    if found is None:
+        return None
+    channel, certainty, why = found
+    return Guess(message.name, signal.name, finger, channel, certainty, why)
+
+
+def guesses(database: Database, numbers: tuple[str, ...] = ()) -> list[Guess]:
+    """Return what all signals may be, the most certain first."""
+    found = [
+        guess(message, signal, numbers)
+        for message in database.messages.values()
+        for signal in message.signals.values()
+    ]
+    return sorted((one for one in found if one is not None), key=lambda one: -one.certainty)
+
+
+def _kind(  # noqa: PLR0911, PLR0912 (a list of questions, each with its answer)
+    signal: Signal, words: set[str], around: set[str]
+) -> tuple[str, float, str] | None:
+    if words & CHECKSUMS:
+        return "checksum", 0.9, "its name"
+    if words & COUNTERS and not signal.is_float and signal.length <= 32:
+        return "counter", 0.9, "its name"
+    quantity = quantity_of(signal.unit)
+    if words & COMMANDS or (around & COMMANDS and not words & COUNTERS):
+        if quantity or words & (FORCE_WORDS | POSITION_WORDS | JOINT_WORDS):
+            return "command", 0.8, "a name that says set, command or target"
+        return None
+    axis = next((AXES[word] for word in sorted(words) if word in AXES), "")
+    if words & SLIP_WORDS:
+        speed = quantity == "speed"
+        return ("slip_speed" if speed else "slip"), 0.8, "its name"
+    if quantity == "force" or (
+        not quantity
+        and words & (FORCE_WORDS | SHEAR_WORDS | {"fx", "fy", "fz", "fn", "ft"})
+        and (axis or words & (FORCE_WORDS - {"f"}))
+    ):
+        return _force(words, axis, sure=quantity == "force")
+    if quantity == "torque":
+        return (f"torque_{axis or 'z'}", 0.8 if axis else 0.6, "a unit of torque")
+    if quantity == "length":
+        named = bool(words & POSITION_WORDS)
+        return ("displacement", 0.9 if named else 0.4, "a unit of length")
+    if quantity == "angle":
+        return "joint", 0.7 if words & JOINT_WORDS else 0.4, "an angle"
+    if quantity == "temperature":
+        return "temperature", 0.9, "a unit of temperature"
+    if quantity == "current":
+        return "current", 0.7, "a current"
+    if quantity == "speed":
+        return "slip_speed", 0.2, "a unit of speed"
+    if not quantity and words & (POSITION_WORDS - {"pos", "position"}):
+        return "displacement", 0.3, "its name; no unit"
+    return None
+
+
+def _force(words: set[str], axis: str, *, sure: bool) -> tuple[str, float, str]:
+    why = "a unit of force" if sure else "its name; no unit of force"
+    weight = 1.0 if sure else 0.5
+    if axis in ("x", "y") and not words & {"normal", "fn"}:
+        return f"tangential_force_{axis}", 0.9 * weight, f"{why}, and {axis} in its name"
+    if axis == "z" or words & (NORMAL_WORDS - {"z"}):
+        return "normal_force", 0.9 * weight, f"{why}, and z, normal or grip in its name"
+    if words & SHEAR_WORDS:
+        return "tangential_force_x", 0.7 * weight, f"{why}, and shear in its name"
+    return "force", 0.4 * weight, why

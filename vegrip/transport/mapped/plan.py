@@ -1,0 +1,354 @@
+"""What a map means: every signal found, every unit brought to SI, ready to be compiled.
+
+The values of all signals stand in one list of *slots*, already scaled. A channel is the sum of some slots,
+through a table where it has one. Which slots a message fills, and what a finger makes of them, is all that
+is left.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from vegrip.errors import ConfigError
+from vegrip.identification.recording.channels import CHANNELS as MEASURED
+from vegrip.spelling import suggestion
+from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
+from vegrip.transport.mapped.schema import (
+    CHANNELS,
+    FingerMap,
+    HandMap,
+    MessageMap,
+    SourceMap,
+    TaxelMap,
+    expanded,
+)
+from vegrip.transport.mapped.units import SI, conversion, in_si, product, quantity
+
+UNITY: Final = 1e-12
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One signal that is read: ``raw * scale + offset``."""
+
+    number: int
+    message: str
+    signal: str  # its name, or the path in a topic
+    place: Signal | None  # None in a topic
+    scale: float
+    offset: float
+    invalid: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelPlan:
+    """One channel of one finger, in the frame of the hand's maker."""
+
+    slots: tuple[int, ...]
+    constant: float = 0.0
+    table: tuple[tuple[float, float], ...] = ()
+    above: float = math.nan
+    stated: bool = False
+    gated: bool = True  # missing until its raw value has been another than zero
+
+
+@dataclass(frozen=True, slots=True)
+class TaxelPlan:
+    """The torque of a tactile array about its centre of pressure."""
+
+    normal: tuple[int, ...]
+    x: tuple[int, ...]
+    y: tuple[int, ...]
+    positions: tuple[tuple[float, float], ...]  # [m]
+
+
+@dataclass(frozen=True, slots=True)
+class FingerPlan:
+    """One finger."""
+
+    name: str
+    channels: Mapping[str, ChannelPlan]
+    torque: TaxelPlan | None
+    rotation: tuple[tuple[float, ...], ...]
+    trigger: str  # message
+    trigger_slots: tuple[int, ...]  # of these any must be in a frame of a multiplexed trigger; () = any frame
+    max_age: float  # [s]
+
+    @property
+    def measured(self) -> frozenset[str]:
+        """The channels of :class:`~vegrip.messages.FingertipState` that this finger gives."""
+        given = set(self.channels)
+        if self.torque is not None:
+            given.add("torque_z")
+        if self.rotation:
+            given = _turned(given, self.rotation)
+        return frozenset(given) & frozenset(MEASURED)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A hand."""
+
+    hand: HandMap
+    database: Database
+    slots: tuple[Slot, ...]
+    fingers: tuple[FingerPlan, ...]
+    protection: Mapping[str, MessageMap] = field(default_factory=dict)
+    feedback: Mapping[str, int] = field(default_factory=dict)  # finger -> slot of its position, in its unit
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """The messages that are read."""
+        return tuple(dict.fromkeys(slot.message for slot in self.slots))
+
+
+VECTORS: Final = (
+    ("tangential_force_x", "tangential_force_y", "normal_force"),
+    ("torque_x", "torque_y", "torque_z"),
+)
+
+
+def make_plan(hand: HandMap, database: Database, fingers: tuple[str, ...]) -> Plan:
+    """Return what ``hand`` means for the ``fingers`` of a configuration.
+
+    Raises:
+        ConfigError: a finger, message or signal that is not there, a unit of another quantity, a signal
+            taken twice.
+
+    """
+    missing = [name for name in fingers if name not in hand.fingers]
+    if missing:
+        raise ConfigError(
+            f"{hand.path}: there is no [fingers.{missing[0]}]; mapped are "
+            f"{', '.join(hand.fingers)}, so name those in `fingers`"
+        )
+    maker = _Maker(hand, database)
+    plans = tuple(maker.finger(name, hand.fingers[name]) for name in fingers)
+    for name, protection in hand.messages.items():
+        _check_protection(hand, database, name, protection)
+    return Plan(hand, database, tuple(maker.slots), plans, hand.messages, maker.feedback)
+
+
+def find_signal(database: Database, name: str, where: str) -> tuple[ForeignMessage, Signal]:
+    """Return the message and the signal that ``name`` (MESSAGE.SIGNAL) names.
+
+    Raises:
+        ConfigError: there is none, with the nearest one.
+
+    """
+    head, dot, tail = name.partition(".")
+    if not dot:
+        raise ConfigError(f"{where}: {name!r} must be MESSAGE.SIGNAL, both names of {database.name}")
+    message = database.messages.get(head)
+    if message is None:
+        raise ConfigError(
+            f"{where}: {database.name} has no message {head!r}; "
+            f"{suggestion(head, database.messages, 'it has')}"
+        )
+    signal = message.signals.get(tail)
+    if signal is None:
+        raise ConfigError(
+            f"{where}: {head} has no signal {tail!r}; {suggestion(tail, message.signals, 'it has')}"
+        )
+    return message, signal
+
+
+class _Maker:
+    def __init__(self, hand: HandMap, database: Database) -> None:
+        self.slots: list[Slot] = []
+        self.feedback: dict[str, int] = {}
+        self._hand = hand
+        self._database = database
+        self._owner: dict[str, tuple[str, str]] = {}  # signal -> finger and what it is for
+
+    def finger(self, name: str, mapped: FingerMap) -> FingerPlan:
+        where = f"{self._hand.path} [fingers.{name}"
+        channels = {
+            key: self._channel(name, key, source, f"{where}.{key}]")
+            for key, source in mapped.channels.items()
+        }
+        torque = None
+        if mapped.taxels is not None:
+            torque = self._taxels(name, mapped.taxels, channels, f"{where}.taxels]")
+            if torque is not None and "torque_z" in channels:
+                raise ConfigError(
+                    f"{where}]: torque_z comes from the taxels and from a signal; give one of them"
+                )
+        if mapped.command is not None and mapped.command.feedback:
+            command = mapped.command
+            slot = self._slot(command.feedback, 1.0, 0.0, f"{where}.command]", raw=command.raw)
+            self.feedback[name] = slot
+        trigger, chosen = self._trigger(mapped.trigger, channels, f"{where}]")
+        _check_rotated(mapped.rotation, set(channels), f"{where}]")
+        return FingerPlan(name, channels, torque, mapped.rotation, trigger, chosen, mapped.max_age)
+
+    def _channel(self, finger: str, name: str, source: SourceMap, where: str) -> ChannelPlan:
+        if source.stated:
+            value = in_si(source.stated, SI[name], where)
+            return ChannelPlan((), constant=value, stated=True, gated=False)
+        for each in source.names:
+            self._claim(each, finger, name, where)
+        unit = source.unit or self._unit(source.names[0], where)
+        scale, offset = _to_si(name, source, unit, where)
+        weights = source.weights or (1.0,) * len(source.names)
+        slots = [
+            self._slot(each, scale * weight, 0.0, where, raw=source.raw, invalid=source.invalid)
+            for each, weight in zip(source.names, weights, strict=True)
+        ]
+        return ChannelPlan(
+            tuple(slots), offset, _table(name, source, where), source.above, gated=not source.zero_is_measured
+        )
+
+    def _taxels(
+        self, finger: str, taxels: TaxelMap, channels: dict[str, ChannelPlan], where: str
+    ) -> TaxelPlan | None:
+        groups = {
+            "normal_force": taxels.normal,
+            "tangential_force_x": taxels.x,
+            "tangential_force_y": taxels.y,
+        }
+        made: dict[str, tuple[int, ...]] = {}
+        for name, signals in groups.items():
+            names = expanded(signals)
+            if not names:
+                continue
+            for each in names:
+                self._claim(each, finger, f"taxels.{name}", where)
+            scale, _ = conversion(taxels.unit or self._unit(names[0], where), "N", where)
+            sign = taxels.sign if name == "normal_force" else 1
+            scale *= taxels.scale * sign
+            zero = taxels.zero * scale / taxels.scale if name == "normal_force" else 0.0
+            made[name] = tuple(self._slot(each, scale, -zero, where, raw=taxels.raw) for each in names)
+            channels[name] = ChannelPlan(made[name])
+        if not (taxels.x and taxels.y and taxels.positions):
+            return None
+        metre, _ = conversion(taxels.position_unit, "m", where)
+        positions = tuple((x * metre, y * metre) for x, y in taxels.positions)
+        return TaxelPlan(
+            made["normal_force"], made["tangential_force_x"], made["tangential_force_y"], positions
+        )
+
+    def _claim(self, signal: str, finger: str, what: str, where: str) -> None:
+        taken = self._owner.setdefault(signal, (finger, what))
+        if taken != (finger, what):
+            raise ConfigError(
+                f"{where}: {signal} is already the {what if taken[1] == what else taken[1]} of {taken[0]}; "
+                "a signal belongs to one finger and one channel"
+            )
+
+    def _unit(self, name: str, where: str) -> str:
+        if self._hand.format:
+            return ""
+        return find_signal(self._database, name, where)[1].unit
+
+    def _slot(
+        self, name: str, scale: float, offset: float, where: str, *, raw: bool, invalid: tuple[int, ...] = ()
+    ) -> int:
+        number = len(self.slots)
+        if self._hand.format:
+            topic, colon, path = name.partition(":")
+            if not (colon and topic.strip() and path.strip()):
+                raise ConfigError(
+                    f"{where}: {name!r} must be TOPIC:PATH, as in 'hand/state:fingers[0].force'"
+                )
+            self.slots.append(Slot(number, topic.strip(), path.strip(), None, scale, offset, invalid))
+            return number
+        message, signal = find_signal(self._database, name, where)
+        if not raw:
+            scale, offset = scale * signal.scale, offset + scale * signal.offset
+        self.slots.append(Slot(number, message.name, signal.name, signal, scale, offset, invalid))
+        return number
+
+    def _trigger(
+        self, given: str, channels: Mapping[str, ChannelPlan], where: str
+    ) -> tuple[str, tuple[int, ...]]:
+        own = [slot for plan in channels.values() for slot in plan.slots]
+        if not own:
+            raise ConfigError(f"{where}: all channels are stated; one at least must be measured")
+        main = next(channels[name] for name in ("normal_force", "displacement") if name in channels)
+        if not given:
+            slot = self.slots[(main.slots or tuple(own))[0]]
+            return slot.message, main.slots or tuple(own)
+        message, dot, signal = given.partition(".")
+        if not self._hand.format and message in self._database.messages:
+            of_it = tuple(number for number in own if self.slots[number].message == message)
+            if dot:
+                find_signal(self._database, given, where)
+                of_it = tuple(number for number in of_it if self.slots[number].signal == signal)
+            if not of_it:
+                raise ConfigError(
+                    f"{where}: the trigger {given} carries no channel of this finger; take the "
+                    "last message of its cycle"
+                )
+            return message, of_it if dot else ()
+        of_it = tuple(number for number in own if self.slots[number].message == given)
+        if not of_it:
+            known = dict.fromkeys(self.slots[number].message for number in own)
+            raise ConfigError(
+                f"{where}: the trigger {given!r} is no message of this finger; "
+                f"{suggestion(given, known, 'it has')}"
+            )
+        return given, ()
+
+
+def _to_si(name: str, source: SourceMap, unit: str, where: str) -> tuple[float, float]:
+    """Return scale and offset from the signal to the channel, or to the first column of its table."""
+    wanted = SI[name]
+    if source.gain:
+        number, per = quantity(source.gain, f"{where}: 'gain'")
+        scale, offset = conversion(product(unit, per), wanted, f"{where}: 'gain'")
+        scale *= number
+    elif source.table or (source.raw and not source.unit) or not math.isnan(source.above):
+        scale, offset = 1.0, 0.0
+    else:
+        scale, offset = conversion(unit, wanted, f"{where}: 'unit'")
+    scale *= source.sign
+    return scale * source.scale, scale * (source.offset - source.zero) + offset
+
+
+def _table(name: str, source: SourceMap, where: str) -> tuple[tuple[float, float], ...]:
+    scale, offset = conversion(source.table_unit, SI[name], f"{where}: 'table_unit'")
+    return tuple((float(x), float(y) * scale + offset) for x, y in source.table)
+
+
+def _check_rotated(rotation: tuple[tuple[float, ...], ...], given: set[str], where: str) -> None:
+    """Refuse a rotation that needs a component which is not there."""
+    if not rotation:
+        return
+    turned = _turned(given, rotation)
+    lost = sorted((given & {*VECTORS[0]}) - turned)
+    if "normal_force" in lost or ("normal_force" not in turned and "displacement" not in given):
+        raise ConfigError(
+            f"{where}: our normal force is made of components that are not mapped; map all three "
+            "forces before turning them"
+        )
+
+
+def _turned(given: set[str], rotation: tuple[tuple[float, ...], ...]) -> set[str]:
+    """Return what is given after the rotation: a component needs all that go into it."""
+    result = given - {*VECTORS[0], *VECTORS[1]}
+    for vector in VECTORS:
+        for name, row in zip(vector, rotation, strict=True):
+            needed = {other for other, weight in zip(vector, row, strict=True) if abs(weight) > UNITY}
+            if needed <= given:
+                result.add(name)
+    return result
+
+
+def _check_protection(hand: HandMap, database: Database, name: str, spec: MessageMap) -> None:
+    where = f"{hand.path} [messages.{name}]"
+    if hand.format:
+        if spec.checksum.kind != "none":
+            raise ConfigError(f"{where}: a checksum is of frames; messages of a network have none here")
+        return
+    if name not in database.messages:
+        raise ConfigError(
+            f"{where}: {database.name} has no message {name!r}; "
+            f"{suggestion(name, database.messages, 'it has')}"
+        )
+    if spec.counter:
+        find_signal(database, f"{name}.{spec.counter}", f"{where}: 'counter'")
+
+
+__all__ = ["CHANNELS", "ChannelPlan", "FingerPlan", "Plan", "Slot", "TaxelPlan", "find_signal", "make_plan"]

@@ -1,0 +1,350 @@
+"""A first map of a hand from its database and, where there is some, its traffic."""
+
+import itertools
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from vegrip.errors import InputError
+from vegrip.transport.mapped.database import Database, ForeignMessage
+from vegrip.transport.mapped.find_checksum import find_checksum
+from vegrip.transport.mapped.guess import Guess, guesses, quantity_of, words_of
+from vegrip.transport.mapped.schema import CHANNELS
+from vegrip.transport.mapped.traffic_log import Trace, Traffic, rate_of
+
+USUAL: Final = ("thumb", "index", "middle", "ring", "little")
+FEW_TAXELS: Final = 4
+"""Forces of no known axis that make an array."""
+
+SLACK: Final = 3.0  # periods of the slowest message after which its values are missing
+ENABLE: Final = {"enable", "en", "enabled", "valid", "active", "on"}
+INCREMENT: Final = {"delta", "inc", "increment", "adj", "adjust", "adjustment", "d"}
+
+
+@dataclass(slots=True)
+class Draft:
+    """The table of one channel, and why it is so."""
+
+    keys: dict[str, Any]
+    notes: dict[str, str] = field(default_factory=dict)  # of keys
+
+    @property
+    def signal(self) -> str:
+        """The signal, "" when there are several."""
+        return str(self.keys.get("signal", ""))
+
+
+@dataclass(slots=True)
+class FingerDraft:
+    """What is proposed of one finger."""
+
+    channels: dict[str, Draft] = field(default_factory=dict)
+    taxels: Draft | None = None
+    command: Draft | None = None
+    trigger: str = ""
+    max_age: float = 0.0
+    others: list[Guess] = field(default_factory=list)  # forces that no name tells apart
+
+
+@dataclass(slots=True)
+class Proposal:
+    """A map before it is written."""
+
+    database: str
+    fingers: dict[str, FingerDraft]
+    messages: dict[str, Draft] = field(default_factory=dict)
+    rate: float = 0.0
+    doubts: list[str] = field(default_factory=list)
+    nodes: Mapping[str, int] = field(default_factory=dict)
+
+    def table(self) -> dict[str, Any]:
+        """Return the map as the file will say it."""
+        found: dict[str, Any] = {"database": self.database}
+        if self.nodes:
+            found["nodes"] = dict(self.nodes)
+        if self.rate:
+            found["rate"] = self.rate
+        if self.messages:
+            found["messages"] = {name: dict(draft.keys) for name, draft in self.messages.items()}
+        found["fingers"] = {name: _finger_table(finger) for name, finger in self.fingers.items()}
+        return found
+
+
+def propose(
+    database: Database,
+    heard: Mapping[str, Trace],
+    traffic: Traffic | None,
+    names: Sequence[str] = (),
+    nodes: Mapping[str, int] | None = None,
+) -> Proposal:
+    """Return the map that names, units and traffic suggest.
+
+    Args:
+        database: of the hand.
+        heard: signals that came; empty where there is no traffic.
+        traffic: the frames, for checksums and rates.
+        names: of the fingers, in the order of the hand's numbers.
+        nodes: CANopen: node-IDs by finger.
+
+    Raises:
+        InputError: nothing in the database looks like a fingertip, or nothing of it was heard.
+
+    """
+    found = guesses(database, tuple(names) or USUAL)
+    if traffic is not None:
+        if not heard:
+            raise InputError(_nothing_heard(database, traffic))
+        spoken = {name.partition(".")[0] for name in heard}
+        ordered = {one.message for one in found if one.channel == "command"}
+        found = [one for one in found if one.message in spoken or one.message in ordered]
+        found = [one for one in found if one.message in spoken or one.channel not in CHANNELS]
+    fingers = _by_finger(found, tuple(names))
+    drafts = {name: _finger(own, database) for name, own in fingers.items()}
+    drafts = {name: draft for name, draft in drafts.items() if draft.channels or draft.taxels is not None}
+    if not drafts:
+        raise InputError(
+            f"{database.name}: no signal looks like the force or position of a fingertip; "
+            "say which it is: --set fingers.thumb.normal_force.signal=MESSAGE.SIGNAL"
+        )
+    proposal = Proposal(database.name, drafts, nodes=nodes or {})
+    _protect(proposal, database, found, traffic)
+    if traffic is not None:
+        _time(proposal, database, traffic, heard)
+    _doubt(proposal, fingers)
+    return proposal
+
+
+def _nothing_heard(database: Database, traffic: Traffic) -> str:
+    if not traffic.frames:
+        return "no frame came; look at channel and bit rate, and whether the hand is switched on"
+    seen = ", ".join(f"0x{identifier & 0x1FFFFFFF:X}" for identifier in sorted(traffic.frames)[:6])
+    return (
+        f"no message of {database.name} came, but {sum(map(len, traffic.frames.values()))} frames of {seen}: "
+        "this is another database, or another hand"
+    )
+
+
+def _by_finger(found: list[Guess], names: tuple[str, ...]) -> dict[str, list[Guess]]:
+    """Return the guesses by the name of the finger; numbers become names in their order."""
+    numbers = sorted({int(one.finger[1:]) for one in found if one.finger.startswith("#")})
+    order = names or USUAL
+    first = 0 if 0 in numbers else 1
+    of_number = {n: order[n - first] if 0 <= n - first < len(order) else f"finger{n}" for n in numbers}
+    fingers: dict[str, list[Guess]] = {}
+    alone = order[0] if names else "thumb"
+    told = {_named(one.finger, of_number) for one in found if one.finger and one.channel in CHANNELS}
+    for one in found:
+        name = _named(one.finger, of_number)
+        for each in (
+            [name] if name else sorted(told) if one.channel == "command" and told else [] if told else [alone]
+        ):
+            fingers.setdefault(each, []).append(one)
+    ordered = sorted(fingers, key=lambda name: (order.index(name) if name in order else 99, name))
+    wanted = [name for name in ordered if not names or name in names]
+    return {name: fingers[name] for name in wanted}
+
+
+def _named(finger: str, of_number: Mapping[int, str]) -> str:
+    return of_number[int(finger[1:])] if finger.startswith("#") else finger
+
+
+def _finger(found: list[Guess], database: Database) -> FingerDraft:
+    draft = FingerDraft()
+    taken: set[str] = set()
+    for one in found:
+        if (
+            one.channel in CHANNELS
+            and one.channel not in ("torque_x", "torque_y")
+            and one.channel not in draft.channels
+        ):
+            draft.channels[one.channel] = _channel(one, database)
+            taken.add(one.name)
+    draft.others = [
+        one for one in found if one.name not in taken and (one.channel == "force" or "force" in one.channel)
+    ]
+    forces = [one for one in draft.others if one.channel == "force"]
+    if "normal_force" not in draft.channels and len(forces) >= FEW_TAXELS:
+        names = [one.name for one in sorted(forces, key=lambda one: _natural(one.name))]
+        unit = database.messages[forces[0].message].signals[forces[0].signal].unit
+        draft.taxels = Draft(
+            {"normal": names, "unit": unit}, {"normal": "forces of no axis in one array, summed"}
+        )
+        draft.others = []
+    elif "normal_force" not in draft.channels and forces:
+        draft.channels["normal_force"] = _channel(forces[0], database)
+    command = next((one for one in found if one.channel == "command"), None)
+    if command is not None:
+        draft.command = _command(command, database)
+    return draft
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    return [(int(word), "") if word.isdecimal() else (-1, word) for word in words_of(name)]
+
+
+def _channel(one: Guess, database: Database) -> Draft:
+    signal = database.messages[one.message].signals[one.signal]
+    draft = Draft({"signal": one.name, "unit": signal.unit}, {"signal": one.why})
+    draft.notes["unit"] = "as the database says" if signal.unit else "the database has none: taken as SI"
+    return draft
+
+
+def _command(one: Guess, database: Database) -> Draft:
+    message = database.messages[one.message]
+    signal = message.signals[one.signal]
+    quantity = quantity_of(signal.unit)
+    kind = {"length": "position", "angle": "position", "current": "current"}.get(quantity, "force")
+    if kind == "force" and set(words_of(one.signal)) & INCREMENT:
+        kind = "increment"
+    keys: dict[str, Any] = {"signal": one.name, "kind": kind, "unit": signal.unit}
+    enable = {name: 1 for name in message.signals if set(words_of(name)) & ENABLE}
+    if enable:
+        keys["set"] = enable
+    notes = {"signal": one.why, "kind": f"by its unit, {signal.unit or 'none'}"}
+    return Draft(keys, {**notes, "set": "the names say that it must be on"} if enable else notes)
+
+
+def _protect(proposal: Proposal, database: Database, found: list[Guess], traffic: Traffic | None) -> None:
+    used = {name.partition(".")[0] for name in _signals(proposal)}
+    silent = {
+        name for name in used if traffic is None or database.messages[name].identifier not in traffic.frames
+    }
+    for name in sorted(used, key=lambda name: (name in silent, list(database.messages).index(name))):
+        message = database.messages[name]
+        keys: dict[str, Any] = {}
+        notes: dict[str, str] = {}
+        counter = next((g.signal for g in found if g.message == name and g.channel == "counter"), "")
+        if counter:
+            keys["counter"], notes["counter"] = counter, "its name"
+        checksum = next((g.signal for g in found if g.message == name and g.channel == "checksum"), "")
+        if checksum:
+            _checksum(proposal, message, checksum, traffic, keys, notes)
+        if keys:
+            proposal.messages[name] = Draft(keys, notes)
+
+
+def _checksum(
+    proposal: Proposal,
+    message: ForeignMessage,
+    signal: str,
+    traffic: Traffic | None,
+    keys: dict[str, Any],
+    notes: dict[str, str],
+) -> None:
+    frames = traffic.frames.get(message.identifier, []) if traffic is not None else []
+    found = find_checksum(message, signal, [frame.data for frame in frames])
+    if found is None and not frames:
+        alike = [d.keys["checksum"] for d in proposal.messages.values() if "checksum" in d.keys]
+        same = next((each for each in alike if each["signal"] == signal and "data_id" not in each), None)
+        if same is not None:
+            keys["checksum"], notes["checksum"] = dict(same), "as the messages that came have it; try it"
+            return
+    if found is not None:
+        keys["checksum"] = found
+        notes["checksum"] = f"found by trying: it fits {len(frames)} frames"
+        return
+    proposal.doubts.append(
+        f"{message.name}.{signal} looks like a checksum of a kind that is not known"
+        f"{' from its traffic' if frames else ' without traffic'}: frames go unchecked, and commands with a "
+        "wrong one may be refused by the hand; say it: --set "
+        f"messages.{message.name}.checksum='{{ kind = ..., "
+        f'signal = "{signal}" }}\''
+    )
+
+
+def _signals(proposal: Proposal) -> list[str]:
+    found: list[str] = []
+    for finger in proposal.fingers.values():
+        drafts = [*finger.channels.values(), *([finger.command] if finger.command else [])]
+        found += [draft.signal for draft in drafts if draft.signal]
+        found += finger.taxels.keys["normal"] if finger.taxels else []
+    return found
+
+
+def _time(proposal: Proposal, database: Database, traffic: Traffic, heard: Mapping[str, Trace]) -> None:
+    """Find the rate of states, the message that ends a cycle, and when values of others are too old."""
+    rates: list[float] = []
+    for finger in proposal.fingers.values():
+        signals = [draft.signal for draft in finger.channels.values() if draft.signal in heard]
+        signals += [name for name in (finger.taxels.keys["normal"] if finger.taxels else []) if name in heard]
+        own = {name: rate_of(heard[name]) for name in signals}
+        main = finger.channels.get("normal_force") or finger.channels.get("displacement")
+        lead = main.signal if main is not None and main.signal in own else signals[0]
+        rates.append(own[lead])
+        messages = {name.partition(".")[0] for name in signals}
+        if len(messages) > 1:
+            cycle = {name.partition(".")[0] for name, rate in own.items() if rate > 0.8 * own[lead]}
+            finger.trigger = _last_of(sorted(cycle), lead.partition(".")[0], database, traffic)
+        slowest = min((rate for rate in own.values() if rate), default=0.0)
+        finger.max_age = round(SLACK / slowest, 4) if slowest else 0.0
+    proposal.rate = round(min(rates), 1) if rates and min(rates) > 0.0 else 0.0
+
+
+def _last_of(names: list[str], lead: str, database: Database, traffic: Traffic) -> str:
+    """Return the message that comes last in a cycle: the one before the longest pause."""
+    stamps = sorted(
+        (frame.stamp, name)
+        for name in names
+        for frame in traffic.frames.get(database.messages[name].identifier, [])
+    )
+    pauses: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
+    for (stamp, name), (after, _) in itertools.pairwise(stamps):
+        pauses[name] += after - stamp
+        counts[name] += 1
+    mean = {name: pauses[name] / counts[name] for name in counts}
+    return max(mean, key=lambda name: mean[name]) if mean else lead
+
+
+def _doubt(proposal: Proposal, fingers: Mapping[str, list[Guess]]) -> None:
+    for name, finger in proposal.fingers.items():
+        where = f"fingers.{name}"
+        kinds = {one.channel: one for one in reversed(fingers[name])}
+        if "displacement" not in finger.channels and "joint" in kinds:
+            proposal.doubts.append(
+                f"{kinds['joint'].name} is an angle; to make an indentation of it, give the lever: "
+                f'--set {where}.displacement=\'{{ signal = "{kinds["joint"].name}", gain = "40 mm/rad" }}\''
+            )
+        if "normal_force" not in finger.channels and finger.taxels is None and "current" in kinds:
+            proposal.doubts.append(
+                f"{kinds['current'].name} is a current; as a poor force give its gain and noise: --set "
+                f'{where}.normal_force=\'{{ signal = "{kinds["current"].name}", gain = "2.5 '
+                "N/A\", noise = 0.3 }}'"
+            )
+        if finger.command is not None:
+            _doubt_command(proposal, finger.command, where)
+
+
+def _doubt_command(proposal: Proposal, command: Draft, where: str) -> None:
+    needed = {"position": ("stiffness", "2 N/mm"), "current": ("gain", "0.4 A/N")}.get(command.keys["kind"])
+    if needed is not None:
+        proposal.doubts.append(
+            f"{command.signal} takes a {command.keys['kind']}, so nothing is commanded until you say the "
+            f"{needed[0]}: --set {where}.command.{needed[0]}='\"{needed[1]}\"'"
+            + (f" and --set {where}.command.feedback=MESSAGE.SIGNAL" if needed[0] == "stiffness" else "")
+        )
+
+
+def _finger_table(finger: FingerDraft) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    if finger.trigger:
+        found["trigger"] = finger.trigger
+    if finger.max_age:
+        found["max_age"] = finger.max_age
+    found |= {name: _given(draft.keys) for name, draft in finger.channels.items()}
+    if finger.taxels is not None:
+        found["taxels"] = _given(finger.taxels.keys)
+    if finger.command is not None and is_complete(finger.command):
+        found["command"] = _given(finger.command.keys)
+    return found
+
+
+def is_complete(command: Draft) -> bool:
+    """Whether everything is known that a command of this kind needs."""
+    needed = {"position": ("stiffness", "feedback"), "current": ("gain",)}.get(command.keys["kind"], ())
+    return all(command.keys.get(key) for key in needed)
+
+
+def _given(keys: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in keys.items() if value not in ("", None)}

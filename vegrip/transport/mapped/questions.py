@@ -1,0 +1,424 @@
+"""What a rest, a press, a shear and a twist tell of a proposed map: zeros, noise, signs, what is what.
+
+Each is a window of time [s] of the traffic. A press is one of a fingertip against something, along its
+normal; a shear pulls it along its +x; a twist turns what it touches counter-clockwise about its outward
+normal. Without windows the quietest second is the rest, and the larger excursion of the normal force is
+compression.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from vegrip.errors import ConfigError
+from vegrip.transport.mapped.database import Database
+from vegrip.transport.mapped.proposal import Draft, FingerDraft, Proposal
+from vegrip.transport.mapped.traffic_log import Array, Trace
+from vegrip.transport.mapped.units import SI, conversion
+
+Window = tuple[float, float]
+NAMES: Final = ("rest", "press", "shear", "twist")
+FORCES: Final = ("normal_force", "tangential_force_x", "tangential_force_y")
+ZEROED: Final = (*FORCES, "torque_z")
+CLEAR: Final = 8.0  # standard deviations at rest that a response must exceed
+QUIET: Final = 1.0  # [s] of the window that is searched for a rest
+STIFFNESS: Final = (10.0, 1e6)  # [N/m] of a soft fingertip and what it touches
+LARGEST_FORCE: Final = 300.0  # [N] that a fingertip carries
+LARGEST_RATIO: Final = 2.5  # of tangential to normal force: no friction is larger for long
+UNEQUAL: Final = 1.5  # times the response of another signal: then the names are wrong
+
+
+@dataclass(slots=True)
+class Findings:
+    """What was found out, in sentences, and what cannot be true."""
+
+    learned: list[str] = field(default_factory=list)
+    implausible: list[str] = field(default_factory=list)
+
+
+def learn(
+    proposal: Proposal, heard: Mapping[str, Trace], windows: Mapping[str, Window], database: Database
+) -> Findings:
+    """Put zeros, signs and noise into ``proposal``; return what was found."""
+    findings = Findings()
+    fingers = [_Finger(name, f, heard, windows, database, findings) for name, f in proposal.fingers.items()]
+    for finger in fingers:
+        finger.find_places()
+    _inherit_places(proposal, findings)
+    for finger in fingers:
+        finger.learn()
+    _inherit(proposal, findings)
+    if "press" in windows and not any("presses" in text for text in findings.learned):
+        findings.implausible.append(
+            "no finger answers to the press: nothing mapped as normal force moves in that "
+            "window; look at the window and at the signals"
+        )
+    return findings
+
+
+class _Finger:
+    def __init__(
+        self,
+        name: str,
+        finger: FingerDraft,
+        heard: Mapping[str, Trace],
+        windows: Mapping[str, Window],
+        database: Database,
+        findings: Findings,
+    ) -> None:
+        self.name, self.finger, self.heard, self.windows = name, finger, heard, windows
+        self.findings, self.database = findings, database
+        self.rest = windows.get("rest") or _quietest(finger, heard)
+
+    def find_places(self) -> None:
+        """Find which force is the normal one, and which is along x."""
+        if self.rest is None:
+            return
+        if "press" in self.windows:
+            self._find_normal(self.windows["press"])
+        if "shear" in self.windows:
+            self._find_shear(self.windows["shear"])
+
+    def learn(self) -> None:
+        """Find zeros, noise and signs, and look whether they can be true."""
+        if self.rest is None:
+            return
+        self._moving()
+        for channel in ZEROED:
+            self._zero(channel)
+        for channel in (*FORCES, "torque_z", "displacement", "temperature", "contact_radius"):
+            self._noise(channel)
+        self._signs()
+        self._touch()
+        self._check()
+
+    def _moving(self) -> None:
+        """What moved is measured, also when it is zero; what never did is told."""
+        for channel, draft in self.finger.channels.items():
+            if channel == "normal_force" or draft.signal not in self.heard:
+                continue
+            raw = self.heard[draft.signal].raw
+            if np.any(raw != 0.0):
+                draft.keys["zero_is_measured"] = True
+                draft.notes["zero_is_measured"] = "it was not always zero in the traffic"
+            else:
+                self.findings.learned.append(
+                    f"{self.name}: {draft.signal} has been zero all the time, so {channel} counts as missing "
+                    "until it moves"
+                )
+
+    def _draft(self, channel: str) -> Draft | None:
+        draft = self.finger.channels.get(channel)
+        return draft if draft is not None and draft.signal in self.heard else None
+
+    def _response(self, signal: str, window: Window) -> float:
+        """How far ``signal`` goes from its rest in ``window``, with its sign; 0 within its noise."""
+        assert self.rest is not None  # noqa: S101 (looked at by learn)
+        trace = self.heard[signal]
+        still, moved = trace.within(self.rest), trace.within(window)
+        if not len(still) or not len(moved):
+            return 0.0
+        far = moved - np.median(still)
+        peak = float(
+            np.percentile(far, 97.0)
+            if abs(np.percentile(far, 97.0)) >= abs(np.percentile(far, 3.0))
+            else np.percentile(far, 3.0)
+        )
+        return peak if abs(peak) > CLEAR * max(float(np.std(still)), _step(self.database, signal)) else 0.0
+
+    def _candidates(self) -> dict[str, str]:
+        """All forces of this finger, mapped or not: signal -> unit."""
+        found = {d.signal: d.keys.get("unit", "") for c in FORCES if (d := self._draft(c)) is not None}
+        for one in self.finger.others:
+            if one.name in self.heard:
+                found[one.name] = self.database.messages[one.message].signals[one.signal].unit
+        return found
+
+    def _find_normal(self, window: Window) -> None:
+        candidates = self._candidates()
+        strength = {
+            s: abs(self._response(s, window)) * _scale("normal_force", unit) for s, unit in candidates.items()
+        }
+        best = max(strength, key=lambda signal: strength[signal], default="")
+        if not best or not strength[best]:
+            return
+        present = self._draft("normal_force")
+        now = present.signal if present is not None else ""
+        if best != now and strength[best] > UNEQUAL * strength.get(now, 0.0):
+            self._swap("normal_force", best, "it answers to the press most")
+        normal = self.finger.channels["normal_force"]
+        normal.notes["placed"] = "by the press"
+        self.findings.learned.append(f"{self.name} presses on {normal.signal}")
+
+    def _find_shear(self, window: Window) -> None:
+        normal = self._draft("normal_force")
+        candidates = {s: u for s, u in self._candidates().items() if normal is None or s != normal.signal}
+        strength = {
+            s: abs(self._response(s, window)) * _scale("normal_force", unit) for s, unit in candidates.items()
+        }
+        best = max(strength, key=lambda signal: strength[signal], default="")
+        if not best or not strength[best]:
+            return
+        present = self._draft("tangential_force_x")
+        now = present.signal if present is not None else ""
+        if best != now and strength[best] > UNEQUAL * strength.get(now, 0.0):
+            self._swap("tangential_force_x", best, "it answers to the shear most")
+        left = [s for s in candidates if s != best]
+        if "tangential_force_y" not in self.finger.channels and len(left) == 1:
+            self._swap("tangential_force_y", left[0], "the force that is left; its sign is not known")
+
+    def _swap(self, channel: str, signal: str, why: str) -> None:
+        """Give ``signal`` to ``channel``; what had it before gets what was there."""
+        channels = self.finger.channels
+        before = next((c for c in FORCES if c in channels and channels[c].signal == signal), None)
+        replaced = channels.get(channel)
+        unit = self._candidates()[signal]
+        channels[channel] = Draft({"signal": signal, "unit": unit}, {"signal": why})
+        if before is not None and before != channel:
+            del channels[before]
+            if replaced is not None:
+                channels[before] = Draft(dict(replaced.keys), {"signal": f"{signal} is the {channel}"})
+        self.findings.learned.append(f"{self.name}: {signal} is {channel}: {why}")
+
+    def _zero(self, channel: str) -> None:
+        draft = self._draft(channel)
+        if draft is None or self.rest is None:
+            return
+        still = self.heard[draft.signal].within(self.rest)
+        if not len(still):
+            return
+        mean, error = float(np.mean(still)), float(np.std(still)) / math.sqrt(len(still))
+        if abs(mean) > max(4.0 * error, 0.5 * _step(self.database, draft.signal)):
+            draft.keys["zero"] = float(f"{mean:.6g}")
+            draft.notes["zero"] = "the mean at rest"
+
+    def _noise(self, channel: str) -> None:
+        draft = self._draft(channel)
+        if draft is None or self.rest is None:
+            return
+        still = self.heard[draft.signal].within(self.rest)
+        if len(still) < 10:
+            return
+        spread = float(np.std(np.diff(still))) / math.sqrt(2.0)  # of neighbours: a drift is no noise
+        least = _step(self.database, draft.signal) / math.sqrt(12.0)
+        factor = abs(_factor(channel, draft))
+        draft.keys["noise"] = float(f"{max(spread, least) * factor:.3g}")
+        draft.notes["noise"] = f"[{SI[channel]}] standard deviation at rest"
+
+    def _signs(self) -> None:
+        self._sign("normal_force", self.windows.get("press"), "a press is positive")
+        self._sign("tangential_force_x", self.windows.get("shear"), "the shear was along +x")
+        self._sign("torque_z", self.windows.get("twist"), "the twist was counter-clockwise")
+        displacement, normal = self._draft("displacement"), self._draft("normal_force")
+        if displacement is None or normal is None:
+            return
+        slope = self._slope(normal, displacement, signed=True)
+        if slope:
+            self._turn(displacement, slope, "indentation grows with the normal force")
+
+    def _sign(self, channel: str, window: Window | None, why: str) -> None:
+        draft = self._draft(channel)
+        if draft is None:
+            return
+        if window is None and channel == "normal_force":
+            trace = self.heard[draft.signal]
+            window, why = (float(trace.t[0]), float(trace.t[-1])), "the larger excursion is compression"
+        response = self._response(draft.signal, window) if window is not None else 0.0
+        if response:
+            self._turn(draft, response, why)
+
+    def _turn(self, draft: Draft, response: float, why: str) -> None:
+        factor = draft.keys.get("sign", 1) * (1 if response > 0.0 else -1)
+        draft.keys.pop("sign", None)
+        if factor < 0:
+            draft.keys["sign"] = -1
+            draft.notes["sign"] = why
+        draft.notes.setdefault("seen", why)
+
+    def _slope(self, normal: Draft, displacement: Draft, *, signed: bool) -> float:
+        """Return d(normal force)/d(displacement) in SI where the finger presses, 0 when it does not."""
+        force, depth = self._si("normal_force", normal), self._si("displacement", displacement)
+        t = self.heard[normal.signal].t
+        at = np.interp(t, self.heard[displacement.signal].t, depth)
+        window = self.windows.get("press")
+        pressing = np.abs(force) > max(
+            0.1 * float(np.max(np.abs(force))), CLEAR * float(normal.keys.get("noise", 0.0))
+        )
+        if window is not None:
+            pressing &= (t >= window[0]) & (t <= window[1])
+        if np.count_nonzero(pressing) < 10 or float(np.std(at[pressing])) == 0.0:
+            return 0.0
+        covariance = float(np.cov(force[pressing], at[pressing])[0, 1])
+        return covariance / float(np.var(at[pressing])) if signed or covariance > 0.0 else 0.0
+
+    def _si(self, channel: str, draft: Draft) -> Array:
+        return (self.heard[draft.signal].value - float(draft.keys.get("zero", 0.0))) * _factor(channel, draft)
+
+    def _touch(self) -> None:
+        """Indentation counts from the first touch: where the normal force leaves its noise."""
+        displacement, normal = self._draft("displacement"), self._draft("normal_force")
+        if displacement is None or normal is None:
+            return
+        force = self._si("normal_force", normal)
+        t = self.heard[normal.signal].t
+        window = self.windows.get("press") or (float(t[0]), float(t[-1]))
+        inside = (t >= window[0]) & (t <= window[1])
+        highest = float(np.max(force[inside])) if np.any(inside) else 0.0
+        level = max(CLEAR * float(normal.keys.get("noise", 0.0)), 0.03 * highest)
+        above = np.flatnonzero(inside & (force > level))
+        before = np.flatnonzero(inside & (force < level))
+        if not len(above) or not len(before) or before[0] > above[0]:
+            return
+        trace = self.heard[displacement.signal]
+        end = (
+            above[np.flatnonzero(force[above] > 0.5 * highest)[0]]
+            if np.any(force[above] > 0.5 * highest)
+            else above[-1]
+        )
+        rise = np.arange(above[0], end + 1)
+        at = np.interp(t[rise], trace.t, trace.value)
+        zero = _first_touch(force[rise], at)
+        if abs(zero) > 2.0 * _step(self.database, displacement.signal):
+            displacement.keys["zero"] = float(f"{zero:.6g}")
+            displacement.notes["zero"] = (
+                "where the normal force begins: F^(2/3) of the first press, drawn on to zero"
+            )
+
+    def _check(self) -> None:
+        normal, displacement = self._draft("normal_force"), self._draft("displacement")
+        if normal is None:
+            return
+        force = self._si("normal_force", normal)
+        highest = float(np.percentile(force, 99.9))
+        if highest > LARGEST_FORCE:
+            self.findings.implausible.append(
+                f"{self.name}: the normal force comes to {highest:.3g} N, more than a fingertip "
+                "carries; its unit "
+                f"is not {normal.keys.get('unit') or 'SI'}: --set fingers.{self.name}.normal_force.unit=mN"
+            )
+        if displacement is not None and "sign" in displacement.notes | {"sign": ""}:
+            slope = self._slope(normal, displacement, signed=False)
+            if slope and not STIFFNESS[0] <= slope <= STIFFNESS[1]:
+                self.findings.implausible.append(
+                    f"{self.name}: force over indentation is {slope:.3g} N/m, which no soft fingertip has "
+                    f"({STIFFNESS[0]:g} .. {STIFFNESS[1]:g} N/m); the unit of one of the two is another"
+                )
+            elif slope:
+                self.findings.learned.append(f"{self.name}: stiffness {slope:.3g} N/m")
+        self._check_friction(force, self.heard[normal.signal].t)
+
+    def _check_friction(self, force: Array, t: Array) -> None:
+        pressed = force > 0.2 * float(np.max(force))
+        for channel in FORCES[1:]:
+            draft = self._draft(channel)
+            if draft is None or not np.any(pressed) or float(np.max(force)) <= 0.0:
+                continue
+            shear = np.interp(t, self.heard[draft.signal].t, self._si(channel, draft))
+            ratio = float(np.median(np.abs(shear[pressed]) / force[pressed]))
+            if ratio > LARGEST_RATIO:
+                self.findings.implausible.append(
+                    f"{self.name}: {channel} is {ratio:.2g} times the normal force while it "
+                    "presses, more than "
+                    "friction holds; the two are mixed up, or one has another unit"
+                )
+
+
+def _inherit(proposal: Proposal, findings: Findings) -> None:
+    """Signs that one finger showed hold for the others of one make, where those did not show their own."""
+    shown: dict[tuple[str, str], tuple[str, Draft]] = {}
+    for name, finger in proposal.fingers.items():
+        for channel, draft in finger.channels.items():
+            if "seen" in draft.notes:
+                shown.setdefault((channel, draft.keys.get("unit", "")), (name, draft))
+    for name, finger in proposal.fingers.items():
+        for channel, draft in finger.channels.items():
+            found = shown.get((channel, draft.keys.get("unit", "")))
+            if "seen" in draft.notes or found is None or "sign" not in found[1].keys:
+                continue
+            draft.keys["sign"], draft.notes["sign"] = -1, f"as at {found[0]}, which showed it"
+            findings.learned.append(f"{name}: {channel} turned round as at {found[0]}")
+
+
+def _inherit_places(proposal: Proposal, findings: Findings) -> None:
+    """Where one finger showed which force is which, signals of the same names are the same at the others."""
+    shown = {
+        name
+        for name, f in proposal.fingers.items()
+        if "placed" in f.channels.get("normal_force", Draft({})).notes
+    }
+    for name, finger in proposal.fingers.items():
+        if name in shown or not shown:
+            continue
+        model = proposal.fingers[min(shown)]
+        own = {d.signal: d for c, d in finger.channels.items() if c in FORCES}
+        own |= {one.name: Draft({"signal": one.name}, {"signal": one.why}) for one in finger.others}
+        by_name = {signal.partition(".")[2]: signal for signal in own}
+        places = {
+            c: by_name.get(d.signal.partition(".")[2], "") for c, d in model.channels.items() if c in FORCES
+        }
+        if not all(places.values()) or all(
+            finger.channels.get(c, Draft({})).signal == s for c, s in places.items()
+        ):
+            continue
+        for channel, signal in places.items():
+            draft = own[signal]
+            draft.keys.setdefault("unit", model.channels[channel].keys.get("unit", ""))
+            finger.channels[channel] = Draft(
+                dict(draft.keys), {**draft.notes, "signal": f"as at {min(shown)}, which showed it"}
+            )
+        findings.learned.append(f"{name}: the forces are placed as at {min(shown)}")
+
+
+def _quietest(finger: FingerDraft, heard: Mapping[str, Trace]) -> Window | None:
+    """Return the second in which the forces of a finger move least, None without traffic."""
+    traces = [heard[d.signal] for d in finger.channels.values() if d.signal in heard]
+    forces = [
+        heard[d.signal] for c, d in finger.channels.items() if c in FORCES and d.signal in heard
+    ] or traces
+    if not forces:
+        return None
+    begin, end = min(float(trace.t[0]) for trace in forces), max(float(trace.t[-1]) for trace in forces)
+    if end - begin <= QUIET:
+        return begin, end
+    starts = np.linspace(begin, end - QUIET, 200)
+    unrest = [sum(_unrest(trace, (s, s + QUIET)) for trace in forces) for s in starts]
+    best = float(starts[int(np.argmin(unrest))])
+    return best, best + QUIET
+
+
+def _unrest(trace: Trace, window: Window) -> float:
+    values = trace.within(window)
+    whole = float(np.ptp(trace.value)) or 1.0
+    away = abs(float(np.mean(values)) - float(np.median(trace.value))) if len(values) else 0.0
+    return (float(np.std(values)) + 0.1 * away) / whole if len(values) > 2 else math.inf
+
+
+def _first_touch(force: Array, at: Array) -> float:
+    """Return where the force of a Hertzian contact, ``F^(2/3) ~ at - zero``, comes to zero."""
+    if len(force) < 5 or float(np.ptp(at)) == 0.0:
+        return float(at[0])
+    slope, offset = np.polyfit(at, np.maximum(force, 0.0) ** (2.0 / 3.0), 1)
+    zero = float(-offset / slope) if slope else float(at[0])
+    return zero if abs(zero - float(at[0])) < float(np.ptp(at)) else float(at[0])
+
+
+def _step(database: Database, name: str) -> float:
+    message, _, signal = name.partition(".")
+    found = database.messages[message].signals[signal]
+    return 0.0 if found.is_float else abs(found.scale)
+
+
+def _scale(channel: str, unit: str) -> float:
+    try:
+        return conversion(unit, SI[channel], channel)[0]
+    except ConfigError:
+        return 1.0
+
+
+def _factor(channel: str, draft: Draft) -> float:
+    """Return what one unit of the signal is in SI, with its sign."""
+    keys: Mapping[str, Any] = draft.keys
+    return float(keys.get("sign", 1)) * float(keys.get("scale", 1.0)) * _scale(channel, keys.get("unit", ""))

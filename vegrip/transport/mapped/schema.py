@@ -1,0 +1,398 @@
+"""The file of a foreign hand (``hand.toml``): which of its signals make up our messages.
+
+::
+
+    database = "theirs.dbc"                  # beside this file; .dbc .kcd .sym .arxml, or .eds with [nodes]
+
+    [messages.Tip1]                          # what protects a message; all of it optional
+    counter = "Cnt"
+    checksum = { kind = "crc8", signal = "Crc", polynomial = 0x2F, start = 0xFF, final = 0xFF }
+
+    [fingers.thumb]
+    trigger = "Tip1"                         # each of these completes a state
+    [fingers.thumb.normal_force]
+    signal = "Tip1.Fz"                       # MESSAGE.SIGNAL; over ZeroMQ TOPIC:PATH
+    unit = "gf"                              # instead of that of the database
+    sign = -1
+
+    [fingers.thumb.command]
+    kind = "force"
+    signal = "Set1.Grip"
+
+The keys of a channel are those of :class:`SourceMap`, of a command those of :class:`CommandMap`.
+"""
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from vegrip.config import build, parameter, read_toml
+from vegrip.errors import ConfigError
+from vegrip.spelling import suggestion
+from vegrip.transport.mapped.checksums import ChecksumMap
+from vegrip.transport.mapped.units import SI
+
+CHANNELS: Final = tuple(SI)
+FORMATS: Final = ("json", "msgpack")
+SILENCE: Final = ("holds", "opens", "unknown")
+COMMANDS: Final = ("force", "increment", "position", "current")
+
+
+@dataclass(frozen=True)
+class SourceMap:
+    """Where one channel of a finger comes from.
+
+    The value is ``gain * sign * (scale * s - zero + offset)``, where ``s`` is the signal, or the weighted
+    sum of the signals, in ``unit``; then the ``table``.
+    """
+
+    signal: str = parameter("", doc="MESSAGE.SIGNAL of the database, or TOPIC:PATH")
+    signals: tuple[str, ...] = parameter((), doc="several, summed; NAME{1..16} stands for sixteen")
+    weights: tuple[float, ...] = parameter((), doc="of the signals; none: 1 each")
+    unit: str = parameter("", doc="of the signal; empty: that of the database, else SI")
+    raw: bool = parameter(False, doc="take the raw count, without scale and offset of the database")
+    scale: float = parameter(1.0, doc="beside (raw: instead of) that of the database")
+    offset: float = parameter(0.0, doc="in the unit, added after the scale")
+    zero: float = parameter(0.0, doc="in the unit: what is read when the quantity is zero")
+    sign: int = parameter(1, doc="-1 turns it round")
+    gain: str = parameter("", doc="to our quantity, with its unit, as '2.5 N/A' or '40 mm/rad'")
+    table: tuple[Any, ...] = parameter((), doc="pairs [value in unit, our value in table_unit], ascending")
+    table_unit: str = parameter("", doc="of our value; empty: SI")
+    invalid: tuple[int, ...] = parameter((), doc="raw values that say: not measured")
+    above: float = parameter(float("nan"), doc="1 above this, else 0; for a slip channel that is not 0 and 1")
+    stated: str = parameter("", doc="instead of a signal: a constant of yours, as '1.5 N'")
+    noise: float = parameter(0.0, low=0.0, doc="standard deviation at rest, SI; 0: not known")
+    zero_is_measured: bool = parameter(False, doc="a value that has always been zero counts as measured")
+
+    def __post_init__(self) -> None:
+        given = [key for key in ("signal", "signals", "stated") if getattr(self, key)]
+        if len(given) != 1:
+            both = " and ".join(repr(key) for key in given)
+            raise ConfigError(f"give one of 'signal', 'signals' and 'stated', not {both or 'none of them'}")
+        if self.weights and len(self.weights) != len(self.names):
+            raise ConfigError(f"'weights' has {len(self.weights)} numbers for {len(self.names)} signals")
+        if self.sign not in (1, -1):
+            raise ConfigError(f"'sign' is {self.sign}; it must be 1 or -1")
+        if self.table:
+            _check_table(self.table)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All signals."""
+        return expanded(self.signals) if self.signals else (self.signal,) if self.signal else ()
+
+
+@dataclass(frozen=True)
+class TaxelMap:
+    """A tactile array: forces summed, torque about the centre of pressure."""
+
+    normal: tuple[str, ...] = parameter(doc="signals, one for each taxel; NAME{1..16} stands for sixteen")
+    x: tuple[str, ...] = parameter((), doc="tangential forces along x, if there are any")
+    y: tuple[str, ...] = parameter((), doc="and along y")
+    positions: tuple[Any, ...] = parameter((), doc="[x, y] of each taxel; needed for the torque")
+    position_unit: str = parameter("mm", doc="of the positions")
+    unit: str = parameter("", doc="of the forces; empty: that of the database")
+    raw: bool = parameter(False, doc="take raw counts")
+    scale: float = parameter(1.0, doc="of the forces")
+    zero: float = parameter(0.0, doc="of each taxel, in the unit")
+    sign: int = parameter(1, doc="-1: pressure is negative")
+    noise: float = parameter(0.0, low=0.0, doc="of the summed force, standard deviation [N]; 0: not known")
+
+
+@dataclass(frozen=True)
+class CommandMap:
+    """Into which signal a ForceCommand goes."""
+
+    signal: str = parameter(doc="MESSAGE.SIGNAL, or TOPIC:PATH")
+    kind: str = parameter("force", choices=COMMANDS, doc="what their signal means")
+    unit: str = parameter("", doc="of the signal; empty: that of the database, else SI")
+    raw: bool = parameter(False, doc="send the raw count")
+    sign: int = parameter(1, doc="-1: theirs is negative when it closes")
+    scale: float = parameter(1.0, doc="the signal is scale * value + offset, in the unit")
+    offset: float = parameter(0.0, doc="in the unit")
+    gain: str = parameter("", doc="kind current: current for a force, as '0.4 A/N'")
+    stiffness: str = parameter("", doc="kind position: of finger and object, as '2 N/mm'")
+    feedback: str = parameter("", doc="kind position: the signal of the present position")
+    low: float = parameter(float("nan"), doc="least value to send, in the unit")
+    high: float = parameter(float("nan"), doc="largest value to send, in the unit")
+    set: dict[str, float] = parameter({}, doc="SIGNAL = physical value: what else stands in the message")
+    shares: dict[str, float] = parameter({}, doc="SIGNAL = ratio: joints that get so much of the value")
+
+    def __post_init__(self) -> None:
+        needed = {"position": ("stiffness", "feedback"), "current": ("gain",)}.get(self.kind, ())
+        for key in needed:
+            if not getattr(self, key):
+                raise ConfigError(f"a command of kind {self.kind!r} needs {key!r}")
+        if self.sign not in (1, -1):
+            raise ConfigError(f"'sign' is {self.sign}; it must be 1 or -1")
+
+
+@dataclass(frozen=True)
+class FingerMap:
+    """One finger."""
+
+    channels: Mapping[str, SourceMap]
+    trigger: str = ""
+    max_age: float = 0.1  # [s]
+    rotation: tuple[tuple[float, ...], ...] = ()
+    taxels: TaxelMap | None = None
+    command: CommandMap | None = None
+
+
+@dataclass(frozen=True)
+class _FingerKeys:
+    trigger: str = parameter("", doc="message that completes a state; empty: that of the normal force")
+    max_age: float = parameter(
+        0.1, unit="s", low=0.0, high=10.0, doc="older values of other messages are missing"
+    )
+    axes: tuple[str, ...] = parameter((), doc='our x, y, z in theirs, as ["-y", "x", "z"]')
+    rotation: tuple[Any, ...] = parameter((), doc="three rows of a rotation from their frame to ours")
+
+
+@dataclass(frozen=True)
+class MessageMap:
+    """What protects one of their messages."""
+
+    counter: str = parameter("", doc="signal with a counter")
+    modulus: int = parameter(0, low=0, high=1 << 32, doc="of the counter; 0: what its bits hold")
+    checksum: ChecksumMap = parameter(ChecksumMap(), doc="see the table of checksums in docs/connect.md")
+
+
+@dataclass(frozen=True)
+class SendingMap:
+    """``[command]``: how commands are sent."""
+
+    period: float = parameter(
+        0.02, unit="s", low=0.001, high=1.0, doc="the last command is repeated so often"
+    )
+    silence: str = parameter("unknown", choices=SILENCE, doc="what the hand does when commands stop")
+    opening: tuple[Any, ...] = parameter((), doc="frames sent once: { identifier = 0x40, data = '01 02' }")
+    request: tuple[Any, ...] = parameter(
+        (), doc="frames sent each period while no command is: a hand that answers"
+    )
+
+
+def frames_in(entries: tuple[Any, ...], where: str) -> tuple[tuple[int, bytes], ...]:
+    """Return identifier and data of each of ``entries``, ``{ identifier = 0x81, data = "03 00" }``.
+
+    Raises:
+        ConfigError: an identifier or data that cannot be.
+
+    """
+    found = []
+    for entry in entries:
+        identifier = entry.get("identifier") if isinstance(entry, Mapping) else None
+        try:
+            data = bytes.fromhex(entry.get("data", "")) if identifier is not None else b""
+        except (ValueError, TypeError):
+            identifier = None
+        if not isinstance(identifier, int) or not 0 <= identifier < 1 << 29 or len(data) > 64:
+            raise ConfigError(
+                f"{where}: {entry!r} is no frame; write {{ identifier = 0x81, data = '03 00' }}"
+            )
+        found.append((identifier | (1 << 31 if identifier > 0x7FF else 0), data))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class HandMap:
+    """A whole file."""
+
+    path: Path
+    database: Path | None
+    format: str
+    nodes: Mapping[str, int]
+    rate: float  # [Hz]
+    messages: Mapping[str, MessageMap]
+    fingers: Mapping[str, FingerMap]
+    sending: SendingMap
+    transport: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class _Top:
+    database: str = parameter("", doc="file with their messages, beside this one")
+    format: str = parameter("", choices=("", *FORMATS), doc="of messages on a network")
+    nodes: dict[str, int] = parameter({}, doc="CANopen: node-ID by finger")
+    rate: float = parameter(0.0, unit="Hz", low=0.0, high=1e5, doc="of states; 0: not known")
+    messages: dict[str, Any] = parameter({})
+    fingers: dict[str, Any] = parameter({})
+    command: SendingMap = field(default_factory=SendingMap)
+    transport: dict[str, Any] = parameter({}, doc="for vegrip launch; any launch file goes before it")
+
+
+def read_map(path: Path | str) -> HandMap:
+    """Read the map of a hand; what it names in the database is looked up later.
+
+    Raises:
+        ConfigError: no such file, not TOML, or a key or value that cannot be.
+
+    """
+    path = Path(path)
+    return parse_map(read_toml(path), path)
+
+
+def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
+    """Return the map in ``table``; ``path`` names it in complaints and is where the database is looked for.
+
+    Raises:
+        ConfigError: a key or value that cannot be.
+
+    """
+    top = build(_Top, table, str(path))
+    if bool(top.database) == bool(top.format):
+        raise ConfigError(f"{path}: give 'database' (CAN) or 'format' (a network), and only one of them")
+    if not top.fingers:
+        raise ConfigError(f"{path}: there is no [fingers.NAME]; a map needs one finger at least")
+    fingers = {
+        name: _finger(_table(each, path, f"fingers.{name}"), f"{path} [fingers.{name}]")
+        for name, each in top.fingers.items()
+    }
+    messages = {
+        name: build(MessageMap, _table(each, path, f"messages.{name}"), f"{path} [messages.{name}]")
+        for name, each in top.messages.items()
+    }
+    database = path.parent / top.database if top.database else None
+    return HandMap(
+        path, database, top.format, top.nodes, top.rate, messages, fingers, top.command, top.transport
+    )
+
+
+def expanded(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return ``names`` with each ``{first..last}`` written out.
+
+    >>> expanded(("Pad.T{1..3}", "Pad.Sum"))
+    ('Pad.T1', 'Pad.T2', 'Pad.T3', 'Pad.Sum')
+    """
+    found: list[str] = []
+    for name in names:
+        head, brace, rest = name.partition("{")
+        span, closed, tail = rest.partition("}")
+        first, dots, last = span.partition("..")
+        if not (brace and closed and dots and first.isdecimal() and last.isdecimal()):
+            found.append(name)
+            continue
+        if not int(first) <= int(last) <= int(first) + 1023:
+            raise ConfigError(f"{name!r} must count upwards, and over 1024 signals at most")
+        found += [f"{head}{number}{tail}" for number in range(int(first), int(last) + 1)]
+    return tuple(found)
+
+
+def _table(value: Any, path: Path, name: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise ConfigError(f"{path}: {name!r} is {value!r}; it must be a table")
+    return value
+
+
+def _finger(table: Mapping[str, Any], where: str) -> FingerMap:
+    own = {key: value for key, value in table.items() if key in _FingerKeys.__dataclass_fields__}
+    keys = build(_FingerKeys, own, where)
+    channels, taxels, command = {}, None, None
+    for key, value in table.items():
+        if key in own:
+            continue
+        inside = f"{where[:-1]}.{key}]"
+        known = (*CHANNELS, "taxels", "command", *_FingerKeys.__dataclass_fields__)
+        if key not in known:
+            raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, known, 'known are')}")
+        if not isinstance(value, Mapping):
+            raise ConfigError(
+                f'{where}: {key!r} is {value!r}; it must be a table, as {{ signal = "Message.Signal" }}'
+            )
+        if key == "taxels":
+            taxels = _built(TaxelMap, value, inside)
+        elif key == "command":
+            command = _built(CommandMap, value, inside)
+        else:
+            channels[key] = _built(SourceMap, value, inside)
+    if taxels is not None:
+        _check_taxels(taxels, channels, where)
+    if taxels is None and not {"normal_force", "displacement"} & channels.keys():
+        raise ConfigError(
+            f"{where}: neither normal_force nor displacement is mapped; nothing can be told "
+            "without one of them"
+        )
+    return FingerMap(channels, keys.trigger, keys.max_age, _rotation(keys, where), taxels, command)
+
+
+def _built(cls: Any, table: Mapping[str, Any], where: str) -> Any:
+    try:
+        return build(cls, table, where)
+    except ConfigError as error:
+        said = str(error)
+        raise ConfigError(said if said.startswith(where) else f"{where}: {said}") from None
+
+
+def _check_table(table: tuple[Any, ...]) -> None:
+    pairs = [
+        row
+        for row in table
+        if isinstance(row, list) and len(row) == 2 and all(isinstance(v, (int, float)) for v in row)
+    ]
+    if len(pairs) != len(table) or len(table) < 2:
+        raise ConfigError("'table' must be two or more pairs [their value, our value]")
+    if not all(one[0] < other[0] for one, other in itertools.pairwise(pairs)):
+        raise ConfigError("'table' must ascend in its first column")
+
+
+def _check_taxels(taxels: TaxelMap, channels: Mapping[str, SourceMap], where: str) -> None:
+    count = len(expanded(taxels.normal))
+    for key in ("x", "y", "positions"):
+        given = getattr(taxels, key)
+        number = len(expanded(given)) if key != "positions" else len(given)
+        if given and number != count:
+            raise ConfigError(f"{where}.taxels: {key!r} has {number} entries for {count} taxels")
+    if any(
+        not isinstance(p, list) or len(p) != 2 or not all(isinstance(v, (int, float)) for v in p)
+        for p in taxels.positions
+    ):
+        raise ConfigError(f"{where}.taxels: 'positions' must be pairs [x, y]")
+    made = {"normal_force": True, "tangential_force_x": bool(taxels.x), "tangential_force_y": bool(taxels.y)}
+    twice = [name for name, given in made.items() if given and name in channels]
+    if twice:
+        raise ConfigError(f"{where}: {twice[0]} comes from the taxels and from a signal; give one of them")
+
+
+def _rotation(keys: _FingerKeys, where: str) -> tuple[tuple[float, ...], ...]:
+    if keys.axes and keys.rotation:
+        raise ConfigError(f"{where}: give 'axes' or 'rotation', not both")
+    if keys.axes:
+        rows = [_axis(word, where) for word in keys.axes]
+    else:
+        rows = [
+            tuple(map(float, row))
+            for row in keys.rotation
+            if isinstance(row, list) and all(isinstance(v, (int, float)) for v in row)
+        ]
+        if len(rows) != len(keys.rotation):
+            raise ConfigError(f"{where}: 'rotation' must be three rows of three numbers")
+    if not rows:
+        return ()
+    if len(rows) != 3 or any(len(row) != 3 for row in rows):
+        raise ConfigError(f"{where}: 'axes' or 'rotation' must have three entries, one for each of our axes")
+    _check_rotation(rows, where)
+    return tuple(rows)
+
+
+def _axis(word: str, where: str) -> tuple[float, ...]:
+    sign, name = (-1.0, word[1:]) if word[:1] == "-" else (1.0, word.removeprefix("+"))
+    if name not in ("x", "y", "z"):
+        raise ConfigError(
+            f"{where}: an axis is {word!r}; it must be x, y or z, with a minus in front if it is turned round"
+        )
+    return tuple(sign if name == axis else 0.0 for axis in "xyz")
+
+
+def _check_rotation(rows: list[tuple[float, ...]], where: str) -> None:
+    for i, one in enumerate(rows):
+        for j, other in enumerate(rows):
+            if abs(sum(a * b for a, b in zip(one, other, strict=True)) - (i == j)) > 1e-3:
+                raise ConfigError(f"{where}: the rows of 'rotation' must be of length 1 and at right angles")
+    (a, b, c), (d, e, f), (g, h, i) = rows  # type: ignore[assignment]
+    if a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) < 0.0:
+        raise ConfigError(
+            f"{where}: this is a mirror image, not a rotation: a left-handed frame; turn one sign round "
+            "by 'sign' of that channel instead"
+        )

@@ -1,0 +1,105 @@
+"""Units of a foreign hand -> SI, with the spellings that data sheets and DBC files have."""
+
+import re
+from typing import Final
+
+from vegrip.errors import ConfigError, RecordingError
+from vegrip.identification.recording.units import to_si
+
+SI: Final = {
+    "normal_force": "N",
+    "tangential_force_x": "N",
+    "tangential_force_y": "N",
+    "torque_x": "N*m",
+    "torque_y": "N*m",
+    "torque_z": "N*m",
+    "displacement": "m",
+    "temperature": "degC",
+    "slip": "",
+    "slip_speed": "m/s",
+    "contact_radius": "m",
+}
+"""The unit of each channel; torque_x and torque_y only serve to turn the frame."""
+
+SPELLINGS: Final = {
+    "Nm": "N*m",
+    "mNm": "mN*m",
+    "uNm": "uN*m",
+    "Ncm": "N*cm",
+    "Nmm": "N*mm",
+    "gcm": "gf*cm",
+    "°": "deg",
+    "°C": "degC",
+    "C": "degC",
+    "Celsius": "degC",
+    "degree": "deg",
+    "degrees": "deg",
+    "DEG": "deg",
+    "RAD": "rad",
+    "Amps": "A",
+    "Amp": "A",
+    "grams": "gf",
+    "gram": "gf",
+    "g": "gf",
+    "kg": "kgf",
+    "lb": "lbf",
+    "lbs": "lbf",
+    "oz": "ozf",
+    "Newton": "N",
+    "Newtons": "N",
+    "µm": "um",
+    "cN": "cN",
+}
+"""How units are spelled -> what pint reads. ``Nm`` would be no unit and ``g`` a mass; where a force is
+wanted, grams are the weight of grams."""
+
+QUANTITY: Final = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\D.*)?", re.DOTALL)
+
+
+def conversion(unit: str, wanted: str, what: str) -> tuple[float, float]:
+    """Return scale and offset from ``unit`` to the SI unit ``wanted``; an empty unit is SI already.
+
+    Raises:
+        ConfigError: no such unit, or one of another quantity.
+
+    """
+    if not unit.strip() or not wanted:
+        return 1.0, 0.0
+    try:
+        return to_si(SPELLINGS.get(unit.strip(), unit.strip()), wanted, what)
+    except RecordingError as error:
+        raise ConfigError(str(error)) from None
+
+
+def quantity(text: str, what: str) -> tuple[float, str]:
+    """Return number and unit of a text like ``2.5 N/A``.
+
+    Raises:
+        ConfigError: it does not begin with a number.
+
+    """
+    match = QUANTITY.fullmatch(text)
+    if match is None:
+        raise ConfigError(f"{what} is {text[:60]!r}; it must be a number and a unit, like '2.5 N/A'")
+    return float(match[1]), (match[2] or "").strip()
+
+
+def in_si(text: str, wanted: str, what: str) -> float:
+    """Return the value of ``text`` ('1.5 N') in the SI unit ``wanted``.
+
+    Raises:
+        ConfigError: no number, no such unit, or one of another quantity.
+
+    """
+    number, unit = quantity(text, what)
+    scale, offset = conversion(unit, wanted, what)
+    return number * scale + offset
+
+
+def product(unit: str, factor: str) -> str:
+    """Return the unit of a value in ``unit`` times a factor in ``factor``, as pint reads it."""
+    one, other = (SPELLINGS.get(each.strip(), each.strip()) for each in (unit, factor))
+    if "/" in other:
+        above, below = (SPELLINGS.get(part.strip(), part.strip()) for part in other.split("/", 1))
+        other = f"({above or '1'})/({below})"
+    return f"({one or '1'})*({other or '1'})"
