@@ -14,7 +14,7 @@ ENOUGH = 1.5  # [s] in which every node says how it is, at the usual period
 def monitor(
     duration: Annotated[float, typer.Option(min=0.0, help="end after so many seconds; 0 = Ctrl-C")] = 0.0,
     json: Annotated[bool, typer.Option("--json", help="watch for a moment, print one JSON object")] = False,
-    web: Annotated[bool, typer.Option("--web", help="show it as a page for the browser, on loopback")] = False,
+    web: Annotated[bool, typer.Option("--web", help="show it as a page in the browser")] = False,
     port: Annotated[int, typer.Option(min=0, max=65535, help="of the page; 0 = any free one")] = 8520,
     opens: Annotated[bool, typer.Option("--open", help="open the page in the browser")] = False,
 ) -> None:
@@ -24,8 +24,9 @@ def monitor(
     older than half a second is not shown; a node that is stopped, killed or has ended is called so. It is as
     wide as the terminal: from 118 columns on with contact radius, exponent, friction and ages.
 
-    With --web the same and more is a page: the limit surface with the load in it, the pressure over the contact,
-    the last half minute, parameters and lifecycle. Its address, with a key, is printed; it waits for nodes.
+    With --web the same and more is a page, on loopback: the limit surface with the load in it, the pressure
+    over the contact, the last half minute, parameters and lifecycle. Its address, with a key, is printed; it
+    waits for nodes.
 
     Example: vegrip monitor --web
     """

@@ -1,5 +1,5 @@
 """Pages for a browser on this machine: what is shown, the server, and what the browser loads.
 
-``live`` shows running nodes, ``check`` a model against a recording, ``report`` writes either to one file. Pages
-are built by pure functions from values; ``server`` and ``guard`` are the rim. Nothing here is imported by a node.
+``live`` shows running nodes. What is shown is worked out by pure functions; ``server`` and ``guard`` are the
+rim. No node imports anything of this.
 """

@@ -1,4 +1,4 @@
-"""The last half minute of one finger as columns: what was least, greatest and newest in each twenty-fifth second.
+"""The last half minute of one finger as columns: least, greatest and newest value of each 40 ms.
 
 A screen has fewer columns than a node has samples; keeping the least and the greatest of each column loses no
 peak. Pure; a column is closed by its owner's clock.

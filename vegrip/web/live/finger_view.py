@@ -137,7 +137,7 @@ def _sure(limit: Estimate, margin: SlipMargin | None) -> float:
 
 
 def _load(state: FingertipState | None) -> dict[str, Any] | None:
-    if state is None or math.isnan(state.tangential_force_x) and math.isnan(state.tangential_force_y):
+    if state is None or (math.isnan(state.tangential_force_x) and math.isnan(state.tangential_force_y)):
         return None
     x, y = (0.0 if math.isnan(v) else v for v in (state.tangential_force_x, state.tangential_force_y))
     torque = 0.0 if math.isnan(state.torque_z) else state.torque_z

@@ -10,7 +10,7 @@ from vegrip.contact.limit_surface.reference import point
 STEP = 0.1  # of the pressure exponent between two curves; the surface moves by less than a line's width
 RANGE = (1.0, 50.0)  # of the pressure exponent; beyond, the pressure is as good as uniform
 _CENTRES = (0.0, 0.1, 0.2, 0.3, 0.42, 0.55, 0.7, 0.85, 1.0, 1.25, 1.7, 2.6, 5.0, 20.0)
-"""Distances of the centre of rotation from that of the contact [contact radii], from pure torque to pure force."""
+"""Distances of the centre of rotation [contact radii], from pure torque to pure force."""
 
 Curve = tuple[tuple[float, float], ...]
 """Points (f, m): tangential force over mu N, torque over the largest torque, of the quarter f, m >= 0."""

@@ -9,16 +9,13 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from vegrip.errors import UsageError, VegripError
+from vegrip.errors import VegripError
 from vegrip.node.client import ask
 from vegrip.node.registry import find_node
 from vegrip.web.live.columns import PERIOD
 from vegrip.web.live.stream import Stream
+from vegrip.web.requests import STATES, asked
 from vegrip.web.server import STATIC, events
-
-STATES = {2: 400, 3: 422, 4: 503}
-"""HTTP status for the exit code that the command line would have."""
-LARGEST = 10_000  # [bytes] of a request
 
 
 def routes(stream: Stream) -> list[Route]:
@@ -50,21 +47,21 @@ async def _texts(stream: Stream) -> AsyncIterator[str]:
             yield text
 
 
-def _parameters(asked: dict[str, Any]) -> Any:
-    return [_finite(row) for row in ask(find_node(asked["node"]), "parameters")]
+def _parameters(told: dict[str, Any]) -> Any:
+    return [_finite(row) for row in ask(find_node(told["node"]), "parameters")]
 
 
-def _set_parameter(asked: dict[str, Any]) -> Any:
-    rows = ask(find_node(asked["node"]), "set_parameter", name=asked["name"], value=asked["value"])
+def _set_parameter(told: dict[str, Any]) -> Any:
+    rows = ask(find_node(told["node"]), "set_parameter", name=told["name"], value=told["value"])
     return [_finite(row) for row in rows]
 
 
-def _state(asked: dict[str, Any]) -> Any:
-    return ask(find_node(asked["node"]), "state")
+def _state(told: dict[str, Any]) -> Any:
+    return ask(find_node(told["node"]), "state")
 
 
-def _set_state(asked: dict[str, Any]) -> Any:
-    return ask(find_node(asked["node"]), "set_state", target=asked["target"])
+def _set_state(told: dict[str, Any]) -> Any:
+    return ask(find_node(told["node"]), "set_state", target=told["target"])
 
 
 def _answers(call: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:
@@ -72,7 +69,7 @@ def _answers(call: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:
 
     async def endpoint(request: Request) -> Response:
         try:
-            return JSONResponse(await run_in_threadpool(call, await _asked(request)))
+            return JSONResponse(await run_in_threadpool(call, await asked(request)))
         except VegripError as error:
             sentence = {"error": str(error), "exit_code": error.exit_code}
             return JSONResponse(sentence, STATES.get(error.exit_code, 500))
@@ -80,19 +77,6 @@ def _answers(call: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:
             return JSONResponse({"error": f"the request lacks {missing}", "exit_code": 2}, 400)
 
     return endpoint
-
-
-async def _asked(request: Request) -> dict[str, Any]:
-    if request.method == "GET":
-        return dict(request.query_params)
-    body = await request.body()
-    try:
-        asked = await request.json() if len(body) <= LARGEST else None
-    except ValueError:
-        asked = None
-    if not isinstance(asked, dict):
-        raise UsageError("the request is no JSON object")
-    return asked
 
 
 def _finite(row: dict[str, Any]) -> dict[str, Any]:
