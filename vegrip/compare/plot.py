@@ -67,7 +67,7 @@ def draw(comparison: Comparison, folder: Path, name: str = "model") -> list[Path
 
 
 def measured_values(comparison: Comparison, residuals: Residuals) -> Floats:
-    """Return the measurements in the rows of ``residuals``; of loads at slip the size: they point anywhere."""
+    """Return the measurements in the rows of ``residuals``; of loads at slip the sizes."""
     columns = comparison.problem.measured.columns
     if residuals.channel == "tangential_force":
         none = np.zeros(columns["t"].size)

@@ -108,7 +108,8 @@ def ranking(rung: Rung, have: Sequence[str], *, busy: bool, buttons: bool = True
         f'<section class="card"><h2>what may be missing</h2>{_undecided(told)}<div class="scroll">'
         f'<table class="ranking">{head}{rows}</table></div>'
         '<p class="soft">Evidence: how much better the effect explains the recording, its price paid. '
-        "Held out: on episodes that the fit has not seen. An effect that fails a test is no finding.</p></section>"
+        "Held out: on episodes that the fit has not seen. An effect that fails a test is no finding.</p>"
+        "</section>"
     )
 
 
