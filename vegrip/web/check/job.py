@@ -64,8 +64,9 @@ class Job:
 
     def _run(self) -> None:
         assert self._process.stderr is not None  # noqa: S101
-        for line in self._process.stderr:
-            self.lines = [*self.lines, line.strip()][-LINES:]
+        with self._process.stderr as told:
+            for line in told:
+                self.lines = [*self.lines, line.strip()][-LINES:]
         code = self._process.wait()
         self._output.seek(0)
         text = self._output.read()

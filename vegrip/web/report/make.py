@@ -58,7 +58,7 @@ def _of_recording(
 
 
 def _of_check(folder: Path) -> str:
-    recording = Path(_read(folder / FILE)["recording"])
+    recording = Path(str(_read(folder / FILE).get("recording", "")))
     session = load(folder, str(recording))
     if session is None or session.rung is None:
         raise InputError(f"{folder}: the check has not found anything yet")
