@@ -180,3 +180,14 @@ def test_the_newest_of_a_stream_that_ends_is_sent_all_the_same(sink, entry, monk
     assert heard_after(sink, reader, STATES[:1]) == [0.0]
     assert heard_after(sink, reader, STATES[1:2]) == [1.0]  # within the period: sent by a later look
     reader.close()
+
+
+def test_of_a_stream_whose_newest_suffices_nothing_is_queued_and_the_newest_is_sent(sink, entry):
+    reader = TelemetryReader([entry], [f"{NEWEST}/hand/thumb/state"])
+    assert heard_after(sink, reader, STATES[:1]) == [0.0]  # from now on it is known who wants what
+    assert [sink.takes(state, Direction.IN) for state in STATES[1:]] == [False] * 49
+    sink._newest_due = 0.0
+    sink.listen()
+    assert until(lambda: [m.normal_force for _, _, _, m in reader.read(0.1)] == [49.0])
+    assert sink.takes(FingertipState(1, "ring", 0), Direction.IN)  # of which it is not known yet
+    reader.close()

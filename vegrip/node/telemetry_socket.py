@@ -27,6 +27,19 @@ NEWEST_PERIOD = 0.04  # [s]
 SUBSCRIBE, UNSUBSCRIBE = b"\x01", b"\x00"  # the first byte of what subscribers send
 
 
+@dataclass(frozen=True, slots=True)
+class _Stream:
+    """The messages of one kind of one finger or node, and what is wanted of them."""
+
+    topic: bytes
+    every: bool
+    newest: bool
+
+
+UNSORTED = _Stream(b"", every=True, newest=False)
+"""Stands for a stream of which it is not known yet who wants it."""
+
+
 class TelemetrySocket:
     """Publishes ``[topic, direction, payload]``; a sink of :class:`~vegrip.node.telemetry.Telemetry`.
 
@@ -71,6 +84,17 @@ class TelemetrySocket:
         if known is not None or len(self._counts) < MOST_STREAMS or stream[1] in self._fingers:
             self._counts[stream] = (known or 0) + 1
 
+    def takes(self, message: Message, direction: Direction) -> bool:
+        """Whether somebody wants every message of this stream; the newest is kept here where it suffices."""
+        owner = _owner(message)
+        key = (type(message), owner)
+        stream = self._streams.get(key, UNSORTED)  # the thread may clear it at any time
+        if stream is UNSORTED:
+            return True  # :meth:`publish` finds out who wants it
+        if stream is not None and stream.newest:
+            self._newest[type(message), owner, direction] = message
+        return stream is not None and stream.every
+
     def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
         """Send the messages that somebody wants, and keep the newest for those who want no more."""
         for message, direction in messages:
@@ -80,8 +104,10 @@ class TelemetrySocket:
                 continue
             if stream.every:
                 self._send(stream.topic, message, direction)
-            if stream.newest:
-                self._newest[type(message), owner, direction] = message
+            if stream.newest:  # unless the loop has kept a newer one
+                key = (type(message), owner, direction)
+                if key not in self._newest or message.stamp >= self._newest[key].stamp:
+                    self._newest[key] = message
         self._send_newest()
 
     def topics(self) -> dict[str, dict[str, int]]:
@@ -128,7 +154,7 @@ class TelemetrySocket:
             self._subscribed.add(prefix if len(self._subscribed) < MOST_PREFIXES else b"")
             self._streams.clear()
 
-    def _stream(self, kind: type[Message], owner: str) -> "_Stream | None":
+    def _stream(self, kind: type[Message], owner: str) -> _Stream | None:
         """Return how the messages of ``owner`` are wanted, None where nobody can hear of them."""
         key = (kind, owner)
         if key in self._streams:
@@ -150,24 +176,15 @@ class TelemetrySocket:
         if not self._newest or now < self._newest_due:
             return
         self._newest_due = now + NEWEST_PERIOD
-        for (kind, owner, direction), message in self._newest.items():
-            if (stream := self._stream(kind, owner)) is not None:
-                self._send(NEWEST.encode() + stream.topic, message, direction)
-        self._newest.clear()
+        for key in list(self._newest):  # the loop puts others in meanwhile
+            message = self._newest.pop(key)
+            if (stream := self._stream(*key[:2])) is not None:
+                self._send(NEWEST.encode() + stream.topic, message, key[2])
 
     def _send(self, topic: bytes, message: Message, direction: Direction) -> None:
         encoded = self._codec.encode(message)
         if encoded is not None:
             self._socket.send_multipart([topic, direction.value.encode(), encoded[1]], zmq.DONTWAIT)
-
-
-@dataclass(frozen=True, slots=True)
-class _Stream:
-    """The messages of one kind of one finger or node, and what is wanted of them."""
-
-    topic: bytes
-    every: bool
-    newest: bool
 
 
 def _owner(message: Message) -> str:
