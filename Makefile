@@ -16,7 +16,7 @@ test-fast: $(STAMP)
 	$(V)/python -m pytest -q -n auto -m "not slow and not wheel"
 
 test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-Mode-Linux where this kernel has none
-	tests/vcan/run $(V)/python -m pytest -q -p no:cacheprovider tests/vcan tests/cia301/test_with_canopen.py tests/cia301/test_trouble.py
+	tests/vcan/run $(V)/python -m pytest -q -p no:cacheprovider tests/vcan tests/canopen/test_with_canopen.py tests/canopen/test_trouble.py
 
 test-web: $(STAMP)  ## the pages in a real browser, headless: Chromium of the distribution (apt-get install chromium)
 	VEGRIP_WEB_TESTS=1 $(V)/python -m pytest -q -n 0 tests/web
@@ -32,7 +32,7 @@ check: lint types test test-vcan test-web docs examples wheel-test  ## what CI r
 format: $(STAMP)
 	$(V)/ruff format .
 	$(V)/ruff check --fix .
-	$(V)/python -m vegrip.cia301.write_eds proto
+	$(V)/python -m vegrip.canopen.write_eds proto
 
 lint: $(STAMP)
 	$(V)/ruff format --check .
@@ -52,7 +52,7 @@ examples: $(STAMP)
 	$(V)/python examples/run_all.py
 
 fuzz-estimator: $(STAMP)  ## a million hostile samples through estimator and node (3 minutes)
-	VEGRIP_FUZZ=250000 $(V)/python -m pytest -q -n auto tests/estimator/test_hostile.py tests/grasp/test_hostile.py
+	VEGRIP_FUZZ=250000 $(V)/python -m pytest -q -n auto tests/estimator/test_hostile.py tests/grip/test_hostile.py
 
 FUZZ_SECONDS ?= 60
 fuzz: $(STAMP)  ## look for bytes that break a decoder, guided by coverage
@@ -95,10 +95,10 @@ latency: $(STAMP)  ## state in to command out against an echo, over every link (
 	$(V)/python -m vegrip.benchmarks._latency_matrix
 
 soak: $(STAMP)  ## an hour of holding under faults, in simulated time
-	$(V)/python -m vegrip.faults --soak 3600
+	$(V)/python -m vegrip.validation.faults --soak 3600
 
 soak-wall: $(STAMP)  ## four minutes of real processes that are killed, stopped and babbled at
-	$(V)/python -m vegrip.faults --wall 240
+	$(V)/python -m vegrip.validation.faults --wall 240
 
 clean:
 	rm -rf .venv build dist *.egg-info

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.messages import FingertipState, ForceCommand, Message
-from vegrip.node.histogram import Histogram
-from vegrip.node.statistics import LoopStatistics
+from vegrip.runtime.histogram import Histogram
+from vegrip.runtime.statistics import LoopStatistics
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.virtual import HandSettings, VirtualHand

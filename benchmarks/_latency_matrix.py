@@ -25,8 +25,8 @@ from typing import Any
 from vegrip.benchmarks._latency_feed import FINGERS, Feed, Felt, feed, record
 from vegrip.benchmarks._nodes import private_runtime, running
 
-from vegrip.node.histogram import Histogram
-from vegrip.transport.frame_time import BitTiming, typical_duration
+from vegrip.runtime.histogram import Histogram
+from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 
 PROGRAMS = ("grasp_force", "echo")
 LINKS = ("virtual", "vcan", "ipc", "tcp")

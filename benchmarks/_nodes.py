@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from unittest import mock
 
 from vegrip.errors import VegripError
-from vegrip.node.client import ask
-from vegrip.node.registry import find_node
+from vegrip.runtime.client import ask
+from vegrip.runtime.registry import find_node
 
 PATIENCE = 180.0  # [s] for a first start, which compiles
 

@@ -11,11 +11,11 @@ from typing import Any
 
 from vegrip.benchmarks._timing import compared
 
-from vegrip.codec import CanCodec, Frame, MsgpackCodec
-from vegrip.codec.database import database, layouts
-from vegrip.codec.layout import Part
-from vegrip.codec.protection import CAN_PROFILES
 from vegrip.messages import FingertipState, ForceCommand, Message, Reason
+from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
+from vegrip.transport.codec.database import database, layouts
+from vegrip.transport.codec.layout import Part
+from vegrip.transport.codec.protection import CAN_PROFILES
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 BATCH = 100

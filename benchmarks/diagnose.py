@@ -10,8 +10,8 @@ import time
 
 import numpy as np
 
-from vegrip.diagnosis import diagnose
-from vegrip.diagnosis.trials import Case, recorded
+from vegrip.identification.diagnosis import diagnose
+from vegrip.validation.diagnosis_trials import Case, recorded
 
 ROWS = 46_000  # 230 s at 200 Hz, whatever the rate that the case draws
 HIDDEN = ((), ("sensor_lag",), ("adhesion", "second_relaxation"))

@@ -3,25 +3,32 @@
 8 states (indentation, speed, relaxed force, largest force, ln K, c1, zero of the displacement, bias of the
 force), 2 measurements. filterpy's filters, and a filter in a dozen lines of numpy, get the same functions
 written as one writes them for it, in plain Python. The C version is the very step, statement by statement,
-``cc -O3 -march=native``, in a loop inside C; it needs a C compiler and is left out where there is none.
+``cc -O3 -march=native -ffp-contract=off``, in a loop inside C; it needs a C compiler and is left out where
+there is none.
 ``five_fingers_all_outputs_vs_step`` sets five fingers with radius, exponent, limit surface, margin,
 friction and all standard deviations, one call, against one step (ratio 0.1 = ten times a step).
 """
 
+import ctypes
 import math
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 from numpy.typing import NDArray
 from vegrip.benchmarks._timing import compared
 
+from vegrip.c99 import MEMORY, REAL, host, translate
 from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator.compiled import text_of
 from vegrip.messages import NAN, FingertipState
 from vegrip.model import ContactModel, paper_model
 
 Floats = NDArray[np.float64]
 DT = 2e-3
+IN_A_ROW = 1000
 FORCE, DISPLACEMENT = 0.7, 8e-4  # N, m; of a hold that has relaxed, so that nothing contradicts
 
 
@@ -39,7 +46,8 @@ def run() -> dict[str, dict[str, float]]:
     hands = np.tile(m, (5, 1))
     samples = np.tile([FORCE, DISPLACEMENT, NAN, 0.2, 1e-4, 0.0], (5, 1))
     rival = Rival(model)
-    return {
+    found = {"estimator_step_vs_c": against_c(step, estimator)} if host.compiler() else {}
+    return found | {
         "estimator_step_vs_filterpy_ukf": compared(step, rival.unscented(estimator)),
         "estimator_step_vs_filterpy_ekf": compared(step, rival.extended(estimator)),
         "estimator_step_vs_numpy": compared(step, rival.in_numpy(estimator)),
@@ -56,6 +64,32 @@ def settled(model: ContactModel) -> ContactEstimator:
     for i in range(t.size):
         estimator.update(FingertipState(int(t[i] * 1e9), "tip", i, force[i], 0.2, 0.0, 1e-4, depth[i]))
     return estimator
+
+
+LOOP = """
+void many(int32_t count, double *m, double dt, double force, double displacement, double radius)
+{
+    for (int32_t i = 0; i < count; i++) {
+        vg_filter_step(m, dt, force, displacement, radius);
+    }
+}
+"""
+AS_FAST_AS_CAN_BE = (*host.FLAGS, "-O3", "-march=native")
+
+
+def against_c(step: Callable[[], object], estimator: ContactEstimator) -> dict[str, float]:
+    """Compare a step called from Python with one in a loop of ``IN_A_ROW`` in C."""
+    program = translate(text_of(estimator.model, estimator.layout), {"filter_step": (MEMORY, *[REAL] * 4)})
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / "step.so"
+        host.build(program.text() + LOOP, library, AS_FAST_AS_CAN_BE)
+        many = host.load(library).many
+    many.argtypes = [ctypes.c_int32, ctypes.c_void_p, *[ctypes.c_double] * 4]
+    many.restype = None
+    m = estimator._m.copy()
+    figures = compared(step, lambda: many(IN_A_ROW, m.ctypes.data, DT, FORCE, DISPLACEMENT, NAN))
+    theirs = figures["theirs_us"] / IN_A_ROW
+    return {"ours_us": figures["ours_us"], "theirs_us": theirs, "ratio": theirs / figures["ours_us"]}
 
 
 class Rival:

@@ -5,7 +5,8 @@ motion. Recordings of the virtual bench with one hidden effect of four, or with 
 
 * filter: the filter's likelihood, base and candidate each at its own best (MAP), the price of a parameter as
   in the whitened fit,
-* whitened: the evidence of the whitened residual (vegrip.fit), the same four candidates, no gates,
+* whitened: the evidence of the whitened residual (vegrip.identification.fit), the same four candidates, no
+  gates,
 * diagnose: the whole of ``vegrip diagnose``, all of the catalogue.
 
 ``python -m benchmarks.filter_likelihood --seeds 10 --processes 2`` prints one line for each recording and
@@ -28,26 +29,26 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from vegrip.contact import limit_surface
-from vegrip.diagnosis import diagnose
-from vegrip.diagnosis.catalogue import candidates
-from vegrip.diagnosis.nested import Fitted, extended, judged
-from vegrip.diagnosis.regimes import held_out_groups
-from vegrip.diagnosis.screen import screen
-from vegrip.diagnosis.trials import Case, recorded
 from vegrip.effects.contract import Effect
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import KERNELS
+from vegrip.estimator.initial_state import blank
 from vegrip.estimator.layout import Layout, layout_of
-from vegrip.estimator.start import blank
-from vegrip.fit.measured import prepare
-from vegrip.fit.noise import noise_of
-from vegrip.fit.problem import Problem
-from vegrip.fit.recipe import base_model
-from vegrip.fit.solve import fit_problem
+from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.diagnosis.candidate_fit import Fitted, extended, judged
+from vegrip.identification.diagnosis.catalogue import candidates
+from vegrip.identification.diagnosis.regimes import held_out_groups
+from vegrip.identification.diagnosis.score_tests import screen
+from vegrip.identification.fit.fitting import base_model
+from vegrip.identification.fit.noise import noise_of
+from vegrip.identification.fit.preprocess import prepare
+from vegrip.identification.fit.problem import Problem
+from vegrip.identification.fit.solve import fit_problem
+from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
 from vegrip.parameters import changed, coordinate
-from vegrip.recording import Recording
+from vegrip.validation.diagnosis_trials import Case, recorded
 
 Floats = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from scipy.optimize import Bounds, LinearConstraint, minimize
 from scipy.sparse import csc_matrix
 from vegrip.benchmarks._timing import compared
 
-from vegrip.control.internal import ContactPlace, InternalForces, grasp_map
+from vegrip.grip.allocation.internal_forces import ContactPlace, InternalForces, grasp_map
 
 Floats = NDArray[np.float64]
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 from vegrip.benchmarks._nodes import private_runtime, running
 
-from vegrip.node.client import ask
-from vegrip.node.registry import find_node
+from vegrip.runtime.client import ask
+from vegrip.runtime.registry import find_node
 
 SECONDS = 10
 

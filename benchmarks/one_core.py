@@ -22,8 +22,8 @@ from typing import Any
 from vegrip.benchmarks._nodes import private_runtime, running
 
 from vegrip.clock import NS
-from vegrip.node.client import ask
-from vegrip.node.registry import find_node
+from vegrip.runtime.client import ask
+from vegrip.runtime.registry import find_node
 
 CHANNEL = "transport.channel=onecore"
 TICKS = os.sysconf("SC_CLK_TCK")

@@ -26,8 +26,8 @@ from vegrip.benchmarks._nodes import private_runtime, running
 from vegrip.benchmarks.one_core import placed
 
 from vegrip.errors import VegripError
-from vegrip.node.client import ask
-from vegrip.node.registry import find_node
+from vegrip.runtime.client import ask
+from vegrip.runtime.registry import find_node
 
 CHANNEL = "transport.channel=page-cost"
 WINDOW = 6  # [s] measured, of each turn

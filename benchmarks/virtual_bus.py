@@ -23,10 +23,10 @@ from random import Random
 import can
 from vegrip.benchmarks._timing import compared
 
-from vegrip.transport.bus_model import BusModel
-from vegrip.transport.frame_time import BitTiming, BusFrame
-from vegrip.transport.hub import AT_ONCE, Hub
-from vegrip.transport.hub_wire import LARGEST, VERSION, pack_request
+from vegrip.transport.canbus.bus_model import BusModel
+from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
+from vegrip.transport.canbus.hub import AT_ONCE, Hub
+from vegrip.transport.canbus.hub_wire import LARGEST, VERSION, pack_request
 
 MEMBERS = 4
 MOST = 1000  # packets taken in one go

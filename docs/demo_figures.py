@@ -13,13 +13,13 @@ from pathlib import Path
 
 from rich.console import Console
 
-from vegrip.demo.candidates import KNOBS
 from vegrip.demo.command import others
-from vegrip.demo.compare import Trial, course
 from vegrip.demo.plot import picture
 from vegrip.demo.run import Demo, elapsed, run
-from vegrip.demo.scenario import Scenario
-from vegrip.monitor import render
+from vegrip.runtime.monitor import render
+from vegrip.validation.controllers.candidates import KNOBS
+from vegrip.validation.controllers.comparison import Trial, course
+from vegrip.validation.controllers.scenario import Scenario
 
 IMAGES = Path(__file__).parent / "images"
 PICTURES = {"hand": "demo.png", "pinch": "demo-pinch.png"}

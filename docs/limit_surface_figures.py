@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vegrip.contact.limit_surface import fast, reference
 from vegrip.contact.limit_surface.map_gauge import bound_gauge
 from vegrip.contact.limit_surface.pressure_map import PressureMap
-from vegrip.paper.figures.style import panels
+from vegrip.contact.paper.figures.style import panels
 
 IMAGES = Path(__file__).parent / "images"
 SLIP_CENTRES = np.tan(np.linspace(1e-3, np.pi / 2 - 1e-3, 800))

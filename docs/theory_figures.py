@@ -19,11 +19,11 @@ from vegrip.contact.elastic import ExponentialStiffness, PowerStiffness
 from vegrip.contact.geometry import contact_radius, parabolic_radius
 from vegrip.contact.history import solve
 from vegrip.contact.limit_surface import reference
+from vegrip.contact.paper.figures.style import panels
+from vegrip.contact.paper.setting import CREEP as H
+from vegrip.contact.paper.setting import RELAXATION as G
 from vegrip.contact.pressure import coefficient
 from vegrip.contact.relaxation import hereditary_force
-from vegrip.paper.figures.style import panels
-from vegrip.paper.setting import CREEP as H
-from vegrip.paper.setting import RELAXATION as G
 
 IMAGES = Path(__file__).parent / "images"
 SWITCH = 0.3  # [s] from displacement held to load held

@@ -6,12 +6,12 @@ from typing import Any
 
 from vegrip.config import build as build_parameters
 from vegrip.estimator import ContactEstimator
-from vegrip.grasp.node import GraspForce
-from vegrip.grasp.parameters import GraspParameters, estimator_factory, memory_of, models_of
-from vegrip.grasp.succession import Succession
-from vegrip.grasp.suspicion import Inquiries
+from vegrip.grip.background_diagnosis import Inquiries
+from vegrip.grip.model_swap import Succession
+from vegrip.grip.node import GraspForce
+from vegrip.grip.parameters import GraspParameters, estimator_factory, memory_of, models_of
 from vegrip.model import ContactModel
-from vegrip.node import NodeContext
+from vegrip.runtime import NodeContext
 
 
 def build(settings: Mapping[str, Any], context: NodeContext) -> GraspForce:

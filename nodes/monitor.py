@@ -6,8 +6,8 @@ from typing import Any
 
 from vegrip.config import build as build_parameters
 from vegrip.messages import Message
-from vegrip.monitor.screen import Screen
-from vegrip.node import NodeBase, NodeContext
+from vegrip.runtime import NodeBase, NodeContext
+from vegrip.runtime.monitor.screen import Screen
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from typing import Any
 
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
+from vegrip.identification.recording.background import BackgroundWriter
+from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import Message
-from vegrip.node import NodeBase, NodeContext
-from vegrip.recording.background import BackgroundWriter
-from vegrip.recording.writer import RecordingWriter
+from vegrip.runtime import NodeBase, NodeContext
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from vegrip.clock import NS
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
+from vegrip.identification.recording.data import Recording
+from vegrip.identification.recording.session import merged_states, read_fingers
 from vegrip.messages import FingertipState, Message
-from vegrip.node import NodeBase, NodeContext
-from vegrip.recording.data import Recording
-from vegrip.recording.session import merged_states, read_fingers
+from vegrip.runtime import NodeBase, NodeContext
 
 
 @dataclass(frozen=True)

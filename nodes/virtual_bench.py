@@ -4,9 +4,9 @@ from collections.abc import Iterable
 from typing import Any
 
 from vegrip.clock import NS
+from vegrip.identification.simulate.bench import Benches
 from vegrip.messages import FingertipState, Message
-from vegrip.node import NodeBase
-from vegrip.simulate.bench import Benches
+from vegrip.runtime import NodeBase
 
 
 class VirtualBenchNode(NodeBase):

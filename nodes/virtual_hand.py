@@ -14,12 +14,12 @@ from vegrip.nodes.virtual_bench import VirtualBenchNode
 from vegrip.clock import NS
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
-from vegrip.control.freshness import objection
 from vegrip.errors import ConfigError
+from vegrip.grip.safety.command_validity import objection
+from vegrip.identification.simulate.bench import Benches
+from vegrip.identification.simulate.protocol import read_protocol
 from vegrip.messages import FingertipState, ForceCommand, Message
-from vegrip.node import NodeBase, NodeContext
-from vegrip.simulate.bench import Benches
-from vegrip.simulate.protocol import read_protocol
+from vegrip.runtime import NodeBase, NodeContext
 from vegrip.virtual import HandSettings, VirtualHand, disturbances
 from vegrip.virtual.hidden import make
 

@@ -25,11 +25,11 @@ def told(listener: Callable[[str], None]) -> Iterator[None]:
         _listeners.remove(listener)
 
 
-def announce() -> None:
+def announce(sentence: str = SENTENCE) -> None:
     """Say that compiling begins: to the innermost listener, else to the log, else to the terminal."""
     if _listeners:
-        _listeners[-1](SENTENCE)
+        _listeners[-1](sentence)
     elif log.isEnabledFor(logging.INFO):
-        log.info(SENTENCE)
+        log.info(sentence)
     elif sys.stderr is not None and sys.stderr.isatty():
-        print(f"vegrip: {SENTENCE}", file=sys.stderr)  # noqa: T201
+        print(f"vegrip: {sentence}", file=sys.stderr)  # noqa: T201

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.estimator import ContactEstimator
-from vegrip.grasp.node import GraspForce
-from vegrip.recording import Recording
-from vegrip.recording.column_map import read_column_map
-from vegrip.recording.import_csv import import_csv
-from vegrip.recording.session import read_output
-from vegrip.recording.writer import RecordingWriter
-from vegrip.replay.grasp import grasp_node, read_settings
-from vegrip.replay.plot import draw
-from vegrip.replay.run import Outcome, run_through
+from vegrip.grip.node import GraspForce
+from vegrip.identification.recording import Recording
+from vegrip.identification.recording.column_map import read_column_map
+from vegrip.identification.recording.import_csv import import_csv
+from vegrip.identification.recording.session import read_output
+from vegrip.identification.recording.writer import RecordingWriter
+from vegrip.runtime.replay.grasp import grasp_node, read_settings
+from vegrip.runtime.replay.plot import draw
+from vegrip.runtime.replay.run import Outcome, run_through
 
 HERE = Path(__file__).parent
 MAPS = HERE.parent / "maps"

@@ -7,8 +7,8 @@ import numpy as np
 from cases import DATA, MAPS, OOCYTE, read, run
 from matplotlib import pyplot as plt
 
-from vegrip.recording.column_map import read_column_map
-from vegrip.recording.import_csv import import_csv
+from vegrip.identification.recording.column_map import read_column_map
+from vegrip.identification.recording.import_csv import import_csv
 
 RUNS = (1, 4, 8, 12, 13)
 

@@ -6,11 +6,11 @@ from typing import Literal
 import matplotlib as mpl
 import numpy as np
 
-from vegrip.compare import compare
-from vegrip.fit import noise_of
-from vegrip.fit.problem import AT
+from vegrip.identification.compare import compare
+from vegrip.identification.fit import noise_of
+from vegrip.identification.fit.problem import AT
+from vegrip.identification.recording import read_recording
 from vegrip.model import read_model
-from vegrip.recording import read_recording
 
 mpl.use("Agg")
 

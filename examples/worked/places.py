@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from vegrip.fit import fit, noise_of
+from vegrip.identification.fit import fit, noise_of
+from vegrip.identification.recording import read_recording
 from vegrip.model import read_model
-from vegrip.recording import read_recording
 
 
 def own_stiffness(folder: Path, models: tuple[str, ...], options: tuple[str, ...]) -> list[float]:

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vegrip.identification.recording import Recording, write_recording
+from vegrip.identification.samples import RADIUS, recording
 from vegrip.model import paper_model, write_model
-from vegrip.recording import Recording, write_recording
-from vegrip.samples import RADIUS, recording
 
 
 def first_presses() -> Recording:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from vegrip.recording.session import read_fingers
+from vegrip.identification.recording.session import read_fingers
 
 KEYS = {
     "samples",

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from vegrip.cli import main
+from vegrip.identification.recording import Fingertip, Recording, write_recording
+from vegrip.identification.simulate import simulate
+from vegrip.identification.simulate.standard import standard
 from vegrip.model import paper_model
-from vegrip.recording import Fingertip, Recording, write_recording
-from vegrip.simulate import simulate
-from vegrip.simulate.standard import standard
 
 MODEL = paper_model(8e-3)
 BOTH = pytest.mark.parametrize("command", ["fit", "compare"])

@@ -142,7 +142,7 @@ def test_a_recording_that_is_replaced_by_force_comes_back_when_the_new_one_fails
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("vegrip.recording.write_recording", full)
+        patch.setattr("vegrip.identification.recording.write_recording", full)
         assert main(["import", str(bench / "raw.csv"), "-o", str(output), "--force"]) == 130
     assert (output / "recording.csv").read_text() == old
     assert "half" not in (output / "recording.toml").read_text()

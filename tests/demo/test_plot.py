@@ -8,8 +8,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from vegrip.demo import plot
-from vegrip.demo.closed_loop import Course
-from vegrip.demo.scenario import Scenario
+from vegrip.validation.controllers.closed_loop import Course
+from vegrip.validation.controllers.scenario import Scenario
 
 DURATION = 30.0
 

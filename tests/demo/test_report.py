@@ -3,8 +3,8 @@
 import pytest
 
 from vegrip.demo.report import conclusions, verdict_on_the_machine, what_to_see
-from vegrip.demo.result import Result
-from vegrip.demo.scenario import GRASPS, Scenario, fitting_grasp
+from vegrip.validation.controllers.result import Result
+from vegrip.validation.controllers.scenario import GRASPS, Scenario, fitting_grasp
 
 OURS = Result(slips=0, dropped=False, mean_grip_force=4.0, peak_grip_force=9.0, min_margin=0.2)
 

@@ -9,9 +9,9 @@ import pytest
 
 from vegrip.effects import effect
 from vegrip.model import paper_model, predict
-from vegrip.virtual.protocol import AIR, Segment, hold, slip, triangles
+from vegrip.virtual.bench.protocol import AIR, Segment, hold, slip, triangles
+from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
-from vegrip.virtual.trial import run_trial
 
 pytestmark = pytest.mark.slow
 

@@ -1,10 +1,10 @@
-"""The stated standard deviations are honest: a small version of ``python -m vegrip.estimator.coverage``."""
+"""The stated standard deviations are honest: a small ``python -m vegrip.validation.estimator_coverage``."""
 
 import math
 
 import pytest
 
-from vegrip.estimator.coverage.table import coverage, fingertip
+from vegrip.validation.estimator_coverage.table import coverage, fingertip
 
 pytestmark = pytest.mark.slow
 

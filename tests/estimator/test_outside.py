@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from vegrip.contact.limit_surface.reference import torsion_limit
-from vegrip.estimator.coverage.drives import STYLES, Manner, drive
-from vegrip.estimator.coverage.lives import drawn, finger_of, lived
-from vegrip.estimator.coverage.outside import STEP, Finger, Segment, Tip, live
-from vegrip.estimator.coverage.style_table import FAR, QUANTITIES, coverage_of, results
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import paper_model
+from vegrip.validation.estimator_coverage.drives import STYLES, Manner, drive
+from vegrip.validation.estimator_coverage.lives import drawn, finger_of, lived
+from vegrip.validation.estimator_coverage.outside import STEP, Finger, Segment, Tip, live
+from vegrip.validation.estimator_coverage.style_table import FAR, QUANTITIES, coverage_of, results
 
 FINGER = Finger(0.01, 2.0, 1.6, 0.4, 3.0, 0.6, 2.0)
 FINGERS = 4

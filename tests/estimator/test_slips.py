@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from vegrip.estimator.coverage import slip_table
-from vegrip.estimator.coverage.slips import (
+from vegrip.validation.estimator_coverage import slip_table
+from vegrip.validation.estimator_coverage.slips import (
     FELT,
     HELD,
     LOOKS,

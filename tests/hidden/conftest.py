@@ -1,4 +1,4 @@
-"""Short recordings of the test bench with anything hidden, as in tests/fit."""
+"""Short recordings of the test bench with anything hidden, as in tests/identification/fit."""
 
 import importlib.util
 from pathlib import Path
@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vegrip.recording import Fingertip, Recording
-from vegrip.virtual.trial import run_trial
+from vegrip.identification.recording import Fingertip, Recording
+from vegrip.virtual.bench.trial import run_trial
 
-_spec = importlib.util.spec_from_file_location("bench", Path(__file__).parents[1] / "fit" / "conftest.py")
+_spec = importlib.util.spec_from_file_location(
+    "bench", Path(__file__).parents[1] / "identification" / "fit" / "conftest.py"
+)
 _bench = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(_bench)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vegrip.diagnosis import diagnose
+from vegrip.identification.diagnosis import diagnose
 
 pytestmark = pytest.mark.slow
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from vegrip.diagnosis import diagnose
-from vegrip.recording import read_recording
+from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.recording import read_recording
 
 pytestmark = pytest.mark.slow
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from vegrip.cli import main
-from vegrip.diagnosis.trials import Case, Outcome, cases, recorded, tally
-from vegrip.diagnosis.trials.amounts import INSIDE, OUTSIDE
-from vegrip.diagnosis.trials.visible import leaves
 from vegrip.effects import BUILT_IN
+from vegrip.validation.diagnosis_trials import Case, Outcome, cases, recorded, tally
+from vegrip.validation.diagnosis_trials.amounts import INSIDE, OUTSIDE
+from vegrip.validation.diagnosis_trials.visible import leaves
 from vegrip.virtual.hidden import HIDDEN
 from vegrip.virtual.hidden import OUTSIDE as UNKNOWN
 

@@ -6,8 +6,8 @@ import pytest
 import vegrip.launch
 
 from vegrip.errors import ConfigError
-from vegrip.node.launch_file import FINGERS, find_launch_file, read_launch_file
-from vegrip.node.program import NodeContext, find_program
+from vegrip.runtime.launch_file import FINGERS, find_launch_file, read_launch_file
+from vegrip.runtime.program import NodeContext, find_program
 
 SHIPPED = sorted(Path(vegrip.launch.__file__).parent.glob("*.toml"))
 

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.clock import NS, SimulatedClock
-from vegrip.node.launcher import Child, Launcher
-from vegrip.node.restart import FIRST_DELAY, LAST_DELAY, STEADY, RestartPolicy
+from vegrip.runtime.launcher import Child, Launcher
+from vegrip.runtime.restart import FIRST_DELAY, LAST_DELAY, STEADY, RestartPolicy
 
 
 class Played:

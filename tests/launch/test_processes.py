@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from vegrip.transport.runtime_folder import runtime_folder
+from vegrip.host.runtime_folder import runtime_folder
 
 LAUNCH = """
 [transport]
@@ -50,8 +50,8 @@ def wait_for(condition, seconds=40.0):
 
 def states():
     from vegrip.errors import VegripError
-    from vegrip.node.client import ask
-    from vegrip.node.registry import running_nodes
+    from vegrip.runtime.client import ask
+    from vegrip.runtime.registry import running_nodes
 
     try:
         return {
@@ -210,8 +210,8 @@ def the_active_one():
 
 
 def last_status():
-    from vegrip.node.client import ask
-    from vegrip.node.registry import find_node
+    from vegrip.runtime.client import ask
+    from vegrip.runtime.registry import find_node
 
     return ask(find_node("echo"), "status") or {"deadline_misses": 0}
 

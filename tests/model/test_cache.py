@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from vegrip.host.private_folder import why_not_private, why_not_trusted
 from vegrip.model import cache
-from vegrip.private_folder import why_not_private, why_not_trusted
 
 TEXT = "WHO = 'me'\n"
 OTHER = 12345  # a user

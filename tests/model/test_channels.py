@@ -13,9 +13,9 @@ from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.messages import FingertipState
 from vegrip.model import Predictor, paper_model, predict
 from vegrip.model.channels import QUANTITIES
-from vegrip.virtual.protocol import slip
+from vegrip.virtual.bench.protocol import slip
+from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
-from vegrip.virtual.trial import run_trial
 
 R = 0.01
 MODEL = paper_model(R)

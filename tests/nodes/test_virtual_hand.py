@@ -7,7 +7,7 @@ from vegrip.nodes.virtual_hand import VirtualHandNode, build
 
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, ForceCommand, Reason
-from vegrip.node import NodeContext
+from vegrip.runtime import NodeContext
 
 TICK = 2_000_000  # [ns]
 START = 10**12

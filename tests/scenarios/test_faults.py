@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from vegrip.faults import page, table
-from vegrip.faults.accidents import Killed
-from vegrip.faults.run import run, undisturbed
-from vegrip.faults.scene import RATE, SAMPLING, Scene
-from vegrip.faults.soak import soak
-from vegrip.faults.tampering import Loss
 from vegrip.messages import Condition
-from vegrip.transport.traffic import Plan, forecast
+from vegrip.transport.canbus.traffic import Plan, forecast
+from vegrip.validation.faults import page, table
+from vegrip.validation.faults.frame_faults import Loss
+from vegrip.validation.faults.run import run, undisturbed
+from vegrip.validation.faults.soak import soak
+from vegrip.validation.faults.system_faults import Killed
+from vegrip.validation.faults.testbed import RATE, SAMPLING, Scene
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "faults.md"
 
@@ -109,4 +109,4 @@ def test_nothing_grows_in_a_short_soak():
 
 @pytest.mark.parametrize("table", [page.markdown, page.strangers])
 def test_the_document_shows_the_table_as_it_is(table):
-    assert table() in DOCUMENT.read_text(encoding="utf-8"), "python -m vegrip.faults --table"
+    assert table() in DOCUMENT.read_text(encoding="utf-8"), "python -m vegrip.validation.faults --table"

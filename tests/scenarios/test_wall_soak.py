@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from vegrip.faults.wall import Footprint
+from vegrip.validation.faults.wall_clock_soak import Footprint
 
 MB = 1_000_000
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vegrip.faults.wrong_values import BEGIN, Fault, judge
+from vegrip.validation.faults.wrong_values import BEGIN, Fault, judge
 
 KNOWN = [
     ("torque_z", 1.9, 0.005),

@@ -13,14 +13,9 @@ import atheris
 with atheris.instrument_imports(include=["vegrip", "canopen", "msgpack"]):
     import canopen
 
-    from vegrip.cia301.device import Device
-    from vegrip.cia301.network import LoopNetwork
-    from vegrip.cia301.sdo_reader import SdoReader
-    from vegrip.codec import CanCodec, Frame, MsgpackCodec
-    from vegrip.codec.database import layouts
-    from vegrip.codec.protection import P04, P04_HEADER
-    from vegrip.codec.schema import message_set
-    from vegrip.codec.topics import Topics
+    from vegrip.canopen.device import Device
+    from vegrip.canopen.network import LoopNetwork
+    from vegrip.canopen.sdo_reader import SdoReader
     from vegrip.messages import (
         Channel,
         ContactEstimate,
@@ -33,7 +28,12 @@ with atheris.instrument_imports(include=["vegrip", "canopen", "msgpack"]):
         Reason,
         SlipMargin,
     )
-    from vegrip.transport.hub_wire import unpack_delivery, unpack_request
+    from vegrip.transport.canbus.hub_wire import unpack_delivery, unpack_request
+    from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
+    from vegrip.transport.codec.database import layouts
+    from vegrip.transport.codec.protection import P04, P04_HEADER
+    from vegrip.transport.codec.schema import message_set
+    from vegrip.transport.codec.topics import Topics
 
 FINGERS = ("thumb", "index")
 PARTS = [part for layout in layouts().layouts for part in layout.parts]

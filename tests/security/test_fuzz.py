@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.cia301.codec import CanopenCodec
-from vegrip.cia301.connection_set import finger_nodes, identifiers
-from vegrip.codec import CanCodec, Frame
-from vegrip.node.control import Answers
-from vegrip.transport.frame_time import BusFrame
-from vegrip.transport.hub_wire import pack_request, unpack_delivery, unpack_request
+from vegrip.canopen.codec import CanopenCodec
+from vegrip.canopen.connection_set import finger_nodes, identifiers
+from vegrip.runtime.control_socket import Answers
+from vegrip.transport.canbus.frame_time import BusFrame
+from vegrip.transport.canbus.hub_wire import pack_request, unpack_delivery, unpack_request
+from vegrip.transport.codec import CanCodec, Frame
 
 FINGERS = ("thumb", "index")
 

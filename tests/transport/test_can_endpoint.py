@@ -8,11 +8,11 @@ import can
 import pytest
 
 from vegrip.clock import NS
-from vegrip.codec import CanCodec
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.transport.can_endpoint import MOST_FRAMES, CanEndpoint
-from vegrip.transport.frame_time import BitTiming
+from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.codec import CanCodec
 from vegrip.transport.open import Hand, open_endpoint
 
 FINGERS = ("thumb", "index")

@@ -10,10 +10,10 @@ from collections import Counter
 import pytest
 import zmq
 
-from vegrip import descriptors
 from vegrip.errors import DeviceError
-from vegrip.node.client import ask
-from vegrip.node.registry import Entry
+from vegrip.host import descriptors
+from vegrip.runtime.client import ask
+from vegrip.runtime.registry import Entry
 from vegrip.transport import connection_limit
 from vegrip.transport.connection_limit import ConnectionLimit
 from vegrip.transport.zmq_address import resolve
@@ -130,10 +130,10 @@ def test_who_connects_and_says_nothing_keeps_no_place(limited, monkeypatch):
 
 NODE = """
 import resource, sys
-from vegrip.node.control import ControlServer
-from vegrip.node.telemetry_socket import TelemetrySocket
-from vegrip.codec.msgpack_codec import MsgpackCodec
-from vegrip.node.registry import Entry
+from vegrip.runtime.control_socket import ControlServer
+from vegrip.runtime.telemetry_socket import TelemetrySocket
+from vegrip.transport.codec.msgpack_codec import MsgpackCodec
+from vegrip.runtime.registry import Entry
 
 class Calls:
     calls = {"state": lambda: "well"}

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.clock import SimulatedClock
-from vegrip.codec import CanCodec
-from vegrip.codec.sequence import Sequence
 from vegrip.messages import FingertipState, NodeStatus
+from vegrip.transport.codec import CanCodec
+from vegrip.transport.codec.sequence import Sequence
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.sender_clock import SenderClock
 from vegrip.transport.simulated_can import SimulatedCan

@@ -3,11 +3,11 @@
 import pytest
 
 from vegrip.clock import SimulatedClock
-from vegrip.codec import CanCodec
 from vegrip.messages import FingertipState
-from vegrip.transport.fault_confinement import ErrorState
-from vegrip.transport.frame_time import BitTiming, BusFrame, frame_duration
-from vegrip.transport.node_faults import NodeFaults
+from vegrip.transport.canbus.fault_confinement import ErrorState
+from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, frame_duration
+from vegrip.transport.canbus.node_faults import NodeFaults
+from vegrip.transport.codec import CanCodec
 from vegrip.transport.simulated_can import SimulatedCan
 
 FINGERS = ("thumb", "index")

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 import zmq
 
-from vegrip.codec.msgpack_codec import MsgpackCodec
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.messages import FingertipState, Lifecycle, NodeStatus
+from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.curve import Curve, Keys
 from vegrip.transport.key_files import make_keys
 from vegrip.transport.open import Hand, open_endpoint

@@ -5,8 +5,8 @@ import pytest
 
 from vegrip.clock import WallClock
 from vegrip.messages import NodeStatus
-from vegrip.node.echo import EchoNode, EchoParameters
-from vegrip.node.runner import LoopSettings, Runner
+from vegrip.runtime.echo import EchoNode, EchoParameters
+from vegrip.runtime.runner import LoopSettings, Runner
 
 BUS_OFF, CONTROLLER, PROTOCOL = 0x40, 0x04, 0x08  # classes of linux/can/error.h
 

@@ -9,8 +9,8 @@ import cantools
 import pytest
 import vegrip.proto
 
-from vegrip.codec import CanCodec
 from vegrip.messages import Estimate, FingertipState, ForceCommand, Reason, SlipMargin
+from vegrip.transport.codec import CanCodec
 
 SECOND = 1_000_000_000
 MESSAGES = (

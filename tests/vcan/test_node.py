@@ -9,7 +9,7 @@ import time
 import pytest
 
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, NodeStatus, SlipMargin
-from vegrip.node.registry import running_nodes
+from vegrip.runtime.registry import running_nodes
 
 # Rates for a machine with one slow CPU: this is about what arrives, not about how fast.
 LAUNCH = """

@@ -1,7 +1,7 @@
 """A reader that does not read: the kernel drops the newest frames and tells nobody; the counters show it."""
 
-from vegrip.codec.sequence import RESYNC
 from vegrip.messages import FingertipState
+from vegrip.transport.codec.sequence import RESYNC
 
 SENT = 600
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from vegrip.recording import read_recording
+from vegrip.identification.recording import read_recording
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.settings import FingertipSettings
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from vegrip.errors import ConfigError
+from vegrip.virtual.bench.protocol import AIR, Segment, creep, hold, slip, triangles
+from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.hidden import HIDDEN, Hidden
 from vegrip.virtual.hidden.specimen import Specimen
 from vegrip.virtual.profile import share_within
-from vegrip.virtual.protocol import AIR, Segment, creep, hold, slip, triangles
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
-from vegrip.virtual.trial import run_trial
 
 TIP = FingertipSettings(bristle_stiffness=1e10)
 MU = TIP.friction

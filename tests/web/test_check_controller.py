@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vegrip.errors import UsageError
-from vegrip.samples import SAMPLES
+from vegrip.identification.samples import SAMPLES
 from vegrip.web.check.controller import Controller
 from vegrip.web.check.session import Rung
 

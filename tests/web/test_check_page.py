@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vegrip.samples import SAMPLES
+from vegrip.identification.samples import SAMPLES
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 

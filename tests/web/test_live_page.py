@@ -138,7 +138,7 @@ def test_a_node_that_dies_is_shown_as_old_and_again_as_live_when_it_is_back(
     page = visit().page
     page.goto(address)
     page.wait_for_selector(ALIVE)
-    from vegrip.node.registry import find_node
+    from vegrip.runtime.registry import find_node
 
     os.kill(find_node("grasp_force").pid, signal.SIGSTOP)
     page.locator("button.finger.stale").first.wait_for()

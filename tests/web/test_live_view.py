@@ -20,8 +20,8 @@ from vegrip.messages import (
     Reason,
     SlipMargin,
 )
-from vegrip.monitor.board import Board
-from vegrip.monitor.node_row import Present
+from vegrip.runtime.monitor.board import Board
+from vegrip.runtime.monitor.node_row import Present
 from vegrip.web.live.alarms import HELD, Alarms, alarms_of
 from vegrip.web.live.columns import COUNT, NAMES, Columns
 from vegrip.web.live.finger_view import finger_view

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from vegrip.cli import main
-from vegrip.samples import SAMPLES
+from vegrip.identification.samples import SAMPLES
 from vegrip.web.check.session import FILE
 from vegrip.web.report.document import document, listed, table
 

@@ -15,8 +15,8 @@ import typer
 
 from vegrip.cli._tables import complain
 from vegrip.cli._usage import explained, literal
-from vegrip.descriptors import COMMAND_NEEDS, is_out_of_descriptors, require_descriptors
 from vegrip.errors import DeviceError, VegripError
+from vegrip.host.descriptors import COMMAND_NEEDS, is_out_of_descriptors, require_descriptors
 from vegrip.spelling import suggestion
 
 GROUPS: dict[str, dict[str, tuple[str, str]]] = {

@@ -12,10 +12,10 @@ from vegrip.cli._progress import counted, progress
 from vegrip.cli._tables import printer
 
 if TYPE_CHECKING:
-    from vegrip.fit import Fit, Noise
-    from vegrip.fit.problem import Problem
+    from vegrip.identification.fit import Fit, Noise
+    from vegrip.identification.fit.problem import Problem
+    from vegrip.identification.recording import Recording
     from vegrip.model import ContactModel
-    from vegrip.recording import Recording
 
 
 EACH = Annotated[
@@ -32,15 +32,15 @@ TOLERANCE = Annotated[
 
 def noise_for(recording: "Recording", tolerance: float) -> "Noise":
     """Return the noise of a recording, for a model that may be wrong by ``tolerance`` of the peak force."""
-    from vegrip.fit import noise_of
+    from vegrip.identification.fit import noise_of
 
     return noise_of(recording).tolerant(tolerance)
 
 
 def opened(recording: Path, model: Path | None) -> "tuple[Recording, ContactModel | None]":
     """Read a recording and, if there is one, a model."""
+    from vegrip.identification.recording import read_recording
     from vegrip.model import read_model
-    from vegrip.recording import read_recording
 
     start = read_model(model) if model is not None else None
     with progress("read") as report:
@@ -74,7 +74,7 @@ def doubted(problem: "Problem") -> list[str]:
         RecordingError: nothing in it touches.
 
     """
-    from vegrip.diagnosis.doubts import before, refuse
+    from vegrip.identification.diagnosis.data_checks import before, refuse
 
     refuse(problem.measured.recording, problem.measured)
     return [doubt.text for doubt in before(problem)]

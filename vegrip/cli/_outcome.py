@@ -6,8 +6,8 @@ from typing import Any
 from rich.table import Table
 
 from vegrip.cli._tables import printer
-from vegrip.recording import LoadReport
-from vegrip.replay.run import Outcome
+from vegrip.identification.recording import LoadReport
+from vegrip.runtime.replay.run import Outcome
 
 ROWS = (
     ("samples", "samples", ""),

@@ -8,9 +8,9 @@ from rich.table import Table
 from rich.text import Text
 
 from vegrip.cli._tables import printable, printer
-from vegrip.recording import Recording
-from vegrip.recording.channels import CHANNELS, noise_name
-from vegrip.sensors import lacking
+from vegrip.identification.recording import Recording
+from vegrip.identification.recording.channels import CHANNELS, noise_name
+from vegrip.identification.sensors import lacking
 
 
 def describe(recording: Recording) -> dict[str, Any]:

@@ -35,9 +35,9 @@ def add(
     from vegrip.cli._fits import noise_for, opened, print_fit, print_json
     from vegrip.cli._progress import progress
     from vegrip.cli._tables import printer
-    from vegrip.diagnosis.ladder import add as add_effect
     from vegrip.effects import effect as known_effect
-    from vegrip.fit import fit
+    from vegrip.identification.diagnosis.error_ladder import add as add_effect
+    from vegrip.identification.fit import fit
     from vegrip.model import write_model
 
     with Outputs(force=force) as outputs:

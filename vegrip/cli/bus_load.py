@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from vegrip.transport.traffic import Forecast, Plan
+    from vegrip.transport.canbus.traffic import Forecast, Plan
 
 
 def bus_load(
@@ -34,7 +34,7 @@ def bus_load(
     """
     from vegrip.config import build
     from vegrip.errors import UsageError
-    from vegrip.transport.traffic import Plan, forecast
+    from vegrip.transport.canbus.traffic import Plan, forecast
 
     if layout not in ("fd", "classic") or queue not in ("fifo", "priority"):
         raise UsageError("--layout is fd or classic, --queue is fifo or priority")

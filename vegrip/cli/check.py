@@ -38,7 +38,7 @@ def check(
     from vegrip.web.need import require_web
 
     require_web()
-    from vegrip.recording import read_recording
+    from vegrip.identification.recording import read_recording
     from vegrip.web.check.run import run
 
     read_recording(recording)  # what cannot be read is refused before a page opens

@@ -10,9 +10,9 @@ from vegrip.cli._fits import EACH, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
-    from vegrip.compare import Comparison
+    from vegrip.identification.compare import Comparison
+    from vegrip.identification.recording import Recording
     from vegrip.model import ContactModel
-    from vegrip.recording import Recording
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model is fitted.")]
@@ -48,7 +48,7 @@ def compare(
     """
     from vegrip.cli._fits import doubted, opened, print_json
     from vegrip.cli._progress import progress
-    from vegrip.compare.curves import curves
+    from vegrip.identification.compare.curves import curves
 
     with Outputs(force=force) as outputs:
         outputs.pictures(output)
@@ -74,7 +74,7 @@ def _compared(
     measured: "Recording", model: "ContactModel | None", each: bool, tolerance: float, report: object
 ) -> "Comparison":
     from vegrip.cli._fits import noise_for
-    from vegrip.compare import compare as compare_model
+    from vegrip.identification.compare import compare as compare_model
 
     return compare_model(
         measured,
@@ -87,7 +87,7 @@ def _compared(
 
 def _drawn(found: "list[Comparison]", names: list[str], out: Path) -> None:
     from vegrip.cli._tables import printer
-    from vegrip.compare.plot import draw
+    from vegrip.identification.compare.plot import draw
 
     for i, (one, name) in enumerate(zip(found, names, strict=True)):
         files = draw(one, out if i == 0 else out / "versus", name)

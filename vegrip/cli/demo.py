@@ -34,9 +34,9 @@ def demo(
     Example: vegrip demo --duration 20
     """
     from vegrip.demo.command import perform
-    from vegrip.demo.scenario import GRASPS, Scenario, fitting_grasp
     from vegrip.errors import UsageError
-    from vegrip.recording.traces import replaced
+    from vegrip.identification.recording.traces import replaced
+    from vegrip.validation.controllers.scenario import GRASPS, Scenario, fitting_grasp
 
     if grasp == "auto":
         grasp = fitting_grasp(len(os.sched_getaffinity(0)))

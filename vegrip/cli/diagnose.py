@@ -2,7 +2,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -10,7 +10,7 @@ from vegrip.cli._fits import EACH, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
-    from vegrip.diagnosis import Diagnosis
+    from vegrip.identification.diagnosis import Diagnosis
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[
@@ -45,7 +45,7 @@ def diagnose(
     """
     from vegrip.cli._fits import noise_for, opened, print_json
     from vegrip.cli._progress import progress
-    from vegrip.diagnosis import diagnose as diagnose_model
+    from vegrip.identification.diagnosis import diagnose as diagnose_model
     from vegrip.model import write_model
 
     with Outputs(force=force) as outputs:
@@ -65,18 +65,25 @@ def diagnose(
         else:
             outputs.write(output, partial(_write_folder, found, model.stem if model else "the paper's model"))
         if as_json:
-            print_json(found.as_dict())
+            print_json(_as_dict(found))
         else:
             _print(found)
 
 
+def _as_dict(found: "Diagnosis") -> dict[str, Any]:
+    """Return what is printed: the diagnosis, and the experiment that would tell its candidates apart."""
+    from vegrip.identification.experiment.next_experiment import next_experiment
+
+    return found.as_dict(next_experiment(found))
+
+
 def _write_folder(found: "Diagnosis", start: str, folder: Path) -> None:
     from vegrip.cli._fits import json_text
-    from vegrip.diagnosis.picture import draw
+    from vegrip.identification.diagnosis.picture import draw
     from vegrip.model import write_model
 
     draw(found, folder, start)
-    (folder / "diagnosis.json").write_text(json_text(found.as_dict()) + "\n", encoding="utf-8")
+    (folder / "diagnosis.json").write_text(json_text(_as_dict(found)) + "\n", encoding="utf-8")
     write_model(found.model, folder / "model.toml")
 
 
@@ -96,7 +103,7 @@ def _print(found: "Diagnosis") -> None:
     from vegrip.cli._tables import printer
 
     console = printer()
-    told = found.as_dict()
+    told = _as_dict(found)
     error = told["error"]
     grave = [doubt.text for doubt in found.doubts if doubt.grave]
     sentence = f"not to be relied on: {'; '.join(grave)}" if grave else SENTENCES[told["verdict"]]

@@ -25,7 +25,7 @@ def doctor(
 
     What a hand without tangential forces gets: vegrip doctor --sensors --channels normal_force,displacement
     """
-    from vegrip.doctor import Grade, examine, worst
+    from vegrip.runtime.doctor import Grade, examine, worst
 
     if sensors or channels:
         _show_sensors(channels, as_json=as_json)
@@ -56,7 +56,7 @@ def doctor(
 
 def _show_sensors(given: str, *, as_json: bool) -> None:
     from vegrip.cli._tables import printer, show, table
-    from vegrip.sensors import OUTPUTS, USUAL, answers, lacking
+    from vegrip.identification.sensors import OUTPUTS, USUAL, answers, lacking
 
     sets = {given: _channels(given)} if given else USUAL
     if as_json:
@@ -76,8 +76,8 @@ def _show_sensors(given: str, *, as_json: bool) -> None:
 
 def _channels(given: str) -> tuple[str, ...]:
     from vegrip.errors import UsageError
-    from vegrip.recording import read_recording
-    from vegrip.recording.channels import CHANNELS
+    from vegrip.identification.recording import read_recording
+    from vegrip.identification.recording.channels import CHANNELS
     from vegrip.spelling import suggestion
 
     if Path(given).is_dir():

@@ -9,8 +9,8 @@ import typer
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
-    from vegrip.experiment import Contest, Design, RigLimits
-    from vegrip.recording import Recording
+    from vegrip.identification.experiment import Contest, Design, RigLimits
+    from vegrip.identification.recording import Recording
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[
@@ -68,10 +68,10 @@ def experiment(
     from vegrip.cli._progress import progress
     from vegrip.effects import effect
     from vegrip.errors import UsageError
-    from vegrip.experiment import NOTHING, design
-    from vegrip.experiment.limits import completed, limits_of
-    from vegrip.simulate import write_protocol
-    from vegrip.simulate.plot import draw
+    from vegrip.identification.experiment import NOTHING, design
+    from vegrip.identification.experiment.limits import completed, limits_of
+    from vegrip.identification.simulate import write_protocol
+    from vegrip.identification.simulate.plot import draw
 
     with Outputs(force=force) as outputs:
         outputs.file(output)
@@ -105,8 +105,8 @@ def _names(given: list[str]) -> list[str]:
 
 
 def _usable(recording: "Recording") -> "Recording":
-    from vegrip.fit.measured import prepare
-    from vegrip.fit.noise import noise_of
+    from vegrip.identification.fit.noise import noise_of
+    from vegrip.identification.fit.preprocess import prepare
 
     prepare(recording, noise_of(recording))  # says in one sentence what a fit would miss
     return recording
@@ -115,7 +115,7 @@ def _usable(recording: "Recording") -> "Recording":
 def _limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
     from vegrip.config import build
     from vegrip.config import replace as changed
-    from vegrip.experiment.limits import RigLimits, read_limits
+    from vegrip.identification.experiment.limits import RigLimits, read_limits
 
     limits = read_limits(path) if path is not None else build(RigLimits, {}, "limits")
     for name, value in given.items():
@@ -126,10 +126,10 @@ def _limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
 
 def _contest(recording: "Recording", model: Any, names: list[str], report: Any) -> "Contest | dict[str, Any]":
     """Return the contest, or the diagnosis where there is nothing to tell apart."""
-    from vegrip.diagnosis import diagnose
-    from vegrip.experiment import contest_of
-    from vegrip.experiment.after import contest_after
-    from vegrip.fit import fit
+    from vegrip.identification.diagnosis import diagnose
+    from vegrip.identification.experiment import contest_of
+    from vegrip.identification.experiment.next_experiment import contest_after
+    from vegrip.identification.fit import fit
 
     if names:
         return contest_of(fit(recording, model, report=report), names, report)

@@ -35,7 +35,7 @@ def fit(
     """
     from vegrip.cli._fits import doubted, noise_for, opened, print_fit, print_json, print_sentences
     from vegrip.cli._progress import progress
-    from vegrip.fit import fit as fit_model
+    from vegrip.identification.fit import fit as fit_model
     from vegrip.model import write_model
 
     with Outputs(force=force) as outputs:

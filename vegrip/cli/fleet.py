@@ -11,7 +11,7 @@ import typer
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
-    from vegrip.fleet import Finding, Found, Row
+    from vegrip.identification.fleet import Finding, Found, Row
 
 FOLDER = Annotated[Path, typer.Argument(help="Folder with recordings in it, at any depth.")]
 MODEL = Annotated[
@@ -48,9 +48,9 @@ def fleet(
     Example: vegrip sample press -o recordings/press && vegrip fleet recordings -o fleet.csv
     """
     from vegrip.cli._fits import print_json
-    from vegrip.fleet import findings, look_for, run
-    from vegrip.fleet.findings import as_csv
-    from vegrip.fleet.ledger import Ledger
+    from vegrip.identification.fleet import findings, look_for, run
+    from vegrip.identification.fleet.findings import as_csv
+    from vegrip.identification.fleet.ledger import Ledger
     from vegrip.model import read_model
 
     with Outputs(force=force) as outputs:
@@ -116,8 +116,8 @@ def _counted(total: int, done: int) -> Iterator[Any]:
 
 def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: Path | None) -> None:
     from vegrip.cli._tables import printer, show, table
-    from vegrip.fleet.findings import NONE
-    from vegrip.fleet.row import FAILED
+    from vegrip.identification.fleet.findings import NONE
+    from vegrip.identification.fleet.row import FAILED
 
     shown = table("hand", "pad", "effect", "since", "seen in", "now", "size", wraps="size")
     for one in findings:

@@ -12,7 +12,7 @@ from vegrip.cli._outputs import FORCE, claim_file, claim_recording
 from vegrip.errors import InputError, UsageError
 
 if TYPE_CHECKING:
-    from vegrip.recording import Recording
+    from vegrip.identification.recording import Recording
 
 SRC = Annotated[
     list[Path],
@@ -54,7 +54,7 @@ def import_(
 
     A CAN log needs no map: vegrip sample press.blf && vegrip import press.blf -o log --fingers thumb
     """
-    from vegrip.recording.units import parse_length
+    from vegrip.identification.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
     mapped = map_file is not None or bool(columns)
@@ -86,9 +86,9 @@ def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
 
 
 def _mcap(src: Path, output: Path) -> "Mapping[Path, Recording]":
-    from vegrip.recording.mcap_read import read_mcap
-    from vegrip.recording.mcap_write import write_mcap
-    from vegrip.recording.traces import replaced
+    from vegrip.identification.recording.mcap_read import read_mcap
+    from vegrip.identification.recording.mcap_write import write_mcap
+    from vegrip.identification.recording.traces import replaced
 
     if output.suffix.lower() == ".mcap":
         return write_mcap(src, output)
@@ -97,7 +97,7 @@ def _mcap(src: Path, output: Path) -> "Mapping[Path, Recording]":
 
 
 def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[Path, Recording]":
-    from vegrip.recording.can_log import read_can_log
+    from vegrip.identification.recording.can_log import read_can_log
 
     found = read_can_log(src, fingers.split(","), radius=radius)
     return _written({output / finger: recording for finger, recording in found.items()})
@@ -107,10 +107,10 @@ def _mapped(
     src: list[Path], output: Path, map_file: Path | None, columns: list[str], units: list[str], radius: float
 ) -> "Mapping[Path, Recording]":
     from vegrip.cli._progress import counted, progress
-    from vegrip.recording.column_map import ColumnMap, read_column_map, with_columns
-    from vegrip.recording.import_csv import import_csv
-    from vegrip.recording.joined import joined
-    from vegrip.recording.rosbag_import import import_rosbag
+    from vegrip.identification.recording.column_map import ColumnMap, read_column_map, with_columns
+    from vegrip.identification.recording.import_csv import import_csv
+    from vegrip.identification.recording.joined import joined
+    from vegrip.identification.recording.rosbag_import import import_rosbag
 
     chart = with_columns(read_column_map(map_file) if map_file else ColumnMap(), columns, units)
     recordings = []
@@ -126,8 +126,8 @@ def _mapped(
 
 
 def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
-    from vegrip.recording import write_recording
-    from vegrip.recording.traces import replaced
+    from vegrip.identification.recording import write_recording
+    from vegrip.identification.recording.traces import replaced
 
     for folder, recording in found.items():
         with replaced(folder):

@@ -35,8 +35,8 @@ def launch(
     Example: vegrip launch demo
 
     """
-    from vegrip.node.launch_file import find_launch_file, read_launch_file
-    from vegrip.node.program import NodeContext, find_program
+    from vegrip.runtime.launch_file import find_launch_file, read_launch_file
+    from vegrip.runtime.program import NodeContext, find_program
 
     path = find_launch_file(file)
     nodes = read_launch_file(path)
@@ -52,7 +52,7 @@ def launch(
 
 def _run(path: Path, nodes: list[Any]) -> int:
     from vegrip.clock import WallClock
-    from vegrip.node.launcher import Child, Launcher
+    from vegrip.runtime.launcher import Child, Launcher
 
     width = max(len(node.full_name) for node in nodes)
     readers: list[threading.Thread] = []
@@ -74,8 +74,8 @@ def _run(path: Path, nodes: list[Any]) -> int:
 
 def _active(name: str) -> bool:
     from vegrip.errors import VegripError
-    from vegrip.node.client import ask
-    from vegrip.node.registry import find_node
+    from vegrip.runtime.client import ask
+    from vegrip.runtime.registry import find_node
 
     try:
         state: str = ask(find_node(name), "state", patience=0.2)["state"]

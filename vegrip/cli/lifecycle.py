@@ -28,8 +28,8 @@ def list_(as_json: Json = False) -> None:
     Example: vegrip lifecycle list
 
     """
-    from vegrip.node.last_words import last_words
-    from vegrip.node.registry import running_nodes
+    from vegrip.runtime.exit_reports import last_words
+    from vegrip.runtime.registry import running_nodes
 
     nodes = {name: _ended(words) for name, words in last_words().items()}
     nodes |= {
@@ -88,8 +88,8 @@ def set_(
     Example: vegrip lifecycle set grasp_force inactive
 
     """
-    from vegrip.node.client import ask
-    from vegrip.node.registry import find_node
+    from vegrip.runtime.client import ask
+    from vegrip.runtime.registry import find_node
 
     _show(ask(find_node(node), "set_state", patience=CONFIGURING_MAY_TAKE, target=target), as_json)
 
@@ -97,9 +97,9 @@ def set_(
 def _asked(node: str, call: str) -> Any:
     """Return what the node answers, or what is known of one that could not be started."""
     from vegrip.errors import UsageError
-    from vegrip.node.client import ask
-    from vegrip.node.last_words import last_words
-    from vegrip.node.registry import find_node
+    from vegrip.runtime.client import ask
+    from vegrip.runtime.exit_reports import last_words
+    from vegrip.runtime.registry import find_node
 
     try:
         found = find_node(node)
@@ -131,8 +131,8 @@ def _show(state: dict[str, Any], as_json: bool) -> None:
 
 def _state(entry: Any) -> dict[str, Any]:
     from vegrip.errors import DeviceError
-    from vegrip.node.client import ask
-    from vegrip.node.unanswered import silent_state
+    from vegrip.runtime.client import ask
+    from vegrip.runtime.unanswered import silent_state
 
     try:
         state: dict[str, Any] = ask(entry, "state", patience=1.0)

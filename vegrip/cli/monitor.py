@@ -33,9 +33,9 @@ def monitor(
     if web:
         _serve(port, opens=opens)
         return
-    from vegrip.monitor.board import Board, as_json
-    from vegrip.monitor.screen import Screen
-    from vegrip.monitor.watch import Watch
+    from vegrip.runtime.monitor.board import Board, as_json
+    from vegrip.runtime.monitor.screen import Screen
+    from vegrip.runtime.monitor.watch import Watch
 
     with closing(Watch()) as watch:  # complains before the screen opens
         if json:

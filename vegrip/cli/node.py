@@ -35,8 +35,8 @@ def node(
     --set transport.channel=can0
 
     """
-    from vegrip.node.launcher import end_with_parent
-    from vegrip.node.process import run_node
+    from vegrip.runtime.launcher import end_with_parent
+    from vegrip.runtime.process import run_node
 
     if with_parent is not None:
         end_with_parent(with_parent)
@@ -49,8 +49,8 @@ def configured(
     """Return the configuration of a node: that of the launch file, then what the command line says."""
     from vegrip.cli._values import assigned
     from vegrip.config import build
-    from vegrip.node.launch_file import NodeConfig
-    from vegrip.node.program import find_program
+    from vegrip.runtime.launch_file import NodeConfig
+    from vegrip.runtime.program import find_program
 
     base = _from_file(config, name) if config is not None else NodeConfig(program=name)
     table = {f.name: getattr(base, f.name) for f in dataclasses.fields(base)}
@@ -64,7 +64,7 @@ def configured(
 
 def _from_file(config: Path, name: str) -> Any:
     from vegrip.errors import UsageError
-    from vegrip.node.launch_file import find_launch_file, read_launch_file
+    from vegrip.runtime.launch_file import find_launch_file, read_launch_file
 
     nodes = read_launch_file(find_launch_file(str(config)))
     for candidate in nodes:

@@ -24,8 +24,8 @@ def paper(
 
     Example: vegrip paper -o figures
     """
-    from vegrip.paper.figures import save_all
-    from vegrip.paper.tables import numbers
+    from vegrip.contact.paper.figures import save_all
+    from vegrip.contact.paper.tables import numbers
 
     with Outputs(force=force) as outputs:
         outputs.pictures(output)
@@ -45,7 +45,7 @@ def _tables() -> list[Table]:
 
 
 def _table_1() -> Table:
-    from vegrip.paper import quadrature, tables
+    from vegrip.contact.paper import quadrature, tables
 
     table = _new(
         "Table I: coefficient of the profile", "k", "C_k, eq. (4)", "quadrature of (24)", "difference"
@@ -58,7 +58,7 @@ def _table_1() -> Table:
 
 def _table_2() -> Table:
     from vegrip.contact.coupling_fits import fit_radius
-    from vegrip.paper import quadrature, tables
+    from vegrip.contact.paper import quadrature, tables
 
     fit = fit_radius()
     table = _new(
@@ -80,7 +80,7 @@ def _table_2() -> Table:
 
 def _creep() -> Table:
     from vegrip.contact.conjugate import creep_of
-    from vegrip.paper import setting, tables
+    from vegrip.contact.paper import setting, tables
 
     title = "Figs. 4, 7, 8: displacement held (g), load held (h and on); j is the exact conjugate of g"
     table = _new(title, "t [s]", "g", "h", "a/a0", "C_k", "k", "p_max/p0", "j")
@@ -91,7 +91,7 @@ def _creep() -> Table:
 
 
 def _limit_surface() -> Table:
-    from vegrip.paper import setting, tables
+    from vegrip.contact.paper import setting, tables
 
     columns = [f"{name}, k={k}" for k in setting.LIMIT_SURFACE_K for name in ("f", "m")]
     table = _new("Limit surface, eqs. (49), (50): f/(mu N) and m/(mu N a)", "d/a", *columns)

@@ -87,7 +87,7 @@ def _bounds(row: dict[str, Any]) -> str:
 
 
 def _ask(node: str, call: str, **arguments: Any) -> Any:
-    from vegrip.node.client import ask
-    from vegrip.node.registry import find_node
+    from vegrip.runtime.client import ask
+    from vegrip.runtime.registry import find_node
 
     return ask(find_node(node), call, **arguments)

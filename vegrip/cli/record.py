@@ -27,9 +27,9 @@ def record(
     from datetime import UTC, datetime
 
     from vegrip.cli.node import configured
-    from vegrip.node.process import run_node
-    from vegrip.recording.traces import replaced
-    from vegrip.recording.units import parse_length
+    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.units import parse_length
+    from vegrip.runtime.process import run_node
 
     node = configured("record", config, None, None, values or [])
     folder = output or Path(node.parameters.get("folder") or f"recordings/{datetime.now(UTC):%Y%m%d-%H%M%S}")

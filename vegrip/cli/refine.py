@@ -11,7 +11,7 @@ from vegrip.cli._fits import EACH, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
-    from vegrip.diagnosis.ladder import Rung
+    from vegrip.identification.diagnosis.error_ladder import Rung
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model.")]
@@ -44,9 +44,10 @@ def refine(
     """
     from vegrip.cli._fits import noise_for, opened, print_json
     from vegrip.cli._progress import progress
-    from vegrip.diagnosis import diagnose
-    from vegrip.diagnosis.account import account
-    from vegrip.diagnosis.ladder import ladder
+    from vegrip.identification.diagnosis import diagnose
+    from vegrip.identification.diagnosis.account import account
+    from vegrip.identification.diagnosis.error_ladder import ladder
+    from vegrip.identification.experiment.next_experiment import next_experiment
     from vegrip.model import write_model
 
     with Outputs(force=force) as outputs:
@@ -67,7 +68,10 @@ def refine(
         told = {"ladder": [rung.as_dict() for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
         if report is not None:
             again = f"vegrip refine {recording}" + (f" --model {model}" if model is not None else "")
-            outputs.write(report, partial(_write_report, rungs, account(found, recording, [again])))
+            outputs.write(
+                report,
+                partial(_write_report, rungs, account(found, recording, [again], next_experiment(found))),
+            )
         if as_json:
             print_json(told)
         else:
@@ -75,7 +79,7 @@ def refine(
 
 
 def _write_report(rungs: "list[Rung]", told: dict[str, Any], folder: Path) -> None:
-    from vegrip.diagnosis.ladder import draw
+    from vegrip.identification.diagnosis.error_ladder import draw
 
     draw(rungs, folder / "ladder.png")
     (folder / "report.json").write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")

@@ -12,7 +12,7 @@ import typer
 from vegrip.cli._outputs import FORCE, Outputs, claim_recording
 
 if TYPE_CHECKING:
-    from vegrip.recording import Recording
+    from vegrip.identification.recording import Recording
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording or of a session.")]
 CONFIG = Annotated[Path | None, typer.Option(help="Launch file with a node `replay`, to take its bus from.")]
@@ -89,7 +89,7 @@ class _Load:
     mass: float | None
 
     def put_on(self, fingers: "dict[str, Recording]") -> "dict[str, Recording]":
-        from vegrip.sensors import share_of, with_load
+        from vegrip.identification.sensors import share_of, with_load
 
         force = self.force if self.mass is None else share_of(self.mass, len(fingers))
         return fingers if force is None else {name: with_load(each, force) for name, each in fingers.items()}
@@ -99,7 +99,7 @@ def _play(recording: Path, config: Path | None, finger: str, speed: float, value
     import dataclasses
 
     from vegrip.cli.node import configured
-    from vegrip.node.process import run_node
+    from vegrip.runtime.process import run_node
 
     _recordings(recording, finger)  # what cannot be read is refused before the bus is opened
     node = configured("replay", config, None, None, values)
@@ -124,11 +124,11 @@ def _run_through(
     from vegrip.cli._outcome import print_outcome
     from vegrip.cli._progress import progress
     from vegrip.errors import DeviceError
-    from vegrip.recording.traces import replaced
-    from vegrip.recording.writer import RecordingWriter
-    from vegrip.replay.grasp import grasp_node, offline, read_settings
-    from vegrip.replay.run import run_through
-    from vegrip.sensors import lacking
+    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.writer import RecordingWriter
+    from vegrip.identification.sensors import lacking
+    from vegrip.runtime.replay.grasp import grasp_node, offline, read_settings
+    from vegrip.runtime.replay.run import run_through
 
     if output is not None:
         claim_recording(output, force=force)
@@ -163,14 +163,14 @@ def _sensors(recordings: "dict[str, Recording]") -> "tuple[float, Mapping[str, f
 
 
 def _draw(session: Path, title: str, picture: Path) -> None:
-    from vegrip.replay.plot import draw
+    from vegrip.runtime.replay.plot import draw
 
     draw(session, picture, title)
 
 
 def _recordings(folder: Path, finger: str) -> "dict[str, Recording]":
     from vegrip.errors import UsageError
-    from vegrip.recording.session import read_fingers
+    from vegrip.identification.recording.session import read_fingers
 
     found = read_fingers(folder, announce=False)
     if not finger:

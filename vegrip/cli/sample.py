@@ -25,7 +25,7 @@ def sample(name: NAME = "", output: OUT = None, force: FORCE = False, as_json: J
     Example: vegrip sample press
     """
     from vegrip.cli._tables import printer
-    from vegrip.samples import SAMPLES
+    from vegrip.identification.samples import SAMPLES
 
     if not name:
         _list(as_json=as_json)
@@ -44,7 +44,7 @@ def sample(name: NAME = "", output: OUT = None, force: FORCE = False, as_json: J
 
 def _list(*, as_json: bool) -> None:
     from vegrip.cli._tables import show, table
-    from vegrip.samples import SAMPLES
+    from vegrip.identification.samples import SAMPLES
 
     if as_json:
         typer.echo(json.dumps({name: one.about for name, one in SAMPLES.items()}))

@@ -60,13 +60,13 @@ def simulate(
     from vegrip.cli._recordings import describe, print_recording
     from vegrip.cli._tables import printer
     from vegrip.errors import UsageError
-    from vegrip.recording import read_recording, write_recording
-    from vegrip.recording.traces import replaced
-    from vegrip.simulate import like as simulate_like
-    from vegrip.simulate import read_protocol
-    from vegrip.simulate import simulate as simulate_model
-    from vegrip.simulate.plot import draw
-    from vegrip.simulate.standard import standard
+    from vegrip.identification.recording import read_recording, write_recording
+    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.simulate import like as simulate_like
+    from vegrip.identification.simulate import read_protocol
+    from vegrip.identification.simulate import simulate as simulate_model
+    from vegrip.identification.simulate.plot import draw
+    from vegrip.identification.simulate.standard import standard
 
     if like is not None and (protocol is not None or noise or plot is not None):
         raise UsageError(
@@ -107,7 +107,7 @@ def _model(path: Path, extra: list[str]) -> "ContactModel":
 
 def _sensors(noise: list[str]) -> dict[str, float]:
     from vegrip.errors import UsageError
-    from vegrip.simulate import SENSORS
+    from vegrip.identification.simulate import SENSORS
 
     sensors = dict(SENSORS)
     for text in noise:

@@ -101,8 +101,8 @@ def _rate(times: list[float]) -> dict[str, float]:
 def _messages(prefix: str, count: int, duration: float) -> Iterator[tuple[str, Any]]:
     """Yield topic and message, each message once: as sent or, when no node of ours sends it, as received."""
     from vegrip.errors import DeviceError, UsageError
-    from vegrip.node.registry import running_nodes
-    from vegrip.node.telemetry_socket import TelemetryReader
+    from vegrip.runtime.registry import running_nodes
+    from vegrip.runtime.telemetry_socket import TelemetryReader
 
     nodes = running_nodes()
     if not nodes:
@@ -152,8 +152,8 @@ def _is_asked(topic: str, prefix: str) -> bool:
 
 def _topics() -> dict[str, dict[str, Any]]:
     from vegrip.errors import DeviceError
-    from vegrip.node.client import ask
-    from vegrip.node.registry import running_nodes
+    from vegrip.runtime.client import ask
+    from vegrip.runtime.registry import running_nodes
 
     found: dict[str, dict[str, Any]] = {}
     for entry in running_nodes():

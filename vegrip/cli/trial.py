@@ -14,7 +14,7 @@ from vegrip.errors import RecordingError, UsageError
 from vegrip.spelling import suggestion
 
 if TYPE_CHECKING:
-    from vegrip.diagnosis.trials import Case, Outcome
+    from vegrip.validation.diagnosis_trials import Case, Outcome
 
 TRIALS = Annotated[int, typer.Option("--trials", "-n", min=1, help="How many recordings.")]
 SEED = Annotated[int, typer.Option("--seed", min=0, help="Of fingertips, noise, protocols.")]
@@ -54,8 +54,8 @@ def trial(
     """
     from vegrip.cli._fits import print_json
     from vegrip.cli._progress import progress
-    from vegrip.diagnosis.trials import cases, tally
-    from vegrip.diagnosis.trials.cases import KINDS
+    from vegrip.validation.diagnosis_trials import cases, tally
+    from vegrip.validation.diagnosis_trials.cases import KINDS
 
     for name in kind or ():
         if name not in KINDS:
@@ -79,7 +79,7 @@ def trial(
 
 
 def _known(effects: list[str]) -> list[str]:
-    from vegrip.diagnosis.trials.amounts import INSIDE, OUTSIDE
+    from vegrip.validation.diagnosis_trials.amounts import INSIDE, OUTSIDE
 
     for name in effects:
         if name not in INSIDE and name not in OUTSIDE:
@@ -91,7 +91,7 @@ def _known(effects: list[str]) -> list[str]:
 
 def _read(path: Path) -> "dict[str, Outcome]":
     """Return the outcomes of a file by their keys."""
-    from vegrip.diagnosis.trials import Outcome
+    from vegrip.validation.diagnosis_trials import Outcome
 
     out: dict[str, Outcome] = {}
     if path.exists():
@@ -111,7 +111,7 @@ def _append(one: "Outcome", path: Path) -> None:
 
 def _run(cases: "list[Case]", jobs: int) -> "Any":
     """Yield outcomes as they come."""
-    from vegrip.diagnosis.trials import outcome
+    from vegrip.validation.diagnosis_trials import outcome
 
     if jobs == 1:
         for case in cases:

@@ -14,14 +14,14 @@ from typing import Any
 from rich.console import Console
 from rich.live import Live
 
-from vegrip.demo.candidates import KNOBS
-from vegrip.demo.closed_loop import Course
-from vegrip.demo.compare import Trial, course
 from vegrip.demo.report import as_json, summary, what_to_see
 from vegrip.demo.run import Demo, Outcome, run
-from vegrip.demo.scenario import Scenario
 from vegrip.errors import DeviceError
-from vegrip.monitor import render
+from vegrip.runtime.monitor import render
+from vegrip.validation.controllers.candidates import KNOBS
+from vegrip.validation.controllers.closed_loop import Course
+from vegrip.validation.controllers.comparison import Trial, course
+from vegrip.validation.controllers.scenario import Scenario
 
 OTHERS = ("constant", "cone")
 

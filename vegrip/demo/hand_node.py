@@ -4,10 +4,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vegrip.demo.closed_loop import Course
-from vegrip.demo.scenario import Scenario
 from vegrip.messages import Message
 from vegrip.nodes.virtual_hand import Parameters, VirtualHandNode
+from vegrip.validation.controllers.closed_loop import Course
+from vegrip.validation.controllers.scenario import Scenario
 from vegrip.virtual import VirtualHand
 
 SAMPLING = 0.01  # [s] of the truth

@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vegrip.demo.candidates import LABEL
-from vegrip.demo.closed_loop import Course
-from vegrip.demo.result import result
 from vegrip.demo.run import DESCRIPTION
-from vegrip.demo.scenario import SETTLED
+from vegrip.validation.controllers.candidates import LABEL
+from vegrip.validation.controllers.closed_loop import Course
+from vegrip.validation.controllers.result import result
+from vegrip.validation.controllers.scenario import SETTLED
 from vegrip.virtual import Disturbance
 
 COLOUR = {"vegrip": "#0b6e4f", "constant": "#8a8a8a", "cone": "#d1603d"}

@@ -6,11 +6,11 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from vegrip.demo.candidates import LABEL
-from vegrip.demo.closed_loop import Course
-from vegrip.demo.result import Result, result
 from vegrip.demo.run import Outcome
-from vegrip.demo.scenario import CORES_OF_THE_HAND, Scenario
+from vegrip.validation.controllers.candidates import LABEL
+from vegrip.validation.controllers.closed_loop import Course
+from vegrip.validation.controllers.result import Result, result
+from vegrip.validation.controllers.scenario import CORES_OF_THE_HAND, Scenario
 
 OVERLOAD = 0.01
 """Share of commands from which on it is said that they were late, or held."""

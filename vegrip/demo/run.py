@@ -14,18 +14,18 @@ from pathlib import Path
 from typing import Any
 
 from vegrip.clock import NS
-from vegrip.demo import candidates
-from vegrip.demo.child import Farewell, Job
-from vegrip.demo.closed_loop import Course
 from vegrip.demo.hand_node import DemoHand, HandNews
-from vegrip.demo.parent import Child
-from vegrip.demo.scenario import Scenario
+from vegrip.demo.worker import Farewell, Job
+from vegrip.demo.worker_handle import Child
+from vegrip.identification.recording.background import BackgroundWriter
+from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import ForceCommand, Message, Reason
-from vegrip.monitor import Board
-from vegrip.recording.background import BackgroundWriter
-from vegrip.recording.writer import RecordingWriter
+from vegrip.runtime.monitor import Board
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
+from vegrip.validation.controllers import candidates
+from vegrip.validation.controllers.closed_loop import Course
+from vegrip.validation.controllers.scenario import Scenario
 
 REFRESH = 0.1  # [s] of the screen
 PAUSE = 0.02  # [s] between two looks at the bus: whoever waits for each frame is woken by each

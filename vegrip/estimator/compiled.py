@@ -1,17 +1,29 @@
-"""The generated module of an estimator: effects, limit surface and kernels in one flat file."""
+"""The generated module of an estimator: effects, limit surface and kernels in one flat file.
 
+``VEGRIP_KERNEL`` says what runs it: ``numba`` (when it is not set), ``c``, the C compiler of this machine, or
+``python``, uncompiled. The numbers are the same.
+"""
+
+import functools
+import logging
+import os
 from functools import lru_cache
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
+from vegrip.c99 import UntranslatableError
+from vegrip.c99.host import CompilerError
 from vegrip.contact import limit_surface
 from vegrip.effects.contract import Effect
+from vegrip.errors import UsageError
+from vegrip.estimator import kernels_c
 from vegrip.estimator.layout import Layout
+from vegrip.estimator.origins import Origins
 from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
 
 KERNELS = (
-    "state", "roots", "motion", "predict", "gain", "measure", "sight", "begin", "gap", "quantities", "report",
+    "state", "roots", "motion", "predict", "gain", "measure", "sight", "begin", "gap", "touch", "quantities", "report",
     "belief", "friction", "hold", "onset", "forecast", "update",
 )  # fmt: skip
 ENTRIES = ("update", "margin_of", "least_force", "filter_step", "many")
@@ -20,16 +32,52 @@ ENTRIES = ("update", "margin_of", "least_force", "filter_step", "many")
 ELLIPSE = "RADIUS_TABLE = 0.0 * RADIUS_TABLE"
 """Takes the correction off the limit surface: what is left is the ellipse through the same two ends."""
 
+Kernels = Any
+"""A generated module, or what stands for it: :class:`vegrip.estimator.kernels_c.KernelsC`."""
 
-def module_for(
-    model: ContactModel, layout: Layout, *, plain: bool = False, ellipse: bool = False
-) -> ModuleType:
+MODES = ("numba", "c", "python")
+
+log = logging.getLogger(__name__)
+
+
+def module_for(model: ContactModel, layout: Layout, *, plain: bool = False, ellipse: bool = False) -> Kernels:
     """Return the module; ``plain`` leaves it uncompiled, to step through with a debugger.
 
+    Where ``VEGRIP_KERNEL=c`` is asked for and cannot be had, numba runs it, and the reason is told once.
     With ``ellipse`` the limit surface is the usual one, (f / mu N)^2 + (m / m_max)^2 = 1, for comparisons.
     """
-    text = _text(model.effects, layout, ellipse)
-    return cache.load_plain(text) if plain else cache.load(text)
+    text, mode = text_of(model, layout, ellipse=ellipse), kernel_mode()
+    if plain or mode == "python":
+        return cache.load_plain(text)
+    if mode == "c":
+        try:
+            return kernels_c.load(text, Origins(model.effects).place)
+        except (CompilerError, UntranslatableError) as error:
+            _tell(str(error))
+    return cache.load(text)
+
+
+def kernel_mode() -> str:
+    """Return what ``VEGRIP_KERNEL`` asks for.
+
+    Raises:
+        UsageError: it is none of :data:`MODES`.
+
+    """
+    mode = os.environ.get("VEGRIP_KERNEL") or MODES[0]
+    if mode not in MODES:
+        raise UsageError(f"VEGRIP_KERNEL is {mode!r}; it is one of {', '.join(MODES)}")
+    return mode
+
+
+@functools.cache
+def _tell(reason: str) -> None:
+    log.warning("VEGRIP_KERNEL=c is not possible: %s; numba is used", reason)
+
+
+def text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> str:
+    """Return the text of the module, from which it is compiled by numba or translated to C."""
+    return _text(model.effects, layout, ellipse)
 
 
 @lru_cache(maxsize=32)

@@ -10,10 +10,10 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import Watch, health_of
+from vegrip.estimator.initial_state import blank
 from vegrip.estimator.layout import CHANNELS, MODE, PER_CHANNEL, REPORT, Layout, layout_of
-from vegrip.estimator.past import Past
+from vegrip.estimator.rewind_buffer import Past
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
-from vegrip.estimator.start import blank
 from vegrip.messages import (
     NAN,
     UNKNOWN,

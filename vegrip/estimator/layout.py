@@ -18,7 +18,7 @@ SETTINGS = (
 MODE = (
     "ZERO_KNOWN", "BLIND", "HEALTH_DECAY", "REGIME", "REST", "CELL", "SINCE_JERK", "PERIOD", "CAUTION",
     "CONTRADICTED", "RESTARTS", "UNEXPLAINED", "CORNER", "SLOPE",
-    "TOLERATED", "LOST", "AGREED",
+    "TOLERATED", "LOST", "AGREED", "TOUCH", "FELT", "FREE_DEPTH", "ZERO_MEAN", "ZERO_VAR",
 )  # fmt: skip
 """What the filter is doing: times in [s], switches 0 or 1.
 
@@ -99,7 +99,7 @@ class Layout:
             "MODE": len(MODE), "MOTION": len(MOTION), "START": n, "LOST": 1,
             "OLD": n, "KEPT_Y": n, "KEPT_P": n * n,
             "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1, "BENT": s + 1,
-            "S0": s + 1, "S1": s + 1, "L": n * n, "D": 5 * (m + len(self.considered)), "TRY": n, "MID": n,
+            "S0": s + 1, "S1": s + 1, "RATIO": n, "L": n * n, "D": 5 * (m + len(self.considered)), "TRY": n, "MID": n,
         }  # fmt: skip
 
     def places(self) -> dict[str, tuple[int, int]]:

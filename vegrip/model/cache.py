@@ -15,6 +15,7 @@ import os
 import shutil
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -22,7 +23,7 @@ import numba
 from numba.core import event
 
 from vegrip.compiling import announce
-from vegrip.private_folder import ROOT, runtime_root, why_not_private, why_not_trusted
+from vegrip.host.private_folder import ROOT, runtime_root, why_not_private, why_not_trusted
 
 log = logging.getLogger(__name__)
 
@@ -79,6 +80,30 @@ def load_plain(text: str) -> ModuleType:
     return _imported(name, _written(name, plain))
 
 
+def library(name: str, make: Callable[[Path], None]) -> Path:
+    """Return the shared library ``name`` of the cache; ``make`` compiles it to a path where it is not there.
+
+    Raises what ``make`` raises.
+    """
+    where = folder()
+    try:
+        return _made(where, name, make)
+    except (OSError, UntrustedError) as error:
+        _tell(where, error.strerror or str(error) if isinstance(error, OSError) else str(error))
+    return _made(_substitute(), name, make)
+
+
+def _made(where: Path, name: str, make: Callable[[Path], None]) -> Path:
+    path = where / f"{name}.so"
+    where.mkdir(mode=0o700, parents=True, exist_ok=True)
+    _check(where, name)
+    if not path.exists():
+        with tempfile.TemporaryDirectory(dir=where) as scratch:  # a reader never sees half a file
+            make(Path(scratch) / path.name)
+            (Path(scratch) / path.name).replace(path)
+    return path
+
+
 def _written(name: str, text: str) -> Path:
     """Write the module unless it is there; a reader never sees half a file."""
     where = folder()
@@ -113,7 +138,7 @@ def _check(where: Path, name: str) -> None:
     if reason := why_not_trusted(where):
         raise UntrustedError(reason)
     compiled = where / "__pycache__"
-    found = [compiled, *compiled.glob(f"{name}*"), where / f"{name}.py"]
+    found = [compiled, *compiled.glob(f"{name}*"), where / f"{name}.py", where / f"{name}.so"]
     for place in (place for place in found if place.exists() or place.is_symlink()):
         if place.is_symlink() or place.stat().st_uid not in (os.getuid(), ROOT):
             raise UntrustedError(f"{place} belongs to another user or is a link")

@@ -47,7 +47,7 @@ Load = Literal["measured", "model"]
 
 
 class Recorded(Protocol):
-    """What is needed of a recording, such as :class:`vegrip.recording.Recording`."""
+    """What is needed of a recording, such as :class:`vegrip.identification.recording.Recording`."""
 
     @property
     def t(self) -> Floats:

@@ -10,14 +10,14 @@ from typing import Protocol
 import can
 
 from vegrip.clock import NS
-from vegrip.codec import Frame
 from vegrip.messages import Message
 from vegrip.transport.can_port import CanPort, open_port
-from vegrip.transport.frame_time import BitTiming
+from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.canbus.virtual_can import VegripBus
+from vegrip.transport.codec import Frame
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import Lossy, losses
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
-from vegrip.transport.virtual_can import VegripBus
 
 MOST_FRAMES = 256  # taken in one go; a babbling node must not keep the loop from its ticks
 REOPEN_PERIOD = 1.0  # [s] between attempts to open a lost bus again

@@ -11,13 +11,13 @@ from typing import Protocol
 
 import can
 
-from vegrip.codec import Frame
-from vegrip.transport.bus_load import BusLoad
-from vegrip.transport.error_report import told_state
-from vegrip.transport.fault_confinement import ErrorState
-from vegrip.transport.frame_time import BitTiming, typical_duration
+from vegrip.transport.canbus.bus_load import BusLoad
+from vegrip.transport.canbus.error_report import told_state
+from vegrip.transport.canbus.fault_confinement import ErrorState
+from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
+from vegrip.transport.canbus.virtual_can import VegripBus
+from vegrip.transport.codec import Frame
 from vegrip.transport.stamps import StampMap
-from vegrip.transport.virtual_can import VegripBus
 
 
 class CanPort(Protocol):

@@ -20,8 +20,8 @@ from typing import Final
 
 import zmq
 
-from vegrip import descriptors
-from vegrip.transport.runtime_folder import ASIDE
+from vegrip.host import descriptors
+from vegrip.host.runtime_folder import ASIDE
 from vegrip.transport.socket_monitor import SocketMonitor
 
 MOST: Final = 256

@@ -1,21 +1,30 @@
 """Make an endpoint from the ``[transport]`` table of a configuration."""
 
 import errno
+import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import can
 
-from vegrip.codec import CanCodec
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, DeviceError
 from vegrip.transport.can_endpoint import CanEndpoint
+from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.codec import CanCodec
 from vegrip.transport.endpoint import Endpoint
-from vegrip.transport.frame_time import BitTiming
 from vegrip.transport.link_rates import check_rates
 from vegrip.transport.sender_clock import SenderClock
 from vegrip.transport.socketcan_link import check_link
+
+TRANSPORTS: dict[str, str] = {
+    # kind: module:function of (table, hand, where)
+    "can": "vegrip.transport.open:open_can",
+    "canopen": "vegrip.canopen.open:open_canopen",
+    "zmq": "vegrip.transport.open:open_zmq",
+}
+"""What may stand as ``kind`` in a ``[transport]`` table; a transport is imported when one is opened."""
 
 REACH = 16
 """States by which another may be overtaken while its order can be restored."""
@@ -29,6 +38,10 @@ class Hand:
     number: int = 0  # on CAN
     namespace: str = ""  # on a network
     remap: Mapping[str, str] = field(default_factory=dict)  # on a network: our topics -> topics outside
+
+
+Opener = Callable[[Mapping[str, Any], Hand, str], Endpoint]
+"""Function of a transport: from its table, the hand, and a name of the table for messages."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +84,11 @@ def open_endpoint(table: Mapping[str, Any], hand: Hand, where: str = "[transport
 
     """
     kind = table.get("kind", "can")
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise ConfigError(f"{where}: 'kind' is {kind!r}; it must be one of {', '.join(KINDS)}")
-    return KINDS[kind](table, hand, where)
+    if not isinstance(kind, str) or kind not in TRANSPORTS:
+        raise ConfigError(f"{where}: 'kind' is {kind!r}; it must be one of {', '.join(TRANSPORTS)}")
+    module, _, function = TRANSPORTS[kind].partition(":")
+    opener: Opener = getattr(importlib.import_module(module), function)
+    return opener(table, hand, where)
 
 
 def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC], BitTiming | None]:
@@ -107,7 +122,8 @@ def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC
     return bus, again, None if measured else BitTiming(settings.bitrate, settings.data_bitrate)
 
 
-def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+def open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+    """Open a CAN bus; arguments and errors are those of :func:`open_endpoint`."""
     settings = build(CanSettings, table, where)
     clock = SenderClock() if settings.estimate_clock else None
     codec = CanCodec(
@@ -120,12 +136,6 @@ def _open_can(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     )
     bus, again, timing = open_bus(settings)
     return CanEndpoint(bus, codec, again, timing, settings.order_window, clock)
-
-
-def _open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
-    from vegrip.cia301.open import open_canopen  # noqa: PLC0415 (needed on a CANopen bus only)
-
-    return open_canopen(table, hand, where)
 
 
 def _remedy(settings: CanSettings, error: Exception) -> str:
@@ -142,8 +152,9 @@ def _remedy(settings: CanSettings, error: Exception) -> str:
     return f'{what}: {remedy}, or use interface = "vegrip"' if remedy else f"{what}: {error}"
 
 
-def _open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
-    from vegrip.codec.msgpack_codec import MsgpackCodec  # noqa: PLC0415 (ZeroMQ is not needed on a CAN bus)
+def open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
+    """Open a ZeroMQ endpoint; arguments and errors are those of :func:`open_endpoint`."""
+    from vegrip.transport.codec.msgpack_codec import MsgpackCodec  # noqa: PLC0415 (ZeroMQ is not needed on a CAN bus)
     from vegrip.transport.curve import Curve, Keys  # noqa: PLC0415
     from vegrip.transport.zmq_endpoint import ZmqEndpoint  # noqa: PLC0415
 
@@ -155,10 +166,3 @@ def _open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
     keys = Keys(build(Curve, settings.curve, f"{where}.curve")) if settings.curve else None
     codec = MsgpackCodec(hand.namespace, hand.fingers, remap=hand.remap, use_sender_time=settings.sender_time)
     return ZmqEndpoint(settings.publish, settings.subscribe, codec, keys)
-
-
-KINDS: dict[str, Callable[[Mapping[str, Any], Hand, str], Endpoint]] = {
-    "can": _open_can,
-    "canopen": _open_canopen,
-    "zmq": _open_zmq,
-}

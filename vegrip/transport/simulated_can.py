@@ -1,7 +1,7 @@
 """A CAN bus on a simulated clock, in one process: every bit takes its time, and nothing waits.
 
-The bus is the :class:`~vegrip.transport.bus_model.BusModel` that also serves the wall clock. Messages go
-through the codec, frames through arbitration; what a node receives has the stamp of the end of its frame.
+The bus is the :class:`~vegrip.transport.canbus.bus_model.BusModel` that also serves the wall clock. Messages
+go through the codec, frames through arbitration; what a node receives has the stamp of the end of its frame.
 """
 
 import heapq
@@ -10,16 +10,16 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from vegrip.clock import NS, Clock
-from vegrip.codec import CanCodec, Frame
 from vegrip.messages import Message
-from vegrip.transport.bus_events import BusError, Event, StateChange, Transmission
-from vegrip.transport.bus_load import BusLoad
-from vegrip.transport.bus_model import BusModel
-from vegrip.transport.fault_confinement import ErrorState
-from vegrip.transport.frame_time import BitTiming, BusFrame
+from vegrip.transport.canbus.bus_events import BusError, Event, StateChange, Transmission
+from vegrip.transport.canbus.bus_load import BusLoad
+from vegrip.transport.canbus.bus_model import BusModel
+from vegrip.transport.canbus.fault_confinement import ErrorState
+from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
+from vegrip.transport.canbus.node_faults import NO_FAULTS, NodeFaults
+from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import losses
-from vegrip.transport.node_faults import NO_FAULTS, NodeFaults
 
 Tamper = Callable[[Frame, int], Iterable[tuple[int, Frame]]]
 """What becomes of a frame sent at a time [ns]: any number of frames, each at its own time, not earlier."""

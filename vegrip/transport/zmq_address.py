@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from vegrip.errors import ConfigError
-from vegrip.private_folder import why_not_private, why_not_trusted
-from vegrip.transport.runtime_folder import LONGEST_SOCKET, socket_path
+from vegrip.host.private_folder import why_not_private, why_not_trusted
+from vegrip.host.runtime_folder import LONGEST_SOCKET, socket_path
 
 NAME: Final = re.compile(r"[A-Za-z0-9_\-][A-Za-z0-9_.\-]*")
 ABSTRACT: Final = "@"

@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 
 import zmq
 
-from vegrip.codec.msgpack_codec import MsgpackCodec
 from vegrip.errors import DeviceError
 from vegrip.messages import Message
+from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.connection_limit import ConnectionLimit
 from vegrip.transport.curve import Keys
 from vegrip.transport.handshakes import Handshakes

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vegrip.compare.words import quantity
+from vegrip.identification.compare.words import quantity
 from vegrip.web.axes import Axes, extent
 
 WIDE, LOW = (1300, 260), (1300, 170)  # [px]

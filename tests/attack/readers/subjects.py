@@ -18,14 +18,16 @@ import can
 import cantools
 import numpy as np
 
-from vegrip.cia301.eds import read_eds
+from vegrip.canopen.eds import read_eds
 from vegrip.cli import main
-from vegrip.codec import CanCodec
-from vegrip.codec.database import build_layouts
-from vegrip.codec.schema import read_proto
 from vegrip.errors import VegripError
 from vegrip.estimator.learning import fingerprint
-from vegrip.grasp.memory import Folder
+from vegrip.grip.learned_store import Folder
+from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
+from vegrip.identification.recording.mcap_write import write_mcap
+from vegrip.identification.recording.session import read_output
+from vegrip.identification.recording.writer import RecordingWriter
+from vegrip.identification.simulate.protocol import read_protocol
 from vegrip.messages import (
     ContactEstimate,
     FingertipState,
@@ -37,13 +39,11 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.model import paper_model, read_model, write_model
-from vegrip.node.launch_file import read_launch_file
-from vegrip.node.program import NodeContext, find_program
-from vegrip.recording import Fingertip, Recording, read_recording, write_recording
-from vegrip.recording.mcap_write import write_mcap
-from vegrip.recording.session import read_output
-from vegrip.recording.writer import RecordingWriter
-from vegrip.simulate.protocol import read_protocol
+from vegrip.runtime.launch_file import read_launch_file
+from vegrip.runtime.program import NodeContext, find_program
+from vegrip.transport.codec import CanCodec
+from vegrip.transport.codec.database import build_layouts
+from vegrip.transport.codec.schema import read_proto
 from vegrip.transport.key_files import make_keys, read_keys
 
 FINGERS = ("thumb", "index")

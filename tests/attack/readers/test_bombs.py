@@ -13,8 +13,8 @@ import pytest
 from can.io import blf
 
 from vegrip.errors import RecordingError
-from vegrip.recording import mcap_read, read_recording, table
-from vegrip.recording.can_log import read_can_log
+from vegrip.identification.recording import mcap_read, read_recording, table
+from vegrip.identification.recording.can_log import read_can_log
 
 ABOUT = "[fingertip]\nradius = 0.008\n"
 
@@ -52,7 +52,7 @@ def test_five_megabytes_that_are_gigabytes_cost_little_memory(tmp_path: Path) ->
         for _ in range(300):
             file.write(b"," * 999_000 + b"\n")
     command = (
-        "import resource, sys; from vegrip.recording import read_recording; "
+        "import resource, sys; from vegrip.identification.recording import read_recording; "
         "import vegrip.errors\n"
         "try: read_recording(sys.argv[1])\n"
         "except vegrip.errors.RecordingError as error: print(error)\n"

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from vegrip.cli import main
-from vegrip.codec.database import build_layouts
-from vegrip.codec.schema import read_proto
 from vegrip.config import read_toml
 from vegrip.errors import ConfigError, RecordingError
+from vegrip.identification.recording import Recording, read_recording, write_recording
+from vegrip.identification.recording.column_map import read_column_map
+from vegrip.identification.recording.mcap_write import write_mcap
+from vegrip.identification.recording.rosbag_fields import BagField
+from vegrip.identification.recording.units import to_si
+from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.model import paper_model, read_model, write_model
-from vegrip.recording import Recording, read_recording, write_recording
-from vegrip.recording.column_map import read_column_map
-from vegrip.recording.mcap_write import write_mcap
-from vegrip.recording.rosbag_fields import BagField
-from vegrip.recording.units import to_si
-from vegrip.recording.writer import RecordingWriter
+from vegrip.transport.codec.database import build_layouts
+from vegrip.transport.codec.schema import read_proto
 from vegrip.transport.key_files import make_keys, read_keys
 
 HUGE = "0x" + "f" * 5000

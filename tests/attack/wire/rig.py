@@ -9,11 +9,11 @@ from hand import Hand
 from wires import FINGERS, WIRES, Command, Health, Heard, Refusals, Sent
 
 from vegrip.clock import NS, SimulatedClock
-from vegrip.codec import CanCodec, Frame, MsgpackCodec
-from vegrip.demo.candidates import make_node
-from vegrip.grasp.parameters import GraspParameters
+from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import Message
-from vegrip.node.runner import LoopSettings, Runner
+from vegrip.runtime.runner import LoopSettings, Runner
+from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
+from vegrip.validation.controllers.candidates import make_node
 
 PERIOD = 0.005  # [s] between states
 PHASE = 0.002  # [s] of the states after the ticks

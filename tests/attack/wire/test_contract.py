@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from vegrip.codec import CanCodec, Frame, MsgpackCodec
 from vegrip.messages import Channel, Condition, FingertipState, Lifecycle, Reason
+from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
 
 TEXT = (Path(__file__).parents[3] / "proto/README.md").read_text()
 STATE = FingertipState(stamp=10**9, finger="thumb", seq=7, normal_force=4.0)

@@ -11,9 +11,7 @@ from vegrip.estimator.kernels.generated import (
     LOST0,
     MODE0,
     MODE1,
-    MODE_PERIOD,
-    MODE_REST,
-    MODE_SINCE_JERK,
+    MODE_FREE_DEPTH,
     MODE_ZERO_KNOWN,
     NS,
     P0,
@@ -46,7 +44,7 @@ def begin(m: Floats, force: float, displacement: float) -> None:
     copy_section(m, START0, Y0, N)
     for j in range(N):
         m[P0 + j * N + j] = m[PRIOR0 + j]
-    m[MODE_SINCE_JERK] = m[MODE_REST] = m[MODE_PERIOD] = 0.0
+    m[MODE_FREE_DEPTH] = -math.inf
     begin_contact(m, force, displacement)
 
 

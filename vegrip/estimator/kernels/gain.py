@@ -19,11 +19,13 @@ from vegrip.estimator.kernels.generated import (
     MODE_BLIND,
     MODE_CAUTION,
     MODE_CELL,
+    MODE_FELT,
     MODE_HEALTH_DECAY,
     MODE_REGIME,
     MODE_REST,
     MODE_SINCE_JERK,
     MODE_TOLERATED,
+    MODE_TOUCH,
     MODE_ZERO_KNOWN,
     NS,
     P0,
@@ -59,6 +61,7 @@ Zero error, unknown history, stiffness and exponent all explain the same force t
 felt ends it.
 """
 
+SUSPECTED = 2.0  # sum of excess forces, see touch.py, from which a touch is suspected
 FAST = 2.0  # [x_ref / s] above which loading and unloading are fast
 LATE = 1.0  # [s] at rest from which a hold is late
 SETTLED = 0.05  # [s] after a jerk for which innovations tell of the motion more than of the contact
@@ -111,15 +114,17 @@ def correct(m: Floats, channel: int, innovation: float, S: float) -> None:
         S *= math.sqrt(nis / HUBER)
     zero_kept = m[MODE_ZERO_KNOWN] < 0.5
     # a tip that rests shows what drifts, not what it is made of
-    careful = m[MODE_REST] > m[SET_LEARNING_REST] or m[MODE_CAUTION] > 0.0 or nis > HUBER
+    unfelt = m[MODE_FELT] < 0.5 and m[MODE_BLIND] < 0.5
+    careful = m[MODE_REST] > m[SET_LEARNING_REST] or m[MODE_CAUTION] > 0.0 or nis > HUBER or unfelt
     # in contact and without a displacement nothing tells the bias of the force from the force
     bias_kept = m[MODE_BLIND] > 0.5 and channel == 1 and m[H0] > 0.0
     for i in range(N):
-        kept = KEPT[i] or (i == BIAS and bias_kept) or (i == ZERO and zero_kept)
+        kept = KEPT[i] or (i == BIAS and bias_kept) or (i == ZERO and (zero_kept or unfelt))
         m[K0 + i] = 0.0 if kept else m[G0 + i] / S
         if 2 + NS <= i < M and (zero_kept or careful):
             m[K0 + i] *= 0.0 if careful else TIMID
-        if i >= M and nis > HUBER:
+        touching = i == BIAS and m[MODE_TOUCH] > SUSPECTED and unfelt
+        if touching or (i >= M and (nis > HUBER or m[MODE_CAUTION] > 0.0)):
             m[K0 + i] = 0.0
         if i >= 2 + NS:
             m[K0 + i] *= CALM_LEARNING

@@ -89,6 +89,7 @@ BENT1: int
 S00: int
 S01: int
 S10: int
+RATIO0: int
 S11: int
 L0: int
 L1: int
@@ -185,3 +186,8 @@ MODE_SLOPE: int
 MODE_TOLERATED: int
 MODE_LOST: int
 MODE_AGREED: int
+MODE_TOUCH: int
+MODE_FELT: int
+MODE_FREE_DEPTH: int
+MODE_ZERO_MEAN: int
+MODE_ZERO_VAR: int

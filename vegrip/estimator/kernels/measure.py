@@ -19,12 +19,15 @@ from vegrip.estimator.kernels.generated import (
     L0,
     MID0,
     MODE_BLIND,
+    MODE_PERIOD,
     MODE_SLOPE,
     MODE_TOLERATED,
     MODE_UNEXPLAINED,
     NS,
     P0,
+    RATIO0,
     S10,
+    SET_R_DISPLACEMENT,
     SET_R_FORCE,
     SET_R_RADIUS,
     SET_TIP_RADIUS,
@@ -40,6 +43,9 @@ from vegrip.estimator.kernels.predict import STRAIGHT
 from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
 from vegrip.estimator.kernels.state import clear, contact, copy_section, copy_state, step_of
 
+RATIO_TIME = 1.0
+NEAR = 5.0
+SURELY = 3.0
 ROUNDS = 3
 """Regressions of the force at most, at least two: about the state before the sample and about that after it.
 
@@ -83,7 +89,32 @@ def expect_force(m: Floats, value: float) -> Expected:
         if narrow:
             break
     m[MODE_SLOPE] = m[H0]
+    if expected - m[MID0 + BIAS] > SURELY * math.sqrt(S):
+        S += smooth_slopes(m)
+    else:
+        m[RATIO0 + 1] = -m[SET_TIP_RADIUS]  # out of reach
     return innovation, S
+
+
+def smooth_slopes(m: Floats) -> float:
+    """Where the tip rests, average the slopes relative to that over the indentation; return what S gains.
+
+    Noise turns the direction of the gradient a little from sample to sample, and a filter that takes each for
+    exact learns in time along the direction that no sample tells: stiffness against zero.
+    """
+    n, place = m[RATIO0], m[RATIO0 + 1]
+    near = abs(m[Y0] - place) < NEAR * math.sqrt(m[SET_R_DISPLACEMENT])
+    n = min(n + 1.0, RATIO_TIME / max(m[MODE_PERIOD], 1e-4)) if near else 0.0
+    m[RATIO0] = n
+    m[RATIO0 + 1] = place + (m[Y0] - place) / (1.0 + n) if near else m[Y0]
+    before = 0.0
+    for j in range(N):
+        before += m[H0 + j] * m[G0 + j]
+    for j in range(2, M):
+        ratio = m[H0 + j] / m[H0]
+        m[RATIO0 + j] += (ratio - m[RATIO0 + j]) / (1.0 + n)
+        m[H0 + j] = m[H0] * m[RATIO0 + j]
+    return spread_of(m) - before
 
 
 def force_variance(m: Floats) -> float:

@@ -61,6 +61,7 @@ from vegrip.estimator.kernels.predict import follow_extremes, predict
 from vegrip.estimator.kernels.report import report, upper_gauge, utilisation
 from vegrip.estimator.kernels.sight import look
 from vegrip.estimator.kernels.state import bound
+from vegrip.estimator.kernels.touch import feel
 
 CAUTIOUS = 0.1  # [s] after a contradiction in which nothing is learned
 RESTART = 0.1  # [s] for which a channel has contradicted before the memory of the contact begins anew
@@ -85,6 +86,7 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
     note_regime(m, dt)
     m[MODE_SLOPE] = 0.0
     take_sample(m, dt, force if felt else math.nan, displacement if known else math.nan)
+    feel(m, force, displacement)
     if math.isfinite(radius) and radius > 0.0:
         measure_radius(m, radius)
     begin_lost_contact_anew(m, dt, force, displacement)

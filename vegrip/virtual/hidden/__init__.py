@@ -13,17 +13,6 @@ from vegrip.virtual.hidden.adhesion import Adhesion
 from vegrip.virtual.hidden.base import Hidden
 from vegrip.virtual.hidden.depth import Drainage, NonSeparable
 from vegrip.virtual.hidden.mount import Backlash, SeriesCompliance
-from vegrip.virtual.hidden.outside import (
-    Cogging,
-    Crack,
-    DayAndNight,
-    Magnet,
-    ShearShrinking,
-    SpeedBand,
-    TransferFilm,
-    Unknown,
-    WarmPeak,
-)
 from vegrip.virtual.hidden.patch import PressureProfile, RadiusLaw
 from vegrip.virtual.hidden.relaxations import PowerLawRelaxation, SecondRelaxation
 from vegrip.virtual.hidden.rubbing import (
@@ -34,6 +23,17 @@ from vegrip.virtual.hidden.rubbing import (
 )
 from vegrip.virtual.hidden.sensor import CrossTalk, ForceDrift, GuideFriction, Saturation, SensorLag
 from vegrip.virtual.hidden.stiffness import ExponentialStiffness, HardCore
+from vegrip.virtual.hidden.unmodelled import (
+    Cogging,
+    Crack,
+    DayAndNight,
+    Magnet,
+    ShearShrinking,
+    SpeedBand,
+    TransferFilm,
+    Unknown,
+    WarmPeak,
+)
 from vegrip.virtual.hidden.viscous import FastDamping, RateStiffening
 from vegrip.virtual.hidden.warmth import Softening
 from vegrip.virtual.hidden.wear import Mullins, PermanentSet

@@ -153,8 +153,8 @@ class Controller:
             VegripError: no such node, or it refuses the model.
 
         """
-        from vegrip.node.client import ask  # noqa: PLC0415 (a check needs no node)
-        from vegrip.node.registry import find_node  # noqa: PLC0415
+        from vegrip.runtime.client import ask  # noqa: PLC0415 (a check needs no node)
+        from vegrip.runtime.registry import find_node  # noqa: PLC0415
 
         with self._lock:
             file = (self._folder / self._standing().model).resolve()

@@ -9,9 +9,9 @@ from enum import Enum
 
 from vegrip.clock import NS
 from vegrip.messages import Condition, ContactEstimate, ForceCommand, ModelHealth, Reason, SlipMargin
-from vegrip.monitor.board import Board
-from vegrip.monitor.finger_row import FingerRow
-from vegrip.monitor.node_row import Presence
+from vegrip.runtime.monitor.board import Board
+from vegrip.runtime.monitor.finger_row import FingerRow
+from vegrip.runtime.monitor.node_row import Presence
 from vegrip.web.live.words import CONDITIONS, REASONS, health_in_words
 
 HELD = 2.0  # [s] an alarm stays after its cause has gone

@@ -15,7 +15,7 @@ from vegrip.messages import (
     ModelHealth,
     SlipMargin,
 )
-from vegrip.monitor.finger_row import FingerRow
+from vegrip.runtime.monitor.finger_row import FingerRow
 from vegrip.web.live.limit_curve import limit_curve
 from vegrip.web.live.words import CONDITIONS, REASONS, health_in_words
 

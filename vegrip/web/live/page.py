@@ -10,8 +10,8 @@ from starlette.responses import FileResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from vegrip.errors import VegripError
-from vegrip.node.client import ask
-from vegrip.node.registry import find_node
+from vegrip.runtime.client import ask
+from vegrip.runtime.registry import find_node
 from vegrip.web.live.columns import PERIOD
 from vegrip.web.live.stream import Stream
 from vegrip.web.requests import STATES, asked

@@ -15,10 +15,10 @@ from vegrip.messages import (
     ModelHealth,
     SlipMargin,
 )
-from vegrip.monitor.board import Board
-from vegrip.monitor.watch import Watch
-from vegrip.node.client import ask
-from vegrip.node.registry import running_nodes
+from vegrip.runtime.client import ask
+from vegrip.runtime.monitor.board import Board
+from vegrip.runtime.monitor.watch import Watch
+from vegrip.runtime.registry import running_nodes
 from vegrip.web.live.columns import COUNT, PERIOD, Column
 from vegrip.web.live.view import LAYOUT, LiveView
 

@@ -1,6 +1,6 @@
 """The live page's view of everything: takes messages, gives plain values for JSON. Pure; time is passed in.
 
-Ages, presence and the log are those of :class:`~vegrip.monitor.board.Board`, as in the terminal.
+Ages, presence and the log are those of :class:`~vegrip.runtime.monitor.board.Board`, as in the terminal.
 """
 
 from dataclasses import dataclass, field
@@ -15,8 +15,8 @@ from vegrip.messages import (
     Message,
     SlipMargin,
 )
-from vegrip.monitor.board import MOST_FINGERS, Board
-from vegrip.monitor.node_row import NodeRow, Presence, Present
+from vegrip.runtime.monitor.board import MOST_FINGERS, Board
+from vegrip.runtime.monitor.node_row import NodeRow, Presence, Present
 from vegrip.web.live.alarms import Alarms, alarms_of
 from vegrip.web.live.columns import BANDS, COUNT, NAMES, PERIOD, Column, Columns
 from vegrip.web.live.finger_view import finger_view, finite

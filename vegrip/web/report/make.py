@@ -6,14 +6,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from vegrip.diagnosis import diagnose
-from vegrip.diagnosis.account import account, described, versions
 from vegrip.errors import InputError, UsageError
-from vegrip.fit import noise_of
+from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.diagnosis.account import account, described, versions
+from vegrip.identification.experiment.next_experiment import next_experiment
+from vegrip.identification.fit import noise_of
+from vegrip.identification.recording import read_recording
+from vegrip.identification.recording.folder import TOML
+from vegrip.identification.recording.run_summary import is_run, summarise_run
 from vegrip.model import ContactModel
-from vegrip.recording import read_recording
-from vegrip.recording.folder import TOML
-from vegrip.recording.run_summary import is_run, summarise_run
 from vegrip.web.check.session import FILE, load
 from vegrip.web.report.model_report import account_of_check, model_report
 from vegrip.web.report.run_report import run_report
@@ -54,7 +55,8 @@ def _of_recording(
     recording = read_recording(folder)
     found = diagnose(recording, model, noise=noise_of(recording), report=report)
     given = f" --model {shlex.quote(str(model_file))}" if model_file is not None else ""
-    return model_report(account(found, folder, [f"vegrip report {shlex.quote(str(folder))}{given}"]))
+    again = [f"vegrip report {shlex.quote(str(folder))}{given}"]
+    return model_report(account(found, folder, again, next_experiment(found)))
 
 
 def _of_check(folder: Path) -> str:

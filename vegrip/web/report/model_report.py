@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vegrip.compare.words import quantity
+from vegrip.identification.compare.words import quantity
 from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, ranking, where
 from vegrip.web.check.session import Rung, Session
 from vegrip.web.figures import ladder
@@ -13,7 +13,7 @@ Account = Mapping[str, Any]
 
 
 def model_report(told: Account) -> str:
-    """Return the report of an :func:`~vegrip.diagnosis.account.account`."""
+    """Return the report of an :func:`~vegrip.identification.diagnosis.account.account`."""
     last = Rung("", None, None, told["ladder"][-1]["error"], told["after"], told["diagnosis"])
     last.parameters, last.warnings = told["parameters"], told["warnings"]
     added = [rung["effect"] for rung in told["ladder"] if rung["effect"] is not None]

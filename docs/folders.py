@@ -1,0 +1,117 @@
+"""The table of folders in docs/architecture.md: one row a folder, and what each imports, as imported.
+
+The order of the rows is the rule: a folder imports only folders above it. ``python docs/folders.py`` writes
+the last column anew and says which rule is broken; ``tests/test_architecture.py`` asks the same.
+"""
+
+import ast
+import re
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "architecture.md"
+BESIDE = ("benchmarks", "launch", "nodes", "proto")  # top-level folders, shipped as vegrip.<name>
+ROW = re.compile(r"^\| `([\w/]+)` \| ([^|]*) \| ([^|]*) \|$", re.MULTILINE)
+ALL = "everything"
+GROUND = "."  # the modules of vegrip itself: messages, clock, errors, ... which every folder may import
+START = "vegrip.__main__"
+
+
+def sources() -> dict[str, Path]:
+    """Return the file of every module, by its dotted name."""
+    found = {}
+    for top in ("vegrip", *BESIDE):
+        for path in (ROOT / top).rglob("*.py"):
+            parts = path.relative_to(ROOT).with_suffix("").parts
+            name = ".".join(parts if top == "vegrip" else ("vegrip", *parts))
+            found[name.removesuffix(".__init__")] = path
+    return found
+
+
+def folder_of(path: Path) -> str:
+    """Return the folder of a module as the table names it: ``estimator/kernels``, ``nodes``."""
+    parts = path.parent.relative_to(ROOT).parts
+    return "/".join(parts[1:] if parts[0] == "vegrip" else parts) or GROUND
+
+
+def imported(name: str, modules: dict[str, Path]) -> set[str]:
+    """Return the modules of the project that a module imports, at its top or inside a function."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(modules[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            both = ((f"{node.module}.{alias.name}", node.module) for alias in node.names)
+            names |= {full if full in modules else module for full, module in both}
+    return names & modules.keys()
+
+
+@cache
+def arrows() -> dict[str, set[str]]:
+    """Return, for each folder with code, the other folders that it imports."""
+    modules = sources()
+    found: dict[str, set[str]] = {folder_of(path): set() for path in modules.values()}
+    for name, path in modules.items():
+        if name != START:
+            targets = {folder_of(modules[target]) for target in imported(name, modules)}
+            found[folder_of(path)] |= targets - {folder_of(path)}
+    return found
+
+
+def rows(text: str) -> list[tuple[str, str]]:
+    """Return folder and imports of each row of the table."""
+    return [(match[1], match[3]) for match in ROW.finditer(text)]
+
+
+def cell(targets: set[str]) -> str:
+    """Return the last column of a row."""
+    return ", ".join(f"`{target}`" for target in sorted(targets - {GROUND})) or "-"
+
+
+def written(text: str) -> str:
+    """Return the page with its last column as the folders import now."""
+    found = arrows()
+
+    def row(match: re.Match[str]) -> str:
+        targets = match[3] if match[3] == ALL else cell(found.get(match[1], set()))
+        return f"| `{match[1]}` | {match[2]} | {targets} |"
+
+    return ROW.sub(row, text)
+
+
+def complaints(text: str) -> Iterator[str]:
+    """Say in a sentence each what is wrong with the table, or with the code."""
+    found, listed = arrows(), rows(text)
+    names = [name for name, _ in listed]
+    for name in sorted(found.keys() - {GROUND} - set(names)):
+        yield f"the folder {name} has no row"
+    for name in sorted(set(names)):
+        if name not in found:
+            yield f"there is no folder {name}"
+        if names.count(name) > 1:
+            yield f"the folder {name} has {names.count(name)} rows"
+    if found[GROUND]:
+        yield f"modules of vegrip itself import {cell(found[GROUND])}; every folder stands above them"
+    for place, (name, targets) in enumerate(listed):
+        below = found.get(name, set()) & set(names[place + 1 :])
+        if below:
+            yield f"{name} imports {cell(below)}, further down in the table"
+        if targets not in (ALL, cell(found.get(name, set()))):
+            yield f"{name} imports {cell(found.get(name, set()))}; the table says {targets}"
+
+
+def main() -> int:
+    """Write the last column, and say what is left to do by hand."""
+    text = written(PAGE.read_text(encoding="utf-8"))
+    PAGE.write_text(text, encoding="utf-8")
+    wrong = list(complaints(text))
+    for complaint in wrong:
+        print(f"docs/architecture.md: {complaint}", file=sys.stderr)  # noqa: T201
+    return min(len(wrong), 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,88 @@
+"""The estimator's kernels in C leave every number of the memory as numba's do."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from vegrip.c99 import host
+from vegrip.effects import BUILT_IN, effect
+from vegrip.effects.contract import OUTSIDE
+from vegrip.estimator import ContactEstimator, SensorNoise, kernels_c
+from vegrip.estimator.compiled import text_of
+from vegrip.estimator.layout import MODE
+from vegrip.model import BASE, ContactModel, paper_model
+
+DT = 2e-3
+needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
+
+
+def eventful(model: ContactModel, samples: int) -> Iterator[tuple[np.ndarray, tuple[float, ...]]]:
+    """Yield what is felt besides, and an update's arguments: a press, a slip, losses, a wrong sensor."""
+    rng = np.random.default_rng(4)
+    t = np.arange(samples) * DT
+    depth = np.interp(t, [0.1, 0.4, 1.2, 1.5], [-1e-4, 8e-4, 8e-4, 5e-4])
+    forces = model.simulate(t, depth).normal_force + rng.normal(0.0, 0.01, samples)
+    loads = np.interp(t, [0.5, 1.0], [0.0, 0.5])
+    for i, (force, load) in enumerate(zip(forces.tolist(), loads.tolist(), strict=True)):
+        f = math.nan if i % 97 == 0 else math.inf if i == 350 else force + (0.8 if i > 900 else 0.0)
+        blind = 200 < i < 215 or 400 < i < 560
+        d = math.nan if blind else depth[i] + rng.normal(0.0, 5e-6)
+        slip = 1.0 if 700 < i < 720 else 0.0
+        dt = -1.0 if i == 0 else 0.7 if i == 300 else DT
+        beside = np.array([20.0 + 5.0 * math.sin(i / 100.0), load, 1e-4, 1e-3 * slip, load, 0.0])
+        yield beside, (dt, f, d, 1e-3 if i % 50 == 0 else math.nan, load, 1e-4, slip)
+
+
+def differing(model: ContactModel, samples: int = 1200) -> str:
+    """Return where the two differ first; nothing when they do not."""
+    estimator = ContactEstimator(model, SensorNoise())
+    by_numba, by_c = estimator._module, kernels_c.load(text_of(model, estimator.layout))
+    memories, margins = (
+        [estimator._blank.copy(), estimator._blank.copy()],
+        [np.full(5, np.nan), np.full(5, np.nan)],
+    )
+    places = estimator.layout.places()
+    outside = slice(places["EXOGENOUS"][0], places["EXOGENOUS"][0] + len(OUTSIDE))
+    for i, (beside, sample) in enumerate(eventful(model, samples)):
+        least = []
+        for module, m, margin in zip((by_numba, by_c), memories, margins, strict=True):
+            m[outside] = beside
+            module.update(m, *sample)
+            if i % 10 == 0:
+                module.margin_of(m, sample[4], sample[5], margin)
+                least.append(module.least_force(m, sample[4], sample[5], 0.1, 1.6))
+        if not np.array_equal(*memories, equal_nan=True):
+            wrong = np.flatnonzero(~np.isclose(*memories, rtol=0.0, atol=0.0, equal_nan=True))[0]
+            name, start = next((name, start) for name, (start, end) in places.items() if start <= wrong < end)
+            return f"sample {i}: {name}[{wrong - start}], {memories[0][wrong]!r}, {memories[1][wrong]!r}"
+        if not np.array_equal([*margins[0], *least[:1]], [*margins[1], *least[1:]], equal_nan=True):
+            return f"sample {i}: margins {margins}, least forces {least}"
+    if model == paper_model(8e-3) and memories[0][places["MODE"][0] + MODE.index("RESTARTS")] == 0.0:
+        return "nothing began anew, which was to be compared"
+    return ""
+
+
+@needs_compiler
+def test_the_papers_model() -> None:
+    assert not differing(paper_model(8e-3))
+
+
+@needs_compiler
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in BUILT_IN if name not in BASE])
+def test_every_effect(name: str) -> None:
+    assert not differing(paper_model(8e-3).with_effect(effect(name)))
+
+
+@needs_compiler
+def test_the_filter_alone() -> None:
+    estimator = ContactEstimator(paper_model(8e-3), SensorNoise())
+    by_c = kernels_c.load(text_of(estimator.model, estimator.layout))
+    ours, theirs = estimator._m.copy(), estimator._m.copy()
+    for _, sample in eventful(estimator.model, 300):
+        dt = max(sample[0], 0.0)
+        estimator._module.filter_step(ours, dt, *sample[1:4])
+        by_c.filter_step(theirs, dt, *sample[1:4])
+        assert np.array_equal(ours, theirs, equal_nan=True)

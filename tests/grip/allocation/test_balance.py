@@ -1,0 +1,42 @@
+"""Balance of the internal forces about the thumb."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vegrip.grip.allocation.balance import balanced
+
+force = st.just(0.0) | st.floats(1e-12, 100.0)
+OTHERS = ("index", "middle", "ring", "little")
+
+
+@given(thumb=force, others=st.lists(force, min_size=1, max_size=4))
+def test_the_thumb_carries_the_sum_and_every_need_is_met(thumb: float, others: list[float]) -> None:
+    needs = {"thumb": thumb, **dict(zip(OTHERS, others, strict=False))}
+    forces = balanced(needs, "thumb")
+    assert forces["thumb"] == pytest.approx(sum(forces[name] for name in needs if name != "thumb"), rel=1e-12)
+    assert all(forces[name] >= needs[name] * (1.0 - 1e-12) for name in needs)
+
+
+@given(thumb=force, others=st.lists(st.floats(1e-3, 100.0), min_size=4, max_size=4))
+def test_no_smaller_grasp_meets_the_needs(thumb: float, others: list[float]) -> None:
+    """The thumb needs at least its own need and at least the sum: the greater of both is the optimum."""
+    forces = balanced({"thumb": thumb, **dict(zip(OTHERS, others, strict=True))}, "thumb")
+    assert forces["thumb"] == pytest.approx(max(thumb, sum(others)))
+
+
+def test_when_the_thumb_needs_more_the_fingers_share_in_proportion() -> None:
+    forces = balanced({"thumb": 6.0, "index": 2.0, "middle": 1.0}, "thumb")
+    assert forces == pytest.approx({"thumb": 6.0, "index": 4.0, "middle": 2.0})
+
+
+def test_without_a_thumb_nothing_changes() -> None:
+    needs = {"left": 1.0, "right": 2.0}
+    assert balanced(needs, "thumb") == needs
+    assert balanced({"thumb": 2.0}, "thumb") == {"thumb": 2.0}
+
+
+def test_fingers_that_need_nothing_share_equally() -> None:
+    assert balanced({"thumb": 3.0, "index": 0.0, "middle": 0.0}, "thumb") == pytest.approx(
+        {"thumb": 3.0, "index": 1.5, "middle": 1.5}
+    )

@@ -1,0 +1,88 @@
+"""A live sensor shows its noise; when that vanishes it is stuck, and it takes a handful of states to see."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from vegrip.grip.safety.stuck_noise import NoiseWatch
+from vegrip.messages import FingertipState
+
+CHANCE = 1e-7
+STEP = 0.002  # [N] on the wire
+
+
+def judged(values, chance=CHANCE):
+    """Return for each value whether the noise had vanished with it."""
+    watch = NoiseWatch("normal_force")
+    states = (FingertipState(i, "index", i, normal_force=float(v)) for i, v in enumerate(values))
+    return [watch.vanished(state, chance) for state in states]
+
+
+def sensor(true, noise, seed=0, step=STEP):
+    """Return what a sensor of white ``noise`` [N] and resolution ``step`` [N] says of ``true`` [N]."""
+    rng = np.random.default_rng(seed)
+    return np.round((true + noise * rng.standard_normal(len(true))) / step) * step
+
+
+@pytest.mark.parametrize(("noise", "within"), [(0.01, 12), (0.005, 17), (0.1, 9)])
+@pytest.mark.parametrize("stuck", [0.0, 3.0, 10.0])
+def test_a_noisy_sensor_that_is_stuck_is_seen_within_some_states(noise, within, stuck):
+    found = judged([*sensor(np.full(600, 3.0), noise), *[stuck] * 40])
+    assert not any(found[:600])
+    assert found[600:].index(True) <= within
+    assert all(found[600 + within :]), "until it moves again"
+
+
+def test_the_bound_is_the_chance_of_so_many_repeats():
+    """p = step / (2 sqrt(pi) noise) for white noise in small steps; n = ln(chance) / ln(bound on p)."""
+    noise = 0.01
+    found = judged([*sensor(np.full(5000, 3.0), noise), *[3.0] * 40])
+    p = STEP / (2.0 * math.sqrt(math.pi) * noise)
+    at_least, at_most = (math.log(CHANCE) / math.log(bound) for bound in (p, 4.0 * p))
+    assert at_least <= found[5000:].index(True) + 1 <= at_most
+
+
+@pytest.mark.parametrize("noise", [0.002, 0.005, 0.02])
+def test_a_live_sensor_is_never_judged_stuck(noise):
+    t = np.arange(200_000) / 500.0
+    forces = {
+        "hold": np.full(t.size, 3.0),
+        "slow": 3.0 + 2.0 * np.sin(0.7 * t),
+        "move and rest": 3.0 + np.clip(4.0 * np.sin(2.0 * t), -1.0, 1.0),
+    }
+    for i, true in enumerate(forces.values()):
+        assert not any(judged(sensor(true, noise, seed=i)))
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.round((3.0 + np.clip(4.0 * np.sin(np.arange(6000) / 250.0), -1.0, 1.0)) / 0.05) * 0.05,
+        sensor(3.0 + np.clip(np.sin(np.arange(6000) / 250.0), -0.7, 0.7), 0.003, step=0.05),
+        np.repeat(sensor(np.full(1200, 3.0), 0.01), 5),
+        sensor(np.full(200, 3.0), 0.01).tolist() + [3.0] * 100,
+    ],
+    ids=["no noise", "coarse", "read five times as often as it measures", "not known long enough"],
+)
+def test_a_sensor_whose_repeats_mean_nothing_is_not_judged(values):
+    assert not any(judged(values))
+
+
+def test_a_sensor_that_turns_out_to_rest_is_judged_less_and_less():
+    """Should the rule be wrong for a sensor, it stops to be applied: runs of repeats teach."""
+    rng = np.random.default_rng(3)
+    noisy = sensor(np.full(600, 3.0), 0.01)
+    resting = itertools.chain.from_iterable(
+        [3.0 + STEP * (i % 2)] * int(rng.integers(15, 30)) for i in range(400)
+    )
+    found = judged([*noisy, *resting])
+    assert any(found[600:1200])
+    assert not any(found[3000:])
+
+
+def test_missing_values_do_not_repeat_and_a_chance_of_nought_switches_it_off():
+    values = sensor(np.full(600, 3.0), 0.01)
+    assert not any(judged([*values, *[math.nan] * 100]))
+    assert not any(judged([*values, *[3.0] * 100], chance=0.0))

@@ -1,0 +1,233 @@
+"""The watchdog: each fault gets its name, at once, and is left only after good states in a row."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from vegrip.clock import NS
+from vegrip.config import build
+from vegrip.errors import ConfigError
+from vegrip.grip.safety.ranges import Ranges
+from vegrip.grip.safety.watchdog import InputWatchdog, WatchdogSettings
+from vegrip.messages import Condition, FingertipState
+
+PERIOD = 2_000_000  # [ns] 500 Hz
+Change = Callable[[FingertipState], FingertipState]
+
+
+def healthy(start: int = 0) -> Iterator[FingertipState]:
+    """States of a finger that lives: nothing repeats."""
+    count = start
+    while True:
+        count += 1
+        wobble = 1e-3 * math.sin(count)
+        yield FingertipState(
+            stamp=count * PERIOD,
+            finger="index",
+            seq=count,
+            normal_force=3.0 + wobble,
+            tangential_force_x=0.5 - wobble,
+            tangential_force_y=0.2 + wobble,
+            torque_z=0.001 * wobble,
+            displacement=1e-3 + 1e-6 * wobble,
+            temperature=25.0,
+            slip=0.0,
+        )
+
+
+@pytest.fixture
+def states() -> Iterator[FingertipState]:
+    return healthy()
+
+
+@pytest.fixture
+def watchdog(states: Iterator[FingertipState]) -> InputWatchdog:
+    """A watchdog that has seen 50 good states."""
+    dog = InputWatchdog(WatchdogSettings())
+    for _ in range(50):
+        state = next(states)
+        assert dog.accept(state, state.stamp)
+    assert dog.condition == Condition.OK
+    return dog
+
+
+def edit(**values: float) -> Change:
+    return lambda state: dataclasses.replace(state, **values)
+
+
+@pytest.mark.parametrize(
+    ("change", "condition", "usable"),
+    [
+        (edit(seq=50), Condition.REPLAYED, False),
+        (edit(seq=3), Condition.REPLAYED, False),
+        (edit(stamp=50 * PERIOD), Condition.REPLAYED, False),
+        (edit(stamp=-7), Condition.REPLAYED, False),
+        (edit(normal_force=math.inf), Condition.OUT_OF_RANGE, False),
+        (edit(normal_force=-9.0), Condition.OUT_OF_RANGE, False),
+        (edit(tangential_force_y=1e3), Condition.OUT_OF_RANGE, False),
+        (edit(torque_z=-math.inf), Condition.OUT_OF_RANGE, False),
+        (edit(displacement=1.0), Condition.OUT_OF_RANGE, False),
+        (edit(temperature=900.0), Condition.OUT_OF_RANGE, False),
+        (edit(slip=2.0), Condition.OUT_OF_RANGE, False),
+        (edit(normal_force=math.nan, displacement=math.nan), Condition.MISSING, False),
+        (edit(normal_force=math.nan), Condition.DEGRADED, True),
+        (edit(torque_z=math.nan), Condition.DEGRADED, True),
+    ],
+)
+def test_each_fault_is_named_at_once(
+    watchdog: InputWatchdog,
+    states: Iterator[FingertipState],
+    change: Change,
+    condition: Condition,
+    usable: bool,
+) -> None:
+    state = next(states)
+    assert watchdog.accept(change(state), state.stamp) is usable
+    assert watchdog.condition == condition
+
+
+def test_a_channel_that_never_was_there_is_not_missed(watchdog: InputWatchdog) -> None:
+    """The contact radius is not measured by this finger; the watchdog of the fixture says OK."""
+    assert watchdog.condition == Condition.OK
+
+
+def test_silence_is_stale(watchdog: InputWatchdog) -> None:
+    last = 50 * PERIOD
+    assert watchdog.tick(last + 49_000_000) == Condition.OK
+    assert watchdog.tick(last + 51_000_000) == Condition.STALE
+
+
+def test_silence_from_the_start_is_missing() -> None:
+    dog = InputWatchdog(WatchdogSettings())
+    assert dog.tick(NS) == Condition.MISSING
+    assert dog.faults == {}
+    assert dog.tick(2 * NS) == Condition.MISSING
+
+
+def test_silence_filled_with_broken_frames_is_corrupt(watchdog: InputWatchdog) -> None:
+    watchdog.corrupt(50 * PERIOD + 30_000_000)
+    assert watchdog.tick(50 * PERIOD + 51_000_000) == Condition.CORRUPT
+
+
+def test_a_queue_that_delays_is_stale_though_frames_keep_coming(
+    watchdog: InputWatchdog, states: Iterator[FingertipState]
+) -> None:
+    state = next(states)
+    assert not watchdog.accept(state, state.stamp + 60_000_000)
+    assert watchdog.condition == Condition.STALE
+
+
+def test_clocks_of_two_machines_need_not_agree(states: Iterator[FingertipState]) -> None:
+    dog = InputWatchdog(WatchdogSettings())
+    offset = 7_000 * NS
+    for _ in range(5000):
+        state = next(states)
+        assert dog.accept(state, round(state.stamp * (1 + 1e-4)) + offset)
+    assert dog.condition == Condition.OK
+
+
+def freeze(
+    dog: InputWatchdog, states: Iterator[FingertipState], names: tuple[str, ...], seconds: float
+) -> None:
+    stuck = next(states)
+    values = {name: getattr(stuck, name) for name in names}
+    for _ in range(round(seconds * NS / PERIOD)):
+        state = dataclasses.replace(next(states), **values)
+        dog.accept(state, state.stamp)
+
+
+MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
+
+
+def test_values_that_repeat_to_the_last_bit_are_frozen(
+    watchdog: InputWatchdog, states: Iterator[FingertipState]
+) -> None:
+    freeze(watchdog, states, MECHANICAL, 0.24)
+    assert watchdog.condition == Condition.OK
+    freeze(watchdog, states, MECHANICAL, 0.27)
+    assert watchdog.condition == Condition.FROZEN
+
+
+def test_a_force_sensor_that_hangs_alone_is_frozen(
+    watchdog: InputWatchdog, states: Iterator[FingertipState]
+) -> None:
+    freeze(watchdog, states, ("normal_force",), 1.9)
+    assert watchdog.condition == Condition.OK
+    freeze(watchdog, states, ("normal_force",), 2.1)
+    assert watchdog.condition == Condition.FROZEN
+
+
+def test_an_encoder_at_rest_may_repeat_itself(
+    watchdog: InputWatchdog, states: Iterator[FingertipState]
+) -> None:
+    freeze(watchdog, states, ("displacement", "temperature", "slip"), 5.0)
+    assert watchdog.condition == Condition.OK
+
+
+def test_recovery_takes_good_states_in_a_row(
+    watchdog: InputWatchdog, states: Iterator[FingertipState]
+) -> None:
+    bad = dataclasses.replace(next(states), normal_force=math.inf)
+    watchdog.accept(bad, bad.stamp)
+    for _ in range(4):
+        state = next(states)
+        assert watchdog.accept(state, state.stamp)  # good for the estimator, not yet for control
+        assert watchdog.condition == Condition.OUT_OF_RANGE
+    state = next(states)
+    watchdog.accept(state, state.stamp)
+    assert watchdog.condition == Condition.OK
+
+
+def test_a_sender_that_started_anew_is_accepted_after_a_while(watchdog: InputWatchdog) -> None:
+    fresh = healthy()
+    used = []
+    for _ in range(8):
+        state = next(fresh)
+        used.append(watchdog.accept(state, 50 * PERIOD + state.stamp))
+    assert used == [False] * 5 + [True] * 3
+    assert watchdog.condition == Condition.OK
+
+
+def test_a_replayed_burst_is_not_used(watchdog: InputWatchdog, states: Iterator[FingertipState]) -> None:
+    old = healthy(start=20)
+    for _ in range(4):
+        assert not watchdog.accept(next(old), 50 * PERIOD)
+    state = next(states)
+    assert not watchdog.accept(state, state.stamp)
+    assert watchdog.condition == Condition.REPLAYED
+
+
+def test_faults_are_counted_by_name(watchdog: InputWatchdog, states: Iterator[FingertipState]) -> None:
+    for _ in range(3):
+        state = dataclasses.replace(next(states), torque_z=math.inf)
+        watchdog.accept(state, state.stamp)
+    watchdog.tick(10 * NS)
+    assert watchdog.faults == {Condition.OUT_OF_RANGE: 1, Condition.STALE: 1}
+
+
+def test_a_range_is_checked_where_it_is_built() -> None:
+    with pytest.raises(ConfigError, match="torque_z"):
+        build(Ranges, {"torque_z": [1.0, -1.0]}, "hand.toml [ranges]")
+
+
+def test_one_stamp_far_ahead_is_refused_and_a_clock_that_stays_there_is_followed(
+    watchdog: InputWatchdog, states: Iterator[FingertipState]
+) -> None:
+    for _ in range(50):
+        state = next(states)
+        assert watchdog.accept(state, state.stamp)
+    state = next(states)
+    assert not watchdog.accept(dataclasses.replace(state, stamp=2**63 - 1), state.stamp)
+    used = []
+    for _ in range(20):
+        state = next(states)
+        used.append(watchdog.accept(state, state.stamp))
+    assert used[-1]
+    assert sum(used) >= 20 - 2 * watchdog.settings.recover_after
+    for _ in range(30):
+        state = next(states)
+        ahead = dataclasses.replace(state, stamp=state.stamp + 10**18)
+        followed = watchdog.accept(ahead, state.stamp)
+    assert followed

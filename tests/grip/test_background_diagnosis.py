@@ -1,0 +1,282 @@
+"""The running node notices that its model fails, says where, and names who may be behind it."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from vegrip.nodes.grasp_force import build
+
+from vegrip.estimator.health import CALM, FAILS, MENDED, Watch, wrongness
+from vegrip.estimator.layout import CHANNELS, REGIMES
+from vegrip.grip import background_diagnosis
+from vegrip.grip.background_diagnosis import Evidence, Inquiries
+from vegrip.grip.model_swap import Succession
+from vegrip.identification.diagnosis.error_ladder import add
+from vegrip.identification.fit import fit
+from vegrip.identification.recording import Fingertip, Recording
+from vegrip.messages import FingertipState, ForceCommand, ModelHealth
+from vegrip.model import write_model
+from vegrip.runtime import NodeContext
+from vegrip.validation.health_detection import felt, fitted
+from vegrip.virtual import FingertipSettings
+
+TIP = FingertipSettings(
+    radius=8e-3, reference_force=2.0, amplitudes=(0.25,), rates=(3.0,), bristle_stiffness=1e10
+)
+HIDDEN = {
+    "nothing": {},
+    "adhesion": {"adhesion": {"force": 0.05}},
+    "second_relaxation": {"second_relaxation": {"amplitude": 0.3, "rate": 0.2}},
+    "series_compliance": {"series_compliance": {"compliance": 2e-4}},
+}
+NOISE = {"normal_force": 0.01, "displacement": 5e-6, "tangential_force": 0.01, "torque_z": 1e-4}
+
+
+@cache
+def contacts_of(hidden: str, count: int, seed: int = 0) -> tuple[FingertipState, ...]:
+    """Return what the fingertip feels in a number of contacts."""
+    return tuple(felt(TIP, count, seed, HIDDEN[hidden]))
+
+
+@cache
+def model():
+    """Return the model of the fingertip, from contacts in which nothing is hidden."""
+    return fitted(TIP, 1)
+
+
+def health_of(node, states) -> list[ModelHealth]:
+    """Feed a node; return what it said of its model. Each state must get its command."""
+    told = []
+    for state in states:
+        answers = [*node.on_message(state, state.stamp), *node.on_tick(state.stamp)]
+        assert any(isinstance(m, ForceCommand) for m in answers)
+        told += [m for m in answers if isinstance(m, ModelHealth)]
+    return told
+
+
+def mean_nis(told) -> float:
+    return float(np.mean([one.nis for one in told]))
+
+
+@pytest.fixture
+def node(tmp_path):
+    write_model(model(), tmp_path / "tip.toml")
+    settings = {"tip": {"model": str(tmp_path / "tip.toml")}, "noise": NOISE, "policy": "constant"}
+    made = build(settings, NodeContext("grasp_force", "", ("index",), 0.004))
+    made.configure()
+    made.activate()
+    return made
+
+
+@pytest.mark.slow
+def test_with_nothing_hidden_it_stays_quiet_and_starts_no_process(node) -> None:
+    for seed in (2, 3):
+        told = health_of(node, contacts_of("nothing", 10, seed))
+        assert all(one.consistent for one in told[50:])
+        assert not any(one.channel or one.suspect for one in told)
+    assert node.suspects.busy is None
+
+
+REGIME = {
+    "adhesion": {"air"},
+    "second_relaxation": {
+        "loading",
+        "deep loading",
+        "fast loading",
+        "unloading",
+        "fast unloading",
+        "hold",
+        "deep hold",
+        "late hold",
+    },
+    "series_compliance": {
+        "loading",
+        "deep loading",
+        "fast loading",
+        "unloading",
+        "fast unloading",
+        "hold",
+        "deep hold",
+        "late hold",
+    },
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("hidden", ["adhesion", "second_relaxation", "series_compliance"])
+def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypatch, hidden) -> None:
+    monkeypatch.setattr(background_diagnosis, "WAIT", 2.0)
+    states = contacts_of(hidden, 14, 4)
+    told = health_of(node, states)
+    failing = [one for one in told if one.channel]
+    assert failing
+    assert failing[-1].channel == "normal_force"
+    assert failing[-1].regime in REGIME[hidden]
+    assert not failing[-1].consistent
+    assert node.suspects.busy is not None
+    node.suspects.busy.join()
+    last = states[-1]
+    again = node.suspects.judged(replace(failing[-1], stamp=last.stamp))
+    assert again.suspect == hidden
+
+
+@pytest.mark.slow
+def test_a_running_node_takes_the_extended_model_over_and_its_innovations_fall_as_the_error_did(
+    node, monkeypatch, tmp_path
+) -> None:
+    threads = []
+    begin = Succession.begin
+    monkeypatch.setattr(Succession, "begin", lambda self, *given: threads.append(begin(self, *given)))
+    monkeypatch.setattr(background_diagnosis, "WAIT", 1e6)
+    hidden = "second_relaxation"
+    before = health_of(node, contacts_of(hidden, 10, 5))
+    evidence = node.suspects._evidence["index"].columns()
+    t = evidence.pop("t")
+    episode = np.zeros(t.size, dtype=np.int64)
+    recording = Recording("felt", t, episode, evidence, Fingertip(TIP.radius), NOISE)
+    after, offline = add(hidden, fit(recording, model()))
+    write_model(after.model, tmp_path / "extended.toml")
+    tip = replace(node.parameters.tip, model=str(tmp_path / "extended.toml"))
+    node.parameters = replace(node.parameters, tip=tip)
+    threads[0].join()
+    later = [replace(s, stamp=s.stamp + 10**12, seq=s.seq + 10**6) for s in contacts_of(hidden, 10, 6)]
+    told = health_of(node, later)
+    half = len(told) // 2
+    assert any(one.channel for one in before)
+    assert not any(one.channel for one in told[1:])  # the first was of the old model
+    assert offline.error > 1.1
+    assert mean_nis(before[half:]) > 1.1
+    assert after.error < 1.05
+    assert mean_nis(told[half:]) < 1.05
+    assert "second_relaxation" in [e.name for e in node.fingers["index"].estimator.model.effects]
+
+
+def cells(value: float = 0.0, *, at: tuple[int, int] = (1, 2)) -> np.ndarray:
+    wrong = np.full((len(CHANNELS), len(REGIMES)), 0.5)
+    wrong[at] = value
+    return wrong
+
+
+def test_the_verdict_comes_after_a_while_and_goes_after_a_longer_one() -> None:
+    watch, now = Watch(), 0
+    assert watch.look(cells(1.2), now) is None
+    assert watch.look(cells(1.2), now + round(FAILS * 1e9)) == (1, 2)
+    now += 10**9
+    assert watch.look(cells(0.9), now) == (1, 2)  # between calm and the edge it stays
+    now += 10**11
+    assert watch.look(cells(0.9), now) == (1, 2)
+    assert watch.look(cells(CALM / 2), now) == (1, 2)
+    assert watch.look(cells(CALM / 2), now + round(0.9 * MENDED * 1e9)) == (1, 2)
+    assert watch.look(cells(CALM / 2), now + round(MENDED * 1e9)) is None
+
+
+def test_a_single_look_a_little_outside_changes_nothing_and_one_far_outside_does() -> None:
+    watch = Watch()
+    for i in range(100):
+        assert watch.look(cells(1.5 if i % 2 else 0.1), i * 200_000_000) is None
+    assert watch.look(cells(2.5), 10**11) == (1, 2)
+
+
+def test_another_cell_takes_over_only_when_it_is_clearly_worse() -> None:
+    watch = Watch()
+    watch.look(cells(1.2), 0)
+    watch.look(cells(1.2), 10**9)
+    both = cells(1.2)
+    both[0, 1] = 1.3
+    assert watch.look(both, 2 * 10**9) == (1, 2)
+    both[0, 1] = 2.0
+    assert watch.look(both, 3 * 10**9) == (0, 1)
+
+
+def test_a_cell_with_little_in_it_is_not_judged() -> None:
+    raw = np.zeros((len(CHANNELS), len(REGIMES), 3))
+    raw[1, 2] = 150.0, 3.0, 9.0
+    assert np.all(wrongness(raw.ravel()) == 0.0)
+    raw[1, 2, 0] = 500.0
+    found = wrongness(raw.ravel())
+    assert found[1, 2] > 3.0
+    assert np.count_nonzero(found) == 1
+
+
+def state(i: int, period: int = 2_000_000, **values: float) -> FingertipState:
+    return FingertipState(
+        i * period, "index", i, **{"normal_force": float(i), "displacement": 1e-3 * i} | values
+    )
+
+
+def test_evidence_is_thinned_bounded_and_without_long_air(monkeypatch) -> None:
+    monkeypatch.setattr(background_diagnosis, "KEPT", 100)
+    ring = Evidence()
+    for i in range(3000):
+        ring.note(state(i), touching=i % 700 > 350)
+    kept = ring.columns()
+    assert len(ring) == 100
+    assert kept["t"].size <= 100
+    assert np.all(np.diff(kept["t"]) >= 0.005)
+    assert kept["normal_force"][-1] == pytest.approx(2998.0, abs=3)
+    assert set(kept) == {"t", "normal_force", "displacement"}
+    quiet = Evidence()
+    for i in range(3000):
+        quiet.note(state(i), touching=False)
+    assert len(quiet) == 0
+    assert quiet.columns()["t"].size == 0
+
+
+def test_evidence_begins_out_of_contact() -> None:
+    ring = Evidence()
+    for i in range(2000):
+        ring.note(state(i), touching=i < 500 or i > 700)
+    assert ring.columns()["normal_force"][0] == pytest.approx(500.0, abs=3)
+
+
+def failing(stamp: int) -> ModelHealth:
+    return ModelHealth(stamp, "index", 0, channel="normal_force", regime="air")
+
+
+@pytest.fixture
+def inquiries(monkeypatch):
+    """Inquiries with enough evidence, whose process answers at once."""
+    asked = []
+
+    def answer(columns, model, noise):
+        asked.append(columns["t"].size)
+        return "adhesion"
+
+    monkeypatch.setattr(background_diagnosis, "look_elsewhere", answer)
+    made = Inquiries(lambda: {"index": None}, NOISE, "node")
+    for i in range(5000):
+        made.note("index", state(i, 6_000_000), touching=i % 100 > 20)
+    made.asked = asked
+    return made
+
+
+def test_it_asks_once_in_a_while_and_forgets_with_the_model(inquiries) -> None:
+    t = 10**12
+    assert inquiries.judged(failing(t)).suspect == ""
+    assert inquiries.busy is None
+    inquiries.judged(failing(t + 11 * 10**9))
+    inquiries.busy.join()
+    assert inquiries.judged(failing(t + 12 * 10**9)).suspect == "adhesion"
+    assert inquiries.judged(failing(t + 60 * 10**9)).suspect == "adhesion"
+    assert len(inquiries.asked) == 1
+    inquiries.judged(failing(t + 140 * 10**9))
+    inquiries.busy.join()
+    assert len(inquiries.asked) == 2
+    inquiries.forget("index")
+    assert inquiries.judged(failing(t + 141 * 10**9)).suspect == ""
+    healthy = ModelHealth(t + 150 * 10**9, "index", 0, consistent=True)
+    assert inquiries.judged(healthy) == healthy
+
+
+def test_a_look_that_fails_is_logged_and_nothing_else(inquiries, monkeypatch, caplog) -> None:
+    def broken(columns, model, noise):
+        raise RuntimeError("it died")
+
+    monkeypatch.setattr(background_diagnosis, "look_elsewhere", broken)
+    inquiries.judged(failing(0))
+    with caplog.at_level("WARNING"):
+        inquiries.judged(failing(20 * 10**9))
+        inquiries.busy.join()
+    assert "it died" in caplog.text
+    assert inquiries.judged(failing(21 * 10**9)).suspect == ""

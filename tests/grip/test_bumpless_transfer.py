@@ -1,0 +1,76 @@
+"""Bumpless transfer: what is held bounds what ignorance asks for, and nothing else."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from vegrip.clock import NS
+from vegrip.grip.bumpless_transfer import DURATION, Takeover
+from vegrip.grip.policies.demand import Demand
+from vegrip.grip.safety.fail_safe import FailSafeSettings
+
+RAMP = FailSafeSettings(force=5.0, ramp_rate=10.0)
+LOAD = Demand(least_force=11.0, tangential_force=1.0, torque=0.0, in_contact=True, trusted=True)
+BEGIN = 7 * NS
+
+
+def bound(after: float = 0.0, force: float = 3.0, least: float = 11.0, **changes: float | bool) -> float:
+    """Bound ``after`` [s] when ``force`` [N] was met holding 1 N and no torque, at an arm of 4 mm."""
+    takeover = Takeover()
+    takeover.begin(force, LOAD, 4e-3, BEGIN)
+    return takeover.bounded(least, replace(LOAD, **changes), BEGIN + round(after * NS), RAMP)
+
+
+def test_the_first_command_is_the_force_that_is_there() -> None:
+    assert bound() == 3.0
+    assert bound(least=math.inf) == 3.0
+
+
+def test_a_lasting_need_is_met_by_the_ramp_up_to_the_fail_safe_grip() -> None:
+    assert bound(0.1) == pytest.approx(4.0)
+    assert bound(0.29) == 5.0
+    assert bound(0.29, force=8.0) == 8.0
+
+
+def test_less_than_is_held_is_asked_for_as_it_is() -> None:
+    assert bound(least=2.0) == 2.0
+    assert math.isnan(bound(least=math.nan))
+
+
+def test_after_its_duration_the_estimate_rules() -> None:
+    assert bound(DURATION) == 11.0
+
+
+def test_slip_ends_it_for_good() -> None:
+    takeover = Takeover()
+    takeover.begin(3.0, LOAD, 4e-3, BEGIN)
+    assert takeover.bounded(11.0, replace(LOAD, slipping=True), BEGIN, RAMP) == 11.0
+    assert takeover.bounded(11.0, LOAD, BEGIN, RAMP) == 11.0
+
+
+def test_a_load_that_grows_needs_more_than_in_proportion() -> None:
+    """For a friction coefficient that falls with the root of the normal force."""
+    assert bound(tangential_force=1.5) == pytest.approx(3.0 * 1.5**2)
+    assert bound(torque=4e-3) == pytest.approx(3.0 * 2.0)  # 1 N at 4 mm, across the other
+    assert bound(tangential_force=0.5) == 3.0
+
+
+def test_what_held_no_load_shows_nothing() -> None:
+    takeover = Takeover()
+    takeover.begin(3.0, replace(LOAD, tangential_force=0.0), math.nan, BEGIN)
+    assert takeover.bounded(11.0, LOAD, BEGIN, RAMP) == 11.0
+
+
+@pytest.mark.parametrize("first", [5e-324, 1e-200, math.nan, math.inf, 1e300])
+@pytest.mark.parametrize("then", [0.0, 60.0, math.nan, math.inf])
+@pytest.mark.parametrize("force", [0.0, 3.0])
+def test_no_load_breaks_it(first: float, then: float, force: float) -> None:
+    takeover = Takeover()
+    takeover.begin(force, replace(LOAD, tangential_force=first), 5e-324, BEGIN)
+    found = takeover.bounded(11.0, replace(LOAD, tangential_force=then, torque=2.0), BEGIN, RAMP)
+    assert 0.0 <= found <= 11.0
+
+
+def test_before_it_began_nothing_is_bounded() -> None:
+    assert Takeover().bounded(11.0, LOAD, BEGIN, RAMP) == 11.0

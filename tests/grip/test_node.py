@@ -1,0 +1,214 @@
+"""The node: what it answers, when it is silent, and how the fingers share the grasp."""
+
+import dataclasses
+import math
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+
+from vegrip.config import build
+from vegrip.grip.node import GraspForce
+from vegrip.grip.policies.margin_grip import GripSettings
+from vegrip.grip.safety.limits import LimitSettings
+from vegrip.grip.settings import ControlSettings
+from vegrip.messages import (
+    Condition,
+    ContactEstimate,
+    FingertipState,
+    ForceCommand,
+    ModelHealth,
+    Reason,
+    SlipMargin,
+)
+
+MakeNode = Callable[..., GraspForce]
+MakeState = Callable[..., FingertipState]
+PERIOD = 2_000_000  # [ns]
+MU = 0.8  # of the estimator of these tests
+
+
+def commands(answers: object) -> list[ForceCommand]:
+    return [message for message in answers if isinstance(message, ForceCommand)]  # type: ignore[attr-defined]
+
+
+def feed(node: GraspForce, state: FingertipState, now: int | None = None) -> ForceCommand:
+    (command,) = commands(node.on_message(state, state.stamp if now is None else now))
+    return command
+
+
+def test_a_state_is_answered_with_command_first_then_contact_margin_and_health(
+    make_node: MakeNode, state: MakeState
+) -> None:
+    answers = list(make_node().on_message(state(1), PERIOD))
+    assert [type(message) for message in answers] == [ForceCommand, ContactEstimate, SlipMargin, ModelHealth]
+
+
+def test_estimates_are_told_less_often_than_commands(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node()
+    answers = [m for i in range(1, 501) for m in node.on_message(state(i), i * PERIOD)]
+    kinds = [type(message) for message in answers]
+    assert kinds.count(ForceCommand) == 500
+    assert kinds.count(SlipMargin) == 50  # one second, every 20 ms
+    assert kinds.count(ModelHealth) == 6  # every 0.2 s, and when the finger is first believed
+
+
+def test_a_change_of_the_condition_is_told_with_the_state_or_tick_that_shows_it(
+    make_node: MakeNode, state: MakeState
+) -> None:
+    node = make_node()
+    told = []
+    for i in range(1, 401):
+        answers = []
+        if not 200 < i <= 250:  # silence of 100 ms
+            force = 1000.0 if 100 < i <= 103 else 1.0
+            answers += node.on_message(state(i, normal_force=force), i * PERIOD)
+        answers += node.on_tick(i * PERIOD)
+        told += [(i, m.condition) for m in answers if isinstance(m, ModelHealth)]
+    changes = [one for before, one in pairwise(told) if one[1] is not before[1]]
+    assert changes == [
+        (5, Condition.OK),
+        (101, Condition.OUT_OF_RANGE),
+        (108, Condition.OK),
+        (226, Condition.STALE),
+        (255, Condition.OK),
+    ]
+
+
+def test_the_first_command_is_the_force_that_is_there(make_node: MakeNode, state: MakeState) -> None:
+    command = feed(make_node(), state(1, normal_force=3.7, tangential_force_x=0.1))
+    assert command.normal_force == 3.7
+    assert command.adjustment == 0.0
+
+
+def test_the_grip_rises_to_the_least_force_for_the_wanted_margin(
+    make_node: MakeNode, state: MakeState
+) -> None:
+    settings = ControlSettings(thumb="", grip=GripSettings(wanted_margin=0.2))
+    node = make_node(settings=settings)
+    for i in range(1, 200):
+        command = feed(node, state(i, tangential_force_x=4.0))
+    assert command.normal_force == pytest.approx(4.0 / (MU * 0.8))
+    assert command.reason == Reason.HOLD
+
+
+def test_the_thumb_carries_what_the_fingers_press(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node(("thumb", "index", "middle"))
+    last = {}
+    for i in range(1, 400):
+        for finger, load in (("thumb", 0.5), ("index", 2.0), ("middle", 1.5)):
+            last[finger] = feed(node, state(i, finger, tangential_force_x=load))
+    assert last["thumb"].normal_force == pytest.approx(
+        last["index"].normal_force + last["middle"].normal_force, rel=1e-3
+    )
+
+
+def test_a_load_that_no_force_carries_gets_the_largest(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node(settings=ControlSettings(thumb=""))
+    for i in range(1, 400):
+        command = feed(node, state(i, tangential_force_x=50.0))
+    node.fingers["index"].estimator.least_force = lambda *_: math.inf
+    for i in range(400, 800):
+        command = feed(node, state(i))
+    assert (command.normal_force, command.reason) == (ControlSettings().limits.max_force, Reason.MAX_LIMIT)
+    del node.fingers["index"].estimator.least_force
+    for i in range(800, 1800):
+        command = feed(node, state(i))
+    assert command.normal_force < 0.8 * ControlSettings().limits.max_force  # and it comes down again
+
+
+def test_a_state_of_an_unknown_finger_is_counted_and_ignored(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node()
+    assert list(node.on_message(state(1, "toe"), PERIOD)) == []
+    assert node.rejected == {"unknown finger": 1}
+
+
+def test_what_is_not_a_state_is_ignored(make_node: MakeNode) -> None:
+    assert list(make_node().on_message(ModelHealth(stamp=1, finger="index", seq=1), 1)) == []
+
+
+def test_a_node_that_is_not_active_commands_nothing(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node()
+    feed(node, state(1))
+    node.deactivate()
+    assert list(node.on_message(state(2), 2 * PERIOD)) == []
+    assert list(node.on_tick(10**9)) == []
+
+
+def test_nothing_is_commanded_to_a_finger_that_was_never_heard(make_node: MakeNode) -> None:
+    node = make_node()
+    answers = [m for i in range(1000) for m in node.on_tick(i * PERIOD)]
+    assert commands(answers) == []
+    healths = [m for m in answers if isinstance(m, ModelHealth)]
+    assert healths
+    assert {m.condition for m in healths} == {Condition.MISSING}
+
+
+def test_activation_begins_afresh(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node()
+    feed(node, state(1, normal_force=9.0))
+    node.deactivate()
+    node.activate()
+    assert feed(node, state(2, normal_force=3.0)).normal_force == 3.0
+
+
+def test_commands_are_counted_and_expire(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node(settings=ControlSettings(limits=LimitSettings(lifetime=0.04)))
+    issued = [feed(node, state(i)) for i in range(1, 20)]
+    assert [c.seq for c in issued] == list(range(1, 20))
+    assert all(c.expires - c.stamp == 40_000_000 for c in issued)
+
+
+def test_a_command_is_renewed_before_it_expires_though_states_are_slow(
+    make_node: MakeNode, state: MakeState
+) -> None:
+    settings = build(ControlSettings, {"watchdog": {"time_out": 0.5}, "limits": {"lifetime": 0.1}}, "test")
+    node = make_node(settings=settings)
+    last = feed(node, state(1))
+    for i in range(2, 200):
+        for command in commands(node.on_tick(i * PERIOD)):
+            assert command.stamp < last.expires
+            last = command
+        assert last.expires > i * PERIOD
+
+
+def test_felt_slip_raises_the_grip(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node()
+    for i in range(1, 10):
+        before = feed(node, state(i)).normal_force
+    command = feed(node, state(10, slip=1.0))
+    assert command.normal_force > before
+    assert command.reason == Reason.SLIP
+
+
+def test_a_fault_of_the_node_itself_is_ridden_out_without_its_estimators(
+    make_node: MakeNode, state: MakeState
+) -> None:
+    node = make_node()
+    held = feed(node, state(1)).normal_force
+    del node.fingers["index"].estimator
+    forces = [c.normal_force for i in range(2, 600) for c in commands(node.on_fault(i * PERIOD))]
+    assert forces[0] == held
+    assert forces == sorted(forces)
+    assert forces[-1] == ControlSettings().fail_safe.force
+
+
+def test_after_a_fault_of_the_node_the_grip_is_taken_over_as_it_is(
+    make_node: MakeNode, state: MakeState
+) -> None:
+    node = make_node()
+    feed(node, state(1, normal_force=6.0))
+    node.on_fault(100_000_000)
+    node.deactivate()
+    node.activate()
+    assert feed(node, state(60, normal_force=0.5, tangential_force_x=0.0)).normal_force >= 6.0
+    assert node.fingers["index"].estimator.resets == 1  # type: ignore[attr-defined]
+
+
+def test_parameters_changed_while_running_take_effect(make_node: MakeNode, state: MakeState) -> None:
+    node = make_node()
+    for i in range(1, 10):
+        assert feed(node, state(i, normal_force=8.0)).normal_force == 8.0
+    node.parameters = dataclasses.replace(node.parameters, limits=LimitSettings(max_force=5.0))
+    command = feed(node, state(10, normal_force=8.0))
+    assert (command.normal_force, command.reason) == (5.0, Reason.MAX_LIMIT)

@@ -1,0 +1,135 @@
+"""Where a model fails, on recordings whose hidden effect is known."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip.cli import main
+from vegrip.identification.compare import compare
+from vegrip.identification.compare.features import PHASES, Features
+from vegrip.identification.compare.where import Residuals, where
+from vegrip.identification.compare.words import quantity, span
+from vegrip.identification.fit import fit
+from vegrip.identification.recording import Fingertip, Recording, write_recording
+from vegrip.model import write_model
+
+_spec = importlib.util.spec_from_file_location("bench", Path(__file__).parents[1] / "fit" / "conftest.py")
+_bench = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(_bench)
+recorded = _bench.bench_recording
+
+RNG = np.random.default_rng(0)
+N = 9000
+
+
+def features(phase=None, **values) -> Features:
+    return Features(np.full(N, PHASES.index("hold")) if phase is None else phase, values)
+
+
+def test_noise_has_no_regime() -> None:
+    z = RNG.standard_normal(N)
+    here = features(speed=RNG.uniform(0.0, 1e-2, N), indentation=RNG.uniform(0.0, 2e-3, N))
+    assert not where([Residuals("normal_force", np.arange(N), 0.01 * z, z)], here)
+
+
+def test_the_regime_that_is_off_comes_first_with_its_offset_and_share() -> None:
+    speed = RNG.uniform(0.0, 9e-3, N)
+    phase = RNG.choice([PHASES.index("loading"), PHASES.index("unloading")], N)
+    off = (phase == PHASES.index("unloading")) & (speed > 6e-3)
+    z = RNG.standard_normal(N) - 4.0 * off
+    first = where([Residuals("normal_force", np.arange(N), 0.01 * z, z)], features(phase, speed=speed))[0]
+    assert first.regime.startswith("unloading at more than 6")
+    assert first.share > 0.9
+    assert first.offset == pytest.approx(-0.04, rel=0.05)
+    assert "the model reads 40 mN high" in first.note
+
+
+def test_shares_are_parts_of_one_misfit() -> None:
+    z = RNG.standard_normal(N) * (1.0 + 3.0 * (np.arange(N) > 6000))
+    here = features(time=np.arange(N) * 0.005, speed=RNG.uniform(0.0, 1e-2, N))
+    found = where([Residuals("normal_force", np.arange(N), z, z)], here)
+    assert sum(one.share for one in found) == pytest.approx(1.0, abs=0.1)
+    assert [one.share for one in found] == sorted((one.share for one in found), reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    [("normal_force", 0.0402, "40 mN"), ("speed", 5e-3, "5 mm/s"), ("torque_z", 1.2e-4, "120 uN m"),
+     ("temperature", 23.4, "23 degC"), ("normal_force", 0.0, "0 N"), ("contact_radius", 3e-9, "3 nm")],
+)  # fmt: skip
+def test_numbers_are_said_with_a_fitting_prefix(name, value, text) -> None:
+    assert quantity(name, value) == text
+
+
+def test_ranges_are_said() -> None:
+    assert span("speed", 5e-3, None) == "at more than 5 mm/s"
+    assert span("indentation", None, 1e-3) == "at a depth of up to 1 mm"
+    assert span("frequency", 0.0, None) == "while going to and fro"
+    assert span("time", 240.0, None) == "more than 240 s after the start"
+    assert span("time_in_contact", 1.0, 2.0) == "1 s to 2 s into the contact"
+
+
+@pytest.mark.slow
+def test_the_right_model_has_nothing_to_show_and_the_wrong_one_has() -> None:
+    plain = compare(recorded())
+    assert plain.error == pytest.approx(1.0, abs=0.03)
+    assert not plain.where
+    sticky = compare(recorded("adhesion"))
+    assert sticky.error > 1.5
+    assert sticky.where[0].channel == "normal_force"
+    assert any("out of contact" in one.regime for one in sticky.where)
+    rubbing = compare(recorded("load_dependent_friction"))
+    assert rubbing.channels["normal_force"].ratio == pytest.approx(1.0, abs=0.03)
+    assert {one.channel for one in rubbing.where} <= {"tangential_force", "torque_z"}
+    assert rubbing.where
+
+
+@pytest.mark.slow
+def test_a_press_that_takes_a_minute_is_loading_and_no_hold() -> None:
+    t = np.arange(0.0, 60.0, 0.05)
+    depth = np.interp(t, [0.0, 5.0, 35.0, 50.0, 55.0, 60.0], [-1e-4, -1e-4, 1e-3, 1e-3, -1e-4, -1e-4])
+    force = 1.5 * np.maximum(depth / 1e-3, 0.0) ** 1.5 + 1e-3 * RNG.standard_normal(t.size)
+    columns = {"displacement": depth + 1e-7 * RNG.standard_normal(t.size), "normal_force": force}
+    sensors = {"normal_force": 1e-3, "displacement": 1e-7}
+    slow = Recording("slow", t, np.zeros(t.size, dtype=np.int64), columns, Fingertip(0.01), sensors)
+    phase = compare(slow).features.phase
+    for begin, end, name in ((12.0, 34.0, "loading"), (37.0, 49.0, "hold"), (51.0, 54.0, "unloading")):
+        rows = (t > begin) & (t < end)
+        assert np.mean(phase[rows] == PHASES.index(name)) > 0.95, name
+
+
+@pytest.mark.slow
+def test_rows_that_stick_under_a_load_are_a_regime() -> None:
+    found = compare(recorded()).features
+    assert found.sticking is not None
+    assert found.sticking.any()
+    assert not np.any(found.sticking & (found.phase == PHASES.index("sliding")))
+    assert not np.any(found.sticking & (found.phase == PHASES.index("out of contact")))
+
+
+@pytest.mark.slow
+def test_a_given_model_is_compared_as_it_is() -> None:
+    model = fit(recorded()).model.with_value("K", 1.9)
+    told = compare(recorded(), model)
+    assert not told.fitted
+    assert told.error > 1.5
+    assert told.problem.unknowns.names == ("zero_displacement", "zero_force")
+
+
+@pytest.mark.slow
+def test_command_holds_to_the_contract(tmp_path, capsys) -> None:
+    write_recording(recorded("adhesion"), tmp_path / "press")
+    write_model(fit(recorded()).model, tmp_path / "m.toml")
+    assert main(["compare", str(tmp_path / "press"), "--versus", str(tmp_path / "m.toml"), "--json",
+                 "-o", str(tmp_path / "pictures")]) == 0  # fmt: skip
+    told = json.loads(capsys.readouterr().out)
+    for one in told["channels"].values():
+        assert {"rmse", "noise", "ratio", "whiteness_p", "coverage95"} <= set(one)
+    for one in told["where"]:
+        assert {"channel", "regime", "share", "note"} <= set(one)
+    assert told["versus"]["error"] > told["error"]
+    assert (tmp_path / "pictures" / "normal_force.png").stat().st_size > 1000
+    assert (tmp_path / "pictures" / "versus" / "normal_force.png").exists()

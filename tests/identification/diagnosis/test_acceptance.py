@@ -1,0 +1,123 @@
+"""The pieces of a diagnosis: candidates, held-out scores, regimes, discrepancy."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from vegrip.effects import BUILT_IN, effect
+from vegrip.identification.diagnosis.acceptance import misfit_by_regime
+from vegrip.identification.diagnosis.catalogue import moved, null, trials
+from vegrip.identification.diagnosis.discrepancy import LENGTHS, _curve, _tents
+from vegrip.identification.diagnosis.evidence_threshold import Price
+from vegrip.identification.diagnosis.score_tests import Hint
+from vegrip.identification.diagnosis.search import shortlist
+from vegrip.model import BASE, paper_model
+
+RNG = np.random.default_rng(5)
+ADDED = [name for name in BUILT_IN if name not in BASE]
+
+
+@pytest.mark.parametrize("name", ADDED)
+def test_every_trial_lies_within_the_bounds_and_is_not_nothing(name) -> None:
+    one = effect(name)
+    tried = list(trials(one))
+    assert 1 <= len(tried) <= 20
+    for values in tried:
+        for p in one.parameters:
+            assert p.low <= values[p.symbol] <= p.high
+        assert any(p.null is not None and values[p.symbol] != p.null for p in one.parameters)
+
+
+@pytest.mark.parametrize("name", ADDED)
+def test_absent_means_the_model_without_it(name) -> None:
+    t = np.arange(0.0, 2.0, 5e-3)
+    depth = 1e-3 * np.sin(2.0 * t)
+    model = paper_model(0.01)
+    wider = model.with_effect(effect(name))
+    for symbol, value in null(effect(name)).items():
+        wider = wider.with_value(symbol, value)
+    plain, wide = (m.simulate(t, depth, plain=True).sensed_force for m in (model, wider))
+    assert wide == pytest.approx(plain, abs=1e-12)
+
+
+def test_rates_are_tried_over_decades_and_lengths_around_their_value() -> None:
+    rate = effect("second_relaxation").parameters[1]
+    assert moved(rate, 3.0) / moved(rate, -3.0) == pytest.approx(np.exp(6.0 * rate.std))
+    assert moved(rate, 0.0) == rate.default
+
+
+def test_misfit_by_regime_is_one_for_noise_and_grows_with_a_hidden_mean() -> None:
+    regimes = np.repeat(np.arange(100.0), 200)
+    noise = RNG.standard_normal(regimes.size)
+    assert misfit_by_regime(noise, regimes) == pytest.approx(1.0, abs=0.4)
+    assert misfit_by_regime(noise + 0.3, regimes) > 10.0
+    regimes[:] = -1.0
+    assert misfit_by_regime(noise, regimes) == 1.0
+
+
+def test_shortlist_keeps_what_is_worth_a_refit() -> None:
+    class Named:
+        def __init__(self, name: str) -> None:
+            self.name = name
+
+    def hint(name: str, gain: float) -> Hint:
+        return Hint(Named(name), gain, {}, 1.0, 1.0, np.zeros(1))  # type: ignore[arg-type]
+
+    hints = [hint("a", 1000.0), hint("b", 80.0), hint("c", 40.0), hint("displacement_backlash", 30.0)]
+    names = [one.candidate.name for one in shortlist(hints)]
+    assert names == ["a", "b", "displacement_backlash"]
+    assert shortlist([]) == []
+    assert shortlist([hint("a", 4.0)]) == []
+
+
+def test_discrepancy_has_evidence_only_where_there_is_a_curve() -> None:
+    n = 4000
+    x = RNG.uniform(0.0, 1.0, n)
+    other = RNG.uniform(0.0, 1.0, n)
+    J, prior = np.stack([np.ones(n), x], axis=1), np.array([10.0, 10.0])  # what the parameters can do
+    knots = np.linspace(0.0, 1.0, 25)
+    w = RNG.standard_normal(n) + 2.0 * np.sin(6.0 * x)
+    right, share, curve = _curve(w, J, prior, _tents(x, knots), knots)
+    wrong, _, _ = _curve(w, J, prior, _tents(other, knots), knots)
+    nothing, _, _ = _curve(RNG.standard_normal(n) + 3.0 * x, J, prior, _tents(x, knots), knots)
+    assert right > 500.0
+    assert share > 0.2
+    assert abs(wrong) < 10.0
+    assert abs(nothing) < 10.0
+    assert np.ptp(curve) > 1.0
+
+
+def test_evidence_of_a_curve_is_that_of_the_gaussian_it_is() -> None:
+    """``ln N(w; 0, 1 + B C B' + J S J')`` less the same without the curve, by dense covariances."""
+    n = 300
+    x = np.sort(RNG.uniform(0.0, 1.0, n))
+    knots = np.linspace(0.0, 1.0, 13)
+    J, prior = np.stack([np.ones(n), x], axis=1), np.array([2.0, 3.0])
+    w = RNG.standard_normal(n) + np.sin(20.0 * x)
+    B = _tents(x, knots)
+    gain, _, _ = _curve(w, J, prior, B, knots)
+    dense = []
+    for length in LENGTHS:
+        C = np.exp(-0.5 * ((knots[:, None] - knots) / length) ** 2)
+        for size in np.logspace(-2.0, 2.0, 41):
+            plain = np.eye(n) + (J * prior**2) @ J.T
+            both = multivariate_normal(cov=plain + size**2 * B @ C @ B.T).logpdf(w)
+            dense.append(both - multivariate_normal(cov=plain).logpdf(w))
+    assert gain == pytest.approx(max(dense), abs=0.5)  # of sizes on another grid
+
+
+def test_tents_interpolate() -> None:
+    knots = np.array([0.0, 1.0, 3.0])
+    values = np.array([0.0, 0.5, 2.0, 5.0])
+    assert _tents(values, knots) @ np.array([0.0, 10.0, 30.0]) == pytest.approx([0.0, 5.0, 20.0, 30.0])
+
+
+def test_a_further_effect_pays_more_than_the_first_and_form_pays_most() -> None:
+    nothing = frozenset[str]()
+    assert Price(0.0, 900.0, 9.0, nothing).of("adhesion") == 8.0
+    lag = frozenset({"sensor_lag"})
+    calm, rough = Price(1000.0, 0.0, 1.0, lag), Price(1000.0, 100.0, 3.0, lag)
+    assert calm.of("adhesion") == 20.0  # nothing stands out any more
+    assert rough.of("adhesion") == 15.0  # of 100 nats that are left, and of 1000 that were gained
+    assert rough.of("fast_damping") == 100.0  # damping beside a lag
+    assert Price(1000.0, 900.0, 3.0, lag).of("adhesion") == 15.0  # much is left: another effect may take it

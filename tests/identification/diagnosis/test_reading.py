@@ -1,0 +1,101 @@
+"""What a diagnosis says can be read: SI beside scaled values, heights, no advice to run what is running."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip.cli import main
+from vegrip.effects import BUILT_IN, effect
+from vegrip.identification.compare.words import height
+from vegrip.identification.samples import make, recording
+from vegrip.model import read_model
+from vegrip.parameters import SCALES, in_si
+from vegrip.runtime.replay.grasp import offline
+from vegrip.runtime.replay.run import gaps_of
+
+SCALED = ("x_ref", "over K", "of K", "[K]")
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that a diagnosis of the sample writes; what it printed lies beside, as said.txt."""
+    folder = tmp_path_factory.mktemp("reading")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert main(["sample", "press"]) == 0
+        assert main(["diagnose", "press", "-o", "found"]) == 0
+    return folder / "found"
+
+
+def test_the_folder_has_a_picture_per_channel_the_diagnosis_and_a_model_that_reads(found: Path) -> None:
+    names = {path.name for path in found.iterdir()}
+    assert names == {"normal_force.png", "tangential_force.png", "diagnosis.json", "model.toml"}
+    assert (found / "normal_force.png").read_bytes().startswith(b"\x89PNG")
+    assert "adhesion" in [one.name for one in read_model(found / "model.toml").effects]
+
+
+def test_the_hidden_pull_is_told_in_newtons(found: Path) -> None:
+    told = json.loads((found / "diagnosis.json").read_text())
+    assert told["named"] == ["adhesion"]
+    assert told["si"]["pull"]["unit"] == "N"
+    hidden = float(make.HIDDEN["adhesion"]["force"])
+    assert told["si"]["pull"]["value"] == pytest.approx(hidden, rel=0.1)
+
+
+def test_nothing_advises_to_run_what_is_running(found: Path) -> None:
+    assert "vegrip diagnose" not in (found / "diagnosis.json").read_text()
+
+
+def test_every_parameter_whose_text_says_it_is_scaled_can_be_told_in_si() -> None:
+    silent, wrong = [], []
+    for one in map(effect, BUILT_IN):
+        for parameter in one.parameters:
+            if parameter.unit == "1" and any(text in parameter.doc for text in SCALED) and not parameter.of:
+                silent.append(parameter.symbol)
+            if parameter.of and (parameter.unit != "1" or parameter.of not in SCALES):
+                wrong.append(parameter.symbol)
+    assert wrong == []
+    assert set(silent) <= {"g_v", "b_x", "beta_x"}  # rates of growth per x_ref: not a multiple of it
+
+
+def test_a_share_of_the_force_at_the_reference_depth_is_newtons() -> None:
+    pull = next(p for p in effect("adhesion").parameters if p.symbol == "pull")
+    assert in_si(pull, 0.074, 1.99, 8e-4) == (pytest.approx(0.147, abs=1e-3), "N")
+    assert in_si(next(p for p in effect("adhesion").parameters if p.symbol == "n_v"), 0.5, 2.0, 1e-3) is None
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"),
+    [
+        (-3.5e-6, None, "closer than 3.5 um to the surface"),
+        (None, -80e-6, "more than 80 um from the surface"),
+        (-80e-6, -3.5e-6, "3.5 um to 80 um from the surface"),
+        (None, 2e-3, "at a depth of up to 2 mm"),
+    ],
+)
+def test_a_depth_below_zero_is_a_height(low: float | None, high: float | None, words: str) -> None:
+    assert height(low, high) == words
+
+
+def test_a_replay_starts_no_process_that_outlives_it_unless_asked() -> None:
+    assert offline({})["suspects"] is False
+    assert offline({"suspects": True})["suspects"] is True
+
+
+def test_between_trials_no_input_is_stale(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["sample", "press"]) == 0
+    capsys.readouterr()
+    assert main(["replay", "press", "--through", "--json"]) == 0
+    (told,) = json.loads(capsys.readouterr().out)["fingers"].values()
+    conditions = told["conditions"]
+    assert conditions.get("stale", 0) == 0
+    assert conditions["ok"] > 0.97 * sum(conditions.values())
+    one = recording()
+    gaps = gaps_of(one, 0)
+    assert len(gaps) == 1 + np.count_nonzero(np.diff(one.episode))
+    assert told["contact_time"] < one.duration - sum(end - begin for begin, end in gaps[1:]) * 1e-9

@@ -1,0 +1,74 @@
+"""The loop on measured recordings, which are not part of the project: skipped without them (VEGRIP_DATA)."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.fit import fit, noise_of
+from vegrip.identification.fit.problem import AT
+from vegrip.identification.recording import Recording
+from vegrip.identification.recording.column_map import read_column_map
+from vegrip.identification.recording.import_csv import import_csv
+
+PROJECT = Path(__file__).parents[3]
+DATA = Path(os.environ.get("VEGRIP_DATA", PROJECT.parent / "shared" / "data"))
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not DATA.is_dir(), reason=f"no measured recordings in {DATA}"),
+]
+
+
+def read(file: str, chart: str, radius: float) -> Recording:
+    return import_csv(DATA / file, read_column_map(PROJECT / f"examples/maps/{chart}.toml"), radius=radius)
+
+
+@pytest.fixture(scope="module")
+def hand() -> Recording:
+    """Twenty trials of the robot finger, without the opening between them."""
+    whole = read("robot-hand-rh56/middlefinger_hybrid_force250_20trials_20260303-185511.csv", "rh56", 8e-3)
+    closing = np.zeros(len(whole), dtype=bool)
+    for number in np.unique(whole.episode):
+        rows = np.flatnonzero(whole.episode == number)
+        opened = np.flatnonzero(whole.columns["displacement"][rows] < -0.02)
+        closing[rows[opened[-1] :]] = True
+    return whole.select(closing)
+
+
+def test_one_deep_press_into_silicone_names_nothing_as_every_law_that_fits_it_runs_into_a_bound() -> None:
+    deep = read("silicone-indent/relax_P002-laser-1.csv", "silicone_hold", 40e-3)
+    found = diagnose(deep, noise=noise_of(deep).tolerant(0.005))
+    assert (found.verdict, found.named) == ("unexplained", [])
+    best = found.search.steps[0].tried[0]
+    assert best.fitted.error < 0.5 * found.error["before"]
+    assert "bounds" in best.verdict.failed
+
+
+def test_the_slip_in_the_deepest_press_is_told_and_left_out() -> None:
+    deep = read("silicone-indent/relax_P002-laser-1.csv", "silicone_hold", 40e-3)
+    found = fit(deep, noise=noise_of(deep).tolerant(0.005))
+    (event,) = found.problem.measured.events
+    assert event.time == pytest.approx(66.4, abs=0.3)
+    assert event.loss == pytest.approx(0.34, abs=0.03)
+    assert any("no motion explains it" in sentence for sentence in found.warnings())
+
+
+def test_an_actuator_that_backs_off_is_not_called_relaxation(hand) -> None:
+    noise = noise_of(hand).tolerant(0.02)
+    found = fit(hand, noise=noise)
+    assert found.model.values["c1"].value < 0.01
+    assert any("shows no relaxation" in sentence for sentence in found.warnings())
+    seen = hand.columns["normal_force"]
+    said = found.problem.table(found.optimum.u)[:, AT["normal_force"]]
+    falls = []
+    for number in np.unique(hand.episode):
+        rows = np.flatnonzero(hand.episode == number)
+        falls.append([1.0 - np.mean(force[rows[-5:]]) / np.max(force[rows]) for force in (seen, said)])
+    measured, by_the_motion = np.mean(falls, axis=0)
+    assert measured > 0.15
+    assert by_the_motion == pytest.approx(measured, abs=0.05)
+    named = diagnose(hand, noise=noise).named
+    assert not {"second_relaxation", "power_law_relaxation", "nonseparable_relaxation"} & set(named)

@@ -1,0 +1,159 @@
+"""Where the noise comes from."""
+
+import numpy as np
+import pytest
+
+from vegrip.identification.fit.events import events
+from vegrip.identification.fit.noise import noise_of, rough
+from vegrip.identification.fit.preprocess import prepare, spikes
+from vegrip.identification.fit.replicates import pairs
+from vegrip.identification.recording import Fingertip, Recording
+from vegrip.model import paper_model
+
+WHITE, SLOW, TIME, BLUR = 3.2e-3, 5e-3, 2.0, 1.6e-6  # [N], [N], [s], [m]
+HOLDS = ((0.6e-3, 15.0), (1.2e-3, 25.0), (1.6e-3, 20.0))
+
+
+def test_white_noise_is_found_under_a_motion() -> None:
+    t = np.arange(0.0, 20.0, 5e-3)
+    values = np.sin(t) + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    assert rough(values, np.zeros(t.size)) == pytest.approx(0.01, rel=0.05)
+
+
+def test_stated_noise_is_believed_unless_air_contradicts_it(bench) -> None:
+    recording = bench()
+    noise = noise_of(recording)
+    assert noise.normal_force == recording.sensors["normal_force"]
+    assert "stated" in noise.source["normal_force"]
+    assert not noise.doubts
+    wrong = _with_sensors(recording, {**recording.sensors, "normal_force": 1e-3})
+    noise = noise_of(wrong)
+    assert noise.normal_force == pytest.approx(0.01, rel=0.1)
+    assert "stated" not in noise.source["normal_force"]
+    assert len(noise.doubts) == 1
+
+
+def test_without_a_statement_the_signals_tell(bench) -> None:
+    noise = noise_of(_with_sensors(bench(), {}))
+    assert noise.normal_force == pytest.approx(0.01, rel=0.2)
+    assert noise.displacement == pytest.approx(5e-6, rel=0.2)
+    assert "neighbouring" in noise.source["displacement"]
+
+
+def test_single_wild_rows_are_taken_out_and_turns_are_not(bench) -> None:
+    recording = bench()
+    assert not prepare(recording, noise_of(recording)).outliers
+    force = recording.columns["normal_force"].copy()
+    force[[500, 1200, 3000]] += 1.0
+    wild = Recording("wild", recording.t, recording.episode, {**recording.columns, "normal_force": force},
+                     recording.fingertip, recording.sensors)  # fmt: skip
+    assert prepare(wild, noise_of(wild)).outliers == {"normal_force": 3}
+
+
+def test_a_step_is_no_spike() -> None:
+    step = np.r_[np.zeros(20), np.ones(20)]
+    assert not spikes(step, 0.01, np.zeros(40)).any()
+    step[7] = 1.0
+    assert np.flatnonzero(spikes(step, 0.01, np.zeros(40))).tolist() == [7]
+
+
+def test_crests_of_a_fast_oscillation_are_no_spikes() -> None:
+    crests = 2.0 * np.sin(0.3 * np.arange(200))  # 21 samples to a cycle, 400 times the noise
+    assert not spikes(crests, 5e-3, np.zeros(200)).any()
+    crests[[57, 120]] += 0.5
+    assert np.flatnonzero(spikes(crests, 5e-3, np.zeros(200))).tolist() == [57, 120]
+
+
+def _with_sensors(recording: Recording, sensors: dict[str, float]) -> Recording:
+    return Recording(
+        recording.name, recording.t, recording.episode, recording.columns, recording.fingertip, sensors
+    )
+
+
+def wandering_press(seed: int, *, repeated: bool, softer: float = 0.0) -> Recording:
+    """Holds by a model, each twice if ``repeated`` (the second time ``softer``), under known noise."""
+    rng = np.random.default_rng(seed)
+    model = paper_model(0.008).with_value("K", 1.2)
+    holds = [*HOLDS, *(HOLDS if repeated else ((0.8e-3, 17.0), (1.1e-3, 13.0)))]
+    times, episode, depth, force = [], [], [], []
+    start = 0.0
+    for i, (deep, lasting) in enumerate(holds):
+        t = np.arange(0.0, lasting, 0.01)
+        turns = [0.0, 0.5, 1.0, lasting - 1.0, lasting - 0.5, lasting]
+        d = np.interp(t, turns, [-2e-4, -2e-4, deep, deep, -2e-4, -2e-4])
+        pressed = model.simulate(t, d).normal_force * (1.0 - softer * (i >= len(HOLDS)))
+        times.append(t + start)
+        episode.append(np.full(t.size, i))
+        depth.append(d)
+        force.append(pressed)
+        start = times[-1][-1] + 20.0
+    t = np.concatenate(times)
+    slow = np.empty(t.size)
+    slow[0] = SLOW * rng.standard_normal()
+    for i, dt in enumerate(np.diff(t)):
+        left = np.exp(-dt / TIME)
+        slow[i + 1] = left * slow[i] + SLOW * np.sqrt(1.0 - left**2) * rng.standard_normal()
+    columns = {
+        "displacement": np.concatenate(depth) + BLUR * rng.standard_normal(t.size),
+        "normal_force": np.concatenate(force) + slow + WHITE * rng.standard_normal(t.size),
+    }
+    return Recording("press", t, np.concatenate(episode), columns, Fingertip(0.008))
+
+
+@pytest.mark.parametrize("softer", [0.0, 0.05])
+def test_replicates_tell_the_noise_even_if_the_first_press_has_softened_the_tip(softer) -> None:
+    found = [noise_of(wandering_press(seed, repeated=True, softer=softer)) for seed in range(3)]
+    assert {one.source["slow_force"] for one in found} == {"3 pairs of replicate episodes"}
+    assert np.mean([one.normal_force for one in found]) == pytest.approx(WHITE, rel=0.05)
+    assert np.mean([one.displacement for one in found]) == pytest.approx(BLUR, rel=0.05)
+    assert np.mean([one.slow_force for one in found]) == pytest.approx(SLOW, rel=0.2)
+    assert np.exp(np.mean([np.log(one.slow_time) for one in found])) == pytest.approx(TIME, rel=0.35)
+
+
+def test_without_replicates_rest_in_air_tells_it() -> None:
+    found = [noise_of(wandering_press(seed, repeated=False)) for seed in range(4)]
+    assert {one.source["slow_force"] for one in found} == {"scatter in air"}
+    assert np.mean([one.normal_force for one in found]) == pytest.approx(WHITE, rel=0.05)
+    assert np.mean([one.slow_force for one in found]) == pytest.approx(SLOW, rel=0.3)
+
+
+def test_no_wandering_is_seen_where_there_is_none(bench) -> None:
+    assert noise_of(bench()).slow_force == 0.0
+
+
+def test_episodes_are_replicates_only_if_they_move_alike() -> None:
+    recording = wandering_press(0, repeated=True)
+    assert len(pairs(recording, BLUR)) == 3
+    depth = recording.columns["displacement"].copy()
+    depth[recording.episode == 3] *= 1.02
+    moved = Recording(
+        "moved",
+        recording.t,
+        recording.episode,
+        {**recording.columns, "displacement": depth},
+        Fingertip(0.008),
+    )
+    assert len(pairs(moved, BLUR)) == 2
+
+
+def test_a_loss_of_force_that_no_motion_explains_is_an_event() -> None:
+    t = np.arange(0.0, 10.0, 0.01)
+    first = np.r_[1.0, np.zeros(t.size - 1)]
+    ramp = 1e-3 * np.minimum(t, 8.0)
+    force = 0.2 * t + 1e-3 * np.random.default_rng(0).standard_normal(t.size)
+    assert not events(t, first, ramp, force, 1e-3)
+    slipped = force - np.where(t >= 4.0, 0.2 * np.exp(-(t - 4.0) / 0.5), 0.0)
+    (found,) = events(t, first, ramp, slipped, 1e-3)
+    assert found.time == pytest.approx(4.0, abs=0.011)
+    assert found.loss == pytest.approx(0.2, abs=0.02)
+    assert slipped[found.end] == pytest.approx(force[found.end], abs=0.05)
+
+
+def test_letting_go_and_pulling_off_are_no_events() -> None:
+    t = np.arange(0.0, 4.0, 0.01)
+    first = np.r_[1.0, np.zeros(t.size - 1)]
+    depth = np.interp(t, [0.0, 1.0, 2.0, 2.2, 4.0], [0.0, 1e-3, 1e-3, -2e-4, -2e-4])
+    let_go = 2e3 * np.maximum(depth, 0.0)
+    assert not events(t, first, depth, let_go, 1e-3)
+    stuck = np.where((depth <= 0.0) & (t > 1.0) & (t < 2.19), -0.2, let_go)
+    assert not events(t, first, depth, stuck, 1e-3)

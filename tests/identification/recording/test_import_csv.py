@@ -1,0 +1,195 @@
+"""Foreign tables become recordings in SI units, or are refused in a sentence."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip.errors import RecordingError, UsageError
+from vegrip.identification.recording import Kind
+from vegrip.identification.recording.column_map import ColumnMap, read_column_map, with_columns
+from vegrip.identification.recording.correct import baseline_noise, first_touch
+from vegrip.identification.recording.import_csv import import_csv
+
+MAP = """
+[time]
+column = "ms"
+unit = "ms"
+[channels.normal_force]
+column = "load"
+unit = "mN"
+zero = "baseline"
+[channels.displacement]
+column = "height"
+unit = "um"
+scale = -1
+compliance = 0.5
+zero = "contact"
+[baseline]
+duration = 0.25
+[contact]
+threshold = 0.05
+"""
+
+
+def table(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "press.csv"
+    path.write_text(text)
+    return path
+
+
+def column_map(tmp_path: Path, text: str) -> ColumnMap:
+    path = tmp_path / "map.toml"
+    path.write_text(text)
+    return read_column_map(path)
+
+
+def test_units_sign_zero_and_compliance_are_applied_in_order(tmp_path: Path) -> None:
+    rows = "ms,load,height\n0,7,5000\n100,7,4990\n200,7,4980\n300,107,4900\n400,207,4700\n"
+    recording = import_csv(table(tmp_path, rows), column_map(tmp_path, MAP))
+    force = np.array([0.0, 0.0, 0.0, 0.1, 0.2])  # (load - 7) mN
+    travel = 1e-6 * np.array([0.0, 10.0, 20.0, 100.0, 300.0])  # height falls
+    bending = 0.5 * force
+    indentation = travel - bending
+    np.testing.assert_allclose(recording.t, [0.0, 0.1, 0.2, 0.3, 0.4])
+    np.testing.assert_allclose(recording.columns["normal_force"], force, atol=1e-12)
+    np.testing.assert_allclose(
+        recording.columns["displacement"], indentation - indentation[3], atol=1e-12
+    )  # force first above 0.05 N in row 3
+
+
+def test_the_command_line_maps_and_overrides(tmp_path: Path) -> None:
+    path = table(tmp_path, "time,F,z,T\n0,1000,1,77\n1,2000,2,86\n")
+    chart = with_columns(
+        ColumnMap(),
+        ["t=time", "normal_force=F", "displacement=z", "temperature=T"],
+        ["normal_force=mN", "displacement=mm", "t=minute", "temperature=degF"],
+    )
+    recording = import_csv(path, chart, radius=0.01)
+    np.testing.assert_allclose(recording.t, [0.0, 60.0])
+    np.testing.assert_allclose(recording.columns["normal_force"], [1.0, 2.0])
+    np.testing.assert_allclose(recording.columns["displacement"], [1e-3, 2e-3])
+    np.testing.assert_allclose(recording.columns["temperature"], [25.0, 30.0])
+    assert recording.fingertip.radius == 0.01
+
+
+def test_columns_with_our_names_need_no_map(tmp_path: Path) -> None:
+    recording = import_csv(table(tmp_path, "t,normal_force,note\n5,1,a\n6,2,b\n"))
+    assert list(recording.columns) == ["normal_force"]
+    np.testing.assert_array_equal(recording.t, [0.0, 1.0])
+    assert math.isnan(recording.fingertip.radius)
+
+
+def test_trials_whose_clock_begins_anew_are_put_one_after_the_other(tmp_path: Path) -> None:
+    rows = "t,sample,normal_force\n0,RDG 1,1\n1,RDG 1,2\n0,RDG 2,3\n2,RDG 2,4\n"
+    chart = with_columns(ColumnMap(), ["episode=sample", "normal_force=normal_force"], [])
+    recording = import_csv(table(tmp_path, rows), chart)
+    np.testing.assert_array_equal(recording.t, [0.0, 1.0, 6.0, 8.0])  # gap of 5 s
+    np.testing.assert_array_equal(recording.episode, [0, 0, 1, 1])
+
+
+def test_semicolons_and_decimal_commas_are_read(tmp_path: Path) -> None:
+    text = '[table]\ndelimiter = ";"\ndecimal = ","\nskip = 2\n[channels.normal_force]\ncolumn = "F"\n'
+    path = table(tmp_path, 'made by "X"\n\nt;F;"re;mark"\n0;1,5;"a;b"\n0,5;2,5;\n')
+    recording = import_csv(path, column_map(tmp_path, text))
+    np.testing.assert_array_equal(recording.t, [0.0, 0.5])
+    np.testing.assert_array_equal(recording.columns["normal_force"], [1.5, 2.5])
+
+
+def test_bad_rows_carry_the_line_numbers_of_the_file(tmp_path: Path) -> None:
+    path = table(tmp_path, "# x\nt,normal_force\n0,1\n\n1,n/a\n2,\n3,4,5\n4,5")
+    chart = column_map(tmp_path, '[table]\nskip = 1\n[channels.normal_force]\ncolumn = "normal_force"\n')
+    report = import_csv(path, chart).report
+    found = {f.kind: f.lines for f in report.findings if f.lines}
+    assert found == {Kind.NUMBER: [5], Kind.MISSING: [6], Kind.FIELDS: [7]}
+    assert (report.rows_read, report.rows_kept) == (5, 3)
+
+
+def test_first_touch_is_not_fooled_by_spikes_before_it() -> None:
+    force = np.array([0.0, 0.5, 0.0, -0.5, 0.0, 0.2, 0.6, 1.0, 0.05, 0.0])
+    assert first_touch(force, 0.1) == 5
+    assert first_touch(force[6:], 0.1) == 0
+    assert first_touch(force, 2.0) is None
+    assert first_touch(np.full(3, np.nan), 0.1) is None
+
+
+def test_baseline_noise_is_blind_to_drift_and_spikes() -> None:
+    rng = np.random.default_rng(4)
+    values = rng.normal(0.0, 0.01, 4000) + np.linspace(0.0, 5.0, 4000)
+    values[::100] += 3.0
+    assert baseline_noise(values) == pytest.approx(0.01, rel=0.06)
+    assert baseline_noise(values[:5]) == 0.0
+
+
+ROWS = "time_s,F\n0,1\n1,2\n"
+
+
+@pytest.mark.parametrize(
+    ("columns", "units", "sentence"),
+    [
+        (["normal_force=F"], [], "say which one it is with --map t=COLUMN"),
+        (["t=time_s", "normal_force=force"], [], "there is no column 'force'; there are time_s, F"),
+        (["t=time_s", "normal_force=F"], ["normal_force=mm"], "'mm' is not a unit of this quantity"),
+        (["t=time_s", "normal_force=F"], ["normal_force=newtron"], "there is no unit 'newtron'"),
+        (["t=time_s", "normal_force=F"], ["normal_force=2 mN"], "there is no unit '2 mN'"),
+        (["t=time_s", "normal_force=F"], ["normal_force=m("], "there is no unit 'm('"),
+        (["t=time_s", "normal_force=F"], ["t=N"], "it needs one of s"),
+        (["t=F"], [], "none of the columns"),
+        (["episode=trial", "t=time_s", "normal_force=F"], [], "there is no column 'trial'"),
+    ],
+)
+def test_a_map_that_does_not_fit_the_table_is_refused(
+    columns: list[str], units: list[str], sentence: str, tmp_path: Path
+) -> None:
+    with pytest.raises(RecordingError, match=r"press\.csv") as refused:
+        import_csv(table(tmp_path, ROWS), with_columns(ColumnMap(), columns, units))
+    assert sentence in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("columns", "units", "sentence"),
+    [
+        (["force=F"], [], "there is no channel 'force'"),
+        (["F"], [], "is not NAME=VALUE"),
+        ([], ["normal_force=mN"], "add --map normal_force=COLUMN"),
+    ],
+)
+def test_a_wrong_option_is_a_usage_error(columns: list[str], units: list[str], sentence: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        with_columns(ColumnMap(), columns, units)
+    assert sentence in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("[chanels]\n", "unknown section [chanels]"),
+        ("[channels.force]\ncolumn = 'F'\n", "there is no such channel"),
+        ("[channels.normal_force]\nunit = 'N'\n", "the key 'column' is missing"),
+        ("[channels.normal_force]\ncolumn = 'F'\nzero = 'mean'\n", "must be one of none, first"),
+        ("[channels.normal_force]\ncolumn = 'F'\ncompliance = 1.0\n", "belongs to displacement only"),
+        ("time = 't'\n", "must be a table"),
+        ("[channels]\nnormal_force = 'F'\n", "must be a table with the key 'column'"),
+        ("[baseline]\nduration = -1\n", "it must lie in"),
+    ],
+)
+def test_a_wrong_map_is_refused(text: str, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"map\.toml") as refused:
+        column_map(tmp_path, text)
+    assert sentence in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "sentence"),
+    [
+        ("zero = 'contact'", "needs a [contact] threshold or a [baseline] duration"),
+        ("zero = 'baseline'", "needs a [baseline] duration"),
+        ("compliance = 1.0", "needs normal_force"),
+    ],
+)
+def test_a_correction_without_what_it_needs_is_refused(key: str, sentence: str, tmp_path: Path) -> None:
+    chart = column_map(tmp_path, f"[channels.displacement]\ncolumn = 'z'\n{key}\n")
+    with pytest.raises(RecordingError) as refused:
+        import_csv(table(tmp_path, "t,z\n0,1\n1,2\n"), chart)
+    assert sentence in str(refused.value)

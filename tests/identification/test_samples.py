@@ -1,0 +1,38 @@
+"""The samples that ship are those that their maker makes, and every one of them can be used."""
+
+import gzip
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from vegrip.identification.recording import read_recording
+from vegrip.identification.recording.can_log import read_can_log
+from vegrip.identification.samples import LOG, MODEL, RADIUS, SAMPLES, TABLE, make
+from vegrip.model import read_model
+
+
+@pytest.mark.slow
+def test_the_table_is_made_anew_byte_by_byte() -> None:
+    shipped = gzip.decompress(files("vegrip.identification.samples").joinpath(f"{TABLE}.gz").read_bytes())
+    assert make.table().encode() == shipped
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("samples")
+    for name, sample in SAMPLES.items():
+        sample.write(folder / name)
+        assert sample.is_at(folder / name)
+    return folder
+
+
+def test_each_can_be_read_by_what_it_is_for(written: Path) -> None:
+    press = read_recording(written / "press")
+    assert press.report.clean
+    assert press.fingertip.radius == RADIUS == read_model(written / MODEL).tip_radius
+    log = read_can_log(written / LOG, ("thumb",))["thumb"]
+    assert log.report.rows_lost == 0
+    assert log.columns["normal_force"].max() == pytest.approx(
+        press.columns["normal_force"][press.t < make.LOGGED].max(), abs=0.01
+    )

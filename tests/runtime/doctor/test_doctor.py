@@ -1,0 +1,163 @@
+"""Every check says what it found, and how to mend it when it is not well."""
+
+import json
+import os
+import shutil
+from collections import namedtuple
+
+import pytest
+
+from vegrip.cli import main
+from vegrip.runtime.doctor import Grade, can_interfaces, checks, examine, rights, worst
+from vegrip.runtime.doctor.finding import fail, ok, warn
+
+
+def written(root, path, text):
+    file = root / path
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text + "\n")
+
+
+def test_the_worst_counts():
+    assert worst([]) is Grade.OK
+    assert worst([ok("a", "b"), fail("a", "b", "c"), warn("a", "b", "c")]) is Grade.FAIL
+
+
+SOURCE = "sys/devices/system/clocksource/clocksource0/current_clocksource"
+
+
+@pytest.mark.parametrize(("source", "grade"), [("tsc", Grade.OK), ("hpet", Grade.WARN), ("", Grade.WARN)])
+def test_a_slow_clock_source_is_told(tmp_path, source, grade):
+    if source:
+        written(tmp_path, SOURCE, source)
+    assert checks.clock_source(tmp_path).grade is grade
+
+
+def test_a_coarse_clock_is_told_by_its_step():
+    ticks = iter(range(0, 10**9, 1000))
+    coarse = checks.clock(lambda: next(ticks) // 40_000 * 40_000)
+    assert coarse.grade is Grade.WARN
+    assert "40.0 us" in coarse.text
+    fine = iter(range(0, 10**9, 60))
+    assert checks.clock(lambda: next(fine)).grade is Grade.OK
+
+
+def test_late_sleeps_are_told(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(checks.time, "monotonic", lambda: now[0])
+
+    def sleeper(late):
+        def sleep(seconds):
+            now[0] += seconds + late
+
+        return sleep
+
+    assert checks.wake_up(sleeper(1e-4)).grade is Grade.OK
+    late = checks.wake_up(sleeper(3e-3))
+    assert late.grade is Grade.WARN
+    assert "3000 us" in late.text
+
+
+@pytest.mark.parametrize(
+    ("governors", "grade"), [(["performance"] * 2, Grade.OK), (["performance", "powersave"], Grade.WARN)]
+)
+def test_one_processor_that_saves_power_is_enough_to_be_told(tmp_path, governors, grade):
+    for i, governor in enumerate(governors):
+        written(tmp_path, f"sys/devices/system/cpu/cpu{i}/cpufreq/scaling_governor", governor)
+    found = checks.governor(tmp_path)
+    assert found.grade is grade
+    assert grade is Grade.OK or "cpupower" in found.remedy
+
+
+@pytest.mark.parametrize(("free", "grade"), [(5e9, Grade.OK), (5e8, Grade.WARN), (1e6, Grade.FAIL)])
+def test_room_for_recordings(tmp_path, monkeypatch, free, grade):
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(0, 0, free))
+    assert checks.disk(tmp_path).grade is grade
+
+
+def test_priority_that_is_not_allowed_is_told_with_the_line_that_allows_it(monkeypatch):
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    assert rights.priority(limit=99).grade is Grade.OK
+    denied = rights.priority(limit=0)
+    assert denied.grade is Grade.WARN
+    assert "rtprio" in denied.remedy
+
+
+def test_a_cache_that_cannot_be_written_fails(tmp_path):
+    (tmp_path / "file").write_text("")
+    assert rights.compiler_cache(tmp_path / "file" / "cache").grade is Grade.FAIL
+    assert rights.compiler_cache(tmp_path / "cache").grade is Grade.WARN, "empty"
+    (tmp_path / "cache" / "a.nbc").write_text("")
+    assert rights.compiler_cache(tmp_path / "cache").grade is Grade.OK
+
+
+def test_a_socket_folder_open_to_others_fails(tmp_path, monkeypatch):
+    tmp_path.chmod(0o777)
+    monkeypatch.setenv("VEGRIP_RUNTIME_DIR", str(tmp_path))
+    found = rights.sockets()
+    assert found.grade is Grade.FAIL
+    assert "VEGRIP_RUNTIME_DIR" in found.remedy
+
+
+def link(name, kind, flags=("UP",), mtu=72, **data):
+    info = {"info_kind": kind, "info_data": data}
+    return {"ifname": name, "link_type": "can", "flags": list(flags), "mtu": mtu, "linkinfo": info}
+
+
+BITS = {"bittiming": {"bitrate": 1_000_000}, "data_bittiming": {"bitrate": 5_000_000}}
+
+
+@pytest.mark.parametrize(
+    ("interface", "grade", "says"),
+    [
+        (
+            link("can0", "can", restart_ms=100, state="ERROR-ACTIVE", **BITS),
+            Grade.OK,
+            "1000000 bit/s and 5000000",
+        ),
+        (link("can0", "can", flags=()), Grade.FAIL, "no bit rate"),
+        (link("can0", "can", flags=(), **BITS), Grade.WARN, "down"),
+        (link("can0", "can", state="BUS-OFF", **BITS), Grade.FAIL, "BUS-OFF"),
+        (link("can0", "can", **BITS), Grade.WARN, "stays off"),
+        (link("vcan0", "vcan"), Grade.OK, "vcan, up"),
+        (link("vcan0", "vcan", mtu=16), Grade.OK, "classic"),
+    ],
+)
+def test_each_interface_is_judged(interface, grade, says):
+    (found,) = can_interfaces.interfaces(lambda: json.dumps([{"ifname": "lo"}, interface]))
+    assert found.grade is grade
+    assert says in found.text
+    assert (found.grade is Grade.OK) == (not found.remedy)
+
+
+def test_no_interface_is_no_fault_and_no_program_to_ask_is_told():
+    (none,) = can_interfaces.interfaces(lambda: "[]")
+    assert none.grade is Grade.OK
+    (missing,) = can_interfaces.interfaces(lambda: None)
+    assert "iproute2" in missing.remedy
+    (garbled,) = can_interfaces.interfaces(lambda: "2: lo: <LOOPBACK>")
+    assert garbled.grade is Grade.WARN
+
+
+def test_the_whole_examination_has_a_line_for_everything_and_a_remedy_for_each_complaint():
+    findings = examine()
+    names = {finding.check for finding in findings}
+    assert names >= {
+        "kernel",
+        "clock",
+        "wake-up",
+        "processor",
+        "priority",
+        "sockets",
+        "compiler cache",
+        "disk",
+    }
+    assert all(finding.remedy for finding in findings if finding.grade is not Grade.OK)
+
+
+def test_json_and_exit_code_agree(capsys):
+    code = main(["doctor", "--json"])
+    told = json.loads(capsys.readouterr().out)
+    assert code == (4 if told["grade"] == "fail" else 0)
+    assert {finding["grade"] for finding in told["findings"]} <= {"ok", "warn", "fail"}

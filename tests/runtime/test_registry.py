@@ -1,0 +1,86 @@
+"""Laws of the registry of running nodes."""
+
+import os
+import signal
+import socket
+
+import pytest
+
+from vegrip.errors import ConfigError, UsageError
+from vegrip.host.runtime_folder import runtime_folder
+from vegrip.runtime.names import full_name
+from vegrip.runtime.registry import Entry, find_node, registered, running_nodes
+
+pytestmark = pytest.mark.usefixtures("runtime")
+
+
+def test_a_node_is_known_while_it_lives_and_not_longer():
+    entry = Entry("/left/grip", "echo", "left", {"/a": "/b"}, os.getpid())
+    with registered(entry):
+        assert running_nodes() == [entry]
+    assert running_nodes() == []
+    assert list(runtime_folder("nodes").iterdir()) == []
+
+
+def test_two_nodes_of_one_name_are_refused_two_namespaces_are_not():
+    with registered(Entry("/left/grip", "echo")), registered(Entry("/right/grip", "echo")):
+        with pytest.raises(UsageError, match="runs already"), registered(Entry("/left/grip", "echo")):
+            pass
+        assert len(running_nodes()) == 2
+
+
+def test_a_node_that_was_killed_is_forgotten():
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        with registered(Entry("/grip", "echo")):
+            os.write(writer, b"x")
+            signal.pause()
+    os.read(reader, 1)
+    assert [entry.name for entry in running_nodes()] == ["/grip"]
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    assert running_nodes() == []
+    os.close(reader)
+    os.close(writer)
+
+
+def test_a_node_is_found_by_its_last_name_unless_two_have_it():
+    left, right = Entry("/left/grip", "echo"), Entry("/right/grip", "echo")
+    with registered(left):
+        assert find_node("grip") == find_node("/left/grip") == find_node("left/grip") == left
+        with registered(right):
+            assert find_node("/right/grip") == right
+            with pytest.raises(UsageError, match="several"):
+                find_node("grip")
+        with pytest.raises(UsageError, match="running: /left/grip"):
+            find_node("nobody")
+
+
+def test_a_broken_file_is_not_a_node():
+    (runtime_folder("nodes") / "x.node").write_text("not json")
+    assert running_nodes() == []
+
+
+@pytest.mark.parametrize("name", ["", "a b", "a/b", "../x", "1st"])
+def test_what_is_no_name_is_refused(name):
+    with pytest.raises(ConfigError):
+        full_name("", name)
+
+
+def test_the_full_name_has_the_namespace():
+    assert full_name("lab/left", "grip") == full_name("/lab/left/", "grip") == "/lab/left/grip"
+
+
+def test_the_sockets_of_a_node_that_was_killed_go_with_it():
+    entry = Entry("/grip", "echo")
+    child = os.fork()
+    if child == 0:
+        with registered(entry):
+            for address in (entry.control, entry.telemetry):
+                socket.socket(socket.AF_UNIX).bind(address.removeprefix("ipc://"))
+            os.kill(os.getpid(), signal.SIGKILL)
+    os.waitpid(child, 0)
+    assert len(list(runtime_folder("nodes").iterdir())) == 3
+    with registered(Entry("/another", "echo")):  # the next node that starts sees to it
+        assert [path.name for path in runtime_folder("nodes").iterdir()] == ["another.node"]

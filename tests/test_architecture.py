@@ -1,0 +1,53 @@
+"""docs/architecture.md names every folder once, and imports point one way: to folders above in its table."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+_spec = importlib.util.spec_from_file_location("folders", ROOT / "docs" / "folders.py")
+folders = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(folders)
+
+PAGE = folders.PAGE.read_text(encoding="utf-8")
+
+
+def test_the_table_of_folders_is_true_and_no_import_points_down() -> None:
+    assert list(folders.complaints(PAGE)) == []
+
+
+def test_no_import_leads_back_to_where_it_came_from() -> None:
+    arrows = {name: set(targets) for name, targets in folders.arrows().items()}
+    while leaves := {name for name, targets in arrows.items() if not targets}:
+        arrows = {name: targets - leaves for name, targets in arrows.items() if name not in leaves}
+    assert arrows == {}, "a circle of imports"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("| `host` |", "| `guest` |", "the folder host has no row"),
+        ("| `host` |", "| `effects` |", "the folder effects has 2 rows"),
+        ("| `host` |", "| `guest` |", "there is no folder guest"),
+        ("| `host` |", "| `cli` |", ", further down in the table"),
+        ("| `runtime` |", "| `runtime/doctor` |", "runtime/doctor imports `host`; the table says"),
+    ],
+)
+def test_a_table_that_is_not_true_is_told(old: str, new: str, complaint: str) -> None:
+    assert old in PAGE
+    assert any(complaint in said for said in folders.complaints(PAGE.replace(old, new, 1)))
+
+
+def test_a_new_import_is_written_into_its_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    arrows = folders.arrows()
+    monkeypatch.setattr(folders, "arrows", lambda: arrows | {"host": {"cli"}})
+    text = folders.written(PAGE)
+    assert dict(folders.rows(text))["host"] == "`cli`"
+    assert any("host imports `cli`, further down" in said for said in folders.complaints(text))
+
+
+def test_modules_of_the_package_itself_import_no_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    arrows = folders.arrows()
+    monkeypatch.setattr(folders, "arrows", lambda: arrows | {folders.GROUND: {"model"}})
+    assert any("modules of vegrip itself import `model`" in said for said in folders.complaints(PAGE))

@@ -1,0 +1,233 @@
+"""Members of the virtual bus that misbehave: the bus lives on for the others, and ends when all have left."""
+
+import json
+import socket
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import can
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vegrip.errors import ConfigError
+from vegrip.host.runtime_folder import runtime_folder
+from vegrip.transport.canbus import hub
+from vegrip.transport.canbus.bus_model import BusModel
+from vegrip.transport.canbus.fault_confinement import ErrorState
+from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.canbus.greeting import LONGEST_REASON, greet, understand
+from vegrip.transport.canbus.hub_wire import LARGEST, VERSION
+from vegrip.transport.canbus.node_faults import NodeFaults
+
+SECOND = 10**9
+PATIENCE = 30.0  # [s] on a busy machine
+
+
+@pytest.fixture
+def bus(runtime):
+    opened = []
+
+    def open_bus(**options):
+        opened.append(can.Bus(interface="vegrip", channel="test", **options))
+        return opened[-1]
+
+    yield open_bus
+    for each in opened:
+        each.shutdown()
+
+
+def hub_process():
+    lock = runtime_folder("can") / "test.lock"
+    while not lock.read_text().endswith("\n"):
+        time.sleep(0.01)
+    return Path(f"/proc/{int(lock.read_text())}")
+
+
+def ends(process):
+    end = time.monotonic() + PATIENCE
+    while process.exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    return not process.exists()
+
+
+def newcomer():
+    connection = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    connection.settimeout(PATIENCE)
+    connection.connect(str(runtime_folder("can") / "test.bus"))
+    return connection
+
+
+def frames_go_through(one, other):
+    one.send(can.Message(arbitration_id=0x123, data=b"x", is_extended_id=False))
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        got = other.recv(0.1)
+        if got is not None and got.arbitration_id == 0x123 and not got.is_error_frame:
+            return True
+    return False
+
+
+@pytest.mark.parametrize("identifier", [0, 0x123, 0x7FF])
+@pytest.mark.parametrize("corruption", [0.0, 1.0])
+def test_the_hub_ends_after_a_lone_member_that_babbled(bus, identifier, corruption):
+    alone = bus(faults={"babble": identifier, "corruption": corruption})
+    process = hub_process()
+    alone.shutdown()
+    assert ends(process)
+
+
+def test_others_join_and_talk_while_one_babbles_and_when_it_has_left(bus):
+    babbler = bus(faults={"babble": 0x7FF})
+    one, other = bus(), bus()
+    assert frames_go_through(one, other)
+    babbler.shutdown()
+    assert frames_go_through(other, one)
+
+
+@pytest.mark.parametrize("uptime", [0, SECOND, 10**18])
+@pytest.mark.parametrize("corruption", [0.0, 1.0])
+def test_a_lone_babbler_costs_a_handful_of_events_whatever_the_clock_says(uptime, corruption):
+    model = BusModel(BitTiming())
+    model.attach(1, faults=NodeFaults(babble=0x100, corruption=corruption), time=uptime)
+    events = model.advance(uptime + SECOND // 10)
+    assert len(events) < 2000
+    model.detach(1)
+    for later in range(1, 5):
+        model.conclude(uptime + later * SECOND)
+        model.advance(uptime + later * SECOND)
+    assert model.next_event() is None
+    assert model.queued == 0
+
+
+def test_a_lone_babbler_whose_time_is_made_up_for_at_once_is_skipped_over():
+    model = BusModel(BitTiming())
+    model.attach(1, faults=NodeFaults(babble=0x100))
+    assert len(model.advance(10**16)) < 50
+    assert model.state(1) is ErrorState.PASSIVE
+
+
+def test_one_who_only_listens_does_not_babble_either():
+    model = BusModel(BitTiming())
+    model.attach(1)
+    model.attach(2, listen_only=True, faults=NodeFaults(babble=0x100))
+    assert model.advance(SECOND) == []
+
+
+def test_a_babbler_begins_when_it_joins_and_not_when_the_bus_fell_silent():
+    model = BusModel(BitTiming())
+    model.attach(1)
+    model.attach(2, faults=NodeFaults(babble=0x100), time=1000 * SECOND)
+    sent = model.advance(1000 * SECOND + SECOND // 100)
+    assert sent[0].start == 1000 * SECOND
+    assert all(before.end <= after.start for before, after in pairwise(sent))
+
+
+BAD_FAULTS = [
+    {name: value}
+    for name in ("misreading", "loss", "corruption", "flips", "delay", "jitter")
+    for value in ("x", None, [1], {}, -0.1, 1e9, float("nan"), True)
+] + [
+    {"babble": "x"},
+    {"babble": 1.5},
+    {"babble": None},
+    {"babble": [1]},
+    {"babble": 0x800},
+    {"babble": -2},
+    {"seed": [1]},
+    {"seed": -1},
+    {"seed": "x"},
+    {"unknown": 1},
+]
+BAD_GREETINGS = [
+    *({"faults": faults} for faults in BAD_FAULTS),
+    {"faults": "x"},
+    {"faults": [1]},
+    {"faults": None},
+    {"timing": {"bitrate": 0}},
+    {"timing": {"bitrate": -5}},
+    {"timing": {"bitrate": "fast"}},
+    {"timing": {"bitrate": 1.5}},
+    {"timing": {"bitrate": 1e308}},
+    {"timing": {"data_bitrate": None}},
+    {"timing": {"data_bitrate": 0}},
+    {"timing": 5},
+    {"strict": "yes"},
+    {"own": 1},
+    {"listen_only": []},
+    {"version": VERSION + 1},
+    {"version": "x" * 400},
+    {"version": None},
+    {"\u20ac" * 50: 1},
+]
+
+
+@pytest.mark.parametrize("bad", BAD_GREETINGS, ids=str)
+def test_the_hub_refuses_what_the_bus_refuses(bad):
+    with pytest.raises(ConfigError) as told:
+        understand(json.dumps({"version": VERSION, **bad}).encode())
+    assert len(str(told.value)) <= LONGEST_REASON
+    if bad.get("version", VERSION) == VERSION and None not in bad.values():
+        with pytest.raises(ConfigError):
+            greet(bad)
+
+
+@pytest.mark.parametrize("faults", BAD_FAULTS, ids=str)
+def test_bad_faults_are_refused_where_they_are_given(runtime, faults):
+    with pytest.raises(can.CanInitializationError):
+        can.Bus(interface="vegrip", channel="test", faults=faults)
+
+
+PACKETS = [b"[" * 500, b"\xff" * 500, b"{}", b"[]", b"1", b"null", b'"x"', b"nonsense"]
+
+
+def test_after_any_greeting_the_bus_serves_its_members_on(bus):
+    one, other = bus(), bus()
+    greetings = [json.dumps({"version": VERSION, **bad}).encode() for bad in BAD_GREETINGS]
+    for packet in greetings + PACKETS:
+        with newcomer() as stranger:
+            stranger.send(packet)
+            answer = stranger.recv(LARGEST)
+            assert "refused" in json.loads(answer)
+    assert frames_go_through(one, other)
+
+
+@given(packet=st.binary(max_size=LARGEST))
+def test_any_bytes_are_a_greeting_or_refused(packet):
+    try:
+        understand(packet)
+    except ConfigError as error:
+        assert len(json.dumps({"refused": str(error)})) <= LARGEST  # noqa: PT017
+
+
+def test_a_good_greeting_is_understood_as_it_was_said():
+    said = {"timing": {"bitrate": 250_000}, "faults": {"babble": 5, "seed": 7, "loss": 1}, "own": True}
+    heard = understand(greet(said))
+    assert (heard.timing.bitrate, heard.own, heard.strict) == (250_000, True, False)
+    assert heard.faults == NodeFaults(babble=5, seed=7, loss=1.0)
+
+
+def test_more_members_than_there_is_room_for_are_refused_with_the_reason(bus):
+    one, other = bus(), bus()
+    crowd = []
+    for _ in range(hub.MOST_MEMBERS - 2):
+        crowd.append(newcomer())
+        crowd[-1].send(greet({}))
+        assert "node" in json.loads(crowd[-1].recv(LARGEST))
+    with pytest.raises(can.CanInitializationError, match="no room"):
+        bus()
+    for each in crowd:
+        each.close()
+    assert frames_go_through(one, other)
+    bus()
+
+
+def test_who_says_nothing_is_let_go(bus):
+    one, other = bus(), bus()
+    silent = [newcomer() for _ in range(20)]
+    assert frames_go_through(one, other)
+    for each in silent:
+        assert each.recv(LARGEST) == b"", "the end of the connection"
+        each.close()
+    assert frames_go_through(other, one)

@@ -1,0 +1,249 @@
+"""Every fault has its name, and a receiver that has refused a frame goes on."""
+
+import struct
+from collections.abc import Callable
+
+import msgpack
+import pytest
+
+from vegrip.messages import FingertipState, Lifecycle, Message, NodeStatus
+from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
+from vegrip.transport.codec.database import layouts
+from vegrip.transport.codec.protection import P04, P04_HEADER
+from vegrip.transport.codec.streams import MOST_STRANGERS, Streams
+from vegrip.transport.codec.topics import Topics
+
+FINGERS = ("thumb", "index")
+PROFILES = {part.base: part.profile for layout in layouts().layouts for part in layout.parts}
+
+
+def forge(frame: Frame, **changes: bytes) -> Frame:
+    """Overwrite bytes (``at5=b"..."``) and protect the frame anew, as a faulty sender would."""
+    data = bytearray(frame.data)
+    for at, new in changes.items():
+        start = int(at.removeprefix("at"))
+        data[start : start + len(new)] = new
+    PROFILES[frame.arbitration_id & ~0x3F].protect(data, frame.arbitration_id)
+    return frame._replace(data=bytes(data))
+
+
+@pytest.fixture(params=[False, True], ids=["classic", "fd"])
+def fd(request: pytest.FixtureRequest) -> bool:
+    return bool(request.param)
+
+
+@pytest.fixture
+def command(fd: bool, examples: list[Message]) -> Frame:
+    return CanCodec(FINGERS, fd=fd).encode(examples[3])[0]
+
+
+def refused(frame: Frame, fd: bool) -> dict[str, int]:
+    receiver = CanCodec(FINGERS, fd=fd)
+    assert receiver.decode(frame) is None
+    return dict(receiver.rejected)
+
+
+def test_an_identifier_without_a_message_is_named(fd: bool, command: Frame) -> None:
+    for identifier in (0x000, 0x03F, 0x7FF, 0x1FFFFFFF, -1):
+        assert refused(command._replace(arbitration_id=identifier), fd) == {"unknown_id": 1}
+
+
+def test_a_finger_that_is_not_configured_is_named(fd: bool, command: Frame) -> None:
+    assert refused(command._replace(arbitration_id=command.arbitration_id + 1), fd) == {"finger": 1}
+
+
+def test_the_other_layout_is_named(fd: bool, command: Frame) -> None:
+    assert refused(command, not fd) == {"layout": 1}
+    assert refused(command._replace(fd=not command.fd), fd) == {"layout": 1}
+
+
+def test_a_frame_for_another_hand_is_no_fault(fd: bool, examples: list[Message]) -> None:
+    receiver = CanCodec(FINGERS, fd=fd, hand=0)
+    assert receiver.decode(CanCodec(FINGERS, fd=fd, hand=1).encode(examples[3])[0]) is None
+    assert (receiver.rejected, receiver.foreign) == ({}, 1)
+
+
+@pytest.mark.parametrize("change", [lambda d: d[:-1], lambda d: d + b"\0", lambda d: d[:0]])
+def test_another_length_is_named(change: Callable[[bytes], bytes], fd: bool, command: Frame) -> None:
+    assert refused(command._replace(data=change(command.data)), fd) == {"length": 1}
+
+
+def test_a_bad_checksum_is_named(fd: bool, command: Frame) -> None:
+    assert refused(command._replace(data=bytes(len(command.data))), fd) == {"checksum": 1}
+
+
+def test_another_version_is_named_even_though_its_checksum_holds(fd: bool, command: Frame) -> None:
+    other = forge(command, at6=b"\2") if fd else forge(command, at1=bytes([(command.data[1] & 0x0F) | 0x20]))
+    assert refused(other, fd) == {"version": 1}
+
+
+def test_a_reason_without_a_meaning_is_named(fd: bool, command: Frame) -> None:
+    assert refused(forge(command, at20=b"\xee") if fd else forge(command, at6=b"\xee"), fd) == {"value": 1}
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), float("-inf")])
+def test_a_command_that_is_no_number_is_named(number: float, examples: list[Message]) -> None:
+    frame = CanCodec(FINGERS, fd=True).encode(examples[3])[0]
+    assert refused(forge(frame, at12=struct.pack("<f", number)), fd=True) == {"value": 1}
+
+
+def test_an_infinite_force_is_named(examples: list[Message]) -> None:
+    frame = CanCodec(FINGERS, fd=True).encode(examples[0])[0]
+    assert refused(forge(frame, at12=struct.pack("<f", float("inf"))), fd=True) == {"value": 1}
+
+
+def test_a_raw_value_outside_its_range_is_named(examples: list[Message]) -> None:
+    frame = CanCodec(FINGERS, fd=False).encode(examples[3])[0]
+    assert refused(forge(frame, at2=struct.pack("<h", -32768)), fd=False) == {"value": 1}
+
+
+def test_after_a_refusal_the_next_good_frame_is_taken(fd: bool, command: Frame) -> None:
+    receiver = CanCodec(FINGERS, fd=fd)
+    receiver.decode(command._replace(data=b"x" * len(command.data)))
+    assert receiver.decode(command) is not None
+
+
+def payload_of(body: object, topic: str = "/hand/index/force_command", counter: int = 7) -> bytes:
+    route = Topics().incoming(topic)
+    assert route is not None
+    data = bytearray(P04_HEADER) + (body if isinstance(body, bytes) else msgpack.packb(body))
+    data[2:4] = counter.to_bytes(2, "big")
+    P04.protect(data, route.data_id)
+    return bytes(data)
+
+
+GOOD = {
+    "version": 1,
+    "stamp": 5,
+    "finger": "index",
+    "seq": 7,
+    "normal_force": 4.2,
+    "adjustment": 0,
+    "reason": 1,
+    "expires": 9,
+}
+FAULTS: dict[str, tuple[str, object]] = {
+    "another version": ("version", GOOD | {"version": 2}),
+    "no version": ("version", {k: v for k, v in GOOD.items() if k != "version"}),
+    "not a map": ("schema", [1, 2, 3]),
+    "a field missing": ("schema", {k: v for k, v in GOOD.items() if k != "expires"}),
+    "text for a number": ("type", GOOD | {"normal_force": "4.2"}),
+    "a flag for a number": ("type", GOOD | {"normal_force": True}),
+    "nothing for a number": ("type", GOOD | {"normal_force": None}),
+    "a fraction for a counter": ("type", GOOD | {"seq": 7.0}),
+    "a flag for a counter": ("type", GOOD | {"seq": True}),
+    "a negative counter": ("value", GOOD | {"seq": -1}),
+    "NaN for a command": ("value", GOOD | {"normal_force": float("nan")}),
+    "infinity for a command": ("value", GOOD | {"adjustment": float("inf")}),
+    "an unknown reason": ("value", GOOD | {"reason": 99}),
+    "a finger that is not the topic's": ("finger", GOOD | {"finger": "thumb"}),
+    "a name that is no name": ("value", GOOD | {"finger": "in dex"}),
+    "a name too long": ("size", GOOD | {"finger": "i" * 65}),
+    "a counter that is not the header's": ("counter", GOOD | {"seq": 8}),
+    "an extension type": ("schema", GOOD | {"extra": msgpack.ExtType(5, b"x")}),
+    "bytes": ("schema", GOOD | {"extra": b"x"}),
+    "a number as a key": ("schema", {1: 2, **GOOD}),
+    "nesting without end": ("schema", b"\x91" * 2000),
+    "bytes that are no msgpack": ("schema", b"\xc1\xc1"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_faulty_payload_is_named(fault: str) -> None:
+    name, body = FAULTS[fault]
+    receiver = MsgpackCodec()
+    assert receiver.decode("/hand/index/force_command", payload_of(body), 0) is None
+    assert receiver.rejected == {name: 1}
+
+
+def test_fields_of_a_later_revision_are_passed_over() -> None:
+    receiver = MsgpackCodec()
+    body = GOOD | {"grip_mode": "soft", "weights": [1, 2, 3]}
+    assert receiver.decode("/hand/index/force_command", payload_of(body), 0) is not None
+    assert not receiver.rejected
+
+
+def test_a_payload_too_long_or_too_short_is_named() -> None:
+    receiver = MsgpackCodec()
+    for size in (0, 11, 12, 4097, 10_000_000):
+        assert receiver.decode("/hand/index/force_command", bytes(size), 0) is None
+    assert receiver.rejected == {"size": 5}
+
+
+def test_bytes_after_the_message_are_refused() -> None:
+    receiver = MsgpackCodec()
+    assert receiver.decode("/hand/index/force_command", payload_of(GOOD) + b"\0", 0) is None
+    assert receiver.rejected == {"checksum": 1}
+
+
+@pytest.mark.parametrize(
+    "topic", ["", "/", "/hand", "/hand/thumb", "/hand/thumb/states", "/right/hand/thumb/state"]
+)
+def test_an_unknown_topic_is_named(topic: str) -> None:
+    receiver = MsgpackCodec()
+    assert receiver.decode(topic, b"", 0) is None
+    assert receiver.rejected == {"unknown_topic": 1}
+
+
+def test_a_flood_of_finger_names_does_not_grow_the_memory_and_keeps_no_newcomer_out() -> None:
+    receiver = MsgpackCodec()
+    for number in range(3000):
+        topic = f"/hand/f{number}/force_command"
+        assert receiver.decode(topic, payload_of(GOOD | {"finger": f"f{number}"}, topic), 0) is not None
+    assert receiver.rejected == {}
+    assert receiver.crowded == 3000 - MOST_STRANGERS
+
+
+@pytest.mark.parametrize("before", [0, 1], ids=["first heard after the flood", "heard before it"])
+def test_a_flood_of_node_names_takes_no_place_of_a_configured_finger(before: int) -> None:
+    sender, receiver = MsgpackCodec(), MsgpackCodec(fingers=FINGERS)
+    states = [sender.encode(FingertipState(0, "index", seq)) or ("", b"") for seq in range(3)]
+    for seq in range(before):
+        assert receiver.decode(*states[seq], 0) is not None
+    for number in range(5000):
+        receiver.decode(*(sender.encode(NodeStatus(0, f"n{number}", 0, Lifecycle.ACTIVE)) or ("", b"")), 0)
+    for seq in range(before, 3):
+        assert receiver.decode(*states[seq], 0) is not None
+    assert receiver.decode(*states[2], 0) is None, "its counter was not forgotten"
+    assert receiver.rejected == {"counter": 1}
+
+
+def test_of_those_who_crowd_the_one_silent_for_longest_gives_way() -> None:
+    streams = Streams((), 2**32)
+    steady = streams.of("/diagnostics", "steady")
+    for number in range(5000):
+        streams.of("/diagnostics", f"n{number}")
+        assert streams.of("/diagnostics", "steady") is steady
+    assert streams.crowded == 5001 - MOST_STRANGERS
+
+
+def test_what_forgotten_streams_have_lost_stays_counted() -> None:
+    streams = Streams((), 2**32)
+    for number in range(3000):
+        stream = streams.of("/diagnostics", f"n{number}")
+        stream.advance(0, 0)
+        stream.advance(2, 0)
+    assert streams.lost == 3000
+
+
+@pytest.mark.parametrize("at", [2**63, 2**64 - 1])
+@pytest.mark.parametrize("field", ["stamp", "expires"])
+def test_a_time_beyond_64_bits_is_refused(field: str, at: int) -> None:
+    receiver = MsgpackCodec()
+    assert receiver.decode("/hand/index/force_command", payload_of(GOOD | {field: at}), 0) is None
+    assert receiver.rejected == {"value": 1}
+
+
+@pytest.mark.parametrize("at", [-(2**63), 2**63 - 1])
+def test_a_time_moved_to_our_clock_that_leaves_64_bits_is_refused(at: int) -> None:
+    receiver = MsgpackCodec(use_sender_time=False)
+    body = GOOD | {"stamp": -at - 1, "expires": at}
+    assert receiver.decode("/hand/index/force_command", payload_of(body), 10**18) is None
+    assert receiver.rejected == {"value": 1}
+
+
+@pytest.mark.parametrize("at", [2**63, -(2**63) - 1, 2**64, 2**200])
+def test_a_time_beyond_64_bits_is_not_sent_and_counted(at: int) -> None:
+    sender = MsgpackCodec()
+    assert sender.encode(FingertipState(at, "index", 0)) is None
+    assert sender.clipped == {"stamp": 1}

@@ -1,0 +1,152 @@
+"""What goes in comes out, in every layout."""
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vegrip.messages import UNKNOWN, Estimate, FingertipState, Message
+from vegrip.transport.codec import CanCodec, MsgpackCodec
+from vegrip.transport.codec.database import layouts
+from vegrip.transport.codec.schema import message_set
+
+FINGERS = ("thumb", "index", "middle", "ring", "little")
+KINDS = tuple(message_set().messages)
+ON_CAN = tuple(cls for cls, schema in message_set().messages.items() if schema.on_can)
+STATE_FIELDS = [f.name for f in dataclasses.fields(FingertipState)][3:]
+
+Messages = Callable[..., st.SearchStrategy[Message]]
+
+
+def through_can(message: Message, fd: bool) -> Message | None:
+    sender, receiver = (CanCodec(FINGERS, fd=fd, use_sender_time=True) for _ in range(2))
+    received = [receiver.decode(f._replace(stamp=message.stamp)) for f in sender.encode(message)]
+    assert not receiver.rejected
+    assert all(m is None for m in received[:-1])
+    return received[-1] if received else None
+
+
+def through_msgpack(message: Message) -> Message | None:
+    sent = MsgpackCodec("left").encode(message)
+    assert sent is not None
+    return MsgpackCodec("left", FINGERS).decode(*sent, stamp=0)
+
+
+@pytest.mark.parametrize("kind", ON_CAN)
+@settings(max_examples=50)
+@given(data=st.data())
+def test_fd_frames_carry_every_float32_exactly(
+    kind: type[Any], data: st.DataObject, messages: Messages
+) -> None:
+    message = data.draw(messages(kind))
+    assert repr(through_can(message, fd=True)) == repr(message)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=50)
+@given(data=st.data())
+def test_msgpack_carries_everything_exactly(kind: type[Any], data: st.DataObject, messages: Messages) -> None:
+    message = data.draw(messages(kind))
+    assert repr(through_msgpack(message)) == repr(message)
+
+
+@given(value=st.floats(allow_infinity=False), field=st.sampled_from(STATE_FIELDS))
+def test_msgpack_carries_float64(value: float, field: str) -> None:
+    message = FingertipState(0, "ring", 0, **{field: value})
+    assert repr(through_msgpack(message)) == repr(message)
+
+
+def _steps() -> dict[str, tuple[float, float, float]]:
+    parts = next(x for x in layouts().layouts if x.schema.cls is FingertipState and not x.fd).parts
+    slots = {slot.name: slot.convert for part in parts for slot in part.slots}
+    return {name: (c.scale, c.low * c.scale, c.high * c.scale) for name, c in slots.items()}  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("field", STATE_FIELDS)
+@given(share=st.floats(0, 1))
+def test_classic_frames_carry_a_quantity_to_half_a_step(field: str, share: float) -> None:
+    step, low, high = _steps()[field]
+    value = low + share * (high - low)
+    received = through_can(FingertipState(0, "thumb", 3, **{field: value}), fd=False)
+    assert getattr(received, field) == pytest.approx(value, abs=0.5000001 * step)
+
+
+@pytest.mark.parametrize("fd", [False, True])
+@pytest.mark.parametrize("missing", STATE_FIELDS)
+def test_a_quantity_not_measured_stays_not_measured(missing: str, fd: bool) -> None:
+    measured = dict.fromkeys(STATE_FIELDS, 0.0) | {missing: math.nan}
+    received = through_can(FingertipState(0, "middle", 3, **measured), fd=fd)
+    assert received == FingertipState(
+        0, "middle", 3, **dict.fromkeys(STATE_FIELDS, 0.0) | {missing: getattr(received, missing)}
+    )
+    assert math.isnan(getattr(received, missing))
+
+
+@pytest.mark.parametrize("fd", [False, True])
+@pytest.mark.parametrize("measured", STATE_FIELDS)
+def test_a_single_measured_quantity_arrives_alone(measured: str, fd: bool) -> None:
+    received = through_can(FingertipState(0, "middle", 3, **{measured: 0.0}), fd=fd)
+    values = {name: getattr(received, name) for name in STATE_FIELDS}
+    assert values.pop(measured) == 0.0
+    assert all(math.isnan(value) for value in values.values())
+
+
+@pytest.mark.parametrize("force", [1.0677e-10, 3.12e-7, 20.0, 500.0])
+def test_fd_carries_nanonewtons_as_well_as_newtons(force: float) -> None:
+    received = through_can(FingertipState(0, "thumb", 0, force), fd=True)
+    assert received.normal_force == pytest.approx(force, rel=1e-7)  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("fd", [False, True])
+def test_classic_and_fd_agree_on_ordinary_messages(fd: bool, examples: list[Message]) -> None:
+    for message in examples:
+        if type(message) not in ON_CAN:
+            continue
+        received = through_can(message, fd)
+        for field in dataclasses.fields(message):
+            got, want = getattr(received, field.name), getattr(message, field.name)
+            if isinstance(got, Estimate) and got != UNKNOWN:
+                assert got.value == pytest.approx(want.value, rel=0.01)
+                assert got.std == math.inf or got.std == pytest.approx(want.std, rel=0.25)
+                assert got.valid == want.valid
+            elif isinstance(got, float) and not math.isnan(got):
+                assert got == pytest.approx(want, rel=0.02)
+
+
+def test_an_estimate_that_was_never_made_stays_unknown(messages: Messages) -> None:
+    for kind in ON_CAN:
+        for field in dataclasses.fields(kind):
+            if field.default is UNKNOWN:
+                message = kind(stamp=0, finger="thumb", seq=1)
+                for received in (
+                    through_can(message, True),
+                    through_can(message, False),
+                    through_msgpack(message),
+                ):
+                    assert repr(getattr(received, field.name)) == repr(UNKNOWN)
+
+
+@pytest.mark.parametrize("fd", [False, True])
+def test_what_is_not_told_on_can_gives_no_frame_and_is_no_fault(fd: bool, examples: list[Message]) -> None:
+    silent = [message for message in examples if type(message) not in ON_CAN]
+    codec = CanCodec(FINGERS, fd=fd)
+    assert [codec.encode(message) for message in silent] == [[]]
+    assert not codec.clipped
+
+
+@pytest.mark.parametrize("fd", [False, True])
+def test_words_without_a_code_become_other(fd: bool, examples: list[Message]) -> None:
+    health = dataclasses.replace(examples[4], suspect="my_own_effect", channel="", regime="")  # type: ignore[call-arg]
+    received = through_can(health, fd)
+    assert (received.suspect, received.channel, received.regime) == ("other", "", "")  # type: ignore[union-attr]
+    assert through_msgpack(health).suspect == "my_own_effect"  # type: ignore[union-attr]
+
+
+def test_names_of_failures_without_a_signal_are_summed_as_other(examples: list[Message]) -> None:
+    status = dataclasses.replace(examples[-1], rejected={"checksum": 3, "schema": 4, "type": 5})  # type: ignore[call-arg]
+    assert through_can(status, fd=True).rejected == {"checksum": 3, "other": 9}  # type: ignore[union-attr]
+    assert through_can(status, fd=False).rejected == {"other": 12}  # type: ignore[union-attr]

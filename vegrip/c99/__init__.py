@@ -1,0 +1,16 @@
+"""A subset of Python translated to C99, statement by statement: the same text runs as Python, numba and C.
+
+What the subset has: functions of numbers, of one flat array of doubles (``m[i]``) and of constant tables;
+``if``, ``while``, ``for`` over ``range`` and constant tuples; tuples that are returned and taken apart;
+``math``. What it does not have: lists, strings, closures, default arguments, recursion, a name with two
+kinds of value. Whatever is not in the subset is refused with file and line (:class:`UntranslatableError`).
+
+The C does what numba does, operation by operation: both round every product and sum once (compile without
+fused multiply-add), both take ``x ** 2`` as a product, and ``min``, ``max`` and comparisons with NaN agree.
+"""
+
+from vegrip.c99.kinds import BOOL, INT, MEMORY, REAL
+from vegrip.c99.program import Program, translate
+from vegrip.c99.refusal import UntranslatableError
+
+__all__ = ["BOOL", "INT", "MEMORY", "REAL", "Program", "UntranslatableError", "translate"]

@@ -1,0 +1,52 @@
+"""Translated text compiled for this machine and called from Python."""
+
+import ctypes
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+HEAD = "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n\n"
+EXACT = ("-std=c99", "-ffp-contract=off")
+"""Every operation rounds once, as in numba: no fused multiplication and addition."""
+FLAGS = (*EXACT, "-O2", "-fno-math-errno", "-shared", "-fPIC", "-w")
+LONGEST = 120.0  # [s] that a compiler may take
+
+
+class CompilerError(Exception):
+    """There is no C compiler, or it has failed; says which and why."""
+
+
+def compiler() -> str | None:
+    """Return the C compiler of this machine: ``CC`` of the environment, else cc, gcc or clang."""
+    for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
+        if name and (found := shutil.which(name)):
+            return found
+    return None
+
+
+def build(text: str, library: Path, flags: tuple[str, ...] = FLAGS) -> None:
+    """Compile ``text`` into the shared ``library``.
+
+    Raises:
+        CompilerError: there is no compiler, or it did not take the text.
+
+    """
+    found = compiler()
+    if found is None:
+        raise CompilerError("there is no C compiler (cc, gcc or clang)")
+    command = [found, *flags, "-x", "c", "-", "-o", str(library), "-lm"]
+    try:
+        done = subprocess.run(
+            command, input=HEAD + text, text=True, capture_output=True, timeout=LONGEST, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise CompilerError(f"{found}: {error}") from None
+    if done.returncode:
+        lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+        raise CompilerError(f"{found}: {lines[0]}")
+
+
+def load(library: Path) -> ctypes.CDLL:
+    """Load a shared library; calls keep the interpreter's lock, since a step is shorter than a switch."""
+    return ctypes.PyDLL(str(library))

@@ -1,0 +1,31 @@
+"""Where C leaves open what Python fixes: which operand of an expression is evaluated first.
+
+It matters only where one operand writes to the memory and another reads it.
+"""
+
+import ast
+from collections.abc import Callable
+
+Writes = Callable[[ast.Call], bool]
+"""Whether a call may write to the memory."""
+
+
+def matters(node: ast.expr, writes: Writes) -> bool:
+    """Return whether the result of ``node`` depends on the order of its operands."""
+    return any(_mixed(inner, writes) for inner in ast.walk(node))
+
+
+def _mixed(node: ast.AST, writes: Writes) -> bool:
+    if isinstance(node, (ast.BoolOp, ast.IfExp)):  # in this order in C, too
+        return False
+    parts = [part for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]
+    touching = [part for part in parts if _touches(part)]
+    return len(touching) > 1 and any(_writes(part, writes) for part in touching)
+
+
+def _touches(node: ast.expr) -> bool:
+    return any(isinstance(inner, (ast.Subscript, ast.Call)) for inner in ast.walk(node))
+
+
+def _writes(node: ast.expr, writes: Writes) -> bool:
+    return any(isinstance(inner, ast.Call) and writes(inner) for inner in ast.walk(node))

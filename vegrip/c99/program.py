@@ -1,0 +1,234 @@
+"""A whole module in C: the functions that its entries need, callees first, constants, tables and structs."""
+
+import ast
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vegrip.c99 import literals
+from vegrip.c99.expressions import Value, number_of
+from vegrip.c99.functions import Body, Callees, Function
+from vegrip.c99.helpers import helper
+from vegrip.c99.kinds import BOOL, INT, MEMORY, REAL, Kind, Struct, Table
+from vegrip.c99.names import broken, comment, joined, local
+from vegrip.c99.refusal import Place, RefusedError, UntranslatableError, refused, statements, unknown_place
+
+LETTERS = {REAL: "r", INT: "i", BOOL: "b"}
+
+
+@dataclass(frozen=True)
+class Program:
+    """The text in C, in parts."""
+
+    constants: tuple[str, ...]
+    structs: tuple[str, ...]
+    tables: tuple[str, ...]
+    helpers: tuple[str, ...]
+    functions: tuple[str, ...]
+    calls: Mapping[str, frozenset[str]]
+    """Name in C of each function -> those it calls."""
+
+    def text(self) -> str:
+        """Return everything in the order in which it must stand."""
+        groups = (self.constants, self.structs, self.tables, self.helpers, self.functions)
+        return "\n".join(part for group in groups if group for part in (*group, ""))
+
+
+def translate(
+    text: str,
+    entries: Mapping[str, tuple[Kind, ...]],
+    *,
+    prefix: str = "vg",
+    place: Place = unknown_place,
+    notes: Mapping[str, str] | None = None,
+) -> Program:
+    """Translate what ``entries`` need.
+
+    Args:
+        text: the module; what it imports from numba is not looked at.
+        entries: functions called from outside, with the kinds of their arguments. They are not static.
+        prefix: of every name that is made.
+        place: says where a statement stands for its author.
+        notes: texts for comments, by name of the function, where the module has no docstring.
+
+    Raises:
+        UntranslatableError: a line has no counterpart; names file and line.
+
+    """
+    translator = _Translator(text, set(entries), prefix, place, notes or {})
+    for name, kinds in entries.items():
+        translator.function(name, kinds)
+    return translator.program()
+
+
+@dataclass
+class _Done:
+    """One translated function."""
+
+    name: str
+    result: Kind
+    text: str
+    places: tuple[int, ...]  # of the parameters through which it writes
+    calls: set[str] = field(default_factory=set)
+
+
+class _Translator(Callees):
+    def __init__(
+        self, text: str, entries: set[str], prefix: str, place: Place, notes: Mapping[str, str]
+    ) -> None:
+        tree = ast.parse(text)
+        self.trees = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+        self.values = _values(tree)
+        self.entries, self.prefix, self.place, self.notes = entries, prefix, place, notes
+        self.done: dict[tuple[str, tuple[Kind, ...]], _Done] = {}
+        self.under_way: list[str] = []
+        self.calling: list[set[str]] = []
+        self.taken: set[str] = set()
+        self.constants: dict[str, str] = {}
+        self.structs: dict[tuple[Kind, ...], Struct] = {}
+        self.tables: dict[str, str] = {}
+        self.helpers: dict[str, str] = {}
+
+    def program(self) -> Program:
+        return Program(
+            tuple(self.constants.values()),
+            tuple(_struct_text(struct) for struct in self.structs.values()),
+            tuple(self.tables.values()),
+            tuple(self.helpers.values()),
+            tuple(one.text for one in self.done.values()),
+            {one.name: frozenset(one.calls) for one in self.done.values()},
+        )
+
+    def function(self, name: str, kinds: tuple[Kind, ...]) -> _Done:
+        """Translate a function, unless that is done."""
+        key = (name, kinds)
+        if key in self.done:
+            return self.done[key]
+        tree = self.trees[name]
+        writer = Function(self, tree, kinds)
+        self.under_way.append(name)
+        self.calling.append(set())
+        try:
+            body = writer.body()
+        except RefusedError as error:
+            number = statements(tree).index(writer.at) if writer.at is not None else 0
+            raise UntranslatableError(
+                f"{self.place(name, number)}: {error}; this line cannot be translated to C"
+            ) from None
+        self.under_way.pop()
+        self.done[key] = self._written(tree, kinds, body)
+        self.done[key].calls = self.calling.pop()
+        return self.done[key]
+
+    def _written(self, tree: ast.FunctionDef, kinds: tuple[Kind, ...], body: Body) -> _Done:
+        arguments = [argument.arg for argument in tree.args.args]
+        name = self._free_name(tree.name, kinds)
+        takes = [
+            f"{'const ' if kind == MEMORY and argument not in body.written else ''}{kind.c}"
+            f"{'' if kind == MEMORY else ' '}{local(argument)}"
+            for argument, kind in zip(arguments, kinds, strict=True)
+            if not isinstance(kind, Table)
+        ]
+        static = "" if tree.name in self.entries else "static "
+        note = ast.get_docstring(tree) or self.notes.get(tree.name, "")
+        lines = [
+            *(comment(note) if note else []),
+            *broken(f"{static}{body.result.c} {name}({', '.join(takes) or 'void'})"),
+            "{",
+            *body.lines,
+            "}",
+        ]
+        places = tuple(i for i, argument in enumerate(arguments) if argument in body.written)
+        return _Done(name, body.result, "\n".join(lines) + "\n", places)
+
+    def _free_name(self, name: str, kinds: tuple[Kind, ...]) -> str:
+        """Return a name in C; that of a repeated function says for what it is repeated."""
+        tables = [kind.c.removeprefix(f"{self.prefix}_").lower() for kind in kinds if isinstance(kind, Table)]
+        wanted = found = "_".join([joined(self.prefix, name), *tables])
+        number = 1
+        while found in self.taken:
+            number += 1
+            found = f"{wanted}_{number}"
+        self.taken.add(found)
+        return found
+
+    # what a function asks for
+
+    def called(self, node: ast.Call, name: str, kinds: tuple[Kind, ...]) -> tuple[str, Kind]:
+        if name not in self.trees:
+            raise refused(node, "calls what is not in this module")
+        if name in self.under_way:
+            raise refused(node, "calls itself, in the end; recursion is not translated")
+        if len(kinds) != len(self.trees[name].args.args):
+            raise refused(node, "every argument is given; there are no default values")
+        found = self.function(name, kinds)
+        self.calling[-1].add(found.name)
+        return found.name, found.result
+
+    def writes(self, name: str) -> bool:
+        return bool(self.written(name))
+
+    def written(self, name: str) -> tuple[int, ...]:
+        return tuple(
+            {place for (known, _), one in self.done.items() if known == name for place in one.places}
+        )
+
+    def struct(self, fields: tuple[Kind, ...]) -> Struct:
+        if fields not in self.structs:
+            letters = [LETTERS[kind] for kind in fields]
+            same = len(set(letters)) == 1
+            shape = f"{letters[0]}{len(letters)}" if same else "".join(letters)
+            self.structs[fields] = Struct(f"{self.prefix}_{shape}", fields)
+        return self.structs[fields]
+
+    def helper(self, name: str) -> str:
+        c = joined(self.prefix, name)
+        if name not in self.helpers:
+            self.taken.add(c)
+            self.helpers[name] = helper(name, c)
+        return c
+
+    def constant(self, node: ast.Name) -> Value:
+        if node.id not in self.values:
+            raise refused(node, "is not known here")
+        value = self.values[node.id]
+        c = joined(self.prefix.upper(), node.id)
+        if isinstance(value, (bool, np.bool_)):
+            self.constants[node.id] = f"#define {c} {'true' if value else 'false'}"
+            return Value(c, BOOL, constant=bool(value))
+        if isinstance(value, (int, np.integer)):
+            self.constants[node.id] = f"#define {c} {number_of(node, int(value)).text}"
+            return Value(c, INT, constant=int(value))
+        if isinstance(value, float):
+            self.constants[node.id] = f"#define {c} {literals.real(value)}"
+            return Value(c, REAL, constant=float(value))
+        return self._table(node, value, c)
+
+    def _table(self, node: ast.Name, value: object, c: str) -> Value:
+        try:
+            kind, shape, text = literals.table(value)
+        except (ValueError, TypeError, OverflowError) as error:
+            raise refused(node, f"is neither number nor table ({error})") from None
+        sizes = "".join(f"[{n}]" for n in shape)
+        self.tables[node.id] = "\n".join(broken(f"static const {kind.c} {c}{sizes} = {text};"))
+        return Value(c, Table(c, shape, kind))
+
+
+def _struct_text(struct: Struct) -> str:
+    fields = " ".join(f"{kind.c} v{i};" for i, kind in enumerate(struct.fields))
+    return f"typedef struct {{ {fields} }} {struct.c};"
+
+
+def _values(tree: ast.Module) -> dict[str, object]:
+    """Return the numbers and tables of a module, by running what is neither function nor of numba."""
+    kept = [
+        node
+        for node in tree.body
+        if not isinstance(node, ast.FunctionDef)
+        and not any(isinstance(one, ast.Name) and one.id == "numba" for one in ast.walk(node))
+        and not (isinstance(node, ast.Import) and any(one.name == "numba" for one in node.names))
+    ]
+    scope: dict[str, object] = {}
+    exec(compile(ast.Module(kept, []), "<module>", "exec"), scope)  # noqa: S102 (a module that vegrip wrote)
+    return {name: value for name, value in scope.items() if not name.startswith("__")}

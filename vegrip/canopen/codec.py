@@ -1,0 +1,79 @@
+"""The classic codec on a CANopen bus: the same bytes under other identifiers; services get the rest."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+
+from vegrip.messages import Message
+from vegrip.transport.codec import CanCodec, Frame
+
+Service = Callable[[Frame], None]
+Gate = Callable[[int], bool]
+Keep = Callable[[Message, list[Frame]], None]
+
+
+class CanopenCodec:
+    """What :class:`~vegrip.transport.can_endpoint.CanEndpoint` needs of a codec.
+
+    Args:
+        codec: classic layout.
+        identifiers: COB-ID -> identifier of the classic frame.
+        service: takes every frame that is no PDO of ours.
+        hears: whether the PDO with this COB-ID may be taken now.
+        speaks: whether it may be sent now.
+        keep: takes what is to be sent, for those who read it by SDO.
+        without_pdo: kinds of messages that are read by SDO only.
+
+    """
+
+    def __init__(
+        self,
+        codec: CanCodec,
+        identifiers: Mapping[int, int],
+        service: Service,
+        hears: Gate,
+        speaks: Gate,
+        keep: Keep = lambda message, frames: None,  # noqa: ARG005
+        without_pdo: tuple[type, ...] = (),
+    ) -> None:
+        self._codec = codec
+        self.clipped = codec.clipped
+        self._identifier = dict(identifiers)
+        self._cob_id = {identifier: cob_id for cob_id, identifier in identifiers.items()}
+        self._service, self._hears, self._speaks, self._keep = service, hears, speaks, keep
+        self._without_pdo = without_pdo
+
+    @property
+    def rejected(self) -> Counter[str]:
+        """What was refused, by name."""
+        return self._codec.rejected
+
+    @property
+    def broken(self) -> Mapping[str, int]:
+        """States that could not be understood, by finger."""
+        return self._codec.broken
+
+    @property
+    def lost(self) -> int:
+        """Messages that never arrived."""
+        return self._codec.lost
+
+    def decode(self, frame: Frame) -> Message | None:
+        """Return the message that a PDO completes; hand any other frame to the services."""
+        identifier = self._identifier.get(frame.arbitration_id)
+        if identifier is None:
+            self._service(frame)
+            return None
+        if not self._hears(frame.arbitration_id):
+            return None
+        return self._codec.decode(frame._replace(arbitration_id=identifier))
+
+    def encode(self, message: Message) -> list[Frame]:
+        """Return the PDOs of ``message`` that may be sent; messages without a PDO have none."""
+        frames = [] if isinstance(message, self._without_pdo) else self._codec.encode(message)
+        self._keep(message, frames)
+        cob_ids = [(self._cob_id.get(frame.arbitration_id), frame) for frame in frames]
+        return [
+            frame._replace(arbitration_id=cob_id)
+            for cob_id, frame in cob_ids
+            if cob_id is not None and self._speaks(cob_id)
+        ]

@@ -1,0 +1,62 @@
+"""Which COB-ID carries what: the predefined connection set of CiA 301, seen from the fingers.
+
+A finger is one node, sensor and drive: its TPDOs are its state, its RPDOs what the grasp force node tells it.
+So a finger needs no configuration, and the grasp force node sends on the RPDO identifiers of the fingers.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+from vegrip.errors import ConfigError
+from vegrip.transport.codec.database import database
+
+NMT, SYNC, EMCY, SDO_ANSWER, SDO_REQUEST, HEARTBEAT = 0x000, 0x080, 0x080, 0x580, 0x600, 0x700
+LAST_NODE: Final = 127
+
+OF_A_FINGER: Final = {
+    # classic frame of the DBC: base of the COB-ID, to which the node of the finger is added
+    "FingertipState1": 0x180,  # TPDO 1 to 3 of the finger
+    "FingertipState2": 0x280,
+    "FingertipState3": 0x380,
+    "ForceCommand": 0x200,  # RPDO 1 to 3 of the finger
+    "SlipMargin": 0x300,
+    "ModelHealth": 0x400,
+}
+OF_THE_GRASP: Final = {"NodeStatus": 0x180}  # TPDO 1 of the grasp force node
+OUT_OF_A_FINGER: Final = frozenset(name for name in OF_A_FINGER if name.startswith("FingertipState"))
+
+
+def frame_base(name: str) -> int:
+    """Return the identifier of the classic frame ``name`` for finger 0 of hand 0."""
+    return int(database().get_message_by_name(name).frame_id)
+
+
+def finger_nodes(first: int, hand: int, fingers: int) -> tuple[int, ...]:
+    """Return the node-IDs of the fingers of a hand: ``first + 8 hand + number``.
+
+    Raises:
+        ConfigError: beyond the largest node-ID, 127.
+
+    """
+    nodes = tuple(first + 8 * hand + number for number in range(fingers))
+    if nodes and nodes[-1] > LAST_NODE:
+        raise ConfigError(f"finger number {fingers - 1} would be node {nodes[-1]}; the last is {LAST_NODE}")
+    return nodes
+
+
+def identifiers(fingers: tuple[int, ...], grasp: int, hand: int) -> Mapping[int, int]:
+    """Return COB-ID -> identifier of the classic frame, for all frames of a hand.
+
+    Args:
+        fingers: node-ID of each finger, in the order of their numbers.
+        grasp: node-ID of the grasp force node.
+        hand: number of the hand in the identifiers of the DBC.
+
+    """
+    stride = 8 * hand
+    found = {
+        base + node: frame_base(name) + stride + number
+        for name, base in OF_A_FINGER.items()
+        for number, node in enumerate(fingers)
+    }
+    return found | {base + grasp: frame_base(name) + stride for name, base in OF_THE_GRASP.items()}

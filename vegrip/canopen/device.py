@@ -1,0 +1,114 @@
+"""One CANopen device: object dictionary, SDO server, NMT state, heartbeat and EMCY, served from a loop."""
+
+from collections.abc import Callable
+
+import canopen
+from canopen.objectdictionary import ObjectDictionary
+
+from vegrip.canopen.connection_set import EMCY, HEARTBEAT, SDO_ANSWER, SDO_REQUEST
+from vegrip.canopen.emergency import ID_TAKEN, Emergencies
+from vegrip.canopen.network import LoopNetwork
+from vegrip.canopen.nmt import INITIALISING, OPERATIONAL, PRE_OPERATIONAL, STOPPED
+
+LARGEST_WRITE = 256  # [bytes] by segmented SDO; the longest parameter is a path
+ABORT_TOO_LONG = 0x06070010
+FORGET = 5.0  # [s] silence after which another node with our node-ID has gone
+SDO_LENGTH = 8  # [bytes] of every SDO frame
+
+Command = Callable[[int], None]
+
+
+class Device:
+    """A ``canopen.LocalNode`` in a :class:`LoopNetwork`.
+
+    Args:
+        node: node-ID.
+        dictionary: from the EDS file.
+        network: shared by the devices at one end of a bus.
+        on_command: called with each NMT command for this device; without it the device obeys by itself.
+
+    """
+
+    def __init__(
+        self, node: int, dictionary: ObjectDictionary, network: LoopNetwork, on_command: Command | None = None
+    ) -> None:
+        self.id = node
+        self.local = canopen.LocalNode(node, dictionary)
+        self.emergencies = Emergencies(self.local.emcy.send)
+        self.foreign = 0  # frames of another node that bears our node-ID
+        self._foreign_until = 0.0  # [s] when the last of them is forgotten
+        self._network = network
+        self._on_command = on_command or self._obey
+        network[node] = self.local
+        network.unsubscribe(self.local.sdo.rx_cobid, self.local.sdo.on_request)
+        network.unsubscribe(0, self.local.nmt.on_command)
+        network.subscribe(SDO_REQUEST + node, self._on_sdo)
+        network.subscribe(0, self._on_nmt)
+        for service in (HEARTBEAT, SDO_ANSWER, EMCY):
+            network.subscribe(service + node, self._on_foreign)
+        self.local.add_read_callback(self._read)
+
+    @property
+    def state(self) -> int:
+        """The NMT state."""
+        return int(self.local.nmt._state)
+
+    @property
+    def operational(self) -> bool:
+        """Whether PDOs may be sent and received."""
+        return self.state == OPERATIONAL
+
+    def boot(self) -> None:
+        """Say that we are here: the boot-up message, then heartbeats."""
+        self.local.nmt.stop_heartbeat()
+        self.local.nmt.state = "INITIALISING"
+        self.local.nmt.state = "PRE-OPERATIONAL"
+
+    def set_state(self, state: int) -> None:
+        """Be in the NMT state ``state``, and say so with the next heartbeat."""
+        if state != self.state:
+            self.local.nmt._state = state
+            self.local.nmt.update_heartbeat()
+
+    def number(self, index: int, sub: int = 0) -> int:
+        """Return an integer of the object dictionary as it is now."""
+        return int.from_bytes(self.local.get_data(index, sub), "little")
+
+    def store(self, index: int, sub: int, data: bytes) -> None:
+        """Set an entry that others may only read."""
+        self.local.data_store.setdefault(index, {})[sub] = data
+
+    def _on_nmt(self, _: int, data: bytes, __: float) -> None:
+        if len(data) == 2 and data[1] in (self.id, 0):
+            self._on_command(data[0])
+
+    def _obey(self, command: int) -> None:
+        states = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL}
+        if command in states:
+            self.set_state(states[command])
+        elif command in (129, 130):
+            self.boot()
+
+    def _on_sdo(self, can_id: int, data: bytes, stamp: float) -> None:
+        if len(data) != SDO_LENGTH or self.state in (STOPPED, INITIALISING):
+            return
+        server = self.local.sdo
+        server.on_request(can_id, data, stamp)
+        if server._buffer is not None and len(server._buffer) > LARGEST_WRITE:
+            server._buffer = None
+            server.abort(ABORT_TOO_LONG)
+
+    def serve(self, stamp: float) -> None:
+        """Forget another node with our node-ID when nothing was heard of it for a while; ``stamp`` [s]."""
+        if stamp > self._foreign_until:
+            self.emergencies.end(ID_TAKEN, self.id, self.state)
+
+    def _on_foreign(self, _: int, __: bytes, stamp: float) -> None:
+        """Hear our own node-ID: nobody hears its own frames, so another node has taken it."""
+        self.foreign += 1
+        self._foreign_until = stamp + FORGET
+        sentence = f"another node has the node-ID {self.id}; give one of them another"
+        self.emergencies.begin(ID_TAKEN, self.id, sentence, self.state)
+
+    def _read(self, index: int, subindex: int, od: object) -> int | None:  # noqa: ARG002 (called by name)
+        return self.emergencies.register if index == 0x1001 else None

@@ -1,0 +1,209 @@
+"""The object dictionaries of both devices, out of the DBC and the declarations of the parameters."""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+from vegrip.canopen.connection_set import OF_A_FINGER, OF_THE_GRASP
+from vegrip.canopen.indices import (
+    COMMANDS,
+    ESTIMATED,
+    ESTIMATES,
+    EVENT_DRIVEN,
+    FINGERS,
+    FIRST_FINGER,
+    HEALTH,
+    HEARTBEAT_LIMIT,
+    HEARTBEAT_TIME,
+    MARGINS,
+    NO_RTR,
+    PARAMETERS,
+    REFUSAL,
+    STATES,
+    STATUS,
+)
+from vegrip.canopen.objects import (
+    BOOLEAN,
+    INTEGER32,
+    REAL32,
+    UNSIGNED8,
+    UNSIGNED16,
+    UNSIGNED32,
+    VISIBLE_STRING,
+    Device,
+    Entry,
+    Object,
+    Pdo,
+    Record,
+    Variable,
+)
+from vegrip.canopen.pdo_records import mapping, pdo_record
+from vegrip.canopen.time_stamp import CONSUMED, TIME
+from vegrip.grip.parameters import GraspParameters
+from vegrip.runtime.parameter_table import rows
+from vegrip.transport.codec.database import layouts
+
+TYPES: Final = {bool: BOOLEAN, int: INTEGER32, float: REAL32, str: VISIBLE_STRING}
+
+
+def fingertip() -> Device:
+    """Return what ``proto/fingertip.eds`` says: a sensor, and the drive behind it."""
+    states = [pdo_record(0x2000 + i, f"State {i + 1}", f"FingertipState{i + 1}") for i in range(3)]
+    inputs = [
+        pdo_record(0x2010 + i, name, name)
+        for i, name in enumerate(("ForceCommand", "SlipMargin", "ModelHealth"))
+    ]
+    out = [
+        Pdo(i, True, own(OF_A_FINGER[f"FingertipState{i + 1}"]), EVENT_DRIVEN, mapping(record))
+        for i, record in enumerate(states)
+    ]
+    into = [
+        Pdo(i, False, own(OF_A_FINGER[record.name]), EVENT_DRIVEN, mapping(record))
+        for i, record in enumerate(inputs)
+    ]
+    return Device(
+        "fingertip.eds",
+        "vegrip fingertip",
+        1,
+        "Fingertip sensor: forces, torque, displacement, slip; takes force commands",
+        (*common("vegrip fingertip", 1), *states, *inputs),
+        (*out, *into),
+        ("The PDOs are the classic frames of fingertip.dbc, byte for byte.",),
+    )
+
+
+def grasp_force(known: Mapping[str, int]) -> Device:
+    """Return what ``proto/grasp_force.eds`` says: up to eight fingers, all parameters, all estimates.
+
+    Args:
+        known: the parameters that have an index already, as in :func:`known_parameters`.
+
+    """
+    told = (("ForceCommand", COMMANDS), ("SlipMargin", MARGINS), ("ModelHealth", HEALTH))
+    outputs = [
+        pdo_record(index + finger, f"{name} {finger}", name)
+        for name, index in told
+        for finger in range(FINGERS)
+    ]
+    out = [
+        Pdo(
+            n,
+            True,
+            f"{NO_RTR + OF_A_FINGER[record.name[:-2]] + FIRST_FINGER + n % FINGERS:#x}",
+            254,
+            mapping(record),
+        )
+        for n, record in enumerate(outputs)
+    ]
+    status = pdo_record(STATUS, "NodeStatus", "NodeStatus")
+    out.append(Pdo(len(out), True, own(OF_THE_GRASP["NodeStatus"]), EVENT_DRIVEN, mapping(status)))
+    states = [
+        pdo_record(
+            STATES + 3 * finger + part, f"State {part + 1} of finger {finger}", f"FingertipState{part + 1}"
+        )
+        for finger in range(FINGERS)
+        for part in range(3)
+    ]
+    into = [
+        Pdo(n, False, f"{0x180 + 0x100 * (n % 3) + FIRST_FINGER + n // 3:#x}", EVENT_DRIVEN, mapping(record))
+        for n, record in enumerate(states)
+    ]
+    return Device(
+        "grasp_force.eds",
+        "vegrip grasp force",
+        2,
+        "Grasp force node: fingertip states in, force commands and slip margins out",
+        (
+            *common("vegrip grasp force", 2),
+            *_supervision(),
+            *outputs,
+            status,
+            *states,
+            *(_estimates(finger) for finger in range(FINGERS)),
+            Variable(
+                REFUSAL, Entry("Last refusal", VISIBLE_STRING, "ro", "", note="why a write was refused")
+            ),
+            *_parameters(known),
+        ),
+        (*out, *into),
+        ("The PDOs are the classic frames of fingertip.dbc, byte for byte.",),
+    )
+
+
+def known_parameters(text: str) -> dict[str, int]:
+    """Return name -> index of the parameters in the text of an EDS file: what others rely on must stay."""
+    found = re.findall(r"^\[([345][0-9A-F]{3})\]\nParameterName=(.+)$", text, re.MULTILINE)
+    return {name: int(index, 16) for index, name in found}
+
+
+def own(base: int) -> str:
+    """Return the text of a COB-ID that is ``base`` and the node's own ID."""
+    return f"$NODEID+{NO_RTR + base:#x}"
+
+
+def common(name: str, product: int) -> tuple[Object, ...]:
+    """Return the objects every device here has."""
+    version = layouts().version
+    identity = (
+        Entry("Vendor-ID", UNSIGNED32, "ro", "0x0", note="none assigned"),
+        Entry("Product code", UNSIGNED32, "ro", f"{product:#x}"),
+        Entry("Revision number", UNSIGNED32, "ro", f"{version << 16:#x}", note="version of the message set"),
+        Entry("Serial number", UNSIGNED32, "ro", "0x0"),
+    )
+    server = (
+        Entry("COB-ID client to server", UNSIGNED32, "ro", "$NODEID+0x600"),
+        Entry("COB-ID server to client", UNSIGNED32, "ro", "$NODEID+0x580"),
+    )
+    return (
+        Variable(0x1000, Entry("Device type", UNSIGNED32, "ro", "0x0", note="no device profile")),
+        Variable(0x1001, Entry("Error register", UNSIGNED8, "ro", "0x0", mappable=True)),
+        Record(0x1018, "Identity object", identity),
+        Variable(0x1005, Entry("COB-ID SYNC", UNSIGNED32, "rw", "0x80")),
+        Variable(0x1008, Entry("Manufacturer device name", VISIBLE_STRING, "const", name)),
+        Variable(0x1012, Entry("COB-ID time stamp object", UNSIGNED32, "ro", f"{CONSUMED | TIME:#x}")),
+        Variable(0x1014, Entry("COB-ID EMCY", UNSIGNED32, "ro", "$NODEID+0x80")),
+        Variable(0x1017, Entry("Producer heartbeat time", UNSIGNED16, "rw", str(HEARTBEAT_TIME), note="ms")),
+        Record(0x1200, "SDO server parameter", server),
+    )
+
+
+def _supervision() -> tuple[Object, ...]:
+    watched = tuple(
+        Entry(
+            f"Consumer heartbeat time {n}",
+            UNSIGNED32,
+            "ro",
+            f"{(FIRST_FINGER + n) << 16 | HEARTBEAT_LIMIT:#x}",
+        )
+        for n in range(FINGERS)
+    )
+    behaviour = Entry(
+        "Communication error", UNSIGNED8, "rw", "0x1", note="0: pre-operational, 1: go on, 2: stop"
+    )
+    return (
+        Variable(0x1006, Entry("Communication cycle period", UNSIGNED32, "ro", "0", note="us, of SYNC")),
+        Record(0x1016, "Consumer heartbeat time", watched, array=True),
+        Record(0x1029, "Error behaviour", (behaviour,), array=True),
+    )
+
+
+def _estimates(finger: int) -> Record:
+    entries = [Entry(f"{name}{suffix}", REAL32, "ro", "0.0") for name in ESTIMATED for suffix in ("", "_std")]
+    return Record(ESTIMATES + finger, f"Estimate of finger {finger}", tuple(entries))
+
+
+def _parameters(known: Mapping[str, int]) -> Iterator[Variable]:
+    """Yield one object for each parameter; one that has an index keeps it, a new one gets the next."""
+    following = max(known.values(), default=PARAMETERS - 1) + 1
+    for name, value, declared in rows(GraspParameters()):
+        kind = TYPES.get(type(value))
+        if kind is None:
+            continue  # pairs and tables belong in the configuration file
+        index = known.get(name, following)
+        following += index == following
+        yield Variable(index, Entry(name, kind, "rw", note=_note(declared)))
+
+
+def _note(declared: Any) -> str:
+    parts = [declared.unit, declared.doc, "" if declared.live else "only while unconfigured"]
+    return "; ".join(part for part in parts if part)

@@ -1,0 +1,132 @@
+"""What both ends of a CANopen bus share: PDOs go through the codec, other frames to the services."""
+
+import math
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+
+import can
+
+from vegrip.canopen.claim import LAST_WORDS
+from vegrip.canopen.codec import CanopenCodec
+from vegrip.canopen.network import LoopNetwork
+from vegrip.canopen.time_stamp import TIME, unpacked
+from vegrip.clock import NS
+from vegrip.messages import ContactEstimate, Message
+from vegrip.transport.can_endpoint import CanEndpoint, Open
+from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.sender_clock import ClockEstimate, SenderClock
+
+
+class CanopenEndpoint:
+    """An endpoint that only listens; the ends of a hand build on it.
+
+    Besides the names of :class:`~vegrip.transport.can_endpoint.CanEndpoint` ``rejected`` has ``malformed``
+    for frames that a service could not read, and what the ends count.
+
+    Args:
+        bus: opened by the caller.
+        codec: classic layout.
+        identifiers: COB-ID -> identifier of the classic frame.
+        reopen: opens a lost bus again.
+        timing: for the estimate of the load.
+
+    """
+
+    def __init__(
+        self,
+        bus: can.BusABC,
+        codec: CanCodec,
+        identifiers: Mapping[int, int],
+        reopen: Open | None = None,
+        timing: BitTiming | None = None,
+    ) -> None:
+        self.arrivals: Sequence[int] = ()
+        self.faults: Counter[str] = Counter()
+        self.now: Callable[[], int] = time.monotonic_ns
+        self.network = LoopNetwork(self.put, self.now)
+        self.pdos = CanopenCodec(
+            codec, identifiers, self.service, self.hears, self.speaks, self.keep, (ContactEstimate,)
+        )
+        self.can = CanEndpoint(bus, self.pdos, reopen, timing)
+        self._clock = SenderClock()
+        self.network.subscribe(TIME, self._on_time)
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """What went wrong so far, by name."""
+        malformed = {"malformed": self.network.malformed} if self.network.malformed else {}
+        jumps = {"clock_jump": self._clock.jumps} if self._clock.jumps else {}
+        return {**self.can.rejected, **self.faults, **malformed, **jumps}
+
+    @property
+    def broken(self) -> Mapping[str, int]:
+        """States that arrived and could not be understood, by finger."""
+        return self.can.broken
+
+    @property
+    def clock(self) -> ClockEstimate | None:
+        """The clock of whoever sends TIME, in ns since 1970, against ours; None before the first."""
+        known = self._clock.estimate()
+        return None if math.isnan(known.offset) else known
+
+    def _on_time(self, _: int, data: bytearray, stamp: float) -> None:
+        told = unpacked(bytes(data))
+        if told is None:
+            self.network.malformed += 1
+        else:
+            self._clock.hear(told, round(stamp * NS))
+
+    def receive(self, timeout: float) -> Sequence[Message]:
+        """Wait up to ``timeout`` [s] for a message; meanwhile serve what is due."""
+        end = self.now() + round(timeout * NS)
+        while True:
+            now = self.now()
+            self.serve(now)
+            wait = max(min(end, self.due) - now, 0) / NS
+            messages = self.can.receive(wait)
+            if messages or self.now() >= end:
+                self.arrivals = self.can.arrivals
+                return messages
+
+    def send(self, message: Message) -> None:
+        """Send the PDOs of ``message``."""
+        self.can.send(message)
+
+    def put(self, cob_id: int, data: bytes) -> None:
+        """Send a frame that is no PDO."""
+        self.can.send_frame(Frame(cob_id, data))
+
+    def bus_load(self) -> float:
+        """Return the share of the last second for which the bus was busy."""
+        return self.can.bus_load()
+
+    def close(self) -> None:
+        """Leave the bus, once what was queued has left."""
+        time.sleep(LAST_WORDS)
+        self.can.close()
+
+    @property
+    def due(self) -> int:
+        """When :meth:`serve` must be called next [ns]."""
+        return self.network.due
+
+    def serve(self, now: int) -> None:
+        """Send what is due at ``now`` [ns]."""
+        self.network.serve(now)
+
+    def service(self, frame: Frame) -> None:
+        """Take a frame that is no PDO of ours."""
+        self.network.hear(frame.arbitration_id, frame.data, frame.stamp)
+
+    def hears(self, cob_id: int) -> bool:  # noqa: ARG002 (for those who build on this)
+        """Whether the PDO ``cob_id`` may be taken now."""
+        return True
+
+    def speaks(self, cob_id: int) -> bool:  # noqa: ARG002
+        """Whether the PDO ``cob_id`` may be sent now."""
+        return False
+
+    def keep(self, message: Message, frames: list[Frame]) -> None:
+        """Keep what is sent for those who read it by SDO."""

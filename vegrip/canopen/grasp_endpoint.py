@@ -1,0 +1,235 @@
+"""The grasp force node as a CANopen device: its NMT state, its parameters by SDO, its fingers watched."""
+
+import logging
+from collections.abc import Sequence
+
+import can
+from canopen.objectdictionary import ObjectDictionary
+
+from vegrip.canopen.claim import claim
+from vegrip.canopen.connection_set import OF_A_FINGER as BASES
+from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, identifiers
+from vegrip.canopen.device import Device
+from vegrip.canopen.emergency import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE
+from vegrip.canopen.endpoint import CanopenEndpoint
+from vegrip.canopen.mirror import Mirror
+from vegrip.canopen.nmt import COMMANDED, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, STOPPED, nmt_state
+from vegrip.canopen.parameters import SdoParameters
+from vegrip.canopen.sensors import Sensors
+from vegrip.canopen.time_stamp import CONSUMED, PRODUCED, TIME, TimeProducer
+from vegrip.clock import NS
+from vegrip.messages import Lifecycle, Message
+from vegrip.runtime.handle import NodeHandle
+from vegrip.transport.can_endpoint import Open
+from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.codec import CanCodec, Frame
+
+STATES = {BASES[name] for name in OUT_OF_A_FINGER}
+IS_IT = "is it connected, switched on, and at the same bit rate (transport.bitrate)?"
+LOOK = 10_000_000  # [ns] between two looks at the fingers; what it finds is told with the next heartbeat
+ON_ERROR = {0: Lifecycle.INACTIVE, 2: Lifecycle.UNCONFIGURED}  # object 1029sub1; 1: go on
+NAMES = {
+    HEARTBEAT_LOST: "heartbeat_lost",
+    NOT_ITS_EDS: "not_its_eds",
+    ID_TAKEN: "id_taken",
+    SOFTWARE: "refused",
+}
+
+
+class GraspEndpoint(CanopenEndpoint):
+    """One end of the bus: hears fingers, commands them.
+
+    Args:
+        bus: opened by the caller.
+        codec: classic layout.
+        node: own node-ID.
+        dictionary: our own object dictionary.
+        fingers: node-IDs of the fingers.
+        finger_dictionary: what their EDS says.
+        hand: number of the hand in the identifiers of the DBC.
+        heartbeat: own period [s].
+        limit: longest time between two heartbeats of a finger [s].
+        first: time that a finger may take to appear [s].
+        sync_period: of the SYNC we produce [s]; 0: none.
+        time_period: of the TIME we produce [s]; 0: none.
+        master: whether fingers are told to start when they have been found right.
+        reopen: opens a lost bus again.
+        timing: for the estimate of the load.
+
+    """
+
+    def __init__(
+        self,
+        bus: can.BusABC,
+        codec: CanCodec,
+        *,
+        node: int,
+        dictionary: ObjectDictionary,
+        fingers: Sequence[int],
+        finger_dictionary: ObjectDictionary,
+        hand: int = 0,
+        heartbeat: float = 0.2,
+        limit: float = 0.5,
+        first: float = 0.5,
+        sync_period: float = 0.0,
+        time_period: float = 0.0,
+        master: bool = True,
+        reopen: Open | None = None,
+        timing: BitTiming | None = None,
+    ) -> None:
+        super().__init__(bus, codec, identifiers(tuple(fingers), node, hand), reopen, timing)
+        self.device = Device(node, dictionary, self.network, self._command)
+        self.sensors = Sensors(
+            fingers,
+            finger_dictionary,
+            round(limit * NS),
+            round(first * NS),
+            self.put,
+            self.now(),
+            master=master,
+        )
+        self._names = dict(zip(fingers, codec.fingers, strict=True))
+        self._mirror = Mirror(self.device, codec.fingers, hand)
+        self._sync_period, self._time_period = sync_period, time_period
+        self._look_at = 0  # [ns]
+        self._node: NodeHandle | None = None
+        self._autostart = self._start_pending = False
+        self._logger = logging.getLogger("vegrip.canopen")
+        self._describe(fingers, heartbeat, limit)
+
+    def claim(self) -> None:
+        """Make sure that nobody else has our node-ID.
+
+        Raises:
+            DeviceError: somebody has.
+
+        """
+        claim((self.device.id,), self.put, self.can.next_frame, self.now)
+
+    def supervise(self, node: NodeHandle, *, autostart: bool) -> None:
+        """Appear on the bus; activate the node once every finger is there, right and sending."""
+        self._node = node
+        self._autostart = self._start_pending = autostart
+        SdoParameters(self.device, node)
+        waited_for = ", ".join(f"{name} (node {finger})" for finger, name in self._names.items())
+        self._logger.info("waits for %s", waited_for)
+        self._appear()
+        if self._sync_period > 0.0:
+            self.network.send_periodic(SYNC, b"", self._sync_period)
+        if self._time_period > 0.0:
+            self.network.tasks.add(TimeProducer(self._time_period, self.now(), self.network))
+
+    def serve(self, now: int) -> None:
+        """Send what is due; look after the fingers and our own state."""
+        if self._node is None:
+            return
+        self.device.set_state(nmt_state(self._node.state, on_hold=self._node.on_hold))
+        if now >= self._look_at:
+            self._look_at = now + LOOK
+            self.device.serve(now / NS)
+            self._judge(self.sensors.serve(now), self._node)
+        self.network.serve(now)
+
+    @property
+    def due(self) -> int:
+        """When to serve next [ns]."""
+        return min(self.network.due, self._look_at)
+
+    def service(self, frame: Frame) -> None:
+        """Take a frame that is no PDO."""
+        self.sensors.hear(frame.arbitration_id, frame.data, self.now())
+        super().service(frame)
+
+    def hears(self, cob_id: int) -> bool:
+        """States, of fingers that are what they should be, while we are operational."""
+        sensor = self.sensors.all.get(cob_id & 0x7F)
+        return cob_id & 0x780 in STATES and sensor is not None and sensor.verified and self.device.operational
+
+    def speaks(self, cob_id: int) -> bool:
+        """Everything but states, while we are operational."""
+        return self.device.operational and (cob_id & 0x7F == self.device.id or cob_id & 0x780 not in STATES)
+
+    def keep(self, message: Message, frames: list[Frame]) -> None:
+        """Keep what is sent for those who read it by SDO."""
+        self._mirror.keep(message, frames)
+
+    def close(self) -> None:
+        """Say that we stop, and leave the bus."""
+        if self._node is not None:
+            self.device.set_state(STOPPED)
+            self.put(0x700 + self.device.id, bytes([STOPPED]))
+        super().close()
+
+    def _describe(self, fingers: Sequence[int], heartbeat: float, limit: float) -> None:
+        """Let the object dictionary say how we are configured."""
+        store = self.device.store
+        store(0x1017, 0, round(heartbeat * 1000).to_bytes(2, "little"))
+        store(0x1012, 0, (TIME | (PRODUCED if self._time_period else CONSUMED)).to_bytes(4, "little"))
+        store(0x1006, 0, round(self._sync_period * 1e6).to_bytes(4, "little"))
+        for number, finger in enumerate(fingers):
+            store(0x1016, number + 1, (finger << 16 | round(limit * 1000)).to_bytes(4, "little"))
+            for part, base in enumerate((0x180, 0x280, 0x380)):
+                store(0x1400 + 3 * number + part, 1, (base + finger).to_bytes(4, "little"))
+            for kind, base in enumerate((0x200, 0x300, 0x400)):
+                store(0x1800 + 8 * kind + number, 1, (0x4000_0000 + base + finger).to_bytes(4, "little"))
+
+    def _appear(self) -> None:
+        self.device.boot()
+        for sensor in self.sensors.all.values():
+            sensor.begin()
+
+    def _command(self, command: int) -> None:
+        targets = COMMANDED.get(command)
+        if targets is None or self._node is None:
+            return
+        self._start_pending = self._autostart and command in (RESET_NODE, RESET_COMMUNICATION)
+        self._node.request(*targets, refused=self._refused)
+        if command in (RESET_NODE, RESET_COMMUNICATION):
+            self._appear()
+
+    def _refused(self, sentence: str) -> None:
+        self._begin(SOFTWARE, self.device.id, sentence)
+
+    def _judge(self, missing: Sequence[int], node: NodeHandle) -> None:
+        for finger in missing:
+            name = self._names[finger]
+            self._begin(HEARTBEAT_LOST, finger, f"no heartbeat from {name} (node {finger}); {IS_IT}")
+            self._react(node)
+        for finger, sensor in self.sensors.all.items():
+            if sensor.difference:
+                what = f"{self._names[finger]} (node {finger}) is not what fingertip.eds says: "
+                remedy = "; connect the right device, or give its EDS (transport.finger_eds)"
+                self._begin(NOT_ITS_EDS, finger, what + sensor.difference + remedy)
+            elif sensor.verified:
+                self._end(NOT_ITS_EDS, finger)
+            if finger not in self.sensors.consumer.missing:
+                self._end(HEARTBEAT_LOST, finger)
+        if node.on_hold:
+            self._begin(SOFTWARE, self.device.id, "the node has failed; its last safe commands are held")
+        elif node.state is Lifecycle.ACTIVE:
+            self._end(SOFTWARE, self.device.id)
+        self._start_if_ready(node)
+
+    def _react(self, node: NodeHandle) -> None:
+        """Do what object 1029h asks for when a heartbeat is lost; by default go on, with that finger held."""
+        target = ON_ERROR.get(self.device.number(0x1029, 1))
+        if target is not None and node.state is Lifecycle.ACTIVE:
+            self._start_pending = False
+            node.request(target, refused=self._refused)
+
+    def _start_if_ready(self, node: NodeHandle) -> None:
+        ready = self.sensors.ready and not self.device.emergencies.standing
+        if self._start_pending and ready and self.device.state == PRE_OPERATIONAL:
+            self._start_pending = False
+            node.request(Lifecycle.ACTIVE, refused=self._refused)
+
+    def _begin(self, code: int, about: int, sentence: str) -> None:
+        state = self._node.state if self._node is not None else Lifecycle.UNCONFIGURED
+        if self.device.emergencies.begin(code, about, sentence, state):
+            self.faults[NAMES[code]] += 1
+            self._logger.error("%s", sentence)
+
+    def _end(self, code: int, about: int) -> None:
+        if self._node is not None and (code, about) in self.device.emergencies.standing:
+            self.device.emergencies.end(code, about, self._node.state)
+            self._logger.warning("over: EMCY %04Xh of node %d", code, about)

@@ -1,0 +1,115 @@
+"""The fingers of a hand as CANopen devices: states out, on their own or with each SYNC; commands in."""
+
+from collections.abc import Sequence
+
+import can
+
+from vegrip.canopen.claim import claim
+from vegrip.canopen.connection_set import OF_A_FINGER as BASES
+from vegrip.canopen.connection_set import OUT_OF_A_FINGER, SYNC, identifiers
+from vegrip.canopen.device import Device
+from vegrip.canopen.eds import read_eds
+from vegrip.canopen.endpoint import CanopenEndpoint
+from vegrip.canopen.nmt import STOPPED
+from vegrip.clock import NS
+from vegrip.messages import FingertipState, Message
+from vegrip.transport.can_endpoint import Open
+from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.codec import CanCodec
+
+STATES = {BASES[name] for name in OUT_OF_A_FINGER}
+SYNCHRONOUS = 240  # transmission types up to this wait for SYNC
+
+
+class HandEndpoint(CanopenEndpoint):
+    """Every finger is a node of its own: it boots, is started, and sends.
+
+    Args:
+        bus: opened by the caller.
+        codec: classic layout.
+        fingers: node-IDs of the fingers, in the order of the codec's.
+        grasp: node-ID of the grasp force node.
+        eds: EDS file of a finger; empty for the one of vegrip.
+        hand: number of the hand in the identifiers of the DBC.
+        heartbeat: period [s].
+        reopen: opens a lost bus again.
+        timing: for the estimate of the load.
+
+    """
+
+    def __init__(
+        self,
+        bus: can.BusABC,
+        codec: CanCodec,
+        *,
+        fingers: Sequence[int],
+        grasp: int,
+        eds: str = "",
+        hand: int = 0,
+        heartbeat: float = 0.2,
+        reopen: Open | None = None,
+        timing: BitTiming | None = None,
+    ) -> None:
+        super().__init__(bus, codec, identifiers(tuple(fingers), grasp, hand), reopen, timing)
+        self.devices = {
+            node: Device(node, read_eds(eds, node, "fingertip.eds"), self.network) for node in fingers
+        }
+        for device in self.devices.values():
+            device.store(0x1017, 0, round(heartbeat * 1000).to_bytes(2, "little"))
+        self._by_name = dict(zip(codec.fingers, self.devices.values(), strict=True))
+        self._waiting: dict[str, FingertipState] = {}  # for the next SYNC
+        self._syncs = 0
+        self.network.subscribe(SYNC, self._on_sync)
+
+    def claim(self) -> None:
+        """Make sure that nobody else has our node-IDs, and appear on the bus.
+
+        Raises:
+            DeviceError: somebody has one of them.
+
+        """
+        claim(tuple(self.devices), self.put, self.can.next_frame, self.now)
+        for device in self.devices.values():
+            device.boot()
+
+    def serve(self, now: int) -> None:
+        """Send what is due."""
+        for device in self.devices.values():
+            device.serve(now / NS)
+        self.network.serve(now)
+
+    def send(self, message: Message) -> None:
+        """Send a state at once, or with the next SYNC if the finger has been told so; the newest counts."""
+        if isinstance(message, FingertipState) and self._every(message.finger):
+            self._waiting[message.finger] = message
+        else:
+            super().send(message)
+
+    def hears(self, cob_id: int) -> bool:
+        """Commands for a finger that is operational."""
+        device = self.devices.get(cob_id & 0x7F)
+        return cob_id & 0x780 not in STATES and device is not None and device.operational
+
+    def speaks(self, cob_id: int) -> bool:
+        """States of a finger that is operational."""
+        device = self.devices.get(cob_id & 0x7F)
+        return cob_id & 0x780 in STATES and device is not None and device.operational
+
+    def close(self) -> None:
+        """Say that we stop, and leave the bus."""
+        for node in self.devices:
+            self.put(0x700 + node, bytes([STOPPED]))
+        super().close()
+
+    def _every(self, finger: str) -> int:
+        """Return how many SYNCs make one state; 0: none, it is sent by itself."""
+        device = self._by_name.get(finger)
+        kind = device.number(0x1800, 2) if device is not None else 0
+        return kind if kind <= SYNCHRONOUS else 0
+
+    def _on_sync(self, _: int, __: bytes, ___: float) -> None:
+        self._syncs += 1
+        for finger in tuple(self._waiting):
+            every = self._every(finger)
+            if not every or self._syncs % every == 0:
+                super().send(self._waiting.pop(finger))

@@ -1,0 +1,91 @@
+"""The package ``canopen`` served from a loop, which itself sends periodic messages when they are due.
+
+A heartbeat that a thread or the kernel keeps sending says nothing about the loop; this one stops with it.
+"""
+
+import logging
+from collections.abc import Callable
+
+import canopen
+import canopen.network
+
+from vegrip.clock import NS
+
+SendRaw = Callable[[int, bytes], None]
+"""Takes COB-ID and data; never raises."""
+
+
+class PeriodicTask:
+    """A message sent once in a while; what ``canopen`` calls a periodic message task."""
+
+    def __init__(self, can_id: int, data: bytes, period: float, now: int, owner: "LoopNetwork") -> None:
+        self.can_id, self.data = can_id, bytes(data)
+        self.due = now
+        self._period = max(round(period * NS), 1_000_000)
+        self._owner = owner
+
+    def update(self, data: bytes) -> None:
+        """Send other data from now on."""
+        self.data = bytes(data)
+
+    def stop(self) -> None:
+        """Send no more."""
+        self._owner.tasks.discard(self)
+
+    def serve(self, now: int) -> None:
+        """Send if due, on the grid it began on; what was missed is not made up for."""
+        if now >= self.due:
+            self._owner.send_message(self.can_id, self.data)
+            self.due += self._period * ((now - self.due) // self._period + 1)
+
+
+class LoopNetwork(canopen.Network):  # type: ignore[misc]
+    """A network without threads. The owner feeds frames to :meth:`hear` and calls :meth:`serve` when due.
+
+    Args:
+        send: puts a frame on the bus.
+        now: the clock [ns].
+
+    """
+
+    def __init__(self, send: SendRaw, now: Callable[[], int]) -> None:
+        super().__init__()
+        self.tasks: set[PeriodicTask] = set()
+        self.malformed = 0  # frames that a service could not read
+        self._send = send
+        self._now = now
+
+    @property
+    def due(self) -> int:
+        """When the next message must be sent [ns]."""
+        return min((task.due for task in self.tasks), default=2**63 - 1)
+
+    def serve(self, now: int) -> None:
+        """Send what is due."""
+        for task in tuple(self.tasks):
+            task.serve(now)
+
+    def hear(self, can_id: int, data: bytes, stamp: int) -> None:
+        """Let the services have a frame; one they cannot read is counted."""
+        try:
+            self.notify(can_id, bytearray(data), stamp / NS)
+        except Exception as error:  # noqa: BLE001 (a frame of the wrong length must not end the loop)
+            self.malformed += 1
+            logging.getLogger("vegrip.canopen").debug("frame %x: %r", can_id, error)
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        """Put a data frame on the bus; remote frames are not used here."""
+        if not remote:
+            self._send(can_id, bytes(data))
+
+    def send_periodic(
+        self,
+        can_id: int,
+        data: bytes,
+        period: float,
+        remote: bool = False,  # noqa: ARG002 (as the base class has it)
+    ) -> PeriodicTask:
+        """Send ``data`` every ``period`` [s], for the first time at once."""
+        task = PeriodicTask(can_id, data, period, self._now(), self)
+        self.tasks.add(task)
+        return task

@@ -1,5 +1,0 @@
-"""What a model lacks: which effect of the catalogue explains what it leaves."""
-
-from vegrip.diagnosis.diagnosis import Diagnosis, diagnose
-
-__all__ = ["Diagnosis", "diagnose"]

@@ -1,0 +1,101 @@
+"""Until the touch is felt, the force tells only where the zero of the displacement is not.
+
+No force at a depth means that the contact begins deeper: a bound on the zero, not a measurement of it. What is
+known of the zero is then a normal distribution cut off, of which mean and variance are used. Samples that are
+regressed one by one make the zero sure without a sample that felt it, and bend stiffness and exponent until
+they give no force.
+"""
+
+import math
+
+from vegrip.estimator.kernels.generated import (
+    BIAS,
+    MODE_BLIND,
+    MODE_FELT,
+    MODE_FREE_DEPTH,
+    MODE_TOUCH,
+    MODE_ZERO_MEAN,
+    MODE_ZERO_VAR,
+    MOTION_POSITION,
+    MOTION_VAR_POSITION,
+    P0,
+    SET_R_DISPLACEMENT,
+    SET_R_FORCE,
+    TRY0,
+    Y0,
+    ZERO,
+    Floats,
+    N,
+)
+from vegrip.estimator.kernels.measure import meet
+from vegrip.estimator.kernels.state import copy_state
+
+ALLOWED = 1.0  # std of the force by which each sample must exceed, on average, to count as touch
+MOST_EXCESS = 3.0  # std that one sample counts at most, so that one alone is not a touch
+TOUCHED = 6.0  # sum of the excesses from which the touch is felt
+SUREST = 12.0  # sum beyond which nothing is added
+UNSEEN = 3.0  # std of the force below which a contact is not seen in one sample
+UNKNOWN = 1.5  # noise of the displacement, std of the zero above which its bound tells anything
+ACTIVE = -3.0  # bound in std of the zero below which it cuts nothing off
+
+
+def feel(m: Floats, force: float, displacement: float) -> None:
+    """Cumulative sum of the force over its noise [Page1954]_: whether the contact is felt."""
+    if not math.isfinite(force) or m[MODE_BLIND] > 0.5:
+        return
+    excess = (force - m[Y0 + BIAS]) / math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS]) - ALLOWED
+    counted = min(max(excess, -MOST_EXCESS), MOST_EXCESS)
+    m[MODE_TOUCH] = min(max(m[MODE_TOUCH] + counted, 0.0), SUREST)
+    if m[MODE_TOUCH] >= TOUCHED:
+        m[MODE_FELT] = 1.0
+    elif m[MODE_TOUCH] <= 0.0 and m[MODE_FELT] > 0.5:
+        m[MODE_FELT] = 0.0
+        m[MODE_FREE_DEPTH] = -math.inf
+    if m[MODE_FELT] < 0.5 and math.isfinite(displacement):
+        exclude(m, excess, displacement)
+
+
+def exclude(m: Floats, excess: float, displacement: float) -> None:
+    """Exclude the zeros at which the contact would be felt here."""
+    std = math.sqrt(m[P0 + ZERO * N + ZERO])
+    here = min(displacement, m[MOTION_POSITION]) - 2.0 * math.sqrt(m[MOTION_VAR_POSITION])
+    if std < UNKNOWN * math.sqrt(m[SET_R_DISPLACEMENT]):
+        return
+    if excess < 0.0 and here > m[Y0 + ZERO] + ACTIVE * std and here > m[MODE_FREE_DEPTH]:
+        m[MODE_FREE_DEPTH] = max(m[MODE_FREE_DEPTH], here - unseen_depth(m))
+    if not m[MODE_FREE_DEPTH] > m[Y0 + ZERO] + ACTIVE * std:
+        m[MODE_ZERO_MEAN], m[MODE_ZERO_VAR] = m[Y0 + ZERO], std * std
+        return
+    spread = math.sqrt(m[MODE_ZERO_VAR])
+    a = (m[MODE_FREE_DEPTH] - m[MODE_ZERO_MEAN]) / spread
+    above = mills(a)
+    move_zero(m, m[MODE_ZERO_MEAN] + spread * above, m[MODE_ZERO_VAR] * (1.0 + a * above - above * above))
+
+
+def unseen_depth(m: Floats) -> float:
+    """Depth [m] up to which the force of a contact is not told from noise."""
+    copy_state(m)
+    m[TRY0] = 0.0
+    meet(m, TRY0, UNSEEN * math.sqrt(m[SET_R_FORCE]), 0.0)
+    return max(float(m[TRY0]), 0.0)
+
+
+def mills(a: float) -> float:
+    """Mean of a standard normal variable above ``a``: ``phi(a) / Q(a)``."""
+    if a > 8.0:
+        return a + 1.0 / a - 2.0 / (a * a * a)
+    return math.exp(-0.5 * a * a) * 0.7978845608028654 / math.erfc(a * 0.7071067811865476)
+
+
+def move_zero(m: Floats, mean: float, variance: float) -> None:
+    """Give the zero this mean and variance; what is correlated with it moves along."""
+    before = m[P0 + ZERO * N + ZERO]
+    if not (before > 0.0 and variance > 0.0):
+        return
+    shift, change = (mean - m[Y0 + ZERO]) / before, (variance / before - 1.0) / before
+    for i in range(N):
+        m[TRY0 + i] = m[P0 + i * N + ZERO]
+    for i in range(N):
+        m[Y0 + i] += m[TRY0 + i] * shift
+        for j in range(N):
+            m[P0 + i * N + j] += m[TRY0 + i] * m[TRY0 + j] * change

@@ -1,0 +1,142 @@
+"""The estimator's kernels compiled by the C compiler of this machine, in place of numba's.
+
+The text is the same, translated statement by statement (:mod:`vegrip.c99`), and so is every number; what
+differs is the first start, which takes seconds instead of tens of them.
+"""
+
+import ctypes
+import hashlib
+import os
+import platform
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip import c99
+from vegrip.c99 import MEMORY, REAL, host, translate
+from vegrip.c99.refusal import Place, unknown_place
+from vegrip.compiling import announce
+from vegrip.model import cache
+
+Floats = NDArray[np.float64]
+
+ENTRIES: Final = {
+    "update": (MEMORY, *[REAL] * 7),
+    "filter_step": (MEMORY, *[REAL] * 4),
+    "margin_of": (MEMORY, REAL, REAL, MEMORY),
+    "least_force": (MEMORY, *[REAL] * 4),
+}
+"""What is called from outside, with the kinds of its arguments."""
+SENTENCE = (
+    "compiles for this machine by its C compiler, once; later starts take it from the cache (about 3 s)"
+)
+KEPT = 256  # addresses of memories
+
+_libraries: dict[str, Path] = {}
+
+
+class KernelsC:
+    """The entries of a generated module, run by C.
+
+    Args:
+        library: the shared library.
+
+    """
+
+    def __init__(self, library: Path) -> None:
+        loaded = host.load(library)
+        self._update = _entry(loaded, "update", None)
+        self._filter_step = _entry(loaded, "filter_step", None)
+        self._margin_of = _entry(loaded, "margin_of", None)
+        self._least_force = _entry(loaded, "least_force", ctypes.c_double)
+        self._known: dict[int, tuple[Floats, int]] = {}
+
+    def update(
+        self,
+        m: Floats,
+        dt: float,
+        force: float,
+        displacement: float,
+        radius: float,
+        tangential: float,
+        torque: float,
+        slip: float,
+    ) -> None:
+        """As :func:`vegrip.estimator.kernels.update.update`."""
+        self._update(self._address(m), dt, force, displacement, radius, tangential, torque, slip)
+
+    def filter_step(self, m: Floats, dt: float, force: float, displacement: float, radius: float) -> None:
+        """As :func:`vegrip.estimator.kernels.update.filter_step`."""
+        self._filter_step(self._address(m), dt, force, displacement, radius)
+
+    def margin_of(self, m: Floats, tangential: float, torque: float, out: Floats) -> None:
+        """As :func:`vegrip.estimator.kernels.update.margin_of`."""
+        self._margin_of(self._address(m), tangential, torque, self._address(out))
+
+    def least_force(
+        self, m: Floats, tangential: float, torque: float, margin: float, quantile: float
+    ) -> float:
+        """As :func:`vegrip.estimator.kernels.forecast.least_force`."""
+        force: float = self._least_force(self._address(m), tangential, torque, margin, quantile)
+        return force
+
+    def many(self, ms: Floats, dt: float, samples: Floats) -> None:
+        """As :func:`vegrip.estimator.kernels.update.many`."""
+        for m, s in zip(ms, samples.tolist(), strict=True):
+            self.update(m, dt, s[0], s[1], s[2], s[3], s[4], s[5])
+
+    def _address(self, m: Floats) -> int:
+        """Return where the numbers of ``m`` lie; asking numpy costs a tenth of a step."""
+        found = self._known.get(id(m))
+        if found is not None and found[0] is m:
+            return found[1]
+        if m.dtype != np.float64 or not m.flags.c_contiguous or not m.flags.writeable:
+            raise TypeError("the memory is one array of doubles, without gaps")
+        if len(self._known) >= KEPT:
+            self._known.clear()
+        self._known[id(m)] = (m, m.ctypes.data)
+        return m.ctypes.data
+
+
+def _entry(
+    library: ctypes.CDLL, name: str, result: type[ctypes.c_double] | None
+) -> "ctypes._NamedFuncPointer":
+    function = library[f"vg_{name}"]
+    function.argtypes = [ctypes.c_void_p if kind == MEMORY else ctypes.c_double for kind in ENTRIES[name]]
+    function.restype = result
+    return function
+
+
+def load(text: str, place: Place = unknown_place) -> KernelsC:
+    """Return the kernels of a generated module's ``text``, from the cache or compiled now.
+
+    Raises:
+        CompilerError: there is no compiler, or it failed.
+        UntranslatableError: a line cannot be translated; names file and line.
+
+    """
+    if text not in _libraries:
+        _libraries[text] = _library(text, place)
+    return KernelsC(_libraries[text])
+
+
+def _library(text: str, place: Place) -> Path:
+    compiler = host.compiler()
+    if compiler is None:
+        raise host.CompilerError("there is no C compiler (cc, gcc or clang)")
+
+    def make(library: Path) -> None:
+        announce(SENTENCE)
+        host.build(translate(text, ENTRIES, place=place).text(), library)
+
+    return cache.library(_name(text, compiler), make)
+
+
+def _name(text: str, compiler: str) -> str:
+    """Return a name that changes with text, translator, compiler and kind of machine."""
+    tool = os.stat(compiler)  # noqa: PTH116 (followed to the end of its links)
+    parts = [text, platform.machine(), compiler, str(tool.st_size), str(tool.st_mtime_ns), *host.FLAGS]
+    parts += [path.read_text(encoding="utf-8") for path in sorted(Path(c99.__file__).parent.glob("*.py"))]
+    return "vegrip_c_" + hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]

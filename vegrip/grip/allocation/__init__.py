@@ -1,0 +1,1 @@
+"""How the fingers share a grasp: balance, and the internal forces of any number of contacts."""

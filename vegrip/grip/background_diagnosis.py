@@ -1,0 +1,219 @@
+"""Who is behind a misfit: when the health of a finger fails for a while, another process looks for it.
+
+The loop only keeps the last contacts of each finger, thinned out, in arrays of fixed size. Once a finger's
+model is said to fail, a side thread hands them to a process of low priority, which diagnoses them as ``vegrip
+diagnose`` would, from the finger's own model; what it names is told in ModelHealth until it looks again. With
+a model that explains what is measured no process is ever started.
+"""
+
+import io
+import logging
+import math
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.clock import NS
+from vegrip.messages import FingertipState, ModelHealth
+from vegrip.model import ContactModel
+from vegrip.model.file import model_text
+from vegrip.runtime.background import run_behind
+
+Floats = NDArray[np.float64]
+
+CHANNELS = (
+    "displacement",
+    "normal_force",
+    "tangential_force_x",
+    "tangential_force_y",
+    "torque_z",
+    "slip",
+    "slip_speed",
+    "temperature",
+    "contact_radius",
+)
+KEPT = 10_000  # samples of a finger
+SPACING = 0.005  # [s] least time between two of them
+AIR = 1.0  # [s] of air after a contact that is kept, and
+ROLL = 32  # samples before the next one; the rest tells nothing
+NEVER = -(10**18)  # [ns]
+LEAST = 4_000  # samples before anybody looks
+WAIT = 10.0  # [s] for which the health has failed before
+AGAIN = 120.0  # [s] from one look at a finger to the next
+
+
+class Evidence:
+    """The last contacts of one finger: a ring of ``KEPT`` samples, written in place.
+
+    Of a longer stay in the air only the end is kept, over and over: contacts begin with it.
+    """
+
+    def __init__(self) -> None:
+        self._values = np.full((KEPT, len(CHANNELS)), np.nan)
+        self._stamps = np.zeros(KEPT, dtype=np.int64)
+        self._touching = np.zeros(KEPT, dtype=bool)
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._count = self._rolling = 0
+        self._last = self._touched = NEVER  # [ns]
+
+    def note(self, state: FingertipState, touching: bool) -> None:
+        """Keep a state, if it is time for one."""
+        stamp = state.stamp
+        if stamp < self._last:
+            self.clear()  # the sender's clock began anew
+        if touching:
+            self._touched = stamp
+        if stamp - self._last < SPACING * NS:
+            return
+        self._last = stamp
+        if stamp - self._touched > AIR * NS:
+            at = (self._count + self._rolling % ROLL) % KEPT
+            self._rolling += 1
+        else:
+            self._count += min(self._rolling, ROLL)
+            at, self._rolling = self._count % KEPT, 0
+            self._count += 1
+        self._stamps[at], self._touching[at] = stamp, touching
+        row = self._values[at]
+        for i, name in enumerate(CHANNELS):
+            row[i] = getattr(state, name)
+
+    def __len__(self) -> int:
+        return min(self._count, KEPT)
+
+    def columns(self) -> dict[str, Floats]:
+        """Return copies in order of time from the first air on: ``t`` [s] and what was measured.
+
+        The loop may go on writing meanwhile: what is out of order is put in order.
+        """
+        count = self._count
+        order = np.arange(max(count - KEPT, 0), count) % KEPT
+        order = order[np.argsort(self._stamps[order], kind="stable")]
+        stamps, values, touching = self._stamps[order], self._values[order], self._touching[order]
+        keep = np.diff(stamps, prepend=stamps[:1] - 1) > 0
+        free = np.flatnonzero(keep & ~touching)
+        keep[: free[0] if free.size else 0] = False
+        t = (stamps[keep] - stamps[keep][:1]) / NS
+        known = {c: values[keep, i] for i, c in enumerate(CHANNELS)}
+        return {"t": t, **{c: v for c, v in known.items() if not np.all(np.isnan(v))}}
+
+
+class Suspects(Protocol):
+    """What the node tells whoever looks for suspects."""
+
+    def note(self, finger: str, state: FingertipState, touching: bool) -> None:
+        """Keep ``state`` as evidence."""
+
+    def judged(self, health: ModelHealth) -> ModelHealth:
+        """Return ``health`` with the suspect, as far as one is known."""
+
+    def forget(self, finger: str) -> None:
+        """Begin anew: the finger has another model."""
+
+
+class Nobody:
+    """Nobody looks."""
+
+    def note(self, finger: str, state: FingertipState, touching: bool) -> None:
+        """Keep nothing."""
+
+    def judged(self, health: ModelHealth) -> ModelHealth:
+        """Return it as it is."""
+        return health
+
+    def forget(self, finger: str) -> None:
+        """Nothing is known."""
+
+
+class Inquiries:
+    """Looks for suspects, one finger at a time.
+
+    Args:
+        models: gives the models by finger, as they are set now.
+        noise: std of the sensors by the names of ``[sensors]`` of a recording.
+        node: whose log it writes to.
+
+    """
+
+    def __init__(
+        self, models: Callable[[], Mapping[str, ContactModel]], noise: Mapping[str, float], node: str
+    ) -> None:
+        self._models, self._noise = models, dict(noise)
+        self._logger = logging.getLogger(f"vegrip.{node}")
+        self._evidence: dict[str, Evidence] = {}
+        self._suspect: dict[str, str] = {}
+        self._failing: dict[str, int] = {}  # [ns] since when
+        self._asked: dict[str, int] = {}  # [ns] when last
+        self.busy: threading.Thread | None = None
+
+    def note(self, finger: str, state: FingertipState, touching: bool) -> None:
+        """Keep ``state`` as evidence."""
+        if finger not in self._evidence:
+            self._evidence[finger] = Evidence()
+        self._evidence[finger].note(state, touching)
+
+    def judged(self, health: ModelHealth) -> ModelHealth:
+        """Return ``health`` with the suspect; begin to look when it has failed for long enough."""
+        finger, now = health.finger, health.stamp
+        if not health.channel:
+            self._failing.pop(finger, None)
+            self._suspect.pop(finger, None)
+            return health
+        since = self._failing.setdefault(finger, now)
+        if now - since >= WAIT * NS and now - self._asked.get(finger, NEVER) >= AGAIN * NS:
+            self._ask(finger, now)
+        return replace(health, suspect=self._suspect.get(finger, ""))
+
+    def forget(self, finger: str) -> None:
+        """Begin anew: what was felt stays, what was said of it does not."""
+        for known in (self._suspect, self._failing, self._asked):
+            known.pop(finger, None)
+
+    def _ask(self, finger: str, now: int) -> None:
+        evidence = self._evidence.get(finger)
+        if evidence is None or len(evidence) < LEAST or (self.busy is not None and self.busy.is_alive()):
+            return
+        self._asked[finger] = now
+        self.busy = threading.Thread(
+            target=self._look, args=(finger, now, evidence), name="inquiry", daemon=True
+        )
+        self.busy.start()
+
+    def _look(self, finger: str, asked: int, evidence: Evidence) -> None:
+        try:
+            found = look_elsewhere(evidence.columns(), self._models()[finger], self._noise)
+        except Exception as error:  # noqa: BLE001 (nothing that goes wrong here may end the node)
+            self._logger.warning("%s: the look for a suspect failed: %s", finger, error)
+            return
+        if self._asked.get(finger) != asked:
+            return  # the finger has got another model meanwhile
+        self._logger.info(
+            "%s: %s", finger, found or "nothing is missing after a fit: the model's values are off"
+        )
+        self._suspect[finger] = found
+
+
+def look_elsewhere(columns: Mapping[str, Floats], model: ContactModel, noise: Mapping[str, float]) -> str:
+    """Have another process diagnose ``columns``; return the leading suspect.
+
+    Raises:
+        RuntimeError: it did not come to an end.
+
+    """
+    known = {name: std for name, std in noise.items() if std > 0.0 and math.isfinite(std)}
+    felt = io.BytesIO()
+    np.savez(felt, model=np.array(model_text(model)), **columns)  # type: ignore[arg-type]
+    sensors = [f"{name}={std!r}" for name, std in known.items()]
+    done = run_behind(
+        "vegrip.runtime.workers.diagnosis_worker", sensors, patience=600.0, given=felt.getvalue()
+    )
+    if done.returncode:
+        raise RuntimeError((done.stderr.strip().splitlines() or ["it died"])[-1])
+    return done.stdout.strip()

@@ -1,0 +1,245 @@
+"""One finger of the node: watchdog, estimator, controller, and what is reported of them."""
+
+import math
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from vegrip.clock import NS
+from vegrip.estimator.learning import Learned
+from vegrip.grip.bumpless_transfer import Takeover
+from vegrip.grip.estimator_protocol import Estimator
+from vegrip.grip.finger_controller import FingerController
+from vegrip.grip.policies.demand import Demand
+from vegrip.grip.safety.watchdog import InputWatchdog
+from vegrip.grip.settings import ControlSettings, apply_policy
+from vegrip.messages import (
+    Condition,
+    ContactEstimate,
+    Estimate,
+    FingertipState,
+    ForceCommand,
+    LearnedParameter,
+    Message,
+    SlipMargin,
+)
+
+Wanted = tuple[float, float]
+"""Margin to keep [-], and the one-sided confidence to keep it with."""
+
+UNUSED = Demand()
+"""The demand of a finger whose input is not believed."""
+
+PAST = 2000
+"""States kept for a successor: four seconds at 500 Hz, some relaxation times and mostly the first touch."""
+
+LOAD = frozenset({"tangential_force_x", "tangential_force_y", "torque_z"})
+"""Channels that make up the load. One that was lost is not zero: without it the margin is not believed."""
+
+
+class GraspFinger:
+    """Everything the node keeps of one finger.
+
+    Args:
+        name: of the finger.
+        estimator: of its contact.
+        controller: of its force.
+        watchdog: over its input.
+        phase: share of a report period by which its reports keep their distance from those of the first
+            finger; the reports of all fingers at once would delay the commands behind them.
+
+    """
+
+    def __init__(
+        self,
+        name: str,
+        estimator: Estimator,
+        controller: FingerController,
+        watchdog: InputWatchdog,
+        phase: float = 0.0,
+    ) -> None:
+        self.name = name
+        self.estimator = estimator
+        self.controller = controller
+        self.watchdog = watchdog
+        self._seen = False  # the estimator has had a state
+        self._takeover = Takeover()
+        self._margin: SlipMargin | None = None
+        self._used = 0  # [ns] arrival of the last state that was believed
+        self._reported = self._healthy = self._taught = -math.inf  # [ns] when last told
+        self._reports = self._healths = self._lessons = 0  # how often
+        self._told: Condition | None = None  # the condition in the last ModelHealth
+        self._phase = phase
+        self.past: deque[FingertipState] = deque(maxlen=PAST)
+        """What was believed of late, for an estimator that takes over."""
+
+    def sense(self, state: FingertipState, now: int, wanted: Wanted) -> None:
+        """Take in one state that arrived at ``now`` [ns] and ask the controller what it needs.
+
+        The margin itself, which no command waits for, is worked out when it is reported.
+        """
+        demand = UNUSED
+        if self.watchdog.accept(state, now):
+            self.estimator.assimilate(state)
+            self.past.append(state)
+            first, self._seen = not self._seen, True
+            if self._margin is None:
+                self._margin = self.estimator.slip_margin()
+            self._used = now
+            demand = self._demand(state, self._margin, wanted)
+            if not self.controller.started:
+                self.controller.start(self._present_force(state), now)
+            if first:
+                arm = self.estimator.contact_estimate().contact_radius.value
+                self._takeover.begin(self.controller.need, demand, arm, now)
+        if self.controller.started:
+            demand = self._no_more(demand, now)
+            demand = self._no_less(demand) if self.watchdog.doubtful else demand
+            self.controller.want(self.watchdog.condition, demand, now)
+
+    def watch(self, now: int) -> None:
+        """Look for silence; under a fault the controller rides it out by the clock."""
+        condition = self.watchdog.tick(now)
+        if condition > Condition.DEGRADED and self.controller.due(now):
+            self.controller.want(condition, UNUSED, now)
+
+    def restart(self) -> None:
+        """Forget input and contact but keep the command: the node is back from a fault of its own."""
+        self.estimator.reset()
+        self.watchdog.reset()
+        self._seen, self._margin = False, None
+
+    def succeed(self, estimator: Estimator) -> None:
+        """Go on with ``estimator``, which knows the past but for the very last samples."""
+        known = estimator.contact_estimate().stamp
+        for state in self.past:
+            if state.stamp > known:
+                estimator.assimilate(state)
+        self.estimator = estimator
+        self._margin = None
+
+    def apply(self, settings: ControlSettings) -> None:
+        """Go on with other settings; what has been learned and what is held stay."""
+        self.watchdog.settings = settings.watchdog
+        self.controller.limits = settings.limits
+        self.controller.fail_safe.settings = settings.fail_safe
+        apply_policy(self.controller.policy, settings)
+
+    def command(self, share: float, now: int) -> ForceCommand:
+        """Return the command for this finger's share of the grasp [N]."""
+        return self.controller.command(share, now)
+
+    def health_due(self, now: int, health_period: float) -> bool:
+        """Whether it is time to look at the health of the model."""
+        return _due(self._healthy, now, health_period)
+
+    def reports(self, now: int, report_period: float, health_period: float) -> Iterator[Message]:
+        """Yield what is due to be told: contact, margin, and less often the health of the model.
+
+        A change of the condition is told at once.
+        """
+        if self._seen and self._margin is not None and _due(self._reported, now, report_period):
+            self._reported = self._staggered(self._reported, now, report_period)
+            self._margin = self.estimator.slip_margin()
+            contact = replace(self.estimator.contact_estimate(), seq=self._reports)
+            margin = replace(self._margin, seq=self._reports)
+            self._reports += 1
+            yield contact if self._fresh else _untrusted_contact(contact, self._age(now))
+            yield margin if self._fresh else _untrusted_margin(margin, self._age(now))
+        condition = self.watchdog.condition
+        due = self.health_due(now, health_period)
+        if due or condition is not self._told:
+            self._told = condition
+            self._healthy = self._staggered(self._healthy, now, health_period) if due else self._healthy
+            health = self.estimator.health()
+            yield replace(health, stamp=now, finger=self.name, seq=self._healths, condition=condition)
+            self._healths += 1
+
+    def lessons(self, learned: Mapping[str, Learned], now: int, period: float) -> Iterator[Message]:
+        """Yield what is learned, one message for each parameter, when that is due."""
+        if not _due(self._taught, now, period):
+            return
+        self._taught = self._staggered(self._taught, now, period)
+        for symbol, one in learned.items():
+            filtered = Estimate(one.filtered, one.raw.std, one.valid, one.raw.age)
+            yield LearnedParameter(now, self.name, self._lessons, symbol, one.raw, filtered, one.excited)
+            self._lessons += 1
+
+    def _staggered(self, last: float, now: int, period: float) -> float:
+        first = last == -math.inf
+        return now - self._phase * period * NS if first else now
+
+    @property
+    def _fresh(self) -> bool:
+        return self.watchdog.condition <= Condition.DEGRADED
+
+    def _age(self, now: int) -> float:
+        return max(0.0, (now - self._used) / NS)
+
+    def _present_force(self, state: FingertipState) -> float:
+        if not math.isnan(state.normal_force):
+            return state.normal_force
+        return self.estimator.normal_force.value
+
+    def _no_more(self, demand: Demand, now: int) -> Demand:
+        """Return ``demand`` with no more force than a contact that was met in its middle shows to suffice."""
+        fail_safe = self.controller.fail_safe.settings
+        least = self._takeover.bounded(demand.least_force, demand, now, fail_safe)
+        return demand if not least < demand.least_force else replace(demand, least_force=least)
+
+    def _no_less(self, demand: Demand) -> Demand:
+        """Return ``demand`` with no less force than is held, and no belief that the finger is in the air."""
+        return replace(demand, least_force=max(self.controller.held, demand.least_force), in_contact=True)
+
+    def _demand(self, state: FingertipState, margin: SlipMargin, wanted: Wanted) -> Demand:
+        load = math.hypot(state.tangential_force_x, state.tangential_force_y)
+        torque, slipping = abs(state.torque_z), state.slip >= 0.5
+        if not self.estimator.in_contact:
+            trusted = self.estimator.normal_force.valid
+            return Demand(0.0, load, torque, in_contact=False, slipping=slipping, trusted=trusted)
+        asked = self.controller.policy.uses_least_force and not self.watchdog.lost & LOAD
+        least = self.estimator.least_force(*wanted) if asked else math.nan
+        return Demand(
+            least_force=least,
+            tangential_force=load,
+            torque=torque,
+            margin_bound=margin.lower_bound,
+            in_contact=True,
+            slipping=slipping,
+            trusted=not math.isnan(least),  # infinite: no force suffices, so the largest is best
+        )
+
+
+def _due(last: float, now: int, period: float) -> bool:
+    return now - last >= period * NS or now < last  # a clock that jumped back must not silence the reports
+
+
+def _untrusted_contact(contact: ContactEstimate, age: float) -> ContactEstimate:
+    return replace(
+        contact,
+        indentation=_untrusted(contact.indentation, age),
+        normal_force=_untrusted(contact.normal_force, age),
+        contact_radius=_untrusted(contact.contact_radius, age),
+        pressure_exponent=_untrusted(contact.pressure_exponent, age),
+        friction_coefficient=_untrusted(contact.friction_coefficient, age),
+        limit_force=_untrusted(contact.limit_force, age),
+        limit_torque=_untrusted(contact.limit_torque, age),
+        limit_radius=_untrusted(contact.limit_radius, age),
+    )
+
+
+def _untrusted_margin(margin: SlipMargin, age: float) -> SlipMargin:
+    unknown = math.nan
+    return replace(
+        margin,
+        margin=_untrusted(margin.margin, age),
+        lower_bound=unknown,
+        force_reserve=unknown,
+        time_to_slip=unknown,
+        earliest_slip=unknown,
+    )
+
+
+def _untrusted(estimate: Estimate, age: float) -> Estimate:
+    """Nothing is known of the present: any spread is possible."""
+    return Estimate(estimate.value, math.inf, valid=False, age=age)

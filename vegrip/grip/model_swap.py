@@ -1,0 +1,98 @@
+"""A new model for a running node: estimators are built beside the loop and take over when they know as much.
+
+The old ones go on meanwhile, so no command is late or missing. A model that cannot be used is told in the
+log and counted, and the old one stays.
+"""
+
+import logging
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from vegrip.errors import ModelError
+from vegrip.grip.estimator_protocol import Estimator
+from vegrip.messages import FingertipState
+from vegrip.model import ContactModel
+from vegrip.model.file import model_text
+from vegrip.runtime.background import run_behind
+
+Pasts = Mapping[str, Sequence[FingertipState]]
+
+
+class Succession:
+    """Builds the successors of the estimators of a node.
+
+    Args:
+        factory: gives, for parameters, the function that makes the estimator of a finger.
+        models: gives, for parameters, the models whose code must be compiled first.
+        node: whose log it writes to.
+
+    """
+
+    def __init__(
+        self,
+        factory: Callable[[Any], Callable[[str], Estimator]],
+        models: Callable[[Any], Sequence[ContactModel]],
+        node: str,
+    ) -> None:
+        self.factory = factory
+        self.refused = 0
+        self._models = models
+        self._logger = logging.getLogger(f"vegrip.{node}")
+        self._ready: dict[str, Estimator] | None = None
+        self._latest = 0  # number of the last request; an earlier one that ends later counts no more
+
+    def begin(self, parameters: Any, pasts: Pasts) -> threading.Thread:
+        """Start to build estimators of ``parameters`` for these fingers, with what they felt lately."""
+        self._latest += 1
+        copied = {finger: list(past) for finger, past in pasts.items()}
+        thread = threading.Thread(
+            target=self._build, args=(parameters, copied, self._latest), name="succession", daemon=True
+        )
+        thread.start()
+        return thread
+
+    def take(self) -> dict[str, Estimator] | None:
+        """Return the estimators when they are ready, once."""
+        ready, self._ready = self._ready, None
+        return ready
+
+    def _build(self, parameters: Any, pasts: Pasts, number: int) -> None:
+        try:
+            for model in self._models(parameters):
+                compile_elsewhere(model)
+            make = self.factory(parameters)
+            successors = {finger: _experienced(make(finger), past) for finger, past in pasts.items()}
+        except Exception as error:  # noqa: BLE001 (whatever is wrong with a model must not end the node)
+            self.refused += 1
+            self._logger.error("the new model is not used: %s", error)
+            return
+        if number == self._latest:
+            self._ready = successors
+            self._logger.info("the new model takes over")
+
+
+def _experienced(estimator: Estimator, past: Sequence[FingertipState]) -> Estimator:
+    """Let it feel what its finger felt lately.
+
+    That began in the middle of something, with a history that is not known: how well the model explains it
+    is no verdict on the model (it cost half a minute of alarm).
+    """
+    for state in past:
+        estimator.assimilate(state)
+    estimator.judge_anew()
+    return estimator
+
+
+def compile_elsewhere(model: ContactModel) -> None:
+    """Have another process put the compiled estimator of ``model`` into the cache.
+
+    Raises:
+        ModelError: it does not compile.
+
+    """
+    given = model_text(model).encode()
+    done = run_behind("vegrip.runtime.workers.compile_worker", ["/dev/stdin"], idle=False, given=given)
+    if done.returncode:
+        lines = done.stderr.strip().splitlines() or ["it does not compile"]
+        raise ModelError(lines[-1])

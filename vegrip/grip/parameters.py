@@ -1,0 +1,114 @@
+"""All parameters of the grasp force node: control, and for each fingertip its model and sensors."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from vegrip.config import build, parameter
+from vegrip.errors import ConfigError
+from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.grip.learned_store import Folder, Watching
+from vegrip.grip.settings import ControlSettings
+from vegrip.model import ContactModel, paper_model, read_model
+from vegrip.parameters import changed
+
+
+@dataclass(frozen=True)
+class TipParameters:
+    """One fingertip as the estimator first believes it to be.
+
+    A change in a running node is taken over without a gap, see :mod:`vegrip.grip.model_swap`.
+    """
+
+    model: str = parameter("", doc="model file (TOML); empty = the paper's model with the two below")
+    radius: float = parameter(9e-3, unit="m", low=1e-9, high=1.0, doc="radius of the tip")
+    modulus: float = parameter(3e5, unit="Pa", low=1.0, high=1e12, doc="guess of the effective modulus")
+    friction: float = parameter(0.0, unit="1", low=0.0, high=10.0, doc="guess of mu; 0 = that of the model")
+    friction_spread: float = parameter(
+        0.0, unit="1", low=0.0, high=2.0, doc="std of ln mu; 0 = that of the model"
+    )
+
+
+@dataclass(frozen=True)
+class GraspParameters(ControlSettings):
+    """The parameters of the program ``grasp_force``."""
+
+    tip: TipParameters = parameter(TipParameters(), doc="every fingertip", live=False)
+    tips: dict[str, Any] = parameter({}, doc="what is different at a finger, by its name", live=False)
+    noise: SensorNoise = parameter(SensorNoise(), doc="of the sensors", live=False)
+    estimator: EstimatorSettings = parameter(EstimatorSettings(), doc="the estimator", live=False)
+    suspects: bool = parameter(
+        True, doc="look for the effect that a failing model lacks, in a process of low priority", live=False
+    )
+    learned: str = parameter(
+        "", doc="folder that keeps what the fingers learn, read at the start; empty = none", live=False
+    )
+
+
+def memory_of(parameters: GraspParameters) -> Watching:
+    """Return the memory that the parameters ask for."""
+    return Folder(Path(parameters.learned)) if parameters.learned else Watching()
+
+
+def estimator_factory(
+    parameters: GraspParameters, fingers: tuple[str, ...], where: str, memory: Watching | None = None
+) -> Callable[[str], ContactEstimator]:
+    """Return the function that makes the estimator of a finger, with what ``memory`` has of it.
+
+    Raises:
+        ConfigError: ``tips`` names a finger that the hand does not have, or a key that a tip does not have.
+
+    """
+    tips = {finger: _tip(parameters, finger, where) for finger in fingers}
+    unknown = parameters.tips.keys() - tips.keys()
+    if unknown:
+        raise ConfigError(
+            f"{where}: 'tips' has {', '.join(sorted(unknown))}; the fingers are {', '.join(fingers)}"
+        )
+
+    def make(finger: str) -> ContactEstimator:
+        model = _model(tips[finger])
+        if memory is not None:
+            return memory.estimator(finger, model, parameters.noise, parameters.estimator)
+        return ContactEstimator(model, parameters.noise, parameters.estimator)
+
+    return make
+
+
+def models_of(parameters: GraspParameters, fingers: tuple[str, ...], where: str) -> list[ContactModel]:
+    """Return the model of each finger.
+
+    Raises:
+        VegripError: a model file cannot be used.
+
+    """
+    return [_model(_tip(parameters, finger, where)) for finger in fingers]
+
+
+def _tip(parameters: GraspParameters, finger: str, where: str) -> TipParameters:
+    special: Mapping[str, Any] = parameters.tips.get(finger, {})
+    table = {name: getattr(parameters.tip, name) for name in TipParameters.__dataclass_fields__}
+    return build(TipParameters, table | dict(special), f"{where}.tips.{finger}")
+
+
+def _model(tip: TipParameters) -> ContactModel:
+    return _made(tip, _stamp(Path(tip.model)) if tip.model else None)
+
+
+@lru_cache(maxsize=64)
+def _made(tip: TipParameters, stamp: object) -> ContactModel:  # noqa: ARG001 (a file that changed is read again)
+    """Return the model of ``tip``; kept, because a running node asks again, whose loop 10 ms would delay."""
+    model = read_model(Path(tip.model)) if tip.model else paper_model(tip.radius, modulus=tip.modulus)
+    mu = model.values["mu"]
+    mu = changed(mu, value=tip.friction or mu.value, std=tip.friction_spread or mu.std)
+    return replace(model, values={**model.values, "mu": mu})
+
+
+def _stamp(file: Path) -> tuple[int, int] | None:
+    try:
+        status = file.stat()
+    except OSError:
+        return None  # reading it says what is wrong
+    return status.st_mtime_ns, status.st_size

@@ -1,0 +1,102 @@
+"""The margin grip: raise at once, lower slowly, react to slip, and do not chatter.
+
+Let ``L`` be the least normal force for the wanted margin over the horizon, at the confidence that each finger
+needs for the wanted probability of the grasp (``confidence.py``), and ``c`` the command held so far.
+
+1. Envelope of the need, fast up and slow down, not below the usual need ``U``::
+
+       p <- max(L, F + (p - F) exp(-dt / release_time)),    F = max(L, U)
+
+   and no release at all within ``settle_time`` of the last rise: loads come in bursts. U is the median of
+   the last ``usual_time`` (``usual.py``): a sensor that errs for less than half of it can neither let the
+   grip down nor keep it up.
+2. Felt slip lifts the envelope by ``slip_growth`` per second as long as it lasts, from wherever the command
+   is: the model has just been proven wrong, so its answer is not the only one asked.
+3. A play of relative width ``dead_band`` (a backlash operator) between envelope and command: noise smaller
+   than the play never reaches the actuator, and the command errs on the side of more force::
+
+       c <- p                    if p > c
+       c <- p / (1 - dead_band)  if p < c (1 - dead_band)
+       c                         otherwise
+"""
+
+import math
+from dataclasses import dataclass
+
+from vegrip.config import parameter
+from vegrip.grip.policies.demand import Demand
+from vegrip.grip.policies.running_median import UsualNeed
+from vegrip.messages import Reason
+
+
+@dataclass(frozen=True)
+class GripSettings:
+    """How the margin grip trades effort against the risk of slip."""
+
+    wanted_margin: float = parameter(0.15, unit="1", low=0.0, high=0.9, doc="slip margin whose bound is kept")
+    probability: float = parameter(
+        0.95, unit="1", low=0.5, high=0.9999, doc="that all fingers keep the margin over the horizon"
+    )
+    correlation: float = parameter(
+        0.9, unit="1", low=0.0, high=1.0, doc="of what is not known of the fingers: they hold one object"
+    )
+    dead_band: float = parameter(0.04, unit="1", low=0.0, high=0.5, doc="relative play of the command")
+    release_time: float = parameter(1.0, unit="s", low=0.01, high=60.0, doc="time constant of lowering")
+    settle_time: float = parameter(
+        0.3, unit="s", low=0.0, high=60.0, doc="no lowering after a rise for so long"
+    )
+    usual_time: float = parameter(
+        2.5, unit="s", low=0.0, high=60.0, doc="the need is not believed to have fallen for half of it"
+    )
+    slip_growth: float = parameter(
+        8.0, unit="1/s", low=0.0, high=100.0, doc="growth of grip while slip is felt"
+    )
+
+
+class MarginGrip:
+    """Keep the lower bound of the slip margin at the wanted margin with the least force."""
+
+    uses_least_force = True
+
+    def __init__(self, settings: GripSettings) -> None:
+        self.settings = settings
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the past."""
+        self._envelope = math.nan  # [N]
+        self._quiet = 0.0  # [s] since the need last rose
+        self._usual = UsualNeed(self.settings.usual_time)
+
+    def wanted(self, held: float, demand: Demand, dt: float) -> tuple[float, Reason]:
+        """Return the wanted normal force [N] and its reason; an untrusted demand holds."""
+        if demand.slipping:
+            return self._against_slip(held, demand, dt), Reason.SLIP
+        if not demand.trusted:
+            return held, Reason.UNTRUSTED
+        need = demand.least_force if demand.in_contact else 0.0
+        return self._with_play(held, self._follow(held, need, dt), demand)
+
+    def _follow(self, held: float, need: float, dt: float) -> float:
+        before = min(held, self._envelope)  # what a limit cut off was never there; NaN gives held
+        floor = max(need, min(self._usual.add(need, dt), before))
+        self._quiet = 0.0 if need > before else self._quiet + dt
+        if need > before or self._quiet < self.settings.settle_time:
+            self._envelope = max(need, before)
+        else:
+            self._envelope = floor + (before - floor) * math.exp(-dt / self.settings.release_time)
+        return self._envelope
+
+    def _against_slip(self, held: float, demand: Demand, dt: float) -> float:
+        need = demand.least_force if demand.trusted else 0.0
+        self._envelope = max(held * (1.0 + self.settings.slip_growth * dt), need)
+        self._quiet = 0.0
+        return self._envelope
+
+    def _with_play(self, held: float, envelope: float, demand: Demand) -> tuple[float, Reason]:
+        if envelope > held:
+            # The margin suffices now, so what asks for more is the contact relaxing within the horizon.
+            forecast = demand.margin_bound >= self.settings.wanted_margin
+            return envelope, Reason.FORECAST if forecast else Reason.RAISE
+        upper = envelope / (1.0 - self.settings.dead_band)
+        return (upper, Reason.LOWER) if upper < held else (held, Reason.HOLD)

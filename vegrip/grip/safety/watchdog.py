@@ -1,0 +1,183 @@
+"""Supervision of one finger's input: what arrives must be new, alive, believable and in time.
+
+======================  ====================================================================================
+what is seen            condition
+======================  ====================================================================================
+nothing for `time_out`  STALE (MISSING when there never was anything; CORRUPT while frames come but are bad)
+state too late          STALE: it took `time_out` longer than the quickest one; clocks need not agree
+counter or stamp        REPLAYED: runs backwards or stands still
+a value out of range    OUT_OF_RANGE, infinities included
+all values frozen       FROZEN: the counter runs, every mechanical channel repeats itself to the last bit
+normal force frozen     FROZEN: the same of the normal force alone, for longer; at once when it has noise
+no force, no position   MISSING
+a channel went missing  DEGRADED: it had been there; the rest is good
+======================  ====================================================================================
+
+Before a normal force that stands still counts as frozen, it is `doubtful`: it may be a coarse sensor at rest,
+so control goes on, but lowers nothing on its word.
+
+A fault is seen at once and left only after `recover_after` good states in a row: hysteresis, so that a loose
+plug does not toggle the controller. This protects against faults, not attackers (keys are the transport's).
+"""
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+from itertools import compress
+
+from vegrip.clock import NS
+from vegrip.config import parameter
+from vegrip.grip.safety.frozen_signal import Stillness
+from vegrip.grip.safety.ranges import CHANNELS, VALUES, Ranges
+from vegrip.grip.safety.stuck_noise import NoiseWatch
+from vegrip.messages import Condition, FingertipState
+
+MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
+LEAP = 86_400  # [s] by which a stamp may be ahead of the sender's clock as it was; more is no clock of a hand
+DRIFT = 2e-4  # [-] how fast two quartz clocks may part, with a wide berth
+
+
+@dataclass(frozen=True)
+class WatchdogSettings:
+    """When input stops being believed."""
+
+    time_out: float = parameter(0.05, unit="s", low=0.001, high=10.0, doc="input older than this is stale")
+    frozen_after: float = parameter(
+        0.25, unit="s", low=0.01, high=3600.0, doc="all values the same for so long: frozen"
+    )
+    force_frozen_after: float = parameter(
+        2.0, unit="s", low=0.01, high=3600.0, doc="the same of the normal force alone"
+    )
+    frozen_chance: float = parameter(
+        1e-7,
+        unit="1",
+        low=0.0,
+        high=0.01,
+        doc="frozen at once when a noisy normal force repeats itself more often than with this chance",
+    )
+    doubt_after: float = parameter(
+        0.05,
+        unit="s",
+        low=0.001,
+        high=3600.0,
+        doc="normal force the same for so long: not lowered on its word",
+    )
+    recover_after: int = parameter(5, unit="states", low=1, high=1000, doc="good states that end a fault")
+    ranges: Ranges = field(default_factory=Ranges)
+
+
+class InputWatchdog:
+    """Judge every state of one finger, and the silence between them."""
+
+    def __init__(self, settings: WatchdogSettings) -> None:
+        self.settings = settings
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the past; time begins with the next state or tick."""
+        self.condition = Condition.MISSING
+        self.faults: Counter[Condition] = Counter()
+        self.doubtful = False  # the normal force stands still; too early to call it frozen
+        self._good = 0  # good states in a row
+        self.lost: frozenset[str] = frozenset()  # channels that had been there and now are not
+        self._seen: frozenset[str] = frozenset()  # channels that were measured at least once
+        self._present: tuple[bool, ...] = ()  # which channels the last state had
+        self._usable = False  # and whether they suffice
+        self._last: FingertipState | None = None
+        self._heard: int | None = None  # [ns] when something last arrived, or the first tick
+        self._corrupt: int | None = None  # [ns] when something last arrived broken
+        self._quickest = math.inf  # [ns] least difference between arrival and stamp
+        self._leaps = 0  # states in a row whose stamp is far ahead
+        self._all_still = Stillness(*MECHANICAL)
+        self._force_still = Stillness("normal_force")
+        self._force_noise = NoiseWatch("normal_force")
+
+    def accept(self, state: FingertipState, now: int) -> bool:
+        """Judge ``state`` arriving at ``now`` [ns]; tell whether the estimator may use it."""
+        found = max(
+            self._order(state),
+            self._lateness(state, now),
+            self._believable(state) or self._alive(state, now),
+            self._complete(state),
+        )
+        self._last, self._heard = state, now
+        replayed = self.condition == Condition.REPLAYED  # until it is over, a good one may be an old one
+        self._judge(found)
+        return found <= Condition.DEGRADED and (not replayed or self.condition <= Condition.DEGRADED)
+
+    def corrupt(self, now: int) -> None:
+        """Note that a frame of this finger arrived broken at ``now`` [ns]."""
+        self._corrupt = now
+
+    def tick(self, now: int) -> Condition:
+        """Look at the clock: silence beyond the time-out is a fault."""
+        if self._heard is None:
+            self._heard = now
+        if now - self._heard > self.settings.time_out * NS:
+            self._judge(self._silence(now))
+        return self.condition
+
+    def _silence(self, now: int) -> Condition:
+        if self._corrupt is not None and now - self._corrupt <= self.settings.time_out * NS:
+            return Condition.CORRUPT
+        return Condition.MISSING if self._last is None else Condition.STALE
+
+    def _judge(self, found: Condition) -> None:
+        if found > Condition.DEGRADED:
+            if found != self.condition:
+                self.faults[found] += 1
+            self.condition, self._good = found, 0
+            return
+        self._good += 1
+        if self.condition <= Condition.DEGRADED or self._good >= self.settings.recover_after:
+            self.condition = found
+
+    def _order(self, state: FingertipState) -> Condition:
+        last = self._last
+        if last is None or (state.seq > last.seq and state.stamp > last.stamp):
+            return Condition.OK
+        self._quickest = math.inf  # should the sender have started anew, so has its clock
+        return Condition.REPLAYED
+
+    def _lateness(self, state: FingertipState, now: int) -> Condition:
+        took = now - state.stamp
+        if self._leapt(took):
+            return Condition.REPLAYED
+        since = 0 if self._heard is None else now - self._heard
+        self._quickest = min(self._quickest + DRIFT * since, took)
+        late = took - self._quickest > self.settings.time_out * NS
+        return Condition.STALE if late else Condition.OK
+
+    def _leapt(self, took: int) -> bool:
+        """Whether a stamp is far ahead; a sender that goes on so has another clock, and is believed then."""
+        ahead = math.isfinite(self._quickest) and took < self._quickest - LEAP * NS
+        self._leaps = self._leaps + 1 if ahead else 0
+        if self._leaps > self.settings.recover_after:
+            self._leaps, self._quickest = 0, math.inf
+        return self._leaps > 0
+
+    def _believable(self, state: FingertipState) -> Condition:
+        outside = self.settings.ranges.first_outside(state)
+        return Condition.OUT_OF_RANGE if outside else Condition.OK
+
+    def _alive(self, state: FingertipState, now: int) -> Condition:
+        all_still, force_still = self._all_still.duration(state, now), self._force_still.duration(state, now)
+        self.doubtful = force_still > self.settings.doubt_after * NS
+        frozen = (
+            self._force_noise.vanished(state, self.settings.frozen_chance)
+            or all_still > self.settings.frozen_after * NS
+            or force_still > self.settings.force_frozen_after * NS
+        )
+        return Condition.FROZEN if frozen else Condition.OK
+
+    def _complete(self, state: FingertipState) -> Condition:
+        present = tuple([value == value for value in VALUES(state)])  # noqa: PLR0124 (NaN is not itself)
+        if present != self._present:  # seldom, so what follows may take its time
+            self._present = present
+            measured = frozenset(compress(CHANNELS, present))
+            self._usable = bool(measured & {"normal_force", "displacement"})
+            self._seen |= measured
+            self.lost = self._seen - measured
+        if not self._usable:
+            return Condition.MISSING
+        return Condition.DEGRADED if self.lost else Condition.OK

@@ -1,0 +1,1 @@
+"""The instrument: from recordings to a model that explains them."""

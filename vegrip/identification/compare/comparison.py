@@ -1,0 +1,112 @@
+"""A model against a recording: error of every channel, and where it fails."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vegrip.identification.compare.features import Features, features_of
+from vegrip.identification.compare.where import Regime, Residuals, where
+from vegrip.identification.fit.channels import ChannelError, channel_errors, overall
+from vegrip.identification.fit.fitting import base_model
+from vegrip.identification.fit.noise import Noise, noise_of
+from vegrip.identification.fit.preprocess import prepare
+from vegrip.identification.fit.problem import AT, Problem, Zeros
+from vegrip.identification.fit.smoother import Floats
+from vegrip.identification.fit.solve import Report, fit_problem
+from vegrip.identification.recording import Recording
+from vegrip.model import ContactModel
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """How a model and a recording agree.
+
+    Attributes:
+        problem: with both.
+        u: coordinates at which they were compared.
+        fitted: whether the model was fitted to this recording first.
+
+    """
+
+    problem: Problem
+    u: Floats
+    fitted: bool
+
+    @property
+    def channels(self) -> dict[str, ChannelError]:
+        """Error of every channel."""
+        return channel_errors(self.problem, self.u)
+
+    @property
+    def error(self) -> float:
+        """Rms of the whitened residuals over all channels; 1 is the noise."""
+        return overall(self.problem, self.u)
+
+    @property
+    def features(self) -> Features:
+        """In which state the contact was at each row."""
+        return features_of(self.problem, self.problem.table(self.u))
+
+    @property
+    def where(self) -> list[Regime]:
+        """Where the model fails, largest share of the misfit first."""
+        return where(residuals_of(self.problem, self.u), self.features)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what ``--json`` prints."""
+        return {
+            "recording": self.problem.measured.recording.name,
+            "fitted": self.fitted,
+            "error": self.error,
+            "channels": {name: one.as_dict() for name, one in self.channels.items()},
+            "where": [one.as_dict() for one in self.where],
+        }
+
+
+def compare(
+    recording: Recording,
+    model: ContactModel | None = None,
+    *,
+    noise: Noise | None = None,
+    zeros: Zeros = "recording",
+    report: Report = lambda _: None,
+) -> Comparison:
+    """Compare ``model`` with ``recording``; only the zeros of the sensors are fitted.
+
+    Without a model the paper's is fitted first.
+
+    Raises:
+        RecordingError: the recording lacks what a comparison needs; says what.
+
+    """
+    measured = prepare(recording, noise or noise_of(recording))
+    symbols = () if model is not None else None
+    problem = Problem(model or base_model(recording), measured, zeros=zeros, symbols=symbols)
+    return Comparison(problem, fit_problem(problem, report).u, fitted=model is None)
+
+
+def residuals_of(problem: Problem, u: Floats) -> list[Residuals]:
+    """Return the residuals by channel, of the rows that count."""
+    table = problem.table(u)
+    raw = problem.raw(table)
+    m = problem.measured
+    z = problem.standardised(raw)
+    n, k = len(m.recording), m.sliding.size
+    used = np.flatnonzero(problem.used)
+    out = [Residuals("normal_force", used, raw[0][used], z[used])]
+    if k:
+        pull = np.abs(table[m.sliding, AT["tangential_force"]])
+        turn = np.abs(table[m.sliding, AT["torque_z"]])
+        pulled = pull * np.maximum(table[m.sliding, AT["limit_torque"]], 0.0) >= turn * np.maximum(
+            table[m.sliding, AT["limit_force"]], 0.0
+        )
+        certain = np.isfinite(problem.slip_std)
+        for name, size, which in (("tangential_force", pull, pulled), ("torque_z", turn, ~pulled)):
+            rows = which & certain
+            if rows.any():
+                out.append(Residuals(name, m.sliding[rows], (raw[1] * size)[rows], z[n : n + k][rows]))
+    if m.seen.size:
+        sure = np.isfinite(problem.radius_std)
+        out.append(Residuals("contact_radius", m.seen[sure], raw[2][sure], z[n + k :][sure]))
+    return out

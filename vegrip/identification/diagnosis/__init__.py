@@ -1,0 +1,5 @@
+"""What a model lacks: which effect of the catalogue explains what it leaves."""
+
+from vegrip.identification.diagnosis.diagnosis import Diagnosis, diagnose
+
+__all__ = ["Diagnosis", "diagnose"]

@@ -1,0 +1,144 @@
+"""What a candidate has to pass before it is named. More evidence alone names something on every recording.
+
+1. the evidence pays for its parameters: ``ln Z`` grows by more than 8 nats,
+2. episodes that were held out agree: their scores grow in sum, what some lose is little, and the gain is not
+   that of one episode alone,
+3. the regimes of the misfit get smaller, unless it takes most of what is left, and so does the plain error,
+4. its amount is more than the sensors resolve: three standard errors at the shape that was found, and three
+   standard deviations of the displacement for a play, a third of a millisecond for a lag,
+5. it drives no parameter of the base model onto its bound.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vegrip.identification.diagnosis.candidate_fit import Fitted
+from vegrip.identification.diagnosis.catalogue import Candidate
+from vegrip.identification.fit.smoother import Floats
+from vegrip.model import BASE
+
+PAYS = 8.0  # [nats]
+DEARER = {"inertia": 20.0}  # [nats], because errors of the motion are accelerations too
+CALM = 1.5  # chi-square per regime up to which a misfit is noise
+LOST = 0.2  # of the gain that other episodes may lose, and
+MORE_LOST = 0.5  # if what is gained is most of what is left: another missing effect may rule some episodes
+SCATTER = 5.0  # [nats] that chance may take
+MOSTLY = 0.3  # of what is left; whatever takes that much may leave what another effect does standing out
+RESOLVED = 3.0  # standard errors
+AT_BOUND = 1e-3  # prior standard deviations
+SMALLEST = {"tau": 3e-4}  # [s]
+PLAY = "play"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Which gates a candidate passed; ``failed`` names the others."""
+
+    gain: float  # of evidence [nats]
+    heldout: float  # of held-out score [nats]
+    failed: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether it may be named."""
+        return not self.failed
+
+
+def gated(
+    candidate: Candidate,
+    base: Fitted,
+    new: Fitted,
+    regimes: tuple[float, float],
+    pays: float = PAYS,
+    left: float = math.inf,
+) -> Verdict:
+    """Judge a candidate.
+
+    ``regimes`` are the chi-squares per regime of the misfit before and after, ``pays`` and ``left`` [nats]
+    what it has to gain and what there is to be gained.
+    """
+    gain = new.evidence - base.evidence
+    change = new.heldout - base.heldout
+    failed = []
+    if not gain > max(pays, DEARER.get(candidate.name, 0.0)):
+        failed.append("evidence")
+    up, down = float(change[change > 0.0].sum()), -float(change[change < 0.0].sum())
+    mostly = gain >= MOSTLY * left and regimes[0] > CALM
+    if not (up > down and down <= (MORE_LOST if mostly else LOST) * up + SCATTER):
+        failed.append("held-out episodes")
+    if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
+        failed.append("one episode only")
+    if not (regimes[1] < regimes[0] or mostly):
+        failed.append("regimes")
+    if not new.error < base.error:
+        failed.append("error")
+    if not resolved(candidate, new):
+        failed.append("resolution")
+    if strained(base, new):
+        failed.append("bounds")
+    return Verdict(gain, float(change.sum()), tuple(failed))
+
+
+def strained(base: Fitted, new: Fitted) -> bool:
+    """Whether the candidate drives a parameter of the base model onto its bound.
+
+    Such a fit describes one recording and no other. Effects that were added may well end at a bound, which is
+    one of the laws that they can be.
+    """
+    own = {p.symbol for e in base.problem.model.effects if e.name in BASE for p in e.parameters}
+    return bool((_at_bounds(new) - _at_bounds(base)) & own)
+
+
+def _at_bounds(fitted: Fitted) -> set[str]:
+    k, u = fitted.problem.unknowns, fitted.optimum.u
+    near = AT_BOUND * k.std
+    return {n for n, at in zip(k.names, (u - k.low < near) | (k.high - u < near), strict=True) if at}
+
+
+def resolved(candidate: Candidate, new: Fitted) -> bool:
+    """Whether any amount of the effect is more than the sensors resolve."""
+    problem, noise = new.problem, new.problem.measured.noise
+    std = amount_std(candidate, new)
+    for p in candidate.effect.parameters:
+        if p.null is None:
+            continue
+        j = problem.unknowns.names.index(p.symbol)
+        start = np.log(p.null) if p.transform == "log" else p.null
+        amount = abs(float(new.optimum.u[j]) - float(start))
+        least = SMALLEST.get(p.symbol, 0.0)
+        if p.symbol == PLAY:
+            least = 3.0 * noise.displacement / problem.depth
+        if amount > RESOLVED * std[j] and abs(new.value(p.symbol) - p.null) > least:
+            return True
+    return False
+
+
+def amount_std(candidate: Candidate, new: Fitted) -> Floats:
+    """Return the standard errors of the coordinates, what only shapes the effect held.
+
+    A rate and an amplitude of which only the product is known have no standard errors of their own, but the
+    effect is there.
+    """
+    names = new.problem.unknowns.names
+    shapes = {p.symbol for p in candidate.effect.parameters if p.null is None}
+    free = [j for j, name in enumerate(names) if name not in shapes]
+    J, s = new.optimum.jacobian[:, free], new.problem.unknowns.std[free]
+    out = np.zeros(len(names))
+    out[free] = np.sqrt(np.maximum(np.diag(np.linalg.inv(J.T @ J + np.diag(s**-2.0))), 0.0))
+    return out
+
+
+def misfit_by_regime(residual: Floats, regimes: Floats) -> float:
+    """Return chi-square per regime of the summed whitened residuals: 1 is noise.
+
+    ``regimes`` (rows,) numbers them, negative where there is none. Sums, because noise averages out of them
+    and a misfit does not.
+    """
+    keep = regimes >= 0
+    numbers = regimes[keep].astype(np.int64)
+    count = np.bincount(numbers)
+    total = np.bincount(numbers, weights=residual[keep])
+    there = count >= 10
+    return float(np.mean(total[there] ** 2 / count[there])) if there.any() else 1.0

@@ -1,0 +1,185 @@
+"""Nested refits: the model with one effect more, fitted to the same rows and noise, and its evidence.
+
+    ``ln Z = -cost - sum ln(prior std) - ln |A| / 2``,   ``A = J' J + diag(prior std^-2)``
+
+the Laplace approximation of the probability of the recording under the model, in which every parameter pays
+for the width of its prior [MacKay1992]_.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vegrip.identification.diagnosis.catalogue import Candidate
+from vegrip.identification.diagnosis.cross_validation import scores
+from vegrip.identification.diagnosis.score_tests import DEAR, Hint, carrier, with_candidates
+from vegrip.identification.fit.channels import rms
+from vegrip.identification.fit.problem import Problem
+from vegrip.identification.fit.sensitivity import has_play
+from vegrip.identification.fit.smoother import Floats
+from vegrip.identification.fit.solve import Optimum, refine, scaled
+from vegrip.model import BASE
+from vegrip.parameters import coordinate
+
+EVALUATIONS = 20
+STARTS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads nowhere
+NEXT_TO_NOTHING = 0.01
+ROUGHLY = 0.02  # [nats] to which a candidate's best is sought, or
+SLOPPY = 1e-4  # of what the screen expects of it, before it is known to contend
+FAR = 100.0  # [nats] from the base, beyond which the last steps are taken with derivatives made anew
+ASTRAY = 0.05  # [x_ref] of the zero of the displacement, from which the base is far from what there is
+AWAY = 1e-3  # of the range, from a bound at which derivatives vanish
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A model at its best, with what is needed to judge it.
+
+    Attributes:
+        problem: the model and the recording.
+        optimum: where it is best.
+        evidence: ln Z [nats].
+        heldout: (episodes,) ln probability of each episode under a fit without it, but for a constant [nats].
+        heldout_error: rms of the whitened residuals of the episodes under fits without them.
+        error: rms of the whitened residuals over all channels; 1 is noise.
+
+    """
+
+    problem: Problem
+    optimum: Optimum
+    evidence: float
+    heldout: Floats
+    heldout_error: float
+    error: float
+
+    @property
+    def std(self) -> Floats:
+        """Standard errors of the coordinates."""
+        J, s = self.optimum.jacobian, self.problem.unknowns.std
+        return np.sqrt(np.maximum(np.diag(np.linalg.inv(J.T @ J + np.diag(s**-2.0))), 0.0))
+
+    def whitened(self, other: "Fitted") -> Floats:
+        """Return the residual of another model of the same rows in units of this one's noise."""
+        if other.problem.whitener is self.problem.whitener:
+            return other.optimum.residual
+        return self.problem.white(other.problem.raw(other.problem.table(other.optimum.u)))
+
+    def value(self, symbol: str) -> float:
+        """Return the fitted value of a parameter."""
+        k = self.problem.unknowns
+        raw = float(self.optimum.u[k.names.index(symbol)])
+        return math.exp(raw) if k.log[k.names.index(symbol)] else raw
+
+
+def judged(problem: Problem, optimum: Optimum, groups: Floats) -> Fitted:
+    """Return an optimum with evidence and held-out scores; ``groups`` (rows,) numbers what is held out."""
+    s = problem.unknowns.std
+    J = optimum.jacobian
+    prior = np.diag(s**-2.0)
+    A = J.T @ J + prior
+    noise = float(np.sum(problem.log_scale))
+    evidence = -optimum.cost - noise - float(np.sum(np.log(s))) - 0.5 * float(np.linalg.slogdet(A)[1])
+    squares = scores(problem, optimum, A, groups)
+    scales = np.array([float(np.sum(problem.log_scale[groups == one])) for one in np.unique(groups)])
+    count = max(int(np.count_nonzero(problem.counted)), 1)
+    without = math.sqrt(-2.0 * float(squares.sum()) / count)
+    return Fitted(
+        problem, optimum, evidence, squares - scales, without, rms(optimum.residual[problem.counted])
+    )
+
+
+def extended(base: Fitted, hint: Hint, groups: Floats) -> Fitted:
+    """Refit with a candidate, from where the screen points."""
+    best: Optimum | None = None
+    problem = _problem(base, hint.candidate)
+    near = max(ROUGHLY, SLOPPY * hint.gain)
+    known = dict(zip(base.problem.unknowns.names, base.optimum.jacobian.T, strict=True))
+    for factor in STARTS:
+        start = _start(problem, base, hint, factor)
+        found = refine(problem, start, EVALUATIONS, known, near)
+        if best is None or found.cost < best.cost:
+            best = found
+        if best.cost < base.optimum.cost - 0.5 * hint.gain:
+            break
+    assert best is not None  # noqa: S101
+    if any(p.null is None for p in hint.candidate.effect.parameters):  # a shape may have a better place
+        found = refine(problem, _start(problem, base, _as_declared(hint), 1.0), EVALUATIONS, known, near)
+        best = min(best, found, key=lambda one: one.cost)
+    if _astray(base):
+        start = _start(problem, base, hint, STARTS[-1])
+        found = refine(problem, _unshifted(problem, start), 2 * EVALUATIONS, near=near)
+        best = min(best, found, key=lambda one: one.cost)
+    if best.cost > base.optimum.cost:  # led astray: from next to nothing it cannot end above the base
+        start = _start(problem, base, hint, NEXT_TO_NOTHING)
+        best = refine(problem, start, 2 * EVALUATIONS, known, near)
+    if has_play(problem.model):  # what the tip does not follow is another noise
+        problem.freeze(best.u)
+        best = refine(problem, best.u, EVALUATIONS)
+    return judged(problem, best, groups)
+
+
+def finished(base: Fitted, rough: Fitted, groups: Floats) -> Fitted:
+    """Return a candidate that ended far from the base with its last steps taken by derivatives made anew."""
+    if rough.optimum.cost > base.optimum.cost - FAR:
+        return rough
+    return judged(
+        rough.problem, refine(rough.problem, rough.optimum.u, 2 * EVALUATIONS, near=ROUGHLY), groups
+    )
+
+
+def _problem(base: Fitted, candidate: Candidate) -> Problem:
+    """Return the problem with the candidate.
+
+    Beside the plain model it is compiled by itself, once and for all; beside accepted effects it runs in the
+    model that has everything, which is slower than one of its own but there already.
+    """
+    p = base.problem
+    model = with_candidates(p.model, [candidate])
+    ordered = tuple(
+        s
+        for s in model.parameters
+        if s in p.symbols or s in [one.symbol for one in candidate.effect.parameters]
+    )
+    plain = {one.name for one in p.model.effects} <= set(BASE)
+    within = None if plain or candidate.name in DEAR else carrier(p.model, [candidate])
+    return Problem(model, p.measured, zeros=p.zeros, symbols=ordered, like=p, within=within)
+
+
+def _astray(base: Fitted) -> bool:
+    at = zip(base.problem.unknowns.names, base.optimum.u, strict=True)
+    return any(abs(zero) > ASTRAY for name, zero in at if name.startswith("zero_displacement"))
+
+
+def _unshifted(problem: Problem, start: Floats) -> Floats:
+    """Return the start with both zeros at 0 and forces as large as the measured ones.
+
+    What pulls where nothing should touch yet makes the plain model shift the surface, and nothing leads back.
+    """
+    zeros = np.array([name.startswith("zero_") for name in problem.unknowns.names])
+    return scaled(problem, np.where(zeros, 0.0, start))
+
+
+def _as_declared(hint: Hint) -> Hint:
+    """Return the hint at the declared shape and size."""
+    trial = {p.symbol: p.default for p in hint.candidate.effect.parameters}
+    return dataclasses.replace(hint, trial=trial, multiple=1.0)
+
+
+def _start(problem: Problem, base: Fitted, hint: Hint, factor: float) -> Floats:
+    """Return the base optimum beside the trial, its amount scaled as the screen asks, within reason."""
+    k, known = problem.unknowns, base.problem.unknowns
+    u = k.start.copy()
+    for j, name in enumerate(k.names):
+        if name in known.names:
+            u[j] = base.optimum.u[known.names.index(name)]
+    multiple = factor * math.copysign(min(max(abs(hint.multiple), 0.02), 30.0), hint.multiple)
+    for p in hint.candidate.effect.parameters:
+        value = hint.trial[p.symbol]
+        if p.null is not None:
+            value = p.null + multiple * (value - p.null)
+            inside = AWAY * min(p.high - p.low, 2.0 * p.std)
+            value = min(max(value, p.low + inside), p.high - inside)
+        u[k.names.index(p.symbol)] = coordinate(p, min(max(value, p.low), p.high))
+    return u

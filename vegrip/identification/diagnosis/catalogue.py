@@ -1,0 +1,146 @@
+"""The candidates: effects that a model does not have and a recording could show, and where to look for each.
+
+An effect is absent at the null values of its parameters. It is tried with one of those parameters at its
+declared value and the others absent, over a few values of what only shapes it (rates, lengths).
+"""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from vegrip.effects import BUILT_IN, Effect, effect, names
+from vegrip.errors import ModelError
+from vegrip.identification.fit.preprocess import Measured
+from vegrip.model import BASE, ContactModel
+from vegrip.parameters import Parameter
+
+SPREADS = {1: (-3.0, -1.5, 0.0, 1.5, 3.0), 2: (-2.0, 0.0, 2.0)}
+"""Prior standard deviations at which one shape is tried, or each of two."""
+
+SIZES = {"displacement_backlash": (0.2, 1.0, 4.0)}
+"""Sizes at which an effect is tried that is not proportional to its amount."""
+
+RATES = {"nu2": (0.02, 0.06, 0.2, 0.6, 2.0, 8.0, 40.0)}
+"""[1/s] values of what shapes an effect on either side of what the base model has."""
+
+STEADY = 0.3  # [K] of scatter below which a temperature tells nothing
+
+FRICTION_CHANNELS = {"tangential_force", "torque_z"}
+
+Trial = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect and the values at which it is tried."""
+
+    effect: Effect
+    null: Trial  # absent
+    trials: tuple[Trial, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.effect.name
+
+
+def candidates(model: ContactModel, measured: Measured) -> tuple[list[Candidate], dict[str, str]]:
+    """Return what could be added to ``model``, and the effects that cannot show, each with the reason."""
+    present = {e.name for e in model.effects}
+    found, out_of_sight = [], {}
+    for name in names():
+        if name in BASE or name in present:
+            continue
+        one = effect(name)
+        reason = unseen(one, measured)
+        if not reason and name not in BUILT_IN:
+            reason = _unfit(model, one)
+        if reason:
+            out_of_sight[name] = reason
+        else:
+            tried = list(trials(one)) + list(clipping(one, model, measured))
+            found.append(Candidate(one, null(one), tuple(tried)))
+    return found, out_of_sight
+
+
+def _unfit(model: ContactModel, one: Effect) -> str:
+    """Return why another package's effect does not go with the model."""
+    try:
+        model.with_effect(one)
+    except ModelError as error:
+        return str(error)
+    return ""
+
+
+def unseen(one: Effect, measured: Measured) -> str:
+    """Return why the recording cannot show an effect, empty where it can."""
+    columns = measured.recording.columns
+    takes = {name for hook in one.hooks for name in _arguments(hook.function)}
+    if "temperature" in takes:
+        if "temperature" not in columns:
+            return "no temperature was recorded"
+        if np.nanstd(columns["temperature"]) < STEADY:
+            return "the temperature hardly changed"
+    tangential = {"tangential_force", "tangential_force_x", "tangential_force_y"} & takes
+    if tangential and not {"tangential_force_x", "tangential_force_y"} & set(columns):
+        return "no tangential force was recorded"
+    can = {"normal_force"}
+    if measured.sliding.size:
+        can |= FRICTION_CHANNELS
+    if measured.seen.size:
+        can.add("contact_radius")
+    if not can & set(one.channels):
+        return (
+            "it shows only in slip"
+            if set(one.channels) <= FRICTION_CHANNELS
+            else "it shows only in the radius"
+        )
+    return ""
+
+
+def _arguments(function: object) -> tuple[str, ...]:
+    code = getattr(function, "__code__", None)
+    return tuple(code.co_varnames[: code.co_argcount]) if code is not None else ()
+
+
+def null(one: Effect) -> dict[str, float]:
+    """Return the values at which the effect is absent; shapes as declared."""
+    return {p.symbol: p.default if p.null is None else p.null for p in one.parameters}
+
+
+def trials(one: Effect) -> Iterator[dict[str, float]]:
+    """Yield the values at which to look for the effect."""
+    amounts = [p for p in one.parameters if p.null is not None]
+    shapes = [p for p in one.parameters if p.null is None]
+    for amount in amounts:
+        kept = [p for p in shapes if p.transform == "log"][:2] or shapes[:1]
+        spreads = SPREADS.get(len(kept), (0.0,))
+        places = [RATES.get(p.symbol) or [moved(p, z) for z in spreads] for p in kept]
+        for at in itertools.product(*places):
+            for size in SIZES.get(one.name, (1.0,)):
+                values = null(one)
+                values[amount.symbol] = min(size * _amount(amount), amount.high)
+                yield values | dict(zip([p.symbol for p in kept], at, strict=True))
+
+
+def clipping(one: Effect, model: ContactModel, measured: Measured) -> Iterator[dict[str, float]]:
+    """Yield saturations just below the greatest force: at any other the screen sees nothing, or all."""
+    if one.name == "saturation" and "K" in model.values:
+        top = float(np.nanmax(np.abs(measured.force)))
+        for share in (0.98, 0.9):
+            yield {"s_F": min(model.values["K"].value / (share * top), 1e3)}
+
+
+def _amount(p: Parameter) -> float:
+    if p.default != p.null:
+        return p.default
+    return min((p.null or 0.0) + p.std, p.high)
+
+
+def moved(p: Parameter, z: float) -> float:
+    """Return the value ``z`` prior standard deviations from the default, within the bounds."""
+    value = p.default * math.exp(z * p.std) if p.transform == "log" else p.default + z * p.std
+    return min(max(value, p.low), p.high)

@@ -1,0 +1,180 @@
+"""What must be doubted before an effect is named: the recording itself.
+
+Some faults of a recording look like physics: clocks that disagree like a lag, a wrong radius like another law
+of the radius. Others leave too little to say anything. Each is told in a sentence; a grave one forbids names.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from vegrip.errors import RecordingError
+from vegrip.identification.diagnosis.candidate_fit import Fitted
+from vegrip.identification.fit.preprocess import Measured
+from vegrip.identification.fit.problem import AT, Problem
+from vegrip.identification.fit.smoother import Floats
+from vegrip.identification.recording import Recording
+
+LEAST_CONTACT = 50  # rows in contact below which nothing can be said
+BRIEF = 1.0  # [s] in contact below which effects are not told apart
+LONGEST_SHIFT = 1.0  # [s] between the clocks that is looked for
+SHIFTED = 0.015  # [s] and
+SAMPLES = 2.5  # samples, from which a shift is seen by eye
+OPPOSED = 0.5  # correlation of depth and force, against which they go
+AGREE = 0.3  # correlation of the rates, below which a lag means nothing
+CLEAR = 20.0  # [nats] that a shift has to gain, and
+BETTER = 0.1  # of the best effect's gain by which it has to beat it
+DEEPEST = 0.9  # of the radius
+
+LOOKALIKES = {
+    "fast_damping": "a force whose clock is early by {eta:.2g} s would show nearly the same",
+    "sensor_lag": "a force whose clock is late by {tau:.2g} s would show nearly the same",
+    "contact_radius_law": "a tip of another radius than the {radius:.3g} m stated would show the same",
+    "pressure_profile": "where only torques tell, a radius other than {radius:.3g} m would show alike",
+}
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A sentence, and whether nothing may be named because of it."""
+
+    text: str
+    grave: bool = False
+
+
+def refuse(recording: Recording, measured: Measured) -> None:
+    """Refuse a recording from which nothing can be concluded.
+
+    Raises:
+        RecordingError: nothing touches, or the force never changes; says what.
+
+    """
+    force = measured.force[np.isfinite(measured.force)]
+    floor = float(np.median(force[: max(force.size // 10, 1)]))
+    span = float(np.quantile(force, 0.999) - np.quantile(force, 0.001))
+    if span < 8.0 * measured.noise.normal_force:
+        raise RecordingError(
+            f"in {recording.name} the normal force stays within its noise ({floor:.3g} N, "
+            f"+-{measured.noise.normal_force:.2g} N): without contact there is nothing to diagnose"
+        )
+
+
+def before(problem: Problem) -> list[Doubt]:
+    """Return what is wrong with a recording before anything is looked for."""
+    return list(_before(problem))
+
+
+def _before(problem: Problem) -> Iterator[Doubt]:
+    m = problem.measured
+    t = m.recording.t
+    touching = problem.stiffness > 0.0
+    step = float(np.median(np.diff(t)))
+    lasted = float(np.count_nonzero(touching)) * step
+    if np.count_nonzero(touching) < LEAST_CONTACT or lasted < BRIEF:
+        yield Doubt(
+            f"only {lasted:.2g} s ({np.count_nonzero(touching)} rows) are in contact: "
+            "too little to tell effects apart",
+            grave=True,
+        )
+    pressed = np.isfinite(m.force) & (m.motion.displacement > 0.0)
+    if opposed(m.motion.displacement[pressed], m.force[pressed]):
+        yield Doubt(
+            "the force falls where the tip goes deeper: one of the two has the wrong sign (compression and "
+            "indentation are positive)",
+            grave=True,
+        )
+    deepest = float(np.nanmax(m.motion.displacement))
+    if deepest > DEEPEST * problem.model.tip_radius:
+        yield Doubt(
+            f"the deepest indentation is {1e3 * deepest:.3g} mm, the radius of the tip is stated as "
+            f"{1e3 * problem.model.tip_radius:.3g} mm: radius or unit of the displacement is wrong",
+            grave=True,
+        )
+    late = shift(t, m.first, m.motion.displacement, m.force)
+    if abs(late) > max(SHIFTED, SAMPLES * step):
+        yield Doubt(
+            f"the force changes {abs(1e3 * late):.0f} ms {'after' if late > 0.0 else 'before'} the "
+            "displacement: their clocks disagree; shift one of them and diagnose again",
+            grave=True,
+        )
+
+
+def opposed(depth: Floats, force: Floats) -> bool:
+    """Return whether the force falls with the depth."""
+    if depth.size < LEAST_CONTACT or not np.ptp(depth) > 0.0 or not np.ptp(force) > 0.0:
+        return False
+    return float(np.corrcoef(depth, force)[0, 1]) < -OPPOSED
+
+
+def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> float:
+    """Return by how much the force follows the displacement [s]: the lag at which their rates agree best.
+
+    0 where they agree at none.
+    """
+    step = float(np.median(np.diff(t)))
+    same = (first[1:] < 0.5) & (np.diff(t) < 3.0 * step)
+    quick = np.where(same, np.diff(displacement), 0.0)
+    push = np.where(same & np.isfinite(np.diff(force)), np.diff(np.nan_to_num(force)), 0.0)
+    quick[displacement[1:] <= 0.0] = 0.0
+    most = min(int(LONGEST_SHIFT / step), quick.size // 4)
+    if most < 1 or not quick.any() or not push.any():
+        return 0.0
+    size = 2 ** math.ceil(math.log2(2 * quick.size))
+    crossed = np.fft.irfft(np.fft.rfft(push, size) * np.conj(np.fft.rfft(quick, size)), size)
+    lags = np.r_[np.arange(most + 1), np.arange(-most, 0)]
+    best = int(lags[np.argmax(crossed[lags])])
+    if crossed[best] < AGREE * math.sqrt(float(push @ push) * float(quick @ quick)):
+        return 0.0
+    return best * step
+
+
+def apart(base: Fitted) -> tuple[float, float]:
+    """Return the small shift of the force's clock that explains most of the misfit [s], and its gain [nats].
+
+    By the derivative of the modelled force in time, beside all that the model can do.
+    """
+    problem, found = base.problem, base.optimum
+    t, first = problem.measured.recording.t, problem.measured.first
+    table = problem.table(found.u)
+    slope = _rate(t, first, table[:, AT["normal_force"]])
+    s = np.zeros(found.residual.size)
+    s[: t.size] = problem.whitener(slope)  # a force that is late by tau leaves -tau dN/dt
+    J = np.vstack([found.jacobian, np.diag(1.0 / problem.unknowns.std)])
+    basis, _ = np.linalg.qr(J)
+    p = np.r_[s, np.zeros(J.shape[0] - s.size)]
+    p -= basis @ (basis.T @ p)
+    power, along = float(p @ p), float(p[: s.size] @ found.residual)
+    if power <= 0.0:
+        return 0.0, 0.0
+    return -along / power, 0.5 * along * along / power
+
+
+def _rate(t: Floats, first: Floats, values: Floats) -> Floats:
+    out = np.zeros(t.size)
+    starts = np.flatnonzero(first > 0.5)
+    for a, b in zip(starts, [*starts[1:], t.size], strict=True):
+        if b - a > 2:
+            out[a:b] = np.gradient(values[a:b], t[a:b])
+    return out
+
+
+def clocks(base: Fitted, best: float) -> list[Doubt]:
+    """Return the doubt that clocks disagree, if that explains more than the ``best`` effect [nats]."""
+    late, gain = apart(base)
+    if gain < CLEAR + (1.0 + BETTER) * max(best, 0.0):
+        return []
+    return [
+        Doubt(
+            f"a force that is {abs(1e3 * late):.2g} ms {'late' if late > 0.0 else 'early'} explains more "
+            "than any effect: the clocks of force and displacement disagree",
+            grave=True,
+        )
+    ]
+
+
+def lookalikes(names: list[str], values: dict[str, float], radius: float) -> list[Doubt]:
+    """Return which named effects a fault of the recording would imitate."""
+    told = {"tau": math.nan, "eta": math.nan, **values, "radius": radius}
+    return [Doubt(LOOKALIKES[name].format(**told)) for name in names if name in LOOKALIKES]

@@ -1,0 +1,263 @@
+"""The verdict: what a model lacks, as far as a recording can tell.
+
+* adequate: nothing is missing that this recording can show,
+* named: these effects explain the misfit,
+* ambiguous: one of these does, and the recording cannot tell which,
+* unexplained: none of the catalogue does; here is where it shows.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from vegrip.identification.compare.comparison import Comparison
+from vegrip.identification.compare.where import Regime
+from vegrip.identification.diagnosis.acceptance import CALM
+from vegrip.identification.diagnosis.data_checks import Doubt, before, clocks, lookalikes, refuse
+from vegrip.identification.diagnosis.discrepancy import Discrepancy, discrepancy
+from vegrip.identification.diagnosis.search import Report, Search, Tried, search
+from vegrip.identification.fit.blas import on_one_thread
+from vegrip.identification.fit.fitting import fit
+from vegrip.identification.fit.noise import Noise
+from vegrip.identification.fit.problem import Zeros
+from vegrip.identification.fit.result import Fit, fitted
+from vegrip.identification.recording import Recording
+from vegrip.model import ContactModel
+
+NEAR = 1.05  # error over noise that named effects may leave where some of it depends on the regime, and
+ROUGH = 1.1  # where none does;
+REST = 0.1  # or that share of the excess of the squared error over the noise's,
+TOLERABLE = 1.15  # and no more than this
+CURVED = 40.0  # [nats] of a curve over one variable, from which a misfit that no regime shows is one
+TELLING = 0.1  # of the evidence that was gained, from which a curve over one variable is more than a form
+PATCHWORK = 3  # effects after which something still stands out bend to what none of them is
+CLOSE = 5.0  # [nats] within which candidates cannot be told apart, and
+CLOSE_SHARE = 1e-3  # of the gain: no model of a measured contact is exact
+SAME = 0.95  # cosine of what two candidates do, from which their difference is one of form, unless it is
+FORM = 20.0  # [nats] or more, and
+FORM_SHARE = 0.25  # of the gain
+ROUGH_SHARE = 0.01  # of the gain, where forms leave a misfit anyhow
+
+
+def alike(one: Tried, other: Tried, *, rough: bool = False) -> bool:
+    """Whether two candidates do nearly the same: between them only the form of a law decides.
+
+    ``rough``: the forms of the laws that were accepted leave more than noise, and so may these.
+    """
+    a, b = one.change, other.change
+    cosine = float(a @ b) / math.sqrt(max(float(a @ a) * float(b @ b), 1e-300))
+    apart = abs(one.verdict.gain - other.verdict.gain)
+    most = min(FORM, FORM_SHARE * one.verdict.gain)
+    return cosine > SAME and apart <= (max(most, ROUGH_SHARE * one.verdict.gain) if rough else most)
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What was found.
+
+    Attributes:
+        start: the fit of the model that was given, or the paper's.
+        search: every step.
+        doubts: what is wrong with the recording; a grave one forbids names.
+
+    """
+
+    start: Fit
+    search: Search
+    doubts: list[Doubt] = field(default_factory=list)
+
+    @property
+    def named(self) -> list[str]:
+        """The effects it would add, in the order in which they explain most."""
+        return [one.candidate.name for one in self.search.accepted] if self.verdict == "named" else []
+
+    @property
+    def verdict(self) -> str:
+        """adequate, named, ambiguous or unexplained."""
+        s = self.search
+        after = s.misfit(s.last)
+        if not s.accepted:
+            rest = self._rest
+            return "unexplained" if rest is not None and (after > CALM or rest.gain > CURVED) else "adequate"
+        if after > CALM and not self._sufficient:
+            return "unexplained"
+        if s.last.error > (NEAR if after > CALM else ROUGH) and not self._nearly_all:
+            return "unexplained"
+        return "ambiguous" if self.indistinguishable else "named"
+
+    @property
+    def _sufficient(self) -> bool:
+        """Whether what still stands out beside what is accepted may be the forms of its laws."""
+        s, rest = self.search, self._rest
+        if len(s.accepted) >= PATCHWORK:
+            return False
+        return rest is None or rest.gain <= TELLING * (s.last.evidence - s.first.evidence)
+
+    @cached_property
+    def _rest(self) -> Discrepancy | None:
+        """The curve that explains most of what the last model leaves."""
+        return discrepancy(self.search.last)
+
+    @property
+    def _nearly_all(self) -> bool:
+        """Whether what is accepted takes nearly all of the excess of the squared error over the noise's."""
+        first, last = (one.error**2 - 1.0 for one in (self.search.first, self.search.last))
+        return last <= REST * first and self.search.last.error <= TOLERABLE
+
+    @cached_property
+    def indistinguishable(self) -> list[list[str]]:
+        """Sets of effects that explain the same equally well."""
+        sets = []
+        rough = self.search.misfit(self.search.last) > CALM
+        for step in self.search.steps:
+            if step.taken is None or step.taken.candidate.name in self.search.dropped:
+                continue
+            best = step.taken.verdict.gain
+            close = [
+                one.candidate.name
+                for one in step.tried
+                if one.verdict.passed
+                and (
+                    best - one.verdict.gain <= CLOSE + CLOSE_SHARE * best
+                    or alike(step.taken, one, rough=rough)
+                )
+            ]
+            if len(close) > 1:
+                sets.append(close)
+        return sets
+
+    @cached_property
+    def unexplained(self) -> Discrepancy | None:
+        """The curve over one variable that takes most of what is left; None when noise is left.
+
+        Where nothing is named, of what the first model leaves: a wrong effect has only bent that.
+        """
+        s = self.search
+        if self.verdict == "unexplained":
+            return discrepancy(s.first)
+        return self._rest if s.misfit(s.last) > CALM else None
+
+    @cached_property
+    def where(self) -> list[Regime]:
+        """Where the model that was given fails."""
+        first = self.start
+        return Comparison(first.problem, first.optimum.u, fitted=True).where
+
+    @cached_property
+    def result(self) -> Fit:
+        """The fit with everything that was accepted."""
+        last = self.search.last
+        return fitted(last.problem, last.optimum)
+
+    @property
+    def model(self) -> ContactModel:
+        """The model with everything that was accepted, refitted."""
+        return self.result.model
+
+    @property
+    def error(self) -> dict[str, float]:
+        """Rms of standardised residuals: before, after, and what a perfect model would leave."""
+        return {"before": self.search.first.error, "after": self.search.last.error, "noise_floor": 1.0}
+
+    def effects(self) -> list[dict[str, Any]]:
+        """Return what was tried, best first: the accepted ones, then the others step by step."""
+        dropped = self.search.dropped
+        told = [
+            self._told(step.taken, step.tried)
+            for step in self.search.steps
+            if step.taken is not None and step.taken.candidate.name not in dropped
+        ]
+        seen = {one["name"] for one in told}
+        for step in self.search.steps:
+            for one in step.tried:
+                if one.candidate.name not in seen:
+                    seen.add(one.candidate.name)
+                    told.append(self._told(one, step.tried))
+        return told
+
+    def in_si(self) -> dict[str, tuple[float, str]]:
+        """Return the scaled parameters of what was accepted, in SI with their units."""
+        last = self.result
+        symbols = [p.symbol for one in self.search.accepted for p in one.candidate.effect.parameters]
+        return {name: si for name in symbols if (si := last.in_si(name)) is not None}
+
+    def _told(self, one: Tried, beside: list[Tried]) -> dict[str, Any]:
+        best = max(0.0, *(other.verdict.gain for other in beside if other.verdict.passed), 0.0)
+        weights = {
+            other.candidate.name: math.exp(other.verdict.gain - best)
+            for other in beside
+            if other.verdict.passed
+        }
+        total = sum(weights.values()) + math.exp(-best)
+        return {
+            "name": one.candidate.name,
+            "probability": weights.get(one.candidate.name, 0.0) / total,
+            "error_after": one.fitted.error,
+            "heldout_gain": one.verdict.heldout,
+            "evidence_gain": one.verdict.gain,
+            "failed": list(one.verdict.failed),
+            "parameters": {p.symbol: one.fitted.value(p.symbol) for p in one.candidate.effect.parameters},
+        }
+
+    def as_dict(self, experiment: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Return what ``--json`` prints.
+
+        ``experiment`` is the answer of
+        :func:`~vegrip.identification.experiment.next_experiment.next_experiment` to this diagnosis: planning
+        builds on diagnoses, not the other way round.
+        """
+        s = self.search
+        return {
+            "recording": self.start.problem.measured.recording.name,
+            "verdict": self.verdict,
+            "named": self.named,
+            "effects": self.effects(),
+            "indistinguishable": self.indistinguishable,
+            "error": self.error,
+            "si": {name: {"value": value, "unit": unit} for name, (value, unit) in self.in_si().items()},
+            "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": CALM},
+            "where": [one.as_dict() for one in self.where],
+            "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
+            "experiment": experiment,
+            "out_of_sight": s.out_of_sight,
+            "doubts": [doubt.text for doubt in self.doubts],
+            "noise": dict(self.start.problem.measured.noise.source),
+            "warnings": self.start.warnings(advise=False),
+        }
+
+
+@on_one_thread
+def diagnose(
+    recording: Recording,
+    model: ContactModel | None = None,
+    *,
+    noise: Noise | None = None,
+    zeros: Zeros = "recording",
+    most: int = 4,
+    threads: int = 2,
+    report: Report = lambda _: None,
+) -> Diagnosis:
+    """Say what ``model`` (the paper's when not given) lacks to explain ``recording``.
+
+    The model is refitted first: a wrong stiffness is no missing effect. ``most`` limits how many effects are
+    named together, ``threads`` how many candidates are fitted at a time.
+
+    Raises:
+        RecordingError: the recording lacks what a fit needs; says what.
+
+    """
+    start = fit(recording, model, noise=noise, zeros=zeros, report=report)
+    refuse(recording, start.problem.measured)
+    doubts = before(start.problem)
+    grave = any(doubt.grave for doubt in doubts)
+    found = search(start.problem, start.optimum, most=0 if grave else most, threads=threads, report=report)
+    if not grave:
+        gains = [one.verdict.gain for one in found.steps[0].tried]
+        doubts += clocks(found.first, max(gains, default=0.0))
+    if any(doubt.grave for doubt in doubts):
+        return Diagnosis(start, found.untaken, doubts)
+    names = [one.candidate.name for one in found.accepted]
+    values = {symbol: found.last.value(symbol) for symbol in found.last.problem.symbols}
+    return Diagnosis(start, found, doubts + lookalikes(names, values, start.problem.model.tip_radius))

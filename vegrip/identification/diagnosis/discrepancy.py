@@ -1,0 +1,195 @@
+"""What a misfit depends on when no effect of the catalogue explains it: a curve over one variable.
+
+For each variable the residual is regressed on a curve over it, a Gaussian process on a linear spline
+
+    ``w = B c + J v + e``,   ``c ~ N(0, s^2 C)``,   ``C_ij = exp(-(k_i - k_j)^2 / 2 l^2)``,   ``e ~ N(0, 1)``
+
+beside the derivatives J of the model with their priors: a curve that only does what a parameter could do
+explains nothing, [BrynjarsdottirOHagan2014]_. Size s and length l are those of the greatest evidence, which
+pays for every bend [RasmussenWilliams2006]_, and the variable with the greatest evidence is told. The curve
+is a pointer for whoever writes the missing effect, not physics.
+"""
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vegrip.identification.compare.features import Features, features_of
+from vegrip.identification.diagnosis.candidate_fit import Fitted
+from vegrip.identification.fit.problem import AT, Problem
+from vegrip.identification.fit.smoother import Floats
+
+KNOTS = 49
+LENGTHS = (0.5, 0.15, 0.05)  # of the range: a trend, a bend, a ripple
+SIZES = np.logspace(-4.0, 4.0, 33)  # s, times the size at which a curve of one bend is as large as the noise
+JITTER = 1e-9
+SLOW = ("time", "temperature")  # over which a stiffness may change
+LEAST_ROWS = 20
+LEAST = 20.0  # [nats] of evidence below which a curve points nowhere
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """The curve that explains most of what is left.
+
+    Attributes:
+        variable: time, displacement, normal_force, speed, direction, ...
+        channel: whose residual.
+        gain: of evidence [nats].
+        share: of the misfit of that channel that it takes.
+        at: knots [unit of the variable].
+        value: measured less model there [N, or relative load at slip, or m].
+        times: what the value is multiplied by, "normal_force" for a stiffness that changes; or nothing.
+        others: variable -> gain, of the next best ones.
+
+    """
+
+    variable: str
+    channel: str
+    gain: float
+    share: float
+    at: list[float]
+    value: list[float]
+    times: str
+    others: dict[str, float]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        shape = {"at": self.at, "residual": self.value, "times": self.times}
+        return {
+            "variable": self.variable, "channel": self.channel, "gain": self.gain, "share": self.share,
+            "shape": shape, "others": self.others,
+        }  # fmt: skip
+
+
+def discrepancy(fitted: Fitted) -> Discrepancy | None:
+    """Return the curve with the greatest evidence; None when none has enough."""
+    problem, u = fitted.problem, fitted.optimum.u
+    table = problem.table(u)
+    features = features_of(problem, table)
+    found: list[Discrepancy] = []
+    for channel, rows, block in _blocks(problem):
+        if rows.size < LEAST_ROWS:
+            continue
+        w, J = fitted.optimum.residual[block], fitted.optimum.jacobian[block]
+        scales = {"": np.ones(rows.size)}
+        if channel == "normal_force":
+            scales["normal_force"] = np.maximum(features.values["normal_force"], 0.0)
+        for name, values in _variables(problem, features, table, rows, channel):
+            knots = _knots(values, min(KNOTS, w.size // 5))
+            if knots.size < 2:
+                continue
+            for times, scale in scales.items():
+                if times and name not in SLOW:
+                    continue
+                B = _whitened(problem, _tents(values, knots) * scale[:, None], channel, rows)
+                gain, share, curve = _curve(w, J, problem.unknowns.std, B, knots)
+                at, value = knots.tolist(), curve.tolist()
+                found.append(Discrepancy(name, channel, gain, share, at, value, times, {}))
+    best = max(found, key=lambda one: one.gain, default=None)
+    if best is None or best.gain <= LEAST:
+        return None
+    gains: dict[str, float] = {}
+    for one in found:
+        gains[one.variable] = max(one.gain, gains.get(one.variable, -math.inf))
+    others = sorted(((g, n) for n, g in gains.items() if n != best.variable), reverse=True)[:4]
+    return dataclasses.replace(best, others={n: g for g, n in others})
+
+
+def _knots(values: Floats, count: int) -> Floats:
+    """Return about ``count`` knots, half of them where the rows are and half evenly over the range."""
+    half = count // 2 + 1
+    evenly = np.linspace(float(values.min()), float(values.max()), half)
+    dense = np.quantile(values, np.linspace(0.0, 1.0, half))
+    knots = np.unique(np.r_[evenly, dense])
+    least = 0.2 * float(np.ptp(values)) / max(count, 1)
+    keep = np.r_[True, np.diff(knots) > least]
+    return knots[keep]
+
+
+def _blocks(problem: Problem) -> Iterator[tuple[str, np.ndarray, slice]]:
+    """Yield channel, its rows of the recording, and where its residuals stand."""
+    m = problem.measured
+    n, k = len(m.recording), m.sliding.size
+    yield "normal_force", np.arange(n), slice(0, n)
+    yield "tangential_force", m.sliding, slice(n, n + k)
+    yield "contact_radius", m.seen, slice(n + k, n + k + m.seen.size)
+
+
+def _variables(
+    problem: Problem, features: Features, table: Floats, rows: np.ndarray, channel: str
+) -> Iterator[tuple[str, Floats]]:
+    f, depth = features.values, problem.measured.motion.displacement
+    t = problem.measured.recording.t
+    speed = np.gradient(depth, t)
+    speed[np.r_[False, np.diff(problem.episodes) != 0] | np.r_[np.diff(problem.episodes) != 0, False]] = 0.0
+    rate = speed / problem.depth
+    deepest = np.maximum.accumulate(depth)
+    every = {
+        "displacement": depth,
+        "normal_force": f["normal_force"],
+        "speed": np.arcsinh(rate),
+        "direction": np.sign(np.where(np.abs(rate) > 0.1, rate, 0.0)) * problem.stiffness,
+        "below_deepest": np.where(depth > 0.0, deepest - depth, 0.0),
+        "time_in_contact": np.log10(f["time_in_contact"] + 0.01),
+        "time": f["time"],
+        "tangential_force": f["tangential_force"],
+        "contact": (problem.stiffness > 0.0).astype(np.float64),
+    }
+    if "temperature" in f and np.std(f["temperature"]) > 0.2:
+        every["temperature"] = f["temperature"]
+    if channel == "tangential_force":
+        slip = problem.measured.recording.columns.get("slip_speed")
+        if slip is not None:
+            every["slip_speed"] = np.log10(np.abs(np.nan_to_num(slip)) / problem.depth + 1e-3)
+        torque = np.nan_to_num(table[:, AT["torque_z"]])
+        pull = np.nan_to_num(table[:, AT["tangential_force"]])
+        radius = np.maximum(table[:, AT["contact_radius"]], 1e-300)
+        every["torque_share"] = np.arctan2(np.abs(torque) / radius, np.abs(pull))
+    for name, values in every.items():
+        yield name, values[rows]
+
+
+def _tents(values: Floats, knots: Floats) -> Floats:
+    """Return the linear spline's basis, (rows, knots)."""
+    out = np.zeros((values.size, knots.size))
+    for j in range(knots.size):
+        unit = np.zeros(knots.size)
+        unit[j] = 1.0
+        out[:, j] = np.interp(values, knots, unit)
+    return out
+
+
+def _whitened(problem: Problem, B: Floats, channel: str, rows: np.ndarray) -> Floats:
+    if channel == "normal_force":
+        return problem.whitener(B)
+    std: Floats = problem.slip_std if channel == "tangential_force" else problem.radius_std
+    scaled: Floats = B / std[: rows.size, None]
+    return scaled
+
+
+def _curve(w: Floats, J: Floats, prior: Floats, B: Floats, knots: Floats) -> tuple[float, float, Floats]:
+    """Return the evidence of the best curve [nats], the share of the misfit that it takes, and the curve."""
+    A = J.T @ J + np.diag(prior**-2.0)
+    through = np.linalg.solve(A, J.T @ np.column_stack([B, w]))
+    M = B.T @ B - (B.T @ J) @ through[:, :-1]
+    b = B.T @ w - (B.T @ J) @ through[:, -1]
+    unit = math.sqrt(knots.size / max(float(np.trace(M)), 1e-300))
+    best = (-math.inf, np.zeros(knots.size))
+    for length in LENGTHS:
+        apart = (knots[:, None] - knots) / (length * float(np.ptp(knots)))
+        L = np.linalg.cholesky(np.exp(-0.5 * apart**2) + JITTER * np.eye(knots.size))
+        d, V = np.linalg.eigh(L.T @ M @ L)
+        d, along = np.maximum(d, 0.0), V.T @ (L.T @ b)
+        for s2 in (unit * SIZES) ** 2:
+            gain = 0.5 * float(np.sum(along**2 * s2 / (1.0 + s2 * d)) - np.sum(np.log1p(s2 * d)))
+            if gain > best[0]:
+                best = (gain, L @ (V @ (along * s2 / (1.0 + s2 * d))))
+    gain, curve = best
+    power = float(w @ w)
+    share = float(2.0 * curve @ b - curve @ M @ curve) / power if power > 0.0 else 0.0
+    return gain, share, curve

@@ -1,0 +1,98 @@
+"""The ladder of errors: from the model that was given, effect by effect, down to the noise."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vegrip.effects import effect
+from vegrip.errors import UsageError
+from vegrip.identification.diagnosis.candidate_fit import Fitted, extended, judged
+from vegrip.identification.diagnosis.catalogue import Candidate, candidates
+from vegrip.identification.diagnosis.diagnosis import Diagnosis
+from vegrip.identification.diagnosis.regimes import held_out_groups
+from vegrip.identification.diagnosis.score_tests import Hint, screen
+from vegrip.identification.diagnosis.search import settled
+from vegrip.identification.fit.blas import on_one_thread
+from vegrip.identification.fit.result import Fit, fitted
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One model: the effect that came in (none for the first), its error in training and held out."""
+
+    effect: str | None
+    error: float
+    heldout_error: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {"effect": self.effect, "error": self.error, "heldout_error": self.heldout_error}
+
+
+def ladder(found: Diagnosis) -> list[Rung]:
+    """Return the rungs of a diagnosis, from the first model to the last."""
+    steps = found.search.steps
+    rungs = [Rung(None, steps[0].base.error, steps[0].base.heldout_error)]
+    for step, after in pairwise(steps):
+        if step.taken is not None:
+            rungs.append(Rung(step.taken.candidate.name, after.base.error, after.base.heldout_error))
+    return rungs
+
+
+@on_one_thread
+def add(name: str, start: Fit) -> tuple[Fit, Fitted]:
+    """Put the effect ``name`` into a fitted model and fit again; return that fit, and the model before.
+
+    Raises:
+        ModelError: there is no such effect.
+        UsageError: the model has it, or the recording cannot show it.
+
+    """
+    problem = start.problem
+    effect(name)
+    if name in {one.name for one in problem.model.effects}:
+        raise UsageError(f"the model has {name} already; fit it with `vegrip fit --model`")
+    possible, hidden = candidates(problem.model, problem.measured)
+    if name in hidden:
+        raise UsageError(f"this recording cannot show {name}: {hidden[name]}")
+    candidate = next(one for one in possible if one.name == name)
+    groups = held_out_groups(problem)
+    base = judged(problem, start.optimum, groups)
+    last = settled(extended(base, _hint(base, candidate), groups), groups)
+    return fitted(last.problem, last.optimum), base
+
+
+def _hint(base: Fitted, candidate: Candidate) -> Hint:
+    """Return where the screen points, or the declared value where it sees nothing."""
+    hints = screen(base.problem, base.optimum, [candidate])
+    if hints:
+        return hints[0]
+    return Hint(candidate, 0.0, candidate.trials[0], 1.0, 0.0, np.zeros(base.optimum.residual.size))
+
+
+def draw(rungs: list[Rung], path: Path) -> None:
+    """Draw the ladder.
+
+    Raises:
+        UsageError: matplotlib is not installed.
+
+    """
+    try:
+        import matplotlib as mpl  # noqa: PLC0415
+    except ImportError as error:
+        raise UsageError("pictures need matplotlib; pip install 'vegrip[plot]'") from error
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt  # noqa: PLC0415
+
+    figure, axis = plt.subplots(figsize=(7, 4), constrained_layout=True)
+    names = ["start", *(f"+ {rung.effect}" for rung in rungs[1:])]
+    axis.semilogy(names, [rung.error for rung in rungs], "o-", label="training")
+    axis.semilogy(names, [rung.heldout_error for rung in rungs], "s--", label="held-out episodes")
+    axis.axhline(1.0, color="0.6", lw=1)
+    axis.set_ylabel("error / noise")
+    axis.legend()
+    figure.savefig(path, dpi=110)
+    plt.close(figure)

@@ -1,0 +1,225 @@
+"""The search: screen, refit the best, judge, accept one, and again; then what is not needed is dropped.
+
+Effects that are hidden together are found one after the other, each beside those that were accepted. An
+effect that the accepted ones have made superfluous goes again.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vegrip.identification.diagnosis.acceptance import CALM, PAYS, Verdict, gated, misfit_by_regime
+from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS, Fitted, extended, finished, judged
+from vegrip.identification.diagnosis.catalogue import Candidate, candidates
+from vegrip.identification.diagnosis.evidence_threshold import price
+from vegrip.identification.diagnosis.regimes import held_out_groups, regime_map
+from vegrip.identification.diagnosis.score_tests import Hint, carrier, screen
+from vegrip.identification.fit.problem import Problem
+from vegrip.identification.fit.smoother import Floats
+from vegrip.identification.fit.solve import Optimum, refine
+
+MOST = 4  # effects that are named together
+REFITS = 5  # of candidates that the screen puts first, and
+KINKED = ("displacement_backlash", "saturation", "adhesion")  # whose derivative at nothing says little
+SPECTRA = ("second_relaxation", "power_law_relaxation")  # if one is tried, so is the other
+RELATIVE = 0.05  # of the best one's gain on the screen, below which no refit is tried
+CONTENDS = 0.4  # of the best one's gain, from which a candidate is fitted to the end
+RIVAL = 0.6  # of the best first gain, from which another first effect is followed, and
+RIVALS = 2  # how many are
+
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A candidate that was refitted."""
+
+    candidate: Candidate
+    fitted: Fitted
+    verdict: Verdict
+    change: Floats  # of the whitened residual
+
+
+@dataclass(eq=False)
+class Step:
+    """One round: what was there, what was tried, what was taken."""
+
+    base: Fitted
+    hints: list[Hint]
+    tried: list[Tried]
+    taken: Tried | None = None
+
+
+@dataclass(eq=False)
+class Search:
+    """The whole search, with the last model."""
+
+    steps: list[Step] = field(default_factory=list)
+    out_of_sight: dict[str, str] = field(default_factory=dict)
+    regimes: Floats = field(default_factory=lambda: np.zeros(0))
+    dropped: list[str] = field(default_factory=list)
+
+    @property
+    def first(self) -> Fitted:
+        """The model before anything was added."""
+        return self.steps[0].base
+
+    @property
+    def last(self) -> Fitted:
+        """The model with what was accepted."""
+        return self.steps[-1].base
+
+    @property
+    def accepted(self) -> list[Tried]:
+        """What was taken, in order, and not dropped again."""
+        taken = [step.taken for step in self.steps if step.taken is not None]
+        return [one for one in taken if one.candidate.name not in self.dropped]
+
+    @property
+    def untaken(self) -> "Search":
+        """The first round, with nothing taken."""
+        first = self.steps[0]
+        return Search([Step(first.base, first.hints, first.tried)], self.out_of_sight, self.regimes)
+
+    def misfit(self, fitted: Fitted) -> float:
+        """Chi-square per regime; 1 is noise."""
+        return misfit_by_regime(fitted.optimum.residual, self.regimes)
+
+
+def search(
+    problem: Problem,
+    optimum: Optimum,
+    *,
+    most: int = MOST,
+    threads: int = 2,
+    report: Report = lambda _: None,
+) -> Search:
+    """Look for what ``problem``'s model lacks, from its optimum.
+
+    What is best alone need not be part of what is best together: a second relaxation time imitates a power
+    law and damping at once. Where several effects are named, or too few, the search is therefore made again
+    from what came next, and the greatest evidence counts.
+    """
+    groups = held_out_groups(problem)
+    base = judged(problem, optimum, groups)
+    empty = Search(regimes=regime_map(problem, optimum.u))
+    first = _step(base, groups, empty, threads, report)
+    best = _grown(first, None, groups, empty, most, threads, report)
+    for rival in rivals(best):
+        report(f"begins with {rival.candidate.name}")
+        other = _grown(first, rival, groups, empty, most, threads, report)
+        if other.last.evidence > best.last.evidence + PAYS:
+            best = other
+    return best
+
+
+def rivals(found: Search) -> list[Tried]:
+    """Return with what else a search might have begun, when it is worth while."""
+    first, names = found.steps[0], {one.candidate.name for one in found.accepted}
+    if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= CALM):
+        return []
+    least = RIVAL * first.taken.verdict.gain
+    passed = [one for one in first.tried if one.verdict.passed and one.verdict.gain >= least]
+    return [one for one in passed if one.candidate.name not in names][:RIVALS]
+
+
+def _grown(
+    first: Step, choice: Tried | None, groups: Floats, empty: Search, most: int, threads: int, report: Report
+) -> Search:
+    """Take effects one after the other, the first of them the ``choice``, the best when not given."""
+    found = Search([Step(first.base, first.hints, first.tried)], empty.out_of_sight, empty.regimes)
+    while True:
+        step = found.steps[-1]
+        passed = [one for one in step.tried if one.verdict.passed]
+        if not passed or len(found.accepted) >= most:
+            break
+        step.taken = choice or max(passed, key=lambda one: one.verdict.gain)
+        choice = None
+        report(f"takes {step.taken.candidate.name}")
+        found.steps.append(_step(settled(step.taken.fitted, groups), groups, found, threads, report))
+    _drop_superfluous(found, groups)
+    return found
+
+
+def _step(base: Fitted, groups: Floats, found: Search, threads: int, report: Report) -> Step:
+    model = base.problem.model
+    if "K" in model.values:  # the scale of forces, which a saturation is measured by
+        model = model.with_value("K", base.value("K"))
+    possible, out_of_sight = candidates(model, base.problem.measured)
+    found.out_of_sight = found.out_of_sight or out_of_sight
+    report(f"screens {len(possible)} effects")
+    hints = screen(base.problem, base.optimum, possible, threads)
+    chosen = shortlist(hints)
+    report("refits " + (", ".join(hint.candidate.name for hint in chosen) or "none"))
+    misfit = found.misfit(base)
+    first = found.steps[0].base if found.steps else base
+    asked = price(first, base, misfit, [one.candidate.name for one in found.accepted])
+
+    def told(hint: Hint, new: Fitted) -> Tried:
+        pays = asked.of(hint.candidate.name)
+        verdict = gated(hint.candidate, base, new, (misfit, found.misfit(new)), pays, asked.left)
+        return Tried(hint.candidate, new, verdict, base.whitened(new) - base.optimum.residual)
+
+    fits = _refitted(base, chosen, groups, threads)
+    tried = [told(hint, new) for hint, new in zip(chosen, fits, strict=True)]
+    return Step(base, hints, sorted(tried, key=lambda one: -one.verdict.gain))
+
+
+def _refitted(base: Fitted, chosen: list[Hint], groups: Floats, threads: int) -> list[Fitted]:
+    """Return the fits with each of the ``chosen``; only those that contend are made to the end."""
+    with ThreadPoolExecutor(threads) as pool:
+        fits = list(pool.map(lambda hint: extended(base, hint, groups), chosen))
+        least = base.evidence + CONTENDS * max((one.evidence - base.evidence for one in fits), default=0.0)
+        return list(pool.map(lambda one: finished(base, one, groups) if one.evidence >= least else one, fits))
+
+
+def shortlist(hints: list[Hint]) -> list[Hint]:
+    """Return the hints that are worth a refit."""
+    if not hints:
+        return []
+    least = max(PAYS, RELATIVE * hints[0].gain)
+    chosen = [hint for hint in hints if hint.gain >= least][:REFITS]
+    names = {hint.candidate.name for hint in chosen}
+    others = [hint for hint in hints if hint.candidate.name not in names]
+    kinked = [h for h in others if h.candidate.name in KINKED and h.gain >= 0.5 * least]
+    mates = [h for h in others if h.candidate.name in SPECTRA and names & set(SPECTRA)]
+    return chosen + kinked + mates
+
+
+def settled(fitted: Fitted, groups: Floats) -> Fitted:
+    """Set up the noise anew at a fitted model, and fit it to the end."""
+    problem = fitted.problem
+    u = fitted.optimum.u
+    problem.freeze(u)
+    best = refine(problem, u, 2 * EVALUATIONS)
+    return judged(problem, best, groups)
+
+
+def _drop_superfluous(found: Search, groups: Floats) -> None:
+    """Take each accepted effect but the last out again; it stays away if that costs too little."""
+    for one in found.accepted[:-1]:
+        last = found.last
+        without = _without(last, one.candidate)
+        rest = judged(without, refine(without, _shared(last, without), EVALUATIONS), groups)
+        if last.evidence - rest.evidence < PAYS:
+            found.dropped.append(one.candidate.name)
+            found.steps.append(Step(rest, [], []))
+
+
+def _without(fitted: Fitted, candidate: Candidate) -> Problem:
+    """Return the problem with an effect held at nothing."""
+    problem = fitted.problem
+    model = problem.model
+    own = {p.symbol for p in candidate.effect.parameters}
+    for symbol in own:
+        model = model.with_value(symbol, candidate.null[symbol])
+    symbols = tuple(s for s in problem.symbols if s not in own)
+    within = carrier(model, [])
+    return Problem(model, problem.measured, zeros=problem.zeros, symbols=symbols, like=problem, within=within)
+
+
+def _shared(fitted: Fitted, other: Problem) -> Floats:
+    known = dict(zip(fitted.problem.unknowns.names, fitted.optimum.u, strict=True))
+    return np.array([known[name] for name in other.unknowns.names])

@@ -1,0 +1,280 @@
+"""The choice: every item of the menu at its best amplitudes, the best of them, and whether it will do."""
+
+import math
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from vegrip.effects import effect
+from vegrip.errors import UsageError
+from vegrip.identification.experiment.design_space import MENU, Item, Rig
+from vegrip.identification.experiment.discrimination import Separation, achieved, chance, separation
+from vegrip.identification.experiment.hypotheses import NOTHING, Contest
+from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.simulate import Protocol, simulate
+
+ENOUGH = 20.0  # [nats] with which an experiment decides in 99 of 100 cases
+LEAST = 5.0  # [nats] below which it decides nothing
+FAINT = 1.0  # [nats] from which repeating helps; below it, it is mostly errors of the model that add up
+MOST = 6  # repetitions
+REFITTED = 8  # items that are refitted in full,
+QUICK = 3  # or so many
+STEPS = (1.25, 0.8, 1.1, 0.9)  # factors tried on each amplitude, until one is better
+WITHIN = ("depth", "stroke")  # amplitudes that are shares
+SLOW = 0.05  # of the score that the whole allowed duration costs
+
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Planned:
+    """An experiment: an item with its amplitudes, how often, and what it is expected to tell."""
+
+    item: str
+    amplitudes: Mapping[str, float]
+    protocol: Protocol
+    separation: Separation
+    times: int = 1
+    refitted: bool = False  # the separation is that of full refits, else linear
+
+    @property
+    def nats(self) -> float:
+        """Expected separation of the pair that is hardest to tell apart, all repetitions together."""
+        return self.times * self.separation.nats
+
+    @property
+    def whole(self) -> Protocol:
+        """The protocol with its repetitions."""
+        return self.protocol.repeated(self.times)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {
+            "item": self.item,
+            "nats": self.nats,
+            "hardest": list(self.separation.hardest),
+            "pairs": {
+                " against ".join(pair): self.times * nats for pair, nats in self.separation.pairs.items()
+            },
+            "duration": self.whole.duration,
+            "repetitions": self.times,
+            "refitted": self.refitted,
+            "amplitudes": dict(self.amplitudes),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """What was found.
+
+    Attributes:
+        contest: what is to be told apart.
+        limits: of the rig.
+        depth: greatest depth [m] that force and depth allow.
+        tried: each item at its best, best first.
+        left_out: item -> why it was not tried.
+        achieved: in a simulated experiment of the best kind, nats by (truth, rival).
+
+    """
+
+    contest: Contest
+    limits: RigLimits
+    depth: float
+    tried: tuple[Planned, ...]
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    achieved: Mapping[tuple[str, str], float] = field(default_factory=dict)
+
+    @property
+    def best(self) -> Planned | None:
+        """The experiment to do next; None when none on the menu would tell."""
+        first = self.tried[0] if self.tried else None
+        return first if first is not None and first.refitted and first.nats >= LEAST else None
+
+    @property
+    def advice(self) -> str:
+        """What to do, in a sentence or two."""
+        between = " and ".join(self.contest.names)
+        if self.best is not None:
+            nats, seconds = self.best.nats, self.best.whole.duration
+            odds = f"expected to tell {between} apart by {nats:.0f} nats in {seconds:.0f} s"
+            return f"{self.best.item}: {odds} (decides with probability {chance(nats):.2f})"
+        most = f" (at most {self.tried[0].nats:.1f} nats, {self.tried[0].item})" if self.tried else ""
+        told = [effect(n).experiment for n in self.contest.names if n != NOTHING]
+        hints = "; ".join(dict.fromkeys(text for text in told if text))
+        return f"no experiment on the menu tells {between} apart within these limits{most}; what may: {hints}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what ``--json`` prints, and the ``experiment`` of a diagnosis."""
+        limits = {name: getattr(self.limits, name) for name in self.limits.__dataclass_fields__}
+        return {
+            "between": list(self.contest.names),
+            "assumed": list(self.contest.assumed),
+            "separates": self.best is not None,
+            "advice": self.advice,
+            "best": self.best.as_dict() if self.best is not None else None,
+            "chance": chance(self.best.nats) if self.best is not None else 0.0,
+            "achieved": {" against ".join(pair): nats for pair, nats in self.achieved.items()},
+            "items": [planned.as_dict() for planned in self.tried],
+            "left_out": dict(self.left_out),
+            "limits": limits | {"depth_for_force": self.depth},
+        }
+
+
+def design(
+    contest: Contest,
+    limits: RigLimits,
+    *,
+    enough: float = ENOUGH,
+    thorough: bool = True,
+    threads: int = 2,
+    report: Report = lambda _: None,
+) -> Design:
+    """Find the experiment that tells the contestants apart by ``enough`` nats in the shortest time.
+
+    Where none does, the one that comes closest. The menu is gone through with linear refits, the most
+    promising ones are refitted in full. ``thorough`` looks at more of them, searches on from the amplitudes
+    that the menu begins with, and simulates the best one, noise and all.
+    """
+    rig = rig_of(contest, limits)
+    left_out: dict[str, str] = {}
+    jobs: list[tuple[Item, Rig, Mapping[str, float]]] = []
+    for item in MENU:
+        own, reason = _suited(item, contest, limits, rig)
+        fits = [a for a in item.choices() if item.protocol(own, a).duration <= limits.duration]
+        if reason or not fits:
+            left_out[item.name] = reason or f"it takes longer than {limits.duration:g} s"
+        jobs += [(item, own, a) for a in fits if not reason]
+
+    def look(job: tuple[Item, Rig, Mapping[str, float]]) -> Planned:
+        item, own, amplitudes = job
+        protocol = item.protocol(own, amplitudes)
+        return Planned(item.name, amplitudes, protocol, separation(contest, protocol))
+
+    def score(one: Planned) -> float:
+        return _score(one, limits, enough)
+
+    with ThreadPoolExecutor(threads) as pool:
+        report(f"{len(jobs)} experiments on the menu")
+        scanned = sorted(pool.map(look, jobs), key=score, reverse=True)
+        chosen = _promising(scanned)[: REFITTED if thorough else QUICK]
+        report(f"refits for {len(chosen)} of them")
+        refitted = list(pool.map(lambda one: _refitted(one, contest), chosen))
+    best = max((_often(one, limits, enough) for one in refitted), key=score)
+    if thorough:
+        report(f"amplitudes of {best.item}")
+        refitted.append(_polished(replace(best, times=1), contest, limits, rig, enough))
+    tried = _one_each(
+        sorted((_often(one, limits, enough) for one in refitted), key=score, reverse=True), scanned
+    )
+    made = Design(contest, limits, rig.depth, tuple(tried), left_out)
+    if thorough and made.best is not None:
+        report("simulates the best one")
+        made = replace(made, achieved=achieved(contest, made.best.whole, seed=1))
+    return made
+
+
+def _promising(scanned: list[Planned]) -> list[Planned]:
+    """Return the best of each item, of those that tell anything, in the order given."""
+    best = {one.item: one for one in reversed(scanned)}
+    order = dict.fromkeys(one.item for one in scanned)
+    some = [best[name] for name in order if best[name].nats >= FAINT]
+    return some or [scanned[0]]
+
+
+def _refitted(planned: Planned, contest: Contest) -> Planned:
+    return replace(planned, separation=separation(contest, planned.protocol, refit=True), refitted=True)
+
+
+def _one_each(ranked: list[Planned], scanned: list[Planned]) -> list[Planned]:
+    """Return each item once, as it was ranked first; those that were not refitted come last."""
+    found = {one.item: one for one in reversed([*ranked, *scanned])}
+    order = dict.fromkeys(one.item for one in [*ranked, *scanned])
+    return [found[name] for name in order]
+
+
+def rig_of(contest: Contest, limits: RigLimits) -> Rig:
+    """Return what the menu is scaled to, its depth such that no contestant's force passes the limit.
+
+    Raises:
+        UsageError: a limit that has to be known is not.
+
+    """
+    for name in ("depth", "force", "speed"):
+        if not getattr(limits, name) > 0.0:
+            raise UsageError(f"the greatest {name} is not known; give it with the limits")
+    friction = max(m.values["mu"].value if "mu" in m.values else 0.7 for m in contest.models.values())
+    rig = Rig(limits.depth, limits.speed, contest.rate, limits.pause, friction)
+    return replace(rig, depth=_depth_for(contest, rig, limits.force))
+
+
+def _depth_for(contest: Contest, rig: Rig, force: float) -> float:
+    """Return the greatest depth [m] at which the force of a fast press stays below ``force`` [N]."""
+    low, high = 0.0, rig.depth
+    if _force_at(contest, rig, high) <= force:
+        return high
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _force_at(contest, rig, middle) <= force else (low, middle)
+    return low if low > 0.0 else high
+
+
+def _force_at(contest: Contest, rig: Rig, depth: float) -> float:
+    own = replace(rig, depth=depth)
+    protocol = Protocol("press", (own.press(depth),), 0.0)
+    exact = {"normal_force": 0.0, "displacement": 0.0}
+    return max(
+        float(simulate(model, protocol, sensors=exact, rate=rig.rate).columns["normal_force"].max())
+        for model in contest.models.values()
+    )
+
+
+def _suited(item: Item, contest: Contest, limits: RigLimits, rig: Rig) -> tuple[Rig, str]:
+    """Return the rig for an item, or why it cannot be done."""
+    if not item.rubs:
+        return rig, ""
+    if not contest.rubs:
+        return rig, "no tangential force is measured"
+    if not limits.tangential_force > 0.0:
+        return rig, "the rig does not pull"
+    allowed = limits.tangential_force / rig.friction
+    if item.name.startswith("twists") and not limits.torque > 0.0:
+        return rig, "the rig does not twist"
+    return replace(rig, depth=_depth_for(contest, rig, min(allowed, limits.force))), ""
+
+
+def _score(planned: Planned, limits: RigLimits, enough: float) -> float:
+    """Return what is to be large: nats up to ``enough``, then speed."""
+    reached = min(planned.nats / enough, 1.0)
+    return reached - SLOW * planned.whole.duration / limits.duration
+
+
+def _polished(planned: Planned, contest: Contest, limits: RigLimits, rig: Rig, enough: float) -> Planned:
+    """Search on along each amplitude, one after the other."""
+    item = next(item for item in MENU if item.name == planned.item)
+    own, _ = _suited(item, contest, limits, rig)
+    best = planned
+    for name in item.levels:
+        for factor in STEPS:
+            amplitudes = {**best.amplitudes, name: best.amplitudes[name] * factor}
+            protocol = item.protocol(own, amplitudes)
+            if protocol.duration > limits.duration or (name in WITHIN and amplitudes[name] > 1.0):
+                continue
+            tried = _refitted(replace(best, amplitudes=amplitudes, protocol=protocol), contest)
+            if _score(tried, limits, enough) > _score(best, limits, enough):
+                best = tried
+                break
+    return best
+
+
+def _often(planned: Planned, limits: RigLimits, enough: float) -> Planned:
+    """Repeat an experiment that tells something but not enough, as often as the time allows."""
+    nats = planned.separation.nats
+    if not FAINT <= nats < enough:
+        return planned
+    once = planned.protocol.duration + planned.protocol.pause
+    room = int((limits.duration + planned.protocol.pause) // once)
+    times = int(np.clip(math.ceil(enough / nats), 1, min(room, MOST)))
+    return replace(planned, times=times)

@@ -1,0 +1,193 @@
+"""The menu: kinds of experiment, each with amplitudes to choose.
+
+Depths are shares of the greatest allowed one, so that an item is the same for a fingertip and a cell.
+"""
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+from vegrip.identification.simulate import Protocol, Segment
+from vegrip.virtual.bench.protocol import Episode
+
+AIR = 0.5  # [s] out of contact before and after each contact: the zeros of the sensors
+CLEAR = 0.05  # [of the depth] distance kept there
+SLID = 3.0  # times the motion at which a contact of that depth slips
+FINEST = 8  # samples per period of a sine
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What the items are scaled to: depth [m], speed [m/s], rate [Hz], pause [s], friction [-]."""
+
+    depth: float
+    speed: float
+    rate: float
+    pause: float
+    friction: float = 0.7
+
+    def air(self, duration: float = AIR) -> Segment:
+        """Return a stretch out of contact, reached at once as far as the speed allows."""
+        return Segment(duration, depth=-CLEAR * self.depth)
+
+    def go(self, start: float, depth: float, speed: float = 0.0) -> Segment:
+        """Return the motion from one depth to the other [m], as fast as allowed or with ``speed``."""
+        pace = min(speed, self.speed) if speed > 0.0 else self.speed
+        return Segment(max(abs(depth - start) / pace, 2.0 / self.rate), depth=depth)
+
+    def press(self, depth: float, *inside: Segment, speed: float = 0.0) -> Episode:
+        """Return air, a press to ``depth``, what is done there, and back into the air."""
+        off = -CLEAR * self.depth
+        return (self.air(), self.go(off, depth, speed), *inside, self.go(depth, off, speed), self.air())
+
+
+Levels = Mapping[str, tuple[float, ...]]
+Make = Callable[..., list[Episode]]
+
+
+@dataclass(frozen=True)
+class Item:
+    """One kind of experiment; ``make(rig, **amplitudes)`` gives its episodes."""
+
+    name: str
+    make: Make
+    levels: Levels
+    rubs: bool = False  # it pulls or twists
+
+    def choices(self) -> Iterator[dict[str, float]]:
+        """Yield the amplitudes to begin with."""
+        for values in itertools.product(*self.levels.values()):
+            yield dict(zip(self.levels, values, strict=True))
+
+    def protocol(self, rig: Rig, amplitudes: Mapping[str, float]) -> Protocol:
+        """Return the protocol for these amplitudes."""
+        episodes = tuple(self.make(rig, **amplitudes))
+        return Protocol(self.name, episodes, rig.pause, (self.name, *[""] * (len(episodes) - 1)))
+
+
+def _hold(rig: Rig, depth: float, time: float) -> list[Episode]:
+    return [rig.press(depth * rig.depth, Segment(time)), (rig.air(2.0),)]
+
+
+def _holds(rig: Rig, depth: float, time: float) -> list[Episode]:
+    return [rig.press(part * depth * rig.depth, Segment(time)) for part in (0.35, 0.65, 1.0)]
+
+
+def _growing(rig: Rig, depth: float, time: float) -> list[Episode]:
+    peaks = [part * depth * rig.depth for part in (0.25, 0.5, 0.75, 1.0, 0.5)]
+    strokes = [s for peak in peaks for s in (rig.go(0.0, peak, peak / time), rig.go(peak, 0.0, peak / time))]
+    return [(rig.air(), *strokes, rig.air(1.0))]
+
+
+def _triangles(rig: Rig, depth: float, frequency: float) -> list[Episode]:
+    peak = depth * rig.depth
+    pace = 2.0 * peak * frequency
+    cycles = min(max(round(8.0 * frequency), 2), 20)
+    return [(rig.air(), *(rig.go(0.0, peak, pace), rig.go(peak, 0.0, pace)) * cycles, rig.air(1.0))]
+
+
+def _speeds(rig: Rig, depth: float) -> list[Episode]:
+    peak = depth * rig.depth
+    paces = [min(rig.speed, pace * peak) for pace in (0.1, 1.0, 10.0)]
+    return [rig.press(peak, speed=pace) for pace in paces]
+
+
+def _sines(rig: Rig, depth: float, frequency: float) -> list[Episode]:
+    middle = 0.8 * depth * rig.depth
+    frequency = min(frequency, rig.rate / FINEST)
+    amplitude = min(0.2 * middle, rig.speed / (6.3 * frequency))
+    wave = Segment(max(round(5.0 * frequency), 5) / frequency, amplitude=amplitude, frequency=frequency)
+    return [rig.press(middle, Segment(1.0), wave)]
+
+
+def _reversals(rig: Rig, depth: float, stroke: float) -> list[Episode]:
+    middle, half = depth * rig.depth, stroke * depth * rig.depth
+    waves = [
+        Segment(n / f, amplitude=min(half, rig.speed / (6.3 * f)), frequency=f)
+        for f, n in ((0.2, 2), (5.0, 20))
+    ]
+    return [rig.press(middle - half, Segment(2.0), *waves)]
+
+
+def _ramp(rig: Rig, depth: float, time: float) -> list[Episode]:
+    return [rig.press(depth * rig.depth, speed=depth * rig.depth / time)]
+
+
+def _stairs(rig: Rig, depth: float, time: float) -> list[Episode]:
+    levels = [depth * rig.depth * part for part in (0.2, 0.4, 0.6, 0.8, 1.0, 0.8, 0.6, 0.4, 0.2)]
+    up = [s for a, b in itertools.pairwise([0.0, *levels]) for s in (rig.go(a, b), Segment(time))]
+    return [(rig.air(), *up, rig.go(levels[-1], -CLEAR * rig.depth), rig.air(1.0))]
+
+
+def _taps(rig: Rig, depth: float) -> list[Episode]:
+    peak = depth * rig.depth
+    return [rig.press(peak, Segment(0.2), speed=pace * peak) for pace in (0.5, 2.0, 8.0)]
+
+
+def _touches(rig: Rig, depth: float, time: float) -> list[Episode]:
+    light = rig.press(0.15 * rig.depth, Segment(0.5), speed=rig.depth)
+    return [light, rig.press(depth * rig.depth, Segment(time)), light]
+
+
+def _strokes(rig: Rig, depth: float) -> list[Episode]:
+    far = -2.0 * depth * rig.depth
+    near = -CLEAR * rig.depth
+    there_and_back = (rig.go(near, far), rig.go(far, near))
+    return [(rig.air(), *there_and_back * 10, rig.air())]
+
+
+def _pull(rig: Rig, depth: float, wait: float, share: float = 1.0, spin: float = 0.0) -> Episode:
+    """Press, wait, move until well after slip; ``share`` of the usual speed."""
+    peak = depth * rig.depth
+    pull = 2.0 * rig.friction * peak * share
+    move = Segment(0.5 * SLID / share, pull_x=0.0 if spin else pull, spin=spin * share)
+    return rig.press(peak, Segment(wait), move, Segment(0.2))
+
+
+def _loads(rig: Rig, depth: float, time: float) -> list[Episode]:
+    return [_pull(rig, part * depth, time) for part in (0.3, 0.5, 0.75, 1.0)]
+
+
+def _waits(rig: Rig, depth: float, time: float) -> list[Episode]:
+    return [_pull(rig, depth, wait) for wait in (0.1, 0.1 * time, time, 0.1, time)]
+
+
+def _slides(rig: Rig, depth: float) -> list[Episode]:
+    return [_pull(rig, depth, 0.5, share) for share in (0.1, 0.4, 1.6, 6.4)]
+
+
+def _twists(rig: Rig, depth: float, time: float) -> list[Episode]:
+    turn = 2.0  # [rad/s]
+    return [_pull(rig, part * depth, wait, spin=turn) for part in (0.5, 1.0) for wait in (0.2, time)] + [
+        _pull(rig, part * depth, 0.5) for part in (0.5, 1.0)
+    ]
+
+
+def _directions(rig: Rig, depth: float) -> list[Episode]:
+    peak = depth * rig.depth
+    pull, lasts = 2.0 * rig.friction * peak, 0.5 * SLID
+    ways = ((pull, 0.0), (-pull, 0.0), (0.0, pull), (0.0, -pull))
+    return [rig.press(peak, Segment(0.5), Segment(lasts, pull_x=x, pull_y=y)) for x, y in ways]
+
+
+DEPTHS = (0.5, 1.0)
+MENU = (
+    Item("one hold", _hold, {"depth": DEPTHS, "time": (2.0, 10.0, 40.0)}),
+    Item("holds at three depths", _holds, {"depth": DEPTHS, "time": (2.0, 8.0)}),
+    Item("growing peaks, then a small one", _growing, {"depth": DEPTHS, "time": (0.2, 1.0, 4.0)}),
+    Item("triangles", _triangles, {"depth": DEPTHS, "frequency": (0.2, 2.0)}),
+    Item("presses over two decades of speed", _speeds, {"depth": DEPTHS}),
+    Item("small sines", _sines, {"depth": DEPTHS, "frequency": (2.0, 8.0, 20.0)}),
+    Item("small reversals, slow and fast", _reversals, {"depth": DEPTHS, "stroke": (0.03, 0.15)}),
+    Item("slow ramp", _ramp, {"depth": DEPTHS, "time": (5.0, 20.0)}),
+    Item("stairs", _stairs, {"depth": DEPTHS, "time": (0.5, 2.0)}),
+    Item("taps and pull-offs at three speeds", _taps, {"depth": (0.15, 0.4)}),
+    Item("light touch before and after a deep press", _touches, {"depth": DEPTHS, "time": (0.5, 5.0)}),
+    Item("strokes in air", _strokes, {"depth": (1.0,)}),
+    Item("pulls at four loads", _loads, {"depth": DEPTHS, "time": (0.5,)}, rubs=True),
+    Item("pulls after short and long waits", _waits, {"depth": DEPTHS, "time": (3.0, 10.0)}, rubs=True),
+    Item("slides at four speeds", _slides, {"depth": DEPTHS}, rubs=True),
+    Item("twists and pulls after two waits", _twists, {"depth": DEPTHS, "time": (3.0,)}, rubs=True),
+    Item("pulls in four directions", _directions, {"depth": DEPTHS}, rubs=True),
+)
+"""What is tried, and at which amplitudes first."""

@@ -1,0 +1,67 @@
+"""Sudden losses of force that no motion explains: the material slipped or tore, and comes back to its course.
+
+No effect of a contact model makes them, and one such event pulls every parameter. A loss counts when the
+force falls between neighbouring samples by far more than the noise and ten times faster than around it, while
+the displacement goes on as before and the contact stays closed (a pull-off ends in air and is no event).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vegrip.identification.fit.smoother import Floats
+
+AROUND = 6  # samples to either side that say what is usual
+SUDDEN = 10.0  # times the steepest of those
+NOISES = 30.0  # of the force
+KEPT = 0.3  # of the force must be left, else the contact parted
+AGAIN = 2.0  # times as long as it took to regain the lost force is left out
+
+
+@dataclass(frozen=True)
+class Event:
+    """A loss of force: row after which it begins, first row that counts again, time [s] and size [N]."""
+
+    begin: int
+    end: int
+    time: float
+    loss: float
+
+    @property
+    def rows(self) -> slice:
+        """Rows to leave out."""
+        return slice(self.begin + 1, self.end)
+
+
+def events(t: Floats, first: Floats, displacement: Floats, force: Floats, noise: float) -> list[Event]:
+    """Return the losses of ``force`` (n,) [N], NaN where missing, with white ``noise`` [N].
+
+    Usual is the steepest change before a loss, and the middle one after it (the force springs back a little).
+    """
+    found: list[Event] = []
+    fall, move = -np.diff(force), np.abs(np.diff(displacement))
+    fall[first[1:] > 0.5] = np.nan
+    for i in np.flatnonzero(np.nan_to_num(fall) > NOISES * noise).tolist():
+        if found and i < found[-1].end:
+            continue
+        before, after = slice(max(i - AROUND, 0), i), slice(i + 3, i + 3 + AROUND)
+        usual, moved = np.abs(fall[before]), np.r_[move[before], move[after]]
+        if usual.size < AROUND or not np.isfinite(np.r_[usual, fall[after]]).all():
+            continue
+        usually = max(float(usual.max()), float(np.median(np.abs(fall[after]))) if fall[after].size else 0.0)
+        low = force[i + 1 : i + 4].min()
+        if force[i] - low > SUDDEN * usually and move[i] <= 2.0 * moved.max() and low > KEPT * force[i] > 0.0:
+            found.append(_event(i, t, first, force, low))
+    return found
+
+
+def _event(i: int, t: Floats, first: Floats, force: Floats, low: float) -> Event:
+    """Follow an event until the force has long been back where it was; at most to the end of the episode."""
+    over = np.flatnonzero(first[i + 1 :] > 0.5)
+    last = i + 1 + int(over[0]) if over.size else t.size
+    back = np.flatnonzero(force[i + 1 : last] >= force[i])
+    if not back.size:
+        return Event(i, last, float(t[i + 1]), float(force[i] - low))
+    again = t[i] + AGAIN * (t[i + 1 + int(back[0])] - t[i])
+    end = min(int(np.searchsorted(t, again, side="right")), last)
+    return Event(i, end, float(t[i + 1]), float(force[i] - low))

@@ -1,0 +1,362 @@
+"""The least-squares problem of a model and a recording: what the model leaves, in units of the noise.
+
+Three blocks, one below the other: the normal force (every row, whitened), the load at slip (rows that slide),
+the contact radius (rows that see it). Unknown are the coordinates of the model's parameters and the zeros of
+both sensors, for the recording or for each episode.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.identification.fit.preprocess import Measured
+from vegrip.identification.fit.sensitivity import (
+    Sensitivity,
+    by_position,
+    by_speed,
+    feels_speed,
+    follows,
+    has_play,
+)
+from vegrip.identification.fit.smoother import Floats
+from vegrip.identification.fit.whitening import Whitener
+from vegrip.model import BASE, ContactModel, Predictor
+from vegrip.model.channels import QUANTITIES
+from vegrip.parameters import coordinate
+
+Zeros = Literal["recording", "episode"]
+
+AT = {name: i for i, name in enumerate(QUANTITIES)}
+VAGUE = 3.0  # the prior of a fit is this many times wider than declared, of the base model and of shapes
+VAGUE_LOG_SCALE = 5.0  # and that of a stiffness, whose unit may be a cell or a car tyre
+FREE_ZERO = 0.5  # [x_ref], [greatest force] prior std and bound of the zeros
+FIRM = (
+    5.0  # standard deviations of the force: with less a model may take the surface for lifted, without radius
+)
+UNSURE = 0.07  # of the load at slip that noise may be
+FORGOTTEN = 2.0  # relaxation times after a contact was made anew
+LONGEST = 5.0  # [s]
+STEP = 1e-4  # of a prior std, for derivatives
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns:
+    """Names, bounds and priors of what is fitted, in coordinates; zeros in x_ref and greatest force.
+
+    Priors: the declared ones for the amount of an added effect; for what shapes it wider ones, and for the
+    base model wide ones around the values it has, which matter only where the recording is silent.
+    """
+
+    names: tuple[str, ...]
+    log: NDArray[np.bool_]
+    place: NDArray[np.int64]  # in the model's vector, -1 for zeros
+    start: Floats
+    low: Floats
+    high: Floats
+    prior: Floats
+    std: Floats
+
+
+class Problem:
+    """Residuals and derivatives.
+
+    Args:
+        model: whose values are the start.
+        measured: the recording.
+        zeros: whether the zeros of the sensors are the recording's or each episode's.
+        symbols: parameters to fit; those with a standard deviation when not given.
+        like: a problem whose rows and noise to share, so that models can be compared; else the noise is
+            that at the start, until :meth:`freeze`.
+        within: a model that has all effects of ``model`` and more, those absent; it is what runs.
+
+    """
+
+    doubtful: NDArray[np.bool_]
+    stiffness: Floats
+    whitener: Whitener
+    force_std: Floats
+    slip_std: Floats
+    slip_bias: Floats
+    _columns: dict[str, Floats]
+    radius_std: Floats
+
+    def __init__(
+        self,
+        model: ContactModel,
+        measured: Measured,
+        *,
+        zeros: Zeros = "recording",
+        symbols: tuple[str, ...] | None = None,
+        like: "Problem | None" = None,
+        within: ContactModel | None = None,
+    ) -> None:
+        self.model, self.measured = model, measured
+        self._columns = measured.columns if like is None else like._columns
+        asked = np.zeros(len(measured.recording))
+        asked[measured.seen], asked[measured.sliding] = 1.0, 2.0
+        runs = within or model
+        self._predictor = Predictor(runs, self._columns, asked=asked)
+        self._places = {symbol: i for i, symbol in enumerate(runs.parameters)}
+        self._vector = runs.vector
+        for symbol, value in model.values.items():
+            self._vector[self._places[symbol]] = value.value
+        self.depth = model.reference_depth
+        self.load = float(np.nanmax(np.abs(measured.force)))
+        self.episodes = np.cumsum(measured.first > 0.5).astype(np.int64) - 1
+        self._owner = self.episodes if zeros == "episode" else np.zeros_like(self.episodes)
+        self.zeros = zeros
+        self.unknowns = self._unknowns(symbols)
+        if like is None:
+            self.doubtful = np.zeros(self.episodes.size, dtype=bool)
+            self.freeze(self.unknowns.start)
+        else:
+            self.doubtful, self.stiffness, self.whitener = like.doubtful, like.stiffness, like.whitener
+            self.force_std, self.radius_std = like.force_std, like.radius_std
+            self.slip_std, self.slip_bias = like.slip_std, like.slip_bias
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """Parameters that are fitted."""
+        return tuple(n for n, at in zip(self.unknowns.names, self.unknowns.place, strict=True) if at >= 0)
+
+    def _unknowns(self, symbols: tuple[str, ...] | None) -> Unknowns:
+        known = self.model.parameters
+        names = [s for s in known if self.model.values[s].std > 0.0] if symbols is None else list(symbols)
+        declared = [known[s][1] for s in names]
+        values = [self.model.values[s] for s in names]
+        zeros = int(self._owner.max()) + 1
+        extra = [
+            f"{kind}{i if zeros > 1 else ''}"
+            for kind in ("zero_displacement", "zero_force")
+            for i in range(zeros)
+        ]
+        place = [self._places[s] for s in names]
+
+        # a first touch that lies deeper, or long before the record began, is no zero but another law
+
+        def joined(inner: list[float], zero: float) -> Floats:
+            return np.array([*inner, *[zero] * len(extra)], dtype=np.float64)
+
+        base = [known[s][0] in BASE for s in names]
+        wide = [
+            VAGUE_LOG_SCALE if p.symbol == "K" else p.std * (VAGUE if own or p.null is None else 1.0)
+            for p, own in zip(declared, base, strict=True)
+        ]
+        middle = [
+            coordinate(p, v.value if own else p.default)
+            for p, v, own in zip(declared, values, base, strict=True)
+        ]
+        return Unknowns(
+            (*names, *extra),
+            np.array([p.transform == "log" for p in declared] + [False] * len(extra)),
+            np.array([*place, *[-1] * len(extra)], dtype=np.int64),
+            joined([coordinate(p, v.value) for p, v in zip(declared, values, strict=True)], 0.0),
+            joined([_bound(p.transform, v.low) for p, v in zip(declared, values, strict=True)], -FREE_ZERO),
+            joined([_bound(p.transform, v.high) for p, v in zip(declared, values, strict=True)], FREE_ZERO),
+            joined(middle, 0.0),
+            joined(wide, FREE_ZERO),
+        )
+
+    def parts(self, u: Floats) -> tuple[Floats, tuple[Floats, Floats]]:
+        """Return the model's vector and the zeros (n,) of displacement [m] and force [N]."""
+        vector = self._vector.copy()
+        inner = self.unknowns.place >= 0
+        raw = u[inner]
+        vector[self.unknowns.place[inner]] = np.where(
+            self.unknowns.log[inner], np.exp(np.where(self.unknowns.log[inner], raw, 0.0)), raw
+        )
+        zero = u[~inner]
+        n = zero.size // 2
+        return vector, (self.depth * zero[:n][self._owner], self.load * zero[n:][self._owner])
+
+    def table(self, u: Floats, instead: Mapping[str, float] | None = None) -> Floats:
+        """Return the prediction (n, 14), radius and load only of rows that tell.
+
+        The normal force is with the zero of its sensor.
+
+        ``instead``: values of parameters that are not among the unknowns.
+        """
+        vector, zeros = self.parts(u)
+        for symbol, value in (instead or {}).items():
+            vector[self._places[symbol]] = value
+        out = self._predictor(vector, zeros)
+        out[:, AT["normal_force"]] += zeros[1]
+        return out
+
+    def freeze(self, u: Floats) -> None:
+        """Set up the noise of every block at ``u``."""
+        m, noise = self.measured, self.measured.noise
+        here = self.table(u)
+        vector, zeros = self.parts(u)
+        h = 1e-3 * self.depth
+        beyond = self._predictor(vector, (zeros[0] - h, zeros[1]))
+        rise = (beyond[:, AT["elastic_force"]] - here[:, AT["elastic_force"]]) / h
+        touching = here[:, AT["normal_force"]] - zeros[1] != 0.0
+        self.stiffness = np.where(touching, np.maximum(rise, 0.0), 0.0)
+        self.whitener = Whitener(
+            m.recording.t,
+            m.first,
+            m.motion,
+            self._sensitivity(vector, zeros),
+            noise.of_force(m.force, self.episodes),
+            self.used.astype(np.float64),
+        )
+        self.force_std = self.whitener.std
+        self.slip_std, self.slip_bias = self._slip_noise(here)
+        slope = (beyond[:, AT["contact_radius"]] - here[:, AT["contact_radius"]]) / h
+        radius_std = np.hypot(np.nan_to_num(noise.contact_radius), np.abs(slope) * m.motion.std)
+        firm = np.fmin(m.force, here[:, AT["normal_force"]]) - zeros[1] > FIRM * self.force_std
+        self.radius_std = np.where(self.doubtful | ~firm, np.inf, radius_std)[m.seen]
+
+    def _sensitivity(self, vector: Floats, zeros: tuple[Floats, Floats]) -> Sensitivity:
+        """Return what errors of the motion do to the force, beside what the stiffness says."""
+        m, plain = self.measured, by_position(self.stiffness)
+        tip, speed, bend = plain.follows, plain.speed, plain.bend
+        noise = m.noise.displacement
+        if has_play(self.model) and noise > 0.0:
+
+            def indentation(moved: Floats) -> Floats:
+                return self._predictor(vector, (zeros[0] - moved, zeros[1]))[:, AT["indentation"]]
+
+            tip = follows(indentation, m.first, m.motion.displacement, noise)
+        if feels_speed(self.model):
+
+            def force(at: Floats) -> Floats:
+                return self._predictor(vector, zeros, at)[:, AT["normal_force"]]
+
+            speed, bend = by_speed(force, m.recording.t, m.first, m.motion)
+        return Sensitivity(self.stiffness, speed, tip, bend)
+
+    @property
+    def log_scale(self) -> Floats:
+        """Logarithm of the std of every residual (rows,): the likelihood's part that the noise makes."""
+        beside = np.concatenate([self.slip_std, self.radius_std])
+        return np.concatenate([self.whitener.log_scale, np.log(np.where(np.isfinite(beside), beside, 1.0))])
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """Rows (n,) whose normal force counts."""
+        return np.isfinite(self.measured.force) & ~self.doubtful
+
+    def distrust(self, u: Floats) -> None:
+        """Leave out the rows after the contact parted and was made again within an episode.
+
+        A tip withdrawn faster than it recovers parts from the object while it is still dented. Whether its
+        surface then recovers freely, as the model has it, or as if it were still held, as equation (20) of
+        [TiezziKao2007]_ cut off at zero has it, makes up to a few percent of the force at the next touch,
+        and is no evidence of anything else. Two relaxation times later it is forgotten.
+        Where a recording says that its episodes begin unrecovered, that history is what is to be fitted.
+        """
+        if not self.measured.recovered:
+            return
+        out = self.table(u)
+        vector, _ = self.parts(u)
+        dented = (out[:, AT["indentation"]] > 0.0) & (out[:, AT["contact_radius"]] == 0.0)
+        rates = [vector[self._places["nu1"]]] if "nu1" in self._places else []
+        memory = min(FORGOTTEN / max(rates[0], 1e-9), LONGEST) if rates else LONGEST
+        t, since = self.measured.recording.t, -math.inf
+        rising = np.gradient(self.measured.motion.displacement, t) > 0.0
+        concerned = (out[:, AT["indentation"]] > 0.0) & (rising | ~dented)
+        for i in range(t.size):
+            if self.measured.first[i] > 0.5:
+                since = -math.inf
+            if dented[i]:
+                since = t[i]
+            self.doubtful[i] = concerned[i] and t[i] - since < memory
+        self.freeze(u)
+
+    def _slip_noise(self, here: Floats) -> tuple[Floats, Floats]:
+        """Return std and mean of what noise makes of ln utilisation, by the ellipse with the same half axes.
+
+        With ``u^2 = f^2 + q^2``, force and torque in units of their limits, noise s_f (of both components)
+        and s_q shifts ln u by ``(2 s_f^2 + s_q^2) / (2 u^2) - (f^2 s_f^2 + q^2 s_q^2) / u^4``. Slips of which
+        the noise is no small part, where that expansion ends, do not count.
+        """
+        noise, rows = self.measured.noise, self.measured.sliding
+        limit = np.maximum(here[rows, AT["limit_force"]], 1e-300)
+        torsion = np.maximum(here[rows, AT["limit_torque"]], 1e-300)
+        fx, fy, torque = self._loads()
+        root = np.sqrt(self.measured.stretch)
+        f, q = np.hypot(fx, fy) / limit, np.abs(torque) / torsion
+        s_f = np.nan_to_num(noise.tangential_force) / limit / root
+        s_q = np.nan_to_num(noise.torque_z) / torsion / root
+        load = noise.normal_force / np.maximum(here[rows, AT["contact_force"]], noise.normal_force) / root
+        u2 = np.maximum(f * f + q * q, 1e-12)
+        along = ((f * s_f) ** 2 + (q * s_q) ** 2) / u2**2
+        std = np.sqrt(along + load**2)
+        bias = (2.0 * s_f**2 + s_q**2) / (2.0 * u2) - along + 0.5 * load**2
+        sure = (std < UNSURE) & (bias < UNSURE)
+        return np.where(sure, std, np.inf), np.where(sure, bias, 0.0)
+
+    def _loads(self) -> tuple[Floats, Floats, Floats]:
+        rows, columns = self.measured.sliding, self._columns
+        none = np.zeros(len(self.measured.recording))
+        fx, fy, torque = (
+            np.nan_to_num(columns.get(name, none)[rows])
+            for name in ("tangential_force_x", "tangential_force_y", "torque_z")
+        )
+        return fx, fy, torque
+
+    def raw(self, table: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return what the model leaves: force [N] (n,), ln utilisation (k,), radius [m] (m,)."""
+        m = self.measured
+        force = np.nan_to_num(m.force - table[:, AT["normal_force"]])
+        used = table[m.sliding, AT["utilisation"]]
+        slip = np.log(np.where(np.isfinite(used) & (used > 0.0), used, 1.0)) - self.slip_bias
+        radius = m.recording.columns.get("contact_radius", np.zeros(len(m.recording)))[m.seen]
+        return force, slip, radius - table[m.seen, AT["contact_radius"]]
+
+    def white(self, raw: tuple[Floats, Floats, Floats]) -> Floats:
+        """Return the blocks in units of the noise, independent, one below the other."""
+        return np.concatenate([self.whitener(raw[0]), raw[1] / self.slip_std, raw[2] / self.radius_std])
+
+    def standardised(self, raw: tuple[Floats, Floats, Floats]) -> Floats:
+        """Return the blocks over the std of each row, in place: not independent where noise is slow."""
+        force = np.where(self.used, raw[0] / self.force_std, 0.0)
+        return np.concatenate([force, raw[1] / self.slip_std, raw[2] / self.radius_std])
+
+    def residual(self, u: Floats) -> Floats:
+        """Return the whitened residual at ``u``."""
+        return self.white(self.raw(self.table(u)))
+
+    def jacobian(
+        self, u: Floats, residual: Floats | None = None, known: Mapping[str, Floats] | None = None
+    ) -> Floats:
+        """Return the derivative of :meth:`residual`, (rows, unknowns), by differences away from bounds.
+
+        ``known``: columns to be taken as they are, by the names of the unknowns.
+        """
+        base = self.residual(u) if residual is None else residual
+        out = np.empty((base.size, u.size))
+        k = self.unknowns
+        for j in range(u.size):
+            if known is not None and k.names[j] in known:
+                out[:, j] = known[k.names[j]]
+                continue
+            h = STEP * k.std[j]
+            h = -h if u[j] + h > k.high[j] else h
+            moved = u.copy()
+            moved[j] += h
+            out[:, j] = (self.residual(moved) - base) / h
+        return out
+
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """Row of the recording of every residual."""
+        m = self.measured
+        return np.concatenate([np.arange(len(m.recording)), m.sliding, m.seen])
+
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """Which residuals are measurements (a missing force has none)."""
+        return np.concatenate([self.used, np.isfinite(self.slip_std), np.isfinite(self.radius_std)])
+
+
+def _bound(transform: str, value: float) -> float:
+    if transform == "log":
+        return math.log(value) if value > 0.0 else -math.inf
+    return value

@@ -1,0 +1,225 @@
+"""What a fit found: the model, how well each value is known, what is left, and what to be wary of."""
+
+import datetime
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vegrip.effects.contract import Effect
+from vegrip.identification.fit.channels import ChannelError, channel_errors, overall
+from vegrip.identification.fit.problem import Problem
+from vegrip.identification.fit.smoother import Floats
+from vegrip.identification.fit.solve import Optimum, covariance
+from vegrip.model import ContactModel
+from vegrip.parameters import Parameter, changed, in_si
+
+UNKNOWN = 0.7  # a posterior std above this share of the prior's: the data say nothing
+ENTANGLED = 0.98  # a correlation above this: only a combination is known
+AT_BOUND = 1e-3  # of the range, or of a prior std
+HOPELESS = 10.0  # and from which it says little to count in units of the noise
+GENEROUS = 0.5  # and below which the noise cannot be that of the sensors
+MISFIT = 1.1  # rms of whitened residuals from which the model is said to fail
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted model and how it was found."""
+
+    problem: Problem
+    optimum: Optimum
+    covariance: Floats
+
+    @property
+    def std(self) -> dict[str, float]:
+        """Standard error of every unknown, of its coordinate."""
+        values = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        return dict(zip(self.problem.unknowns.names, values.tolist(), strict=True))
+
+    @property
+    def model(self) -> ContactModel:
+        """The model with fitted values, their standard errors, and where they come from."""
+        problem, k = self.problem, self.problem.unknowns
+        vector, _ = problem.parts(self.optimum.u)
+        values = dict(problem.model.values)
+        for name, place in zip(k.names, k.place.tolist(), strict=True):
+            if place >= 0:
+                known = values[name]
+                inside = min(max(float(vector[place]), known.low), known.high)
+                values[name] = changed(known, value=inside, std=self.std[name])
+        recording = problem.measured.recording
+        provenance = {
+            **problem.model.provenance,
+            "origin": "fit",
+            "recording": recording.name,
+            "date": datetime.date.today().isoformat(),
+            "error": f"{self.error:.4g} (rms of whitened residuals; 1 is noise)",
+        }
+        m = problem.model
+        return ContactModel(
+            m.effects, values, m.tip_radius, m.reference_depth, m.reference_temperature, provenance
+        )
+
+    @property
+    def zeros(self) -> dict[str, float]:
+        """Zeros of the sensors: displacement [m], normal force [N]; the mean where each episode has one."""
+        _, (depth, force) = self.problem.parts(self.optimum.u)
+        return {"displacement": float(np.mean(depth)), "normal_force": float(np.mean(force))}
+
+    @property
+    def channels(self) -> dict[str, ChannelError]:
+        """Error of every channel."""
+        return channel_errors(self.problem, self.optimum.u)
+
+    @property
+    def error(self) -> float:
+        """Rms of the whitened residuals over all channels; 1 is the noise."""
+        return overall(self.problem, self.optimum.u)
+
+    def declared(self, name: str) -> tuple[Effect, Parameter] | None:
+        """Return effect and declaration of an unknown; None for a zero."""
+        for effect in self.problem.model.effects:
+            for parameter in effect.parameters:
+                if parameter.symbol == name:
+                    return effect, parameter
+        return None
+
+    def in_si(self, name: str) -> tuple[float, str] | None:
+        """Return the value of a scaled parameter in SI with its unit; None where it is not scaled."""
+        found, values = self.declared(name), self.model.values
+        if found is None or "K" not in values:
+            return None
+        return in_si(found[1], values[name].value, values["K"].value, self.model.reference_depth)
+
+    def correlations(self, least: float = 0.9) -> list[tuple[str, str, float]]:
+        """Return pairs of unknowns that correlate by ``least`` or more, strongest first."""
+        s = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
+        C = self.covariance / np.outer(s, s)
+        names = self.problem.unknowns.names
+        found = [
+            (names[i], names[j], float(C[i, j]))
+            for i in range(len(s))
+            for j in range(i)
+            if abs(C[i, j]) >= least
+        ]
+        return sorted(found, key=lambda pair: -abs(pair[2]))
+
+    def warnings(self, *, advise: bool = True) -> list[str]:
+        """Return what a reader must know before believing the values; ``advise``: and what to run next."""
+        return list(_warnings(self, advise=advise))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what ``--json`` prints."""
+        vector, _ = self.problem.parts(self.optimum.u)
+        k = self.problem.unknowns
+        told: dict[str, Any] = {}
+        for name, place in zip(k.names, k.place.tolist(), strict=True):
+            found = self.declared(name)
+            if place >= 0 and found is not None:
+                told[name] = {
+                    "effect": found[0].name,
+                    "value": float(vector[place]),
+                    "std": self.std[name],
+                    "scale": found[1].transform,
+                    "unit": found[1].unit,
+                }
+                if (si := self.in_si(name)) is not None:
+                    told[name]["si"] = {"value": si[0], "unit": si[1]}
+        noise = self.problem.measured.noise
+        return {
+            "recording": self.problem.measured.recording.name,
+            "parameters": told,
+            "zeros": self.zeros,
+            "correlations": [list(pair) for pair in self.correlations()],
+            "channels": {name: error.as_dict() for name, error in self.channels.items()},
+            "error": self.error,
+            "noise": {
+                "source": dict(noise.source),
+                "normal_force": noise.normal_force,
+                "displacement": noise.displacement,
+                "slow_force": noise.slow_force,
+                "slow_time": noise.slow_time,
+                "tolerance": noise.tolerance,
+            },
+            "outliers": self.problem.measured.outliers,
+            "warnings": self.warnings(),
+        }
+
+
+def fitted(problem: Problem, optimum: Optimum) -> Fit:
+    """Return the result of an optimum."""
+    return Fit(problem, optimum, covariance(problem, optimum))
+
+
+def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
+    problem, k = fit.problem, fit.problem.unknowns
+    yield from problem.measured.noise.doubts
+    for channel, count in problem.measured.outliers.items():
+        yield f"{count} single outlier(s) of {channel} were left out"
+    for event in problem.measured.events:
+        count = int(
+            np.count_nonzero(np.isfinite(problem.measured.recording.columns["normal_force"][event.rows]))
+        )
+        yield (
+            f"at {event.time:.4g} s the force falls by {event.loss:.3g} N and no motion explains it (a slip, "
+            f"a tear?); {count} rows until it is long back were left out"
+        )
+    yield from _missing(fit)
+    for j, name in enumerate(k.names):
+        found = fit.declared(name)
+        if found is None:
+            if abs(fit.optimum.u[j]) > (1.0 - AT_BOUND) * k.high[j]:
+                yield f"{name} is as far off as it may be: is the zero of the recording right, or the radius?"
+            continue
+        told = f"{name} ({found[0].name})"
+        if fit.std[name] > UNKNOWN * k.std[j]:
+            yield f"{told} is not determined by this recording; it stays where the prior put it"
+            continue
+        span = min(k.std[j], k.high[j] - k.low[j])
+        for bound, side in ((k.low[j], "lower"), (k.high[j], "upper")):
+            if math.isfinite(bound) and abs(fit.optimum.u[j] - bound) < AT_BOUND * span:
+                absent = side == "lower" and bound == 0.0 and found[1].transform != "log"
+                yield (
+                    f"this recording shows no {found[0].name}: {name} sits at 0"
+                    if absent
+                    else f"{told} sits on its {side} bound; its standard error means nothing"
+                )
+    for one, other, c in fit.correlations(ENTANGLED):
+        yield f"{one} and {other} are known only together (correlation {c:+.3f})"
+    if fit.error > MISFIT:
+        advice = "; `vegrip diagnose` looks for what is missing" if advise else ""
+        yield f"the model leaves {fit.error:.2f} times the noise{advice}"
+    if fit.error < GENEROUS:
+        yield (
+            f"the model leaves {fit.error:.2f} times the noise, so the noise was taken to be too large; what "
+            "is less than it goes unseen"
+        )
+    if fit.error > HOPELESS and not problem.measured.noise.tolerance:
+        yield (
+            "no model of this kind may be right to the noise here; --tolerance 0.01 asks for 1 % of each "
+            "episode's peak force, and keeps the deepest press from deciding alone"
+        )
+
+
+def _missing(fit: Fit) -> Iterator[str]:
+    measured = fit.problem.measured
+    if not measured.sliding.size:
+        yield "no row slides under a measured load: friction and pressure profile stay with the prior"
+    touching = np.count_nonzero(fit.problem.stiffness > 0.0)
+    if touching < 50:
+        yield f"only {touching} rows are in contact; the values carry little"
+    shallow = np.nanmax(measured.motion.displacement) < 0.2 * fit.problem.depth
+    if shallow:
+        yield "the deepest indentation is under 2 % of the radius: is the radius right?"
+    force = measured.force[np.isfinite(measured.force)]
+    top = force.max()
+    flat = np.count_nonzero(force > top - 0.5 * measured.noise.normal_force)
+    if flat > max(20, 0.002 * force.size) and _clipped(force):
+        yield f"the force ends flat at {top:.4g} N in {flat} rows: the sensor may saturate"
+
+
+def _clipped(force: Floats) -> bool:
+    """Return whether the greatest value repeats, as it does at the end of a scale."""
+    return bool(np.count_nonzero(force == force.max()) > 10)

@@ -1,0 +1,171 @@
+"""Bounded least squares with priors, from several starts; the noise is set up anew at every better model."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from vegrip.identification.fit.problem import AT, Problem, Unknowns
+from vegrip.identification.fit.smoother import Floats
+
+Report = Callable[[str], None]
+
+ROUGH = 8  # evaluations of a start before the best one is chosen
+FINE = 40
+NEAR = 1e-4  # [nats] a step that foretells less is the last one
+DAMPED = 1e-3  # of the first step
+RATES = (0.1, 1.0, 10.0)  # factors on the rate of relaxation, the parameter with several minima
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """Where a problem is at its best.
+
+    Attributes:
+        u: (p,) coordinates.
+        residual: (rows,) whitened.
+        jacobian: (rows, p).
+        cost: half the sum of squares of residuals and priors.
+
+    """
+
+    u: Floats
+    residual: Floats
+    jacobian: Floats
+    cost: float
+
+
+def fit_problem(problem: Problem, report: Report = lambda _: None) -> Optimum:
+    """Minimise, from several starts."""
+    starts = starting_points(problem)
+    best: Optimum | None = None
+    for i, start in enumerate(starts):
+        report(f"start {i + 1} of {len(starts)}")
+        problem.freeze(start)
+        found = refine(problem, start, ROUGH)
+        if best is None or _badness(problem, found.u) < _badness(problem, best.u):
+            best = found
+    assert best is not None  # noqa: S101
+    problem.distrust(best.u)
+    for _ in range(2):
+        report("fine")
+        problem.freeze(best.u)
+        best = refine(problem, best.u, FINE)
+    return best
+
+
+def _badness(problem: Problem, u: Floats) -> float:
+    """Compare optima whose noise was frozen elsewhere: in plain units of force, radius and slip."""
+    force, slip, radius = problem.raw(problem.table(u))
+    white = problem.measured.noise.of_force(problem.measured.force, problem.episodes).white
+    total = float(np.sum((force / white) ** 2)) + float(np.sum((slip / problem.slip_std) ** 2))
+    return total + float(np.sum((radius / problem.radius_std) ** 2))
+
+
+def starting_points(problem: Problem) -> list[Floats]:
+    """Return starts: the model with its stiffness scaled to the record, its relaxation slower and faster."""
+    k = problem.unknowns
+    out = []
+    for factor in RATES if "nu1" in k.names else (1.0,):
+        u = k.start.copy()
+        if "nu1" in k.names:
+            u[k.names.index("nu1")] += np.log(factor)
+        out.append(np.clip(scaled(problem, u), k.low, k.high))
+    return out
+
+
+def scaled(problem: Problem, u: Floats) -> Floats:
+    """Scale K so that the predicted forces are as large as the measured ones."""
+    k = problem.unknowns
+    if "K" not in k.names:
+        return u
+    used = np.isfinite(problem.measured.force)
+    for _ in range(3):
+        said, seen = problem.table(u)[used, AT["normal_force"]], problem.measured.force[used]
+        power = float(said @ said)
+        if power > 0.0 and float(said @ seen) > 0.0:
+            u = u.copy()
+            u[k.names.index("K")] += np.log(float(said @ seen) / power)
+    return u
+
+
+def refine(
+    problem: Problem,
+    start: Floats,
+    evaluations: int,
+    known: Mapping[str, Floats] | None = None,
+    near: float = NEAR,
+) -> Optimum:
+    """Minimise from one start with the noise as it is frozen; ``known``: derivatives near the start.
+
+    Damped Gauss-Newton steps within the bounds [Marquardt1963]_. Derivatives are as dear as all unknowns
+    together, so they are kept from step to step, corrected by what each step showed [Broyden1965]_, and taken
+    anew where that foretold little; ``evaluations`` limits the steps.
+    """
+    k = problem.unknowns
+    inside = 1e-9 * k.std
+    u = np.clip(start, k.low + inside, k.high - inside)
+    r = problem.residual(u)
+    J, fresh = problem.jacobian(u, r, known), known is None
+    cost, damping = _cost(k, r, u), DAMPED
+    for _ in range(evaluations):
+        step, foretold = _step(k, u, r, J, damping)
+        if foretold < near and not fresh:
+            J, fresh = problem.jacobian(u, r), True
+            step, foretold = _step(k, u, r, J, damping)
+        new = u + step
+        r_new = problem.residual(new)
+        found = cost - _cost(k, r_new, new)
+        if found >= 0.0:
+            z = step / k.std
+            if np.any(z):
+                J = J + np.outer((r_new - r - J @ step) / (z @ z), z / k.std)
+            was_fresh, fresh = fresh, False
+            u, r, cost = new, r_new, cost - found
+            if foretold < near and was_fresh:
+                break
+            damping = damping / 10.0 if found > 0.5 * foretold else damping
+            if found < 0.25 * foretold:
+                J, fresh = problem.jacobian(u, r), True
+        elif foretold < near:
+            break
+        elif fresh:
+            damping = 10.0 * max(damping, 1e-9)
+        else:
+            J, fresh = problem.jacobian(u, r), True
+    else:
+        J = J if fresh else problem.jacobian(u, r)
+    return Optimum(u, r, J, cost)
+
+
+def _cost(k: Unknowns, r: Floats, u: Floats) -> float:
+    return 0.5 * float(r @ r) + 0.5 * float(np.sum(((u - k.prior) / k.std) ** 2))
+
+
+def _step(k: Unknowns, u: Floats, r: Floats, J: Floats, damping: float) -> tuple[Floats, float]:
+    """Return the damped step, kept within the bounds, and the fall of the cost that it foretells [nats]."""
+    A = J.T @ J + np.diag(k.std**-2.0)
+    g = J.T @ r + (u - k.prior) / k.std**2
+    D = np.diag(A) * damping
+    free = ~(((u <= k.low) & (g > 0.0)) | ((u >= k.high) & (g < 0.0)))
+    step = np.zeros(u.size)
+    for _ in range(u.size):
+        if not free.any():
+            break
+        rest = g[free] + A[np.ix_(free, ~free)] @ step[~free]
+        step[free] = -np.linalg.solve(A[np.ix_(free, free)] + np.diag(D[free]), rest)
+        beyond = free & ((u + step < k.low) | (u + step > k.high))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(u + step, k.low, k.high)[beyond] - u[beyond]
+        free &= ~beyond
+    return step, -float(g @ step) - 0.5 * float(step @ A @ step)
+
+
+def covariance(problem: Problem, optimum: Optimum) -> Floats:
+    """Return the covariance (p, p) of the coordinates, wider where the model leaves more than noise."""
+    k = problem.unknowns
+    A = optimum.jacobian.T @ optimum.jacobian
+    misfit = float(np.sum(optimum.residual**2)) / max(int(np.count_nonzero(problem.counted)), 1)
+    A = A / max(misfit, 1.0) + np.diag(k.std**-2.0)
+    return np.asarray(np.linalg.inv(A), dtype=np.float64)

@@ -1,0 +1,200 @@
+"""Whitening: from a residual of the normal force to independent errors of variance one.
+
+What the model leaves is noise of the force sensor, white and slow, and what the error of the smoothed motion
+does to the modelled force,
+
+    ``residual = k tip + h speed + b + e``,   ``b+ = b exp(-dt / tau) + noise``
+
+with the tip where the motion is or where a play has left it (:mod:`vegrip.identification.fit.sensitivity`), a
+state-space model whose one-step prediction errors, over their standard deviations, are independent
+[DurbinKoopman2012]_. Its gains do not depend on the residual, so it is a matrix: the same for the
+derivatives. This is the likelihood of a filter that carries the displacement as a noisy state, linear in the
+force.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vegrip.compiled import njit
+from vegrip.identification.fit.motion import Motion
+from vegrip.identification.fit.sensitivity import Sensitivity
+from vegrip.identification.fit.smoother import Floats
+
+
+@dataclass(frozen=True)
+class ForceNoise:
+    """Noise of the normal force: white std [N] (one or of every row), slow std [N], its time constant [s]."""
+
+    white: float | Floats
+    slow: float = 0.0
+    time: float = 2.0
+
+
+class Whitener:
+    """The whitening matrix of a recording, as a recursion.
+
+    Args:
+        t: (n,) [s].
+        first: (n,) 1 where an episode begins.
+        motion: the smoothed motion.
+        sensitivity: of the model's force to errors of it.
+        noise: of the force.
+        used: (n,) rows with a force that counts.
+
+    """
+
+    def __init__(
+        self,
+        t: Floats,
+        first: Floats,
+        motion: Motion,
+        sensitivity: Sensitivity,
+        noise: ForceNoise,
+        used: Floats,
+    ) -> None:
+        s = sensitivity
+        seen = np.stack([s.position, 0.5 * s.speed], axis=1)
+        self._beside = (t, first, motion.pull, seen, s.follows.astype(np.float64), noise.time)
+        white = np.square(noise.white) + np.square(s.bend)
+        self._chain = (*self._beside, motion.push, motion.start, white, noise.slow**2)
+        self._gain, self._scale = gains(*self._chain, used)
+
+    def __call__(self, columns: Floats) -> Floats:
+        """Whiten residuals or derivatives, (n,) or (n, m); rows that do not count become 0."""
+        matrix = np.ascontiguousarray(columns if columns.ndim == 2 else columns[:, None])
+        white = whiten(*self._beside, self._gain, self._scale, matrix)
+        return white if columns.ndim == 2 else np.ascontiguousarray(white[:, 0])
+
+    @cached_property
+    def std(self) -> Floats:
+        """Standard deviation of the residual of each row by itself (n,) [N]."""
+        _, alone = gains(*self._chain, np.zeros(self._scale.size))
+        return 1.0 / alone
+
+    @property
+    def log_scale(self) -> Floats:
+        """Logarithm of the standard deviation of each row (n,): the likelihood's part without residual."""
+        return -np.log(np.where(self._scale > 0.0, self._scale, 1.0))
+
+
+@njit
+def transition(dt: float, pull: Floats, follows: float, decay: float, A: Floats) -> None:
+    """Write the step of (error, speed after, speed before, tip, b) into A (5, 5)."""
+    A[:, :] = 0.0
+    A[0, 0], A[0, 1] = 1.0, dt
+    A[1, 0], A[1, 1] = -dt * pull[0], 1.0 - dt * pull[1]
+    A[2, 1] = 1.0
+    A[3, 0], A[3, 1], A[3, 3] = follows, follows * dt, 1.0 - follows
+    A[4, 4] = decay
+
+
+@njit
+def begun(start: Floats, S_b: float, P: Floats) -> None:
+    """Write the covariance at the beginning of an episode into P (5, 5): the tip is where the motion is."""
+    P[:, :] = 0.0
+    P[0, 0] = P[0, 3] = P[3, 0] = P[3, 3] = start[0]
+    for a in (1, 2):
+        P[a, 0] = P[0, a] = P[a, 3] = P[3, a] = start[1]
+        P[a, 1] = P[a, 2] = start[2]
+    P[4, 4] = S_b
+
+
+@njit
+def moved(A: Floats, P: Floats) -> Floats:
+    """Return ``A P A'``, most of A being zero."""
+    B, out = np.zeros((5, 5)), np.zeros((5, 5))
+    for a in range(5):
+        for c in range(5):
+            if A[a, c] != 0.0:
+                B[a] += A[a, c] * P[c]
+    for b in range(5):
+        for c in range(5):
+            if A[b, c] != 0.0:
+                out[:, b] += B[:, c] * A[b, c]
+    return out
+
+
+@njit
+def gains(
+    t: Floats,
+    first: Floats,
+    pull: Floats,
+    seen: Floats,
+    follows: Floats,
+    time: float,
+    push: Floats,
+    start: Floats,
+    white: Floats,
+    S_b: float,
+    used: Floats,
+) -> tuple[Floats, Floats]:
+    """Return the Kalman gains (n, 5), and one over the std of the innovation (n,).
+
+    Rows that are not ``used`` have no gain; where none is, one over the std of every row by itself.
+    """
+    n = t.shape[0]
+    gain, scale = np.zeros((n, 5)), np.zeros(n)
+    P, A = np.zeros((5, 5)), np.zeros((5, 5))
+    none = not used.any()
+    for i in range(n):
+        if first[i] > 0.5:
+            begun(start[i], S_b, P)
+        k, h = seen[i, 0], seen[i, 1]
+        g = h * (P[:, 1] + P[:, 2]) + k * P[:, 3] + P[:, 4]
+        S = h * (g[1] + g[2]) + k * g[3] + g[4] + white[i]
+        if used[i] > 0.5 or none:
+            scale[i] = 1.0 / np.sqrt(S)
+        if used[i] > 0.5:
+            gain[i] = g / S
+            for a in range(5):
+                P[a] -= g[a] * gain[i]
+        if i + 1 < n and first[i + 1] < 0.5:
+            dt = t[i + 1] - t[i]
+            decay = np.exp(-dt / time)
+            transition(dt, pull[i], follows[i + 1], decay, A)
+            P = moved(A, P)
+            P[1, 1] += (push[i] * dt) ** 2
+            P[4, 4] += S_b * (1.0 - decay * decay)
+    return gain, scale
+
+
+@njit
+def whiten(
+    t: Floats,
+    first: Floats,
+    pull: Floats,
+    seen: Floats,
+    follows: Floats,
+    time: float,
+    gain: Floats,
+    scale: Floats,
+    columns: Floats,
+) -> Floats:
+    """Return the innovations of ``columns`` (n, m) over their standard deviations."""
+    n, m = columns.shape
+    out = np.zeros((n, m))
+    x = np.zeros((m, 5))
+    for i in range(n):
+        if first[i] > 0.5:
+            x[:, :] = 0.0
+        else:
+            dt = t[i] - t[i - 1]
+            e = np.exp(-dt / time)
+            p0, p1, f = pull[i - 1, 0], pull[i - 1, 1], follows[i]
+            for c in range(m):
+                speed = x[c, 1]
+                x[c, 1] = speed - dt * (p0 * x[c, 0] + p1 * speed)
+                x[c, 0] += dt * speed
+                x[c, 2] = speed
+                x[c, 3] += f * (x[c, 0] - x[c, 3])
+                x[c, 4] *= e
+        if scale[i] > 0.0:
+            k, h = seen[i, 0], seen[i, 1]
+            for c in range(m):
+                v = columns[i, c] - h * (x[c, 1] + x[c, 2]) - k * x[c, 3] - x[c, 4]
+                for j in range(5):
+                    x[c, j] += gain[i, j] * v
+                out[i, c] = v * scale[i]
+    return out

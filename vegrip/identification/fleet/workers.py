@@ -1,0 +1,124 @@
+"""Examine recordings on all cores, or on a Dask cluster; one that fails is a row, and never the end."""
+
+import multiprocessing
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any
+
+from vegrip.errors import DeviceError, UsageError
+from vegrip.identification.fleet.found import Found
+from vegrip.identification.fleet.row import FAILED, Row, examined
+
+CONNECT = 10.0  # [s] to reach a scheduler
+SINGLE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""One thread per process: the processes are as many as the cores."""
+
+
+def run(
+    found: Sequence[Found], model: str = "", *, processes: int = 0, scheduler: str = ""
+) -> Iterator[tuple[Found, Row]]:
+    """Yield each recording with its row as it becomes ready.
+
+    Args:
+        found: what to examine.
+        model: file to start from; a cluster must see it, and the recordings, under the same path.
+        processes: on this machine; 0 = as many as it has cores.
+        scheduler: address of a Dask scheduler, ``tcp://host:8786``; empty = this machine.
+
+    Raises:
+        UsageError: a cluster is asked for, but its library is not there.
+        DeviceError: the scheduler does not answer.
+
+    """
+    if scheduler:
+        return _on_cluster(found, model, scheduler)
+    return _here(found, model, processes or len(os.sched_getaffinity(0)))
+
+
+def _here(found: Sequence[Found], model: str, processes: int) -> Iterator[tuple[Found, Row]]:
+    """Run a pool; whoever was at work when a process died is tried once more, alone."""
+    doubtful: list[Found] = []
+    with _Alone():
+        left = list(found)
+        while left:
+            done: list[Found] = []
+            at_work: list[Found] = []
+            for one, row in _pooled(left, model, processes, at_work):
+                done.append(one)
+                yield one, row
+            doubtful += at_work
+            left = [one for one in left if one not in done and one not in at_work]
+        for one in doubtful:
+            at_work = []
+            yield from _pooled([one], model, 1, at_work)
+            if at_work:
+                yield one, Row(one.path, FAILED, note="the process that examined it died (memory?)")
+
+
+def _pooled(
+    found: Sequence[Found], model: str, processes: int, at_work: list[Found]
+) -> Iterator[tuple[Found, Row]]:
+    """Yield rows until all are there or a process dies; then ``at_work`` has those it may have died of."""
+    context = multiprocessing.get_context("spawn")  # no copies of threads and locks of this process
+    with ProcessPoolExecutor(min(processes, len(found)), mp_context=context) as pool:
+        waiting = list(reversed(found))
+        running: dict[Future[Row], Found] = {}
+        while waiting or running:
+            while waiting and len(running) < processes:
+                one = waiting.pop()
+                running[pool.submit(examined, one.path, model)] = one
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                one = running.pop(future)
+                try:
+                    row = future.result()
+                except BrokenProcessPool:
+                    at_work += [one, *running.values()]
+                    return
+                yield one, row
+
+
+def _on_cluster(found: Sequence[Found], model: str, scheduler: str) -> Iterator[tuple[Found, Row]]:
+    try:
+        from distributed import Client, as_completed  # noqa: PLC0415
+    except ImportError as error:
+        raise UsageError("a cluster needs Dask; pip install 'vegrip[fleet]'") from error
+    try:
+        client = Client(scheduler, timeout=CONNECT)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise DeviceError(f"the scheduler {scheduler} does not answer ({error})") from None
+    with client:
+        futures: dict[Any, Found] = {
+            client.submit(
+                examined,
+                str(Path(one.path).resolve()),
+                model,
+                pure=False,
+                key=f"vegrip-{one.fingerprint}-{i}",
+            ): one
+            for i, one in enumerate(found)
+        }
+        for future in as_completed(futures):
+            one = futures[future]
+            if future.status == "finished":
+                yield one, future.result()
+            else:
+                yield one, Row(one.path, FAILED, note=f"on the cluster: {future.exception()}")
+
+
+class _Alone:
+    """Let the processes that are started inside use one thread each."""
+
+    def __enter__(self) -> None:
+        self._before = {name: os.environ.get(name) for name in SINGLE}
+        os.environ.update(dict.fromkeys(SINGLE, "1"))
+
+    def __exit__(self, *_: object) -> None:
+        for name, value in self._before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

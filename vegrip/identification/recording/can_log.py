@@ -1,0 +1,144 @@
+"""CAN logs (Vector .asc and .blf) become recordings: frames through the same codec as on the bus."""
+
+import contextlib
+import math
+import os
+import struct
+import zlib
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO, Final
+
+import can
+import numpy as np
+from can.io import blf
+from can.io.blf import BLFParseError
+
+from vegrip.clock import NS
+from vegrip.errors import RecordingError
+from vegrip.identification.recording.channels import CHANNELS
+from vegrip.identification.recording.checks import report_doubts, usable_rows
+from vegrip.identification.recording.data import Fingertip, Recording
+from vegrip.identification.recording.report import Kind, LoadReport
+from vegrip.messages import FingertipState
+from vegrip.transport.codec import CanCodec, Frame
+
+TOO_LARGE: Final = (MemoryError, OverflowError)
+LARGEST: Final = 2**26  # [bytes] of an unpacked container; loggers use 128 KiB
+BROKEN: Final = (
+    OSError,
+    ValueError,
+    LookupError,
+    struct.error,
+    zlib.error,
+    can.CanError,
+    BLFParseError,
+    *TOO_LARGE,
+)
+"""What python-can's readers raise when a file is not what its name says."""
+
+
+def read_can_log(
+    path: Path | str, fingers: Sequence[str], *, radius: float = math.nan
+) -> dict[str, Recording]:
+    """Return the recording of every finger that speaks in the log, by finger.
+
+    Args:
+        path: ``.asc`` or ``.blf``.
+        fingers: names in the order of the bus.
+        radius: of the fingertips [m]; a log does not hold it.
+
+    Raises:
+        RecordingError: not a log, or no frame of a fingertip in it.
+
+    """
+    path, refused = Path(path), Counter[str]()
+    states: dict[str, list[FingertipState]] = defaultdict(list)
+    frames = 0
+    codecs = {fd: CanCodec(fingers, fd=fd) for fd in (False, True)}
+    for frames, frame in enumerate(_frames(path), start=1):  # noqa: B007
+        message = codecs[frame.fd].decode(frame)
+        if isinstance(message, FingertipState):
+            states[message.finger].append(message)
+    for codec in codecs.values():
+        refused.update(codec.rejected)
+    if not states:
+        raise RecordingError(f"{path}: none of its {frames} frames is a fingertip's state {_counts(refused)}")
+    start = min(found[0].stamp for found in states.values())
+    return {f: _recording(path, f, states[f], start, refused, radius) for f in fingers if f in states}
+
+
+def _frames(path: Path) -> Iterator[Frame]:
+    try:
+        with _opened(path) as reader:
+            for message in reader:
+                if not (message.is_error_frame or message.is_remote_frame or message.is_extended_id):
+                    stamp = round(message.timestamp * NS)
+                    yield Frame(message.arbitration_id, bytes(message.data), message.is_fd, stamp)
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: there is no such file") from None
+    except BROKEN as error:
+        raise RecordingError(f"{path}: is not a CAN log that can be read ({error})") from None
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Iterable[can.Message]]:
+    """Open the file here: python-can leaves it open when it finds the file broken."""
+    if path.suffix.lower() == ".blf":
+        with path.open("rb") as binary:
+            _check_containers(path, binary)
+            binary.seek(0)
+            yield can.BLFReader(binary)
+    else:
+        with path.open() as text:
+            yield can.ASCReader(text)
+
+
+def _check_containers(path: Path, file: BinaryIO) -> None:
+    """Refuse a container that unpacks to more than ``LARGEST``: python-can unpacks each as a whole."""
+    blf.FILE_HEADER_STRUCT.unpack(file.read(blf.FILE_HEADER_STRUCT.size))
+    file.seek(4)
+    file.seek(int.from_bytes(file.read(4), "little"))  # the length of the header stands behind the signature
+    head = blf.OBJ_HEADER_BASE_STRUCT
+    while len(data := file.read(head.size)) == head.size:
+        _, _, _, size, kind = head.unpack(data)
+        if kind != blf.LOG_CONTAINER or size > LARGEST:
+            file.seek(max(size - head.size, 0) + size % 4, os.SEEK_CUR)
+            continue
+        packed = file.read(max(size - head.size, 0))[blf.LOG_CONTAINER_STRUCT.size :]
+        file.seek(size % 4, os.SEEK_CUR)
+        unpacking = zlib.decompressobj()
+        with contextlib.suppress(zlib.error):  # not compressed, or damaged: the reader says so
+            unpacking.decompress(packed, LARGEST)
+        if unpacking.unconsumed_tail:
+            raise RecordingError(f"{path}: a container in it unpacks to more than {LARGEST} bytes")
+
+
+def _recording(
+    path: Path,
+    finger: str,
+    states: list[FingertipState],
+    start: int,
+    refused: Counter[str],
+    radius: float,
+) -> Recording:
+    report = LoadReport(rows_read=len(states))
+    lines = np.arange(1, len(states) + 1)
+    t = np.array([(state.stamp - start) / NS for state in states])
+    keep = usable_rows(t, lines, report)
+    report.rows_kept = int(np.count_nonzero(keep))
+    columns = {name: np.array([getattr(s, name) for s in states])[keep] for name in CHANNELS}
+    columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
+    for cause, count in sorted(refused.items()):
+        report.add(Kind.NOTE, f"{count} frames refused: {cause}")
+    report_doubts(t[keep], columns, radius, lines[keep], report)
+    episode = np.zeros(report.rows_kept, dtype=np.int64)
+    name = f"{path.stem} {finger}"
+    fingertip = Fingertip(radius, finger)
+    return Recording(name, t[keep], episode, columns, fingertip, {}, {"file": path.name}, start, report)
+
+
+def _counts(refused: Counter[str]) -> str:
+    return f"(refused: {', '.join(f'{count} {cause}' for cause, count in sorted(refused.items()))})"

@@ -1,0 +1,207 @@
+"""Column maps: how a table from elsewhere becomes a recording, as a small TOML file.
+
+::
+
+    [table]                       # all optional
+    delimiter = ","
+    [time]
+    column = "time_s"
+    [channels.normal_force]
+    column = "force_mN"
+    unit = "mN"
+    zero = "baseline"             # mean of the first [baseline] duration is zero
+    [channels.displacement]
+    column = "height_nm"          # falls while pressing
+    unit = "nm"
+    scale = -1
+    compliance = 16.4             # [m/N] of the cantilever: its bending is not indentation
+    zero = "contact"              # at the last rise of the force through the threshold before its peak
+    [baseline]
+    duration = 1.0
+    [contact]
+    threshold = 2e-9
+    [fingertip]
+    radius = 18.64e-6             # leave out when unknown
+
+In the map of a rosbag a column is ``/topic:field.of.the.message``, and ``[bag]`` says whose time it has.
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vegrip.config import build, parameter, read_toml, replace
+from vegrip.errors import ConfigError, RecordingError, UsageError
+from vegrip.identification.recording.channels import CHANNELS
+from vegrip.identification.recording.data import Fingertip
+from vegrip.spelling import suggestion
+
+
+@dataclass(frozen=True)
+class ChannelMap:
+    """Where one channel comes from: ``SI(column * scale) + offset``, then compliance, then zero."""
+
+    column: str = parameter(doc="name of the column in the table")
+    unit: str = parameter("", doc="unit of the column; SI when left out")
+    scale: float = parameter(1.0, unit="1", doc="factor, -1 turns the sign")
+    offset: float = parameter(0.0, doc="added after the conversion, in SI")
+    zero: str = parameter(
+        "none", choices=("none", "first", "baseline", "contact"), doc="what is subtracted, trial by trial"
+    )
+    compliance: float = parameter(0.0, unit="m/N", low=0.0, doc="displacement only: what gives way in series")
+    noise: float = parameter(0.0, low=0.0, doc="standard deviation, SI; 0: measured in the baseline if any")
+
+
+@dataclass(frozen=True)
+class TimeMap:
+    """Which column is the time."""
+
+    column: str = parameter("t", doc="name of the column")
+    unit: str = parameter("", doc="unit; seconds when left out")
+
+
+@dataclass(frozen=True)
+class EpisodeMap:
+    """Which column tells the trials apart; any text, numbered in order of appearance."""
+
+    column: str = parameter("", doc="name of the column; empty: all is one trial")
+    gap: float = parameter(5.0, unit="s", low=0.0, doc="put between trials whose time begins anew")
+
+
+@dataclass(frozen=True)
+class BaselineMap:
+    """The stretch without contact at the start of every trial."""
+
+    duration: float = parameter(0.0, unit="s", low=0.0, doc="its length")
+
+
+@dataclass(frozen=True)
+class ContactMap:
+    """How contact is found."""
+
+    threshold: float = parameter(
+        0.0, unit="N", low=0.0, doc="normal force of first contact; 0: five times the noise of the baseline"
+    )
+
+
+@dataclass(frozen=True)
+class TableMap:
+    """How the table is written."""
+
+    delimiter: str = parameter(",", doc="between fields")
+    decimal: str = parameter(".", choices=(".", ","), doc="decimal sign")
+    skip: int = parameter(0, low=0, doc="lines before the header")
+
+
+@dataclass(frozen=True)
+class BagMap:
+    """How several topics of a rosbag become rows."""
+
+    time: str = parameter("", doc="topic whose messages make the rows; may be left out when there is one")
+    stamp: str = parameter("header", choices=("header", "receive"), doc="whose clock; no header: receive")
+    largest_age: float = parameter(
+        0.0, unit="s", low=0.0, high=1e9, doc="how long a value of another topic is held; older is missing"
+    )
+    definitions: str = parameter("", doc="ROS release whose types a bag without definitions has: ros2_humble")
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    """The whole map."""
+
+    channels: Mapping[str, ChannelMap] = field(default_factory=dict)
+    time: TimeMap = field(default_factory=TimeMap)
+    episode: EpisodeMap = field(default_factory=EpisodeMap)
+    baseline: BaselineMap = field(default_factory=BaselineMap)
+    contact: ContactMap = field(default_factory=ContactMap)
+    table: TableMap = field(default_factory=TableMap)
+    fingertip: Fingertip = field(default_factory=Fingertip)
+    bag: BagMap = field(default_factory=BagMap)
+    name: str = ""  # of the file it was read from
+
+
+SECTIONS: dict[str, type[Any]] = {
+    "time": TimeMap,
+    "episode": EpisodeMap,
+    "baseline": BaselineMap,
+    "contact": ContactMap,
+    "table": TableMap,
+    "fingertip": Fingertip,
+    "bag": BagMap,
+}
+
+
+def read_column_map(path: Path | str) -> ColumnMap:
+    """Read a map; a key, type or value that cannot be right raises :class:`RecordingError`."""
+    path = Path(path)
+    try:
+        return _built(read_toml(path), path)
+    except ConfigError as error:
+        raise RecordingError(str(error)) from None
+
+
+def with_columns(base: ColumnMap, columns: Sequence[str], units: Sequence[str]) -> ColumnMap:
+    """Return ``base`` with what the command line says: ``normal_force=force_N``, ``displacement=mm``."""
+    for name, column in map(_pair, columns):
+        base = _changed(base, name, "column", column)
+    for name, unit in map(_pair, units):
+        if name == "episode" or (name != "t" and name not in base.channels):
+            raise UsageError(f"--unit {name}={unit}: {name} is not mapped; add --map {name}=COLUMN")
+        base = _changed(base, name, "unit", unit)
+    return base
+
+
+def own_columns(base: ColumnMap, header: Sequence[str]) -> ColumnMap:
+    """Return ``base`` with every column taken as what it is called, when it maps nothing itself."""
+    if base.channels:
+        return base
+    for name in header:
+        if name in CHANNELS:
+            base = _changed(base, name, "column", name)
+    return base
+
+
+def _built(table: Mapping[str, Any], path: Path) -> ColumnMap:
+    for key in table:
+        if key != "channels" and key not in SECTIONS:
+            raise ConfigError(
+                f"{path}: unknown section [{key}]; {suggestion(key, ['channels', *SECTIONS], 'known are')}"
+            )
+    for key, section in table.items():
+        if not isinstance(section, Mapping):
+            raise ConfigError(f"{path}: {key!r} must be a table, [{key}]")
+    channels = {}
+    for name, entry in table.get("channels", {}).items():
+        where = f"{path} [channels.{name}]"
+        if name not in CHANNELS:
+            raise ConfigError(f"{where}: there is no such channel; {suggestion(name, CHANNELS)}")
+        if not isinstance(entry, Mapping):
+            raise ConfigError(f"{where}: must be a table with the key 'column'")
+        channels[name] = build(ChannelMap, entry, where)
+        if channels[name].compliance and name != "displacement":
+            raise ConfigError(f"{where}: 'compliance' belongs to displacement only")
+    sections = {
+        name: build(cls, table[name], f"{path} [{name}]") for name, cls in SECTIONS.items() if name in table
+    }
+    return ColumnMap(channels, name=path.name, **sections)
+
+
+def _changed(base: ColumnMap, name: str, key: str, value: str) -> ColumnMap:
+    """Return ``base`` with the key ``column`` or ``unit`` of one channel set."""
+    if name == "t":
+        return dataclasses.replace(base, time=replace(base.time, key, value))
+    if name == "episode":
+        return dataclasses.replace(base, episode=replace(base.episode, key, value))
+    if name not in CHANNELS:
+        raise UsageError(f"there is no channel {name!r}; {suggestion(name, ['t', 'episode', *CHANNELS])}")
+    channel = replace(base.channels.get(name, ChannelMap(column=value)), key, value)
+    return dataclasses.replace(base, channels={**base.channels, name: channel})
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not (name and equals and value):
+        raise UsageError(f"{text!r} is not NAME=VALUE; write for example --map normal_force=force_N")
+    return name.strip(), value.strip()

@@ -1,0 +1,201 @@
+"""Recordings on disk: a folder with ``recording.toml`` and ``recording.csv`` or ``recording.csv.gz``."""
+
+import datetime
+import gzip
+import json
+import logging
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.config import build, read_toml
+from vegrip.errors import ConfigError, RecordingError
+from vegrip.identification.recording.channels import CHANNELS, NOISES
+from vegrip.identification.recording.checks import report_doubts, usable_rows
+from vegrip.identification.recording.data import Array, Fingertip, Recording
+from vegrip.identification.recording.report import Kind, LoadReport
+from vegrip.identification.recording.table import BLOCK, Layout, Progress, read_header, read_table
+from vegrip.spelling import suggestion
+
+TOML = "recording.toml"
+CSV = "recording.csv"
+HEADING = "# All columns of recording.csv are SI units; temperature is in degrees Celsius."
+
+log = logging.getLogger(__name__)
+
+
+def read_recording(
+    folder: Path | str, *, announce: bool = True, progress: Progress = lambda _: None
+) -> Recording:
+    """Read the recording in ``folder``; what was left out is in its ``report`` and is logged as a warning.
+
+    Args:
+        folder: holds ``recording.toml`` and ``recording.csv[.gz]``.
+        announce: log the report when rows were left out (a caller that shows the report itself says no).
+        progress: is told the number of rows read so far, now and then.
+
+    Raises:
+        RecordingError: missing, damaged or without a usable row; names file, line and remedy.
+
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise RecordingError(
+            f"{folder}: there is no such folder; a recording is a folder with {TOML} and {CSV}"
+        )
+    about = _about(folder / TOML)
+    report = LoadReport()
+    fingertip, sensors = _fingertip(folder, about, report), _sensors(folder, about)
+    t, episode, columns = _measurements(_csv(folder), fingertip.radius, report, progress)
+    if announce and report.rows_lost:
+        log.warning("%s: %s", folder, report.summary())
+    name, start, source = about.get("name", folder.name), about.get("start", 0), about.get("source", {})
+    if not isinstance(name, str) or not isinstance(start, int) or not isinstance(source, Mapping):
+        raise RecordingError(f"{folder / TOML}: name must be text, start whole nanoseconds, source a table")
+    return Recording(name, t, episode, columns, fingertip, sensors, source, start, report)
+
+
+def write_recording(recording: Recording, folder: Path | str, *, compressed: bool = False) -> None:
+    """Write ``recording`` so that reading it gives the same numbers, bit for bit; the folder is made."""
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for stale in (folder / CSV, folder / f"{CSV}.gz"):
+            stale.unlink(missing_ok=True)
+        (folder / TOML).write_text(toml_text(recording), encoding="utf-8")
+        if compressed:
+            with (
+                (folder / f"{CSV}.gz").open("wb") as raw,
+                gzip.GzipFile("", "wb", fileobj=raw, mtime=0) as file,
+            ):
+                file.writelines(_csv_blocks(recording))
+        else:
+            with (folder / CSV).open("wb") as file:
+                file.writelines(_csv_blocks(recording))
+    except OSError as error:
+        raise RecordingError(f"{folder}: cannot be written ({error.strerror or error})") from None
+
+
+def _csv_blocks(recording: Recording) -> Iterator[bytes]:
+    """Yield the table block by block; a block of columns is turned into text at once, which is quicker."""
+    yield (",".join(("t", "episode", *recording.columns)) + "\n").encode()
+    columns = (recording.t, recording.episode, *recording.columns.values())
+    for start in range(0, len(recording), BLOCK):
+        cells = (repr(column[start : start + BLOCK].tolist())[1:-1].split(", ") for column in columns)
+        yield "".join(f"{row}\n" for row in map(",".join, zip(*cells, strict=True))).encode()
+
+
+def toml_text(recording: Recording) -> str:
+    """Return ``recording.toml``; an unknown radius is left out, and the file says so."""
+    radius = recording.fingertip.radius
+    lines = [HEADING, f"name = {_toml_value(recording.name)}"]
+    if recording.start:
+        lines.append(f"start = {recording.start}  # [ns] stamp of t = 0 on the recorder's clock")
+    lines += ["", "[fingertip]", f"name = {_toml_value(recording.fingertip.name)}"]
+    lines.append("# radius is unknown" if math.isnan(radius) else f"radius = {radius!r}  # [m]")
+    lines += ["", "[sensors]  # standard deviation of the noise"]
+    lines += [f"{name} = {std!r}" for name, std in recording.sensors.items()]
+    if recording.source:
+        lines += ["", "[source]"]
+        lines += [f"{_toml_value(key)} = {_toml_value(value)}" for key, value in recording.source.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, str):
+        # JSON's strings are TOML's, but for DEL, which TOML wants escaped
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, datetime.date | datetime.time):
+        return value.isoformat()
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_toml_value(k)} = {_toml_value(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_toml_value, value)) + "]"
+    return repr(value)
+
+
+def _about(path: Path) -> dict[str, Any]:
+    try:
+        return read_toml(path)
+    except ConfigError as error:
+        raise RecordingError(f"{error}; a recording needs {TOML} with [fingertip] and [sensors]") from None
+
+
+def _fingertip(folder: Path, about: Mapping[str, Any], report: LoadReport) -> Fingertip:
+    table = dict(_section(folder, about, "fingertip"))
+    for key in sorted(table.keys() - {"radius", "name"}):
+        report.add(Kind.NOTE, f"[fingertip] {key} is not used")
+        del table[key]
+    if isinstance(table.get("radius"), float) and math.isnan(table["radius"]):
+        del table["radius"]
+    if "radius" not in table:
+        report.add(Kind.NOTE, "the fingertip's radius is unknown")
+    try:
+        return build(Fingertip, table, f"{folder / TOML} [fingertip]")
+    except ConfigError as error:
+        raise RecordingError(str(error)) from None
+
+
+def _sensors(folder: Path, about: Mapping[str, Any]) -> dict[str, float]:
+    sensors = {}
+    for key, std in _section(folder, about, "sensors").items():
+        where = f"{folder / TOML} [sensors]"
+        if key not in NOISES:
+            raise RecordingError(f"{where}: unknown sensor {key!r}; {suggestion(key, NOISES, 'known are')}")
+        if isinstance(std, bool) or not isinstance(std, int | float) or not 0.0 < std < math.inf:
+            raise RecordingError(f"{where}: {key!r} is {std!r}; it must be a positive standard deviation, SI")
+        sensors[key] = float(std)
+    return sensors
+
+
+def _section(folder: Path, about: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    section = about.get(name, {})
+    if not isinstance(section, Mapping):
+        raise RecordingError(f"{folder / TOML}: {name!r} must be a table, [{name}]")
+    return section
+
+
+def _csv(folder: Path) -> Path:
+    found = [path for path in (folder / CSV, folder / f"{CSV}.gz") if path.exists()]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise RecordingError(f"{folder}: holds both {CSV} and {CSV}.gz; remove one of them")
+    raise RecordingError(f"{folder}: there is no {CSV} or {CSV}.gz; `vegrip import` makes one from any CSV")
+
+
+def _measurements(
+    path: Path, radius: float, report: LoadReport, progress: Progress
+) -> tuple[Array, NDArray[np.int64], dict[str, Array]]:
+    layout = Layout(sealed=True)
+    header = read_header(path, layout)
+    channels = [name for name in header if name in CHANNELS]
+    if not channels:
+        raise RecordingError(
+            f"{path}: none of the columns {', '.join(header)} is known ({', '.join(CHANNELS)}); "
+            "turn a foreign table into a recording with `vegrip import`"
+        )
+    for name in header:
+        if name not in CHANNELS and name not in ("t", "episode"):
+            report.add(Kind.COLUMN, name)
+    episode = ["episode"] if "episode" in header else []
+    table = read_table(path, ["t", *episode, *channels], [], layout, report, progress)
+    trial = table.numbers["episode"] if episode else np.zeros(len(table.lines))
+    t = np.where(trial == np.rint(trial), table.numbers["t"], np.nan)  # no whole number: no trial
+    keep = usable_rows(t, table.lines, report)
+    report.rows_kept = int(np.count_nonzero(keep))
+    if not report.rows_kept:
+        raise RecordingError(f"{path}: no usable row; {report.summary()}")
+    columns = {name: table.numbers[name][keep] for name in channels}
+    # a recorder writes all columns; those in which nothing ever stood were not measured
+    columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
+    if not columns:
+        raise RecordingError(f"{path}: no channel holds a single value")
+    report_doubts(t[keep], columns, radius, table.lines[keep], report)
+    return t[keep], trial[keep].astype(np.int64), columns

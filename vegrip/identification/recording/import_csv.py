@@ -1,0 +1,165 @@
+"""From any table of numbers to a recording: rename, convert to SI, zero, correct, check."""
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.clock import NS
+from vegrip.errors import RecordingError
+from vegrip.identification.recording.channels import CHANNELS, noise_name
+from vegrip.identification.recording.checks import report_doubts, usable_rows
+from vegrip.identification.recording.column_map import ColumnMap, own_columns
+from vegrip.identification.recording.correct import baseline_noise, correct_trial
+from vegrip.identification.recording.data import Array, Columns, Recording
+from vegrip.identification.recording.report import Kind, LoadReport
+from vegrip.identification.recording.table import Layout, Progress, Table, read_header, read_table
+from vegrip.identification.recording.units import to_si
+from vegrip.spelling import suggestion
+
+
+def import_csv(
+    path: Path | str,
+    column_map: ColumnMap | None = None,
+    *,
+    radius: float = math.nan,
+    progress: Progress = lambda _: None,
+) -> Recording:
+    """Read the table ``path`` as ``column_map`` says; nothing is resampled or filtered.
+
+    Args:
+        path: CSV or similar, plain or ``.gz``.
+        column_map: where each channel comes from; without it the columns carry our names and SI units.
+        radius: of the fingertip or probe [m]; overrides the map's.
+        progress: is told the number of rows read so far, now and then.
+
+    Raises:
+        RecordingError: unreadable, a column is missing, a unit does not fit; names file and line.
+
+    """
+    path, report = Path(path), LoadReport()
+    chart = column_map or ColumnMap()
+    layout = Layout(chart.table.delimiter, chart.table.decimal, chart.table.skip)
+    header = read_header(path, layout)
+    chart = own_columns(chart, header)
+    _check_mapped(path, chart, header)
+    table = _read(path, chart, layout, report, progress)
+    return recording_of(path, table, chart, report, radius)
+
+
+def recording_of(
+    path: Path, table: Table, chart: ColumnMap, report: LoadReport, radius: float, origin: int = 0
+) -> Recording:
+    """Return the recording that ``chart`` makes of ``table``; ``path`` names it in complaints.
+
+    Args:
+        path: where the table came from.
+        table: has the columns that ``chart`` maps.
+        chart: what each column is.
+        report: is added to.
+        radius: of the fingertip [m], NaN takes that of ``chart``.
+        origin: [ns] stamp of time 0 of the table, 0 when it has none.
+
+    Raises:
+        RecordingError: no usable row, or a unit or correction that does not fit.
+
+    """
+    trial = _trials(table, chart)
+    t = _seconds(path, table, trial, chart, report)
+    keep = usable_rows(t, table.lines, report)
+    report.rows_kept = int(np.count_nonzero(keep))
+    if not report.rows_kept:
+        raise RecordingError(f"{path}: no usable row; {report.summary()}")
+    start = origin + round(float(t[keep][0]) * NS) if origin else 0
+    t, trial, lines = t[keep] - t[keep][0], trial[keep], table.lines[keep]
+    columns = {
+        name: _converted(path, table.numbers[entry.column][keep], name, chart)
+        for name, entry in chart.channels.items()
+    }
+    noise = _noise(t, trial, columns, chart)
+    for rows in _stretches(trial):
+        one = {name: values[rows] for name, values in columns.items()}  # views: corrected in place
+        correct_trial(t[rows], one, noise.get("normal_force", 0.0), chart, report)
+    fingertip = chart.fingertip if math.isnan(radius) else dataclasses.replace(chart.fingertip, radius=radius)
+    if math.isnan(fingertip.radius):
+        report.add(Kind.NOTE, "the fingertip's radius is unknown; give --radius if it is known")
+    report_doubts(t, columns, fingertip.radius, lines, report)
+    source = {"file": path.name, "map": chart.name or "command line"}
+    ordered = {name: columns[name] for name in CHANNELS if name in columns}
+    return Recording(_stem(path), t, trial, ordered, fingertip, noise, source, start, report)
+
+
+def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
+    if not chart.channels:
+        raise RecordingError(
+            f"{path}: none of the columns {', '.join(header)} is called like a channel; "
+            "say what they are with --map normal_force=COLUMN or --map-file"
+        )
+    if chart.time.column not in header:
+        known = suggestion(chart.time.column, header)
+        raise RecordingError(
+            f"{path}: there is no time column {chart.time.column!r}; "
+            f"say which one it is with --map t=COLUMN; {known}"
+        )
+
+
+def _read(path: Path, chart: ColumnMap, layout: Layout, report: LoadReport, progress: Progress) -> Table:
+    numbers = [chart.time.column, *(entry.column for entry in chart.channels.values())]
+    words = [chart.episode.column] if chart.episode.column else []
+    return read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
+
+
+def _trials(table: Table, chart: ColumnMap) -> NDArray[np.int64]:
+    if not chart.episode.column:
+        return np.zeros(len(table.lines), dtype=np.int64)
+    labels = table.words[chart.episode.column]
+    number = {label: i for i, label in enumerate(dict.fromkeys(labels))}
+    return np.array([number[label] for label in labels], dtype=np.int64)
+
+
+def _seconds(
+    path: Path, table: Table, trial: NDArray[np.int64], chart: ColumnMap, report: LoadReport
+) -> Array:
+    """Return the time [s]; a trial whose clock begins anew is put ``gap`` after the one before."""
+    scale, offset = to_si(chart.time.unit, "s", f"{path}: time column {chart.time.column!r}")
+    t = table.numbers[chart.time.column] * scale + offset
+    moved = 0
+    for rows in _stretches(trial):
+        if rows.start and t[rows.start] <= t[rows.start - 1]:
+            t[rows] += t[rows.start - 1] + chart.episode.gap - t[rows.start]
+            moved += 1
+    if moved:
+        report.add(Kind.NOTE, f"{moved} trials whose time begins anew were put one after the other")
+    return t
+
+
+def _converted(path: Path, values: Array, name: str, chart: ColumnMap) -> Array:
+    entry = chart.channels[name]
+    what = f"{path}: column {entry.column!r} as {name}"
+    scale, offset = to_si(entry.unit, CHANNELS[name].unit, what)
+    return (values * scale + offset) * entry.scale + entry.offset
+
+
+def _noise(t: Array, trial: NDArray[np.int64], columns: Columns, chart: ColumnMap) -> dict[str, float]:
+    """Return what the map says, or else what the baseline of the first trial shows."""
+    first = trial == trial[0]
+    quiet = first & (t < t[first][0] + chart.baseline.duration)
+    noise: dict[str, float] = {}
+    for name, values in columns.items():
+        std = chart.channels[name].noise or baseline_noise(values[quiet])
+        if std > 0.0 and name != "slip":
+            noise[noise_name(name)] = std
+    return noise
+
+
+def _stretches(trial: NDArray[np.int64]) -> Iterator[slice]:
+    edges = [0, *(np.flatnonzero(np.diff(trial)) + 1).tolist(), len(trial)]
+    return (slice(low, high) for low, high in itertools.pairwise(edges))
+
+
+def _stem(path: Path) -> str:
+    return path.name.removesuffix(".gz").rsplit(".", 1)[0]

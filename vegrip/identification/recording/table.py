@@ -1,0 +1,317 @@
+"""Tables of numbers in text files, plain or gzipped, read with the line number of every row.
+
+Rows that cannot be used are named in the report and left out; a file that cannot be used at all raises.
+Rows are converted in blocks of columns: an hour at 500 Hz needs no more memory than its numbers. Five
+megabytes of gzip can hold gigabytes of text, so a larger table than ``MOST_CELLS`` is refused when it is met.
+"""
+
+import csv
+import gzip
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.errors import RecordingError
+from vegrip.identification.recording.report import Kind, LoadReport
+from vegrip.spelling import suggestion
+
+BLOCK: Final = 20_000
+"""Rows converted at once, fewer when they are wide."""
+
+BLOCK_CELLS: Final = 1_000_000
+"""Cells split at once, some 60 MB."""
+
+MOST_CELLS: Final = 64_000_000
+"""Cells of the wanted columns, and lines: three hours of ten channels at 500 Hz, half a gigabyte."""
+
+MOST_CELLS_ALL: Final = 4 * MOST_CELLS
+"""Cells of all columns, also of those that are not wanted."""
+
+LONGEST_LINE: Final = 1_000_000
+"""Characters of a line."""
+
+Cells = list[str]
+Progress = Callable[[int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How a table is written."""
+
+    delimiter: str = ","
+    decimal: str = "."
+    skip: int = 0  # lines before the header
+    sealed: bool = False  # a last line without its line end is cut, not only unusual
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """The wanted columns of a file, and the line each row came from."""
+
+    numbers: dict[str, NDArray[np.float64]]
+    words: dict[str, list[str]]
+    lines: NDArray[np.int64]
+
+
+def read_header(path: Path, layout: Layout) -> list[str]:
+    """Return the column names of ``path``."""
+    with _opened(path) as file:
+        return _header(path, _texts(path, file, layout), layout)
+
+
+def read_table(
+    path: Path,
+    numbers: Sequence[str],
+    words: Sequence[str],
+    layout: Layout,
+    report: LoadReport,
+    progress: Progress = lambda _: None,
+) -> Table:
+    """Read the columns ``numbers`` (as float64; an empty cell is NaN) and ``words`` (as text).
+
+    ``progress`` is told the number of rows so far, block by block.
+
+    Raises:
+        RecordingError: no such file, not text, damaged, empty, or a wanted column is missing.
+
+    """
+    blocks: list[Table] = []
+    with _opened(path) as file:
+        texts = _texts(path, file, layout)
+        header = _header(path, texts, layout)
+        wanted = {name: _position(path, header, name) for name in (*numbers, *words)}
+        cells = 0
+        for block in _blocks(texts, layout.delimiter):
+            report.rows_read += len(block)
+            cells += sum(_width(text, layout.delimiter) for _, text in block)
+            if report.rows_read * len(wanted) > MOST_CELLS or cells > MOST_CELLS_ALL:
+                raise _too_large(path, f"more than {MOST_CELLS} numbers")
+            table = _plain_block(block, numbers, words, wanted, len(header), layout)
+            if table is None:
+                whole = _whole(_rows(path, block, layout), len(header), report)
+                table = _converted(whole, numbers, words, wanted, layout, report)
+            blocks.append(table)
+            progress(report.rows_read)
+    if not report.rows_read:
+        raise RecordingError(f"{path}: holds a header and no rows")
+    return _joined(blocks, numbers, words)
+
+
+def _opened(path: Path) -> TextIO:
+    try:
+        if path.suffix == ".gz":
+            return gzip.open(path, "rt", encoding="utf-8-sig", newline="")
+        return path.open(encoding="utf-8-sig", newline="")
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def _texts(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, str]]:
+    """Yield number and text of every line that is not blank; damage to the file raises."""
+    line = 0
+    try:
+        for line, text in enumerate(iter(lambda: file.readline(LONGEST_LINE + 1), ""), start=1):
+            if len(text) > LONGEST_LINE or line > MOST_CELLS:
+                limit = f"{LONGEST_LINE} characters" if line <= MOST_CELLS else f"{MOST_CELLS} lines"
+                raise _too_large(f"{path}:{line}", f"more than {limit}")
+            if "\0" in text:
+                raise RecordingError(f"{path}:{line}: is not a text file; give a table of numbers (CSV)")
+            if line > layout.skip and not text.isspace():
+                yield line, text
+    except UnicodeDecodeError:
+        raise RecordingError(
+            f"{path}:{_first_foreign(path, line + 1)}: is not a text file in UTF-8; "
+            "give a table of numbers (CSV)"
+        ) from None
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise RecordingError(
+            f"{path}:{line + 1}: the compressed file is damaged or cut ({error}); copy it again, "
+            f"or save what is left with `zcat {path.name} > {path.stem}`"
+        ) from None
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def _too_large(where: Path | str, what: str) -> RecordingError:
+    return RecordingError(f"{where}: holds {what}; cut it into several recordings")
+
+
+def _width(text: str, delimiter: str) -> int:
+    """Return how many cells ``text`` has at most: in quotes the delimiter is one of a cell."""
+    return text.count(delimiter) + 1
+
+
+def _blocks(texts: Iterator[tuple[int, str]], delimiter: str) -> Iterator[list[tuple[int, str]]]:
+    """Yield the lines in blocks of ``BLOCK``, or of fewer that have ``BLOCK_CELLS`` together."""
+    block: list[tuple[int, str]] = []
+    cells = 0
+    for line in texts:
+        block.append(line)
+        cells += _width(line[1], delimiter)
+        if len(block) >= BLOCK or cells >= BLOCK_CELLS:
+            yield block
+            block, cells = [], 0
+    if block:
+        yield block
+
+
+def _first_foreign(path: Path, otherwise: int) -> int:
+    """Return the line that is not UTF-8: text is decoded in chunks, which begin some lines before it."""
+    try:
+        with gzip.open(path) if path.suffix == ".gz" else path.open("rb") as file:
+            for line, text in enumerate(file, start=1):
+                try:
+                    text.decode("utf-8")
+                except UnicodeDecodeError:
+                    return line
+    except (OSError, EOFError, zlib.error):
+        pass
+    return otherwise
+
+
+def _rows(path: Path, block: list[tuple[int, str]], layout: Layout) -> list[tuple[int, Cells, bool]]:
+    """Return line number, cells, and whether the line is cut."""
+    rows = []
+    for line, text in block:
+        try:
+            cells = _cells(text, layout.delimiter)
+        except csv.Error as error:
+            raise RecordingError(f"{path}:{line}: cannot be split into fields ({error})") from None
+        rows.append((line, cells, layout.sealed and text[-1] not in "\r\n"))
+    return rows
+
+
+def _plain_block(
+    block: list[tuple[int, str]],
+    numbers: Sequence[str],
+    words: Sequence[str],
+    at: dict[str, int],
+    width: int,
+    layout: Layout,
+) -> Table | None:
+    """Convert a block of plain numbers at once; None where anything in it needs a closer look."""
+    lines, texts = zip(*block, strict=True)
+    whole = "".join(texts)
+    odd = layout.decimal != "." or len(layout.delimiter) != 1 or any(c in whole for c in '"_')
+    odd = odd or (layout.sealed and texts[-1][-1] not in "\r\n") or not numbers
+    if odd or any(text.count(layout.delimiter) != width - 1 for text in texts):
+        return None
+    places = [at[name] for name in numbers]
+    try:
+        values = np.loadtxt(
+            [text.rstrip("\r\n") for text in texts] if "\r" in whole else texts,
+            delimiter=layout.delimiter,
+            comments=None,
+            usecols=places,
+            ndmin=2,
+        )
+    except ValueError:  # an empty cell, a word
+        return None
+    if len(values) != len(lines) or np.isinf(values).any():
+        return None
+    found = {
+        name: [text.rstrip("\r\n").split(layout.delimiter, at[name] + 1)[at[name]].strip() for text in texts]
+        for name in words
+    }
+    return Table(dict(zip(numbers, values.T.copy(), strict=True)), found, np.array(lines, dtype=np.int64))
+
+
+def _cells(text: str, delimiter: str) -> Cells:
+    if '"' in text:
+        return next(csv.reader([text], delimiter=delimiter))
+    return text.rstrip("\r\n").split(delimiter)
+
+
+def _header(path: Path, texts: Iterator[tuple[int, str]], layout: Layout) -> list[str]:
+    top = next(texts, None)
+    if top is None:
+        raise RecordingError(f"{path}: is empty; the first line must name the columns")
+    first = _rows(path, [top], layout)[0]
+    header = [cell.strip() for cell in first[1]]
+    repeated = {name for name in header if name and header.count(name) > 1}
+    if repeated:
+        raise RecordingError(f"{path}:{first[0]}: the column {min(repeated)!r} stands twice; rename one")
+    return header
+
+
+def _position(path: Path, header: list[str], name: str) -> int:
+    if name not in header:
+        raise RecordingError(f"{path}: there is no column {name!r}; {suggestion(name, header)}")
+    return header.index(name)
+
+
+def _whole(
+    block: list[tuple[int, Cells, bool]], width: int, report: LoadReport
+) -> list[tuple[int, Cells, bool]]:
+    """Leave out rows that are cut or have too few or too many fields."""
+    report_if(report, Kind.CUT, "", [line for line, _, cut in block if cut])
+    uncut = [row for row in block if not row[2]]
+    report_if(report, Kind.FIELDS, "", [line for line, cells, _ in uncut if len(cells) != width])
+    return [row for row in uncut if len(row[1]) == width]
+
+
+def _converted(
+    block: list[tuple[int, Cells, bool]],
+    numbers: Sequence[str],
+    words: Sequence[str],
+    at: dict[str, int],
+    layout: Layout,
+    report: LoadReport,
+) -> Table:
+    """Convert a block; rows with something that is not a number, or infinite, are left out."""
+    lines = np.array([line for line, _, _ in block], dtype=np.int64)
+    columns = {name: [cells[at[name]].strip() for _, cells, _ in block] for name in (*numbers, *words)}
+    keep = np.ones(len(block), dtype=bool)
+    values: dict[str, NDArray[np.float64]] = {}
+    for name in numbers:
+        values[name], bad = _floats(columns[name], layout.decimal)
+        infinite = np.isinf(values[name])
+        report_if(report, Kind.NUMBER, name, lines[bad])
+        report_if(report, Kind.INFINITE, name, lines[infinite])
+        keep &= ~(bad | infinite)
+    kept = np.flatnonzero(keep)
+    texts = {name: [columns[name][i] for i in kept] for name in words}
+    return Table({name: values[name][keep] for name in numbers}, texts, lines[keep])
+
+
+def _floats(cells: list[str], decimal: str) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Convert a column at once, or cell by cell when something in it is not a plain number."""
+    if decimal != ".":
+        cells = [cell.replace(decimal, ".") for cell in cells]
+    try:
+        if not any("_" in cell for cell in cells):
+            return np.array(cells, dtype=np.float64), np.zeros(len(cells), dtype=bool)
+    except ValueError:
+        pass
+    pairs = [_float(cell) for cell in cells]
+    return np.array([value for value, _ in pairs]), np.array([bad for _, bad in pairs])
+
+
+def _float(cell: str) -> tuple[float, bool]:
+    if not cell:
+        return np.nan, False
+    try:
+        return float(cell), "_" in cell  # Python reads 1_0 as ten; no instrument means that
+    except ValueError:
+        return np.nan, True
+
+
+def _joined(blocks: list[Table], numbers: Sequence[str], words: Sequence[str]) -> Table:
+    return Table(
+        {name: np.concatenate([block.numbers[name] for block in blocks]) for name in numbers},
+        {name: [word for block in blocks for word in block.words[name]] for name in words},
+        np.concatenate([block.lines for block in blocks]),
+    )
+
+
+def report_if(report: LoadReport, kind: Kind, what: str, lines: Sequence[int] | NDArray[np.int64]) -> None:
+    """Add a finding when there is at least one line of it."""
+    if len(lines):
+        report.add(kind, what, map(int, lines))

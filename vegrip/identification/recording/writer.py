@@ -1,0 +1,239 @@
+"""Recording what is on the bus: one folder per session, in it one recording per finger.
+
+::
+
+    session/session.toml            when it began, whether it was closed, what was lost
+    session/diagnostics.csv         NodeStatus of every node
+    session/thumb/recording.toml    with recording.csv: a recording like any other
+    session/thumb/contact.csv       ContactEstimate; slip_margin.csv, force_command.csv, model_health.csv,
+                                    learned.csv
+
+Rows are whole lines, written out by :meth:`RecordingWriter.flush`, so that after a crash at most what came
+since the last flush is missing. Nothing here raises once the folder is made: what the disk refuses, and what
+is deleted while it is written, is counted in :attr:`RecordingWriter.lost`, told in the log when it happens,
+and summed up in :attr:`RecordingWriter.problem`.
+"""
+
+import logging
+import os
+from collections import Counter
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from vegrip.errors import RecordingError
+from vegrip.identification.recording.data import Fingertip, Recording
+from vegrip.identification.recording.folder import toml_text
+from vegrip.identification.recording.rows import FILES, header, row
+from vegrip.identification.recording.table_file import KEPT, TableFile
+from vegrip.messages import Message, NodeStatus
+
+SESSION = "session.toml"
+MOST_TABLES = 400
+"""Files of a session; each keeps a descriptor, and a sender of made-up fingers must not use them all."""
+
+log = logging.getLogger(__name__)
+
+
+class RecordingWriter:
+    """Writes messages to a session folder.
+
+    Args:
+        folder: is made; must not hold a recording already.
+        radius: of the fingertips [m], NaN when unknown.
+        sensors: standard deviation of the noise per channel, as in ``recording.toml``.
+
+    Raises:
+        RecordingError: the folder cannot be made, or holds a recording.
+
+    """
+
+    def __init__(
+        self, folder: Path | str, *, radius: float = np.nan, sensors: Mapping[str, float] | None = None
+    ) -> None:
+        self.folder = Path(folder)
+        self.rows: Counter[str] = Counter()  # taken, by file
+        self.lost: Counter[str] = Counter()  # of them not on disk, by file
+        self.dropped = 0  # messages that came faster than they were taken; set by a queue in front of this
+        self._radius = radius
+        self._sensors = dict(sensors or {})
+        self._files: dict[str, TableFile] = {}
+        self._start: int | None = None
+        self._began = datetime.now(UTC).isoformat(timespec="seconds")
+        self._descriptions = {SESSION: f'began = "{self._began}"\n'}
+        self._refusal = ""  # why the disk takes nothing, as far as it was told
+        self._causes: dict[str, None] = {}  # of what is lost, in the order they were met
+        self._make()
+
+    @property
+    def problem(self) -> str:
+        """What is not in the recording and why, in a sentence; empty when it is whole."""
+        lost, rows = sum(self.lost.values()), sum(self.rows.values())
+        causes = [
+            *self._causes,
+            *(f"{name} cannot be written" for name in self._descriptions if self.lost[name]),
+        ]
+        parts = [f"{lost} of {rows} rows are lost ({', '.join(causes)})"] if lost else []
+        if moved := sum(file.moved for file in self._files.values()):
+            parts.append(f"{moved} of {rows} rows are where the folder was moved to")
+        if self.dropped:
+            parts.append(f"{self.dropped} messages came faster than they could be written")
+        return f"the recording {self.folder} is not whole: {'; '.join(parts)}" if parts else ""
+
+    def begin(self, stamp: int) -> None:
+        """Let t = 0 be at ``stamp`` [ns]; without it, it is at the first message."""
+        self._start = stamp
+
+    def write(self, message: Message) -> None:
+        """Take one message; it reaches the disk with the next :meth:`flush`."""
+        if self._start is None:
+            self._start = message.stamp
+        name = _file(message)
+        if name not in self._files:
+            if len(self._files) >= MOST_TABLES:
+                self._refuse(f"more than {MOST_TABLES} tables, the rest")
+                return
+            self._files[name] = self._new(name, message)
+        self._files[name].add(row(message, self._start))
+        self.rows[name] += 1
+
+    def flush(self) -> None:
+        """Write out everything taken; what the disk refuses is kept for a while, then counted as lost."""
+        lost = {name: file.flush() for name, file in self._files.items()}
+        self.lost.update(lost)
+        self._tell_accidents(lost)
+        for name in self._descriptions:
+            self._describe(name)
+        self._tell_refusal(sum(lost.values()))
+
+    def close(self) -> None:
+        """Write out what is left and seal the session; may be called twice."""
+        self.flush()
+        lost = {name: file.give_up() for name, file in self._files.items()}
+        self.lost.update(lost)
+        self._tell_accidents(lost)
+        if any(lost.values()) and self._refusal:
+            log.error("%s: %d rows are lost at the end (%s)", self.folder, sum(lost.values()), self._refusal)
+        for file in self._files.values():
+            file.close()
+        for name in self._descriptions:
+            self._describe(name)
+        self._seal()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _make(self) -> None:
+        if (self.folder / SESSION).exists() or (self.folder / "recording.toml").exists():
+            raise RecordingError(f"{self.folder}: holds a recording already; choose another folder")
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            (self.folder / SESSION).write_text(f'began = "{self._began}"\n', encoding="utf-8")
+        except OSError as error:
+            raise RecordingError(f"{self.folder}: cannot be written ({error.strerror or error})") from None
+
+    def _new(self, name: str, message: Message) -> TableFile:
+        if name.endswith("/recording.csv"):
+            about = name.replace(".csv", ".toml")
+            self._descriptions[about] = self._about(name.partition("/")[0])
+            self._describe(about)
+        return TableFile(self.folder / name, header(type(message)))
+
+    def _refuse(self, why: str) -> None:
+        if why not in self._causes:
+            log.error("%s: %s is lost", self.folder, why)
+        self._causes[why] = None
+        self.rows["refused"] += 1
+        self.lost["refused"] += 1
+
+    def _tell_accidents(self, lost: Mapping[str, int]) -> None:
+        met = {name: file.accident for name, file in self._files.items() if file.accident}
+        for accident in dict.fromkeys(met.values()):
+            names = [name for name, what in met.items() if what == accident]
+            rows = sum(lost[name] for name in names)
+            self._causes[accident] = None
+            log.error(
+                "%s: %s: %s while being written, %d rows are lost; the recording goes on",
+                self.folder,
+                ", ".join(names),
+                accident,
+                rows,
+            )
+        for name in met:
+            self._files[name].accident = ""
+
+    def _tell_refusal(self, lost: int) -> None:
+        """Tell when the disk begins to refuse, when that costs rows, and when it is over."""
+        refusal = next((file.refusal for file in self._files.values() if file.refusal), "")
+        if refusal and not self._refusal:
+            log.error(
+                "%s: cannot be written (%s); rows wait in memory, at most %d of a table",
+                self.folder,
+                refusal,
+                KEPT,
+            )
+        if refusal:
+            self._causes[refusal] = None
+        if refusal and lost:
+            log.error("%s: %d rows are lost so far (%s)", self.folder, sum(self.lost.values()), refusal)
+        if self._refusal and not refusal:
+            log.warning("%s: can be written again", self.folder)
+        self._refusal = refusal
+
+    def _about(self, finger: str) -> str:
+        empty = Recording(
+            f"{self.folder.name} {finger}",
+            np.empty(0),
+            np.empty(0, dtype=np.int64),
+            {"normal_force": np.empty(0)},
+            Fingertip(self._radius, finger),
+            self._sensors,
+            {"began": self._began},
+            self._start or 0,
+        )
+        return toml_text(empty)
+
+    def _seal(self) -> None:
+        rows, lost = sum(self.rows.values()), sum(self.lost.values())
+        text = f'began = "{self._began}"\nclosed = true\nrows = {rows}\nlost = {lost}\n'
+        if self.dropped:
+            text += f"dropped = {self.dropped}\n"
+        self._descriptions[SESSION] = text
+        self._describe(SESSION)
+
+    def _describe(self, name: str) -> None:
+        """See to it that the file ``name`` says what it should; what cannot be written is tried again."""
+        path, data = self.folder / name, self._descriptions[name].encode()
+        try:
+            if path.exists() and path.stat().st_size == len(data):
+                return
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _overwrite(path, data)
+        except OSError:
+            self.lost[name] = 1
+        else:
+            self.lost.pop(name, None)
+
+
+def _overwrite(path: Path, data: bytes) -> None:
+    """Put ``data`` in the place of what is in ``path``, which takes no room on a disk that is full."""
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT, 0o666), "wb") as file:
+        file.write(data)
+        file.truncate()
+
+
+def _file(message: Message) -> str:
+    if isinstance(message, NodeStatus):
+        return FILES[NodeStatus]
+    # a finger's name may come from the wire: it must not lead out of the folder
+    finger = "".join(c if c.isalnum() or c in "-_" else "_" for c in message.finger) or "_"
+    return f"{finger}/{FILES[type(message)]}"

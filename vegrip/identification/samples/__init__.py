@@ -1,0 +1,101 @@
+"""Sample files that ship with the package, so that every example of the help runs as written.
+
+One fingertip of 8 mm radius, pressed, held, and pulled until it slips, on the virtual bench (which shares no
+physics code with the model), with adhesion hidden in it. :mod:`vegrip.identification.samples.make` made them.
+"""
+
+import gzip
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Final
+
+from vegrip.identification.recording import Recording, write_recording
+from vegrip.identification.recording.column_map import ColumnMap, with_columns
+from vegrip.identification.recording.import_csv import import_csv
+
+RADIUS: Final = 8e-3  # [m]
+COLUMNS: Final = (
+    "t=time_s",
+    "episode=trial",
+    "displacement=depth_mm",
+    "normal_force=force_mN",
+    "tangential_force_x=pull_x_mN",
+    "tangential_force_y=pull_y_mN",
+    "torque_z=turn_mNm",
+    "slip=sliding",
+    "slip_speed=slip_mm_s",
+)
+UNITS: Final = (
+    "displacement=mm",
+    "normal_force=mN",
+    "tangential_force_x=mN",
+    "tangential_force_y=mN",
+    "torque_z=mN*m",
+    "slip_speed=mm/s",
+)
+NOISE: Final = {
+    "displacement": 5e-6,
+    "normal_force": 0.01,
+    "tangential_force_x": 0.01,
+    "torque_z": 1e-4,
+}  # SI
+TABLE: Final = "press.csv"
+LOG: Final = "press.blf"
+MODEL: Final = "press.toml"
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One sample: what it is, and what writes it to a path."""
+
+    about: str
+    write: Callable[[Path], object]
+
+    def is_at(self, path: Path) -> bool:
+        """Tell whether ``path`` is this sample already, unchanged."""
+        with tempfile.TemporaryDirectory() as scratch:
+            fresh = Path(scratch) / path.name
+            self.write(fresh)
+            return bool(_content(fresh)) and _content(path) == _content(fresh)
+
+
+def _content(path: Path) -> list[bytes]:
+    files = sorted(path.iterdir()) if path.is_dir() else [path] if path.is_file() else []
+    return [file.read_bytes() for file in files if file.is_file()]
+
+
+def recording() -> Recording:
+    """Return the sample recording."""
+    chart = with_columns(ColumnMap(), COLUMNS, UNITS)
+    channels = {name: replace(entry, noise=NOISE.get(name, 0.0)) for name, entry in chart.channels.items()}
+    with as_file(files(__name__).joinpath(f"{TABLE}.gz")) as path:
+        return import_csv(path, replace(chart, channels=channels), radius=RADIUS)
+
+
+def _write_table(path: Path) -> None:
+    path.write_bytes(gzip.decompress(files(__name__).joinpath(f"{TABLE}.gz").read_bytes()))
+
+
+def _write_log(path: Path) -> None:
+    path.write_bytes(files(__name__).joinpath(LOG).read_bytes())
+
+
+def _write_model(path: Path) -> None:
+    from vegrip.model import paper_model, write_model  # noqa: PLC0415 (heavy, and the others do without)
+
+    write_model(paper_model(RADIUS), path)
+
+
+def _write_recording(path: Path) -> None:
+    write_recording(recording(), path)
+
+
+SAMPLES: Final = {
+    "press": Sample("a recording: a fingertip pressed, held and pulled until it slips", _write_recording),
+    TABLE: Sample("the same as the table of a test rig, in mm and mN, for `vegrip import`", _write_table),
+    LOG: Sample("its first seconds as a CAN log of the finger thumb, for `vegrip import`", _write_log),
+    MODEL: Sample("a model of that fingertip before any fit, for `vegrip simulate`", _write_model),
+}

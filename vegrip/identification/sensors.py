@@ -1,0 +1,149 @@
+"""What your sensors give you: from the channels a fingertip measures to the outputs that can be had of them.
+
+>>> lacking({"normal_force", "displacement"})[0].partition(";")[0]
+'no slip margin and no grip command: tangential_force_x and tangential_force_y are not measured'
+"""
+
+import math
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from vegrip.identification.recording import Recording
+from vegrip.identification.recording.channels import CHANNELS
+from vegrip.messages import FingertipState
+
+GRAVITY: Final = 9.81  # [m/s^2]
+TANGENTIAL: Final = ("tangential_force_x", "tangential_force_y")
+REMEDY: Final = "state the load instead: vegrip replay RECORDING --through --load 1.5 (or --mass 0.3)"
+
+Channels = Collection[str]
+
+
+@dataclass(frozen=True)
+class Output:
+    """One thing that vegrip tells.
+
+    Attributes:
+        name: for people.
+        short: the same as a heading.
+        needs: which channels, in words.
+        given: whether it can be had of some channels.
+        otherwise: what is done without.
+
+    """
+
+    name: str
+    short: str
+    needs: str
+    given: Callable[[Channels], bool]
+    otherwise: str
+
+
+def _presses(channels: Channels) -> bool:
+    return bool({"normal_force", "displacement"} & set(channels))
+
+
+def _knows_load(channels: Channels) -> bool:
+    return _presses(channels) and set(TANGENTIAL) <= set(channels)
+
+
+OUTPUTS: Final = (
+    Output(
+        "contact radius, pressure exponent, limit force",
+        "contact",
+        "normal_force or displacement",
+        _presses,
+        "nothing can be told",
+    ),
+    Output(
+        "slip margin, time to slip, grip command",
+        "margin, grip",
+        "and tangential_force_x, tangential_force_y",
+        _knows_load,
+        "no margin; with a stated load or mass: the margin for that",
+    ),
+    Output(
+        "torque in the margin",
+        "torque",
+        "and torque_z",
+        lambda channels: _knows_load(channels) and "torque_z" in channels,
+        "counts as zero: a load off the centre slips earlier than told",
+    ),
+    Output(
+        "stiffness and relaxation learned",
+        "stiffness",
+        "normal_force and displacement",
+        lambda channels: {"normal_force", "displacement"} <= set(channels),
+        "stay as in the model file",
+    ),
+    Output(
+        "friction learned at every slip",
+        "friction",
+        "and tangential forces, slip or slip_speed",
+        lambda channels: _knows_load(channels) and bool({"slip", "slip_speed"} & set(channels)),
+        "stays as in the model file, unless a slip shows in the forces",
+    ),
+)
+
+USUAL: Final = {
+    "normal force": ("normal_force",),
+    "position": ("displacement",),
+    "normal force and position": ("normal_force", "displacement"),
+    "and both tangential forces": ("normal_force", "displacement", *TANGENTIAL),
+    "and torque about the normal": ("normal_force", "displacement", *TANGENTIAL, "torque_z"),
+    "and slip": ("normal_force", "displacement", *TANGENTIAL, "torque_z", "slip"),
+}
+"""Sets of sensors that hands have, each with what the next one adds."""
+
+
+def channels_of(state: FingertipState) -> frozenset[str]:
+    """Return the channels that are measured in ``state``."""
+    return frozenset(name for name in CHANNELS if not math.isnan(getattr(state, name)))
+
+
+def answers(channels: Channels) -> dict[str, bool]:
+    """Return for every output whether ``channels`` give it."""
+    return {output.name: output.given(channels) for output in OUTPUTS}
+
+
+def lacking(channels: Channels) -> list[str]:
+    """Return what a user must know of a fingertip that measures ``channels``: a sentence each, or none."""
+    if not _presses(channels):
+        return ["nothing can be told: neither normal_force nor displacement is measured"]
+    if not _knows_load(channels):
+        missing = " and ".join(name for name in TANGENTIAL if name not in channels)
+        are = "are" if " and " in missing else "is"
+        return [f"no slip margin and no grip command: {missing} {are} not measured; {REMEDY}"]
+    if "torque_z" not in channels:
+        return ["torque_z is not measured and counts as zero: a load off the centre slips earlier than told"]
+    return []
+
+
+def with_load(recording: Recording, load: float) -> Recording:
+    """Return ``recording`` as if its fingertip carried ``load`` [N] along x; what is measured stays.
+
+    The margin is then that for the stated load: true where the finger carries no more than it.
+    """
+    rows = len(recording)
+    stated = {TANGENTIAL[0]: np.full(rows, load), TANGENTIAL[1]: np.zeros(rows)}
+    if set(TANGENTIAL) <= set(recording.columns):
+        return recording
+    return replace(recording, columns={**recording.columns, **stated})
+
+
+def share_of(mass: float, fingers: int) -> float:
+    """Return the load [N] of each of ``fingers`` that hold ``mass`` [kg] between them."""
+    return GRAVITY * mass / fingers
+
+
+def markdown() -> str:
+    """Return the table as it stands in the README."""
+    lines = ["| your fingertip measures | " + " | ".join(output.name for output in OUTPUTS) + " |"]
+    lines.append("|---" * (1 + len(OUTPUTS)) + "|")
+    for name, channels in USUAL.items():
+        cells = ["yes" if given else "no" for given in answers(channels).values()]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    return "\n".join(lines)

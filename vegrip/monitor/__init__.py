@@ -1,6 +1,0 @@
-"""Watching running nodes: what is known of every finger, and a live table of it."""
-
-from vegrip.monitor.board import Board
-from vegrip.monitor.table import render
-
-__all__ = ["Board", "render"]

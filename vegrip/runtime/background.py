@@ -1,0 +1,48 @@
+"""Helper processes of a node: everything else on the machine goes first."""
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+
+LOWEST, WAITED_FOR = "19", "10"  # nice
+
+
+def run_behind(
+    module: str,
+    arguments: Sequence[str],
+    patience: float | None = None,
+    *,
+    idle: bool = True,
+    given: bytes = b"",
+) -> subprocess.CompletedProcess[str]:
+    """Run ``python -m module`` as a helper, and return it when it has ended.
+
+    It finds ``given`` on its standard input: a file would stay behind where this process is killed.
+
+    It has a low priority from its first instruction on, also when this process has a real-time one: what it
+    imports alone takes a second, each slice of which could delay the loop on a core that they share. With
+    ``idle`` it gives a core up at once to whoever wants it, where one that is nice keeps it for the rest of
+    its slice, some milliseconds; but on a machine without idle time it does not come to an end. The module
+    itself calls :func:`~vegrip.runtime.launcher.end_with_parent`.
+
+    A program in front of it sets the priority. Python code between fork and exec has no place in a process
+    with threads, and a priority that is lowered before the exec would let this process, which waits for it
+    with the interpreter's lock, stand behind everything else on the machine.
+
+    Raises:
+        subprocess.TimeoutExpired: it took more than ``patience`` [s], and was killed.
+
+    """
+    command = [*_in_front(idle), sys.executable, "-m", module, *arguments]
+    done = subprocess.run(command, input=given, capture_output=True, check=False, timeout=patience)
+    told, complaint = (text.decode(errors="replace") for text in (done.stdout, done.stderr))
+    return subprocess.CompletedProcess(command, done.returncode, told, complaint)
+
+
+def _in_front(idle: bool) -> list[str]:
+    chrt, nice = shutil.which("chrt"), shutil.which("nice")
+    if idle and chrt is not None:
+        return [chrt, "--idle", "0"]
+    usual = [chrt, "--other", "0"] if chrt is not None else []
+    return [*usual, nice, "-n", LOWEST if idle else WAITED_FOR] if nice is not None else usual

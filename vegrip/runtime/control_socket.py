@@ -1,0 +1,170 @@
+"""The control socket of a node: parameters, lifecycle and status, asked for by other processes.
+
+A side thread answers. What changes the node is handed to the loop and happens between two messages; what only
+reads a frozen value is answered at once.
+"""
+
+import dataclasses
+import threading
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import msgpack
+import zmq
+
+from vegrip.errors import UsageError, VegripError
+from vegrip.messages import Lifecycle
+from vegrip.runtime.handle import NodeHandle
+from vegrip.runtime.lifecycle import allowed, route
+from vegrip.runtime.parameter_table import described
+from vegrip.runtime.runner import Runner
+from vegrip.transport.connection_limit import ConnectionLimit
+
+LARGEST = 65_536  # [bytes] of a request
+LOOK = 100  # [ms] between two looks at whether to stop
+PATIENCE = 120.0  # [s] for the loop; configuring may compile
+
+Call = Callable[..., Any]
+
+
+class Control:
+    """What may be asked of a running node."""
+
+    def __init__(self, runner: Runner, topics: Callable[[], Mapping[str, Any]]) -> None:
+        self._runner = runner
+        self._node = NodeHandle(runner)
+        self.calls: dict[str, Call] = {
+            "parameters": self.parameters,
+            "set_parameter": self.set_parameter,
+            "state": self.state,
+            "set_state": self.set_state,
+            "status": self.status,
+            "topics": lambda: dict(topics()),
+        }
+
+    def parameters(self) -> list[dict[str, Any]]:
+        """Return all parameters."""
+        return described(self._runner.managed.node.parameters)
+
+    def set_parameter(self, name: str, value: Any) -> list[dict[str, Any]]:
+        """Set one parameter within its bounds and return all."""
+        self._in_loop(lambda: self._node.set_parameter(name, value))
+        return self.parameters()
+
+    def state(self) -> dict[str, Any]:
+        """Return the lifecycle state and where it can go."""
+        managed = self._runner.managed
+        return {
+            "state": managed.state.name.lower(),
+            "on_hold": managed.on_hold,
+            "transitions": allowed(managed.state),
+        }
+
+    def set_state(self, target: str) -> dict[str, Any]:
+        """Go to the state ``target``, over others if need be, or make the transition ``target``."""
+        states = {state.name.lower(): state for state in Lifecycle}
+
+        def change() -> None:
+            current = self._runner.state
+            steps = route(current, states[target]) if target in states else [target]
+            for step in steps:
+                self._runner.change(step)
+
+        self._in_loop(change)
+        return self.state()
+
+    def status(self) -> dict[str, Any] | None:
+        """Return the last NodeStatus, and the clock of the sender where it is estimated."""
+        status, clock = self._runner.status, self._runner.clock
+        if status is None:
+            return None
+        told = {} if clock is None else {"clock": dataclasses.asdict(clock)}
+        return {**dataclasses.asdict(status), "state": status.state.name.lower(), **told}
+
+    def _in_loop(self, call: Call) -> None:
+        self._runner.inbox.put(call).result(timeout=PATIENCE)
+
+
+class Answers:
+    """What is answered to a request, whatever it is; the part of the server that knows no socket.
+
+    Args:
+        calls: what may be asked, by name.
+        counts: where ``request`` is counted, what is none.
+
+    """
+
+    def __init__(self, calls: Mapping[str, Call], counts: Counter[str]) -> None:
+        self._calls = calls
+        self._counts = counts
+
+    def answer(self, request: Sequence[bytes]) -> bytes:
+        """Return the answer to the frames of a request, of which there should be one."""
+        try:
+            (body,) = request
+            asked = msgpack.unpackb(body)
+            call, arguments = self._calls[asked["call"]], asked.get("arguments", {})
+            result = call(**arguments)
+            return bytes(msgpack.packb({"result": result}, default=str))
+        except VegripError as error:
+            sentence, exit_code = str(error), error.exit_code
+        except Exception as error:  # noqa: BLE001 (a bad request must not end the thread)
+            self._counts["request"] += 1
+            sentence = f"the request cannot be answered: {error!r}"
+            exit_code = UsageError.exit_code
+        plain = sentence.encode("utf-8", "replace").decode()  # names that were asked for may be no text
+        return bytes(msgpack.packb({"error": plain, "exit_code": exit_code}))
+
+
+class ControlServer:
+    """The thread that answers at ``address``.
+
+    A request is one frame of msgpack, after an empty one as a socket of kind REQ puts it. Every other one
+    is answered with an error and counted as ``request``, and whoever asks next is answered as well.
+
+    Args:
+        address: to bind.
+        control: what may be asked.
+        counts: where bad requests are counted, and ``connections``, the times that no more were let in.
+
+    """
+
+    def __init__(self, address: str, control: Control, counts: Counter[str] | None = None) -> None:
+        self._counts = Counter() if counts is None else counts
+        self._answers = Answers(control.calls, self._counts)
+        self._context = zmq.Context()
+        self._socket = self._context.socket(zmq.ROUTER)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
+        self._limit = ConnectionLimit(self._socket, address, self._counts)
+        self._socket.bind(address)
+        self._limit.start()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="control", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._stop.set()
+        self._thread.join()
+        self._limit.close()
+        self._socket.close(linger=0)
+        self._context.term()
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            try:
+                if self._socket.poll(LOOK):
+                    self._serve(self._socket.recv_multipart())
+            except zmq.ZMQError:  # of this one request; it must not end the thread
+                self._counts["request"] += 1
+
+    def _serve(self, frames: Sequence[bytes]) -> None:
+        envelope, request = _split(frames)
+        self._socket.send_multipart([*envelope, self._answers.answer(request)], zmq.DONTWAIT)
+
+
+def _split(frames: Sequence[bytes]) -> tuple[Sequence[bytes], Sequence[bytes]]:
+    """Return what leads back to the asker (its name, and an empty frame if it sent one) and the request."""
+    end = 2 if b"" in frames[1:2] else 1
+    return frames[:end], frames[end:]

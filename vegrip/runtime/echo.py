@@ -1,0 +1,42 @@
+"""A node without physics: answers every state at once, to measure the latency of bus and runtime alone."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from vegrip.clock import NS
+from vegrip.config import build as build_parameters
+from vegrip.config import parameter
+from vegrip.messages import FingertipState, ForceCommand, Message, Reason
+from vegrip.runtime.node import NodeBase
+from vegrip.runtime.program import NodeContext
+
+
+@dataclass(frozen=True)
+class EchoParameters:
+    """What the echo answers."""
+
+    normal_force: float = parameter(1.0, unit="N", low=0.0, high=20.0, doc="of every command")
+    validity: float = parameter(0.1, unit="s", low=0.001, high=10.0, doc="of every command")
+
+
+class EchoNode(NodeBase):
+    """Answers each state with a command that bears its number."""
+
+    alone: tuple[type[Message], ...] = (ForceCommand,)
+
+    parameters: EchoParameters
+
+    def on_message(self, message: Message, now: int) -> Iterable[Message]:
+        """Answer a state."""
+        if not isinstance(message, FingertipState):
+            return ()
+        p = self.parameters
+        expires = now + round(p.validity * NS)
+        return (ForceCommand(now, message.finger, message.seq, p.normal_force, 0.0, Reason.HOLD, expires),)
+
+
+def build(settings: Mapping[str, Any], context: NodeContext) -> EchoNode:
+    """Make the node."""
+    parameters = build_parameters(EchoParameters, settings, f"{context.name} [parameters]")
+    return EchoNode(context.name, parameters)

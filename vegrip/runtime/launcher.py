@@ -1,0 +1,173 @@
+"""Starts the nodes of a launch file as processes, in order; watches over them; stops them in reverse.
+
+Each child leads a process group of its own, so that a Ctrl-C in the terminal reaches the launcher alone and
+the order is kept. A child ends when the launcher dies (:func:`end_with_parent`).
+"""
+
+import ctypes
+import os
+import signal
+import subprocess
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from vegrip.clock import NS, Clock
+from vegrip.errors import DeviceError
+from vegrip.runtime.restart import RestartPolicy
+
+LOOK = 0.05  # [s] between two looks at the processes
+GRACE = 5.0  # [s] for a node to end before it is killed
+LOST = DeviceError.exit_code  # of a node that could not keep what it was given
+_PR_SET_PDEATHSIG = 1  # linux/prctl.h
+
+
+class Process(Protocol):
+    """What the launcher needs of :class:`subprocess.Popen`."""
+
+    def poll(self) -> int | None:
+        """Return the exit code, None while it runs."""
+
+    def terminate(self) -> None:
+        """Ask it to end."""
+
+    def kill(self) -> None:
+        """End it."""
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait for its end."""
+
+
+Start = Callable[[], Process]
+
+
+@dataclass
+class Child:
+    """One node of the launch file."""
+
+    name: str
+    start: Start
+    restart: str = "never"
+    required: bool = False
+    ready: Callable[[], bool] | None = None  # asked before the next child is started
+    process: Process | None = None
+    policy: RestartPolicy = field(init=False)
+    started: int = 0  # [ns]
+    again_at: int | None = None  # [ns] when it will be started again
+
+    def __post_init__(self) -> None:
+        """Make the policy."""
+        self.policy = RestartPolicy(self.restart)
+
+
+class Launcher:
+    """Watches over children.
+
+    Args:
+        children: in the order of starting.
+        clock: of the back-off.
+        tell: is told what happens, ``(child's name, sentence)``.
+
+    """
+
+    def __init__(self, children: Sequence[Child], clock: Clock, tell: Callable[[str, str], None]) -> None:
+        self._children = children
+        self._clock = clock
+        self._tell = tell
+        self._stop = False
+        self.exit_code = 0  # of the first child that ended badly for good
+
+    def run(self) -> int:
+        """Start all, watch until everything has ended, and return the exit code."""
+        try:
+            if all(self._brought_up(child) for child in self._children):
+                while self._watched():
+                    pass
+        finally:
+            self.stop_all()
+        return self.exit_code
+
+    def stop(self) -> None:
+        """End soon; may be called from a signal handler."""
+        self._stop = True
+
+    def step(self) -> bool:
+        """Look at every child once; return whether there is anything left to watch."""
+        for child in self._children:
+            if child.process is not None:
+                code = child.process.poll()
+                if code is not None and not self._ended(child, code):
+                    return False
+            elif child.again_at is not None and self._clock.now() >= child.again_at:
+                self._start(child)
+        return any(child.process is not None or child.again_at is not None for child in self._children)
+
+    def stop_all(self) -> None:
+        """Stop the children in reverse order, each before the next."""
+        for child in reversed(self._children):
+            child.again_at = None
+            if child.process is not None:
+                self._stop_one(child, child.process)
+
+    def _brought_up(self, child: Child) -> bool:
+        """Start ``child`` and wait until it is ready; return whether to go on."""
+        self._start(child)
+        while child.ready is not None and child.process is not None and not child.ready():
+            if not self._watched():
+                return False
+        return not self._stop
+
+    def _watched(self) -> bool:
+        """Look at all, rest a moment, and return whether to go on."""
+        if self._stop or not self.step():
+            return False
+        self._clock.sleep_until(self._clock.now() + round(LOOK * NS))
+        return not self._stop
+
+    def _start(self, child: Child) -> None:
+        child.process, child.started, child.again_at = child.start(), self._clock.now(), None
+        self._tell(child.name, "started")
+
+    def _ended(self, child: Child, code: int) -> bool:
+        """Note the end of ``child``; return whether the others go on."""
+        child.process = None
+        delay = child.policy.delay(code, (self._clock.now() - child.started) / NS)
+        if delay is not None:
+            self._tell(child.name, f"ended with {_words(code)}; starts again in {delay:g} s")
+            child.again_at = self._clock.now() + round(delay * NS)
+            return True
+        self._tell(child.name, f"ended with {_words(code)}" + ("; it is required" if child.required else ""))
+        self.exit_code = self.exit_code or (128 - code if code < 0 else code)
+        return not child.required
+
+    def _stop_one(self, child: Child, process: Process) -> None:
+        if process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(GRACE)
+            except subprocess.TimeoutExpired:
+                self._tell(child.name, f"did not end within {GRACE:g} s and was killed")
+                process.kill()
+                process.wait()
+        code, child.process = process.poll(), None
+        if code == LOST:
+            self._tell(child.name, f"stopped with {_words(code)}")
+            self.exit_code = self.exit_code or code
+            return
+        self._tell(child.name, "stopped")
+
+
+def end_with_parent(parent: int | None = None) -> None:
+    """Ask the kernel to send this process SIGTERM when its parent dies, in whatever way.
+
+    Args:
+        parent: process number of the one that started this; should it have died already, this ends at once.
+
+    """
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if parent is not None and os.getppid() != parent:
+        signal.raise_signal(signal.SIGTERM)
+
+
+def _words(code: int) -> str:
+    return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"

@@ -1,0 +1,256 @@
+"""The board: what is known of fingers and nodes, how old it is, and a short log. Pure; time is passed in."""
+
+import math
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
+
+from vegrip.clock import NS
+from vegrip.messages import (
+    Condition,
+    ContactEstimate,
+    FingertipState,
+    ForceCommand,
+    Message,
+    ModelHealth,
+    NodeStatus,
+    Reason,
+    SlipMargin,
+)
+from vegrip.runtime.monitor.finger_row import FRESH, FingerRow
+from vegrip.runtime.monitor.node_row import NodeRow, Presence, Present
+
+LOG_LINES = 8
+MOST_FINGERS = 64  # a sender of made-up names must not make the board grow
+MOST_NODES = 64
+BUSY, TOO_BUSY = 0.01, 0.1  # shares of late commands from which on a machine is called so
+CONSEQUENCE = 5.0  # [s] input that ceases so soon around the end of a node has ceased because of it
+CONDITION_STYLE = {Condition.OK: "green", Condition.DEGRADED: "yellow"}  # all others red
+ABSENT = (Condition.STALE, Condition.MISSING)
+KINDS: dict[str, type[Message]] = {
+    "state": FingertipState,
+    "contact": ContactEstimate,
+    "margin": SlipMargin,
+    "command": ForceCommand,
+    "health": ModelHealth,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class LogLine:
+    """Something that happened."""
+
+    time: float  # [s] since the board was made
+    text: str
+    style: str = ""
+
+
+@dataclass
+class Board:
+    """Takes messages, knows the newest and their ages; :meth:`look` notes what has fallen silent.
+
+    Args:
+        start: [ns] zero of its log.
+        fingers: in the order of the hand; others are added as they are heard.
+
+    """
+
+    start: int  # [ns]
+    fingers: tuple[str, ...] = ()
+    rows: dict[str, FingerRow] = field(default_factory=dict)
+    nodes: dict[str, NodeRow] = field(default_factory=dict)
+    log: deque[LogLine] = field(default_factory=lambda: deque(maxlen=LOG_LINES))
+    counts: dict[str, int] = field(default_factory=dict)
+    _slipping: set[str] = field(default_factory=set)
+    _looked: int | None = None  # [ns]
+    _awake_since: int = 0  # [ns]
+    _ended: tuple[str, int] | None = None  # the node that has ended last, and when [ns]
+
+    def __post_init__(self) -> None:
+        self.rows = {finger: FingerRow() for finger in self.fingers}
+
+    def take(self, message: Message, now: int, node: str = "") -> None:
+        """Put ``message`` on the board.
+
+        Args:
+            message: what was said.
+            now: [ns] when it came.
+            node: full name of the node that said it, "" = not known.
+
+        """
+        kind = type(message).__name__
+        self.counts[kind] = self.counts.get(kind, 0) + 1
+        speaker = message.node if isinstance(message, NodeStatus) else node
+        if speaker and (row := self._node(speaker, now)) is not None:
+            row.hear(message, now)
+        if isinstance(message, NodeStatus):
+            return
+        if message.finger not in self.rows and len(self.rows) >= MOST_FINGERS:
+            return
+        finger = self.rows.setdefault(message.finger, FingerRow())
+        finger.source = node
+        self._note(finger, message, now)
+        finger.put(message, now)
+
+    def attend(self, present: Iterable[Present], now: int) -> None:
+        """Note which nodes run on this machine, all of them, and their fingers in the order of the hand."""
+        running = {node.name: node for node in present}
+        for name, node in running.items():
+            self._node(name, now)
+            self._order(node.fingers)
+        for name, row in self.nodes.items():
+            row.attend(running.get(name), now)
+
+    def look(self, now: int) -> None:
+        """Note in the log what has fallen silent, gone, ended or come back by ``now`` [ns]."""
+        if self._looked is None or now - self._looked > FRESH * NS:
+            self._awake_since = now  # whoever did not look must not call others silent
+        self._looked = now
+        for name, row in self.nodes.items():
+            presence = row.judge(now, self._awake_since)
+            if presence is not row.presence:
+                before, row.presence = row.presence, presence
+                self._tell_presence(name, row, before, now)
+        self._tell_conditions(now)
+
+    def say(self, text: str, now: int, style: str = "") -> None:
+        """Add a line to the log."""
+        self.log.append(LogLine((now - self.start) / NS, text, style))
+
+    @property
+    def busy(self) -> str:
+        """One sentence when commands leave late because of this machine, else empty."""
+        for name, row in self.nodes.items():
+            if row.presence is Presence.RUNNING and row.late_share > BUSY:
+                share = f"{100.0 * row.late_share:.0f} %"
+                word = "too busy" if row.late_share >= TOO_BUSY else "busy"
+                return f"this machine is {word}: {share} of the commands of {name} are late"
+        return ""
+
+    def _node(self, name: str, now: int) -> NodeRow | None:
+        if name not in self.nodes and len(self.nodes) >= MOST_NODES:
+            return None
+        return self.nodes.setdefault(name, NodeRow(now, is_old=self._looked is None))
+
+    def _order(self, fingers: Iterable[str]) -> None:
+        """Show ``fingers`` in this order, behind those that have their place already."""
+        new = tuple(finger for finger in fingers if finger not in self.fingers)
+        if not new or len(self.fingers) + len(new) > MOST_FINGERS:
+            return
+        self.fingers += new
+        self.rows = {finger: self.rows.get(finger, FingerRow()) for finger in self.fingers} | {
+            finger: row for finger, row in self.rows.items() if finger not in self.fingers
+        }
+
+    def _tell_presence(self, name: str, row: NodeRow, before: Presence, now: int) -> None:
+        heard = f"{(row.last_heard - self.start) / NS:.1f} s"
+        if row.presence in (Presence.GONE, Presence.ENDED) and row.sends:
+            self._ended = (name, now)
+        match row.presence:
+            case Presence.SILENT:
+                self.say(f"{name} is silent since {heard}", now, "bold red")
+            case Presence.GONE:
+                self.say(f"{name} is gone without a word, last heard at {heard}", now, "bold red")
+            case Presence.ENDED:
+                self.say(f"{name} has ended", now)
+            case Presence.STARTING:
+                row.is_old = False
+            case Presence.RUNNING if before is not Presence.STARTING:
+                self.say(f"{name} is heard again", now, "green")
+            case Presence.RUNNING if not row.is_old:
+                self.say(f"{name} has started", now)
+
+    def _note(self, row: FingerRow, message: Message, now: int) -> None:
+        if isinstance(message, ForceCommand):
+            self._note_slip(message, now)
+        elif isinstance(message, ModelHealth):
+            self._note_condition(row, message.condition, now)
+
+    def _note_slip(self, command: ForceCommand, now: int) -> None:
+        if command.reason != Reason.SLIP:
+            self._slipping.discard(command.finger)
+        elif command.finger not in self._slipping:
+            self._slipping.add(command.finger)
+            self.say(f"{command.finger}: slip felt, grip raised", now, "red")
+
+    def _note_condition(self, row: FingerRow, condition: Condition, now: int) -> None:
+        """Note a change of condition; :meth:`look` tells it, several fingers in one line."""
+        if condition is row.announced or (row.announced is None and condition in ABSENT):
+            row.pending = None
+        elif row.pending is None or row.pending[0] is not condition:
+            row.pending = (condition, now)
+
+    def _tell_conditions(self, now: int) -> None:
+        """Tell of conditions that have lasted, and of bad data at once."""
+        due = {
+            row.pending[0]
+            for row in self.rows.values()
+            if row.pending and (row.pending[0] > Condition.MISSING or now - row.pending[1] > FRESH * NS)
+        }
+        for condition in sorted(due):
+            told = []
+            for finger, row in self.rows.items():
+                if row.pending is None or row.pending[0] is not condition or not self._speaks(row.source):
+                    continue
+                first, row.announced, row.pending = row.announced is None, condition, None
+                if not (first and condition is Condition.OK):
+                    told.append(finger)
+            if told:
+                self._tell_condition(told, condition, now)
+
+    def _tell_condition(self, fingers: list[str], condition: Condition, now: int) -> None:
+        names = "all fingers" if len(fingers) == len(self.rows) > 1 else ", ".join(fingers)
+        if condition in ABSENT and self._ended is not None and now - self._ended[1] < CONSEQUENCE * NS:
+            self.say(f"{names}: no input since {self._ended[0]} ended", now)
+        else:
+            self.say(f"{names}: input {words(condition)}", now, CONDITION_STYLE.get(condition, "red"))
+
+    def _speaks(self, node: str) -> bool:
+        return node not in self.nodes or self.nodes[node].presence is Presence.RUNNING
+
+
+def words(name: Condition | Reason) -> str:
+    """Return an enumeration's name as words."""
+    return name.name.lower().replace("_", " ")
+
+
+def as_json(board: Board, now: int) -> dict[str, object]:
+    """Return what is on the board at ``now`` [ns] as JSON has it: no NaN, enumerations by name.
+
+    Everything has its ``age`` [s]; what is not ``fresh`` says nothing of now.
+    """
+    fingers = {
+        finger: {
+            name: {
+                **_jsonable(asdict(message)),
+                "age": row.age(kind, now),
+                "fresh": row.fresh(kind, now) is not None,
+            }
+            for name, kind in KINDS.items()
+            if (message := row.newest(kind)) is not None
+        }
+        for finger, row in board.rows.items()
+    }
+    return {
+        "fingers": fingers,
+        "nodes": {
+            name: {
+                **_jsonable(asdict(row.status) if row.status is not None else {}),
+                "age": row.age(now),
+                "presence": row.presence.value,
+            }
+            for name, row in board.nodes.items()
+        },
+    }
+
+
+def _jsonable(value: dict[str, object]) -> dict[str, object]:
+    return {key: _jsonable_item(item) for key, item in value.items()}
+
+
+def _jsonable_item(value: object) -> object:
+    if isinstance(value, dict):
+        return _jsonable(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return getattr(value, "name", value)

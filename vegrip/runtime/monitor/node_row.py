@@ -1,0 +1,145 @@
+"""What is known of one node: its newest status, whether it is there, what is late or refused. Pure."""
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+
+from vegrip.clock import NS
+from vegrip.messages import Lifecycle, NodeStatus
+from vegrip.runtime.monitor.finger_row import FRESH
+
+STATUS_PERIOD = 1.0  # [s] of NodeStatus, where nothing else is known
+MISSED = 2.0  # statuses that may fail to come on a busy machine
+FAREWELL = 0.3  # [s] the last status of a node may come so long after its process has gone
+RECENT = 10.0  # [s] a refusal so long ago is still shown as news
+
+
+@dataclass(frozen=True)
+class Present:
+    """A node that runs on this machine, as the registry knows it."""
+
+    name: str  # in full, with namespace
+    pid: int = 0
+    status_period: float = STATUS_PERIOD  # [s]
+    fingers: tuple[str, ...] = ()  # in the order of its hand, as the board calls them
+
+
+class Presence(Enum):
+    """Whether a node is there."""
+
+    STARTING = "starting"  # its process runs, it has not said anything
+    RUNNING = "running"
+    SILENT = "silent"  # it says nothing, though its process may run
+    GONE = "gone"  # its process has ended without a word
+    ENDED = "ended"  # it has said that it ends
+
+
+@dataclass
+class NodeRow:
+    """One node."""
+
+    since: int  # [ns] when its process was first seen
+    is_old: bool = False  # it ran before anybody looked
+    status: NodeStatus | None = None
+    presence: Presence = Presence.STARTING
+    present: Present | None = None  # None: the registry does not know it (any more)
+    late: float = 0.0  # [1/s] deadlines missed, over the last status period
+    sends: bool = False  # states or commands, not only statuses
+    recent: dict[str, int] = field(default_factory=dict)  # refusal: [ns] when it was last counted
+    _spoke: int = 0  # [ns] the newest message of any kind
+    _streamed: int = 0  # [ns] the newest that is no status
+    _pid: int = 0
+    _left: int | None = None  # [ns] when the registry lost it
+    _status_at: int = 0  # [ns]
+    _period: float = STATUS_PERIOD  # [s] between its last two statuses
+
+    def hear(self, message: object, now: int) -> None:
+        """Note that the node has said something."""
+        self._spoke = now
+        if isinstance(message, NodeStatus):
+            self._take(message, now)
+        else:
+            self._streamed = now
+
+    def attend(self, present: Present | None, now: int) -> None:
+        """Note whether the registry knows the node."""
+        if present is not None:
+            if present.pid != self._pid:
+                self.since, self._pid, self._period = now, present.pid, present.status_period
+            self._left = None
+        elif self.present is not None:
+            self._left = now
+        self.present = present
+
+    def age(self, now: int) -> float:
+        """Return the time since it last said something, or since it was first known [s]."""
+        return (now - max(self._spoke, self.since)) / NS
+
+    def is_overdue(self, now: int) -> bool:
+        """Whether it has missed the time of its last status by half a second, though it may only be late."""
+        return self.age(now) > FRESH + self._period
+
+    @property
+    def last_heard(self) -> int:
+        """When it last said something [ns]."""
+        return max(self._spoke, self.since)
+
+    @property
+    def late_share(self) -> float:
+        """Share of the commands that left after their deadline, over the last status period.
+
+        Zero for a node that answers no states: what it has late are its ticks.
+        """
+        if self.status is None or not math.isfinite(self.status.latency_p50) or self.status.rate_out <= 0.0:
+            return 0.0
+        return min(self.late / self.status.rate_out, 1.0)
+
+    def judge(self, now: int, awake_since: int) -> Presence:
+        """Return whether the node is there at ``now`` [ns].
+
+        Args:
+            now: [ns].
+            awake_since: [ns] the watcher itself slept before: silence counts from here.
+
+        """
+        if self.status is not None and self.status.state is Lifecycle.FINALIZED and self._is_last_word():
+            return Presence.ENDED
+        if self._left is not None and now - self._left > FAREWELL * NS:
+            return Presence.GONE
+        if now - max(self.last_heard, awake_since) > self._patience() * NS:
+            started = self._spoke >= self.since
+            return Presence.SILENT if started or self.present is None else Presence.STARTING
+        return Presence.RUNNING if self._spoke >= self.since else self.presence
+
+    def _is_last_word(self) -> bool:
+        """Tell whether no new process of this name has begun since the last status."""
+        return self.present is None or self._status_at >= self.since
+
+    def _patience(self) -> float:
+        """Return how long it may be silent [s]: one that streams has no reason to pause."""
+        streams = self._streamed > 0 and self._spoke - self._streamed < FRESH * NS
+        return FRESH if streams else FRESH + MISSED * self._period
+
+    def _take(self, status: NodeStatus, now: int) -> None:
+        before, self.status = self.status, status
+        gap = (now - self._status_at) / NS
+        self._status_at = now
+        self.sends = self.sends or status.rate_out > 0.0
+        if before is None or status.seq <= before.seq:
+            return  # the first of this process
+        if self.present is None and gap < 2.0 * self._period + FRESH:
+            self._period = gap
+        self.late = max(status.deadline_misses - before.deadline_misses, 0) / max(gap, 1e-3)
+        if before.rate_in > 0.0 and status.rate_in > 0.0:  # alone on a bus nothing is acknowledged
+            for name, count in status.rejected.items():
+                if count > before.rejected.get(name, 0):
+                    self.recent[name] = now
+
+    def refusals(self, now: int) -> dict[str, int]:
+        """Return what has been refused in the last seconds, with the counts since the start."""
+        counts = self.status.rejected if self.status is not None else {}
+        return {
+            name: counts[name]
+            for name, at in self.recent.items()
+            if name in counts and now - at < RECENT * NS
+        }

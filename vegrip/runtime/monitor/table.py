@@ -1,0 +1,252 @@
+"""The live table: one row per finger, one line per node, the log below. As wide and high as the terminal."""
+
+import math
+
+from rich.console import Group, RenderableType
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from vegrip.clock import NS
+from vegrip.messages import (
+    Condition,
+    ContactEstimate,
+    Estimate,
+    FingertipState,
+    ForceCommand,
+    ModelHealth,
+    Reason,
+    SlipMargin,
+)
+from vegrip.runtime.monitor.board import BUSY, Board, LogLine, words
+from vegrip.runtime.monitor.finger_row import FRESH, FingerRow
+from vegrip.runtime.monitor.node_row import NodeRow, Presence
+
+BAR = 24  # characters of the margin bar
+NARROW_BAR = 13  # as long as "no news 59 min"
+WIDE = 118  # columns from which on everything is shown
+FRAME = 2  # lines
+REASON_STYLE = {
+    Reason.SLIP: "bold red",
+    Reason.RAISE: "yellow",
+    Reason.FORECAST: "yellow",
+    Reason.RATE_LIMIT: "yellow",
+    Reason.MAX_LIMIT: "bold red",
+    Reason.INPUT_HOLD: "red",
+    Reason.FAIL_SAFE: "red",
+    Reason.UNTRUSTED: "magenta",
+    Reason.LOWER: "cyan",
+}
+PRESENCE_STYLE = {
+    Presence.STARTING: "dim",
+    Presence.RUNNING: "",
+    Presence.SILENT: "bold red",
+    Presence.GONE: "bold red",
+    Presence.ENDED: "dim",
+}
+
+
+def render(
+    board: Board,
+    now: int,
+    title: str = "vegrip",
+    footer: RenderableType | None = None,
+    size: tuple[int, int] = (150, 50),
+) -> Panel:
+    """Return the whole screen as of ``now`` [ns], for a terminal of ``size`` (columns, lines)."""
+    columns, lines = size
+    wide = columns >= WIDE
+    parts: list[RenderableType] = [_fingers(board, now, wide=wide), _nodes(board, now, wide=wide)]
+    taken = len(board.rows) + len(board.nodes) + 2 + FRAME + 1
+    if board.busy:
+        parts.append(_one_line(Text(board.busy, "bold yellow")))
+        taken += 1
+    if footer is not None:
+        parts.append(footer)
+        taken += 1
+    left = max(lines - taken, 1)
+    parts += [_line(line) for line in list(board.log)[-left:]]
+    clock = f"{(now - board.start) / NS:.1f} s"
+    return Panel(Group(*parts), title=title, subtitle=clock, padding=(0, 1))
+
+
+def _fingers(board: Board, now: int, *, wide: bool) -> Table:
+    table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold", expand=False)
+    table.add_column("finger", min_width=7, no_wrap=True)
+    _numbers(table, ("N [N]", 5))
+    if wide:
+        _numbers(table, ("a [mm]", 9), ("k", 9), ("mu", 9))
+    bar = BAR if wide else NARROW_BAR
+    table.add_column("margin, its bound |" if wide else "margin, |", min_width=bar, no_wrap=True)
+    _numbers(table, ("margin", 6), ("bound", 5), ("F [N]", 5))
+    table.add_column("why", min_width=10, no_wrap=True)
+    if wide:
+        _numbers(table, ("age", 6))
+    table.add_column("health", min_width=10)  # gives way first
+    for finger, row in board.rows.items():
+        ended = row.source in board.nodes and board.nodes[row.source].presence is Presence.ENDED
+        table.add_row(*_cells(finger, row, now, wide=wide, alarm=not ended))
+    return table
+
+
+def _numbers(table: Table, *columns: tuple[str, int]) -> None:
+    for header, width in columns:
+        table.add_column(Text(header), justify="right", min_width=width, no_wrap=True)
+
+
+def _cells(finger: str, row: FingerRow, now: int, *, wide: bool, alarm: bool) -> list[RenderableType]:
+    contact, command = row.fresh(ContactEstimate, now), row.fresh(ForceCommand, now)
+    margin = row.fresh(SlipMargin, now)
+    learned = [
+        _estimate(contact.contact_radius if contact else Estimate(), 2, 1e3),
+        _estimate(contact.pressure_exponent if contact else Estimate(), 2),
+        _estimate(contact.friction_coefficient if contact else Estimate(), 2),
+    ]
+    return [
+        finger,
+        _number(_force(row, now), 2),
+        *(learned if wide else []),
+        _bar(row, now, BAR if wide else NARROW_BAR, alarm=alarm),
+        _number(margin.margin.value if margin else math.nan, 2, valid=margin is None or margin.margin.valid),
+        _number(margin.lower_bound if margin else math.nan, 2),
+        _number(command.normal_force if command else math.nan, 2),
+        Text(words(command.reason), REASON_STYLE.get(command.reason, "")) if command else "",
+        *([_age(row, now)] if wide else []),
+        _one_line(_health(row, now)),
+    ]
+
+
+def _force(row: FingerRow, now: int) -> float:
+    state, contact = row.fresh(FingertipState, now), row.fresh(ContactEstimate, now)
+    if state is not None:
+        return state.normal_force
+    return contact.normal_force.value if contact is not None else math.nan
+
+
+def _number(value: float, digits: int, *, valid: bool = True) -> Text:
+    return Text(f"{value:.{digits}f}" if math.isfinite(value) else "-", "" if valid else "dim")
+
+
+def _estimate(estimate: Estimate, digits: int, scale: float = 1.0) -> Text:
+    if not math.isfinite(estimate.value):
+        return Text("-")
+    spread = f"±{scale * estimate.std:.{digits}f}" if math.isfinite(estimate.std) else "±?"
+    return Text(f"{scale * estimate.value:.{digits}f}{spread}", "" if estimate.valid else "dim")
+
+
+def _bar(row: FingerRow, now: int, width: int, *, alarm: bool) -> Text:
+    """Return the margin as a bar with its bound, or why there is none."""
+    margin, contact = row.fresh(SlipMargin, now), row.fresh(ContactEstimate, now)
+    if margin is None:
+        age = row.age(SlipMargin, now)
+        if not math.isfinite(age):
+            return Text("no margin yet", "dim")
+        return Text(f"no news {spoken(age)}", "bold red" if alarm else "dim")
+    if not math.isfinite(margin.margin.value):
+        return Text("no contact" if contact is not None and not contact.in_contact else "-", "dim")
+    value, bound = min(max(margin.margin.value, 0.0), 1.0), margin.lower_bound
+    full = round(width * value)
+    text = Text("█" * full, _colour(bound if math.isfinite(bound) else value))
+    text.append("·" * (width - full), "dim")
+    if math.isfinite(bound):
+        at = min(max(round(width * bound), 0), width - 1)
+        text = Text.assemble(text[:at], ("|", "bold reverse"), text[at + 1 :])
+    return text
+
+
+def _colour(margin: float) -> str:
+    if margin < 0.05:
+        return "red"
+    return "yellow" if margin < 0.15 else "green"
+
+
+def _age(row: FingerRow, now: int) -> Text:
+    """Return the age of the older of margin and command."""
+    ages = [age for kind in (SlipMargin, ForceCommand) if math.isfinite(age := row.age(kind, now))]
+    if not ages:
+        return Text("-", "dim")
+    return Text(spoken(max(ages)), "" if max(ages) <= FRESH else "bold red")
+
+
+def spoken(age: float) -> str:
+    """Return an age [s] as one says it."""
+    if age < 1.0:
+        return f"{age:.1f} s"
+    if age < 60.0:
+        return f"{age:.0f} s"
+    return f"{age / 60.0:.0f} min" if age < 5940.0 else f"{age / 3600.0:.0f} h"
+
+
+def _health(row: FingerRow, now: int) -> Text:
+    health = row.fresh(ModelHealth, now)
+    if health is None:
+        return Text("-", "dim")
+    if health.condition > Condition.DEGRADED:
+        if row.announced is None and health.condition <= Condition.MISSING:
+            return Text("no input yet", "dim")
+        return Text(words(health.condition), "bold red")
+    if not health.consistent and health.channel:
+        where = f"{health.channel} in {health.regime}" if health.regime else health.channel
+        return Text(f"{health.suspect or 'misfit'}: {where}", "yellow")
+    return Text(words(health.condition), "green" if health.condition == Condition.OK else "yellow")
+
+
+def _nodes(board: Board, now: int, *, wide: bool) -> Table:
+    table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold")
+    table.add_column("node", no_wrap=True, min_width=13)
+    table.add_column("state", no_wrap=True, min_width=12)
+    _numbers(table, ("in [Hz]", 7), ("out [Hz]", 8))
+    _numbers(table, ("latency p50 / p99 / max [us]", 28) if wide else ("p99 [us]", 8))
+    _numbers(table, ("late", 6))
+    if wide:
+        _numbers(table, ("dropped", 7))
+    table.add_column("refused")  # gives way first
+    for name, row in board.nodes.items():
+        table.add_row(*_node(name, row, now, wide=wide), style=PRESENCE_STYLE[row.presence])
+    return table
+
+
+def _node(name: str, row: NodeRow, now: int, *, wide: bool) -> list[RenderableType]:
+    if row.status is None or row.presence is not Presence.RUNNING:
+        there = row.presence is Presence.RUNNING
+        return [name, "starting" if there else f"{row.presence.value} {spoken(row.age(now))}"]
+    status = row.status
+    quantiles = (status.latency_p50, status.latency_p99, status.latency_max)
+    latency = " / ".join(_number(value, 0).plain for value in (quantiles if wide else quantiles[1:2]))
+    state = status.state.name.lower()
+    return [
+        name,
+        Text(f"{state} {spoken(row.age(now))}", "yellow") if row.is_overdue(now) else state,
+        _number(status.rate_in, 0),
+        _number(status.rate_out, 0),
+        latency,
+        _late(row),
+        *([str(status.dropped)] if wide else []),
+        _one_line(_refusals(row, now)),
+    ]
+
+
+def _late(row: NodeRow) -> Text:
+    """Return the share of late commands, or late ticks a second of a node that commands nothing."""
+    if row.late_share > 0.0:
+        share = row.late_share
+        return Text(f"{100.0 * share:.1f} %", "yellow" if share > BUSY else "")
+    return Text(f"{row.late:.0f}/s" if row.late > 0.0 else "0")
+
+
+def _refusals(row: NodeRow, now: int) -> Text:
+    """Return what was refused in the last seconds, and dimly how much there was before."""
+    recent = row.refusals(now)
+    if recent:
+        return Text(", ".join(f"{name} {count}" for name, count in recent.items()), "yellow")
+    before = sum(row.status.rejected.values()) if row.status is not None else 0
+    return Text(f"none now ({before} before)" if before else "-", "dim")
+
+
+def _line(line: LogLine) -> Text:
+    return _one_line(Text.assemble((f"{line.time:7.2f} s  ", "dim"), (line.text, line.style)))
+
+
+def _one_line(text: Text) -> Text:
+    text.no_wrap, text.overflow = True, "ellipsis"
+    return text

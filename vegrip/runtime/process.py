@@ -1,0 +1,176 @@
+"""Run one node in this process: bus, loop, telemetry, control, signals, and an orderly end."""
+
+import logging
+import math
+import os
+import signal
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
+
+from vegrip.clock import WallClock
+from vegrip.errors import DeviceError, VegripError
+from vegrip.host.descriptors import NODE_NEEDS, require_descriptors
+from vegrip.messages import Lifecycle, NodeStatus
+from vegrip.runtime import exit_reports
+from vegrip.runtime.control_socket import Control, ControlServer
+from vegrip.runtime.handle import NodeHandle, Supervised
+from vegrip.runtime.launch_file import NodeConfig
+from vegrip.runtime.logs import node_logs
+from vegrip.runtime.program import NodeContext, find_program
+from vegrip.runtime.registry import Entry, registered
+from vegrip.runtime.runner import Runner
+from vegrip.runtime.telemetry import Direction, Telemetry
+from vegrip.runtime.telemetry_socket import TelemetrySocket
+from vegrip.transport.codec.msgpack_codec import MsgpackCodec
+from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.open import Hand, open_endpoint
+
+FAREWELL = 0.25  # [s] in which those who follow a node that came back have connected to its telemetry
+AGAIN = 1.0  # [s] until a signal interrupts again, should the first interruption have been swallowed
+SWITCH_INTERVAL = 0.0005
+"""[s] after which a side thread must yield to the loop; the 5 ms of Python are more than two ticks."""
+
+
+def run_node(config: NodeConfig, autostart: bool = True) -> None:
+    """Run the node of ``config`` until it has finished or the process is told to end (SIGINT, SIGTERM).
+
+    Raises:
+        VegripError: it cannot be started; the message says what to do.
+
+    """
+    require_descriptors(NODE_NEEDS)
+    name = config.full_name
+    context = NodeContext(name.rpartition("/")[2], config.namespace, config.fingers, config.loop.tick_period)
+    node = find_program(config.program)(config.parameters, context)
+    hand = Hand(config.fingers, config.hand, config.namespace, config.remap)
+    fingers, status_period = list(config.fingers), config.loop.status_period
+    entry = Entry(
+        name, config.program, config.namespace, dict(config.remap), os.getpid(), fingers, status_period
+    )
+    with ExitStack() as stack:
+        ending = stack.enter_context(_ended_by_signals())
+        stack.enter_context(node_logs(name))
+        stack.enter_context(registered(entry))
+        stack.enter_context(_last_words(entry))
+        codec = MsgpackCodec(config.namespace, remap=config.remap)
+        beside: Counter[str] = Counter()
+        sink = TelemetrySocket(entry.telemetry, codec, config.fingers, beside)
+        telemetry = stack.enter_context(closing(Telemetry(sink)))
+        with _told(telemetry, sink, name):
+            endpoint = open_endpoint(config.transport, hand, f"{name} [transport]")
+        stack.enter_context(closing(endpoint))
+        runner = Runner(node, endpoint, WallClock(), config.loop, telemetry, name, beside)
+        control = Control(runner, sink.topics)
+        stack.enter_context(closing(ControlServer(entry.control, control, beside)))
+        stack.enter_context(_brisk_switching())
+        telemetry.start()
+        ending.runner = runner
+        stack.callback(ending.begin)
+        _run(runner, endpoint, autostart)
+
+
+@contextmanager
+def _last_words(entry: Entry) -> Iterator[None]:
+    """Leave the reason of a bad end for those who ask after it."""
+    try:
+        yield
+    except VegripError as error:
+        exit_reports.leave(exit_reports.LastWords(entry.name, entry.program, str(error), error.exit_code))
+        raise
+
+
+@contextmanager
+def _told(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[None]:
+    """Tell those who follow the telemetry of a node without a bus that it is finalized."""
+    try:
+        yield
+    except VegripError:
+        time.sleep(FAREWELL)
+        sink.listen()
+        status = NodeStatus(time.monotonic_ns(), name, 0, Lifecycle.FINALIZED, rejected={"bus_not_opened": 1})
+        telemetry.offer(status, Direction.OUT)
+        raise
+
+
+def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
+    logger = logging.getLogger(f"vegrip.{runner.full_name}")
+    if isinstance(endpoint, Supervised):
+        if autostart:
+            _start(runner, lambda: runner.change("configure"))
+        endpoint.supervise(NodeHandle(runner), autostart=autostart)
+    elif autostart:
+        _start(runner, runner.bring_up)
+    runner.run()
+    logger.info("ended")
+    if failure := getattr(runner.managed.node, "failure", ""):  # nodes of others may have none
+        raise DeviceError(failure)
+
+
+def _start(runner: Runner, begin: Callable[[], None]) -> None:
+    """Start the node; what somebody's own effect or program raises becomes one sentence, too."""
+    try:
+        begin()
+    except VegripError:
+        runner.give_up()
+        raise
+    except Exception as error:
+        runner.give_up()
+        reason = str(error).partition("\n")[0]
+        name = runner.full_name
+        raise VegripError(f"{name} cannot be started: {type(error).__name__}: {reason}") from error
+
+
+class Ending:
+    """What SIGINT and SIGTERM do: the first lets the loop end, and none disturbs what is tidied up after it.
+
+    A launcher that is killed has the kernel send SIGTERM once for each thread it had.
+    """
+
+    def __init__(self) -> None:
+        self.runner: Runner | None = None
+        self.told = False
+        self._begun = False
+        self._interrupted = -math.inf  # [s] when last
+
+    def begin(self, *_: object) -> None:
+        """From now on the process ends: signals change nothing any more."""
+        self._begun = True
+
+    def __call__(self, *_: object) -> None:
+        """Take a signal; before the loop and while the node is being configured it interrupts at once."""
+        self.told = True
+        runner = self.runner
+        if runner is not None:
+            runner.stop()
+        configured = runner is not None and (runner.running or runner.state is not Lifecycle.UNCONFIGURED)
+        if self._begun or configured or time.monotonic() - self._interrupted < AGAIN:
+            return
+        self._interrupted = time.monotonic()
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[Ending]:
+    """Let signals end the node; once SIGTERM has come it is ignored, for the process is about to end."""
+    ending = Ending()
+    before = {number: signal.signal(number, ending) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield ending
+    finally:
+        ending.begin()
+        for number, handler in before.items():
+            after = signal.SIG_IGN if number == signal.SIGTERM and ending.told else handler
+            signal.signal(number, after)
+
+
+@contextmanager
+def _brisk_switching() -> Iterator[None]:
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)

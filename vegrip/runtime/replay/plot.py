@@ -1,0 +1,169 @@
+"""A picture of one finger: what was measured, and what the node said of it."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.errors import InputError
+from vegrip.identification.recording.data import Recording
+from vegrip.identification.recording.folder import read_recording
+from vegrip.identification.recording.session import read_output
+
+Array = NDArray[Any]
+MEASURED, ESTIMATED, BOUND = "0.45", "C0", "C3"
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is drawn of one finger."""
+
+    measured: Recording
+    contact: dict[str, Array]
+    margin: dict[str, Array]
+    command: dict[str, Array]
+    health: dict[str, Array]
+
+
+def read_told(folder: Path) -> Told:
+    """Read one finger's folder of a session; what the node never said is empty."""
+    tables = [
+        _table(folder / f"{n}.csv") for n in ("contact", "slip_margin", "force_command", "model_health")
+    ]
+    return Told(read_recording(folder, announce=False), *tables)
+
+
+def draw(folder: Path, picture: Path, title: str) -> None:
+    """Draw the finger recorded in ``folder`` of a session to ``picture``.
+
+    Raises:
+        InputError: matplotlib is not installed, or the picture cannot be written.
+
+    """
+    try:
+        import matplotlib  # noqa: PLC0415
+    except ImportError:
+        raise InputError("--plot needs matplotlib; install it with pip install 'vegrip[plot]'") from None
+    matplotlib.use("Agg")
+    logging.getLogger("matplotlib").setLevel(logging.WARNING)
+    from matplotlib import pyplot  # noqa: PLC0415
+
+    told = read_told(folder)
+    panels: list[Callable[[Any, Told], None]] = [_force, _error, _depth, _radius, _nis]
+    if np.any(~np.isnan(told.margin.get("margin", np.array([np.nan])))):
+        panels.append(_margin)
+    figure, axes = pyplot.subplots(
+        len(panels), 1, sharex=True, figsize=(9, 2.1 * len(panels)), layout="constrained"
+    )
+    for axis, panel in zip(axes, panels, strict=True):
+        panel(axis, told)
+        axis.grid(alpha=0.3)
+    axes[0].set_title(title, loc="left")
+    axes[-1].set_xlabel("time [s]")
+    try:
+        picture.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(picture, dpi=110)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{picture}: the picture cannot be written ({error})") from None
+    finally:
+        pyplot.close(figure)
+
+
+def _force(axis: Any, told: Told) -> None:
+    measured = told.measured.columns.get("normal_force", np.empty(0))
+    scale, prefix = engineering(measured)
+    if len(measured):
+        axis.plot(told.measured.t, measured * scale, ".", ms=2, color=MEASURED, label="measured")
+    _band(axis, told.contact, "normal_force", scale, "estimated, 2 std")
+    axis.set_ylabel(f"normal force [{prefix}N]")
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize="small", frameon=False)
+
+
+def _error(axis: Any, told: Told) -> None:
+    measured = told.measured.columns.get("normal_force", np.empty(0))
+    if len(measured) and "normal_force" in told.contact:
+        t = told.contact["t"]
+        error = told.contact["normal_force"] - np.interp(t, told.measured.t, measured)
+        scale, prefix = engineering(error)
+        axis.plot(*broken(t, error * scale), color=ESTIMATED, lw=1)
+        axis.set_ylabel(f"estimated - measured\n[{prefix}N]")
+    axis.axhline(0.0, color="k", lw=0.8, ls="--")
+
+
+def _depth(axis: Any, told: Told) -> None:
+    measured = told.measured.columns.get("displacement", np.empty(0))
+    estimated = told.contact.get("indentation", np.empty(0))
+    scale, prefix = engineering(measured if len(measured) else estimated)
+    if len(measured):
+        axis.plot(told.measured.t, measured * scale, ".", ms=2, color=MEASURED, label="measured")
+    _band(axis, told.contact, "indentation", scale, "estimated, 2 std")
+    axis.set_ylabel(f"indentation [{prefix}m]")
+
+
+def _radius(axis: Any, told: Told) -> None:
+    radius = told.contact.get("contact_radius", np.empty(0))
+    scale, prefix = engineering(radius)
+    _band(axis, told.contact, "contact_radius", scale, "a, 2 std")
+    axis.set_ylabel(f"contact radius [{prefix}m]")
+    if np.any(radius > 0.0):
+        axis.set_ylim(0.0, 1.2 * scale * np.nanmax(radius))
+    other = axis.twinx()
+    if "pressure_exponent" in told.contact:
+        trusted = told.contact["pressure_exponent_valid"] > 0
+        k = np.where(trusted, told.contact["pressure_exponent"], np.nan)
+        other.plot(*broken(told.contact["t"], k), color=BOUND, lw=1)
+        # at a vanishing contact k runs away; that is not what the axis is for
+        other.set_ylim(1.5, 1.2 * max(4.0, np.nanpercentile(k, 95)) if np.any(trusted) else 5.0)
+    other.set_ylabel("pressure exponent k", color=BOUND)
+
+
+def _nis(axis: Any, told: Told) -> None:
+    if "nis" in told.health:
+        axis.plot(*broken(told.health["t"], told.health["nis"]), color=ESTIMATED, lw=1)
+    axis.axhline(1.0, color="k", lw=0.8, ls="--")
+    axis.set_yscale("log")
+    axis.set_ylabel("NIS\n(1: consistent)")
+
+
+def _margin(axis: Any, told: Told) -> None:
+    _band(axis, told.margin, "margin", 1.0, "margin, 2 std")
+    axis.plot(*broken(told.margin["t"], told.margin["lower_bound"]), color=BOUND, lw=1, label="lower bound")
+    axis.set_ylim(-0.2, 1.05)
+    axis.set_ylabel("slip margin")
+    axis.legend(loc="lower left", fontsize="small")
+
+
+def _band(axis: Any, table: dict[str, Array], name: str, scale: float, label: str) -> None:
+    if name not in table:
+        return
+    t, value, std = table["t"], table[name] * scale, table[f"{name}_std"] * scale
+    trusted = (table[f"{name}_valid"] > 0) & np.isfinite(std)
+    spread = np.where(trusted, 2.0 * std, np.nan)
+    axis.plot(*broken(t, value), color=ESTIMATED, lw=1, label=label)
+    axis.fill_between(*broken(t, value - spread, value + spread), color=ESTIMATED, alpha=0.25, lw=0)
+
+
+def broken(t: Array, *curves: Array) -> tuple[Array, ...]:
+    """Return ``t`` and ``curves`` with a NaN in every gap, so that no line is drawn where nothing was."""
+    if len(t) < 3:
+        return t, *curves
+    steps = np.diff(t)
+    gaps = np.flatnonzero(steps > max(20.0 * np.median(steps), 0.3)) + 1
+    return tuple(np.insert(values.astype(np.float64), gaps, np.nan) for values in (t, *curves))
+
+
+def engineering(values: Array) -> tuple[float, str]:
+    """Return factor and prefix that bring the largest of ``values`` to 1 .. 1000."""
+    largest = float(np.nanmax(np.abs(values))) if np.any(np.isfinite(values)) else 0.0
+    for exponent, prefix in ((0, ""), (-3, "m"), (-6, "µ"), (-9, "n")):
+        if largest >= 10.0**exponent or exponent == -9:
+            return 10.0**-exponent, prefix
+    return 1.0, ""
+
+
+def _table(path: Path) -> dict[str, Array]:
+    return read_output(path) if path.exists() else {}

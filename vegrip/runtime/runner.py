@@ -1,0 +1,294 @@
+"""The loop of a node. One thread owns it; it reads and writes no file and holds no lock of others."""
+
+import gc
+import logging
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from vegrip.clock import NS, Clock
+from vegrip.config import parameter
+from vegrip.errors import DeviceError
+from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
+from vegrip.runtime.call_queue import Inbox
+from vegrip.runtime.fault_hints import REMEDY, Remedies
+from vegrip.runtime.managed import ManagedNode
+from vegrip.runtime.node import Node
+from vegrip.runtime.schedule import Schedule
+from vegrip.runtime.sender_watch import SenderWatch
+from vegrip.runtime.statistics import LoopStatistics
+from vegrip.runtime.telemetry import Direction, Telemetry
+from vegrip.transport.endpoint import Endpoint, Guarded, Inspected, Timed
+from vegrip.transport.sender_clock import ClockEstimate
+
+LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
+BACKLOG = (
+    100  # drains of the bus before activation; a bus that never runs dry must not keep the node from starting
+)
+LISTEN = 0.1  # [s] before the first activation; whoever else speaks for these fingers does so within
+RECENT = 0.5  # [s] somebody who spoke so long ago still does
+MOST_UNFINISHED = 64  # answers put off while states come without end
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """How the loop runs: the ``[loop]`` table of a node."""
+
+    tick_period: float = parameter(0.002, unit="s", low=1e-4, high=10.0, doc="of on_tick", live=False)
+    status_period: float = parameter(1.0, unit="s", low=0.01, high=60.0, doc="of NodeStatus", live=False)
+    deadline: float = parameter(
+        0.010,
+        unit="s",
+        low=1e-5,
+        high=10.0,
+        doc="a command later than this after its state is a miss",
+        live=False,
+    )
+
+
+class Runner:
+    """Carries messages from the bus to the node and back, ticks, serves requests, reports.
+
+    ``now`` is read once per message and once per tick; the node sees no other time.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        endpoint: Endpoint,
+        clock: Clock,
+        settings: LoopSettings | None = None,
+        telemetry: Telemetry | None = None,
+        full_name: str = "",
+        beside: Mapping[str, int] | None = None,  # what the threads beside the loop refuse, counted by name
+    ) -> None:
+        settings = settings or LoopSettings()
+        self.full_name = full_name or node.name
+        self.managed = ManagedNode(node, logging.getLogger(f"vegrip.{self.full_name}"))
+        self.inbox = Inbox()
+        self.schedule = Schedule(settings.tick_period)
+        self.statistics = LoopStatistics(round(settings.deadline * NS), clock.now())
+        self.status: NodeStatus | None = None  # the last one sent
+        self.clock: ClockEstimate | None = None  # of the sender, as of then
+        self._endpoint = endpoint
+        self._clock = clock
+        self._telemetry = telemetry
+        self._status_schedule = Schedule(settings.status_period)
+        self._stop = False
+        self._unfinished: deque[Iterator[Message]] = deque()  # answers of which the command has been sent
+        self._more = False  # the last look at the bus may have left something there
+        self.running = False  # whether run() has begun
+        self._pending = False  # to be activated as soon as nothing stands in the way
+        self._remedies = Remedies()
+        self._also_sent = 0  # messages of others that only this node may send
+        self._broken = endpoint.broken if isinstance(endpoint, Inspected) else {}
+        self._broken_told: dict[str, int] = {}  # as far as the node knows of them
+        self._missed: dict[str, int] = {}  # counts of what passed by while nobody listened
+        self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
+        self._beside = beside
+        self._senders = SenderWatch()
+
+    @property
+    def state(self) -> Lifecycle:
+        """The lifecycle state of the node."""
+        return self.managed.state
+
+    @property
+    def due(self) -> int:
+        """When :meth:`step` has something to do even if nothing comes in [ns]."""
+        return min(self.schedule.due, self._status_schedule.due)
+
+    def start(self) -> None:
+        """Configure and activate the node."""
+        self.change("configure")
+        self.change("activate")
+
+    def bring_up(self) -> None:
+        """Configure, listen, and activate; an endpoint that is in trouble is waited for, in state inactive.
+
+        Raises:
+            VegripError: the node cannot be configured, or somebody else sends what it would.
+
+        """
+        self.change("configure")
+        self._forget_the_past()
+        end = self._clock.now() + round(LISTEN * NS)
+        while (left := end - self._clock.now()) > 0:
+            self._answer_all(self._endpoint.receive(left / NS))
+        self._pending = True
+        self._activate_if_well()
+        if self._pending:
+            self._report(self._clock.now())
+
+    def give_up(self) -> None:
+        """Say on the bus that this node is finalized; it could not be brought up."""
+        self.change("shutdown")
+        self._report(self._clock.now())
+
+    def change(self, transition: str) -> None:
+        """Make a lifecycle transition, in the thread of the loop.
+
+        Raises:
+            VegripError: it is not possible, the node refuses, or somebody else sends what it would.
+
+        """
+        if transition == "activate":
+            self._refuse_a_second()
+            gc.collect()  # takes a tenth of a second, so before the node is said to be active
+        self.managed.change(transition)
+        self._pending = False
+        if transition == "activate":
+            self._settle()
+        else:
+            self._status_schedule.start(self._clock.now())  # others are to know at once
+
+    def run(self) -> None:
+        """Loop until :meth:`stop` is called or the node has finished, then shut the node down."""
+        self.running = True
+        while not (self._stop or self.managed.node.finished):
+            self.step()
+        if self.state is not Lifecycle.FINALIZED:
+            self.change("shutdown")
+        self.inbox.close()
+        self._report(self._clock.now())
+
+    def stop(self) -> None:
+        """End the loop soon; may be called from a signal handler or another thread."""
+        self._stop = True
+
+    def step(self) -> None:
+        """Wait for messages or the next tick, whichever comes first, and serve it."""
+        wait = (self.due - self._clock.now()) / NS
+        self._answer_all(self._gather(min(max(wait, 0.0), LONGEST_WAIT)))
+        while self._unfinished:
+            self._answer_all(self._newcomers())
+            self._finish_one()
+        self.inbox.serve()
+        if self._broken:
+            self._tell_broken()
+        now = self._clock.now()
+        if now >= self.schedule.due:
+            self._tick(now)
+        if now >= self._status_schedule.due:
+            self._status_schedule.take(now)
+            self._activate_if_well()
+            self._report(now)
+
+    def _tell_broken(self) -> None:
+        now = self._clock.now()
+        for finger, count in self._broken.items():
+            if count != self._broken_told.get(finger, 0):
+                self._broken_told[finger] = count
+                self.managed.on_broken(finger, now)
+
+    def _gather(self, wait: float) -> Sequence[Message]:
+        """Return what has come after ``wait`` [s] at most; a node that answers nothing sleeps meanwhile."""
+        if self.managed.node.answers:
+            return self._endpoint.receive(wait)
+        if not self._more:
+            self._clock.sleep_until(self._clock.now() + round(wait * NS))
+        messages = self._endpoint.receive(0.0)
+        self._more = bool(messages)
+        return messages
+
+    def _answer_all(self, messages: Sequence[Message]) -> None:
+        if not messages:
+            return
+        for message, arrived in zip(messages, self._endpoint.arrivals, strict=True):
+            self._answer(message, arrived)
+
+    def _answer(self, message: Message, arrived: int) -> None:
+        if isinstance(message, FingertipState) and self.state is Lifecycle.ACTIVE:
+            self.statistics.state(message.finger, arrived)
+            self._senders.note(message)
+        elif isinstance(message, ForceCommand):
+            self.statistics.commands_received += 1
+        if isinstance(message, self.managed.node.alone) and not isinstance(message, NodeStatus):
+            self._also_sent += 1
+            self._other = (arrived, f"{type(message).__name__} of {message.finger}")
+        if self._telemetry is not None:
+            self._telemetry.offer(message, Direction.IN)
+        answers = self.managed.on_message(message, self._clock.now())
+        for answer in answers:
+            self._send((answer,))
+            if isinstance(answer, ForceCommand):
+                self._unfinished.append(answers)
+                return
+
+    def _newcomers(self) -> Sequence[Message]:
+        """Return what has come while reports were sent, unless a tick or too much else is due."""
+        busy = len(self._unfinished) >= MOST_UNFINISHED or self._clock.now() >= self.due
+        return () if busy else self._endpoint.receive(0.0)
+
+    def _finish_one(self) -> None:
+        """Send one message of what was to come after the commands."""
+        while self._unfinished:
+            for answer in self._unfinished[0]:
+                self._send((answer,))
+                return
+            self._unfinished.popleft()
+
+    def _tick(self, now: int) -> None:
+        self.statistics.ticked(self.schedule.take(now))
+        self._send(self.managed.on_tick(now))
+
+    def _send(self, messages: Sequence[Message]) -> None:
+        for message in messages:
+            self._endpoint.send(message)
+            if isinstance(message, ForceCommand):
+                self.statistics.command(message.finger, self._clock.now())
+            elif isinstance(message, FingertipState):
+                self.statistics.states_sent += 1
+            if self._telemetry is not None:
+                self._telemetry.offer(message, Direction.OUT)
+
+    def _report(self, now: int) -> None:
+        dropped = self._telemetry.dropped if self._telemetry is not None else 0
+        self.status = self.statistics.status(self.full_name, self.state, now, dropped, self._rejected())
+        self.clock = self._endpoint.clock if isinstance(self._endpoint, Timed) else None
+        if self.state is not Lifecycle.FINALIZED:  # whoever ends for that reason says so last
+            for _, sentence in self._remedies.news(self.status.rejected, now):
+                self.managed.logger.error("%s", sentence)
+        self._send([self.status])
+
+    def _rejected(self) -> Mapping[str, int]:
+        of_others = {"also_sent": self._also_sent, "two_senders": self._senders.count}
+        counts = {
+            **self._endpoint.rejected,
+            **self.managed.node.rejected,
+            **self.managed.faults,
+            **of_others,
+            **(self._beside or {}),
+        }
+        for name in counts.keys() & self._missed.keys():
+            counts[name] -= self._missed[name]
+        return {name: count for name, count in counts.items() if count}
+
+    def _refuse_a_second(self) -> None:
+        """Raise if somebody else speaks for the fingers of this node: two would pull at them in turn."""
+        if self._other is None:
+            return
+        heard, what = self._other
+        if self._clock.now() - heard < RECENT * NS:
+            raise DeviceError(f"{self.full_name} is not activated ({what}): {REMEDY['also_sent']}")
+
+    def _activate_if_well(self) -> None:
+        in_trouble = isinstance(self._endpoint, Guarded) and self._endpoint.in_trouble
+        if self._pending and not in_trouble:
+            self.change("activate")
+            self.managed.logger.info("active")
+
+    def _settle(self) -> None:
+        """Freeze what exists out of the garbage collector's sight, drop what came before, lay the grid."""
+        gc.freeze()
+        self._forget_the_past()
+        self._missed = {name: self._endpoint.rejected.get(name, 0) for name in ("lost", "overrun")}
+        now = self._clock.now()
+        self.statistics.forget_states()
+        self.schedule.start(now)
+        self._status_schedule.start(now)
+
+    def _forget_the_past(self) -> None:
+        for _ in range(BACKLOG):
+            if not self._endpoint.receive(0.0):
+                break

@@ -1,0 +1,241 @@
+"""Telemetry over ZeroMQ: one socket per node, and only what somebody has subscribed to is encoded.
+
+A subscription to a topic brings every message. One to ``newest:`` in front of a topic brings, of each
+``NEWEST_PERIOD``, the newest message of that topic alone: a display needs no more, and 500 states per second
+of five fingers would cost the node a tenth of a core to encode.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+import zmq
+
+from vegrip.messages import Message, NodeStatus
+from vegrip.runtime.registry import Entry
+from vegrip.runtime.telemetry import Direction
+from vegrip.transport.codec.msgpack_codec import MsgpackCodec
+from vegrip.transport.connection_limit import ConnectionLimit
+
+HIGH_WATER = 10_000  # messages kept for one subscriber
+LARGEST = 4096  # [bytes] of a subscription
+MOST_STREAMS = 1024  # are counted besides those of configured fingers; names may be made up
+MOST_PREFIXES = 256  # subscriptions told apart; when there are more, everything is encoded
+NEWEST = "newest:"  # in front of a topic: its newest message alone, every
+NEWEST_PERIOD = 0.04  # [s]
+SUBSCRIBE, UNSUBSCRIBE = b"\x01", b"\x00"  # the first byte of what subscribers send
+
+
+@dataclass(frozen=True, slots=True)
+class _Stream:
+    """The messages of one kind of one finger or node, and what is wanted of them."""
+
+    topic: bytes
+    every: bool
+    newest: bool
+
+
+UNSORTED = _Stream(b"", every=True, newest=False)
+"""Stands for a stream of which it is not known yet who wants it."""
+
+
+class TelemetrySocket:
+    """Publishes ``[topic, direction, payload]``; a sink of :class:`~vegrip.runtime.telemetry.Telemetry`.
+
+    Args:
+        address: to bind.
+        codec: how messages are encoded, and their topics.
+        fingers: those that are configured; their messages are counted whatever else comes.
+        counts: where ``subscription`` is counted, what subscribers sent that is none, and ``connections``.
+
+    """
+
+    def __init__(
+        self,
+        address: str,
+        codec: MsgpackCodec,
+        fingers: Collection[str] = (),
+        counts: Counter[str] | None = None,
+    ) -> None:
+        self._codec = codec
+        self._fingers = frozenset(fingers)
+        self._refused: Counter[str] = Counter() if counts is None else counts
+        self._context = zmq.Context()
+        self._socket = self._context.socket(zmq.XPUB)
+        self._socket.set_hwm(HIGH_WATER)
+        # every subscription is told, also while one who has gone still counts as a subscriber of the same
+        self._socket.setsockopt(zmq.XPUB_VERBOSE, 1)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, LARGEST)
+        self._limit = ConnectionLimit(self._socket, address, self._refused)
+        self._socket.bind(address)
+        self._limit.start()
+        self._subscribed: set[bytes] = set()
+        self._streams: dict[tuple[type[Message], str], _Stream | None] = {}
+        self._newest: dict[tuple[type[Message], str, Direction], Message] = {}
+        self._newest_due = 0.0  # [s] of the monotonic clock
+        self._counts: dict[tuple[type[Message], str, Direction], int] = {}
+        self.wanted = False
+
+    def count(self, message: Message, direction: Direction) -> None:
+        """Count a message."""
+        stream = (type(message), _owner(message), direction)
+        known = self._counts.get(stream)
+        if known is not None or len(self._counts) < MOST_STREAMS or stream[1] in self._fingers:
+            self._counts[stream] = (known or 0) + 1
+
+    def takes(self, message: Message, direction: Direction) -> bool:
+        """Whether somebody wants every message of this stream; the newest is kept here where it suffices."""
+        owner = _owner(message)
+        key = (type(message), owner)
+        stream = self._streams.get(key, UNSORTED)  # the thread may clear it at any time
+        if stream is UNSORTED:
+            return True  # :meth:`publish` finds out who wants it
+        if stream is not None and stream.newest:
+            self._newest[type(message), owner, direction] = message
+        return stream is not None and stream.every
+
+    def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
+        """Send the messages that somebody wants, and keep the newest for those who want no more."""
+        for message, direction in messages:
+            owner = _owner(message)
+            stream = self._stream(type(message), owner)
+            if stream is None:
+                continue
+            if stream.every:
+                self._send(stream.topic, message, direction)
+            if stream.newest:  # unless the loop has kept a newer one
+                key = (type(message), owner, direction)
+                if key not in self._newest or message.stamp >= self._newest[key].stamp:
+                    self._newest[key] = message
+        self._send_newest()
+
+    def topics(self) -> dict[str, dict[str, int]]:
+        """Return how many messages were received (``in``) and sent (``out``) on each topic."""
+        table: dict[str, dict[str, int]] = {}
+        for (kind, owner, direction), count in list(self._counts.items()):
+            route = self._codec.topics.outgoing(kind, owner)
+            if route is not None:
+                table.setdefault(route.topic, {"in": 0, "out": 0})[direction.value] += count
+        return table
+
+    def close(self) -> None:
+        """Close the socket; what is queued has 100 ms to leave."""
+        self._limit.close()
+        self._socket.close(linger=100)
+        self._context.term()
+
+    def listen(self) -> None:
+        """Take note of what is subscribed to.
+
+        A prefix is forgotten when nobody is connected any more, and not when somebody unsubscribes: libzmq
+        passes on what it is sent, also by one who had not subscribed to what others want. What nobody wants
+        is not sent in any case, only encoded.
+        """
+        for _ in range(HIGH_WATER):
+            if not int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
+                break
+            self._subscribe(self._socket.recv(zmq.DONTWAIT))
+        if (
+            self._subscribed and not self._limit.connected()
+        ):  # asked last: who subscribed was connected before
+            self._subscribed.clear()
+            self._streams.clear()
+            self._newest.clear()
+        self.wanted = bool(self._subscribed)
+        self._send_newest()
+
+    def _subscribe(self, frame: bytes) -> None:
+        """Take one frame; to wait for all of a message would be to wait for ever, since libzmq drops some."""
+        kind, prefix = frame[:1], frame[1:]
+        if kind not in (SUBSCRIBE, UNSUBSCRIBE):
+            self._refused["subscription"] += 1
+        elif kind == SUBSCRIBE:
+            self._subscribed.add(prefix if len(self._subscribed) < MOST_PREFIXES else b"")
+            self._streams.clear()
+
+    def _stream(self, kind: type[Message], owner: str) -> _Stream | None:
+        """Return how the messages of ``owner`` are wanted, None where nobody can hear of them."""
+        key = (kind, owner)
+        if key in self._streams:
+            return self._streams[key]
+        route = self._codec.topics.outgoing(kind, owner)
+        stream = None
+        if route is not None:
+            topic = route.topic.encode()
+            thin = NEWEST.encode()
+            every = any(topic.startswith(prefix) for prefix in self._subscribed)
+            newest = any((thin + topic).startswith(p) for p in self._subscribed if p.startswith(thin))
+            stream = _Stream(topic, every, newest)
+        if len(self._streams) < MOST_STREAMS or owner in self._fingers:
+            self._streams[key] = stream
+        return stream
+
+    def _send_newest(self) -> None:
+        now = time.monotonic()
+        if not self._newest or now < self._newest_due:
+            return
+        self._newest_due = now + NEWEST_PERIOD
+        for key in list(self._newest):  # the loop puts others in meanwhile
+            message = self._newest.pop(key)
+            if (stream := self._stream(*key[:2])) is not None:
+                self._send(NEWEST.encode() + stream.topic, message, key[2])
+
+    def _send(self, topic: bytes, message: Message, direction: Direction) -> None:
+        encoded = self._codec.encode(message)
+        if encoded is not None:
+            self._socket.send_multipart([topic, direction.value.encode(), encoded[1]], zmq.DONTWAIT)
+
+
+def _owner(message: Message) -> str:
+    return message.node if isinstance(message, NodeStatus) else message.finger
+
+
+def _waiting(socket: zmq.Socket[bytes]) -> Iterator[tuple[str, str, bytes]]:
+    for _ in range(HIGH_WATER):
+        try:
+            topic, direction, payload = socket.recv_multipart(zmq.DONTWAIT)
+        except zmq.Again:
+            return
+        yield topic.decode().removeprefix(NEWEST), direction.decode(), payload
+
+
+class TelemetryReader:
+    """Reads the telemetry of several nodes."""
+
+    def __init__(self, entries: Sequence[Entry], prefixes: Sequence[str] = ("",)) -> None:
+        self._context = zmq.Context()
+        self._poller = zmq.Poller()
+        self._sources: dict[zmq.Socket[bytes], tuple[Entry, MsgpackCodec]] = {}
+        for entry in entries:
+            self.add(entry, prefixes)
+
+    def add(self, entry: Entry, prefixes: Sequence[str]) -> None:
+        """Also read what ``entry`` says on topics that begin like one of ``prefixes``.
+
+        A prefix that begins with :data:`NEWEST` brings the newest messages alone.
+
+        A node that is started again under its name is heard again.
+        """
+        socket = self._context.socket(zmq.SUB)
+        socket.set_hwm(HIGH_WATER)
+        socket.connect(entry.telemetry)
+        for prefix in prefixes:
+            socket.subscribe(prefix)
+        self._poller.register(socket, zmq.POLLIN)
+        self._sources[socket] = (entry, MsgpackCodec(entry.namespace, remap=entry.remap))
+
+    def read(self, timeout: float) -> Iterator[tuple[Entry, str, str, Message]]:
+        """Yield node, topic, direction (``in``, ``out``) and message of what comes within ``timeout`` [s]."""
+        for socket, _ in self._poller.poll(round(timeout * 1000)):
+            entry, codec = self._sources[socket]
+            for topic, direction, payload in _waiting(socket):
+                message = codec.decode(topic, payload, time.monotonic_ns())
+                if message is not None:
+                    yield entry, topic, direction, message
+
+    def close(self) -> None:
+        """Close the sockets."""
+        for socket in self._sources:
+            socket.close(linger=0)
+        self._context.term()

@@ -1,0 +1,56 @@
+"""What happens on a CAN bus, as :class:`~vegrip.transport.canbus.bus_model.BusModel` tells it."""
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import NamedTuple
+
+from vegrip.transport.canbus.fault_confinement import ErrorState
+from vegrip.transport.canbus.frame_time import BusFrame
+from vegrip.transport.canbus.node_faults import NOBODY
+
+Counters = tuple[int, int]
+"""The transmit and the receive error counter of a node."""
+
+
+class Transmission(NamedTuple):
+    """A frame that was on the bus."""
+
+    start: int  # [ns]
+    end: int  # [ns] the bus is free again and every node has the frame
+    node: int
+    frame: BusFrame
+    lost: bool = False  # nobody gets it
+    missed_by: int = NOBODY  # an error-passive node that misread it, alone
+
+
+class ErrorKind(Enum):
+    """What was found wrong with a frame."""
+
+    BIT = "bit"  # the sender read back another bit than it sent
+    STUFF = "stuff"  # one receiver misread a bit
+    ACK = "acknowledgement"  # nobody acknowledged
+
+
+class BusError(NamedTuple):
+    """An error frame."""
+
+    start: int  # [ns] of the frame that went wrong
+    end: int  # [ns] the bus is free again
+    node: int  # that sent the frame
+    frame: BusFrame
+    kind: ErrorKind
+    found_by: int  # node
+    counters: Mapping[int, Counters]  # of every node, by now
+
+
+class StateChange(NamedTuple):
+    """A node that went to another error state."""
+
+    time: int  # [ns]
+    node: int
+    state: ErrorState
+    counters: Counters
+    dropped: int = 0  # frames that waited in a node that is off now
+
+
+Event = Transmission | BusError | StateChange

@@ -1,0 +1,311 @@
+"""The virtual CAN bus itself: a small process of its own that every member is connected to.
+
+Why a process: a thread in the first opener would share its interpreter lock and end with it. Why Unix
+sequenced-packet sockets and not a message library: a member that dies, or a hub that dies, is noticed at once
+as end of file; a full queue pushes back on its sender; and there is one hop, not three, between two nodes.
+
+The hub is started by whoever opens the channel first and ends by itself when the last one has left. A lock on
+a file decides between two that start at once.
+"""
+
+import contextlib
+import json
+import os
+import select
+import socket
+import sys
+import time
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+
+from vegrip.clock import NS
+from vegrip.errors import ConfigError
+from vegrip.host.lock_file import locked
+from vegrip.transport.canbus.bus_events import BusError, Event, StateChange, Transmission
+from vegrip.transport.canbus.bus_model import BusModel
+from vegrip.transport.canbus.error_report import Report, error_report, state_report
+from vegrip.transport.canbus.greeting import Greeting, understand
+from vegrip.transport.canbus.hub_wire import LARGEST, numbered, pack_delivery, pack_error, unpack_request
+
+LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
+LINGER = 1.0  # [s] the hub waits for somebody to come (back)
+TRANSMIT_QUEUE = 64  # frames of one member that may wait for the bus; then the member is not read
+AT_ONCE = int(
+    socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL
+)  # a number: to join the flags takes as long as to send
+MOST_MEMBERS = 256  # far below what select() can watch and a process may open
+MOST_NEWCOMERS = 64  # besides; they are heard, and told so when there is no room
+GREETING_WITHIN = 2.0  # [s] from the connection on; who says nothing must not keep a place
+SLICE = NS // 20  # [ns] of the bus at a time, when the hub is behind; else those who come and leave must wait
+OLDEST_REQUEST = NS  # [ns] a frame that claims to have waited for longer has not
+BACKLOG = 4096  # frames kept for a member that does not read; then they are lost for it, as in any controller
+
+
+class Member:
+    """One node on the bus."""
+
+    def __init__(self, node: int, connection: socket.socket) -> None:
+        self.node = node
+        self.connection = connection
+        self.greeted = False
+        self.since = time.monotonic()  # [s]
+        self.hears_itself = False
+        self._number = 0
+        self._backlog: deque[bytes] = deque()
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether frames wait for it to read."""
+        return bool(self._backlog)
+
+    def hear(self, delivery: bytes) -> None:
+        """Bring a frame; the number shows the member what it has missed."""
+        self.deliver(numbered(self._number, delivery))
+        self._number += 1
+
+    def deliver(self, packet: bytes) -> None:
+        """Send ``packet`` now or, when the member does not read, later; beyond ``BACKLOG`` never."""
+        if (self._backlog or not self._sent(packet)) and len(self._backlog) < BACKLOG:
+            self._backlog.append(packet)
+
+    def flush(self) -> None:
+        """Send what waits."""
+        while self._backlog and self._sent(self._backlog[0]):
+            self._backlog.popleft()
+
+    def _sent(self, packet: bytes) -> bool:
+        try:
+            self.connection.send(packet, AT_ONCE)
+        except BlockingIOError:
+            return False
+        except OSError:
+            return True  # it has gone; reading from it will show that
+        return True
+
+
+class Hub:
+    """Input and output around a :class:`~vegrip.transport.canbus.bus_model.BusModel`."""
+
+    def __init__(self, listener: socket.socket) -> None:
+        self._listener = listener
+        self._members: dict[int, Member] = {}  # by file descriptor
+        self._nodes: dict[int, Member] = {}
+        self._bus: BusModel | None = None  # from the first greeting on, which sets the bit rates
+        self._last_node = 0
+
+    def serve(self) -> None:
+        """Carry frames until nobody has been there for ``LINGER``."""
+        alone_since = time.monotonic()
+        while self._members or time.monotonic() - alone_since < LINGER:
+            self._step()
+            if self._members:
+                alone_since = time.monotonic()
+
+    def _step(self) -> None:
+        patience = self._sleep()
+        if self._bus is not None:
+            self._tell(self._bus, self._bus.conclude(time.monotonic_ns()))
+        readers = list(self._members)
+        if self._bus is not None and self._bus.queued >= TRANSMIT_QUEUE:  # else no queue can be full
+            self._dismiss_the_dead()
+            readers = [fd for fd, member in self._members.items() if self._has_room(member)]
+        writers = [fd for fd, member in self._members.items() if member.is_behind]
+        door = self._listener.fileno()
+        if len(self._members) < MOST_MEMBERS + MOST_NEWCOMERS:  # else the next one waits
+            readers.append(door)
+        readable, writable, _ = select.select(readers, writers, [], patience)
+        for fd in writable:
+            self._members[fd].flush()
+        for fd in readable:
+            if fd == door:
+                self._admit()
+            else:
+                self._read(self._members[fd])
+        self._dismiss_the_silent()
+        self._advance()
+
+    def _sleep(self) -> float:
+        """Sleep while a frame is on the bus; return for how long to wait for requests after it [s].
+
+        Who else wants the bus matters only when it is free again: being woken by each request meanwhile
+        would cost more than all the rest.
+        """
+        event = self._bus.next_event() if self._bus else None
+        if event is None:
+            return LINGER / 4
+        remaining = (event - time.monotonic_ns()) / NS
+        if remaining > 0.0:
+            time.sleep(min(remaining, LONGEST_SLEEP))
+        return 0.0
+
+    def _advance(self) -> None:
+        """Bring the bus up to the present, or by a slice towards it when that is far."""
+        if self._bus is None:
+            return
+        now, event = time.monotonic_ns(), self._bus.next_event()
+        self._tell(self._bus, self._bus.advance(now if event is None else min(now, event + SLICE)))
+
+    def _tell(self, bus: BusModel, events: Sequence[Event]) -> None:
+        for event in events:
+            if isinstance(event, Transmission):
+                self._deliver(bus, event)
+            elif isinstance(event, BusError):
+                for node in self._nodes:
+                    self._report(event.end, node, error_report(event, node))
+            else:
+                self._tell_state(event)
+
+    def _deliver(self, bus: BusModel, sent: Transmission) -> None:
+        if sent.lost:
+            return
+        delivery = pack_delivery(sent, bus.busy)
+        deaf = sent.node, sent.missed_by
+        for node, member in self._nodes.items():
+            if node not in deaf or member.hears_itself:
+                member.hear(delivery)
+
+    def _tell_state(self, change: StateChange) -> None:
+        if change.node in self._nodes:
+            self._report(change.time, change.node, state_report(change))
+
+    def _report(self, end: int, node: int, report: Report) -> None:
+        busy = self._bus.busy if self._bus is not None else 0
+        self._nodes[node].hear(pack_error(end, busy, node, report))
+
+    def _dismiss_the_dead(self) -> None:
+        """Let those go who have left with a full queue that nobody is there to empty.
+
+        They are not read, so that their leaving would never be seen.
+        """
+        for member in [member for member in self._members.values() if not self._has_room(member)]:
+            if self._bus is not None and not self._bus.is_heard(member.node) and _has_left(member.connection):
+                self._dismiss(member)
+
+    def _has_room(self, member: Member) -> bool:
+        return self._bus is None or self._bus.waiting(member.node) < TRANSMIT_QUEUE
+
+    def _dismiss_the_silent(self) -> None:
+        if len(self._members) == len(self._nodes):
+            return
+        latest = time.monotonic() - GREETING_WITHIN
+        for member in [m for m in self._members.values() if not m.greeted and m.since < latest]:
+            self._dismiss(member)
+
+    def _admit(self) -> None:
+        try:
+            connection, _ = self._listener.accept()
+        except OSError:  # it has gone again, or there is no descriptor for it
+            return
+        self._last_node = (self._last_node + 1) & 0xFFFF
+        self._members[connection.fileno()] = Member(self._last_node, connection)
+
+    def _read(self, member: Member) -> None:
+        while self._has_room(member):
+            try:
+                packet = member.connection.recv(LARGEST, AT_ONCE)
+            except BlockingIOError:
+                return
+            except OSError:
+                packet = b""
+            if not packet:
+                self._dismiss(member)
+                return
+            if member.greeted:
+                self._request(member, packet)
+            else:
+                self._greet(member, packet)
+
+    def _request(self, member: Member, packet: bytes) -> None:
+        asked = unpack_request(packet)
+        if asked is not None and self._bus is not None:
+            queued, frame = asked
+            now = time.monotonic_ns()
+            self._bus.request(min(max(queued, now - OLDEST_REQUEST), now), member.node, frame)
+
+    def _greet(self, member: Member, packet: bytes) -> None:
+        try:
+            greeting = understand(packet)
+            bus = self._joined(greeting)
+        except ConfigError as error:
+            member.deliver(_refusal(str(error)))
+            return
+        self._advance()  # who joins now takes part from now on
+        here = bus.timing
+        answer = {
+            "timing": {"bitrate": here.bitrate, "data_bitrate": here.data_bitrate},
+            "node": member.node,
+            "busy": bus.busy,
+        }
+        member.greeted, member.hears_itself = True, greeting.own
+        bus.attach(
+            member.node,
+            listen_only=greeting.listen_only,
+            faults=greeting.faults,
+            time=time.monotonic_ns(),
+        )
+        self._nodes[member.node] = member
+        member.deliver(json.dumps(answer).encode())
+
+    def _joined(self, greeting: Greeting) -> BusModel:
+        """Return the bus, made when it is the first greeting; ConfigError: it is full, or has other rates."""
+        if len(self._nodes) >= MOST_MEMBERS:
+            raise ConfigError(f"it has {MOST_MEMBERS} members, and no room for more")
+        asked = greeting.timing.timing
+        if self._bus is None:
+            self._bus = BusModel(asked)
+        here = self._bus.timing
+        if greeting.strict and here != asked:
+            raise ConfigError(
+                f"the bus runs at {here.bitrate} and {here.data_bitrate} bit/s, "
+                f"not at {asked.bitrate} and {asked.data_bitrate}; open it with the same rates"
+            )
+        return self._bus
+
+    def _dismiss(self, member: Member) -> None:
+        """Let ``member`` go; what it has queued is still sent, as the queue of a network interface is."""
+        del self._members[member.connection.fileno()]
+        if self._nodes.pop(member.node, None) is not None and self._bus is not None:
+            self._bus.detach(member.node)
+        member.connection.close()
+
+
+def _refusal(reason: str) -> bytes:
+    return json.dumps({"refused": reason}).encode()
+
+
+def _has_left(connection: socket.socket) -> bool:
+    poll = select.poll()
+    poll.register(connection, 0)
+    return bool(poll.poll(0))  # only a hang-up or an error is told
+
+
+def main(path: Path) -> None:
+    """Serve the bus at ``path`` in a process that outlives the caller, unless somebody serves it already."""
+    lock = locked(path.with_suffix(".lock"))
+    if lock is None:
+        return
+    path.unlink(missing_ok=True)
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as listener:
+        listener.bind(str(path))
+        listener.listen(64)
+        if os.fork():
+            os._exit(0)  # the bus is there: the caller may connect
+        _detach()
+        os.pwrite(lock, f"{os.getpid()}\n".encode(), 0)  # for whoever wants to know
+        with contextlib.suppress(KeyboardInterrupt):
+            Hub(listener).serve()
+        path.unlink(missing_ok=True)
+        path.with_suffix(".lock").unlink(missing_ok=True)
+
+
+def _detach() -> None:
+    os.setsid()
+    os.chdir("/")
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for standard in (0, 1, 2):
+        os.dup2(nothing, standard)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,100 @@
+"""The bytes between the virtual CAN bus and its members: one packet, one frame."""
+
+import struct
+from typing import NamedTuple
+
+from vegrip.transport.canbus.bus_events import Transmission
+from vegrip.transport.canbus.error_report import Report
+from vegrip.transport.canbus.frame_time import FD_SIZES, BusFrame
+
+VERSION = 3
+LARGEST = 512  # bytes of a packet; the greeting is the longest
+_REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then the data
+_NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every member
+_DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, length code; then the data
+
+_EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE, _ERROR = 1, 2, 4, 8, 16, 32
+
+
+class _Kind(NamedTuple):
+    """The flags of a frame, in the order of the fields of :class:`BusFrame`."""
+
+    extended: bool
+    remote: bool
+    fd: bool
+    bit_rate_switch: bool
+    error_state: bool
+
+
+_KINDS = [
+    _Kind(*(bool(flags & flag) for flag in (_EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE)))
+    for flags in range(_ERROR)
+]
+_FLAGS: dict[tuple[bool, ...], int] = {kind: flags for flags, kind in enumerate(_KINDS)}
+
+
+class Delivery(NamedTuple):
+    """A frame that went over the bus, as every member gets it."""
+
+    end: int  # [ns] monotonic, when the frame was complete
+    busy: int  # [ns] for how long the bus has carried frames by then, this one included
+    number: int  # of the frame for this member, modulo 2^32; a gap shows frames lost for want of reading
+    node: int  # who sent it
+    frame: BusFrame
+    error: bool = False  # an error frame: identifier and data as in vegrip.transport.canbus.error_report
+
+
+def pack_request(time: int, frame: BusFrame) -> bytes:
+    """Return the packet that asks for ``frame`` to be sent, queued at ``time`` [ns]."""
+    return _REQUEST.pack(time, frame.identifier, _flags(frame), frame.code) + frame.data
+
+
+def unpack_request(packet: bytes) -> tuple[int, BusFrame] | None:
+    """Return time and frame; None when the packet is not a request."""
+    if len(packet) < _REQUEST.size:
+        return None
+    time, identifier, flags, code = _REQUEST.unpack_from(packet)
+    frame = _frame(identifier, flags, code, packet[_REQUEST.size :])
+    return None if frame is None else (time, frame)
+
+
+def pack_delivery(sent: Transmission, busy: int) -> bytes:
+    """Return the packet that brings a finished frame to the members, still without its number."""
+    frame = sent.frame
+    head = _DELIVERY.pack(sent.end, busy, sent.node, frame.identifier, _flags(frame), frame.code)
+    return head + frame.data
+
+
+def pack_error(end: int, busy: int, node: int, report: Report) -> bytes:
+    """Return the packet that brings an error frame to a member, still without its number."""
+    classes, detail = report
+    return _DELIVERY.pack(end, busy, node, classes, _EXTENDED | _ERROR, len(detail)) + detail
+
+
+def numbered(number: int, delivery: bytes) -> bytes:
+    """Return ``delivery`` with the number that it has for one member."""
+    return _NUMBER.pack(number & 0xFFFFFFFF) + delivery
+
+
+def unpack_delivery(packet: bytes) -> Delivery | None:
+    """Return the delivery of a numbered packet; None when it is not one."""
+    start = _NUMBER.size + _DELIVERY.size
+    if len(packet) < start:
+        return None
+    (number,) = _NUMBER.unpack_from(packet)
+    end, busy, node, identifier, flags, code = _DELIVERY.unpack_from(packet, _NUMBER.size)
+    frame = _frame(identifier, flags, code, packet[start:])
+    return None if frame is None else Delivery(end, busy, number, node, frame, bool(flags & _ERROR))
+
+
+def _flags(frame: BusFrame) -> int:
+    return _FLAGS[frame[2:7]]
+
+
+def _frame(identifier: int, flags: int, code: int, data: bytes) -> BusFrame | None:
+    kind = _KINDS[flags % _ERROR]
+    if code > (15 if kind.fd else 8) or identifier >> (29 if kind.extended else 11):
+        return None
+    if len(data) != (0 if kind.remote else FD_SIZES[code]):
+        return None
+    return BusFrame(identifier, data, *kind, code)

@@ -1,0 +1,329 @@
+"""A virtual CAN bus with arbitration and real frame times: ``can.Bus(interface="vegrip", channel="demo")``.
+
+It works between processes and inside one, needs no root and no server: the first to open a channel starts its
+hub (:mod:`vegrip.transport.canbus.hub`). python-can's own ``virtual`` has neither arbitration nor bit rate.
+"""
+
+import json
+import select
+import socket
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import can
+
+from vegrip.clock import NS
+from vegrip.errors import VegripError
+from vegrip.host.runtime_folder import runtime_folder, socket_path
+from vegrip.transport.canbus.bus_load import BusLoad
+from vegrip.transport.canbus.error_report import told_state
+from vegrip.transport.canbus.fault_confinement import ErrorState
+from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
+from vegrip.transport.canbus.greeting import greet
+from vegrip.transport.canbus.hub_wire import LARGEST, Delivery, pack_request, unpack_delivery
+
+PATIENCE = 10.0  # [s] to find or start the hub
+READ_AHEAD = (
+    4096  # frames looked through for the error state; as many as the bus keeps for one that does not read
+)
+SEND_BUFFER = 32_768  # bytes, some eighty frames: a full bus must push back on the sender within 20 ms
+
+
+class VegripBus(can.BusABC):
+    """One node on a virtual bus.
+
+    Args:
+        channel: name of the bus; letters, digits, ``-``, ``_``.
+        bitrate: [bit/s]; the first to open a channel sets its rates, later ones that name others are refused.
+        data_bitrate: [bit/s] of FD frames with bit-rate switch.
+        fd: whether this node sends and receives CAN FD frames.
+        receive_own_messages: whether this node receives what it sent, once it was on the bus.
+        listen_only: hear everything, acknowledge nothing, send nothing.
+        error_frames: whether errors on the bus are received too, as SocketCAN gives them.
+        faults: what goes wrong at this node on purpose, see
+            :class:`~vegrip.transport.canbus.node_faults.NodeFaults`; for tests.
+        can_filters: as in python-can.
+
+    """
+
+    def __init__(
+        self,
+        channel: Any = "vegrip0",
+        *,
+        bitrate: int | None = None,
+        data_bitrate: int | None = None,
+        fd: bool = False,
+        receive_own_messages: bool = False,
+        listen_only: bool = False,
+        error_frames: bool = True,
+        faults: Mapping[str, Any] | None = None,
+        can_filters: Sequence[Any] | None = None,
+        **_: Any,
+    ) -> None:
+        self.channel = channel
+        self.channel_info = f"virtual CAN bus {channel!r}"
+        self.overruns = 0
+        """Frames lost because this node did not read."""
+        self.fd_refused = 0
+        """CAN FD frames that came, though this node was opened for classic ones only."""
+        self.error_counters = (0, 0)
+        """Transmit and receive error counter, as of the last error frame."""
+        self._fd = fd
+        self._listen_only, self._error_frames = listen_only, error_frames
+        self._error_state = ErrorState.ACTIVE
+        self._read_ahead: deque[Delivery] = deque()
+        self._next_number = 0
+        self._epoch = (
+            time.time_ns() - time.monotonic_ns()
+        ) / NS  # [s] python-can's time stamps count from 1970
+        character = {
+            "own": receive_own_messages,
+            "listen_only": listen_only,
+            "faults": dict(faults or {}),
+        }
+        self._socket, answer = _join(str(channel), bitrate, data_bitrate, character)
+        self._node: int = answer["node"]
+        self.timing = BitTiming(**answer["timing"])
+        self._load = BusLoad(busy=answer["busy"])
+        self._can_protocol = can.CanProtocol.CAN_FD if fd else can.CanProtocol.CAN_20
+        super().__init__(channel, can_filters=can_filters)
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Queue ``msg``; when the queue is full wait up to ``timeout`` [s] (None: not at all).
+
+        Raises:
+            can.CanOperationError: the queue is still full, the bus has gone, or the frame cannot be sent.
+
+        """
+        self._ask_for(self._bus_frame(msg), time.monotonic() + (timeout or 0.0))
+
+    def put(self, identifier: int, data: bytes, *, fd: bool) -> None:
+        """Queue a data frame with an 11-bit identifier: what :meth:`send` does, without ``can.Message``.
+
+        Raises:
+            can.CanOperationError: as :meth:`send`.
+
+        """
+        self._ask_for(BusFrame(identifier, data, fd=fd, bit_rate_switch=fd), 0.0)
+
+    def take(self, deadline: float | None) -> Delivery | None:
+        """Return the next frame for this node, None when there is none until ``deadline`` [s, monotonic].
+
+        What python-can's ``recv`` does, without ``can.Message`` and filters.
+
+        Raises:
+            can.CanOperationError: the bus has gone.
+
+        """
+        if self._read_ahead:
+            return self._read_ahead.popleft()
+        while True:
+            delivery, more = self._look()
+            if delivery is not None:
+                return delivery
+            if not more and not self._wait_for_packet(deadline):
+                return None
+
+    @property
+    def state(self) -> can.BusState:
+        """The error state: ACTIVE, PASSIVE (also of a node that only listens) or ERROR when it is bus-off.
+
+        What waits to be received is looked through for news, and still received afterwards.
+        """
+        more = len(self._read_ahead) < READ_AHEAD
+        while more:
+            delivery, more = self._look()
+            if delivery is not None:
+                self._read_ahead.append(delivery)
+                more = len(self._read_ahead) < READ_AHEAD
+        if self._error_state is ErrorState.OFF:
+            return can.BusState.ERROR
+        passive = self._listen_only or self._error_state is ErrorState.PASSIVE
+        return can.BusState.PASSIVE if passive else can.BusState.ACTIVE
+
+    @state.setter
+    def state(self, new_state: can.BusState) -> None:
+        raise NotImplementedError(
+            f"the state of {self.channel_info} follows from its errors; for one that only listens open it "
+            "with listen_only=True"
+        )
+
+    def _look(self) -> tuple[Delivery | None, bool]:
+        """Return the next frame if it is there and for us, and whether there was anything."""
+        try:
+            packet = self._socket.recv(LARGEST)
+        except BlockingIOError:
+            return None, False
+        except OSError:
+            raise self._gone() from None
+        if not packet:
+            raise self._gone()
+        delivery = unpack_delivery(packet)
+        return (delivery if delivery is not None and self._is_for_us(delivery) else None), True
+
+    def _ask_for(self, frame: BusFrame, deadline: float) -> None:
+        if self._listen_only:
+            raise can.CanOperationError(f"{self.channel_info} was opened with listen_only: it sends nothing")
+        if self._error_state is ErrorState.OFF:
+            raise can.CanOperationError(
+                f"{self.channel_info}: this node is bus-off after too many errors; it comes back by itself, "
+                "and what waited is lost"
+            )
+        packet = pack_request(time.monotonic_ns(), frame)
+        while True:
+            try:
+                self._socket.send(packet, socket.MSG_NOSIGNAL)
+            except BlockingIOError:
+                self._wait_for_room(deadline)
+            except OSError:
+                raise self._gone() from None
+            else:
+                return
+
+    def load(self) -> float:
+        """Return the share of the last second for which the bus was busy.
+
+        Exact up to the last frame that came from others: the bus tells with each how long it was busy.
+        """
+        return self._load.share(time.monotonic_ns())
+
+    def fileno(self) -> int:
+        """Return the descriptor that becomes readable with each frame."""
+        return self._socket.fileno()
+
+    def shutdown(self) -> None:
+        """Leave the bus."""
+        super().shutdown()
+        self._socket.close()
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        delivery = self.take(None if timeout is None else time.monotonic() + timeout)
+        return None if delivery is None else self._message(delivery), False
+
+    def _is_for_us(self, delivery: Delivery) -> bool:
+        self.overruns += (delivery.number - self._next_number) & 0xFFFFFFFF
+        self._next_number = (delivery.number + 1) & 0xFFFFFFFF
+        self._load.carried(delivery.end, delivery.busy)
+        if delivery.error:
+            self._learn(delivery)
+            return self._error_frames
+        if delivery.frame.fd and not self._fd:
+            self.fd_refused += 1
+            return False
+        return True
+
+    def _learn(self, error: Delivery) -> None:
+        detail = error.frame.data
+        self.error_counters = detail[6], detail[7]
+        told = told_state(error.frame.identifier, detail)
+        self._error_state = self._error_state if told is None else told
+
+    def _message(self, delivery: Delivery) -> can.Message:
+        frame = delivery.frame
+        return can.Message(
+            timestamp=delivery.end / NS + self._epoch,
+            arbitration_id=frame.identifier,
+            is_extended_id=frame.extended,
+            is_remote_frame=frame.remote,
+            is_error_frame=delivery.error,
+            is_fd=frame.fd,
+            bitrate_switch=frame.bit_rate_switch,
+            error_state_indicator=frame.error_state,
+            dlc=FD_SIZES[frame.code],
+            data=frame.data,
+            channel=self.channel,
+            is_rx=delivery.error or delivery.node != self._node,
+        )
+
+    def _bus_frame(self, msg: can.Message) -> BusFrame:
+        if msg.is_fd and not self._fd:
+            raise can.CanOperationError(f"{self.channel_info} was opened without fd=True: no FD frames")
+        if msg.is_error_frame:
+            raise can.CanOperationError(f"{self.channel_info} sends no error frames")
+        if msg.dlc not in FD_SIZES or (not msg.is_fd and msg.dlc > 8):
+            raise can.CanOperationError(f"a frame cannot have {msg.dlc} bytes of data")
+        return BusFrame(
+            msg.arbitration_id,
+            b"" if msg.is_remote_frame else bytes(msg.data),
+            extended=msg.is_extended_id,
+            remote=msg.is_remote_frame,
+            fd=msg.is_fd,
+            bit_rate_switch=msg.bitrate_switch,
+            error_state=msg.error_state_indicator,
+            length_code=FD_SIZES.index(msg.dlc),
+        )
+
+    def _wait_for_packet(self, deadline: float | None) -> bool:
+        remaining = None if deadline is None else deadline - time.monotonic()
+        if remaining is not None and remaining <= 0.0:
+            return False
+        return bool(select.select([self._socket], [], [], remaining)[0])
+
+    def _wait_for_room(self, deadline: float) -> None:
+        remaining = deadline - time.monotonic()
+        if remaining <= 0.0 or not select.select([], [self._socket], [], remaining)[1]:
+            raise can.CanOperationError(
+                f"transmit queue of {self.channel_info} is full: the bus is overloaded"
+            )
+
+    def _gone(self) -> can.CanOperationError:
+        return can.CanOperationError(f"{self.channel_info} has gone; open it again")
+
+    @staticmethod
+    def _detect_available_configs() -> Sequence[can.typechecking.AutoDetectedConfig]:
+        names = [path.stem for path in runtime_folder("can").glob("*.bus")]
+        return [{"interface": "vegrip", "channel": name} for name in sorted(names)]
+
+
+def _join(
+    channel: str, bitrate: int | None, data_bitrate: int | None, character: Mapping[str, Any]
+) -> tuple[socket.socket, dict[str, Any]]:
+    """Connect to the hub of ``channel``, started if need be; return socket and the hub's answer."""
+    if not channel.replace("-", "").replace("_", "").isalnum():
+        raise can.CanInitializationError(f"{channel!r} is no name for a bus: letters, digits, - and _ only")
+    rates = {"bitrate": bitrate, "data_bitrate": data_bitrate}
+    asked = {name: rate for name, rate in rates.items() if rate is not None}
+    try:
+        greeting = greet({"timing": asked, "strict": bool(asked), **character})
+        path = socket_path("can", f"{channel}.bus")
+    except VegripError as error:
+        raise can.CanInitializationError(str(error)) from None
+    connection, answer = _greet(path, greeting)
+    if "refused" in answer:
+        connection.close()
+        raise can.CanInitializationError(f"virtual CAN bus {channel!r}: {answer['refused']}")
+    return connection, answer
+
+
+def _greet(path: Path, greeting: bytes) -> tuple[socket.socket, dict[str, Any]]:
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        connection = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        connection.settimeout(1.0)
+        try:
+            connection.connect(str(path))
+            connection.send(greeting)
+            if answer := connection.recv(LARGEST):
+                connection.setblocking(False)
+                return connection, json.loads(answer)
+        except (ConnectionError, FileNotFoundError):
+            _start_hub(path)
+        except TimeoutError:
+            pass  # the hub ended while we came; the next round starts another
+        connection.close()
+    raise can.CanInitializationError(f"the virtual CAN bus at {path} cannot be started; try another channel")
+
+
+def _start_hub(path: Path) -> None:
+    command = [sys.executable, "-m", "vegrip.transport.canbus.hub", str(path)]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    if done.returncode:
+        reason = done.stderr.strip().splitlines()[-1:] or ["no reason given"]
+        raise can.CanInitializationError(f"the virtual CAN bus at {path} does not start: {reason[0]}")
+    time.sleep(0.01)  # when another process is starting it at this moment, give it the time to

@@ -1,0 +1,107 @@
+"""One identifier -> the messages of its kind and finger."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from vegrip.messages import Message
+from vegrip.transport.codec.assembly import Assembly, Whole
+from vegrip.transport.codec.encoder import MICROSECOND, TIME_MODULUS
+from vegrip.transport.codec.frame import Frame
+from vegrip.transport.codec.layout import Layout, Part
+from vegrip.transport.codec.members import Cells
+
+HALF: Final = TIME_MODULUS // 2
+
+HandClock = Callable[[int, int], int]
+"""From the hand's stamp and the receive time to the time on our clock, all in ns."""
+
+
+class Decoder:
+    """Checks and reads the frames of one part of one kind of message of one finger (or node).
+
+    Args:
+        layout: the kind of message.
+        part: the part of it that comes with this identifier.
+        assembly: shared by the parts.
+        identifier: also the Data ID of the E2E protection.
+        owner: name of the finger or node.
+        version: of the message set.
+        use_sender_time: stamp with the sender's time where the frame has it.
+        clock: maps the sender's time to ours, where the frame has it.
+
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        part: Part,
+        assembly: Assembly,
+        identifier: int,
+        owner: str,
+        version: int,
+        use_sender_time: bool,
+        clock: HandClock | None = None,
+    ) -> None:
+        self.assembly = assembly
+        self.kind: type[Any] = layout.schema.cls
+        self.owner = owner
+        self._layout = layout
+        self._part = part
+        self._identifier = identifier
+        self._version = version % part.version_modulus
+        self._clock = clock if part.time is not None else None
+        self._use_sender_time = (use_sender_time or clock is not None) and part.time is not None
+        self._make: Any = layout.schema.cls
+        self._check = part.profile.check
+        self._unpack = part.packer.unpack
+        self._version_of, self._counter_of = part.version.get, part.counter.get
+
+    def decode(self, frame: Frame) -> Message | str | None:
+        """Return the completed message, None while parts are missing, or the name of the fault."""
+        fault = self._fault(frame)
+        if fault:
+            return fault
+        part, cells = self._part, self._unpack(frame.data)
+        if self._version_of(cells) != self._version:
+            return "version"
+        counter = self._counter_of(cells)
+        if part.last is None:  # the only part: nothing to put together
+            seq = self.assembly.sequence.advance(counter, frame.stamp)
+            return "counter" if seq is None else self._message(cells, seq, frame.stamp, self._time(cells))
+        last = part.last.get(cells) == 1
+        whole = self.assembly.put(part.number, counter, last, cells, frame.stamp, self._time(cells))
+        if isinstance(whole, Whole):
+            return self._message(whole.cells, whole.seq, whole.stamp, whole.time)
+        return whole
+
+    def _fault(self, frame: Frame) -> str:
+        if frame.fd != self._part.fd:
+            return "layout"
+        if len(frame.data) != self._part.length:
+            return "length"
+        return "" if self._check(frame.data, self._identifier) else "checksum"
+
+    def _time(self, cells: Cells) -> int:
+        return int(self._part.time.get(cells)) if self._use_sender_time and self._part.time else 0
+
+    def _message(self, cells: Cells, seq: int, received: int, time: int) -> Message | str:
+        values = self._layout.read(cells)
+        if values is None:
+            return "value"
+        stamp = _sender_stamp(received, time) if self._use_sender_time else received
+        if self._clock is not None:
+            stamp = self._clock(stamp, received)
+        if self._layout.relative:
+            values = _absolute(values, self._layout.relative, stamp)
+        message: Message = self._make(stamp, self.owner, seq, *values)
+        return message
+
+
+def _absolute(values: Sequence[Any], relative: tuple[int, ...], stamp: int) -> list[Any]:
+    return [stamp + value if index in relative else value for index, value in enumerate(values)]
+
+
+def _sender_stamp(received: int, time: int) -> int:
+    """Return the instant nearest to ``received`` [ns] whose microseconds end in the bits ``time``."""
+    now = received // MICROSECOND
+    return (now + (time - now + HALF) % TIME_MODULUS - HALF) * MICROSECOND

@@ -1,0 +1,1 @@
+"""Controllers on the same hands, objects and disturbances, in simulated time."""

@@ -1,0 +1,70 @@
+"""The controllers of the comparison, each in the settings that ``docs/demo.md`` explains."""
+
+import math
+from dataclasses import replace
+
+from vegrip.estimator import EstimatorSettings
+from vegrip.grip.node import GraspForce
+from vegrip.grip.parameters import GraspParameters, TipParameters, estimator_factory
+from vegrip.virtual import HandSettings
+
+KNOBS = {
+    "hand": {"vegrip": 0.15, "ellipse": 0.15, "constant": 4.0, "cone": 1.5, "elastic": 0.35},
+    "pinch": {"vegrip": 0.15, "ellipse": 0.15, "constant": 8.0, "cone": 11.0, "elastic": 0.35},
+}
+"""By grasp, the trade-off between force and risk as tuned.
+
+Wanted margin [-] of vegrip and of the ellipse: the default in both grasps. Force [N], safety [-] and friction
+coefficient [-] set by hand of the others: tuned for each grasp.
+"""
+
+LABEL = {"vegrip": "vegrip", "constant": "constant grip", "cone": "Coulomb cone"}
+"""What those of the demonstration are called in tables and pictures."""
+
+INFORMED = {"vegrip, told": 0.15, "elastic, told": 1.0}
+"""Controllers that are told the friction of every object before they touch it.
+
+Their knobs: wanted margin [-], and how much of that friction the elastic surface counts on [-].
+"""
+
+TOLD_SPREAD = 0.1
+"""Std of ln mu with which vegrip takes what it is told; the fingertips alone scatter by 0.08."""
+
+NAMES = (*KNOBS["hand"], *INFORMED)
+
+
+def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParameters:
+    """Return the parameters of the controller ``name``, one of :data:`NAMES`, with its knob set.
+
+    ``friction`` is that of the object, for the controllers of :data:`INFORMED`.
+    """
+    base = demo_parameters()
+    if name in ("elastic", "elastic, told"):
+        believed = knob * friction if name in INFORMED else knob
+        return replace(base, policy="elastic", elastic=replace(base.elastic, friction=believed))
+    if name == "ellipse":
+        base = replace(base, estimator=replace(base.estimator, surface="ellipse"))
+    if name == "vegrip, told":
+        base = replace(base, tip=replace(base.tip, friction=friction, friction_spread=TOLD_SPREAD))
+    if name == "constant":
+        return replace(base, policy="constant", constant=replace(base.constant, force=knob))
+    if name == "cone":
+        return replace(base, policy="cone", cone=replace(base.cone, safety=knob))
+    return replace(base, grip=replace(base.grip, wanted_margin=knob))
+
+
+def demo_parameters() -> GraspParameters:
+    """Return what every controller is told: the nominal tips, nothing of their scatter or of the object."""
+    hand = HandSettings()
+    return GraspParameters(
+        tip=TipParameters(radius=hand.tip.radius),
+        tips={"thumb": {"radius": hand.opposing_radius}},
+        estimator=EstimatorSettings(hold="force"),  # the drives of this hand are force-controlled
+    )
+
+
+def make_node(settings: GraspParameters, fingers: tuple[str, ...], name: str = "grasp_force") -> GraspForce:
+    """Return a node of these parameters, not configured yet."""
+    tips = {finger: tip for finger, tip in settings.tips.items() if finger in fingers}
+    settings = replace(settings, tips=tips)
+    return GraspForce(name, fingers, estimator_factory(settings, fingers, name), settings)

@@ -1,0 +1,92 @@
+"""Hand and node in one loop of simulated time: no bus, no waiting, the same bits every time.
+
+The node is the very :class:`~vegrip.grip.node.GraspForce` that runs on the bus. Its answers to the states
+of one period act on the hand from the next period on, which is the delay that a bus would bring.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from vegrip.clock import NS
+from vegrip.grip.node import GraspForce
+from vegrip.messages import ForceCommand, Message
+from vegrip.virtual import VirtualHand
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass
+class Course:
+    """What happened, sampled every :attr:`Loop.sampling`; columns in the order of ``fingers``."""
+
+    fingers: tuple[str, ...]
+    slips: int = 0
+    dropped: bool = False
+    time: list[float] = field(default_factory=list)  # [s]
+    margin: list[list[float]] = field(default_factory=list)  # [-] true margins
+    force: list[list[float]] = field(default_factory=list)  # [N] true normal forces
+    command: list[list[float]] = field(default_factory=list)  # [N] NaN = none
+    slipped: list[int] = field(default_factory=list)  # slips so far
+
+    def since(self, start: float) -> tuple[Array, Array, Array]:
+        """Return time (n,) [s], margins (n, fingers) [-] and forces (n, fingers) [N] from ``start`` on."""
+        time = np.array(self.time)
+        kept = time >= start
+        return time[kept], np.array(self.margin)[kept], np.array(self.force)[kept]
+
+    def sample(self, hand: VirtualHand, commands: Mapping[str, float]) -> None:
+        """Add the truth of ``hand`` as it is now."""
+        truths = [hand.truth(finger) for finger in self.fingers]
+        self.time.append(hand.time)
+        self.slipped.append(hand.slips)
+        self.margin.append([truth.margin for truth in truths])
+        self.force.append([truth.normal_force for truth in truths])
+        self.command.append([commands.get(finger, np.nan) for finger in self.fingers])
+
+
+class Loop:
+    """Steps a hand and a node against each other.
+
+    Args:
+        hand: the virtual hand, with its disturbances.
+        node: configured and activated here.
+        period: [s] of the loop; commands act one period after the state that asked for them.
+        sampling: [s] of the course.
+
+    """
+
+    def __init__(
+        self, hand: VirtualHand, node: GraspForce, period: float = 0.002, sampling: float = 0.01
+    ) -> None:
+        self.hand, self.node, self.period, self.sampling = hand, node, period, sampling
+        self.commands: dict[str, ForceCommand] = {}
+        self.course = Course(hand.fingers)
+        node.configure()
+        node.activate()
+
+    def run(self, duration: float) -> Course:
+        """Run to ``duration`` [s] of simulated time, or until the object is lost."""
+        while self.hand.time < duration - 0.5 * self.period and not self.hand.dropped:
+            self.step()
+        self.course.slips, self.course.dropped = self.hand.slips, self.hand.dropped
+        return self.course
+
+    def step(self) -> None:
+        """Advance by one period."""
+        now = round(self.hand.time * NS)
+        valid = {finger: c.normal_force for finger, c in self.commands.items() if now <= c.expires}
+        states = self.hand.step(self.period, valid)
+        now = round(self.hand.time * NS)
+        for state in states:
+            self._take(self.node.on_message(state, now))
+        self._take(self.node.on_tick(now))
+        if self.hand.time >= len(self.course.time) * self.sampling:
+            self.course.sample(self.hand, {f: c.normal_force for f, c in self.commands.items()})
+
+    def _take(self, answers: Iterable[Message]) -> None:
+        for message in answers:
+            if isinstance(message, ForceCommand):
+                self.commands[message.finger] = message

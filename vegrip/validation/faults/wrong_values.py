@@ -1,0 +1,218 @@
+"""What a sensor that is wrong for up to a second does to the grip.
+
+Usage: ``python -m vegrip.validation.faults.wrong_values``.
+
+A hand holds an object; the same grasp runs once undisturbed and once with wrong values in one channel, of one
+finger or of all. The values are within the ranges of the watchdog, the frames are sound. The law::
+
+    the command never falls below 0.95 of what it was without the fault, to within its rounding
+    nor stays at the largest command for more than 0.5 s after the fault
+    within 2 s the friction is back within two of its undisturbed standard deviations
+    and its standard deviation has not shrunk
+
+``--worst N`` looks for the worst case: N random ones, then steps from the worst.
+"""
+
+import argparse
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cache
+
+import numpy as np
+
+from vegrip.messages import Estimate, FingertipState
+from vegrip.validation.controllers.candidates import demo_parameters
+from vegrip.validation.faults.testbed import RATE, SAMPLING, Falsify, Scene
+
+BEGIN = 6.0  # [s] of the fault, unless it is drawn
+AFTER = 4.0  # [s] that are watched after it
+BACK = 2.0  # [s] within which estimates have to be back
+MAXIMUM = 0.5  # [s] for which the command may stay at its largest after the fault
+FALLEN = 0.95
+DURATIONS = (1.0 / RATE, 10.0 / RATE, 1.0)  # [s]
+
+VALUES = {
+    "normal_force": (-4.0, 0.0, 1.0, 15.0, 59.0),
+    "displacement": (-9e-3, 0.0, 1e-3, 2e-3, 9e-3),
+    "tangential_force_x": (-5.0, 0.0, 0.7, 2.0, 5.0, 59.0),
+    "torque_z": (-1.9, 0.0, 0.02, 0.1, 1.9),
+    "slip": (0.0, 1.0),
+    "slip_speed": (-0.5, 0.0, 0.01, 0.5),
+    "temperature": (-20.0, 25.0, 99.0),
+    "contact_radius": (1e-4, 2e-3, 8e-3),
+}
+"""Within the ranges that the watchdog believes."""
+NOISE = {"normal_force": 0.01, "displacement": 5e-6, "tangential_force_x": 0.01, "torque_z": 1e-4}
+"""Of wrong values, so that they do not look frozen."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Wrong values of one channel; ``finger`` -1 is all of them."""
+
+    channel: str
+    value: float
+    begin: float  # [s]
+    duration: float  # [s]
+    finger: int
+
+    def __str__(self) -> str:
+        """Say it in a line."""
+        who = "all" if self.finger < 0 else f"finger {self.finger}"
+        return (
+            f"{self.channel} = {self.value:g} for {1e3 * self.duration:.0f} ms from {self.begin:.2f} s, {who}"
+        )
+
+
+@dataclass(frozen=True)
+class Run:
+    """One grasp: commands at every SAMPLING, estimates at the end."""
+
+    command: np.ndarray[tuple[int, int], np.dtype[np.float64]]  # [N], (instants, fingers)
+    estimates: tuple[dict[str, Estimate], ...]  # of each finger, BACK after the fault
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How far a fault went; 1 is the law's limit in each."""
+
+    fallen: float  # largest share by which the command fell, over 0.05
+    maximum: float  # time at the largest command after the fault, over 0.5 s
+    off: float  # largest error of an estimate, over two standard deviations
+    shrunk: float  # largest standard deviation without the fault over that with it
+
+    @property
+    def worst(self) -> float:
+        """The number to look at."""
+        return max(self.fallen, self.maximum, self.off, self.shrunk)
+
+
+def run(end: float, look: float, fault: Fault | None = None) -> Run:
+    """Hold the object until ``end`` [s]; note the estimates at ``look`` [s]."""
+    scene = Scene("pinch")
+    if fault is not None:
+        scene.hand_node.falsify = _falsifier(scene, fault)
+    scene.run_until(look)
+    known = tuple(_estimates(scene, finger) for finger in scene.fingers)
+    scene.run_until(end)
+    return Run(np.array(scene.course.command), known)
+
+
+@cache
+def undisturbed(end: float, look: float) -> Run:
+    """Return the grasp without a fault."""
+    return run(end, look)
+
+
+def judge(fault: Fault) -> Verdict:
+    """Run the grasp with the fault and compare it with the one without."""
+    over = round((fault.begin + fault.duration) / SAMPLING) * SAMPLING
+    end, look = over + AFTER, over + BACK
+    without, disturbed = undisturbed(end, look), run(end, look, fault)
+    n = min(len(without.command), len(disturbed.command))
+    begun = round(fault.begin / SAMPLING)
+    ratio = disturbed.command[begun:n] / np.maximum(without.command[begun:n], 1e-9)
+    largest = demo_parameters().limits.max_force
+    after = disturbed.command[round(over / SAMPLING) : n].max(axis=1) >= 0.999 * largest
+    off, shrunk = 0.0, 0.0
+    for calm, other in zip(without.estimates, disturbed.estimates, strict=True):
+        for name, known in calm.items():
+            off = max(off, abs(other[name].value - known.value) / (2.0 * known.std))
+            shrunk = max(shrunk, known.std / max(other[name].std, 1e-300))
+    return Verdict(
+        fallen=float((1.0 - ratio.min()) / (1.0 - FALLEN)),
+        maximum=float(np.count_nonzero(after)) * SAMPLING / MAXIMUM,
+        off=off,
+        shrunk=shrunk / SHRUNK,
+    )
+
+
+SHRUNK = 1.1
+"""By so much a standard deviation may differ: a grip that rises changes the contact, and what is known."""
+
+
+def _estimates(scene: Scene, finger: str) -> dict[str, Estimate]:
+    assert scene.node is not None  # noqa: S101 (nobody kills it)
+    estimator = scene.node.fingers[finger].estimator
+    e = estimator.contact_estimate()
+    mu = e.friction_coefficient
+    relative = mu.std / mu.value  # in its logarithm, where it is normal
+    return {"friction": Estimate(math.log(mu.value), relative, mu.valid, mu.age)}
+
+
+def _falsifier(scene: Scene, fault: Fault) -> Falsify:
+    rng = np.random.default_rng(1)
+    concerned = set(scene.fingers) if fault.finger < 0 else {scene.fingers[fault.finger]}
+
+    def falsify(state: FingertipState) -> FingertipState:
+        inside = fault.begin <= scene.now < fault.begin + fault.duration
+        if not inside or state.finger not in concerned:
+            return state
+        wrong = fault.value + NOISE.get(fault.channel, 0.0) * float(rng.standard_normal())
+        return replace(state, **{fault.channel: wrong})  # type: ignore[arg-type]
+
+    return falsify
+
+
+def faults() -> Iterator[Fault]:
+    """Yield the table: every channel and value, one sample, ten, a second, one finger and all."""
+    for channel, values in VALUES.items():
+        for value in values:
+            for duration in DURATIONS:
+                for finger in (0, -1):
+                    yield Fault(channel, value, BEGIN, duration, finger)
+
+
+def drawn(rng: np.random.Generator) -> Fault:
+    """Return any fault."""
+    channel = str(rng.choice(list(VALUES)))
+    low, high = min(VALUES[channel]), max(VALUES[channel])
+    value = float(rng.choice(VALUES[channel])) if rng.random() < 0.3 else float(rng.uniform(low, high))
+    duration = float(rng.choice(DURATIONS))
+    return Fault(channel, value, float(rng.uniform(2.0, 10.0)), duration, int(rng.integers(-1, 2)))
+
+
+def near(fault: Fault, rng: np.random.Generator) -> Fault:
+    """Return a fault like ``fault``."""
+    low, high = min(VALUES[fault.channel]), max(VALUES[fault.channel])
+    value = min(max(fault.value + 0.1 * (high - low) * float(rng.standard_normal()), low), high)
+    return replace(fault, value=value, begin=max(2.0, fault.begin + 0.3 * float(rng.standard_normal())))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print a line for each fault that breaks the law, and the worst; return 1 if one does."""
+    parser = argparse.ArgumentParser(
+        prog="python -m vegrip.validation.faults.wrong_values", description=__doc__
+    )
+    parser.add_argument("--worst", type=int, help="look for the worst case in so many tries")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", help="channel")
+    parser.add_argument("--all", action="store_true", help="print every line")
+    options = parser.parse_args(arguments)
+    names = [field.name for field in fields(Verdict)]
+    print("law = 1".ljust(72), *(name.rjust(9) for name in names))  # noqa: T201
+    worst: list[tuple[float, Fault]] = []
+    broken = count = 0
+    for fault in _cases(options, worst):
+        verdict = judge(fault)
+        count += 1
+        broken += verdict.worst > 1.0
+        if verdict.worst > 1.0 or options.all:
+            print(str(fault).ljust(72), *(f"{getattr(verdict, n):9.2f}" for n in names), flush=True)  # noqa: T201
+        worst[:] = [max([*worst, (verdict.worst, fault)], key=lambda found: found[0])]
+    print(f"{broken} of {count} break the law; worst {worst[0][0]:.2f}: {worst[0][1]}")  # noqa: T201
+    return 1 if broken else 0
+
+
+def _cases(options: argparse.Namespace, worst: list[tuple[float, Fault]]) -> Iterator[Fault]:
+    if options.worst is None:
+        yield from (f for f in faults() if options.only in (None, f.channel))
+        return
+    rng = np.random.default_rng(options.seed)
+    for i in range(options.worst):
+        yield drawn(rng) if i <= options.worst // 2 else near(worst[0][1], rng)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

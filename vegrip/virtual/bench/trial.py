@@ -1,0 +1,188 @@
+"""A test bench for one simulated fingertip: runs a protocol, returns what was measured and what was true."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vegrip.virtual import kernels
+from vegrip.virtual.bench.protocol import Episode, Segment
+from vegrip.virtual.fingertip import Fingertips
+from vegrip.virtual.hidden import Hidden, make
+from vegrip.virtual.hidden.specimen import Specimen
+from vegrip.virtual.patch import even_grid, utilisation
+from vegrip.virtual.sensor import CHANNELS, Reading, Sensors
+from vegrip.virtual.settings import FingertipSettings, SensorSettings
+from vegrip.virtual.slips import slides
+
+Array = npt.NDArray[np.float64]
+
+TRUTH = (
+    "indentation",
+    "normal_force",
+    "contact_radius",
+    "pressure_exponent",
+    "friction_coefficient",
+    "tangential_force",
+    "torque_z",
+    "utilisation",
+)
+"""Columns of the truth, SI."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One simulated recording.
+
+    Attributes:
+        columns: what was measured: ``t`` [s], ``episode`` and the channels of a recording, each (n,).
+        truth: what was true at the same instants, by the names of :data:`TRUTH`, each (n,).
+        tip: the fingertip.
+        noise: its sensors.
+
+    """
+
+    columns: dict[str, Array]
+    truth: dict[str, Array]
+    tip: FingertipSettings
+    noise: SensorSettings
+
+
+def run_trial(
+    tip: FingertipSettings,
+    protocol: Sequence[Episode],
+    noise: SensorSettings,
+    seed: int = 0,
+    *,
+    temperature: float | Sequence[float] = 22.0,
+    step: float = 1e-3,
+    pause: float = 20.0,
+    rings: int = 16,
+    spokes: int = 32,
+    truth: bool = True,
+    hidden: Mapping[str, Mapping[str, float]] | None = None,
+) -> Trial:
+    """Put ``tip`` through ``protocol`` and measure it at ``noise.rate``.
+
+    ``pause`` [s] lies between episodes and is not recorded; ``step`` [s] is that of the simulation. The same
+    seed gives the same trial, bit for bit. ``temperature`` [degrees Celsius] may be one for each episode.
+    ``hidden`` names effects that the plain fingertip does not have, with their parameters
+    (:data:`vegrip.virtual.hidden.HIDDEN`). Without ``truth`` that part is empty, and half of the time saved.
+    """
+    bench = _Bench(tip, step, rings, spokes, make(hidden or {}))
+    sensors = Sensors(noise, ("tip",), np.random.default_rng(seed))
+    every = max(1, round(1.0 / (noise.rate * step)))
+    rows: list[tuple[float, ...]] = []
+    truths: list[tuple[float, ...]] = []
+    start = 0.0
+    for number, episode in enumerate(protocol):
+        warm = temperature if isinstance(temperature, float) else temperature[number]
+        bench.reset(pause, warm)
+        ticks = 0
+        for ticks, segment in enumerate(_steps(bench, episode, step), 1):
+            bench.slide(segment)
+            if ticks % every == 0:
+                true = bench.truth() if truth else ()
+                for state in sensors.measure(bench.reading(warm), start + ticks * step):
+                    measured = [getattr(state, channel) for channel in (*CHANNELS, "slip")]
+                    rows.append((state.stamp * 1e-9, number, *measured))
+                    truths.append(true)
+        start += ticks * step + pause
+    columns = dict(zip(("t", "episode", *CHANNELS, "slip"), np.array(rows).T, strict=True))
+    present = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
+    known = dict(zip(TRUTH, np.array(truths).T, strict=True)) if truth else {}
+    return Trial(present, known, tip, noise)
+
+
+def _steps(bench: "_Bench", episode: Episode, step: float) -> Iterator[Segment]:
+    """Impose the normal motion of an episode step by step; yield the segment of each."""
+    by_force = False
+    for segment in episode:
+        if segment.depth is not None or segment.force is not None:
+            by_force = segment.force is not None
+        begin = bench.force if by_force else bench.depth
+        end = segment.force if by_force else segment.depth
+        count = max(1, round(segment.duration / step))
+        for part in np.arange(1, count + 1) / count:
+            value = begin if end is None else begin + part * (end - begin)
+            value += segment.amplitude * np.sin(2.0 * np.pi * segment.frequency * part * segment.duration)
+            bench.impose(value, by_force=by_force)
+            yield segment
+
+
+class _Bench:
+    """One fingertip against a moving counter-surface."""
+
+    def __init__(
+        self, tip: FingertipSettings, step: float, rings: int, spokes: int, hidden: tuple[Hidden, ...]
+    ) -> None:
+        self._tip, self._step, self._hidden = tip, step, hidden
+        self._soft = Specimen(tip, step, hidden) if hidden else Fingertips([tip], step)
+        self._grid = even_grid(rings, spokes)
+
+    def reset(self, pause: float, temperature: float) -> None:
+        """Start an episode after ``pause`` [s]: recovered material, unbent bristles."""
+        for one in self._hidden:
+            one.start(pause)
+            one.warmed(temperature)
+        self._soft.reset()
+        self._drive = 0.0
+        self._mu = self._tip.friction
+        self._bristle = self._grid.bristles(1)
+        self._rub = (0.0, 0.0, 0.0, 0.0, 0.0)
+        self._bent = False
+
+    @property
+    def depth(self) -> float:
+        """Where the drive stands [m]: the imposed indentation, before anything gives way."""
+        return self._drive
+
+    @property
+    def force(self) -> float:
+        """Normal force [N]."""
+        return float(self._soft.force[0])
+
+    def impose(self, value: float, *, by_force: bool) -> None:
+        """Impose a normal force [N] or an indentation [m] for one step."""
+        if by_force:
+            self._drive = float(self._soft.load(np.array([value]))[0])
+        else:
+            self._drive = value
+            self._soft.press(np.array([value]))
+
+    def slide(self, segment: Segment) -> None:
+        """Move the counter-surface for one step."""
+        tip, grid = self._tip, self._grid
+        self._a = float(self._soft.contact_radius[0])
+        speed = self._rub[4]
+        self._mu = tip.friction
+        for one in self._hidden:
+            self._mu = one.friction(self._mu, self.force, speed)
+        if segment.pull_x or segment.pull_y or segment.spin:
+            self._bent = True
+        if self._bent:
+            self._rub = kernels.rub(
+                self._bristle[0], grid.load(self._soft.pressure_exponent)[0], grid.area, grid.reach,
+                grid.cosine, grid.sine, self._a, self.force, self._mu, tip.bristle_stiffness,
+                tip.bristle_damping, segment.pull_x, segment.pull_y, segment.spin, self._step,
+            )  # fmt: skip
+        self._shown = self.force
+        for one in self._hidden:
+            one.rubbed(self.force, self._rub[4], self._step)
+            self._shown = one.sensed(self._shown, float(np.hypot(*self._rub[:2])), self._step)
+
+    def reading(self, temperature: float) -> Reading:
+        """Return what perfect sensors would read."""
+        fx, fy, torque, sliding, speed = self._rub
+        values = np.array([[self._shown, fx, fy, torque, self.depth, temperature, speed, self._a]])
+        whole = slides(np.array([sliding]), np.array([speed]), np.array([self._a]))
+        return Reading(values, whole.astype(float))
+
+    def truth(self) -> tuple[float, ...]:
+        """Return the columns of :data:`TRUTH`."""
+        fx, fy, torque, _, _ = self._rub
+        f, k, mu = float(np.hypot(fx, fy)), float(self._soft.pressure_exponent[0]), self._mu
+        limit = mu * self.force
+        used = utilisation(self._grid, k, f / limit, torque / (limit * self._a)) if limit * self._a else 0.0
+        return float(self._soft.indentation[0]), self.force, self._a, k, mu, f, torque, used
