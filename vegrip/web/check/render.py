@@ -132,11 +132,7 @@ def parameters(rung: Rung) -> str:
 def progress(what: str, elapsed: float, lines: Sequence[str]) -> str:
     """Return what is going on."""
     last = escape(lines[-1]) if lines else "starting"
-    return (
-        f'<div class="card busy"><span class="spin" aria-hidden="true"></span><b>{escape(what)}</b>'
-        f'<span class="soft">{last}, {elapsed:.0f} s</span><span class="grow"></span>'
-        '<button type="button" class="danger" id="stop" data-do="stop">stop</button></div>'
-    )
+    return f'<b>{escape(what)}</b> <span class="soft">{last}, {elapsed:.0f} s</span>'
 
 
 def commands(lines: Sequence[str]) -> str:

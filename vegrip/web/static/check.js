@@ -16,6 +16,7 @@ const receive = (event) => {
   const told = JSON.parse(event.data);
   heard += 1;
   put($("progress"), told.progress);
+  $("busy").hidden = !told.progress;
   document.body.classList.remove("gone");
   if (told.body === undefined) return;
   $("recording").textContent = told.recording;
