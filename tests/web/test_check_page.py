@@ -32,14 +32,14 @@ def test_a_hidden_effect_is_found_added_taken_back_and_saved(press, start, visit
     page.get_by_text("a pull that it lacks").first.wait_for()  # the worst place, in words
     page.locator("#add-adhesion:not([disabled])").wait_for()
     assert page.locator("#verdict").inner_text() == "an effect is missing"
-    shoot(page, "check-missing")
+    shoot(page, "web-check-missing")
     page.locator("#add-adhesion").click()
     page.locator("#stop").wait_for()
     page.locator("#verdict.ok").wait_for()
     assert page.locator("#verdict").inner_text() == "adequate"
     error = float(page.locator(".huge").inner_text().split()[0])
     assert 0.9 < error < 1.1
-    shoot(page, "check-adequate")
+    shoot(page, "web-check")
     assert (
         "vegrip add adhesion press --model press-check/0-start.toml" in page.locator("#commands").inner_text()
     )

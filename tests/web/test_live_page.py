@@ -61,7 +61,7 @@ def test_every_finger_shows_margin_command_surface_and_pressure_with_units(
     assert "latency p50 [ms]" in labels
     if SHOTS:
         until(page, "vegrip.columns.thumb.length >= 740")
-    shoot(page, "live-light")
+    shoot(page, "web-live")
 
 
 def test_the_load_moves_and_the_plots_go_on(address, hand, visit, until) -> None:
@@ -75,7 +75,7 @@ def test_the_load_moves_and_the_plots_go_on(address, hand, visit, until) -> None
     assert page.locator("#plots canvas").count() == 5
     if SHOTS:
         until(page, "vegrip.columns.thumb.length >= 740")
-    shoot(page, "live-dark")
+    shoot(page, "web-live-dark")
 
 
 def test_fingers_are_chosen_and_parameters_opened_by_keys_alone(address, hand, visit, until) -> None:
@@ -108,7 +108,7 @@ def test_a_parameter_is_set_within_its_bounds_and_refused_beyond(address, hand, 
     field.press("Enter")
     page.get_by_text("grip.wanted_margin is 0.4").wait_for()
     assert "vegrip param set /grasp_force grip.wanted_margin 0.4" in page.locator("dialog pre").inner_text()
-    shoot(page, "live-parameters")
+    shoot(page, "web-parameters")
     field.fill("7")
     field.press("Enter")
     page.locator("dialog .say.bad").wait_for()
@@ -144,7 +144,7 @@ def test_a_node_that_dies_is_shown_as_old_and_again_as_live_when_it_is_back(
     page.locator("button.finger.stale").first.wait_for()
     page.get_by_text("/grasp_force says nothing").first.wait_for()
     assert "no news for" in page.locator("button.finger").first.inner_text()
-    shoot(page, "live-stale")
+    shoot(page, "web-stale")
     os.kill(find_node("grasp_force").pid, signal.SIGKILL)  # the launcher starts it again
     page.wait_for_selector(ALIVE)
     until(page, "!vegrip.now.alarms.some(a => a.text.includes('says nothing'))")
@@ -166,7 +166,7 @@ def test_on_a_narrow_screen_nothing_is_cut_off(address, hand, visit) -> None:
     page.goto(address)
     page.wait_for_selector(ALIVE)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    shoot(page, "live-narrow")
+    shoot(page, "web-narrow")
 
 
 def test_two_people_see_the_same_and_choose_for_themselves(address, hand, visit, until) -> None:

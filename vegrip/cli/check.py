@@ -42,7 +42,7 @@ def check(
     from vegrip.web.check.run import run
 
     read_recording(recording)  # what cannot be read is refused before a page opens
-    options = ("--zeros-each-episode",) if zeros_each_episode else ()
+    options: tuple[str, ...] = ("--zeros-each-episode",) if zeros_each_episode else ()
     if tolerance > 0.0:
         options += ("--tolerance", f"{tolerance:g}")
 

@@ -76,7 +76,7 @@ def _kept(headers: Headers, name: str) -> str:
         cookie = SimpleCookie(headers.get("cookie", "")).get(name)
     except CookieError:
         return ""
-    return str(cookie.value) if cookie is not None else ""
+    return "" if cookie is None else str(cookie.value)
 
 
 def _with_headers(send: Send) -> Send:

@@ -3,6 +3,7 @@
 Ages, presence and the log are those of :class:`~vegrip.runtime.monitor.board.Board`, as in the terminal.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -58,7 +59,7 @@ class LiveView:
             return
         self._note(self.columns.setdefault(finger, Columns()), message)
 
-    def attend(self, present: "list[Present]", now: int) -> None:
+    def attend(self, present: Iterable[Present], now: int) -> None:
         """Take note of which nodes run on this machine."""
         self.board.attend(present, now)
 
