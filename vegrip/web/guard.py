@@ -68,7 +68,7 @@ class Guard:
 
 def _asked(scope: Scope) -> str:
     query = parse_qs(scope["query_string"].decode("latin-1"))
-    return query.get("key", [""])[0]
+    return str(query.get("key", [""])[0])
 
 
 def _kept(headers: Headers, name: str) -> str:
