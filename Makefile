@@ -4,7 +4,7 @@ V := .venv/bin
 STAMP := .venv/.installed
 DEMO := .venv/.demo
 
-.PHONY: demo test test-fast test-numba test-vcan test-c wheel-test check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
+.PHONY: demo test test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -23,11 +23,16 @@ test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-M
 
 test-c: $(STAMP)  ## the estimator in C against numba, every effect; the export with gcc, clang, sanitizers, cppcheck, an emulated Cortex-M7
 	$(V)/python -m pytest -q -n auto tests/c99 tests/export
+test-web: $(STAMP)  ## the pages in a real browser, headless: Chromium of the distribution (apt-get install chromium)
+	VEGRIP_WEB_TESTS=1 $(V)/python -m pytest -q -n 0 tests/web
+
+web-pictures: $(STAMP)  ## draw docs/images/web-*.png again, from the tests of the pages
+	VEGRIP_WEB_TESTS=1 VEGRIP_SCREENSHOTS=$(CURDIR)/docs/images $(V)/python -m pytest -q -n 0 -m browser tests/web
 
 wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
 	$(V)/python -m pytest -q -n 0 tests/install
 
-check: lint types test test-numba test-vcan docs examples wheel-test  ## what CI runs
+check: lint types test test-numba test-vcan test-web docs examples wheel-test  ## what CI runs
 
 format: $(STAMP)
 	$(V)/ruff format .
@@ -86,7 +91,7 @@ INSTALL = $(PYTHON) -c 'import sys; sys.exit("vegrip needs Python >= 3.11, set P
 
 $(DEMO): pyproject.toml setup.py constraints.txt  # what the demonstration needs and no more
 	@echo "installing what the demo needs into .venv (about a minute)"
-	@$(INSTALL) '.[plot]'
+	@$(INSTALL) '.[plot,web]'
 	@touch $@
 
 $(STAMP): pyproject.toml setup.py constraints.txt

@@ -9,6 +9,7 @@ from vegrip.runtime.telemetry import Direction, Telemetry
 
 class ListSink:
     wanted = True
+    every = 1
 
     def __init__(self):
         self.counted = 0
@@ -18,6 +19,9 @@ class ListSink:
 
     def count(self, *_):
         self.counted += 1
+
+    def takes(self, message, _):
+        return message.seq % self.every == 0
 
     def listen(self):
         pass
@@ -76,3 +80,14 @@ def test_what_nobody_wants_is_counted_and_neither_kept_nor_dropped():
         telemetry.offer(FingertipState(0, "thumb", seq), Direction.IN)
     telemetry.drain()
     assert (sink.counted, sink.got, telemetry.dropped) == (8, [], 0)
+
+
+def test_what_the_sink_does_not_take_is_neither_queued_nor_dropped():
+    sink = ListSink()
+    sink.every = 3
+    telemetry = Telemetry(sink, capacity=3)
+    for seq in range(8):
+        telemetry.offer(FingertipState(0, "thumb", seq), Direction.IN)
+    assert telemetry.drain()
+    assert not telemetry.drain()
+    assert (sink.counted, sink.got, telemetry.dropped) == (8, [0, 3, 6], 0)

@@ -7,9 +7,16 @@ import pytest
 import zmq
 
 from vegrip.messages import FingertipState, Lifecycle, NodeStatus
+from vegrip.runtime import telemetry_socket
 from vegrip.runtime.registry import Entry
 from vegrip.runtime.telemetry import Direction
-from vegrip.runtime.telemetry_socket import MOST_PREFIXES, MOST_STREAMS, TelemetryReader, TelemetrySocket
+from vegrip.runtime.telemetry_socket import (
+    MOST_PREFIXES,
+    MOST_STREAMS,
+    NEWEST,
+    TelemetryReader,
+    TelemetrySocket,
+)
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 
 PATIENCE = 20.0  # [s] on a busy machine
@@ -126,3 +133,61 @@ def test_made_up_names_take_no_place_of_a_configured_finger_in_the_counts(sink):
     topics = sink.topics()
     assert topics["/hand/thumb/state"] == {"in": 1, "out": 0}
     assert "/hand/other/state" not in topics
+
+
+def heard_after(sink, reader, states):
+    """Publish ``states`` once the subscription has arrived, and return the forces that ``reader`` hears."""
+    assert until(lambda: sink.listen() or sink.wanted)
+    sink.publish([(state, Direction.IN) for state in states])
+    heard = []
+
+    def collect():
+        sink.listen()
+        heard.extend(message.normal_force for _, _, _, message in reader.read(0.01))
+        return states[-1].normal_force in heard
+
+    assert until(collect)
+    return heard
+
+
+STATES = [FingertipState(i + 1, "thumb", i, normal_force=float(i)) for i in range(50)]
+
+
+def test_of_a_topic_behind_newest_only_the_newest_message_is_sent(sink, entry):
+    sink._newest_due = time.monotonic() + 0.2
+    reader = TelemetryReader([entry], [f"{NEWEST}/hand/thumb/state"])
+    assert heard_after(sink, reader, STATES) == [49.0]
+    reader.close()
+
+
+@pytest.mark.parametrize("prefix", ["", "/hand/thumb/state"])
+def test_every_message_comes_once_to_those_who_want_every_one_whatever_others_want(
+    sink, entry, stranger, prefix
+):
+    stranger.send(b"\x01newest:/hand/thumb/state")
+    reader = TelemetryReader([entry], [prefix])
+    assert until(lambda: sink.listen() or len(sink._subscribed) == 2)
+    assert heard_after(sink, reader, STATES) == [float(i) for i in range(50)]
+    sink._newest_due = 0.0
+    sink.listen()  # sends the newest to the others
+    assert not list(reader.read(0.1))
+    reader.close()
+
+
+def test_the_newest_of_a_stream_that_ends_is_sent_all_the_same(sink, entry, monkeypatch):
+    monkeypatch.setattr(telemetry_socket, "NEWEST_PERIOD", 0.05)
+    reader = TelemetryReader([entry], [f"{NEWEST}/hand/"])
+    assert heard_after(sink, reader, STATES[:1]) == [0.0]
+    assert heard_after(sink, reader, STATES[1:2]) == [1.0]  # within the period: sent by a later look
+    reader.close()
+
+
+def test_of_a_stream_whose_newest_suffices_nothing_is_queued_and_the_newest_is_sent(sink, entry):
+    reader = TelemetryReader([entry], [f"{NEWEST}/hand/thumb/state"])
+    assert heard_after(sink, reader, STATES[:1]) == [0.0]  # from now on it is known who wants what
+    assert [sink.takes(state, Direction.IN) for state in STATES[1:]] == [False] * 49
+    sink._newest_due = 0.0
+    sink.listen()
+    assert until(lambda: [m.normal_force for _, _, _, m in reader.read(0.1)] == [49.0])
+    assert sink.takes(FingertipState(1, "ring", 0), Direction.IN)  # of which it is not known yet
+    reader.close()

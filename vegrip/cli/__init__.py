@@ -58,9 +58,11 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
             "vegrip.cli.compare:compare",
             "Compare a model with a recording, and see where it fails.",
         ),
+        "check": ("vegrip.cli.check:check", "See in the browser what a model lacks, and add it."),
         "diagnose": ("vegrip.cli.diagnose:diagnose", "Say which physical effects the model lacks."),
         "add": ("vegrip.cli.add:add", "Put an effect into a model and fit again."),
         "refine": ("vegrip.cli.refine:refine", "Add effects until the next one does not pay."),
+        "report": ("vegrip.cli.report:report", "Write a recording, a run or a check as one file of HTML."),
         "experiment": (
             "vegrip.cli.experiment:experiment",
             "Find the experiment that tells candidates apart.",

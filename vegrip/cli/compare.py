@@ -21,6 +21,10 @@ VERSUS = Annotated[
 ]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw pictures into DIR.")]
 FITTED = "the paper's model, fitted"
+CURVES = Annotated[
+    bool,
+    typer.Option("--curves", help="In the JSON: curves over time, residuals by regime and over variables."),
+]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
@@ -33,6 +37,7 @@ def compare(
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
     as_json: JSON = False,
+    with_curves: CURVES = False,
 ) -> None:
     """Say how large the error of every channel is against its noise, and where the model fails.
 
@@ -43,6 +48,7 @@ def compare(
     """
     from vegrip.cli._fits import doubted, opened, print_json
     from vegrip.cli._progress import progress
+    from vegrip.identification.compare.curves import curves
 
     with Outputs(force=force) as outputs:
         outputs.pictures(output)
@@ -54,6 +60,8 @@ def compare(
         with progress("compare") as report:
             found = [_compared(*each, zeros_each_episode, tolerance, report) for each in read]
         told = [one.as_dict() | {"doubts": doubted(one.problem)} for one in found]
+        if with_curves:
+            told = [values | {"curves": curves(one)} for one, values in zip(found, told, strict=True)]
         outputs.write(output, partial(_drawn, found, names))
         if as_json:
             print_json(told[0] | ({"versus": told[1]} if len(told) > 1 else {}))

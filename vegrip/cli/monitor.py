@@ -14,6 +14,9 @@ STATUS_WAIT_S = 1.5  # [s] in which every node says how it is, at the usual peri
 def monitor(
     duration: Annotated[float, typer.Option(min=0.0, help="end after so many seconds; 0 = Ctrl-C")] = 0.0,
     json: Annotated[bool, typer.Option("--json", help="watch for a moment, print one JSON object")] = False,
+    web: Annotated[bool, typer.Option("--web", help="show it as a page in the browser")] = False,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="of the page; 0 = any free one")] = 8520,
+    opens: Annotated[bool, typer.Option("--open", help="open the page in the browser")] = False,
 ) -> None:
     """Watch running nodes: per finger force, contact, margin with its bound, command and health.
 
@@ -21,8 +24,15 @@ def monitor(
     older than half a second is not shown; a node that is stopped, killed or has ended is called so. It is as
     wide as the terminal: from 118 columns on with contact radius, exponent, friction and ages.
 
-    Example: vegrip monitor
+    With --web the same and more is a page, on loopback: the limit surface with the load in it, the pressure
+    over the contact, the last half minute, parameters and lifecycle. Its address, with a key, is printed; it
+    waits for nodes.
+
+    Example: vegrip monitor --web
     """
+    if web:
+        _serve(port, opens=opens)
+        return
     from vegrip.runtime.monitor.board import Board, as_json
     from vegrip.runtime.monitor.screen import Screen
     from vegrip.runtime.monitor.watch import Watch
@@ -41,3 +51,15 @@ def monitor(
             watch.run(screen, duration)
         finally:
             screen.close()
+
+
+def _serve(port: int, *, opens: bool) -> None:
+    from vegrip.web.need import require_web
+
+    require_web()
+    from vegrip.web.live.run import run
+
+    def announce(address: str) -> None:
+        print(f"live page: {address}  (Ctrl-C ends)", flush=True)  # noqa: T201
+
+    run(port, announce, opens=opens)

@@ -17,7 +17,8 @@ RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model.")]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write.")]
 REPORT = Annotated[
-    Path | None, typer.Option("--report", metavar="DIR", help="Write ladder.png and report.json.")
+    Path | None,
+    typer.Option("--report", metavar="DIR", help="Write ladder.png and report.json, for `vegrip report`."),
 ]
 MOST = Annotated[int, typer.Option(min=1, max=10, help="Add at most this many effects.")]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -44,7 +45,9 @@ def refine(
     from vegrip.cli._fits import noise_for, opened, print_json
     from vegrip.cli._progress import progress
     from vegrip.identification.diagnosis import diagnose
+    from vegrip.identification.diagnosis.account import account
     from vegrip.identification.diagnosis.error_ladder import build_ladder
+    from vegrip.identification.experiment.next_experiment import next_experiment
     from vegrip.model import write_model
 
     with Outputs(force=force) as outputs:
@@ -63,7 +66,12 @@ def refine(
         rungs = build_ladder(found)
         outputs.write(output, partial(write_model, found.model))
         told = {"ladder": [rung.as_dict() for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
-        outputs.write(report, partial(_write_report, rungs, told))
+        if report is not None:
+            again = f"vegrip refine {recording}" + (f" --model {model}" if model is not None else "")
+            outputs.write(
+                report,
+                partial(_write_report, rungs, account(found, recording, [again], next_experiment(found))),
+            )
         if as_json:
             print_json(told)
         else:

@@ -1,9 +1,9 @@
 """Telemetry: what a node receives and sends, on a bounded queue that drops the oldest and counts.
 
-The loop only counts, and appends to a deque, which takes no lock, while somebody wants the messages. A thread
-of its own empties the deque and hands them to a sink; it looks every few milliseconds instead of being woken,
-because waking would need a lock. While nobody wants anything it sleeps: to share the interpreter with it cost
-the commands a quarter of their latency.
+The loop only counts, and appends to a deque, which takes no lock, what somebody wants. A thread of its own
+empties the deque and hands it to a sink; it looks every few milliseconds instead of being woken, because
+waking would need a lock. It looks seldom while nothing comes, and more seldom while nobody wants anything: to
+share the interpreter with it cost the commands a quarter of their latency.
 """
 
 import threading
@@ -16,6 +16,7 @@ from vegrip.messages import Message
 
 QUEUE_MESSAGES = 4096  # messages; a second of five fingers at 500 Hz with one answer each
 LOOK_PERIOD_S = 0.005  # [s] between two looks
+QUIET_PERIOD_S = 0.02  # [s] the same after a look that found nothing
 IDLE = 0.05  # [s] the same while nobody wants messages
 
 
@@ -27,10 +28,13 @@ class Direction(Enum):
 
 
 class Sink(Protocol):
-    """Where telemetry goes; all but ``count`` is called from the telemetry thread only."""
+    """Where telemetry goes; all but ``count`` and ``takes`` is called from the telemetry thread only."""
 
     wanted: bool
     """Whether anybody wants the messages themselves."""
+
+    def takes(self, message: Message, direction: Direction) -> bool:
+        """Whether ``message`` is to be queued for :meth:`publish`; called from the loop while ``wanted``."""
 
     def count(self, message: Message, direction: Direction) -> None:
         """Count a message; called from the loop."""
@@ -64,17 +68,19 @@ class Telemetry:
     def offer(self, message: Message, direction: Direction) -> None:
         """Count ``message``, and queue it if it is wanted; never waits, the oldest gives way."""
         self._sink.count(message, direction)
-        if not self._sink.wanted:
+        if not self._sink.wanted or not self._sink.takes(message, direction):
             return
         self._queue.append((message, direction))
         self._offered += 1
 
-    def drain(self) -> None:
-        """Hand everything queued to the sink."""
+    def drain(self) -> bool:
+        """Hand everything queued to the sink; return whether there was anything."""
+        found = bool(self._queue)
         while self._queue:
             gathered = [self._queue.popleft() for _ in range(len(self._queue))]
             self._taken += len(gathered)
             self._sink.publish(gathered)
+        return found
 
     def start(self) -> None:
         """Start the thread."""
@@ -90,6 +96,8 @@ class Telemetry:
         self._sink.close()
 
     def _run(self) -> None:
-        while not self._stop.wait(LOOK_PERIOD_S if self._sink.wanted else IDLE):
+        period = IDLE
+        while not self._stop.wait(period):
             self._sink.listen()
-            self.drain()
+            found = self.drain()
+            period = LOOK_PERIOD_S if found else QUIET_PERIOD_S if self._sink.wanted else IDLE

@@ -66,16 +66,20 @@ def draw_comparison(comparison: Comparison, folder: Path, name: str = "model") -
     return files
 
 
-def _measured(axis: Any, comparison: Comparison, residuals: Residuals, t: Floats, name: str) -> None:
-    """Draw measurement and model; of loads at slip, which point anywhere, their sizes."""
+def measured_values(comparison: Comparison, residuals: Residuals) -> Floats:
+    """Return the measurements in the rows of ``residuals``; of loads at slip the sizes."""
     columns = comparison.problem.measured.columns
     if residuals.channel == "tangential_force":
         none = np.zeros(columns["t"].size)
-        seen = np.hypot(*(columns.get(f"tangential_force_{i}", none)[residuals.rows] for i in "xy"))
-    else:
-        seen = np.abs(columns[residuals.channel][residuals.rows])
-        if residuals.channel == "normal_force":
-            seen = columns["normal_force"][residuals.rows]
+        size: Floats = np.hypot(*(columns.get(f"tangential_force_{i}", none)[residuals.rows] for i in "xy"))
+        return size
+    seen: Floats = columns[residuals.channel][residuals.rows]
+    return seen if residuals.channel == "normal_force" else np.abs(seen)
+
+
+def _measured(axis: Any, comparison: Comparison, residuals: Residuals, t: Floats, name: str) -> None:
+    """Draw measurement and model."""
+    seen = measured_values(comparison, residuals)
     axis.plot(t, seen, "k.", ms=1.5, label="measured")
     axis.plot(t, seen - residuals.raw, ".", ms=1.0, label=name)
     axis.legend(markerscale=5, fontsize=7)

@@ -1,13 +1,14 @@
 """Watch running nodes through their telemetry, whatever their transport is, as they come and go."""
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Protocol
 
 from vegrip.errors import UsageError
 from vegrip.messages import (
     ContactEstimate,
+    FingertipState,
     ForceCommand,
     Message,
     ModelHealth,
@@ -16,11 +17,11 @@ from vegrip.messages import (
 )
 from vegrip.runtime.monitor.node_row import Present
 from vegrip.runtime.registry import Entry, running_nodes
-from vegrip.runtime.telemetry_socket import TelemetryReader
+from vegrip.runtime.telemetry_socket import NEWEST, TelemetryReader
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 
 WATCHED_MESSAGES = (ContactEstimate, SlipMargin, ForceCommand, ModelHealth)
-"""What is asked for. Not the states: at 500 Hz each they would cost the node more than they show here."""
+"""What a table asks for. Not the states: at 500 Hz each they would cost the node more than they show here."""
 
 TELEMETRY_WAIT_S = 0.05  # [s] of one look at the telemetry
 REGISTRY_PERIOD = 0.2  # [s] between two looks at who runs
@@ -39,16 +40,30 @@ class Sink(Protocol):
 class Watch:
     """Hears all nodes of this machine; fingers carry their namespace.
 
+    Args:
+        every: what is asked for of all nodes.
+        newest: of which the newest messages are enough, of nodes that send margins; a FingertipState is one
+            that the node has received.
+        waits: whether to begin without any node.
+
     Raises:
         UsageError: no node runs.
 
     """
 
-    def __init__(self) -> None:
-        if not running_nodes():
+    def __init__(
+        self,
+        every: Sequence[type[Message]] = KINDS,
+        newest: Sequence[type[Message]] = (),
+        *,
+        waits: bool = False,
+    ) -> None:
+        if not waits and not running_nodes():
             raise UsageError("no node runs; start one with `vegrip launch demo`")
+        self._every, self._newest = every, newest
         self._reader = TelemetryReader(())
         self._connected: set[str] = set()
+        self._estimating: set[str] = set()
         self._due = 0.0
 
     def run(self, sink: Sink, duration: float = 0.0) -> None:
@@ -63,28 +78,46 @@ class Watch:
             self._due = time.monotonic() + REGISTRY_PERIOD
             self._attend(sink)
         for entry, _, direction, message in self._reader.read(TELEMETRY_WAIT_S):
-            if direction == "out":
+            if direction == "out" or isinstance(message, FingertipState):
                 sink.take(_named(message, entry.namespace), time.monotonic_ns(), entry.name)
+            if isinstance(message, SlipMargin) and direction == "out":
+                self._ask_for_newest(entry)
 
     def close(self) -> None:
         """Hear no more."""
         self._reader.close()
+
+    def _ask_for_newest(self, entry: Entry) -> None:
+        if self._newest and entry.name not in self._estimating:
+            self._estimating.add(entry.name)
+            self._reader.add(entry, [NEWEST + topic for topic in _Topics(entry).of(self._newest)])
 
     def _attend(self, sink: Sink) -> None:
         entries = running_nodes()
         for entry in entries:
             if entry.name not in self._connected:
                 self._connected.add(entry.name)
-                self._reader.add(entry, _topics(entry))
+                topics = _Topics(entry)
+                self._reader.add(entry, [*topics.of(self._every), *topics.status()])
         sink.attend([_present(entry) for entry in entries], time.monotonic_ns())
 
 
-def _topics(entry: Entry) -> list[str]:
-    """Return the topics of a node that the board shows."""
-    topics = MsgpackCodec(entry.namespace, remap=entry.remap).topics
-    routes = [topics.outgoing(kind, finger) for kind in WATCHED_MESSAGES for finger in entry.fingers]
-    routes.append(topics.outgoing(NodeStatus, entry.name))
-    return [route.topic for route in routes if route is not None]
+class _Topics:
+    """The topics of one node."""
+
+    def __init__(self, entry: Entry) -> None:
+        self._entry = entry
+        self._topics = MsgpackCodec(entry.namespace, remap=entry.remap).topics
+
+    def of(self, kinds: Sequence[type[Message]]) -> list[str]:
+        """Return the topics of the messages of ``kinds`` of all fingers."""
+        routes = [self._topics.outgoing(kind, finger) for kind in kinds for finger in self._entry.fingers]
+        return [route.topic for route in routes if route is not None]
+
+    def status(self) -> list[str]:
+        """Return the topic of its status, in a list."""
+        route = self._topics.outgoing(NodeStatus, self._entry.name)
+        return [route.topic] if route is not None else []
 
 
 def _present(entry: Entry) -> Present:

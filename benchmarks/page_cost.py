@@ -1,0 +1,143 @@
+"""What the live page costs beside a node: five fingers at 500 Hz, with a page that is watched and without.
+
+``python -m vegrip.benchmarks.page_cost [--pairs 4] [--priority 10]`` prints the 99th percentile of the node
+with and without the page, and the processor time of both processes. With and without take turns, so that
+other work on the machine falls on both. The watcher reads the events as a browser does and draws nothing.
+``--priority`` gives node, hand and bus a real-time priority, as on a hand.
+"""
+
+import argparse
+import http.client
+import json
+import os
+import re
+import statistics
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vegrip.benchmarks._nodes import private_runtime, running
+from vegrip.benchmarks.one_core import placed
+
+from vegrip.errors import VegripError
+from vegrip.runtime.client import ask
+from vegrip.runtime.registry import find_node
+
+CHANNEL = "transport.channel=page-cost"
+WINDOW = 6  # [s] measured, of each turn
+SETTLE = 2.0  # [s] before
+PATIENCE = 60.0  # [s] for the page to open
+TICKS = os.sysconf("SC_CLK_TCK")
+
+
+@dataclass
+class Turns:
+    """What was measured, with or without the page."""
+
+    p99: list[float] = field(default_factory=list)  # [us]
+    node: list[float] = field(default_factory=list)  # cores
+    page: list[float] = field(default_factory=list)  # cores
+
+
+def run() -> dict[str, dict[str, float]]:
+    """Measure the node with the page (ours) and without (theirs)."""
+    told = measured(pairs=2, priority=0)
+    ours, theirs = told["p99_with_us"], told["p99_without_us"]
+    return {"node_p99_with_page": {"ours_us": ours, "theirs_us": theirs, "ratio": theirs / ours}}
+
+
+def measured(pairs: int, priority: int) -> dict[str, Any]:
+    """Return medians over all seconds, with the page and without."""
+    without, watched = Turns(), Turns()
+    with ExitStack() as stack:
+        stack.enter_context(private_runtime())
+        with placed(os.sched_getaffinity(0), priority):
+            stack.enter_context(running("grasp_force", CHANNEL))
+            stack.enter_context(running("virtual_hand", CHANNEL))
+        for _ in range(pairs):
+            _measure(without, None)
+            with page() as pid:
+                _measure(watched, pid)
+    return {
+        "p99_with_us": statistics.median(watched.p99),
+        "p99_without_us": statistics.median(without.p99),
+        "p99_ratio": statistics.median(watched.p99) / statistics.median(without.p99),
+        "node_cores_with": statistics.mean(watched.node),
+        "node_cores_without": statistics.mean(without.node),
+        "page_cores": statistics.mean(watched.page),
+    }
+
+
+@contextmanager
+def page() -> Iterator[int]:
+    """Serve the live page, let a watcher read it, and yield the process number."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "vegrip", "monitor", "--web", "--port", "0"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        found = re.search(r"127\.0\.0\.1:(\d+)/\?key=(\S+)", process.stdout.readline())
+        if found is None:
+            raise VegripError("the page does not open; pip install 'vegrip[web]'")
+        watcher = threading.Thread(target=_watch, args=(int(found[1]), found[2]), daemon=True)
+        watcher.start()
+        try:
+            yield process.pid
+        finally:
+            process.terminate()
+            watcher.join()
+
+
+def _watch(port: int, key: str) -> None:
+    """Read the events until there are no more."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+    connection.request("GET", "/live", headers={"cookie": f"vegrip-{port}={key}"})
+    answer = connection.getresponse()
+    try:
+        while answer.read1(65_536):
+            pass
+    except (OSError, http.client.HTTPException):
+        pass  # the page was ended
+    connection.close()
+
+
+def _measure(turns: Turns, page_pid: int | None) -> None:
+    time.sleep(SETTLE)
+    node = find_node("grasp_force")
+    before, page_before = _used(node.pid), _used(page_pid)
+    started = time.monotonic()
+    for _ in range(WINDOW):
+        time.sleep(1.0)
+        turns.p99.append(ask(node, "status")["latency_p99"])
+    passed = time.monotonic() - started
+    turns.node.append((_used(node.pid) - before) / passed)
+    turns.page.append((_used(page_pid) - page_before) / passed)
+
+
+def _used(pid: int | None) -> float:
+    """Return the processor time of a process so far [s]."""
+    if pid is None:
+        return 0.0
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description="The cost of the live page beside a node.")
+    parser.add_argument("--pairs", type=int, default=4)
+    parser.add_argument("--priority", type=int, default=0)
+    given = parser.parse_args()
+    print(json.dumps(measured(given.pairs, given.priority), indent=2))
+
+
+if __name__ == "__main__":
+    main()

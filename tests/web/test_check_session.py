@@ -1,0 +1,80 @@
+"""What a check keeps: the ladder, where one stands on it, and all of it over a restart."""
+
+from pathlib import Path
+
+import pytest
+
+from vegrip.errors import InputError, UsageError
+from vegrip.web.check.render import body, progress, verdict
+from vegrip.web.check.session import FILE, Rung, Session, load, save
+
+
+@pytest.fixture
+def session() -> Session:
+    session = Session("/data/press")
+    session.add(Rung("0-start.toml", None, None, 1.79))
+    session.add(Rung("1-adhesion.toml", "adhesion", 0, 1.02))
+    return session
+
+
+def test_undo_goes_back_and_keeps_the_model(session: Session) -> None:
+    session.undo()
+    assert session.effects == []
+    assert [rung.effect for rung in session.rungs] == [None, "adhesion"]
+
+
+def test_the_start_cannot_be_undone(session: Session) -> None:
+    session.undo()
+    with pytest.raises(UsageError, match="nothing to undo"):
+        session.undo()
+
+
+def test_after_undo_another_effect_begins_another_branch(session: Session) -> None:
+    session.undo()
+    assert session.next_file("guide_friction") == "2-guide_friction.toml"  # no file is written over
+    session.add(Rung("2-guide_friction.toml", "guide_friction", session.current, 1.7))
+    assert session.effects == ["guide_friction"]
+    session.current = 1
+    assert session.effects == ["adhesion"]
+
+
+def test_a_check_goes_on_where_it_was(session: Session, tmp_path: Path) -> None:
+    session.undo()
+    save(session, tmp_path)
+    assert load(tmp_path, "/data/press") == session
+
+
+def test_the_check_of_another_recording_is_refused(session: Session, tmp_path: Path) -> None:
+    save(session, tmp_path)
+    with pytest.raises(InputError, match="is the check of /data/press"):
+        load(tmp_path, "/data/other")
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", '{"recording": "/data/press", "rungs": [{}], "current": 0}']
+)
+def test_a_damaged_check_is_one_sentence(tmp_path: Path, text: str) -> None:
+    (tmp_path / FILE).write_text(text)
+    with pytest.raises(InputError, match="cannot be read"):
+        load(tmp_path, "/data/press")
+
+
+def test_a_model_that_leaves_more_than_noise_is_a_misfit_until_it_is_diagnosed(session: Session) -> None:
+    assert verdict(session.rungs[0])[1] == "unexplained misfit"
+    session.rungs[0].diagnosis = {"verdict": "named"}
+    assert verdict(session.rungs[0])[1] == "an effect is missing"
+
+
+def test_while_something_runs_nothing_else_can_be_pressed(session: Session) -> None:
+    shown = body(session, busy=True)
+    assert shown.count("<button") == shown.count("disabled>") - shown.count("disabled></label>")
+    assert "disabled" not in body(session, busy=False)
+
+
+def test_names_from_files_cannot_become_markup(session: Session) -> None:
+    session.add(
+        Rung("<script>.toml", "<script>", 1, 1.0, parameters={"<script>": {"value": 1.0, "unit": "<b>"}})
+    )
+    shown = body(session, busy=False) + progress("<script>", 1.0, ["<script>"])
+    assert "<script" not in shown
+    assert "<b>N" not in shown

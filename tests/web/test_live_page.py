@@ -1,0 +1,187 @@
+"""The live page in a real browser, with a simulated hand and its controller."""
+
+import os
+import re
+import signal
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.browser
+
+HAND = Path(__file__).parent / "hand.toml"
+ADDRESS = r"http://127\.0\.0\.1:\d+/\?key=\S+"
+ALIVE = "button.finger:not(.stale) .big"
+SHOTS = os.environ.get("VEGRIP_SCREENSHOTS", "")
+
+
+@pytest.fixture
+def address(start) -> str:
+    return start("monitor", "--web", "--port", "0").waits_for(ADDRESS)
+
+
+@pytest.fixture
+def hand(start):
+    return start("launch", str(HAND))
+
+
+def shoot(page, name: str) -> None:
+    """Keep a picture of the page for the documents, when they are being made."""
+    if SHOTS:
+        page.screenshot(path=f"{SHOTS}/{name}.png", full_page=True)
+
+
+def test_without_a_node_the_page_says_so_and_shows_the_hand_as_it_comes(address, start, visit) -> None:
+    page = visit().page
+    page.goto(address)
+    page.get_by_text("No node runs on this machine").wait_for()
+    hand = start("launch", str(HAND))
+    page.wait_for_selector(ALIVE)
+    assert page.locator("button.finger").count() == 5
+    assert not page.locator("#empty").is_visible()
+    assert hand.process.poll() is None
+
+
+def test_every_finger_shows_margin_command_surface_and_pressure_with_units(
+    address, hand, visit, until
+) -> None:
+    page = visit(color_scheme="light").page
+    page.goto(address)
+    page.wait_for_selector(ALIVE)
+    until(page, "Object.values(vegrip.now.fingers).every(f => f.surface && f.load && f.margin.wanted)")
+    for i in range(5):
+        card = page.locator("button.finger").nth(i)
+        assert re.search(r"\d\.\d\d ≥ -?\d\.\d\d, sure to 95 %", card.inner_text())
+        assert re.search(r"command\s+\d+\.\d\d N", card.inner_text())
+        assert "0.15" in card.inner_text()  # the wanted margin
+    texts = page.locator("#surface").inner_text() + page.locator("#pressure").inner_text()
+    for label in ("tangential force [N]", "torque [N mm]", "distance from the centre [mm]", "pressure [kPa]"):
+        assert label in texts
+    labels = " ".join(page.locator("#nodes th").all_inner_texts())
+    assert "latency p50 [ms]" in labels
+    if SHOTS:
+        until(page, "vegrip.columns.thumb.length >= 740")
+    shoot(page, "web-live")
+
+
+def test_the_load_moves_and_the_plots_go_on(address, hand, visit, until) -> None:
+    page = visit(color_scheme="dark").page
+    page.goto(address)
+    page.wait_for_selector(ALIVE)
+    before = page.evaluate("vegrip.now.time")
+    drawn = page.evaluate("document.querySelector('#surface').innerHTML")
+    until(page, f"vegrip.now.time > {before} + 1")
+    assert page.evaluate("document.querySelector('#surface').innerHTML") != drawn
+    assert page.locator("#plots canvas").count() == 5
+    if SHOTS:
+        until(page, "vegrip.columns.thumb.length >= 740")
+    shoot(page, "web-live-dark")
+
+
+def test_fingers_are_chosen_and_parameters_opened_by_keys_alone(address, hand, visit, until) -> None:
+    page = visit().page
+    page.goto(address)
+    page.wait_for_selector(ALIVE)
+    page.keyboard.press("3")
+    until(page, "document.querySelector('#plots-title').textContent.startsWith('middle')")
+    assert page.locator("button.finger").nth(2).get_attribute("aria-pressed") == "true"
+    page.keyboard.press("p")
+    page.locator("#node-dialog[open] table").wait_for()
+    page.keyboard.press("Escape")
+    until(page, "!document.querySelector('#node-dialog').open")
+    for _ in range(30):  # from the first element to a finger, as the tab key goes
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.classList.contains('finger')"):
+            break
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    until(page, "document.querySelector('#plots-title').textContent.startsWith('index')")
+
+
+def test_a_parameter_is_set_within_its_bounds_and_refused_beyond(address, hand, visit, until) -> None:
+    page = visit().page
+    page.goto(address)
+    page.wait_for_selector(ALIVE)
+    page.locator("button[data-node='/grasp_force']").click()
+    field = page.locator("input[data-parameter='grip.wanted_margin']")
+    field.fill("0.4")
+    field.press("Enter")
+    page.get_by_text("grip.wanted_margin is 0.4").wait_for()
+    assert "vegrip param set /grasp_force grip.wanted_margin 0.4" in page.locator("dialog pre").inner_text()
+    shoot(page, "web-parameters")
+    field.fill("7")
+    field.press("Enter")
+    page.locator("dialog .say.bad").wait_for()
+    assert "0.9" in page.locator("dialog .say.bad").inner_text()  # the bound
+    assert field.input_value() == "0.4"
+    page.keyboard.press("Escape")
+    until(page, "vegrip.now.fingers.thumb.margin?.wanted === 0.4")
+
+
+def test_a_node_is_deactivated_only_when_asked_twice_and_activated_again(address, hand, visit) -> None:
+    page = visit().page
+    page.goto(address)
+    page.wait_for_selector(ALIVE)
+    page.locator("button[data-node='/grasp_force']").click()
+    page.locator("button[data-transition='deactivate']").click()
+    page.get_by_text("Press again to do it").wait_for()
+    assert page.evaluate("vegrip.now.nodes['/grasp_force'].state") == "active"
+    page.locator("button[data-transition='deactivate']").click()
+    page.get_by_text("the node is inactive").wait_for()
+    page.locator("button[data-transition='activate']").click()
+    page.get_by_text("the node is active").wait_for()
+
+
+def test_a_node_that_dies_is_shown_as_old_and_again_as_live_when_it_is_back(
+    address, hand, visit, until
+) -> None:
+    page = visit().page
+    page.goto(address)
+    page.wait_for_selector(ALIVE)
+    from vegrip.runtime.registry import find_node
+
+    os.kill(find_node("grasp_force").pid, signal.SIGSTOP)
+    page.locator("button.finger.stale").first.wait_for()
+    page.get_by_text("/grasp_force says nothing").first.wait_for()
+    assert "no news for" in page.locator("button.finger").first.inner_text()
+    shoot(page, "web-stale")
+    os.kill(find_node("grasp_force").pid, signal.SIGKILL)  # the launcher starts it again
+    page.wait_for_selector(ALIVE)
+    until(page, "!vegrip.now.alarms.some(a => a.text.includes('says nothing'))")
+
+
+def test_when_the_server_goes_the_page_says_so_and_keeps_what_it_has(hand, start, visit) -> None:
+    server = start("monitor", "--web", "--port", "0")
+    page = visit().page
+    page.goto(server.waits_for(ADDRESS))
+    page.wait_for_selector(ALIVE)
+    assert server.end() in (0, 130)
+    page.get_by_text("what is shown is old").wait_for()
+    assert page.locator("body.gone").count() == 1
+    assert page.locator("button.finger").count() == 5
+
+
+def test_on_a_narrow_screen_nothing_is_cut_off(address, hand, visit) -> None:
+    page = visit(viewport={"width": 390, "height": 844}).page
+    page.goto(address)
+    page.wait_for_selector(ALIVE)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    shoot(page, "web-narrow")
+
+
+def test_two_people_see_the_same_and_choose_for_themselves(address, hand, visit, until) -> None:
+    one, other = visit().page, visit().page
+    for page in (one, other):
+        page.goto(address)
+        page.wait_for_selector(ALIVE)
+    other.keyboard.press("2")
+    until(other, "document.querySelector('#plots-title').textContent.startsWith('index')")
+    assert one.locator("#plots-title").inner_text().lower().startswith("thumb")
+
+
+def test_without_the_key_nothing_is_shown(address, visit) -> None:
+    page = visit().page
+    answer = page.context.request.get(address.split("?")[0])
+    assert answer.status == 403
+    assert "key" in answer.text()
+    assert page.context.request.get(address.split("?")[0] + "live").status == 403

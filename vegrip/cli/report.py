@@ -1,0 +1,55 @@
+"""``vegrip report``: one file of HTML to read, to send on and to print."""
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vegrip.cli._outputs import FORCE, Outputs
+
+WHAT = Annotated[
+    Path,
+    typer.Argument(help="Folder of a recording, of a recorded run, of `vegrip check` or `refine --report`."),
+]
+MODEL = Annotated[
+    Path | None, typer.Option("--model", help="Of a recording: model file to begin with; else the paper's.")
+]
+OUT = Annotated[
+    Path | None, typer.Option("-o", "--output", help="File to write; NAME-report.html by default.")
+]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def report(
+    what: WHAT, model: MODEL = None, output: OUT = None, force: FORCE = False, as_json: JSON = False
+) -> None:
+    """Write a report that needs nothing but a browser: all in one file, printable.
+
+    Of a recording: what was measured, where the model failed, what was added, the ladder of errors,
+    parameters with errors, what remains unknown, and the commands that make it again. Of a recorded run of
+    the node: margins, slips, commands, faults and latencies.
+
+    Example: vegrip sample press && vegrip report press -o press-report.html
+    """
+    from vegrip.cli._fits import print_json
+    from vegrip.cli._progress import progress
+    from vegrip.cli._tables import printer
+    from vegrip.model import read_model
+    from vegrip.web.report.make import make_report
+
+    target = output or Path(f"{what.resolve().name}-report.html")
+    with Outputs(force=force) as outputs:
+        outputs.file(target)
+        start = read_model(model) if model is not None else None
+        with progress("report") as tell:
+            text = make_report(what, start, model, tell)
+        outputs.write(target, partial(_write, text))
+        if as_json:
+            print_json({"report": str(target), "bytes": len(text.encode())})
+        else:
+            printer().print(f"{target}: open it in a browser, print it to PDF there")
+
+
+def _write(text: str, file: Path) -> None:
+    file.write_text(text, encoding="utf-8")

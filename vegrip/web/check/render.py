@@ -1,0 +1,283 @@
+"""The check page as HTML, from what a check has found. Pure."""
+
+import shlex
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+from vegrip.web.check.session import Rung, Session
+from vegrip.web.figures import (
+    bar,
+    in_noise,
+    ladder,
+    over_phases,
+    over_time,
+    over_variable,
+    residual_over_time,
+    short_name,
+)
+
+Told = Mapping[str, Any]
+VERDICTS = {
+    "adequate": ("ok", "adequate", "nothing is missing that this recording can show"),
+    "named": ("warn", "an effect is missing", "what is named below explains the misfit: add it"),
+    "ambiguous": ("warn", "ambiguous", "several effects explain the misfit equally well"),
+    "unexplained": ("bad", "unexplained misfit", "no effect of the catalogue explains it"),
+}
+FINE = 1.05  # error over noise up to which a model that is not diagnosed yet is not called a misfit
+
+
+def verdict(rung: Rung) -> tuple[str, str, str]:
+    """Return level, name and sentence of what is known of a model."""
+    if rung.diagnosis is not None:
+        return VERDICTS[rung.diagnosis["verdict"]]
+    if rung.error > FINE:
+        return "bad", "unexplained misfit", f"the model leaves {rung.error:.2f} times the noise"
+    return "unknown", "not diagnosed", f"the model leaves {rung.error:.2f} times the noise"
+
+
+def body(session: Session, *, busy: bool, beside: int | None = None) -> str:
+    """Return the page below its header."""
+    rung = session.rung
+    if rung is None:
+        return '<section class="card"><h3>The first model is being fitted</h3></section>'
+    return "".join(
+        (
+            '<div class="overview">',
+            _verdict(session, rung, busy=busy),
+            _ladder(session, busy=busy),
+            "</div>",
+            ranking(rung, session.effects, busy=busy),
+            comparison(rung.comparison, _beside(session, beside)),
+            parameters(rung),
+            _use(rung, busy=busy),
+        )
+    )
+
+
+def comparison(told: Told | None, beside: Told | None = None) -> str:
+    """Return measured against modelled, and the residual by regime and over every variable."""
+    if told is None or "curves" not in told:
+        return ""
+    return "".join(
+        _channel(name, told["channels"].get(name), curves, (beside or {}).get("curves", {}).get(name))
+        for name, curves in told["curves"].items()
+    )
+
+
+def where(told: Told | None) -> str:
+    """Return in words where the model fails."""
+    if told is None:
+        return ""
+    notes = [one["note"] for one in told["where"]] or ["nothing stands out of the noise"]
+    doubts = [*told.get("doubts", [])]
+    return _list(notes) + (f'<p class="warn">{escape("; ".join(doubts))}</p>' if doubts else "")
+
+
+def channels(told: Told | None) -> str:
+    """Return error, noise and coverage of every channel."""
+    if told is None:
+        return ""
+    rows = "".join(
+        f'<tr><td>{escape(name.replace("_", " "))}</td><td class="num">{one["ratio"]:.2f}</td>'
+        f'<td>{escape(in_noise(name, one))}</td><td class="num">{100.0 * one["coverage95"]:.0f} %</td></tr>'
+        for name, one in told["channels"].items()
+    )
+    return (
+        '<div class="scroll"><table><tr><th>channel</th><th class="num">error / noise</th><th>rms</th>'
+        f'<th class="num">within 95 %</th></tr>{rows}</table></div>'
+    )
+
+
+def ranking(rung: Rung, have: Sequence[str], *, busy: bool, buttons: bool = True) -> str:
+    """Return what was tried, best first, each with its evidence and a button that adds it."""
+    told = rung.diagnosis
+    if told is None:
+        return ""
+    most = max([1.0, *(one["heldout_gain"] for one in told["effects"])])
+    rows = "".join(
+        _candidate(one, most, named=one["name"] in told["named"], buttons=buttons, busy=busy)
+        for one in told["effects"][:8]
+        if one["name"] not in have
+    )
+    head = (
+        '<tr><th>effect</th><th class="num">evidence [nats]</th><th class="num">held out [nats]</th><th></th>'
+        '<th class="num">error after / noise</th><th>fails</th><th></th></tr>'
+    )
+    return (
+        f'<section class="card"><h2>what may be missing</h2>{_undecided(told)}<div class="scroll">'
+        f'<table class="ranking">{head}{rows}</table></div>'
+        '<p class="soft">Evidence: how much better the effect explains the recording, its price paid. '
+        "Held out: on episodes that the fit has not seen. An effect that fails a test is no finding.</p>"
+        "</section>"
+    )
+
+
+def parameters(rung: Rung) -> str:
+    """Return the parameters with their standard errors."""
+    rows = "".join(
+        f'<tr><td>{escape(symbol)}</td><td class="num">{_number(one["value"])}</td>'
+        f'<td class="num">{_number(one.get("std"))}</td><td>{escape(_unit(one.get("unit")))}</td>'
+        f"<td>{escape(str(one.get('effect', '')).replace('_', ' '))}</td></tr>"
+        for symbol, one in rung.parameters.items()
+    )
+    warnings = _list(rung.warnings) if rung.warnings else ""
+    return (
+        '<section class="card"><h2>parameters</h2><div class="scroll"><table><tr><th>symbol</th>'
+        '<th class="num">value</th><th class="num">standard error</th><th>unit</th><th>effect</th></tr>'
+        f"{rows}</table></div>{warnings}</section>"
+    )
+
+
+def progress(what: str, elapsed: float, lines: Sequence[str]) -> str:
+    """Return what is going on."""
+    last = escape(lines[-1]) if lines else "starting"
+    return f'<b>{escape(what)}</b> <span class="soft">{last}, {elapsed:.0f} s</span>'
+
+
+def commands(lines: Sequence[str]) -> str:
+    """Return the commands that did all this."""
+    return "".join(f'<pre class="command">{escape(line)}</pre>' for line in lines)
+
+
+def _verdict(session: Session, rung: Rung, *, busy: bool) -> str:
+    level, name, sentence = verdict(rung)
+    added = ", ".join(effect.replace("_", " ") for effect in session.effects)
+    model = f"start model with {added}" if added else "start model"
+    undo = (
+        ""
+        if rung.parent is None
+        else f'<button type="button" id="undo" data-do="undo" {_off(busy)}>undo</button>'
+    )
+    again = (
+        f'<button type="button" id="judge" data-do="judge" {_off(busy)}>compare and diagnose</button>'
+        if rung.diagnosis is None or rung.comparison is None
+        else ""
+    )
+    return (
+        f'<section class="card verdict"><h2>{escape(model)}</h2>'
+        f'<p><span id="verdict" class="chip {level}">{name}</span></p>'
+        f'<p class="huge">{rung.error:.2f} <small>times the noise (1 is all that noise allows)</small></p>'
+        f"<p>{escape(sentence)}</p>{where(rung.comparison)}{channels(rung.comparison)}"
+        f"<p>{undo} {again}</p></section>"
+    )
+
+
+def _ladder(session: Session, *, busy: bool) -> str:
+    path = session.path
+    figure = ladder([{"effect": one.effect, "error": one.error} for one in path])
+    chosen = session.current
+    buttons = "".join(
+        f'<button type="button" id="rung-{i}" data-do="look_at" data-place="{i}" '
+        f'aria-pressed="{str(i == chosen).lower()}" {_off(busy)}>'
+        f"{escape(_rung_name(session, i))} <small>{one.error:.2f}</small></button> "
+        for i, one in enumerate(session.rungs)
+    )
+    return (
+        f'<section class="card"><h2>ladder of errors</h2>{figure}'
+        '<p class="soft">Green: the noise, the floor of every error.</p>'
+        f'<div class="rungs">{buttons}</div></section>'
+    )
+
+
+def _rung_name(session: Session, place: int) -> str:
+    rung = session.rungs[place]
+    return f"{place}: {short_name(rung.effect)}" + (f" on {rung.parent}" if rung.parent is not None else "")
+
+
+def _beside(session: Session, place: int | None) -> Told | None:
+    if place is None:
+        rung = session.rung
+        place = rung.parent if rung is not None else None
+    if place is None or not 0 <= place < len(session.rungs):
+        return None
+    return session.rungs[place].comparison
+
+
+def _channel(name: str, error: Told | None, told: Told, beside: Told | None) -> str:
+    said = f": {error['ratio']:.2f} times the noise" if error is not None else ""
+    variables = "".join(
+        f"<figure>{over_variable(name, variable, one)}</figure>"
+        for variable, one in told["variables"].items()
+    )
+    legend = (
+        '<span><i class="area measured"></i>measured, with 95 % of the noise</span>'
+        '<span><i style="border-color:var(--blue)"></i>model</span>'
+    )
+    if beside is not None:
+        legend += '<span><i class="dash" style="border-color:var(--orange)"></i>model before</span>'
+    more = ""
+    if variables:
+        more = (
+            '<h3>residual over what may matter</h3><div class="legend">'
+            '<span><i style="border-color:var(--blue)"></i>rms (1 is noise)</span>'
+            '<span><i class="dash" style="border-color:var(--orange)"></i>mean: measured less model</span>'
+            f'</div><div class="grid">{variables}</div>'
+        )
+    return (
+        f'<section class="card channel"><h2>{escape(name.replace("_", " "))}{said}</h2>'
+        f'<div class="legend">{legend}</div>'
+        f"<figure>{over_time(name, told, beside)}</figure><figure>{residual_over_time(name, told)}</figure>"
+        f"{over_phases(told['phases'])}{more}</section>"
+    )
+
+
+def _candidate(one: Told, most: float, *, named: bool, buttons: bool, busy: bool) -> str:
+    name = one["name"]
+    label = escape(name.replace("_", " "))
+    button = (
+        f'<button type="button" class="{"main" if named else ""}" id="add-{escape(name)}" data-do="add" '
+        f'data-effect="{escape(name)}" {_off(busy)}>add</button>'
+        if buttons
+        else ""
+    )
+    fails = escape(", ".join(one["failed"])) or '<span class="ok">passes all tests</span>'
+    return (
+        f'<tr class="{"named" if named else ""}"><td>{"<b>" + label + "</b>" if named else label}</td>'
+        f'<td class="num">{one["evidence_gain"]:.0f}</td><td class="num">{one["heldout_gain"]:.0f}</td>'
+        f'<td>{bar(one["heldout_gain"] / most)}</td><td class="num">{one["error_after"]:.2f}</td>'
+        f"<td>{fails}</td><td>{button}</td></tr>"
+    )
+
+
+def _undecided(told: Told) -> str:
+    said = [
+        f"cannot be told apart by this recording: {', '.join(group)}" for group in told["indistinguishable"]
+    ]
+    if told["unexplained"]:
+        said.append(
+            f"what is left depends on {told['unexplained']['variable']} ({told['unexplained']['channel']})"
+        )
+    suggestions = (told["experiment"] or {}).get("suggestions", {})
+    said += [f"to tell {name}: {text}" for name, text in suggestions.items()]
+    said += told["doubts"]
+    return _list([one.replace("_", " ") for one in said]) if said else ""
+
+
+def _use(rung: Rung, *, busy: bool) -> str:
+    return (
+        '<section class="card"><h2>use this model</h2>'
+        f'<form data-do="write_model" class="inline"><label>save as <input name="name" id="save-name" '
+        f'value="model.toml" {_off(busy)}></label><button {_off(busy)}>save</button></form>'
+        '<form data-do="use_in_node" class="inline"><label>let a running node go on with it '
+        f'<input name="node" id="node-name" value="grasp_force" {_off(busy)}></label>'
+        f"<button {_off(busy)}>write into the node</button></form>"
+        f'<p class="soft">It is kept as <code>{escape(shlex.quote(rung.model))}</code> in the folder of this '
+        "check.</p></section>"
+    )
+
+
+def _list(texts: Sequence[str]) -> str:
+    return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in texts) + "</ul>"
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else f"{value:.4g}"
+
+
+def _unit(unit: str | None) -> str:
+    return "" if unit in (None, "1") else str(unit)
+
+
+def _off(busy: bool) -> str:
+    return "disabled" if busy else ""

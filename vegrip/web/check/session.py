@@ -1,0 +1,109 @@
+"""What a check has found so far: the ladder of models, and which of them is looked at; kept in a folder."""
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vegrip.errors import InputError, UsageError
+
+FILE = "check.json"
+VERSION = 1
+
+
+@dataclass
+class Rung:
+    """One model, and what is known of it."""
+
+    model: str  # file name in the folder
+    effect: str | None  # that was added, None for the start
+    parent: int | None  # rung it was added to
+    error: float
+    comparison: dict[str, Any] | None = None
+    diagnosis: dict[str, Any] | None = None
+    parameters: dict[str, Any] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Session:
+    """All rungs and the one that is looked at."""
+
+    recording: str
+    rungs: list[Rung] = field(default_factory=list)
+    current: int = 0
+
+    @property
+    def rung(self) -> Rung | None:
+        """The one that is looked at, None before the first fit."""
+        return self.rungs[self.current] if self.rungs else None
+
+    @property
+    def path(self) -> list[Rung]:
+        """The rungs from the start to the one that is looked at."""
+        found: list[Rung] = []
+        at: int | None = self.current if self.rungs else None
+        while at is not None:
+            found.append(self.rungs[at])
+            at = self.rungs[at].parent
+        return found[::-1]
+
+    @property
+    def effects(self) -> list[str]:
+        """Effects that were added on the way."""
+        return [rung.effect for rung in self.path if rung.effect is not None]
+
+    def next_file(self, effect: str | None) -> str:
+        """Return the name of the next model file."""
+        return f"{len(self.rungs)}-{effect or 'start'}.toml"
+
+    def add(self, rung: Rung) -> None:
+        """Put a rung on the one that is looked at, and look at it."""
+        self.rungs.append(rung)
+        self.current = len(self.rungs) - 1
+
+    def undo(self) -> None:
+        """Look at the model before the last effect; the one with it is kept.
+
+        Raises:
+            UsageError: there is none before.
+
+        """
+        rung = self.rung
+        if rung is None or rung.parent is None:
+            raise UsageError("there is nothing to undo: this is the model that the check began with")
+        self.current = rung.parent
+
+
+def save(session: Session, folder: Path) -> None:
+    """Write the session; a reader sees the old one or the new one."""
+    text = json.dumps({"version": VERSION, **asdict(session)})
+    part = folder / f"{FILE}.part"
+    part.write_text(text, encoding="utf-8")
+    part.replace(folder / FILE)
+
+
+def load(folder: Path, recording: str) -> Session | None:
+    """Read the session in ``folder``, None where there is none.
+
+    Raises:
+        InputError: it is of another recording, or cannot be read.
+
+    """
+    file = folder / FILE
+    if not file.is_file():
+        return None
+    try:
+        told = json.loads(file.read_text(encoding="utf-8"))
+        found = Session(
+            told["recording"],
+            [Rung(**rung) for rung in told["rungs"]],
+            min(told["current"], len(told["rungs"])),
+        )
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise InputError(
+            f"{file} cannot be read ({error}); move the folder away, or give another with -o"
+        ) from None
+    if found.recording != recording:
+        raise InputError(f"{folder} is the check of {found.recording}; give another folder with -o")
+    return found

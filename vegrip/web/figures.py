@@ -1,0 +1,159 @@
+"""What is drawn of a comparison and of a ladder of models; the check page and the reports share it. Pure."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vegrip.identification.compare.words import quantity
+from vegrip.web.axes import Axes, extent
+
+WIDE, LOW = (1300, 260), (1300, 170)  # [px]
+FEW = 80  # columns, with less of which each is drawn as a point
+SIGMA = 1.96  # standard deviations in which 95 % of noise lie
+SCALES = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "N m": (1e3, "N mm")}
+NAMES = {
+    "indentation": "depth",
+    "normal_force": "normal force",
+    "time_in_contact": "time in contact",
+    "time": "time",
+    "speed": "speed",
+    "temperature": "temperature",
+}
+Told = Mapping[str, Any]
+
+
+def scaled(unit: str) -> tuple[float, str]:
+    """Return by what a quantity in SI is multiplied to be shown, and the unit it then has."""
+    return SCALES.get(unit, (1.0, unit.replace("degC", "°C")))
+
+
+def over_time(channel: str, told: Told, beside: Told | None = None) -> str:
+    """Draw measurement and model over time; ``beside``: the same channel of another model."""
+    columns, (scale, unit) = told["columns"], scaled(told["unit"])
+    if not columns:
+        return ""
+    low, high = ([scale * v for v in columns[f"measured_{end}"]] for end in ("low", "high"))
+    model = _model(columns, scale)
+    axes = Axes(
+        extent(columns["time"], room=0.0),
+        extent([*low, *high, *model]),
+        "time without the pauses between trials [s]",
+        f"{channel.replace('_', ' ')} [{unit}]",
+        WIDE,
+    )
+    noise = SIGMA * scale * (told["noise"] or 0.0)
+    axes.band(columns["time"], [v - noise for v in low], [v + noise for v in high], "measured")
+    if beside is not None and beside["columns"]:
+        axes.line(
+            beside["columns"]["time"],
+            _model(beside["columns"], scale),
+            "orange",
+            **{"stroke-dasharray": "5 4"},
+        )
+    axes.line(columns["time"], model, "blue")
+    return axes.svg(f"{channel}: measured and modelled over time")
+
+
+def residual_over_time(channel: str, told: Told) -> str:
+    """Draw least and greatest residual of each column of time, in units of the noise."""
+    columns = told["columns"]
+    if not columns:
+        return ""
+    far = max(4.0, *(abs(v) for v in (*columns["z_low"], *columns["z_high"])))
+    time = columns["time"]
+    axes = Axes(
+        extent(time, room=0.0), (-far, far), "time without the pauses [s]", "residual [noise std]", LOW
+    )
+    axes.band([time[0], time[-1]], [-SIGMA] * 2, [SIGMA] * 2, "band")
+    if len(time) < FEW:
+        axes.points(time, columns["z_high"], "ink-soft")
+    axes.band(time, columns["z_low"], columns["z_high"], "ink-soft")
+    return axes.svg(f"{channel}: residual over time")
+
+
+def over_variable(channel: str, name: str, told: Told) -> str:
+    """Draw rms and mean of the residual in bins of a variable, and mark the worst bin."""
+    bins, (scale, unit) = told["bins"], scaled(told["unit"])
+    middles = [scale * (one["low"] + one["high"]) / 2.0 for one in bins]
+    rms, mean = [one["rms"] for one in bins], [one["mean"] for one in bins]
+    axes = Axes(
+        (scale * bins[0]["low"], scale * bins[-1]["high"]),
+        (min(-1.2, *mean), max(2.0, *(1.08 * v for v in rms))),
+        f"{NAMES.get(name, name)} [{unit}]",
+        "residual [noise std]",
+        (360, 200),
+    )
+    axes.line(axes.x, (1.0, 1.0), "soft", **{"stroke-dasharray": "2 3"})
+    axes.line(axes.x, (0.0, 0.0), "soft", **{"stroke-width": 1})
+    axes.line(middles, rms, "blue")
+    axes.points(middles, rms, "blue")
+    axes.line(middles, mean, "orange", **{"stroke-dasharray": "5 4"})
+    worst = max(bins, key=lambda one: one["excess"])
+    if worst["rms"] > WORST:
+        axes.mark((scale * worst["low"], scale * worst["high"]), f"worst: {worst['rms']:.3g} × noise")
+    return axes.svg(f"{channel}: residual over {NAMES.get(name, name)}")
+
+
+WORST = 1.15  # rms over noise from which on a bin is marked
+
+
+def over_phases(phases: Sequence[Told]) -> str:
+    """Return the residual by regime as a table with bars."""
+    most = max((one["rms"] for one in phases), default=1.0)
+    rows = "".join(
+        f'<tr><td>{one["name"]}</td><td class="num">{one["rows"]}</td><td class="num">{one["mean"]:+.2f}</td>'
+        f'<td class="num">{one["rms"]:.2f}</td>'
+        f"<td>{bar(one['rms'] / most, is_bad=one['rms'] > WORST)}</td></tr>"
+        for one in phases
+    )
+    head = "<tr><th>regime</th>" + "".join(f'<th class="num">{name}</th>' for name in ("rows", "mean", "rms"))
+    return f'<table class="phases">{head}<th></th></tr>{rows}</table>'
+
+
+def ladder(rungs: Sequence[Told]) -> str:
+    """Draw the error of each model against the noise, in training and held out."""
+    names = [short_name(rung["effect"]) for rung in rungs]
+    places = [float(i) for i in range(len(rungs))]
+    held = [
+        (i, rung["heldout_error"]) for i, rung in zip(places, rungs, strict=True) if rung.get("heldout_error")
+    ]
+    errors = [rung["error"] for rung in rungs]
+    top = max(2.0, 1.15 * max([*errors, *(error for _, error in held)]))
+    axes = Axes(
+        (-0.5, len(rungs) - 0.5),
+        (0.9, top),
+        "model",
+        "error over noise",
+        (420, 240),
+        logarithmic=True,
+        x_names=names,
+    )
+    axes.line(axes.x, (1.0, 1.0), "green", **{"stroke-dasharray": "6 4"})
+    axes.line(places, errors, "blue")
+    axes.points(places, errors, "blue")
+    if held:
+        axes.line([x for x, _ in held], [y for _, y in held], "orange", **{"stroke-dasharray": "5 4"})
+        axes.points([x for x, _ in held], [y for _, y in held], "orange", filled=False)
+    return axes.svg("ladder of errors")
+
+
+def short_name(effect: str | None) -> str:
+    """Return how a rung is called."""
+    return "start" if effect is None else f"+ {effect.replace('_', ' ')}"
+
+
+def bar(share: float, *, is_bad: bool = False) -> str:
+    """Return a bar as long as ``share`` of its cell."""
+    width = f"{100.0 * min(max(share, 0.0), 1.0):.1f}"
+    return f'<div class="bar"><i class="{"is-bad" if is_bad else ""}" style="width:{width}%"></i></div>'
+
+
+def in_noise(channel: str, told: Told) -> str:
+    """Return the error of a channel in words."""
+    return f"{quantity(channel, told['rmse'])} against {quantity(channel, told['noise'])} of noise"
+
+
+def _model(columns: Told, scale: float) -> list[float]:
+    return [
+        scale * (low + high) / 2.0
+        for low, high in zip(columns["model_low"], columns["model_high"], strict=True)
+    ]

@@ -1,0 +1,104 @@
+"""What a person should notice now: worked out from the board, held long enough to be seen. Pure.
+
+What is wrong with several fingers alike is one alarm that names them.
+"""
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+
+from vegrip.clock import NS
+from vegrip.messages import Condition, ContactEstimate, ForceCommand, ModelHealth, Reason, SlipMargin
+from vegrip.runtime.monitor.board import Board
+from vegrip.runtime.monitor.finger_row import FingerRow
+from vegrip.runtime.monitor.node_row import Presence
+from vegrip.web.live.words import CONDITIONS, REASONS, health_in_words
+
+HELD = 2.0  # [s] an alarm stays after its cause has gone
+SOON = 1.0  # [s] until the earliest slip from which on it is an alarm
+
+
+class Level(Enum):
+    """How bad it is."""
+
+    BAD = "bad"
+    WARN = "warn"
+
+
+@dataclass(frozen=True, slots=True)
+class Alarm:
+    """One thing to notice."""
+
+    key: str  # the same while it lasts, whatever its numbers are
+    level: Level
+    text: str
+    finger: str = ""  # that the text is about, "" = the text says it
+
+
+@dataclass
+class Alarms:
+    """Alarms as they come and go."""
+
+    _held: dict[str, tuple[Alarm, int, int]] = field(default_factory=dict)  # alarm, first and last seen [ns]
+
+    def update(self, active: list[Alarm], now: int) -> list[dict[str, object]]:
+        """Return what is to be shown at ``now`` [ns], the worst first, each with the seconds it lasts."""
+        for alarm in active:
+            first = self._held[alarm.key][1] if alarm.key in self._held else now
+            self._held[alarm.key] = (alarm, first, now)
+        self._held = {key: one for key, one in self._held.items() if now - one[2] <= HELD * NS}
+        groups: dict[tuple[bool, str], list[tuple[Alarm, int, int]]] = {}
+        for one in sorted(self._held.values(), key=lambda one: one[1]):
+            alarm = one[0]
+            groups.setdefault((alarm.level is Level.WARN, alarm.text), []).append(one)
+        return [_shown(group, now) for _, group in sorted(groups.items(), key=lambda item: item[0][0])]
+
+
+def _shown(group: list[tuple[Alarm, int, int]], now: int) -> dict[str, object]:
+    fingers = ", ".join(alarm.finger for alarm, _, _ in group if alarm.finger)
+    alarm, first, _ = group[0]
+    text = f"{fingers}: {alarm.text}" if fingers else alarm.text
+    return {"level": alarm.level.value, "text": text, "lasts": round((now - first) / NS)}
+
+
+def alarms_of(board: Board, now: int) -> list[Alarm]:
+    """Return what is wrong at ``now`` [ns]."""
+    found = []
+    for name, node in board.nodes.items():
+        if node.presence in (Presence.SILENT, Presence.GONE):
+            said = "says nothing" if node.presence is Presence.SILENT else "is gone without a word"
+            found.append(Alarm(f"node {name}", Level.BAD, f"{name} {said}; the last numbers are old"))
+    if board.busy:
+        found.append(Alarm("busy", Level.WARN, board.busy))
+    for name, row in board.rows.items():
+        ended = row.source in board.nodes and board.nodes[row.source].presence is not Presence.RUNNING
+        if not ended:
+            found += _of_finger(name, row, now)
+    return found
+
+
+def _of_finger(name: str, row: FingerRow, now: int) -> list[Alarm]:
+    margin, command = row.fresh(SlipMargin, now), row.fresh(ForceCommand, now)
+    contact, health = row.fresh(ContactEstimate, now), row.fresh(ModelHealth, now)
+    found = []
+    if health is not None and health.condition > Condition.DEGRADED:
+        found.append(Alarm(f"input {name}", Level.BAD, CONDITIONS[health.condition], name))
+    if command is not None and command.reason is Reason.SLIP:
+        found.append(Alarm(f"slip {name}", Level.BAD, "slip is felt, the grip is raised", name))
+    if contact is not None and contact.in_contact and margin is not None:
+        found += _of_margin(name, margin)
+    if command is not None and command.reason in (Reason.MAX_LIMIT, Reason.FAIL_SAFE):
+        found.append(Alarm(f"limit {name}", Level.WARN, REASONS[command.reason], name))
+    if health is not None and health.channel and not health.consistent:
+        found.append(Alarm(f"health {name}", Level.WARN, health_in_words(health), name))
+    return found
+
+
+def _of_margin(name: str, margin: SlipMargin) -> list[Alarm]:
+    if margin.margin.valid and margin.lower_bound < 0.0:
+        text = "may be slipping: the lower bound of the margin is below zero"
+        return [Alarm(f"bound {name}", Level.BAD, text, name)]
+    if math.isfinite(margin.earliest_slip) and margin.earliest_slip < SOON:
+        text = f"may slip within {SOON:g} s if the grip stays as it is"
+        return [Alarm(f"soon {name}", Level.WARN, text, name)]
+    return []

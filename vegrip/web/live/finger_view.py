@@ -1,0 +1,172 @@
+"""What the page shows of one finger: plain values for JSON; what is too old is absent, with its age. Pure."""
+
+import math
+from statistics import NormalDist
+from typing import Any
+
+from vegrip.contact.pressure import peak_pressure
+from vegrip.messages import (
+    Condition,
+    ContactEstimate,
+    Estimate,
+    FingertipState,
+    ForceCommand,
+    LearnedParameter,
+    ModelHealth,
+    SlipMargin,
+)
+from vegrip.runtime.monitor.finger_row import FingerRow
+from vegrip.web.live.limit_curve import limit_curve
+from vegrip.web.live.words import CONDITIONS, REASONS, health_in_words
+
+CONFIDENCE = 0.95  # one-sided, of the inner limit surface where the margin names none
+
+NO_LOAD = 0.98  # margin from which on the load is too small to tell the sure limit from
+
+
+def finger_view(
+    row: FingerRow, now: int, *, wanted: float | None, learned: dict[str, LearnedParameter]
+) -> dict[str, Any]:
+    """Return the finger as it is at ``now`` [ns].
+
+    Args:
+        row: what has been heard of it.
+        now: [ns].
+        wanted: the margin its controller keeps, None = not known.
+        learned: newest of each parameter, by symbol.
+
+    """
+    contact, margin = row.fresh(ContactEstimate, now), row.fresh(SlipMargin, now)
+    command, health = row.fresh(ForceCommand, now), row.fresh(ModelHealth, now)
+    state = row.fresh(FingertipState, now)
+    return {
+        "age": finite(row.age(SlipMargin, now)),
+        "fresh": margin is not None,
+        "in_contact": contact.in_contact if contact is not None else None,
+        "margin": _margin(margin, wanted),
+        "command": _command(command),
+        "contact": _contact(contact),
+        "surface": _surface(contact, margin),
+        "load": _load(state),
+        "health": _health(health),
+        "learned": [_learned(one) for one in learned.values()],
+    }
+
+
+def finite(value: float, digits: int = 4) -> float | None:
+    """Return ``value`` with so many digits, None for what JSON has no number for."""
+    return float(f"{value:.{digits}g}") if math.isfinite(value) else None
+
+
+def _estimate(estimate: Estimate) -> dict[str, Any]:
+    return {"value": finite(estimate.value), "std": finite(estimate.std, 3), "valid": estimate.valid}
+
+
+def _margin(margin: SlipMargin | None, wanted: float | None) -> dict[str, Any] | None:
+    if margin is None:
+        return None
+    return _estimate(margin.margin) | {
+        "bound": finite(margin.lower_bound),
+        "confidence": finite(margin.confidence),
+        "wanted": wanted,
+        "reserve": finite(margin.force_reserve),
+        "time_to_slip": finite(margin.time_to_slip),
+        "never": margin.time_to_slip == math.inf,
+        "earliest": finite(margin.earliest_slip),
+        "earliest_never": margin.earliest_slip == math.inf,
+    }
+
+
+def _command(command: ForceCommand | None) -> dict[str, Any] | None:
+    if command is None:
+        return None
+    return {
+        "force": finite(command.normal_force),
+        "adjustment": finite(command.adjustment, 2),
+        "reason": command.reason.name.lower(),
+        "words": REASONS[command.reason],
+    }
+
+
+def _contact(contact: ContactEstimate | None) -> dict[str, Any] | None:
+    if contact is None:
+        return None
+    return {
+        "normal_force": _estimate(contact.normal_force),
+        "contact_radius": _estimate(contact.contact_radius),
+        "pressure_exponent": _estimate(contact.pressure_exponent),
+        "friction_coefficient": _estimate(contact.friction_coefficient),
+        "indentation": _estimate(contact.indentation),
+        "peak_pressure": _peak_pressure(contact),  # [Pa]
+    }
+
+
+def _peak_pressure(contact: ContactEstimate) -> float | None:
+    N, a, k = (e.value for e in (contact.normal_force, contact.contact_radius, contact.pressure_exponent))
+    if not (contact.in_contact and N > 0.0 and a > 0.0 and k >= 1.0 and math.isfinite(N * a * k)):
+        return None
+    return finite(float(peak_pressure(N, a, k)))
+
+
+def _surface(contact: ContactEstimate | None, margin: SlipMargin | None) -> dict[str, Any] | None:
+    """Return the limit surface: normalised curve, its size, and how much of it one can be sure of."""
+    if contact is None or not contact.in_contact:
+        return None
+    force, torque = contact.limit_force, contact.limit_torque
+    if not (force.value > 0.0 and torque.value > 0.0 and math.isfinite(force.value * torque.value)):
+        return None
+    return {
+        "curve": limit_curve(contact.pressure_exponent.value),
+        "force": finite(force.value),
+        "torque": finite(torque.value),
+        "sure": round(_sure(force, margin), 3),
+    }
+
+
+def _sure(limit: Estimate, margin: SlipMargin | None) -> float:
+    """Return the share of the limit surface that holds at the confidence of the margin.
+
+    The margin is 1 - |load|/limit and its bound 1 - |load|/(sure limit), so their loads give the share; with
+    next to no load the standard deviation of the limit force does, which is log-normal as friction is.
+    """
+    if margin is not None and margin.margin.value < NO_LOAD and margin.lower_bound < margin.margin.value:
+        return max((1.0 - margin.margin.value) / (1.0 - margin.lower_bound), 0.0)
+    confidence = margin.confidence if margin is not None else math.nan
+    away = NormalDist().inv_cdf(confidence if 0.5 <= confidence < 1.0 else CONFIDENCE)
+    return math.exp(-away * limit.std / limit.value) if math.isfinite(limit.std) else 0.0
+
+
+def _load(state: FingertipState | None) -> dict[str, Any] | None:
+    if state is None or (math.isnan(state.tangential_force_x) and math.isnan(state.tangential_force_y)):
+        return None
+    x, y = (0.0 if math.isnan(v) else v for v in (state.tangential_force_x, state.tangential_force_y))
+    torque = 0.0 if math.isnan(state.torque_z) else state.torque_z
+    return {"force": finite(math.hypot(x, y)), "torque": finite(torque)}
+
+
+def _health(health: ModelHealth | None) -> dict[str, Any]:
+    if health is None:
+        return {"condition": "unknown", "level": "unknown", "input": "", "words": "", "nis": None}
+    level = "ok" if health.condition is Condition.OK else "bad"
+    return {
+        "condition": health.condition.name.lower(),
+        "level": "warn" if health.condition is Condition.DEGRADED else level,
+        "input": CONDITIONS[health.condition],
+        "words": health_in_words(health),
+        "consistent": health.consistent,
+        "channel": health.channel,
+        "nis": finite(health.nis, 3),
+        "suspect": health.suspect,
+        "rejected": health.rejected,
+    }
+
+
+def _learned(one: LearnedParameter) -> dict[str, Any]:
+    return {
+        "symbol": one.symbol,
+        "value": finite(one.filtered.value),
+        "std": finite(one.filtered.std, 2),
+        "valid": one.filtered.valid,
+        "raw": finite(one.raw.value),
+        "excited": finite(one.excited, 3),
+    }

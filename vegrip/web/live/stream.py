@@ -1,0 +1,134 @@
+"""The thread that hears the nodes and turns what it hears into the events of the page, 25 a second."""
+
+import json
+import threading
+import time
+from collections import deque
+from typing import Any
+
+from vegrip.errors import VegripError
+from vegrip.messages import (
+    ContactEstimate,
+    FingertipState,
+    ForceCommand,
+    LearnedParameter,
+    ModelHealth,
+    SlipMargin,
+)
+from vegrip.runtime.client import ask
+from vegrip.runtime.monitor.board import Board
+from vegrip.runtime.monitor.watch import Watch
+from vegrip.runtime.registry import running_nodes
+from vegrip.web.live.columns import COUNT, PERIOD, Column
+from vegrip.web.live.view import LAYOUT, LiveView
+
+EVERY = (SlipMargin, LearnedParameter)
+NEWEST = (ContactEstimate, ForceCommand, FingertipState, ModelHealth)
+"""One of these in 40 ms is as much as a screen shows; each that is sent costs the node time."""
+ASK_PERIOD = 2.0  # [s] between two questions for the wanted margins
+ASK_PATIENCE = 0.5  # [s]
+
+
+class Stream:
+    """Hears all nodes of this machine in a thread of its own; pages read :meth:`first` and :meth:`since`."""
+
+    def __init__(self) -> None:
+        self._watch = Watch(EVERY, NEWEST, waits=True)
+        self._view = LiveView(Board(time.monotonic_ns()))
+        self._wishes = WantedMargins()
+        self._lock = threading.Lock()
+        self._recent: deque[tuple[int, dict[str, Column]]] = deque(maxlen=COUNT)
+        self._number = 0
+        self._snapshot = "{}"
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="watch", daemon=True)
+
+    def start(self) -> None:
+        """Begin to hear."""
+        self._thread.start()
+        self._wishes.start()
+
+    def close(self) -> None:
+        """Hear no more."""
+        self._stop.set()
+        self._wishes.close()
+        self._thread.join()
+        self._watch.close()
+
+    @property
+    def number(self) -> int:
+        """Of the newest event."""
+        return self._number
+
+    def first(self) -> tuple[int, str]:
+        """Return number and text of the event for a page that has just come: all columns that are kept."""
+        with self._lock:
+            text = _event(self._snapshot, {"layout": LAYOUT, "history": self._view.history()})
+            return self._number, text
+
+    def since(self, number: int) -> tuple[int, str]:
+        """Return number and text of the event with what is new since the event ``number``."""
+        with self._lock:
+            if self._number - number > len(self._recent):  # the page slept for longer than is kept
+                text = _event(self._snapshot, {"layout": LAYOUT, "history": self._view.history()})
+                return self._number, text
+            new = [columns for at, columns in self._recent if at > number]
+            return self._number, _event(self._snapshot, {"columns": new})
+
+    def _run(self) -> None:
+        due = time.monotonic() + PERIOD
+        while not self._stop.is_set():
+            self._watch.step(self._view)
+            if (now := time.monotonic()) >= due:
+                self._tick()
+                due = max(due + PERIOD, now)
+            self._stop.wait(max(0.0, min(due - time.monotonic(), PERIOD / 2)))
+
+    def _tick(self) -> None:
+        snapshot = json.dumps(
+            self._view.snapshot(time.monotonic_ns(), self._wishes), separators=(",", ":"), allow_nan=False
+        )
+        with self._lock:
+            self._number += 1
+            self._recent.append((self._number, self._view.close_columns()))
+            self._snapshot = snapshot
+
+
+class WantedMargins:
+    """The margins that nodes keep, asked for in a thread of its own: a node may take its time to answer."""
+
+    def __init__(self) -> None:
+        self._wanted: dict[str, float] = {}
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="wanted", daemon=True)
+
+    def start(self) -> None:
+        """Begin to ask."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Ask no more."""
+        self._stop.set()
+        self._thread.join()
+
+    def wanted_margin(self, node: str) -> float | None:
+        """Return the margin that ``node`` keeps, None = not known."""
+        return self._wanted.get(node)
+
+    def _run(self) -> None:
+        while not self._stop.wait(0.2 if not self._wanted else ASK_PERIOD):
+            found = {}
+            for entry in running_nodes():
+                try:
+                    rows = {row["name"]: row["value"] for row in ask(entry, "parameters", ASK_PATIENCE)}
+                except VegripError:
+                    continue
+                if isinstance(wanted := rows.get("grip.wanted_margin"), float):
+                    found[entry.name] = wanted
+            self._wanted = found
+
+
+def _event(snapshot: str, more: dict[str, Any]) -> str:
+    """Return a snapshot, JSON already, with ``more`` in it."""
+    rest = json.dumps(more, separators=(",", ":"), allow_nan=False)
+    return f"{snapshot[:-1]},{rest[1:]}" if len(snapshot) > 2 else rest

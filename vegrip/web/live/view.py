@@ -1,0 +1,144 @@
+"""The live page's view of everything: takes messages, gives plain values for JSON. Pure; time is passed in.
+
+Ages, presence and the log are those of :class:`~vegrip.runtime.monitor.board.Board`, as in the terminal.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from vegrip.clock import NS
+from vegrip.messages import (
+    ContactEstimate,
+    FingertipState,
+    ForceCommand,
+    LearnedParameter,
+    Message,
+    SlipMargin,
+)
+from vegrip.runtime.monitor.board import MOST_FINGERS, Board
+from vegrip.runtime.monitor.node_row import NodeRow, Presence, Present
+from vegrip.web.live.alarms import Alarms, alarms_of
+from vegrip.web.live.columns import BANDS, COUNT, NAMES, PERIOD, Column, Columns
+from vegrip.web.live.finger_view import finger_view, finite
+
+MOST_LEARNED = 32  # parameters of one finger
+PERCENTILES = ("latency_p50", "latency_p99", "latency_max", "lateness_max")
+
+
+class Wishes(Protocol):
+    """Who knows the margin that a node keeps."""
+
+    def wanted_margin(self, node: str) -> float | None:
+        """Return the margin that ``node`` keeps, None = not known."""
+
+
+@dataclass
+class LiveView:
+    """A board with the last half minute of every finger."""
+
+    board: Board
+    columns: dict[str, Columns] = field(default_factory=dict)
+    _learned: dict[str, dict[str, LearnedParameter]] = field(default_factory=dict)
+    _alarms: Alarms = field(default_factory=Alarms)
+
+    def take(self, message: Message, now: int, node: str = "") -> None:
+        """Take a message that came at ``now`` [ns] from ``node``."""
+        if isinstance(message, FingertipState):  # what a node received is no sign of life of that node
+            if (row := self.board.rows.get(message.finger)) is not None:
+                row.put(message, now)
+            return
+        self.board.take(message, now, node)
+        finger = getattr(message, "finger", "")
+        if finger not in self.board.rows:
+            return
+        if isinstance(message, LearnedParameter):
+            learned = self._learned.setdefault(finger, {})
+            if message.symbol in learned or len(learned) < MOST_LEARNED:
+                learned[message.symbol] = message
+            return
+        self._note(self.columns.setdefault(finger, Columns()), message)
+
+    def attend(self, present: Iterable[Present], now: int) -> None:
+        """Take note of which nodes run on this machine."""
+        self.board.attend(present, now)
+
+    def history(self) -> dict[str, list[Column]]:
+        """Return the closed columns of every finger, oldest first."""
+        return {finger: list(columns.closed) for finger, columns in self.columns.items()}
+
+    def close_columns(self) -> dict[str, Column]:
+        """End the open column of every finger and return them."""
+        for finger in self.board.rows:
+            self.columns.setdefault(finger, Columns())
+        return {finger: columns.close() for finger, columns in self.columns.items()}
+
+    def snapshot(self, now: int, wishes: Wishes) -> dict[str, Any]:
+        """Return everything as of ``now`` [ns] but the columns."""
+        self.board.look(now)
+        board = self.board
+        return {
+            "time": round((now - board.start) / NS, 2),
+            "fingers": {
+                name: {"source": row.source}
+                | finger_view(
+                    row,
+                    now,
+                    wanted=wishes.wanted_margin(row.source),
+                    learned=self._learned.get(name, {}) if self._is_heard(row.source) else {},
+                )
+                for name, row in board.rows.items()
+            },
+            "nodes": {name: _node(row, now) for name, row in board.nodes.items()},
+            "alarms": self._alarms.update(alarms_of(board, now), now),
+            "log": [
+                {"time": round(line.time, 1), "text": line.text, "style": line.style} for line in board.log
+            ],
+        }
+
+    def _is_heard(self, node: str) -> bool:
+        return node in self.board.nodes and self.board.nodes[node].presence is Presence.RUNNING
+
+    @staticmethod
+    def _note(columns: Columns, message: Message) -> None:
+        if isinstance(message, SlipMargin):
+            columns.note("margin", message.margin.value)
+            columns.note("bound", message.lower_bound)
+        elif isinstance(message, ForceCommand):
+            columns.note("command", message.normal_force)
+        elif isinstance(message, ContactEstimate):
+            for name in BANDS:
+                estimate = getattr(message, name)
+                columns.note(name, estimate.value, estimate.std)
+
+
+LAYOUT: dict[str, Any] = {
+    "names": NAMES,
+    "bands": BANDS,
+    "period": PERIOD,
+    "count": COUNT,
+    "most_fingers": MOST_FINGERS,
+}
+"""How the columns are to be read."""
+
+
+def _node(row: NodeRow, now: int) -> dict[str, Any]:
+    status = row.status
+    told: dict[str, Any] = {
+        "presence": row.presence.value,
+        "age": finite(row.age(now), 3),
+        "overdue": row.is_overdue(now),
+        "late": finite(row.late, 3),
+        "late_share": finite(row.late_share, 3),
+        "refused": row.refusals(now),
+    }
+    if status is None:
+        return told
+    return told | {
+        "state": status.state.name.lower(),
+        "rate_in": finite(status.rate_in),
+        "rate_out": finite(status.rate_out),
+        "misses": status.deadline_misses,
+        "dropped": status.dropped,
+        **{name: finite(getattr(status, name)) for name in PERCENTILES},
+    }

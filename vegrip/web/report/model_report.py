@@ -1,0 +1,111 @@
+"""The report of a model against a recording: from the account of a diagnosis or of a check. Pure."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from vegrip.identification.compare.words import quantity
+from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, ranking, where
+from vegrip.web.check.session import Rung, Session
+from vegrip.web.figures import ladder
+from vegrip.web.report.document import commands, document, facts, listed, section, told_versions
+
+Account = Mapping[str, Any]
+
+
+def model_report(told: Account) -> str:
+    """Return the report of an :func:`~vegrip.identification.diagnosis.account.account`."""
+    last = Rung("", None, None, told["ladder"][-1]["error"], told["after"], told["diagnosis"])
+    last.parameters, last.warnings = told["parameters"], told["warnings"]
+    added = [rung["effect"] for rung in told["ladder"] if rung["effect"] is not None]
+    parts = (
+        f'<div class="overview">{_result(told, added)}{section("ladder of errors", _ladder(told))}</div>',
+        section("what was measured", _data(told["data"])),
+        section("where the first model failed", where(told["before"]), channels(told["before"])),
+        ranking(last, [], busy=False, buttons=False),
+        comparison(told["after"], told["before"] if added else None),
+        parameters(last),
+        section("what remains unknown", _unknown(told)),
+        section("how to make this again", commands(told["commands"])),
+    )
+    return document(told["data"]["name"], "".join(parts), told_versions(told["versions"]))
+
+
+def account_of_check(
+    session: Session, data: Account, commands_run: list[str], versions: Account
+) -> dict[str, Any]:
+    """Return the account of what a check has found, up to the model that is looked at."""
+    path = session.path
+    diagnosed = [rung for rung in path if rung.diagnosis is not None]
+    first = path[0]
+    last = path[-1]
+    return {
+        "ladder": [{"effect": rung.effect, "error": rung.error} for rung in path],
+        "verdict": last.diagnosis["verdict"] if last.diagnosis is not None else "unexplained",
+        "data": data,
+        "diagnosis": diagnosed[-1].diagnosis if diagnosed else None,
+        "before": first.comparison,
+        "after": last.comparison,
+        "parameters": last.parameters,
+        "warnings": last.warnings,
+        "commands": commands_run,
+        "versions": versions,
+    }
+
+
+def _result(told: Account, added: list[str]) -> str:
+    level, name, sentence = VERDICTS[told["verdict"]]
+    if told["verdict"] == "named":
+        level, name, sentence = "ok", "named", "what was added explains the misfit"
+    errors = [rung["error"] for rung in told["ladder"]]
+    change = f"{errors[0]:.2f} → {errors[-1]:.2f}" if added else f"{errors[-1]:.2f}"
+    model = f"with {', '.join(one.replace('_', ' ') for one in added)}" if added else "as it was"
+    return section(
+        f"the model {model}",
+        f'<p><span class="chip {level}">{name}</span></p>',
+        f'<p class="huge">{change} <small>times the noise</small></p>',
+        f"<p>{sentence}</p>",
+        channels(told["after"]),
+    )
+
+
+def _ladder(told: Account) -> str:
+    legend = (
+        '<div class="legend"><span><i style="border-color:var(--blue)"></i>fitted</span><span>'
+        '<i class="dash" style="border-color:var(--orange)"></i>held-out episodes</span><span>'
+        '<i class="dash" style="border-color:var(--green)"></i>noise</span></div>'
+    )
+    return legend + ladder(told["ladder"])
+
+
+def _data(data: Account) -> str:
+    ranges = {
+        name.replace("_", " "): f"{quantity(_kind(name), low)} to {quantity(_kind(name), high)}"
+        for name, (low, high) in data["channels"].items()
+    }
+    return facts(
+        {
+            "recording": data["folder"],
+            "SHA-256 of its table": data["sha256"] or "-",
+            "rows": data["rows"],
+            "duration": f"{data['duration']:.1f} s in {data['episodes']} episodes",
+            "radius of the fingertip": quantity("contact_radius", data["tip_radius"]),
+            **ranges,
+        }
+    )
+
+
+def _kind(channel: str) -> str:
+    """Return the quantity of a channel: both components of the tangential force are one."""
+    return channel.removesuffix("_x").removesuffix("_y")
+
+
+def _unknown(told: Account) -> str:
+    found = told["diagnosis"]
+    said = list(told["warnings"])
+    if found is not None:
+        said += [f"not told apart: {', '.join(group)}" for group in found["indistinguishable"]]
+        if found["unexplained"]:
+            said.append(f"what is left depends on {found['unexplained']['variable']}")
+        said += [f"{name} could not be seen: {reason}" for name, reason in found["out_of_sight"].items()]
+        said += found["doubts"]
+    return listed(said) or "<p>Nothing that this recording could tell.</p>"

@@ -1,0 +1,97 @@
+"""Serve a page on loopback until it is told to stop."""
+
+import secrets
+import socket
+import webbrowser
+from collections.abc import AsyncIterator, Callable, Sequence
+from pathlib import Path
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.routing import BaseRoute, Mount
+from starlette.staticfiles import StaticFiles
+
+from vegrip.errors import DeviceError
+from vegrip.web.guard import Guard
+
+HOST = "127.0.0.1"
+STATIC = Path(__file__).parent / "static"
+FAREWELL = 1  # [s] pages have to take their leave
+
+
+def serve(
+    routes: Sequence[BaseRoute],
+    port: int,
+    announce: Callable[[str], None],
+    *,
+    opens: bool = False,
+) -> None:
+    """Serve ``routes`` and the static files on loopback until the process is interrupted.
+
+    Args:
+        routes: of the page.
+        port: to listen on, 0 = any that is free.
+        announce: told the address, with its key, once it can be opened.
+        opens: whether to open it in the browser.
+
+    Raises:
+        DeviceError: the port is in use.
+
+    """
+    with listening(port) as listener:
+        bound = listener.getsockname()[1]
+        key = secrets.token_urlsafe(16)
+        app = Guard(Starlette(routes=[*routes, Mount("/static", StaticFiles(directory=STATIC))]), key, bound)
+        address = f"http://{HOST}:{bound}/?key={key}"
+        server = _Server(
+            uvicorn.Config(
+                app, log_config=None, lifespan="off", access_log=False, timeout_graceful_shutdown=FAREWELL
+            ),
+            lambda: _tell(address, announce, opens=opens),
+        )
+        server.run(sockets=[listener])
+
+
+def listening(port: int) -> socket.socket:
+    """Return a socket that listens on loopback.
+
+    Raises:
+        DeviceError: the port is in use.
+
+    """
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((HOST, port))
+        listener.listen()
+    except (OSError, OverflowError) as error:
+        listener.close()
+        raise DeviceError(
+            f"port {port} of {HOST} cannot be used ({error}); give another with --port, or 0 for any free one"
+        ) from None
+    return listener
+
+
+class _Server(uvicorn.Server):
+    """Tells when it can be reached."""
+
+    def __init__(self, config: uvicorn.Config, started: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._tell_started = started
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start, then tell."""
+        await super().startup(sockets)
+        self._tell_started()
+
+
+def _tell(address: str, announce: Callable[[str], None], *, opens: bool) -> None:
+    announce(address)
+    if opens:
+        webbrowser.open(address)
+
+
+async def events(texts: AsyncIterator[str]) -> AsyncIterator[str]:
+    """Yield texts as server-sent events."""
+    async for text in texts:
+        yield f"data: {text}\n\n"

@@ -1,0 +1,58 @@
+// The check page: shows what the server has made, and says what was pressed.
+const $ = (id) => document.getElementById(id);
+const text = (value) => String(value).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
+const put = (node, html) => {
+  if (node.dataset.html === html) return;
+  const focused = document.activeElement?.id; // what is replaced must not lose the keyboard
+  node.dataset.html = html;
+  node.innerHTML = html;
+  if (focused && node.querySelector(`#${CSS.escape(focused)}`)) $(focused).focus();
+};
+
+let heard = 0;
+const alarm = (level, words) => put($("alarms"), words ? `<li class="${level}"><span>${text(words)}</span></li>` : "");
+
+const receive = (event) => {
+  const told = JSON.parse(event.data);
+  heard += 1;
+  put($("progress"), told.progress);
+  $("busy").hidden = !told.progress;
+  document.body.classList.remove("gone");
+  if (told.body === undefined) return;
+  $("recording").textContent = told.recording;
+  $("connection").className = `chip ${told.level}`;
+  $("connection").textContent = told.verdict;
+  alarm(told.error ? "bad" : "ok", told.error || told.note);
+  put($("body"), told.body);
+  put($("commands"), told.commands);
+};
+
+const connect = () => {
+  const source = new EventSource("/live");
+  source.onmessage = receive;
+  source.onerror = () => {
+    if (!heard) return;
+    alarm("bad", "The server of this page does not answer. What was found is kept in the folder of the check: start the command again and open the address that it prints.");
+    document.body.classList.add("gone");
+    if (source.readyState === EventSource.CLOSED) setTimeout(connect, 1000);
+  };
+};
+
+const ask = async (values) => {
+  try {
+    const answer = await fetch("/do", { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(values) });
+    if (!answer.ok) alarm("bad", (await answer.json()).error);
+  } catch {
+    alarm("bad", "The server of this page does not answer.");
+  }
+};
+
+document.addEventListener("click", (event) => {
+  const button = event.target.closest("button[data-do]");
+  if (button) ask(button.dataset);
+});
+document.addEventListener("submit", (event) => {
+  event.preventDefault();
+  ask({ do: event.target.dataset.do, ...Object.fromEntries(new FormData(event.target)) });
+});
+connect();
