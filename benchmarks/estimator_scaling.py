@@ -9,11 +9,12 @@
 import tracemalloc
 
 from vegrip.benchmarks._timing import compared
-from vegrip.benchmarks.estimator import DISPLACEMENT, DT, FORCE, Floats, settled
+from vegrip.benchmarks.estimator import DISPLACEMENT, DT, FORCE, settled
 
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.messages import NAN
 from vegrip.model import paper_model
+from vegrip.types import Floats
 
 FINGERS = (1, 5, 20, 100)
 HOUR = 3_600_000  # steps at 1 kHz

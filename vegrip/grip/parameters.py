@@ -9,8 +9,8 @@ from typing import Any
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
-from vegrip.grip.learned_store import InMemory, OnDisk
 from vegrip.estimator.layout import friction_symbol
+from vegrip.grip.learned_store import InMemory, OnDisk
 from vegrip.grip.settings import ControlSettings
 from vegrip.model import ContactModel, paper_model, read_model
 from vegrip.parameters import changed

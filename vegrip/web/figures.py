@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vegrip.identification.compare.words import quantity
+from vegrip.identification.compare.words import format_quantity
 from vegrip.web.axes import Axes, extent
 
 WIDE, LOW = (1300, 260), (1300, 170)  # [px]
@@ -149,7 +149,9 @@ def bar(share: float, *, is_bad: bool = False) -> str:
 
 def in_noise(channel: str, told: Told) -> str:
     """Return the error of a channel in words."""
-    return f"{quantity(channel, told['rmse'])} against {quantity(channel, told['noise'])} of noise"
+    return (
+        f"{format_quantity(channel, told['rmse'])} against {format_quantity(channel, told['noise'])} of noise"
+    )
 
 
 def _model(columns: Told, scale: float) -> list[float]:

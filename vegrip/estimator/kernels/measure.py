@@ -59,7 +59,7 @@ standard deviations in 5 s. About the state after the sample it does not.
 BENT = 0.01  # excess variance over the noise's beyond which the spread after the sample is regressed over
 BENT_TIME = 0.05  # [s] for which a bend stays the same
 CHANCE = 0.3  # of the noise's variance
-FARTHEST = 100.0  # normalised square of an innovation that is refused anyhow
+REFUSED_NIS = 100.0  # normalised square of an innovation that is refused anyhow
 
 Expected = tuple[float, float]
 """Innovation, and its variance."""
@@ -74,7 +74,7 @@ def expect_force(m: Floats, value: float) -> Expected:
     innovation = value - expected
     S = R + bend + spread_of(m)
     for _ in range(ROUNDS - 1):
-        if innovation * innovation > FARTHEST * S:
+        if innovation * innovation > REFUSED_NIS * S:
             break
         narrow = bend < BENT * R
         for i in range(N):
@@ -109,7 +109,7 @@ def coherent(m: Floats, bend: float) -> float:
     sd = math.sqrt(bend)
     before = m[MODE_BEND] * BENT_TIME / (BENT_TIME + m[MODE_PERIOD])
     m[MODE_BEND] = before + sd
-    return 2.0 * sd * before
+    return float(2.0 * sd * before)
 
 
 def smooth_slopes(m: Floats) -> float:

@@ -179,10 +179,14 @@ def bend_again(m: Floats, i: int, dt: float) -> float:
     """Variance that the bend of this step adds to effect state ``i``, on top of those before.
 
     One and the same wrong amplitude and rate bend every step the same way, so what adds up are the standard
-    deviations. Added as if they were independent, amplitude and rate came out five times too sure.
+    deviations. Added as if they were independent, amplitude and rate came out five times too sure. A state that
+    forgets itself forgets its bends as fast.
     """
     bend = CROSS * math.sqrt(m[BEND0 + i])
-    before = m[BENT0 + i] * FADES / (FADES + dt)
+    j = 2 + i
+    own = m[L0 + j * N + j]
+    kept = min(max(m[F0 + i * N + j] / own, 0.0), 1.0) if own > 0.0 else 0.0
+    before = m[BENT0 + i] * kept * FADES / (FADES + dt)
     m[BENT0 + i] = before + bend
     return float(bend * (bend + 2.0 * before))
 

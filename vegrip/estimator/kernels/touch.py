@@ -38,7 +38,7 @@ TOUCHED = 6.0  # sum of the excesses from which the touch is felt
 SUREST = 12.0  # sum beyond which nothing is added
 SOFTER = 2.0  # std by which its parameters may differ
 UNSEEN = 3.0  # std of the force below which a contact is not seen in one sample
-UNKNOWN = 1.5  # noise of the displacement, std of the zero above which its bound tells anything
+POORLY_KNOWN = 1.5  # noise of the displacement, std of the zero above which its bound tells anything
 ACTIVE = -3.0  # bound in std of the zero below which it cuts nothing off
 
 
@@ -65,7 +65,7 @@ def exclude(m: Floats, excess: float, displacement: float) -> None:
     """
     std = math.sqrt(m[P0 + ZERO * N + ZERO])
     here = min(displacement, m[MOTION_POSITION]) - 2.0 * math.sqrt(m[MOTION_VAR_POSITION])
-    if std < UNKNOWN * math.sqrt(m[SET_R_DISPLACEMENT]):
+    if std < POORLY_KNOWN * math.sqrt(m[SET_R_DISPLACEMENT]):
         return
     if excess < 0.0 and here > m[Y0 + ZERO] + ACTIVE * std and here > m[MODE_FREE_DEPTH]:
         m[MODE_FREE_DEPTH] = max(m[MODE_FREE_DEPTH], here - unseen_depth(m))

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from vegrip.identification.compare.comparison import Comparison, residuals_of
 from vegrip.identification.compare.features import PHASES, Features
 from vegrip.identification.compare.plot import drawn_time, measured_values
-from vegrip.identification.compare.where import LEAST_ROWS, Residuals
-from vegrip.identification.compare.words import UNITS
-from vegrip.identification.fit.smoother import Floats
+from vegrip.identification.compare.where import MIN_REGIME_ROWS, Residuals
+from vegrip.identification.compare.words import SPOKEN_UNITS
+from vegrip.types import Floats
 
 COLUMNS: Final = 420
 BINS: Final = 12
@@ -32,12 +32,12 @@ def curves(comparison: Comparison) -> dict[str, Any]:
     for residuals in residuals_of(comparison.problem, comparison.u):
         measured = measured_values(comparison, residuals)
         found[residuals.channel] = {
-            "unit": UNITS[residuals.channel],
+            "unit": SPOKEN_UNITS[residuals.channel],
             "noise": noise.get(residuals.channel),
             "columns": _columns(time[residuals.rows], measured, residuals),
             "phases": _phases(residuals, features),
             "variables": {
-                name: {"unit": UNITS.get(name, ""), "bins": bins}
+                name: {"unit": SPOKEN_UNITS.get(name, ""), "bins": bins}
                 for name in VARIABLES
                 if name in features.values and (bins := _bins(residuals, features.values[name]))
             },
@@ -78,14 +78,14 @@ def _phases(residuals: Residuals, features: Features) -> list[dict[str, Any]]:
     return [
         {"name": name, **_summary(residuals.z[phase == i])}
         for i, name in enumerate(PHASES)
-        if np.count_nonzero(phase == i) >= LEAST_ROWS
+        if np.count_nonzero(phase == i) >= MIN_REGIME_ROWS
     ]
 
 
 def _bins(residuals: Residuals, values: Floats) -> list[dict[str, Any]]:
     """Return the residual in bins of equally many rows; none where the variable does not vary."""
     here = values[residuals.rows]
-    if here.size < BINS * LEAST_ROWS:
+    if here.size < BINS * MIN_REGIME_ROWS:
         return []
     edges = np.unique(np.quantile(here, np.linspace(0.0, 1.0, BINS + 1)))
     place = np.clip(np.searchsorted(edges, here, side="right") - 1, 0, edges.size - 2)
@@ -96,7 +96,7 @@ def _bins(residuals: Residuals, values: Floats) -> list[dict[str, Any]]:
             **_summary(residuals.z[place == i]),
         }
         for i in range(edges.size - 1)
-        if np.count_nonzero(place == i) >= LEAST_ROWS
+        if np.count_nonzero(place == i) >= MIN_REGIME_ROWS
     ]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from vegrip.identification.compare.comparison import Comparison
 from vegrip.identification.compare.curves import curves
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
-from vegrip.identification.diagnosis.error_ladder import ladder
+from vegrip.identification.diagnosis.error_ladder import build_ladder
 from vegrip.identification.recording import Recording
 
 DATA = ("recording.csv", "recording.csv.gz")
@@ -36,7 +36,7 @@ def account(
     before, after = (Comparison(one.problem, one.optimum.u, fitted=True) for one in (first, last))
     result = found.result.as_dict()
     return {
-        "ladder": [rung.as_dict() for rung in ladder(found)],
+        "ladder": [rung.as_dict() for rung in build_ladder(found)],
         "verdict": found.verdict,
         "noise_floor": 1.0,
         "data": described(found.start.problem.measured.recording, folder),

@@ -18,8 +18,8 @@ from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import BLOCK, Layout, Progress, read_header, read_table
 from vegrip.spelling import suggestion
-from vegrip.types import Floats
 from vegrip.toml_text import toml_value
+from vegrip.types import Floats
 
 TOML = "recording.toml"
 CSV = "recording.csv"

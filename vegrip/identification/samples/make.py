@@ -85,7 +85,7 @@ def write_log(path: Path) -> None:
 def foreign_motion(seed: int = SEED) -> dict[str, np.ndarray]:
     """Return what the left tip of the foreign gripper does, in SI: rest, press, shear, twist, noise."""
     rng = np.random.default_rng(seed)
-    t = np.arange(0.0, 10.0, 1.0 / RATE)
+    t = np.arange(0.0, 10.0, 1.0 / SAMPLE_RATE_HZ)
     depth = np.interp(
         t, [0, 2.2, 3.0, 4.4, 4.8, 5.2, 6.0, 9.6, 9.9], np.array([-3, -3, 12, 12, -3, -3, 12, 12, -3]) * 1e-4
     )

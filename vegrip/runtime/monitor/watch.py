@@ -53,7 +53,7 @@ class Watch:
 
     def __init__(
         self,
-        every: Sequence[type[Message]] = KINDS,
+        every: Sequence[type[Message]] = WATCHED_MESSAGES,
         newest: Sequence[type[Message]] = (),
         *,
         waits: bool = False,

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vegrip.identification.compare.words import quantity
+from vegrip.identification.compare.words import format_quantity
 from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, ranking, where
 from vegrip.web.check.session import Rung, Session
 from vegrip.web.figures import ladder
@@ -79,7 +79,7 @@ def _ladder(told: Account) -> str:
 
 def _data(data: Account) -> str:
     ranges = {
-        name.replace("_", " "): f"{quantity(_kind(name), low)} to {quantity(_kind(name), high)}"
+        name.replace("_", " "): f"{format_quantity(_kind(name), low)} to {format_quantity(_kind(name), high)}"
         for name, (low, high) in data["channels"].items()
     }
     return facts(
@@ -88,7 +88,7 @@ def _data(data: Account) -> str:
             "SHA-256 of its table": data["sha256"] or "-",
             "rows": data["rows"],
             "duration": f"{data['duration']:.1f} s in {data['episodes']} episodes",
-            "radius of the fingertip": quantity("contact_radius", data["tip_radius"]),
+            "radius of the fingertip": format_quantity("contact_radius", data["tip_radius"]),
             **ranges,
         }
     )
