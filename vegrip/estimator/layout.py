@@ -20,7 +20,7 @@ MODE = (
     "ZERO_KNOWN", "BLIND", "HEALTH_DECAY", "REGIME", "REST", "CELL", "SINCE_JERK", "PERIOD", "CAUTION",
     "CONTRADICTED", "RESTARTS", "UNEXPLAINED", "CORNER", "SLOPE",
     "TOLERATED", "LOST", "AGREED", "TOUCH", "FELT", "FREE_DEPTH", "ZERO_MEAN", "ZERO_VAR",
-    "RADIUS_CONTRADICTED", "BEND",
+    "RADIUS_CONTRADICTED", "BEND", "MET",
 )  # fmt: skip
 """What the filter is doing: times in [s], switches 0 or 1.
 
@@ -34,7 +34,8 @@ TOLERATED: the part of UNEXPLAINED that counts as noise; LOST: for how long the 
 AGREED: since when nothing contradicts; TOUCH: sum of the forces above the noise, in its std; FELT: whether
 the contact is felt; FREE_DEPTH: largest displacement [m] at which it would have been felt and was not;
 ZERO_MEAN [m], ZERO_VAR [m^2]: of the zero, without that bound; RADIUS_CONTRADICTED: for how long the radius
-has disagreed with its own measurement.
+has disagreed with its own measurement; BEND: sum of the bends of the force [N] that are still the same; MET:
+whether a contact was felt since the beginning.
 """
 
 MOTION = ("POSITION", "SPEED", "VAR_POSITION", "COV", "VAR_SPEED", "RESTLESS")

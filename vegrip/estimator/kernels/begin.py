@@ -14,6 +14,7 @@ from vegrip.estimator.kernels.generated import (
     MODE_CONTRADICTED,
     MODE_FREE_DEPTH,
     MODE_LOST,
+    MODE_MET,
     MODE_RESTARTS,
     MODE_ZERO_KNOWN,
     NS,
@@ -77,6 +78,7 @@ def begin_contact(m: Floats, force: float, displacement: float) -> None:
         touching = force - m[Y0 + BIAS] > 4.0 * math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS])
     m[MODE_ZERO_KNOWN] = 0.0 if touching else 1.0
     if touching:
+        m[MODE_MET] = 1.0
         within_contact(m, force, displacement)
 
 

@@ -25,6 +25,7 @@ from vegrip.estimator.kernels.generated import (
     MODE_SLOPE,
     MODE_TOLERATED,
     MODE_UNEXPLAINED,
+    MODE_ZERO_KNOWN,
     NS,
     P0,
     RATIO0,
@@ -119,7 +120,8 @@ def smooth_slopes(m: Floats) -> float:
     exact learns in time along the direction that no sample tells: stiffness against zero.
     """
     n, place = m[RATIO0], m[RATIO0 + 1]
-    near = m[MODE_REGIME] == 2.0 and abs(m[Y0] - place) < NEAR * math.sqrt(m[SET_R_DISPLACEMENT])
+    holds = m[MODE_REGIME] == 2.0 and m[MODE_ZERO_KNOWN] > 0.5
+    near = holds and abs(m[Y0] - place) < NEAR * math.sqrt(m[SET_R_DISPLACEMENT])
     n = min(n + 1.0, RATIO_TIME / max(m[MODE_PERIOD], 1e-4)) if near else 0.0
     m[RATIO0] = n
     m[RATIO0 + 1] = place + (m[Y0] - place) / (1.0 + n) if near else m[Y0]  # mean place

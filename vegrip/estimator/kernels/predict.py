@@ -179,8 +179,8 @@ def bend_again(m: Floats, i: int, dt: float) -> float:
     """Variance that the bend of this step adds to effect state ``i``, on top of those before.
 
     One and the same wrong amplitude and rate bend every step the same way, so what adds up are the standard
-    deviations. Added as if they were independent, amplitude and rate came out five times too sure. A state that
-    forgets itself forgets its bends as fast.
+    deviations. Added as if they were independent, amplitude and rate came out five times too sure. A state
+    that forgets itself forgets its bends as fast.
     """
     bend = CROSS * math.sqrt(m[BEND0 + i])
     j = 2 + i

@@ -13,6 +13,7 @@ from vegrip.estimator.kernels.generated import (
     MODE_BLIND,
     MODE_FELT,
     MODE_FREE_DEPTH,
+    MODE_MET,
     MODE_TOUCH,
     MODE_ZERO_MEAN,
     MODE_ZERO_VAR,
@@ -50,18 +51,18 @@ def feel(m: Floats, force: float, displacement: float) -> None:
     counted = min(max(excess, -MOST_EXCESS), MOST_EXCESS)
     m[MODE_TOUCH] = min(max(m[MODE_TOUCH] + counted, 0.0), SUREST)
     if m[MODE_TOUCH] >= TOUCHED:
-        m[MODE_FELT] = 1.0
+        m[MODE_FELT] = m[MODE_MET] = 1.0
     elif m[MODE_TOUCH] <= 0.0 and m[MODE_FELT] > 0.5:
         m[MODE_FELT] = 0.0
-        m[MODE_FREE_DEPTH] = -math.inf
-    if m[MODE_FELT] < 0.5 and math.isfinite(displacement):
+    if m[MODE_MET] < 0.5 and math.isfinite(displacement):
         exclude(m, excess, displacement)
 
 
 def exclude(m: Floats, excess: float, displacement: float) -> None:
-    """Exclude the zeros at which the contact would be felt here, while the zero is known worse than a sample.
+    """Exclude the zeros at which the contact would be felt here: before the first touch, while poorly known.
 
-    Later the bound would be a maximum over noise.
+    Later the tip may be in the air where the memory of a contact has left a dent, and the bound would be a
+    maximum over noise.
     """
     std = math.sqrt(m[P0 + ZERO * N + ZERO])
     here = min(displacement, m[MOTION_POSITION]) - 2.0 * math.sqrt(m[MOTION_VAR_POSITION])
