@@ -24,7 +24,7 @@ test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-M
 test-c: $(STAMP)  ## the estimator in C against numba, every effect; the export with gcc, clang, sanitizers, cppcheck, an emulated Cortex-M7
 	$(V)/python -m pytest -q -n auto tests/c99 tests/export
 test-web: $(STAMP)  ## the pages in a real browser, headless: Chromium of the distribution (apt-get install chromium)
-	VEGRIP_WEB_TESTS=1 $(V)/python -m pytest -q -n 0 tests/web
+	VEGRIP_WEB_TESTS=1 $(V)/python -m pytest -q -n 0 -m browser tests/web
 
 web-pictures: $(STAMP)  ## draw docs/images/web-*.png again, from the tests of the pages
 	VEGRIP_WEB_TESTS=1 VEGRIP_SCREENSHOTS=$(CURDIR)/docs/images $(V)/python -m pytest -q -n 0 -m browser tests/web

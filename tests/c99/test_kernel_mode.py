@@ -40,19 +40,6 @@ def test_estimates_are_equal_to_the_bit(monkeypatch: pytest.MonkeyPatch) -> None
     assert np.array_equal(by_numba.memory, by_c.memory, equal_nan=True)
 
 
-@needs_compiler
-def test_several_fingers_in_one_call(monkeypatch: pytest.MonkeyPatch) -> None:
-    estimator = ContactEstimator(paper_model(8e-3), SensorNoise())
-    monkeypatch.setenv("VEGRIP_KERNEL", "c")
-    other = ContactEstimator(paper_model(8e-3), SensorNoise())
-    samples = np.array([[0.1, 1e-4, math.nan, 0.02, 0.0, 0.0], [0.3, 2e-4, math.nan, 0.02, 0.0, 0.0]])
-    ours, theirs = (np.tile(one.memory, (2, 1)) for one in (estimator, other))
-    for dt in (-1.0, 2e-3, 2e-3):
-        estimator._module.many(ours, dt, samples)
-        other._module.many(theirs, dt, samples)
-    assert np.array_equal(ours, theirs, equal_nan=True)
-
-
 def told(caplog: pytest.LogCaptureFixture) -> list[str]:
     return [one.message for one in caplog.records if "VEGRIP_KERNEL" in one.message]
 

@@ -11,6 +11,12 @@ from vegrip.messages import FingertipState
 from vegrip.model import paper_model
 
 
+@pytest.fixture(autouse=True)
+def numba_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look into the kernels as numba compiles them; in C they have no names to ask for."""
+    monkeypatch.setenv("VEGRIP_KERNEL", "numba")
+
+
 def samples(count):
     t = 2e-3 * np.arange(count)
     depth = 1e-3 * np.clip(5.0 * (t - 0.04), 0.0, 1.0) - 1e-5

@@ -30,6 +30,12 @@ ONSET = math.hypot(0.1, SCATTER)
 """Relative std of the utilisation at which the next slip begins."""
 
 
+@pytest.fixture(autouse=True)
+def numba_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look into the kernels as numba compiles them; in C they have no names to ask for."""
+    monkeypatch.setenv("VEGRIP_KERNEL", "numba")
+
+
 @pytest.fixture
 def known(model: ContactModel) -> ContactModel:
     """A fingertip of which everything is known but friction, and that to 10 %."""
