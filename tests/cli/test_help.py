@@ -20,7 +20,7 @@ Capsys = pytest.CaptureFixture[str]
 ALL = commands()
 BY_NAME = {one.name: one for one in ALL}
 UNIT = re.compile(r"\[[^\]\s]+\]|\[[^\]]*/[^\]]*\]")
-UNTIL_INTERRUPTED = {"launch", "node", "record"}
+UNTIL_INTERRUPTED = {"launch", "node", "record", "check"}
 
 
 def named(one: Command) -> str:
@@ -178,7 +178,8 @@ def test_the_shell_completes_commands_and_options(
 RUN_HERE = [
     one.name
     for one in ALL
-    if one.path[0] not in ("demo", "launch", "node", "monitor", "topic", "param", "lifecycle", "record")
+    if one.path[0]
+    not in ("demo", "launch", "node", "monitor", "check", "topic", "param", "lifecycle", "record")
 ]
 LONG = {"trial", "fleet", "experiment", "bench"}  # seconds to minutes
 

@@ -22,7 +22,8 @@ def test_the_text_of_a_model_is_the_same_from_any_number_of_threads():
             assert list(pool.map(text, names)) == alone
 
 
-def test_a_whole_recording_runs_beside_other_threads_and_a_single_step_keeps_the_lock():
+def test_a_whole_recording_runs_beside_other_threads_and_a_single_step_keeps_the_lock(monkeypatch):
+    monkeypatch.setenv("VEGRIP_KERNEL", "numba")
     model = paper_model(8e-3)
     t = np.linspace(0.0, 1.0, 50)
     whole = Predictor(model, {"t": t, "displacement": 1e-3 * t})._module
