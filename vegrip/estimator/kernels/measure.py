@@ -92,7 +92,8 @@ def expect_force(m: Floats, value: float) -> Expected:
         S = R + bend + spread_of(m)
         if narrow:
             break
-    S += coherent(m, bend)
+    if m[MODE_ZERO_KNOWN] > 0.5:
+        S += coherent(m, bend)
     m[MODE_SLOPE] = m[H0]
     if m[H0] > 0.0 and expected - m[MID0 + BIAS] > SURELY * math.sqrt(S):
         S += smooth_slopes(m)
