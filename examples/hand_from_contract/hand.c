@@ -47,15 +47,15 @@ int main(int argc, char **argv) {
     char text[4096];
     double grip = 1.5, end = now(CLOCK_MONOTONIC) + 60;
     dprintf(bus, "< hi >");
-    for (unsigned n = 0, first = 1; now(CLOCK_MONOTONIC) < end; n++) {
+    for (unsigned n = 0, first = 1, ready = 0; now(CLOCK_MONOTONIC) < end; n++) {
         ssize_t got = recv(bus, text, sizeof text - 1, MSG_DONTWAIT); /* (bus) */
         if (got == 0) break;
         text[got > 0 ? got : 0] = 0;
         for (char *p = text; (p = strchr(p, '<')); p++)
-            if (strncmp(p, "< send", 6)) dprintf(bus, "< ok >"), greeted++; else hear(p);
+            if (strncmp(p, "< send", 6)) dprintf(bus, "< ok >"), greeted++, ready = n + 40; else hear(p);
         if (commands && first) first = 0, end = now(CLOCK_MONOTONIC) + atof(argv[2]);
         grip += 0.2 * ((now(CLOCK_MONOTONIC) < until ? obeyed : grip) - grip); /* no command in force: hold as it is */
-        if (greeted > 1) send_state(bus, n, grip + noise(), 0.5 + noise()); /* it carries 0.5 N */
+        if (greeted > 1 && n > ready) send_state(bus, n, grip + noise(), 0.5 + noise()); /* it carries 0.5 N */
         usleep(5000);
     }
     return printf("{\"commands\": %d, \"grip\": %.3f}\n", commands, grip) < 0;
