@@ -139,7 +139,9 @@ def refine_optimum(
 
 
 def _cost(k: Unknowns, r: Floats, u: Floats) -> float:
-    return 0.5 * float(r @ r) + 0.5 * float(np.sum(((u - k.prior) / k.std) ** 2))
+    """Return minus the logarithm of the posterior [nats]; infinite where a step went so far that it overflows."""
+    with np.errstate(over="ignore"):
+        return 0.5 * float(r @ r) + 0.5 * float(np.sum(((u - k.prior) / k.std) ** 2))
 
 
 def _step(k: Unknowns, u: Floats, r: Floats, J: Floats, damping: float) -> tuple[Floats, float]:
