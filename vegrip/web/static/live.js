@@ -76,6 +76,7 @@ const draw = (now) => {
   drawAlarms(now.alarms);
   drawFingers(now.fingers, names);
   drawNodes(now.nodes);
+  dialog.attend(now.nodes);
   put($("log"), [...now.log].reverse().map((line) => `<li><span class="soft">${line.time.toFixed(1).padStart(8)} s</span> <span class="${line.style.split(" ").pop()}">${text(line.text)}</span></li>`).join("") || `<li class="soft">nothing has happened yet</li>`);
   const active = Object.values(now.nodes).filter((node) => node.state === "active" && node.presence === "running").length;
   $("summary").textContent = names.length ? `${names.length} fingers, ${active} active ${active === 1 ? "node" : "nodes"}` : "";
