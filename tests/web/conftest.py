@@ -58,6 +58,7 @@ class Visit:
 
     def __init__(self, browser, **options) -> None:
         options.setdefault("viewport", {"width": 1440, "height": 1100})
+        options.setdefault("reduced_motion", "reduce")
         self.context = browser.new_context(**options)
         self.context.set_default_timeout(PATIENCE * 1000)
         self.page = self.context.new_page()

@@ -91,6 +91,42 @@ def test_a_refusal_is_shown_and_nothing_is_lost(known, start, visit) -> None:
     page.locator("#add-adhesion:not([disabled])").wait_for()
 
 
+def test_episodes_are_held_back_models_compared_and_a_motion_is_exported(known, start, visit, press) -> None:
+    page = visit(color_scheme="dark").page
+    page.goto(start("check", "press", "-o", known, "--port", "0").waits_for(ADDRESS))
+    page.locator("#rung-0:not([disabled])").click()
+    page.locator("#add-adhesion:not([disabled])").wait_for()
+    page.locator("#hold-back").fill("0..99")
+    page.locator("#hold-back").press("Enter")
+    page.get_by_text("has no episode").wait_for()
+    page.locator("#hold-back:not([disabled])").fill("1,3")
+    page.locator("#hold-back").press("Enter")
+    page.locator("#held-error").wait_for()
+    assert float(page.locator("#held-error").inner_text()) > 0.0
+    page.locator("#add-adhesion:not([disabled])").wait_for()
+    commands = page.locator("#commands").inner_text()
+    assert "--hold-back 1,3" in commands
+    assert "--episodes 1,3" in commands
+    page.locator("#beside-place:not([disabled])").select_option("0")
+    page.get_by_text("--versus known/0-start.toml").wait_for()
+    assert "model 0: start" in page.locator("#beside th").all_inner_texts()
+    page.locator("#beside-file:not([disabled])").fill("nothing.toml")
+    page.locator("#beside-file").press("Enter")
+    page.get_by_text("there is no model file").wait_for()
+    page.locator("#candidates").fill("adhesion,guide_friction")
+    page.locator("#duration").fill("20")
+    page.locator("#duration").press("Enter")
+    page.locator("#motion").wait_for()
+    with page.expect_download() as download:
+        page.locator("#motion").click()
+    from vegrip.identification.simulate import read_protocol
+
+    download.value.save_as(press.parent / "next.toml")
+    assert read_protocol(press.parent / "next.toml").duration <= 20.0
+    assert "vegrip experiment press" in page.locator("#commands").inner_text()
+    shoot(page, "web-check-dark")
+
+
 def test_what_is_no_recording_is_refused_before_a_page_opens(start) -> None:
     program = start("check", "nothing-here")
     assert program.process.wait(120) == 3

@@ -36,10 +36,10 @@ def grasp_force(shared, monkeypatch):
     return lambda: find_node("grasp_force").pid
 
 
-def shoot(page, name: str) -> None:
+def shoot(page, name: str, *, whole: bool = True) -> None:
     """Keep a picture of the page for the documents, when they are being made."""
     if SHOTS:
-        page.screenshot(path=f"{SHOTS}/{name}.png", full_page=True)
+        page.screenshot(path=f"{SHOTS}/{name}.png", full_page=whole)
 
 
 def test_without_a_node_the_page_says_so_and_shows_the_hand_as_it_comes(start, visit) -> None:
@@ -117,7 +117,7 @@ def test_a_parameter_is_set_within_its_bounds_and_refused_beyond(address, visit,
     field.press("Enter")
     page.get_by_text("grip.wanted_margin is 0.4").wait_for()
     assert "vegrip param set /grasp_force grip.wanted_margin 0.4" in page.locator("dialog pre").inner_text()
-    shoot(page, "web-parameters")
+    shoot(page, "web-parameters", whole=False)
     field.fill("7")
     field.press("Enter")
     page.locator("dialog .say.bad").wait_for()
@@ -189,6 +189,24 @@ def test_on_a_narrow_screen_nothing_is_cut_off(address, visit) -> None:
     page.wait_for_selector(ALIVE)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     shoot(page, "web-narrow")
+
+
+def test_a_running_node_is_recorded_and_its_model_checked(served, shared, visit, until) -> None:
+    page = visit().page
+    page.goto(served.waits_for(ADDRESS))
+    page.wait_for_selector(ALIVE)
+    check = shared.start("check", "--node", "grasp_force", "--seconds", "3", "--port", "0")
+    page.goto(check.waits_for(ADDRESS))
+    page.locator(
+        "#verdict, .alarms li"
+    ).first.wait_for()  # what a grasp of 3 s tells, or why it tells nothing
+    assert "vegrip fit live/" in page.locator("#commands").inner_text()
+    from vegrip.identification.recording.session import read_fingers
+
+    fingers = read_fingers(shared.folder / "live", announce=False)
+    assert set(fingers) == {"thumb", "index", "middle", "ring", "little"}
+    assert all(recording.fingertip.radius == 9e-3 for recording in fingers.values())
+    assert check.end() in (0, 130)
 
 
 def test_two_people_see_the_same_and_choose_for_themselves(address, visit, until) -> None:
