@@ -5,17 +5,16 @@ import math
 from vegrip.estimator.kernels.generated import (
     BENT0,
     BIAS,
+    COUNT_OVERFLOWS,
     F0,
     KEPT_P0,
     KEPT_Y0,
-    LOST0,
     MODE0,
     MODE1,
     MODE_CONTRADICTED,
     MODE_FREE_DEPTH,
     MODE_LOST,
     MODE_MET,
-    MODE_RESTARTS,
     MODE_ZERO_KNOWN,
     NS,
     P0,
@@ -93,10 +92,10 @@ def keep_finite(m: Floats) -> None:
     for i in range(Y0, P1):
         total += 0.0 * m[i]
     if total != 0.0 or math.isnan(total):
-        m[LOST0] += 1.0
-        contradicted, lost, restarts = m[MODE_CONTRADICTED], m[MODE_LOST], m[MODE_RESTARTS]
+        m[COUNT_OVERFLOWS] += 1.0
+        contradicted, lost = m[MODE_CONTRADICTED], m[MODE_LOST]
         begin(m, math.nan, math.nan)
-        m[MODE_CONTRADICTED], m[MODE_LOST], m[MODE_RESTARTS] = contradicted, lost, restarts
+        m[MODE_CONTRADICTED], m[MODE_LOST] = contradicted, lost
 
 
 def within_contact(m: Floats, force: float, displacement: float) -> None:
