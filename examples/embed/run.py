@@ -1,4 +1,4 @@
-"""The estimator inside somebody's own 1 kHz loop, without any bus.
+"""The estimator inside your own 1 kHz loop, without any bus.
 
 The loop is the part between the lines; above it stands what your robot already has, here a tip that is
 pressed 1 mm deep in half a second, held, and pulled sideways by a load that grows.

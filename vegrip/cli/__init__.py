@@ -151,7 +151,7 @@ def _run(app: typer.Typer, arguments: list[str], program: str) -> int:
         code = literal(app)(arguments, prog_name=program, standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         return 130
-    except BrokenPipeError:  # `vegrip ... | head`: nobody reads on
+    except BrokenPipeError:  # `vegrip ... | head`: the reader has ended
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except SystemExit as done:

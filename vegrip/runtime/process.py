@@ -120,7 +120,7 @@ def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
 
 
 def _start(runner: Runner, begin: Callable[[], None]) -> None:
-    """Start the node; what somebody's own effect or program raises becomes one sentence, too."""
+    """Start the node; an exception in a user's effect or program becomes one sentence, too."""
     try:
         begin()
     except VegripError:

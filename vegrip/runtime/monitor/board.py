@@ -104,7 +104,7 @@ class Board:
     def look(self, now: int) -> None:
         """Note in the log what has fallen silent, gone, ended or come back by ``now`` [ns]."""
         if self._looked is None or now - self._looked > FRESH * NS:
-            self._awake_since = now  # whoever did not look must not call others silent
+            self._awake_since = now  # a monitor that did not look must not call nodes silent
         self._looked = now
         for name, row in self.nodes.items():
             presence = row.judge(now, self._awake_since)

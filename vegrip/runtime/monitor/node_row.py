@@ -39,7 +39,7 @@ class NodeRow:
     """One node."""
 
     since: int  # [ns] when its process was first seen
-    is_old: bool = False  # it ran before anybody looked
+    is_old: bool = False  # it ran before the monitor started
     status: NodeStatus | None = None
     presence: Presence = Presence.STARTING
     present: Present | None = None  # None: the registry does not know it (any more)
