@@ -128,9 +128,9 @@ class TelemetrySocket:
     def listen(self) -> None:
         """Take note of what is subscribed to.
 
-        A prefix is forgotten when no program is connected any more, not when one unsubscribes:
-        libzmq passes on every cancellation, also of a program that had not subscribed to what others want. A message without
-        subscribers is not sent, only encoded.
+        A prefix is forgotten when no program is connected any more, not when one unsubscribes: libzmq passes
+        on every cancellation, also of a program that had not subscribed. A message without subscribers is
+        not sent, only encoded.
         """
         for _ in range(SUBSCRIBER_QUEUE_MESSAGES):
             if not int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
