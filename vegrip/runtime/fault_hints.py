@@ -19,11 +19,11 @@ HINTS: Final[Mapping[str, str]] = {
     "bus the same bit rates (transport.bitrate, transport.data_bitrate), then look at wiring and termination",
     "connections": "too many programs are connected to a socket of this node, and the next one must wait; "
     "look for one that connects again and again, and never closes",
-    "cut_off": "a publisher sent what is no message of ours (bytes that are not ZeroMQ, or above 64 KiB); "
+    "cut_off": "a publisher sent something that is not a message of vegrip (not ZeroMQ, or above 64 KiB); "
     "the connection was opened anew; look what runs at the addresses in transport.subscribe",
     "parts": "messages come that are not topic and payload, and are refused; look what else publishes at the "
     "addresses in transport.subscribe",
-    "two_senders": "the states of a finger jump to and fro between two values: two hands send under one "
+    "two_senders": "the states of a finger alternate between two values: two hands send under one "
     "name, give them different ones (hand, namespace or channel); or it vibrates at half the rate of states",
     "checksum": "what comes has a wrong checksum and is refused; the link is disturbed, or the sender has "
     "another layout, finger or namespace than it says",
@@ -39,7 +39,7 @@ HINTS: Final[Mapping[str, str]] = {
         for name, what in (
             ("schema", "that are not complete maps of msgpack"),
             ("type", "with a field of another type"),
-            ("value", "with a value that is none"),
+            ("value", "with an invalid value"),
             ("size", "that are too long or too short"),
         )
     },

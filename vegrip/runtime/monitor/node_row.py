@@ -30,7 +30,7 @@ class Presence(Enum):
     STARTING = "starting"  # its process runs, it has not said anything
     RUNNING = "running"
     SILENT = "silent"  # it says nothing, though its process may run
-    GONE = "gone"  # its process has ended without a word
+    GONE = "gone"  # its process has died
     ENDED = "ended"  # it has said that it ends
 
 
