@@ -38,7 +38,7 @@ web-pictures: $(STAMP)  ## draw docs/images/web-*.png again, from the tests of t
 wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
 	$(V)/python -m pytest -q -n 0 tests/install
 
-check: lint types test test-long test-numba test-vcan docs examples wheel-test  ## what CI runs
+check: lint types test test-long test-numba test-vcan docs examples site wheel-test  ## what CI runs
 
 format: $(STAMP)
 	$(V)/ruff format .
