@@ -4,7 +4,7 @@ V := .venv/bin
 STAMP := .venv/.installed
 DEMO := .venv/.demo
 
-.PHONY: demo test test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
+.PHONY: demo test test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs site examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -38,7 +38,7 @@ web-pictures: $(STAMP)  ## draw docs/images/web-*.png again, from the tests of t
 wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
 	$(V)/python -m pytest -q -n 0 tests/install
 
-check: lint types test test-long test-numba test-vcan docs examples wheel-test  ## what CI runs
+check: lint types test test-long test-numba test-vcan docs examples site wheel-test  ## what CI runs
 
 format: $(STAMP)
 	$(V)/ruff format .
@@ -58,6 +58,16 @@ types: $(STAMP)
 
 docs: $(STAMP)
 	$(V)/python docs/check.py
+
+SITE := .venv/.site
+site: $(SITE)  ## the documents as pages in build/site: warnings are errors, nothing is loaded from elsewhere
+	NO_MKDOCS_2_WARNING=1 PYTHONPATH=. $(V)/mkdocs build --quiet
+	$(V)/python docs/site/check.py build/site
+	@echo "open build/site/index.html; its search needs a server: python3 -m http.server -b 127.0.0.1 -d build/site 8000"
+
+$(SITE): $(STAMP)
+	$(V)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[site]'
+	touch $@
 
 examples: $(STAMP)
 	$(V)/python examples/run_all.py

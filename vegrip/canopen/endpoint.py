@@ -68,7 +68,7 @@ class CanopenEndpoint(ClosedByWith):
 
     @property
     def clock(self) -> ClockEstimate | None:
-        """The clock of whoever sends TIME, in ns since 1970, against ours; None before the first."""
+        """The clock of the producer of TIME, in ns since 1970, against ours; None before the first."""
         known = self._clock.estimate()
         return None if math.isnan(known.offset) else known
 
