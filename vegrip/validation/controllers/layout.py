@@ -13,7 +13,7 @@ SLOTS = 25
 TABLE = 400
 """Pressure exponents of the hand's tables."""
 
-ROW_FINGER = ("force", "command", "margin", "mu", "radius", "exponent", "tangential", "torque")
+ROW_FINGER = ("force", "command", "margin", "mu", "radius", "exponent", "tangential", "torque", "least")
 """Truth of one finger in a row of the result."""
 ROW_HEAD = ("time", "slips", "micro_slips")
 

@@ -2,6 +2,7 @@
 
 import math
 
+from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.validation.controllers.kernels.control import control_finger
 from vegrip.validation.controllers.kernels.generated import (
     G_COMMAND,
@@ -32,6 +33,8 @@ from vegrip.validation.controllers.kernels.generated import (
     Floats,
 )
 from vegrip.validation.controllers.kernels.hand import close_event, hand_tick, hand_time, true_margin
+
+HERTZ_POWER = 1.0 / 3.0
 
 
 def run_whole_trial(
@@ -113,4 +116,16 @@ def write_row(h: Floats, out: Floats, at: int) -> None:
         x, y = h[H_WRENCH + 3 * i], h[H_WRENCH + 3 * i + 1]
         out[c], out[c + 1], out[c + 2] = h[H_FORCE + i], h[G_COMMAND + i], true_margin(h, i)
         out[c + 3], out[c + 4], out[c + 5] = h[H_MU + i], h[H_RADIUS + i], h[H_K + i]
-        out[c + 6], out[c + 7] = math.sqrt(x * x + y * y), abs(h[H_WRENCH + 3 * i + 2])
+        f, torque = math.sqrt(x * x + y * y), abs(h[H_WRENCH + 3 * i + 2])
+        out[c + 6], out[c + 7] = f, torque
+        out[c + 8] = least_possible(f, torque, h[H_MU + i], h[H_RADIUS + i], h[H_K + i], h[H_FORCE + i])
+
+
+def least_possible(f: float, torque: float, mu: float, a: float, k: float, force: float) -> float:
+    """Return the force [N] at which a load is on the limit surface, the radius going with its cube root.
+
+    ``a`` [m] is the radius at the present ``force`` [N]; without a contact only no load can be carried.
+    """
+    if not (force > 0.0 and a > 0.0):
+        return 0.0 if f + torque == 0.0 else math.inf
+    return least_normal_force(f, torque, mu, a, k, force, HERTZ_POWER, 0.0)
