@@ -82,8 +82,8 @@ def begin_contact(m: Floats, force: float, displacement: float) -> None:
 def is_touching(m: Floats, force: float) -> bool:
     """Whether the force, or without one the indentation, is surely that of a contact."""
     if math.isfinite(force):
-        return force - m[Y0 + BIAS] > 4.0 * math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS])
-    return m[Y0] > 4.0 * math.sqrt(m[P0])
+        return bool(force - m[Y0 + BIAS] > 4.0 * math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS]))
+    return bool(m[Y0] > 4.0 * math.sqrt(m[P0]))
 
 
 def keep_finite(m: Floats) -> None:

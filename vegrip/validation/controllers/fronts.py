@@ -149,7 +149,7 @@ def _collect(
 
 def knobs_of(grasp: str, names: Sequence[str], *, sweep: bool) -> dict[str, tuple[float, ...]]:
     """Return the knobs of each controller: its operating point, or that and those of its front."""
-    tuned = {name: (KNOBS[grasp][name],) for name in names}
+    tuned: dict[str, tuple[float, ...]] = {name: (KNOBS[grasp][name],) for name in names}
     if not sweep:
         return tuned
     return {name: tuple(sorted({*SWEEPS[grasp].get(name, ()), *tuned[name]})) for name in names}
