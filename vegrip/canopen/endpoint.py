@@ -16,10 +16,11 @@ from vegrip.messages import ContactEstimate, Message
 from vegrip.transport.can_endpoint import CanEndpoint, Open
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.endpoint import ClosedByWith
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
 
 
-class CanopenEndpoint:
+class CanopenEndpoint(ClosedByWith):
     """An endpoint that only listens; the ends of a hand build on it.
 
     Besides the names of :class:`~vegrip.transport.can_endpoint.CanEndpoint` ``rejected`` has ``malformed``
@@ -67,7 +68,7 @@ class CanopenEndpoint:
 
     @property
     def clock(self) -> ClockEstimate | None:
-        """The clock of whoever sends TIME, in ns since 1970, against ours; None before the first."""
+        """The clock of the producer of TIME, in ns since 1970, against ours; None before the first."""
         known = self._clock.estimate()
         return None if math.isnan(known.offset) else known
 

@@ -100,10 +100,10 @@ class GraspEndpoint(CanopenEndpoint):
         self._describe(fingers, heartbeat, limit)
 
     def claim(self) -> None:
-        """Make sure that nobody else has our node-ID.
+        """Make sure that no other node has our node-ID.
 
         Raises:
-            DeviceError: somebody has.
+            DeviceError: another node has it.
 
         """
         claim((self.device.id,), self.put, self.can.next_frame, self.now)

@@ -18,9 +18,7 @@ MODEL = Annotated[
 ]
 CANDIDATE = Annotated[
     list[str] | None,
-    typer.Option(
-        "--candidates", metavar="NAME", help="Effects to tell apart (again for each), or 'nothing'."
-    ),
+    typer.Option("--candidates", metavar="NAME", help="Effects to separate (repeat for each), or 'nothing'."),
 ]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", metavar="TOML", help="Protocol file to write.")]
 LIMITS = Annotated[
@@ -33,7 +31,7 @@ SPEED = Annotated[float | None, typer.Option("--speed", help="Fastest motion alo
 PULL = Annotated[float | None, typer.Option("--tangential-force", help="Greatest pull [N]; 0: cannot pull.")]
 LASTS = Annotated[float | None, typer.Option("--duration", help="Longest experiment [s], pauses included.")]
 PLOT = Annotated[
-    Path | None, typer.Option("--plot", metavar="PNG", help="Draw it, with what each candidate says.")
+    Path | None, typer.Option("--plot", metavar="PNG", help="Draw it, with the prediction of each candidate.")
 ]
 OPTIONS = {"force": "--normal-force"}  # where the key of a limit is not the option's name
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -151,10 +149,10 @@ def _nothing_to_do(told: dict[str, Any], as_json: bool) -> None:
 
     reasons = {
         "adequate": "nothing is missing that this recording shows",
-        "named": "the recording tells by itself: " + ", ".join(told["named"]),
-        "unexplained": "none of the catalogue explains it, so there are no candidates to tell apart",
+        "named": "the recording already shows: " + ", ".join(told["named"]),
+        "unexplained": "no effect of the catalogue explains it, so there are no candidates to separate",
     }
-    sentence = f"{reasons[told['verdict']]}; name --candidates to plan an experiment all the same"
+    sentence = f"{reasons[told['verdict']]}; give --candidates to plan an experiment anyway"
     if as_json:
         print_json({"needed": False, "advice": sentence, **told})
     else:

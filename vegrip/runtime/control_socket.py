@@ -121,7 +121,7 @@ class ControlServer:
     """The thread that answers at ``address``.
 
     A request is one frame of msgpack, after an empty one as a socket of kind REQ puts it. Every other one
-    is answered with an error and counted as ``request``, and whoever asks next is answered as well.
+    is answered with an error and counted as ``request``, and the next request is answered as well.
 
     Args:
         address: to bind.

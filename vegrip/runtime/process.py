@@ -106,7 +106,7 @@ def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
     logger = logging.getLogger(f"vegrip.{runner.full_name}")
     if isinstance(endpoint, Priced) and runner.channels is not None and endpoint.sentences:
         runner.channels = ChannelWatch(runner.channels.lacking, endpoint.sentences)
-        logger.warning("this hand does not tell all:\n  %s", "\n  ".join(endpoint.sentences))
+        logger.warning("this hand does not measure everything:\n  %s", "\n  ".join(endpoint.sentences))
     if isinstance(endpoint, Supervised):
         if autostart:
             _start(runner, lambda: runner.change("configure"))
@@ -120,7 +120,7 @@ def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
 
 
 def _start(runner: Runner, begin: Callable[[], None]) -> None:
-    """Start the node; what somebody's own effect or program raises becomes one sentence, too."""
+    """Start the node; an exception in a user's effect or program becomes one sentence, too."""
     try:
         begin()
     except VegripError:

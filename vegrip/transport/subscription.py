@@ -52,7 +52,7 @@ class Subscription:
         self._socket = socket
         self._address = address
         self._on_handshake = on_handshake
-        self._ended: float | None = None  # [s] when the connection ended that nobody tries again so far
+        self._ended: float | None = None  # [s] when the connection ended that is not tried again so far
         self._monitor = SocketMonitor(socket, int(_EVENTS))
         socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE)
         for option, value in _KEEPALIVE if address.startswith("tcp:") else ():
@@ -76,7 +76,7 @@ class Subscription:
             return None
 
     def look(self, now: float) -> None:
-        """See how the connection is at ``now`` [s], and open it anew if nobody else does."""
+        """See how the connection is at ``now`` [s], and open it anew if libzmq does not."""
         for event, _ in self._monitor.events():
             if event == zmq.EVENT_DISCONNECTED:
                 self._ended = now

@@ -81,7 +81,7 @@ class BusModel:
         self._babble(node, time)
 
     def detach(self, node: int) -> None:
-        """Disconnect ``node``; what it has queued is still sent, if anybody is there to acknowledge it."""
+        """Disconnect ``node``; what it has queued is still sent, if a node is there to acknowledge it."""
         leaving = self._nodes[node]
         leaving.leaving, leaving.chance = True, None
         self._census()
@@ -107,7 +107,7 @@ class BusModel:
         return self._arbiter.queued
 
     def is_heard(self, node: int) -> bool:
-        """Whether anybody would acknowledge a frame of ``node``."""
+        """Whether another node would acknowledge a frame of ``node``."""
         return self._acknowledging > self._nodes[node].acknowledges
 
     def state(self, node: int) -> ErrorState:

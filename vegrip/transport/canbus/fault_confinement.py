@@ -74,7 +74,7 @@ class Confinement:
             self.missing = RECOVERY_SEQUENCES
 
     def not_acknowledged(self) -> None:
-        """Count a frame of its own that nobody acknowledged."""
+        """Count a frame of its own that no node acknowledged."""
         if self.state is ErrorState.ACTIVE:
             self.failed_to_send()
 

@@ -136,7 +136,7 @@ def _unknown(told: Account) -> str:
     found = told["diagnosis"]
     said = list(told["warnings"])
     if found is not None:
-        said += [f"not told apart: {', '.join(group)}" for group in found["indistinguishable"]]
+        said += [f"not separated: {', '.join(group)}" for group in found["indistinguishable"]]
         if found["unexplained"]:
             said.append(f"what is left depends on {found['unexplained']['variable']}")
         said += [f"{name} could not be seen: {reason}" for name, reason in found["out_of_sight"].items()]
