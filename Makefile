@@ -29,6 +29,7 @@ test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-M
 
 test-c: $(STAMP)  ## the estimator in C against numba, every effect; the export with gcc, clang, sanitizers, cppcheck, an emulated Cortex-M7
 	$(V)/python -m pytest -q -n auto tests/c99 tests/export
+
 test-web: $(STAMP)  ## the pages in a real browser, headless: Chromium of the distribution (apt-get install chromium)
 	VEGRIP_WEB_TESTS=1 $(V)/python -m pytest -q -n 0 -m browser tests/web
 
@@ -38,7 +39,7 @@ web-pictures: $(STAMP)  ## draw docs/images/web-*.png again, from the tests of t
 wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
 	$(V)/python -m pytest -q -n 0 tests/install
 
-check: lint types test test-long test-numba test-vcan docs examples site wheel-test  ## what CI runs
+check: lint types test test-long test-web test-numba test-vcan docs examples site wheel-test  ## what CI runs
 
 format: $(STAMP)
 	$(V)/ruff format .

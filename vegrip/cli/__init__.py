@@ -87,6 +87,10 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
             "vegrip.cli.trial:trial",
             "Hide effects in simulated recordings, and count what is named.",
         ),
+        "controllers": (
+            "vegrip.cli.controllers:controllers",
+            "Measure grip force over the least that would hold, and slips, of every controller.",
+        ),
         "bench": ("vegrip.cli.bench:bench", "Measure the speed ratios on this machine."),
     },
 }

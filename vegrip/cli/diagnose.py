@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ def diagnose(
     force: FORCE = False,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
+    hold_back: HOLD_BACK = "",
     as_json: JSON = False,
 ) -> None:
     """Say which physical effects would explain what the model leaves of a recording.
@@ -51,7 +52,7 @@ def diagnose(
     with Outputs(force=force) as outputs:
         alone = output is not None and output.suffix.lower() == ".toml"
         (outputs.file if alone else outputs.pictures)(output)
-        measured, start = opened(recording, model)
+        measured, start = opened(recording, model, hold_back=hold_back)
         with progress("diagnose") as report:
             found = diagnose_model(
                 measured,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def refine(
     most: MOST = 4,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
+    hold_back: HOLD_BACK = "",
     as_json: JSON = False,
 ) -> None:
     """Add effect after effect, refitting each time, and show the ladder of errors down to the noise.
@@ -44,18 +45,17 @@ def refine(
     """
     from vegrip.cli._fits import noise_for, opened, print_json
     from vegrip.cli._progress import progress
-    from vegrip.identification.diagnosis import diagnose
+    from vegrip.identification.diagnosis import error_ladder
     from vegrip.identification.diagnosis.account import account
-    from vegrip.identification.diagnosis.error_ladder import build_ladder
     from vegrip.identification.experiment.next_experiment import next_experiment
     from vegrip.model import write_model
 
     with Outputs(force=force) as outputs:
         outputs.file(output)
         outputs.pictures(report)
-        measured, start = opened(recording, model)
+        measured, start = opened(recording, model, hold_back=hold_back)
         with progress("refine") as tell:
-            found = diagnose(
+            refined = error_ladder.refine(
                 measured,
                 start,
                 noise=noise_for(measured, tolerance),
@@ -63,11 +63,12 @@ def refine(
                 most=most,
                 report=tell,
             )
-        rungs = build_ladder(found)
+        found, rungs = refined.diagnosis, refined.rungs
         outputs.write(output, partial(write_model, found.model))
         told = {"ladder": [rung.as_dict() for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
         if report is not None:
             again = f"vegrip refine {recording}" + (f" --model {model}" if model is not None else "")
+            again += f" --hold-back {hold_back}" if hold_back else ""
             outputs.write(
                 report,
                 partial(_write_report, rungs, account(found, recording, [again], next_experiment(found))),

@@ -27,6 +27,10 @@ def routes(controller: Controller) -> list[Route]:
         "undo": lambda _: controller.undo(),
         "look_at": lambda told: controller.look_at(int(told["place"])),
         "stop": lambda _: controller.stop(),
+        "hold_back": lambda told: controller.hold_back(str(told["episodes"])),
+        "compare_with": lambda told: controller.compare_with(_place(told["place"])),
+        "compare_with_file": lambda told: controller.compare_with_file(str(told["name"])),
+        "plan": lambda told: controller.plan(str(told["candidates"]), str(told["duration"])),
         "write_model": lambda told: controller.write_model(str(told["name"])),
         "use_in_node": lambda told: controller.use_in_node(str(told["node"])),
     }
@@ -49,7 +53,22 @@ def routes(controller: Controller) -> list[Route]:
             return JSONResponse({"error": f"the request is not complete: {error}"}, 400)
         return JSONResponse({})
 
-    return [Route("/", page), Route("/live", live), Route("/do", act, methods=["POST"])]
+    async def motion(_: Request) -> Response:
+        file = controller.motion()
+        if file is None:
+            return JSONResponse({"error": "no experiment was found yet"}, 404)
+        return FileResponse(file, media_type="application/toml", filename=f"{controller.name}-next.toml")
+
+    return [
+        Route("/", page),
+        Route("/live", live),
+        Route("/motion", motion),
+        Route("/do", act, methods=["POST"]),
+    ]
+
+
+def _place(told: Any) -> int | None:
+    return None if told == "before" else int(told)
 
 
 async def _texts(controller: Controller) -> AsyncIterator[str]:
@@ -79,7 +98,13 @@ def _whole(controller: Controller) -> dict[str, Any]:
         "recording": controller.name,
         "level": level,
         "verdict": name,
-        "body": body(session, busy=controller.job is not None),
+        "body": body(
+            session,
+            busy=controller.job is not None,
+            beside=controller.beside,
+            other=controller.other,
+            node=controller.node,
+        ),
         "commands": commands(controller.commands),
         "error": controller.error,
         "note": controller.note,

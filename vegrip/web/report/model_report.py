@@ -22,7 +22,7 @@ def model_report(told: Account) -> str:
         section("what was measured", _data(told["data"])),
         section("where the first model failed", where(told["before"]), channels(told["before"])),
         ranking(last, [], busy=False, buttons=False),
-        comparison(told["after"], told["before"] if added else None),
+        comparison(told["after"], ("the first model", told["before"]) if added else None),
         parameters(last),
         section("what remains unknown", _unknown(told)),
         section("how to make this again", commands(told["commands"])),
@@ -39,7 +39,7 @@ def account_of_check(
     first = path[0]
     last = path[-1]
     return {
-        "ladder": [{"effect": rung.effect, "error": rung.error} for rung in path],
+        "ladder": [{"effect": rung.effect, "error": rung.error} for rung in path if not rung.is_refit],
         "verdict": last.diagnosis["verdict"] if last.diagnosis is not None else "unexplained",
         "data": data,
         "diagnosis": diagnosed[-1].diagnosis if diagnosed else None,

@@ -51,6 +51,10 @@ document.addEventListener("click", (event) => {
   const button = event.target.closest("button[data-do]");
   if (button) ask(button.dataset);
 });
+document.addEventListener("change", (event) => {
+  const choice = event.target.closest("select[data-do]");
+  if (choice) ask({ do: choice.dataset.do, [choice.name]: choice.value });
+});
 document.addEventListener("submit", (event) => {
   event.preventDefault();
   ask({ do: event.target.dataset.do, ...Object.fromEntries(new FormData(event.target)) });
