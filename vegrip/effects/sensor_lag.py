@@ -31,6 +31,6 @@ EFFECT = Effect(
     ),
     hooks=(hook(sense),),
     confounded=("displacement_backlash", "fast_damping"),
-    experiment="small sines of 8 .. 20 Hz; a synchronisation pulse tells a delay from a lag",
+    experiment="small sines of 8 .. 20 Hz; a synchronisation pulse separates a delay from a lag",
     group="timing",
 )
