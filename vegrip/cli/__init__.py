@@ -70,6 +70,10 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
             "vegrip.cli.experiment:experiment",
             "Find the experiment that separates candidate effects.",
         ),
+        "calibrate": (
+            "vegrip.cli.calibrate:calibrate",
+            "Guide a new fingertip through its trials to a model with errors.",
+        ),
         "export": ("vegrip.cli.export:app", "Write the estimator as C99 for firmware: c, learned."),
         "fleet": ("vegrip.cli.fleet:fleet", "Diagnose a folder of many recordings, on all cores."),
         "new-effect": (

@@ -79,7 +79,7 @@ def experiment(
         measured, start = opened(recording, model)
         own = {"depth": depth, "force": normal_force, "speed": speed, "tangential_force": tangential_force}
         allowed = complete_limits(
-            _limits(limits, {**own, "duration": duration}), limits_of(_usable(measured))
+            rig_limits(limits, {**own, "duration": duration}), limits_of(_usable(measured))
         )
         with progress("experiment") as report:
             contest = _contest(measured, start, _names(candidates or []), report)
@@ -112,7 +112,8 @@ def _usable(recording: "Recording") -> "Recording":
     return recording
 
 
-def _limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
+def rig_limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
+    """Return the limits of a file with those that options give; NaN where neither says any."""
     from vegrip.config import build
     from vegrip.config import replace as changed
     from vegrip.identification.experiment.limits import RigLimits, read_limits

@@ -7,7 +7,7 @@ from vegrip.identification.compare.words import format_quantity
 from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, ranking, where
 from vegrip.web.check.session import Rung, Session
 from vegrip.web.figures import ladder
-from vegrip.web.report.document import commands, document, facts, listed, section, told_versions
+from vegrip.web.report.document import commands, document, facts, listed, section, table, told_versions
 
 Account = Mapping[str, Any]
 
@@ -20,6 +20,7 @@ def model_report(told: Account) -> str:
     parts = (
         f'<div class="overview">{_result(told, added)}{section("ladder of errors", _ladder(told))}</div>',
         section("what was measured", _data(told["data"])),
+        _calibration(told.get("calibration")),
         section("where the first model failed", where(told["before"]), channels(told["before"])),
         ranking(last, [], busy=False, buttons=False),
         comparison(told["after"], ("the first model", told["before"]) if added else None),
@@ -92,6 +93,38 @@ def _data(data: Account) -> str:
             **ranges,
         }
     )
+
+
+def _calibration(told: Account | None) -> str:
+    """Return the trials of a calibration, what is known well enough, and what to record again."""
+    if told is None:
+        return ""
+    trials = [
+        (i, one["kind"], one["name"], "; ".join(one["problems"]) or "good")
+        for i, one in enumerate(told["trials"], 1)
+    ]
+    known = [
+        (
+            symbol,
+            f"{one['value']:.4g}",
+            _spread(one, "std"),
+            _spread(one, "goal"),
+            "known" if one["known"] else "not known well enough",
+        )
+        for symbol, one in told["known"].items()
+    ]
+    again = listed(told["again"]) if told["again"] else "<p>Nothing has to be recorded again.</p>"
+    return section(
+        "calibration",
+        table(("trial", "kind", "motion", "what it lacks"), trials, numbers=(0,)),
+        "<h3>how well each parameter is known</h3>",
+        table(("symbol", "value", "standard error", "wanted", ""), known, numbers=(1, 2, 3)),
+        f"<h3>to record again</h3>{again}",
+    )
+
+
+def _spread(one: Account, which: str) -> str:
+    return f"{100.0 * one[which]:.2g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
 
 
 def _kind(channel: str) -> str:

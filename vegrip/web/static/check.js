@@ -19,7 +19,7 @@ const receive = (event) => {
   $("busy").hidden = !told.progress;
   document.body.classList.remove("gone");
   if (told.body === undefined) return;
-  $("recording").textContent = told.recording;
+  $("recording").textContent = told.name;
   $("connection").className = `chip ${told.level}`;
   $("connection").textContent = told.verdict;
   alarm(told.error ? "bad" : "ok", told.error || told.note);
