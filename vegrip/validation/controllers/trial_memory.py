@@ -7,7 +7,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vegrip.estimator.layout import friction_symbol
+from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief
+from vegrip.grip.friction_probe import PROBE_SIZE, begin_probing
 from vegrip.grip.parameters import GraspParameters
+from vegrip.model import ContactModel
 from vegrip.types import Floats
 from vegrip.validation.controllers.layout import FLAGS, SLOTS, TrialLayout
 from vegrip.virtual import Disturbance, HandSettings, profile
@@ -86,6 +90,7 @@ def set_control(h: Floats, layout: TrialLayout, settings: GraspParameters, at_qu
         "MAX_FORCE": limits.max_force, "RAISE_RATE": limits.raise_rate, "LOWER_RATE": limits.lower_rate,
         "LIFETIME": limits.lifetime, "FAIL_FORCE": safe.force, "FAIL_HOLD": safe.hold_time,
         "FAIL_RAMP": safe.ramp_rate, "CONSTANT": settings.constant.force,
+        "LEARNS": float(settings.policy == "margin" and settings.friction.shared),
         "CONE": (1.0 + cone.safety) / cone.friction, "LONGEST_GAP": settings.estimator.longest_gap,
         "ELASTIC": [elastic.friction, elastic.safety, elastic.radius, elastic.power, elastic.exponent],
         "COMMAND": math.nan, "INFORMED": math.inf,
@@ -121,3 +126,19 @@ def noise_table(settings: HandSettings, seed: int, samples: int) -> Floats:
     """
     sensors = Sensors(settings.sensor, settings.fingers, np.random.default_rng([seed, 1]))
     return np.stack([sensors.draw()[0] for _ in range(samples)])
+
+
+def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int) -> tuple[Floats, Floats]:
+    """Return the belief of the grasp before anything was felt, and the state of its probing."""
+    g, q = np.zeros(BELIEF_SIZE), np.zeros(PROBE_SIZE)
+    mu = model.values[friction_symbol(model)]
+    f = settings.friction
+    begin_belief(
+        g, fingers, math.log(mu.value), mu.std, f.own_spread, settings.estimator.friction_drift, f.shock
+    )
+    probing = f.probing
+    begin_probing(
+        q, f.climb if probing else 0.0, f.rate if probing else 0.0, f.unknown, f.known, f.quiet_time,
+        f.quiet_change, f.pause, f.reach,
+    )  # fmt: skip
+    return g, q

@@ -5,9 +5,12 @@ import math
 from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.estimator.kernels.forecast import least_force
 from vegrip.estimator.kernels.update import update
+from vegrip.grip.friction_probe import PROBE_NEED
 from vegrip.validation.controllers.kernels.generated import (
     CH_USED,
     CHANNEL0,
+    FRI_LN_MU,
+    FRI_VAR,
     G_COMMAND,
     G_CONE,
     G_CONSTANT,
@@ -22,6 +25,7 @@ from vegrip.validation.controllers.kernels.generated import (
     G_FIRST_FORCE,
     G_FIRST_LOAD,
     G_INFORMED,
+    G_LEARNS,
     G_LIFETIME,
     G_LONGEST_GAP,
     G_LOWER_RATE,
@@ -51,9 +55,11 @@ from vegrip.validation.controllers.kernels.generated import (
     REP_FORCE_STD,
     REP_RADIUS,
     REP_SOUND,
+    SET_S_TANGENTIAL,
     SLOT_COUNT,
     Floats,
 )
+from vegrip.validation.controllers.kernels.learning import give_evidence, probe_finger, take_belief
 
 LEAST_SLIDING = 2e-4  # [m/s], as estimator.LEAST_SLIP_SPEED
 TRANSFER_TIME = 0.3  # [s], as bumpless_transfer.TRANSFER_DURATION_S
@@ -119,6 +125,8 @@ def informed_age(m: Floats, h: Floats, i: int, dt: float) -> float:
 def control_finger(
     m: Floats,
     h: Floats,
+    g: Floats,
+    q: Floats,
     i: int,
     dt: float,
     force: float,
@@ -136,18 +144,28 @@ def control_finger(
         believed = math.nan
     first = h[G_SAMPLES + i] == 0.0
     h[G_SAMPLES + i] += 1.0
+    learns = h[G_LEARNS] > 0.5
+    if learns:
+        take_belief(m, h, g, i)
+    ln, variance = m[FRI_LN_MU], m[FRI_VAR]
     update(m, -1.0 if first else dt, force, displacement, math.nan, tangential, torque, believed)
     age = informed_age(m, h, i, dt)
     valid = age <= h[G_LONGEST_GAP] and m[REP_SOUND] > 0.5
     slipping = slip >= 0.5
     touching = m[REP_CONTACT] > 0.5
+    shift = 0.0
+    if learns:
+        give_evidence(m, h, g, i, dt, ln, variance)
+        load, noise = armed_load(tangential, torque, m[REP_RADIUS]), m[SET_S_TANGENTIAL]
+        shift = probe_finger(g, q, i, dt, load, noise, touching, slipping, h[G_QUANTILE])
+    margin = 1.0 - (1.0 - h[G_MARGIN]) * math.exp(shift)
     if not touching:
         least = 0.0
         trusted = valid and abs(m[REP_FORCE] + m[REP_FORCE_STD]) < math.inf
     else:
         least = math.nan
         if h[G_POLICY] == 0.0 and valid:
-            least = least_force(m, tangential, torque, h[G_MARGIN], h[G_QUANTILE])
+            least = least_force(m, tangential, torque, margin, h[G_QUANTILE])
         trusted = not math.isnan(least)
     if first:
         start = force if not math.isnan(force) else 0.0
@@ -160,6 +178,7 @@ def control_finger(
     elif h[G_TRANSFER + i] >= 0.0:
         h[G_TRANSFER + i] += dt
     least = taken_over(h, i, least, armed_load(tangential, torque, h[G_FIRST_ARM + i]), slipping)
+    q[PROBE_NEED + i] = least if trusted and least < math.inf else 0.0
     require(h, i, 0.0 if first else dt, least, tangential, torque, touching, slipping, trusted)
     command_finger(h, i, dt if not first else 0.0)
 

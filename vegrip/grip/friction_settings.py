@@ -1,0 +1,35 @@
+"""How friction is learned by all fingers of a grasp."""
+
+from dataclasses import dataclass
+
+from vegrip.config import parameter
+
+
+@dataclass(frozen=True)
+class FrictionSettings:
+    """Belief of the grasp and probing; see :mod:`vegrip.grip.friction_belief`, ``friction_probe``."""
+
+    shared: bool = parameter(True, doc="what one finger learns of the object counts for all", live=False)
+    own_spread: float = parameter(
+        0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu between the fingers on one object", live=False
+    )
+    shock: float = parameter(
+        0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu of what befalls all faces at once", live=False
+    )
+    probing: bool = parameter(True, doc="let go slowly until friction is known", live=False)
+    climb: float = parameter(1.5, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object unknown", live=False)
+    rate: float = parameter(0.6, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object known", live=False)
+    unknown: float = parameter(
+        0.2, unit="1", low=0.0, high=2.0, doc="std from which an object is unknown", live=False
+    )
+    known: float = parameter(
+        0.06, unit="1", low=0.0, high=2.0, doc="std below which a finger is known", live=False
+    )
+    quiet_time: float = parameter(
+        0.2, unit="s", low=0.0, high=10.0, doc="no load has changed for", live=False
+    )
+    quiet_change: float = parameter(
+        0.05, unit="1", low=0.0, high=1.0, doc="relative change of a load", live=False
+    )
+    pause: float = parameter(0.5, unit="s", low=0.0, high=100.0, doc="after a slip", live=False)
+    reach: float = parameter(2.0, unit="1", low=0.0, high=10.0, doc="std above the mean", live=False)
