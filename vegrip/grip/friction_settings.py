@@ -16,6 +16,10 @@ class FrictionSettings:
     shock: float = parameter(
         0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu of what befalls all faces at once", live=False
     )
+    onsets: bool = parameter(True, doc="learn from the beginning of slip too", live=False)
+    onset_noise: float = parameter(
+        0.05, unit="1", low=1e-3, high=2.0, doc="std of ln mu from one onset to the next", live=False
+    )
     probing: bool = parameter(True, doc="let go slowly until friction is known", live=False)
     climb: float = parameter(1.5, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object unknown", live=False)
     rate: float = parameter(0.6, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object known", live=False)

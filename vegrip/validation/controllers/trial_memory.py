@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from vegrip.estimator.layout import friction_symbol
 from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief
-from vegrip.grip.friction_probe import PROBE_SIZE, begin_probing
+from vegrip.grip.friction_onset import ONSET_SIZE, begin_onsets
+from vegrip.grip.friction_probe import begin_probing
 from vegrip.grip.parameters import GraspParameters
 from vegrip.model import ContactModel
 from vegrip.types import Floats
@@ -130,7 +131,7 @@ def noise_table(settings: HandSettings, seed: int, samples: int) -> Floats:
 
 def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int) -> tuple[Floats, Floats]:
     """Return the belief of the grasp before anything was felt, and the state of its probing."""
-    g, q = np.zeros(BELIEF_SIZE), np.zeros(PROBE_SIZE)
+    g, q = np.zeros(BELIEF_SIZE), np.zeros(ONSET_SIZE)
     mu = model.values[friction_symbol(model)]
     f = settings.friction
     begin_belief(
@@ -141,4 +142,5 @@ def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int
         q, f.climb if probing else 0.0, f.rate if probing else 0.0, f.unknown, f.known, f.quiet_time,
         f.quiet_change, f.pause, f.reach,
     )  # fmt: skip
+    begin_onsets(q, f.onset_noise if f.onsets else math.inf, f.shock)
     return g, q

@@ -4,7 +4,9 @@ import math
 
 from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.estimator.kernels.forecast import least_force
+from vegrip.estimator.kernels.report import utilisation
 from vegrip.estimator.kernels.update import update
+from vegrip.grip.friction_onset import feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED
 from vegrip.validation.controllers.kernels.generated import (
     CH_USED,
@@ -156,6 +158,8 @@ def control_finger(
     shift = 0.0
     if learns:
         give_evidence(m, h, g, i, dt, ln, variance)
+        u, relative = utilisation(m)
+        feel_onset(g, q, i, dt, u, relative, slip)
         load, noise = armed_load(tangential, torque, m[REP_RADIUS]), m[SET_S_TANGENTIAL]
         shift = probe_finger(g, q, i, dt, load, noise, touching, slipping, h[G_QUANTILE])
     margin = 1.0 - (1.0 - h[G_MARGIN]) * math.exp(shift)
