@@ -1,37 +1,30 @@
-"""The estimator inside somebody's own 1 kHz loop, without any bus.
+"""Grip control inside your own 1 kHz loop, without any bus.
 
-The loop is the part between the lines; above it stands what your robot already has, here a tip that is
+The loop is the part between the lines; below it stands what your robot already has, here a tip that is
 pressed 1 mm deep in half a second, held, and pulled sideways by a load that grows.
 """
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from vegrip.messages import FingertipState
-from vegrip.model import paper_model
+import vegrip
 
 # ---------------------------------------------------------------------------------------------------------
-from vegrip.estimator import ContactEstimator, SensorNoise  # isort: skip
+fingertip = vegrip.paper_model(tip_radius=8e-3)  # or vegrip.read_model(Path("my_fingertip.toml"))
+noise = vegrip.SensorNoise(normal_force=0.01, displacement=5e-6)
+hand = vegrip.GripController(("index",), model=fingertip, noise=noise)
 
-fingertip = paper_model(tip_radius=8e-3)  # or read_model(Path("my_fingertip.toml"))
-estimator = ContactEstimator(fingertip, SensorNoise(normal_force=0.01, displacement=5e-6))
 
-
-def control_step(sensed: FingertipState) -> float:
-    """Called every millisecond; return the normal force to ask for [N]."""
-    contact = estimator.update(sensed)
-    if not (contact.in_contact and contact.limit_radius.valid):
-        return 1.0  # your own way of closing the hand
-    wanted = estimator.least_force(margin=0.3)
-    return wanted if math.isfinite(wanted) else contact.normal_force.value
+def control_step(sensed: list[vegrip.FingertipState], now: int) -> list[vegrip.ForceCommand]:
+    """Called every millisecond, also when no state came; return the forces to apply [N]."""
+    return hand.step(sensed, now)
 
 
 # ---------------------------------------------------------------------------------------------------------
 
 
-def robot(seconds: float = 3.0) -> Iterator[FingertipState]:
+def robot(seconds: float = 3.0) -> Iterator[vegrip.FingertipState]:
     """A fingertip that is not quite the one the estimator was told of, with its sensors."""
     rng = np.random.default_rng(7)
     t = np.arange(0.0, seconds, 1e-3)
@@ -40,7 +33,7 @@ def robot(seconds: float = 3.0) -> Iterator[FingertipState]:
     force = stiffer.simulate(t, depth).normal_force
     load = 0.25 * force * np.clip(t - 0.7, 0.0, 1.5)
     for i in range(t.size):
-        yield FingertipState(
+        yield vegrip.FingertipState(
             stamp=int(i * 1e6),
             finger="index",
             seq=i,
@@ -55,17 +48,17 @@ def robot(seconds: float = 3.0) -> Iterator[FingertipState]:
 
 def main() -> None:
     """Run the loop and print what it knows four times a second."""
-    print("time [s]   N [N]           a [mm]          mu           margin > bound   ask for [N]")
+    print("time [s]   N [N]           a [mm]          mu           margin > bound   command [N]")
     for sensed in robot():
-        wanted = control_step(sensed)
+        (command,) = control_step([sensed], sensed.stamp)
         if sensed.seq % 250 == 249:
-            print(f"{sensed.stamp / 1e9:8.2f}  {describe(estimator)}  {wanted:10.2f}")
+            asked = f"{command.normal_force:10.2f} {command.reason.name}"
+            print(f"{sensed.stamp / 1e9:8.2f}  {describe('index')}  {asked}")
 
 
-def describe(known: ContactEstimator) -> str:
+def describe(finger: str) -> str:
     """One line of what is known."""
-    margin = known.slip_margin()
-    c = known.contact_estimate()
+    margin, c = hand.margin(finger), hand.contact(finger)
     parts = [f"{c.normal_force.value:6.3f} +- {c.normal_force.std:5.3f}"]
     parts += [f"{1e3 * c.contact_radius.value:6.3f} +- {1e3 * c.contact_radius.std:5.3f}"]
     parts += [f"{c.friction_coefficient.value:5.2f} +- {c.friction_coefficient.std:4.2f}"]

@@ -3,14 +3,17 @@
 import dataclasses
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 from vegrip.contact.limit_surface import reference
 from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator import estimator as module_of_the_estimator
 from vegrip.estimator.compiled import module_for
-from vegrip.messages import NAN, Channel, ContactEstimate, FingertipState
+from vegrip.estimator.health import health_of
+from vegrip.messages import NAN, Channel, ContactEstimate, FingertipState, ModelHealth
 from vegrip.model import ContactModel, paper_model
 
 Record = Callable[..., list[FingertipState]]
@@ -150,6 +153,32 @@ def test_health_names_the_channel_that_does_not_fit(
     health = estimator.health()
     assert not health.consistent
     assert health.channel == "normal_force"
+
+
+def test_the_verdict_on_a_sample_is_reached_once_and_stays_until_the_next(
+    estimator: ContactEstimator,
+    model: ContactModel,
+    press: Record,
+    run: Run,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    looks = 0
+
+    def counted(*given: Any) -> ModelHealth:
+        nonlocal looks
+        looks += 1
+        return health_of(*given)
+
+    monkeypatch.setattr(module_of_the_estimator, "health_of", counted)
+    states = press(model, KNOTS, DEPTHS)
+    run(estimator, states[:-1])
+    assert estimator.health() == estimator.health()
+    assert looks == 1
+    run(estimator, states[-1:])
+    estimator.health()
+    assert looks == 2
+    estimator.reset_health()
+    assert not estimator.health().consistent, "nothing is known any more"
 
 
 def test_filter_in_plain_python_agrees_with_the_compiled_one(

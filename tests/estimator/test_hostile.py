@@ -190,6 +190,20 @@ def test_a_displacement_whose_zero_has_moved_is_not_believed_and_then_learned_an
     assert abs(e.indentation.value - 5e-4) < 5e-4, "half of the millimetre by which the zero has moved"
 
 
+def test_a_number_that_is_not_finite_any_more_is_counted_and_begins_everything_anew(
+    estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
+) -> None:
+    states = press(model, KNOTS, DEPTHS)
+    run(estimator, states[:500])
+    assert estimator.overflows == 0
+    estimator._m[estimator.layout.places()["Y"][1] - 1] = math.inf
+    run(estimator, states[500:502])
+    assert estimator.overflows == 1
+    assert np.isfinite(estimator.covariance).all()
+    estimator.reset()
+    assert estimator.overflows == 0
+
+
 def test_uncertainty_grows_without_measurements(
     estimator: ContactEstimator, model: ContactModel, press: Record, run: Run
 ) -> None:

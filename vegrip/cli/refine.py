@@ -44,9 +44,8 @@ def refine(
     """
     from vegrip.cli._fits import noise_for, opened, print_json
     from vegrip.cli._progress import progress
-    from vegrip.identification.diagnosis import diagnose
+    from vegrip.identification.diagnosis import error_ladder
     from vegrip.identification.diagnosis.account import account
-    from vegrip.identification.diagnosis.error_ladder import build_ladder
     from vegrip.identification.experiment.next_experiment import next_experiment
     from vegrip.model import write_model
 
@@ -55,7 +54,7 @@ def refine(
         outputs.pictures(report)
         measured, start = opened(recording, model)
         with progress("refine") as tell:
-            found = diagnose(
+            refined = error_ladder.refine(
                 measured,
                 start,
                 noise=noise_for(measured, tolerance),
@@ -63,7 +62,7 @@ def refine(
                 most=most,
                 report=tell,
             )
-        rungs = build_ladder(found)
+        found, rungs = refined.diagnosis, refined.rungs
         outputs.write(output, partial(write_model, found.model))
         told = {"ladder": [rung.as_dict() for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
         if report is not None:

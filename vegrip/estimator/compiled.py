@@ -105,6 +105,5 @@ def _text(
     here = Path(__file__).parent / "kernels"
     surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
     kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
-    surfaces = [surface, ELLIPSE] if ellipse else [surface]
-    parts = [layout.constants(), *surfaces, *kernels, *more]
+    parts = [layout.constants(), f"{surface}\n{ELLIPSE}\n" if ellipse else surface, *kernels, *more]
     return writer.write(compose(effects), [effect.name for effect in effects], parts, (*ENTRIES, *entries))

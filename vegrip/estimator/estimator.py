@@ -13,7 +13,7 @@ from vegrip.errors import InputError
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import Watch, health_of
 from vegrip.estimator.initial_state import blank
-from vegrip.estimator.layout import CHANNELS, MODE, PER_CHANNEL, REPORT, Layout, layout_of
+from vegrip.estimator.layout import CHANNELS, COUNTS, MODE, PER_CHANNEL, REPORT, Layout, layout_of
 from vegrip.estimator.rewind_buffer import Past
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.messages import (
@@ -86,6 +86,7 @@ class ContactEstimator:
         self._resumed = False  # whether the memory is one that was kept
         self._past.clear()
         self._watch = Watch()
+        self._health: ModelHealth | None = None  # the verdict at the last sample, once it was asked for
         self._shown: FingertipState | None = None  # the last sample offered, taken or not
         self._trusted = False  # whether it was taken
 
@@ -125,7 +126,7 @@ class ContactEstimator:
         gap, and what is known of the contact is carried over it. Values that are not finite count as not
         measured.
         """
-        self._shown, self._trusted = state, False
+        self._shown, self._trusted, self._health = state, False, None
         if self._resumed:
             self._resumed = False
             self._follow_clock(state, state)
@@ -286,7 +287,16 @@ class ContactEstimator:
         return float(self._module.least_force(self._m, self._tangential, self._torque, margin, at))
 
     def health(self) -> ModelHealth:
-        """Return whether the model still explains the measurements, and what it fails at most."""
+        """Return whether the model still explains the measurements, and what it fails at most.
+
+        The verdict has hysteresis over the stamps of the samples at which it is asked for; until the next
+        sample it stays the same, and asking again costs nothing.
+        """
+        if self._health is None:
+            self._health = self._assessed()
+        return self._health
+
+    def _assessed(self) -> ModelHealth:
         if self._state is None:
             return ModelHealth(0, "", 0)
         condition = Condition.OK if self._channels_used() & 3 == 3 else Condition.DEGRADED
@@ -308,13 +318,21 @@ class ContactEstimator:
     @property
     def restarts(self) -> int:
         """How often what is known of the contact was begun anew because it was lost."""
-        return int(self._m[self._places["MODE"].start + MODE.index("RESTARTS")])
+        return self._count("RESTARTS")
+
+    @property
+    def overflows(self) -> int:
+        """How often a number of the filter was not finite any more, and everything was begun anew."""
+        return self._count("OVERFLOWS")
+
+    def _count(self, name: str) -> int:
+        return int(self._m[self._places["COUNTS"].start + COUNTS.index(name)])
 
     def reset_health(self) -> None:
         """Forget how well the model explained what was felt so far; what is known of the contact stays."""
         self._m[self._places["HEALTH"]] = 0.0
         self._m[self._places["CHANNEL"]].reshape(len(CHANNELS), -1)[:, PER_CHANNEL.index("REJECTED")] = 0.0
-        self._watch = Watch()
+        self._watch, self._health = Watch(), None
 
     def value(self, symbol: str) -> Estimate:
         """Return the present estimate of a parameter of the model; its std is that of the coordinate."""

@@ -26,7 +26,7 @@ def blank(model: ContactModel, layout: Layout, noise: SensorNoise, settings: Est
     mu = model.values[symbols[layout.mu]]
     friction = dict.fromkeys(FRICTION, 0.0)
     friction |= {"LN_MU": math.log(mu.value), "BASE_LN": math.log(mu.value)}
-    friction |= {"VAR": mu.std**2, "BASE_VAR": mu.std**2, "SINCE": math.inf}
+    friction |= {"VAR": mu.std**2, "BASE_VAR": mu.std**2}
     friction |= {"UNCONFIRMED": math.inf, "SCATTER_VAR": settings.friction_scatter**2}
     m[at["FRICTION"]] = list(friction.values())
     m[at["CONSIDER"]] = [model.values[symbols[i]].std ** 2 for i in layout.considered]
@@ -77,7 +77,6 @@ def _setting(
         "S_TANGENTIAL": noise.tangential_force,
         "S_TORQUE": noise.torque_z,
         "LONGEST_GAP": settings.longest_gap,
-        "RECOVERY": float(settings.recovery),
         "TIP_RADIUS": model.tip_radius,
         "DEPTH": model.reference_depth,
         "QUANTILE": float(ndtri(settings.confidence)),
@@ -86,7 +85,6 @@ def _setting(
         "SCATTER": settings.friction_scatter,
         "MU_DRIFT": settings.friction_drift,
         "REGRASP": settings.regrasp,
-        "MU_PRIOR": math.log(mu.value),
         "MU_PRIOR_VAR": mu.std**2,
         "HEALTH_TIME": settings.health_time,
         "LEARNING_REST": settings.learning_rest,

@@ -12,13 +12,13 @@ from vegrip.model import ContactModel
 
 SETTINGS = (
     "ACCELERATION", "R_FORCE", "R_DISPLACEMENT", "R_RADIUS", "S_TANGENTIAL", "S_TORQUE", "LONGEST_GAP",
-    "RECOVERY", "TIP_RADIUS", "DEPTH", "QUANTILE", "HORIZON", "HOLD", "SCATTER", "MU_DRIFT", "REGRASP",
-    "MU_PRIOR", "MU_PRIOR_VAR", "HEALTH_TIME", "LEARNING_REST",
+    "TIP_RADIUS", "DEPTH", "QUANTILE", "HORIZON", "HOLD", "SCATTER", "MU_DRIFT", "REGRASP",
+    "MU_PRIOR_VAR", "HEALTH_TIME", "LEARNING_REST",
 )  # fmt: skip
 
 MODE = (
     "ZERO_KNOWN", "BLIND", "HEALTH_DECAY", "REGIME", "REST", "CELL", "SINCE_JERK", "PERIOD", "CAUTION",
-    "CONTRADICTED", "RESTARTS", "UNEXPLAINED", "CORNER", "SLOPE",
+    "CONTRADICTED", "UNEXPLAINED", "CORNER", "SLOPE",
     "TOLERATED", "LOST", "AGREED", "TOUCH", "FELT", "FREE_DEPTH", "ZERO_MEAN", "ZERO_VAR",
     "RADIUS_CONTRADICTED", "BEND", "MET",
 )  # fmt: skip
@@ -27,16 +27,19 @@ MODE = (
 ZERO_KNOWN: the contact was felt to begin, so the zero of the displacement is told; BLIND: no displacement;
 REST: since the tip moved in contact; SINCE_JERK: since the displacement jumped; PERIOD: of the samples;
 CAUTION: time left in which nothing is learned; CONTRADICTED: for how long a published estimate has disagreed
-with its own measurement; RESTARTS: how often the memory of a lost contact was begun anew; UNEXPLAINED:
-variance of the force [N^2] beyond what model and noise explain; CORNER: how far the motion left a straight
-line within the last step [m]; SLOPE: of the force over the indentation when last used [N/m];
-TOLERATED: the part of UNEXPLAINED that counts as noise; LOST: for how long the contact has been lost;
-AGREED: since when nothing contradicts; TOUCH: sum of the forces above the noise, in its std; FELT: whether
-the contact is felt; FREE_DEPTH: largest displacement [m] at which it would have been felt and was not;
+with its own measurement; UNEXPLAINED: variance of the force [N^2] beyond what model and noise explain;
+CORNER: how far the motion left a straight line within the last step [m];
+SLOPE: of the force over the indentation when last used [N/m]; TOLERATED: the part of
+UNEXPLAINED that counts as noise; LOST: for how long the contact has been lost; AGREED: since when nothing
+contradicts; TOUCH: sum of the forces above the noise, in its std; FELT: whether the contact is felt;
+FREE_DEPTH: largest displacement [m] at which it would have been felt and was not;
 ZERO_MEAN [m], ZERO_VAR [m^2]: of the zero, without that bound; RADIUS_CONTRADICTED: for how long the radius
 has disagreed with its own measurement; BEND: sum of the bends of the force [N] that are still the same; MET:
 whether a contact was felt since the beginning.
 """
+
+COUNTS = ("RESTARTS", "OVERFLOWS")
+"""How often the memory of a lost contact was begun anew, and how often a number was not finite any more."""
 
 MOTION = ("POSITION", "SPEED", "VAR_POSITION", "COV", "VAR_SPEED", "RESTLESS")
 """The measured displacement followed on its own, with constant speed: where the next sample is expected."""
@@ -44,11 +47,11 @@ MOTION = ("POSITION", "SPEED", "VAR_POSITION", "COV", "VAR_SPEED", "RESTLESS")
 REPORT = (
     "FORCE", "FORCE_STD", "RADIUS", "RADIUS_STD", "EXPONENT", "EXPONENT_STD", "MU", "MU_STD", "LIMIT_FORCE",
     "LIMIT_FORCE_STD", "LIMIT_TORQUE", "LIMIT_TORQUE_STD", "LIMIT_RADIUS", "LIMIT_RADIUS_STD", "GAUGE",
-    "GAUGE_REL", "GAUGE_ABS", "DEPTH_NOW", "DEPTH_STD", "CONTACT", "DRY_FORCE", "SOUND", "RADIUS_SOUND",
+    "GAUGE_REL", "GAUGE_ABS", "DEPTH_NOW", "DEPTH_STD", "CONTACT", "SOUND", "RADIUS_SOUND",
 )  # fmt: skip
 
 FRICTION = (
-    "LN_MU", "VAR", "BASE_LN", "BASE_VAR", "PEAK", "BEST", "SLIDING", "SINCE", "SMOOTH", "TOUCHING", "EVENTS",
+    "LN_MU", "VAR", "BASE_LN", "BASE_VAR", "PEAK", "BEST", "SLIDING", "SMOOTH", "TOUCHING", "EVENTS",
     "PROVEN", "HELD_TIME", "HELD_LEAST", "SLIDE_COUNT", "SLIDE_MEAN", "UNCONFIRMED", "SCATTER_VAR",
 )  # fmt: skip
 
@@ -106,7 +109,7 @@ class Layout:
             "FRICTION": len(FRICTION), "CONSIDER": len(self.considered), "REPORT": len(REPORT),
             "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
-            "MODE": len(MODE), "MOTION": len(MOTION), "START": n, "LOST": 1,
+            "MODE": len(MODE), "MOTION": len(MOTION), "START": n, "COUNTS": len(COUNTS),
             "OLD": n, "KEPT_Y": n, "KEPT_P": n * n,
             "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1, "BENT": s + 1,
             "S0": s + 1, "S1": s + 1, "RATIO": n, "L": n * n, "D": 5 * (m + len(self.considered)), "TRY": n,
@@ -128,7 +131,7 @@ class Layout:
 
     def constants(self) -> str:
         """Return the constants as program text for the generated module."""
-        lines = [f"N = {self.n}", f"M = {self.moving}", f"NS = {self.n_states}", f"SIZE = {self.size}"]
+        lines = [f"N = {self.n}", f"M = {self.moving}", f"NS = {self.n_states}"]
         lines += [f"N_LEARNED = {len(self.learned)}", f"LEARNED = {(*self.learned, -1)}"]
         lines += [f"LEARNED_LOG = {(*self.learned_log, False)}", f"N_CONSIDERED = {len(self.considered)}"]
         lines += [
@@ -140,14 +143,19 @@ class Layout:
         free = (False,) * (self.n - 2 - self.n_states)
         lines += [f"KEPT = {(False, False, *self.extreme, *free)}"]
         lines += [f"FELT = {(True, self.speed_felt, *[True] * (self.n - 2))}"]
-        lines += [f"SPEED_FELT = {self.speed_felt}", f"ZERO = {self.n - 2}", f"BIAS = {self.n - 1}"]
+        lines += [f"ZERO = {self.n - 2}", f"BIAS = {self.n - 1}"]
         lines += [f"MU_PLACE = {self.mu}", f"CONSIDERED_MU = {self.considered.index(self.mu)}"]
         for name, (start, end) in self.places().items():
             lines += [f"{name}0 = {start}", f"{name}1 = {end}"]
-        at = {"SET": SETTINGS, "REPORT": REPORT, "FRICTION": FRICTION, "MODE": MODE, "MOTION": MOTION}
+        at = {
+            "SET": SETTINGS, "REPORT": REPORT, "FRICTION": FRICTION, "MODE": MODE, "MOTION": MOTION,
+            "COUNTS": COUNTS,
+        }  # fmt: skip
         for section, names in at.items():
             start = self.places()[section][0]
-            short = section if section in {"MODE", "MOTION"} else section[:3]
+            short = (
+                "COUNT" if section == "COUNTS" else section if section in {"MODE", "MOTION"} else section[:3]
+            )
             lines += [f"{short}_{name} = {start + i}" for i, name in enumerate(names)]
         lines += [f"CH_{name} = {i}" for i, name in enumerate(PER_CHANNEL)]
         return "\n".join(lines)

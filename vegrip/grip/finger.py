@@ -21,6 +21,7 @@ from vegrip.messages import (
     ForceCommand,
     LearnedParameter,
     Message,
+    ModelHealth,
     SlipMargin,
 )
 
@@ -73,13 +74,15 @@ class GraspFinger:
         self.past: deque[FingertipState] = deque(maxlen=RECENT_STATES)
         """What was believed of late, for an estimator that takes over."""
 
-    def sense(self, state: FingertipState, now: int, wanted: Wanted) -> None:
+    def sense(self, state: FingertipState, now: int, wanted: Wanted) -> bool:
         """Take in one state that arrived at ``now`` [ns] and ask the controller what it needs.
 
-        The margin itself, which no command waits for, is worked out when it is reported.
+        Returns whether the state is believed. The margin itself, which no command waits for, is worked out
+        when it is reported.
         """
         demand = UNTRUSTED_DEMAND
-        if self.watchdog.accept(state, now):
+        believed = self.watchdog.accept(state, now)
+        if believed:
             self.estimator.assimilate(state)
             self.past.append(state)
             first, self._seen = not self._seen, True
@@ -96,6 +99,7 @@ class GraspFinger:
             demand = self._bound_takeover(demand, now)
             demand = self._hold_doubtful(demand) if self.watchdog.doubtful else demand
             self.controller.update(self.watchdog.condition, demand, now)
+        return believed
 
     def watch(self, now: int) -> None:
         """Look for silence; under a fault the controller rides it out by the clock."""
@@ -133,6 +137,21 @@ class GraspFinger:
         """Whether it is time to look at the health of the model."""
         return _due(self._healthy, now, health_period)
 
+    def contact(self, now: int) -> ContactEstimate:
+        """Return what is known of the contact at ``now`` [ns]; not valid while the input is not trusted."""
+        contact = replace(self.estimator.contact_estimate(), finger=self.name, seq=self._reports)
+        return contact if self._fresh else _untrusted_contact(contact, self._age(now))
+
+    def margin(self, now: int) -> SlipMargin:
+        """Return the slip margin at ``now`` [ns]; not valid while the input is not trusted."""
+        return self._judged_margin(self.estimator.slip_margin(), now)
+
+    def health(self, now: int) -> ModelHealth:
+        """Return whether the model explains what is measured, and the condition of the input."""
+        condition = self.watchdog.condition
+        health = self.estimator.health()
+        return replace(health, stamp=now, finger=self.name, seq=self._healths, condition=condition)
+
     def reports(self, now: int, report_period: float, health_period: float) -> Iterator[Message]:
         """Yield what is due to be told: contact, margin, and less often the health of the model.
 
@@ -141,18 +160,16 @@ class GraspFinger:
         if self._seen and self._margin is not None and _due(self._reported, now, report_period):
             self._reported = self._staggered(self._reported, now, report_period)
             self._margin = self.estimator.slip_margin()
-            contact = replace(self.estimator.contact_estimate(), seq=self._reports)
-            margin = replace(self._margin, seq=self._reports)
+            contact, margin = self.contact(now), self._judged_margin(self._margin, now)
             self._reports += 1
-            yield contact if self._fresh else _untrusted_contact(contact, self._age(now))
-            yield margin if self._fresh else _untrusted_margin(margin, self._age(now))
+            yield contact
+            yield margin
         condition = self.watchdog.condition
         due = self.health_due(now, health_period)
         if due or condition is not self._told:
             self._told = condition
             self._healthy = self._staggered(self._healthy, now, health_period) if due else self._healthy
-            health = self.estimator.health()
-            yield replace(health, stamp=now, finger=self.name, seq=self._healths, condition=condition)
+            yield self.health(now)
             self._healths += 1
 
     def learned_messages(self, learned: Mapping[str, Learned], now: int, period: float) -> Iterator[Message]:
@@ -171,12 +188,16 @@ class GraspFinger:
         first = last == -math.inf
         return now - self._phase * period * NS if first else now
 
+    def _judged_margin(self, margin: SlipMargin, now: int) -> SlipMargin:
+        margin = replace(margin, finger=self.name, seq=self._reports)
+        return margin if self._fresh else _untrusted_margin(margin, self._age(now))
+
     @property
     def _fresh(self) -> bool:
         return self.watchdog.condition <= Condition.DEGRADED
 
     def _age(self, now: int) -> float:
-        return max(0.0, (now - self._used) / NS)
+        return max(0.0, (now - self._used) / NS) if self._seen else math.inf
 
     def _present_force(self, state: FingertipState) -> float:
         if not math.isnan(state.normal_force):

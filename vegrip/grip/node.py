@@ -1,19 +1,15 @@
-"""The node that grips: any number of fingers, each with its own estimator, watchdog and controller."""
+"""The node that grips: a grip controller with a lifecycle, on a bus."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
+from vegrip.grip.controller import GripController
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.grip.finger import UNTRUSTED_DEMAND, GraspFinger, Wanted
-from vegrip.grip.finger_controller import FingerController
-from vegrip.grip.joint_confidence import each_confidence
+from vegrip.grip.finger import GraspFinger
 from vegrip.grip.learned_store import LearnedStore, NoStore
 from vegrip.grip.model_swap import ModelSwap
-from vegrip.grip.safety.fail_safe import FailSafe
-from vegrip.grip.safety.watchdog import InputWatchdog
-from vegrip.grip.settings import ControlSettings, make_policy, make_share
-from vegrip.grip.warm_up import dummy_states
+from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth
 from vegrip.runtime import NodeBase
 
@@ -47,7 +43,8 @@ class GraspForce(NodeBase):
         model_swap: ModelSwap | None = None,
         diagnoser: MisfitDiagnoser | None = None,
     ) -> None:
-        self.fingers: dict[str, GraspFinger] = {}
+        self.controller: GripController | None = None
+        """What grips; None until the node is configured."""
         self._names = tuple(fingers)
         self._model_swap: ModelSwap | None = None
         super().__init__(name, settings)
@@ -69,9 +66,15 @@ class GraspForce(NodeBase):
         before = getattr(self, "_parameters", settings)
         self._parameters = settings
         self._begin_model_swap(before, settings)
-        self._shared = make_share(settings, self._names)
-        for finger in self.fingers.values():
-            finger.apply(settings)
+        if self.controller is None:
+            make_share(settings, self._names)  # says now what cannot be used
+        else:
+            self.controller.settings = settings
+
+    @property
+    def fingers(self) -> dict[str, GraspFinger]:
+        """The fingers by name; none until the node is configured."""
+        return {} if self.controller is None else self.controller.fingers
 
     def _begin_model_swap(self, before: ControlSettings, settings: ControlSettings) -> None:
         """When the fingertips are said to be others, build their estimators beside the loop."""
@@ -94,23 +97,18 @@ class GraspForce(NodeBase):
                 self.diagnoser.forget(name)
 
     def configure(self) -> None:
-        """Build every finger, and compile what will run by running it on fingers that are thrown away."""
-        self.fingers = {name: self._finger(name) for name in self._names}
-        for finger in self.fingers.values():
-            for state in dummy_states(finger.name):
-                finger.sense(state, state.stamp, self._wanted)
-                finger.command(self._share(finger), state.stamp)
-                list(finger.reports(state.stamp, 0.0, 0.0))
-        self.fingers = {name: self._finger(name) for name in self._names}
+        """Build every finger and compile what will run."""
+        self.controller = GripController(
+            self._names, settings=self.parameters, make_estimator=self._new_estimator
+        )
 
     def activate(self) -> None:
         """Begin afresh, except after a fault of this node: then the grip is taken over as it is."""
-        if self._is_at_fault:
-            for finger in self.fingers.values():
-                finger.restart()
-        elif self._worn:
+        if self.controller is not None and self._is_at_fault:
+            self.controller.restart()
+        elif self.controller is not None and self._worn:
             self._learned_store.save()
-            self.fingers = {name: self._finger(name) for name in self._names}
+            self.controller.reset()
         self._active, self._is_at_fault = True, False
 
     def deactivate(self) -> None:
@@ -121,34 +119,33 @@ class GraspForce(NodeBase):
     def cleanup(self) -> None:
         """Forget the fingers, but not what they learned."""
         self._learned_store.save()
-        self.fingers = {}
+        self.controller = None
         self._worn = False
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
         """Answer a state of a known finger with its command, and what is due of the reports."""
-        if not self._active or not isinstance(message, FingertipState):
+        controller = self.controller
+        if controller is None or not self._active or not isinstance(message, FingertipState):
             return ()
-        finger = self.fingers.get(message.finger)
+        finger = controller.fingers.get(message.finger)
         if finger is None:
             self.rejected["unknown finger"] += 1
             return ()
-        finger.sense(message, now, self._wanted)
-        if finger.past and finger.past[-1] is message:  # it was believed
+        if controller.assimilate(message, now):
             self.diagnoser.note(finger.name, message, finger.estimator.in_contact)
-        return chain(self._commands([finger], now), self._reports(finger, now))
+        return chain(controller.commands([finger.name], now), self._reports(controller, finger, now))
 
     def on_tick(self, now: int) -> Iterable[Message]:
         """Watch for silence; renew commands before they expire."""
-        if not self._active:
+        controller = self.controller
+        if controller is None or not self._active:
             return ()
         self._take_new_estimators()
         answers: list[Message] = []
-        for finger in self.fingers.values():
-            finger.watch(now)
-            if finger.controller.due(now):
-                answers += self._commands([finger], now)
+        for finger in controller.fingers.values():
+            answers += controller.watch(finger.name, now)
             if finger.watchdog.condition > Condition.DEGRADED:
-                answers += self._reports(finger, now)
+                answers += self._reports(controller, finger, now)
         return answers
 
     def on_broken(self, finger: str, now: int) -> None:
@@ -159,36 +156,14 @@ class GraspForce(NodeBase):
     def on_fault(self, now: int) -> Iterable[Message]:
         """Ride out a fault of this node itself, without the estimators."""
         self._is_at_fault = True
-        due = [finger for finger in self.fingers.values() if finger.controller.due(now)]
-        for finger in due:
-            finger.controller.update(Condition.STALE, UNTRUSTED_DEMAND, now)
-        return self._commands(due, now)
+        return self.controller.ride_out(now) if self.controller is not None else ()
 
-    def _finger(self, name: str) -> GraspFinger:
-        settings = self.parameters
-        controller = FingerController(
-            name, make_policy(settings), FailSafe(settings.fail_safe), settings.limits
-        )
-        phase = self._names.index(name) / len(self._names)
-        watchdog = InputWatchdog(settings.watchdog)
-        return GraspFinger(name, self._make_estimator(name), controller, watchdog, phase)
+    def _new_estimator(self, finger: str) -> Estimator:
+        return self._make_estimator(finger)  # another one after a change of the model
 
-    def _commands(self, fingers: Iterable[GraspFinger], now: int) -> list[ForceCommand]:
-        return [finger.command(self._share(finger), now) for finger in fingers if finger.controller.started]
-
-    @property
-    def _wanted(self) -> Wanted:
-        """Margin and confidence of each finger; all count, also those that are not heard."""
-        grip = self.parameters.grip
-        return grip.wanted_margin, each_confidence(grip.probability, len(self._names), grip.correlation)
-
-    def _share(self, finger: GraspFinger) -> float:
-        started = {f.name: f.controller.required_force for f in self.fingers.values() if f.controller.started}
-        return self._shared(started).get(finger.name, 0.0)
-
-    def _reports(self, finger: GraspFinger, now: int) -> Iterator[Message]:
+    def _reports(self, controller: GripController, finger: GraspFinger, now: int) -> Iterator[Message]:
         looks = finger.health_due(now, self.parameters.health_period)
-        for report in finger.reports(now, self.parameters.report_period, self.parameters.health_period):
+        for report in controller.reports(finger.name, now):
             yield self.diagnoser.annotate(report) if isinstance(report, ModelHealth) else report
         # last, so that a state that has come meanwhile need not wait for it
         if looks and (learned := self._learned_store.observe(finger.name, now)):

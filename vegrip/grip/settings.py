@@ -4,20 +4,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vegrip.config import parameter
+from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
 from vegrip.grip.allocation.balance import balance_forces
 from vegrip.grip.allocation.internal_forces import InternalForces, contacts_of
 from vegrip.grip.friction_settings import FrictionSettings
-from vegrip.grip.policies.baselines import (
-    ConeSettings,
-    ConstantGrip,
-    ConstantSettings,
-    ElasticSettings,
-    ElasticSurface,
-    FrictionCone,
-)
-from vegrip.grip.policies.margin_grip import GripSettings, MarginGrip
+from vegrip.grip.policies import find_policy
+from vegrip.grip.policies.baselines import ConeSettings, ConstantSettings, ElasticSettings
+from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.policies.policy import GripPolicy
 from vegrip.grip.safety.fail_safe import FailSafeSettings
 from vegrip.grip.safety.limits import LimitSettings
@@ -30,10 +24,10 @@ class ControlSettings:
 
     policy: str = parameter(
         "margin",
-        choices=("margin", "constant", "cone", "elastic"),
-        doc="which rule finds the wanted force",
+        doc="rule that finds the wanted force: margin, constant, cone, elastic, or one of another package",
         live=False,
     )
+    policy_settings: dict[str, Any] = parameter({}, doc="of a policy of another package", live=False)
     thumb: str = parameter(
         "thumb", doc="finger that the others press against; empty = no balance", live=False
     )
@@ -52,16 +46,35 @@ class ControlSettings:
     fail_safe: FailSafeSettings = parameter(FailSafeSettings(), doc="under faults")
     watchdog: WatchdogSettings = parameter(WatchdogSettings(), doc="supervision of the input")
 
+    def __post_init__(self) -> None:
+        policy_settings(self)  # says what cannot be used
+
 
 def make_policy(settings: ControlSettings) -> GripPolicy:
     """Return a new policy of the kind the settings name."""
-    if settings.policy == "constant":
-        return ConstantGrip(settings.constant)
-    if settings.policy == "cone":
-        return FrictionCone(settings.cone)
-    if settings.policy == "elastic":
-        return ElasticSurface(settings.elastic)
-    return MarginGrip(settings.grip)
+    return find_policy(settings.policy).make(policy_settings(settings))
+
+
+def apply_policy(policy: GripPolicy, settings: ControlSettings) -> None:
+    """Give ``policy`` its new settings; it keeps its memory."""
+    policy.settings = policy_settings(settings)
+
+
+def policy_settings(settings: ControlSettings) -> Any:
+    """Return the settings of the policy that is named.
+
+    Raises:
+        ConfigError: there is no such policy, or ``policy_settings`` cannot be used.
+
+    """
+    kind = find_policy(settings.policy)
+    if not kind.section:
+        return build(kind.settings, settings.policy_settings, f"policy_settings of {settings.policy!r}")
+    if settings.policy_settings:
+        raise ConfigError(
+            f"'policy_settings' are for policies of other packages; the table is {kind.section!r}"
+        )
+    return getattr(settings, kind.section)
 
 
 Share = Callable[[Mapping[str, float]], Mapping[str, float]]
@@ -83,16 +96,3 @@ def make_share(settings: ControlSettings, fingers: Sequence[str]) -> Share:
             f"'contacts' has {', '.join(sorted(unknown))}; the fingers are {', '.join(fingers)}"
         )
     return InternalForces(contacts_of(settings.contacts, "grasp")).shared
-
-
-def apply_policy(policy: GripPolicy, settings: ControlSettings) -> None:
-    """Give ``policy`` its new settings; it keeps its memory."""
-    match policy:
-        case ConstantGrip():
-            policy.settings = settings.constant
-        case FrictionCone():
-            policy.settings = settings.cone
-        case ElasticSurface():
-            policy.settings = settings.elastic
-        case MarginGrip():
-            policy.settings = settings.grip

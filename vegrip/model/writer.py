@@ -4,9 +4,10 @@ Names of the model stand in the code as they are in the effects; names of the ma
 """
 
 import ast
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from vegrip.effects.contract import FACTORS, GEOMETRY, OUTSIDE, STAGES, STARTS
+from vegrip.errors import ModelError
 from vegrip.model.composer import Call, Plan
 from vegrip.model.source import parsed
 
@@ -46,6 +47,9 @@ def write(
         kernels: texts of kernel files to append.
         entries: functions that Python calls; they are cached on disk, the others live inside them.
 
+    Raises:
+        ModelError: two of the texts define the same name; in one module the last one would count for both.
+
     """
     sizes = {"states": len(plan.states), "values": len(plan.parameters), "outside": len(OUTSIDE)}
     parts = [HEADER.format(effects=", ".join(effects), **sizes)]
@@ -57,8 +61,42 @@ def write(
         _advance(plan),
         _readout(plan),
     ]
+    refuse_shared_names([*parts, *kernels])
     body = "\n\n\n".join([*parts, *(_without_our_imports(kernel) for kernel in kernels)])
     return _decorated(body, set(entries))
+
+
+def refuse_shared_names(texts: Sequence[str]) -> None:
+    """Refuse texts that define the same function or constant.
+
+    Raises:
+        ModelError: names what is defined twice, and where.
+
+    """
+    owners: dict[str, str] = {}
+    for text in texts:
+        tree = parsed(text)
+        title = (ast.get_docstring(tree) or text.strip()).partition("\n")[0]
+        for name in dict.fromkeys(_defined(tree)):
+            if name in owners:
+                raise ModelError(
+                    f"{name} is defined in two texts of one generated module, where only one of them would"
+                    f" count: {owners[name]!r} and {title!r}; rename one of them"
+                )
+            owners[name] = title
+
+
+def _defined(tree: ast.Module) -> Iterator[str]:
+    """Yield what a text defines at its top level: functions, and constants with a value."""
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef):
+            yield node.name
+        elif isinstance(node, ast.Assign | ast.AugAssign) or (
+            isinstance(node, ast.AnnAssign) and node.value is not None
+        ):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            named = (one for target in targets for one in ast.walk(target))
+            yield from (one.id for one in named if isinstance(one, ast.Name))
 
 
 def _stage_function(plan: Plan, stage: str) -> str:

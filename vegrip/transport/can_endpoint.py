@@ -15,6 +15,7 @@ from vegrip.transport.can_port import CanPort, open_port
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec import Frame
+from vegrip.transport.endpoint import ClosedByWith
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import Lossy, losses
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
@@ -43,7 +44,7 @@ class Codec(Lossy, Protocol):
         """Return the frames of ``message``."""
 
 
-class CanEndpoint:
+class CanEndpoint(ClosedByWith):
     """Frames in and out, decoded and encoded.
 
     After opening nothing raises. Besides the names of the codec ``rejected`` has ``unsent`` for frames the

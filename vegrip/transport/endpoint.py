@@ -1,14 +1,16 @@
 """What a node sees of the outside: messages come in, messages go out."""
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol, runtime_checkable
+from typing import Protocol, Self, runtime_checkable
 
 from vegrip.messages import Message
 from vegrip.transport.sender_clock import ClockEstimate
 
 
 class Endpoint(Protocol):
-    """One place on a bus or network. Owned by one thread; nothing here raises once it is open.
+    """One place on a bus or network, closed by ``with``. Owned by one thread.
+
+    Nothing here raises once it is open.
 
     Opening may raise :class:`~vegrip.errors.DeviceError`; afterwards whatever goes wrong is counted by
     name in :attr:`rejected`, and a lost bus is reopened by the endpoint itself.
@@ -32,6 +34,28 @@ class Endpoint(Protocol):
 
     def close(self) -> None:
         """Release the bus; further calls do nothing."""
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+
+    def __exit__(self, *error: object) -> None:
+        """Close it."""
+
+
+class ClosedByWith:
+    """What makes a context manager of an endpoint: for classes that have ``close``."""
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Close it."""
+        self.close()
+
+    def close(self) -> None:
+        """Release the bus; further calls do nothing."""
+        raise NotImplementedError
 
 
 @runtime_checkable

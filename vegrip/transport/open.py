@@ -4,6 +4,7 @@ import errno
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,11 @@ TRANSPORTS: dict[str, str] = {
     "zmq": "vegrip.transport.open:open_zmq",
 }
 """What may stand as ``kind`` in a ``[transport]`` table; a transport is imported when one is opened."""
+
+GROUP = "vegrip.transports"
+"""Entry-point group under which other packages offer transports, each a function like :data:`Opener`."""
+
+USUAL_FINGERS = ("thumb", "index", "middle", "ring", "little")
 
 ORDER_REACH_STATES = 16
 """States by which another may be overtaken while its order can be restored."""
@@ -78,20 +84,49 @@ class ZmqSettings:
     map: str = parameter("", doc="file that says where the values stand in messages of another shape")
 
 
-def open_endpoint(table: Mapping[str, Any], hand: Hand, where: str = "[transport]") -> Endpoint:
-    """Open what ``table`` describes; ``where`` names it in complaints.
+def open_endpoint(
+    transport: str | Mapping[str, Any], hand: Hand | None = None, where: str = "", **settings: Any
+) -> Endpoint:
+    """Open a place on a bus or network, to be closed by ``with``.
+
+    ::
+
+        with open_endpoint("can", interface="socketcan", channel="can0") as bus:
+            states = bus.receive(timeout=0.01)
+
+    Args:
+        transport: its kind, with its ``settings`` as keywords; or the ``[transport]`` table of a file.
+        hand: fingers and number of the hand at the other end; five fingers from thumb to little by default.
+        where: name of the table in complaints.
+        settings: what the table of this kind of transport may have.
 
     Raises:
-        ConfigError: the table cannot be used.
+        ConfigError: there is no such kind, or its settings cannot be used.
         DeviceError: there is no such interface, or it is taken.
 
     """
-    kind = table.get("kind", "can")
-    if not isinstance(kind, str) or kind not in TRANSPORTS:
-        raise ConfigError(f"{where}: 'kind' is {kind!r}; it must be one of {', '.join(TRANSPORTS)}")
-    module, _, function = TRANSPORTS[kind].partition(":")
-    opener: Opener = getattr(importlib.import_module(module), function)
-    return opener(table, hand, where)
+    table = {"kind": transport, **settings} if isinstance(transport, str) else {**transport, **settings}
+    where = where or (f"open_endpoint({transport!r})" if isinstance(transport, str) else "[transport]")
+    return _opener(table.get("kind", "can"), where)(table, hand or Hand(USUAL_FINGERS), where)
+
+
+def _opener(kind: object, where: str) -> Opener:
+    known = TRANSPORTS
+    if kind not in TRANSPORTS:
+        known = {point.name: point.value for point in entry_points(group=GROUP)} | TRANSPORTS
+    if not isinstance(kind, str) or kind not in known:
+        raise ConfigError(f"{where}: 'kind' is {kind!r}; it must be one of {', '.join(known)}")
+    module, _, function = known[kind].partition(":")
+    try:
+        opener: Opener = getattr(importlib.import_module(module), function)
+    except Exception as error:
+        if kind in TRANSPORTS:
+            raise
+        reason = str(error).partition("\n")[0] or type(error).__name__
+        raise ConfigError(
+            f"{where}: the transport {kind!r} cannot be loaded from {known[kind]}: {reason}"
+        ) from None
+    return opener
 
 
 def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC], BitTiming | None]:

@@ -9,12 +9,13 @@ from collections.abc import Sequence
 
 from vegrip.clock import NS, Clock, WallClock
 from vegrip.messages import Message
+from vegrip.transport.endpoint import ClosedByWith
 
 QUEUE_MESSAGES = 10_000
 """Messages held for a side that does not read; later ones are dropped and counted."""
 
 
-class PairEndpoint:
+class PairEndpoint(ClosedByWith):
     """One side of a :func:`pair`.
 
     With a clock, waiting is ``clock.sleep_until``: a simulated clock jumps to the end of the time-out and

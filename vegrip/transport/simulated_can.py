@@ -18,6 +18,7 @@ from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
 from vegrip.transport.canbus.node_faults import NO_FAULTS, NodeFaults
 from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.endpoint import ClosedByWith
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import losses
 
@@ -120,7 +121,7 @@ class SimulatedCan:
                 endpoint.hear(frame)
 
 
-class SimulatedEndpoint:
+class SimulatedEndpoint(ClosedByWith):
     """One node's place on a :class:`SimulatedCan`; an :class:`~vegrip.transport.endpoint.Endpoint`.
 
     ``tamper`` may be set to falsify what this node sends.

@@ -5,17 +5,16 @@ import math
 from vegrip.estimator.kernels.generated import (
     BENT0,
     BIAS,
+    COUNT_OVERFLOWS,
     F0,
     KEPT_P0,
     KEPT_Y0,
-    LOST0,
     MODE0,
     MODE1,
     MODE_CONTRADICTED,
     MODE_FREE_DEPTH,
     MODE_LOST,
     MODE_MET,
-    MODE_RESTARTS,
     MODE_ZERO_KNOWN,
     NS,
     P0,
@@ -73,13 +72,18 @@ def begin_contact(m: Floats, force: float, displacement: float) -> None:
             m[P0 + (2 + i) * N + j] = m[P0 + j * N + 2 + i] = 0.0
         m[Y0 + 2 + i] = m[START0 + 2 + i]
     bound(m)
-    touching = m[Y0] > 4.0 * math.sqrt(m[P0])
-    if math.isfinite(force):
-        touching = force - m[Y0 + BIAS] > 4.0 * math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS])
+    touching = is_touching(m, force)
     m[MODE_ZERO_KNOWN] = 0.0 if touching else 1.0
     if touching:
         m[MODE_MET] = 1.0
         within_contact(m, force, displacement)
+
+
+def is_touching(m: Floats, force: float) -> bool:
+    """Whether the force, or without one the indentation, is surely that of a contact."""
+    if math.isfinite(force):
+        return force - m[Y0 + BIAS] > 4.0 * math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS])
+    return m[Y0] > 4.0 * math.sqrt(m[P0])
 
 
 def keep_finite(m: Floats) -> None:
@@ -88,10 +92,10 @@ def keep_finite(m: Floats) -> None:
     for i in range(Y0, P1):
         total += 0.0 * m[i]
     if total != 0.0 or math.isnan(total):
-        m[LOST0] += 1.0
-        contradicted, lost, restarts = m[MODE_CONTRADICTED], m[MODE_LOST], m[MODE_RESTARTS]
+        m[COUNT_OVERFLOWS] += 1.0
+        contradicted, lost = m[MODE_CONTRADICTED], m[MODE_LOST]
         begin(m, math.nan, math.nan)
-        m[MODE_CONTRADICTED], m[MODE_LOST], m[MODE_RESTARTS] = contradicted, lost, restarts
+        m[MODE_CONTRADICTED], m[MODE_LOST] = contradicted, lost
 
 
 def within_contact(m: Floats, force: float, displacement: float) -> None:

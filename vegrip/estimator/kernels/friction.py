@@ -29,7 +29,6 @@ from vegrip.estimator.kernels.generated import (
     FRI_PEAK,
     FRI_PROVEN,
     FRI_SCATTER_VAR,
-    FRI_SINCE,
     FRI_SLIDE_COUNT,
     FRI_SLIDE_MEAN,
     FRI_SLIDING,
@@ -62,7 +61,6 @@ def learn_friction(
     Nothing is learned where the estimate is not ``sound``.
     """
     forget(m, dt, touching)
-    m[FRI_SINCE] += dt
     if not (0.0 < u < math.inf and relative_std < 10.0 and touching and sound) or math.isnan(slip):
         m[FRI_SLIDE_COUNT] = m[FRI_HELD_TIME] = 0.0
         return

@@ -13,7 +13,6 @@ __all__ = ["Floats", "advance", "gauge", "radius_gradient_towards", "readout", "
 N: int
 M: int
 NS: int
-SIZE: int
 N_LEARNED: int
 LEARNED: tuple[int, ...]
 LEARNED_LOG: tuple[bool, ...]
@@ -25,7 +24,6 @@ STATE_HIGH: tuple[int, ...]
 STATE_SHARE: tuple[int, ...]
 KEPT: tuple[bool, ...]
 FELT: tuple[bool, ...]
-SPEED_FELT: bool
 ZERO: int
 BIAS: int
 MU_PLACE: int
@@ -64,8 +62,8 @@ MOTION0: int
 MOTION1: int
 START0: int
 START1: int
-LOST0: int
-LOST1: int
+COUNTS0: int
+COUNTS1: int
 OLD0: int
 OLD1: int
 KEPT_Y0: int
@@ -106,7 +104,6 @@ SET_R_RADIUS: int
 SET_S_TANGENTIAL: int
 SET_S_TORQUE: int
 SET_LONGEST_GAP: int
-SET_RECOVERY: int
 SET_TIP_RADIUS: int
 SET_DEPTH: int
 SET_QUANTILE: int
@@ -115,7 +112,6 @@ SET_HOLD: int
 SET_SCATTER: int
 SET_MU_DRIFT: int
 SET_REGRASP: int
-SET_MU_PRIOR: int
 SET_MU_PRIOR_VAR: int
 SET_HEALTH_TIME: int
 SET_LEARNING_REST: int
@@ -139,7 +135,6 @@ REP_GAUGE_ABS: int
 REP_DEPTH_NOW: int
 REP_DEPTH_STD: int
 REP_CONTACT: int
-REP_DRY_FORCE: int
 REP_SOUND: int
 REP_RADIUS_SOUND: int
 FRI_LN_MU: int
@@ -149,7 +144,6 @@ FRI_BASE_VAR: int
 FRI_PEAK: int
 FRI_BEST: int
 FRI_SLIDING: int
-FRI_SINCE: int
 FRI_SMOOTH: int
 FRI_TOUCHING: int
 FRI_EVENTS: int
@@ -174,7 +168,6 @@ MODE_SINCE_JERK: int
 MODE_PERIOD: int
 MODE_CAUTION: int
 MODE_CONTRADICTED: int
-MODE_RESTARTS: int
 MODE_UNEXPLAINED: int
 MODE_CORNER: int
 MOTION_POSITION: int
@@ -195,3 +188,5 @@ MODE_ZERO_VAR: int
 MODE_RADIUS_CONTRADICTED: int
 MODE_BEND: int
 MODE_MET: int
+COUNT_RESTARTS: int
+COUNT_OVERFLOWS: int

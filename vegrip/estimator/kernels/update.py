@@ -20,6 +20,7 @@ from vegrip.estimator.kernels.generated import (
     CH_STREAK,
     CH_USED,
     CHANNEL0,
+    COUNT_RESTARTS,
     MODE_AGREED,
     MODE_BLIND,
     MODE_CAUTION,
@@ -31,7 +32,6 @@ from vegrip.estimator.kernels.generated import (
     MODE_PERIOD,
     MODE_REGIME,
     MODE_REST,
-    MODE_RESTARTS,
     MODE_SINCE_JERK,
     MODE_SLOPE,
     MODE_TOLERATED,
@@ -208,7 +208,7 @@ def begin_lost_contact_anew(m: Floats, dt: float, force: float, displacement: fl
     if m[MODE_LOST] > GIVE_UP:
         begin_all_anew(m, force, displacement)
     elif refused:
-        m[MODE_RESTARTS] += 1.0
+        m[COUNT_RESTARTS] += 1.0
         for j in (ZERO, BIAS):
             loosen(m, j, m[PRIOR0 + j])
         begin_contact(m, force, displacement)
@@ -230,11 +230,12 @@ def note_lost(m: Floats, dt: float, wrong: bool) -> None:
 
 def begin_all_anew(m: Floats, force: float, displacement: float) -> None:
     """Begin as with the first sample."""
-    restarts, period = m[MODE_RESTARTS] + 1.0, m[MODE_PERIOD]
+    m[COUNT_RESTARTS] += 1.0
+    period = m[MODE_PERIOD]
     begin(m, force, displacement)
     loosen(m, ZERO, (ZERO_MOVED * m[SET_TIP_RADIUS]) ** 2)
     begin_contact(m, force, displacement)
-    m[MODE_RESTARTS], m[MODE_PERIOD] = restarts, period
+    m[MODE_PERIOD] = period
     m[CHANNEL0 + CH_STREAK] = m[CHANNEL0 + 4 + CH_STREAK] = 0.0
 
 

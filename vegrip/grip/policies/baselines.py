@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from vegrip.config import parameter
 from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.grip.policies.demand import Demand
+from vegrip.grip.policies.policy import PolicyKind
 from vegrip.grip.safety.limits import MAX_FORCE_N
 from vegrip.messages import Reason
 
@@ -119,3 +120,8 @@ def _direction(held: float, force: float) -> Reason:
     if force > held:
         return Reason.RAISE
     return Reason.LOWER if force < held else Reason.HOLD
+
+
+CONSTANT = PolicyKind(ConstantGrip, ConstantSettings, "constant")
+CONE = PolicyKind(FrictionCone, ConeSettings, "cone")
+ELASTIC = PolicyKind(ElasticSurface, ElasticSettings, "elastic")

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 
 from vegrip.config import parameter
 from vegrip.grip.policies.demand import Demand
+from vegrip.grip.policies.policy import PolicyKind
 from vegrip.grip.policies.running_median import RunningMedian
 from vegrip.messages import Reason
 
@@ -100,3 +101,6 @@ class MarginGrip:
             return envelope, Reason.FORECAST if forecast else Reason.RAISE
         upper = envelope / (1.0 - self.settings.dead_band)
         return (upper, Reason.LOWER) if upper < held else (held, Reason.HOLD)
+
+
+POLICY = PolicyKind(MarginGrip, GripSettings, "grip")

@@ -1,6 +1,8 @@
 """What every grip policy answers: which force is wanted, and why."""
 
-from typing import Protocol
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 from vegrip.grip.policies.demand import Demand
 from vegrip.messages import Reason
@@ -13,6 +15,8 @@ class GripPolicy(Protocol):
     are the stages after it.
     """
 
+    settings: Any
+    """As its :class:`PolicyKind` says; replaced while it runs."""
     uses_least_force: bool
     """Whether it looks at :attr:`Demand.least_force`, the one costly part of a demand."""
 
@@ -28,3 +32,21 @@ class GripPolicy(Protocol):
 
     def reset(self) -> None:
         """Forget the past."""
+
+
+@dataclass(frozen=True)
+class PolicyKind:
+    """A kind of policy, as it is found by its name.
+
+    Args:
+        make: gives a new policy for its settings, one for each finger. The policy keeps them as ``settings``,
+            where new ones are put while it runs.
+        settings: their type, a frozen dataclass of :func:`vegrip.config.parameter` fields.
+        section: where a built-in policy finds its own among the parameters of the node; empty: in
+            ``policy_settings``.
+
+    """
+
+    make: Callable[[Any], GripPolicy]
+    settings: type[Any]
+    section: str = ""

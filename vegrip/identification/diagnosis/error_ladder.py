@@ -11,12 +11,17 @@ from vegrip.effects import effect
 from vegrip.errors import UsageError
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, extend_problem
 from vegrip.identification.diagnosis.catalogue import Candidate, candidates
-from vegrip.identification.diagnosis.diagnosis import Diagnosis
+from vegrip.identification.diagnosis.diagnosis import Diagnosis, diagnose
 from vegrip.identification.diagnosis.regimes import held_out_groups
 from vegrip.identification.diagnosis.score_tests import Hint, screen_candidates
 from vegrip.identification.diagnosis.search import drop_unneeded
 from vegrip.identification.fit.blas import on_one_thread
+from vegrip.identification.fit.noise import Noise
+from vegrip.identification.fit.problem import Zeros
 from vegrip.identification.fit.result import Fit, fit_of
+from vegrip.identification.fit.solve import Report
+from vegrip.identification.recording import Recording
+from vegrip.model import ContactModel
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,36 @@ class Rung:
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON."""
         return {"effect": self.effect, "error": self.error, "heldout_error": self.heldout_error}
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """A model with the effects that pay, and the ladder of errors that led there."""
+
+    diagnosis: Diagnosis
+    rungs: list[Rung]
+
+    @property
+    def model(self) -> ContactModel:
+        """The fitted model with the effects that were added."""
+        return self.diagnosis.model
+
+
+def refine(
+    recording: Recording,
+    model: ContactModel | None = None,
+    *,
+    noise: Noise | None = None,
+    zeros: Zeros = "recording",
+    most: int = 4,
+    report: Report = lambda _: None,
+) -> Refinement:
+    """Add effect after effect to ``model``, refitting each time, until the next one does not pay.
+
+    Arguments and errors are those of :func:`~vegrip.identification.diagnosis.diagnose`.
+    """
+    found = diagnose(recording, model, noise=noise, zeros=zeros, most=most, report=report)
+    return Refinement(found, build_ladder(found))
 
 
 def build_ladder(found: Diagnosis) -> list[Rung]:

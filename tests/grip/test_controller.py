@@ -1,0 +1,148 @@
+"""The grip controller without a bus gives what the node gives, and needs no node."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator
+
+import pytest
+
+import vegrip
+from vegrip.errors import UsageError
+from vegrip.estimator import SensorNoise
+from vegrip.grip.controller import GripController
+from vegrip.grip.node import GraspForce
+from vegrip.grip.settings import ControlSettings
+from vegrip.messages import Condition, ContactEstimate, FingertipState, ForceCommand, Reason
+from vegrip.model import ContactModel, paper_model
+
+MakeState = Callable[..., FingertipState]
+PERIOD = 2_000_000  # [ns]
+FINGERS = ("thumb", "index")
+RADIUS = 8e-3
+
+
+@pytest.fixture(scope="module")
+def model() -> ContactModel:
+    return paper_model(RADIUS)
+
+
+@pytest.fixture(scope="module")
+def hand(model: ContactModel) -> GripController:
+    return GripController(FINGERS, model=model)
+
+
+@pytest.fixture
+def controller(hand: GripController) -> GripController:
+    hand.settings = ControlSettings()
+    hand.reset()
+    return hand
+
+
+def held(model: ContactModel, seconds: float) -> Iterator[list[FingertipState]]:
+    """The states of a pinch of 3 N that is loaded a little more with time, both fingers at once."""
+    stiffness = model.simulate([0.0, 1.0], [0.0, 1e-3]).normal_force[-1] / 1e-3**1.5
+    depth = (3.0 / stiffness) ** (1.0 / 1.5)
+    for i in range(round(seconds * 1e9 / PERIOD)):
+        wobble = 1e-2 * math.sin(1.7 * i)
+        values = {
+            "normal_force": 3.0 + wobble,
+            "tangential_force_x": 0.5 + 0.2 * i * PERIOD / 1e9 + 0.3 * wobble,
+            "tangential_force_y": 0.3 * wobble,
+            "torque_z": 1e-2 * wobble,
+            "displacement": depth + 5e-4 * wobble,
+            "slip": 0.0,
+        }
+        yield [FingertipState(stamp=i * PERIOD, finger=name, seq=i, **values) for name in FINGERS]
+
+
+def test_its_commands_are_those_of_the_node(controller: GripController, model: ContactModel) -> None:
+    estimators = {name: controller.fingers[name].estimator for name in FINGERS}
+    node = GraspForce(
+        "grasp", FINGERS, lambda name: type(estimators[name])(model, SensorNoise()), ControlSettings()
+    )
+    node.configure()
+    node.activate()
+    for i, states in enumerate(held(model, 1.0)):
+        for state in states[: 1 if 200 < i < 350 else 2]:  # one finger is silent for 0.3 s
+            alone = controller.step([state], i * PERIOD)
+            answers = [*node.on_message(state, i * PERIOD), *node.on_tick(i * PERIOD)]
+            assert alone == [m for m in answers if isinstance(m, ForceCommand)]
+
+
+def test_it_tells_contact_margin_and_health_of_each_finger(
+    controller: GripController, model: ContactModel
+) -> None:
+    for i, states in enumerate(held(model, 0.6)):
+        commands = controller.step(states, i * PERIOD)
+        assert [c.finger for c in commands] == list(FINGERS)
+    for name in FINGERS:
+        contact = controller.contact(name)
+        assert contact.finger == name
+        assert contact.normal_force.value == pytest.approx(3.0, abs=0.05)
+        assert contact.normal_force.valid
+        assert 0.0 < controller.margin(name).lower_bound < controller.margin(name).margin.value < 1.0
+        assert controller.health(name).condition == Condition.OK
+
+
+def test_silence_is_ridden_out_and_the_contact_is_no_longer_valid(
+    controller: GripController, model: ContactModel
+) -> None:
+    for i, states in enumerate(held(model, 0.6)):
+        controller.step(states, i * PERIOD)
+    before = {c.finger: c.normal_force for c in controller.step([], (i + 20) * PERIOD)}
+    commands: list[ForceCommand] = []
+    for j in range(i + 20, i + 900):
+        commands += controller.step([], j * PERIOD)
+    last = {c.finger: c for c in commands}
+    assert last.keys() == set(FINGERS)
+    for name, command in last.items():
+        assert command.normal_force >= max(before.get(name, 0.0), ControlSettings().fail_safe.force)
+        assert command.reason in (Reason.FAIL_SAFE, Reason.INPUT_HOLD)
+        assert controller.health(name).condition == Condition.STALE
+        assert not controller.contact(name).normal_force.valid
+        assert math.isnan(controller.margin(name).lower_bound)
+
+
+def test_no_command_is_left_to_expire_while_it_is_called(
+    controller: GripController, model: ContactModel
+) -> None:
+    states = list(held(model, 0.2))
+    expires = dict.fromkeys(FINGERS, math.inf)
+    for i in range(1000):
+        for command in controller.step(states[i] if i < len(states) else [], i * PERIOD):
+            assert i * PERIOD < expires[command.finger]
+            expires[command.finger] = command.expires
+    assert min(expires.values()) > 999 * PERIOD
+
+
+def test_a_state_of_another_hand_is_counted_and_commands_nothing(controller: GripController) -> None:
+    before = controller.rejected["unknown finger"]
+    assert controller.step([FingertipState(0, "toe", 0, 1.0)], 0) == []
+    assert controller.rejected["unknown finger"] == before + 1
+    with pytest.raises(UsageError, match="no finger 'indx'; there are thumb, index; did you mean index"):
+        controller.contact("indx")
+
+
+def test_before_the_first_state_nothing_is_known_and_nothing_commanded(controller: GripController) -> None:
+    assert controller.step([], 1_000) == []
+    assert controller.contact("thumb") == dataclasses.replace(ContactEstimate(0, "thumb", 0))
+    assert not controller.margin("thumb").margin.valid
+    assert not controller.health("thumb").consistent
+
+
+def test_new_settings_count_at_once(controller: GripController, model: ContactModel) -> None:
+    states = list(held(model, 0.4))
+    for i in range(100):
+        controller.step(states[i], i * PERIOD)
+    limits = dataclasses.replace(controller.settings.limits, min_force=9.0)
+    controller.settings = dataclasses.replace(controller.settings, limits=limits)
+    for i in range(100, 200):
+        commands = controller.step(states[i], i * PERIOD)
+    assert all(command.normal_force >= 9.0 for command in commands)
+
+
+def test_a_hand_without_a_model_or_with_too_few_is_refused(model: ContactModel) -> None:
+    with pytest.raises(UsageError, match="needs the model of its fingertips"):
+        vegrip.GripController(FINGERS)
+    with pytest.raises(UsageError, match="there is no model of index; there are models of thumb"):
+        vegrip.GripController(FINGERS, model={"thumb": model})
