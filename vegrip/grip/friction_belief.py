@@ -28,7 +28,8 @@ BELIEF_DRIFT = 3  # [1/sqrt(s)] random walk of ln mu
 BELIEF_PRIOR_VAR = 4
 BELIEF_SHOCK = 5  # std of ln mu of what happens to all faces at once
 BELIEF_MEAN = 6
-BELIEF_P = BELIEF_MEAN + BELIEF_MOST
+BELIEF_COMMON = BELIEF_MEAN + BELIEF_MOST  # std of what each shares with all, at the beginning
+BELIEF_P = BELIEF_COMMON + BELIEF_MOST
 BELIEF_SIZE = BELIEF_P + BELIEF_MOST * BELIEF_MOST
 
 COMMON_DRIFT = 0.8  # share of the forgetting that is common to all fingers
@@ -36,18 +37,26 @@ FAR_BELOW = 2.5  # standard deviations below what was believed, from which a cha
 LEAST_PRECISION = 1e-12
 
 
-def begin_belief(
-    g: MutableSequence[float], fingers: int, ln_mu: float, std: float, own: float, drift: float, shock: float
-) -> None:
-    """Set the prior: mean ``ln_mu`` and std ``std`` of each finger, of which ``own`` is its own."""
+def begin_belief(g: MutableSequence[float], fingers: int, drift: float, shock: float) -> None:
+    """Begin with so many fingers of which nothing is expected yet; see :func:`expect_finger`."""
     g[BELIEF_FINGERS] = fingers * 1.0
-    g[BELIEF_VERSION] = g[BELIEF_SINCE] = 0.0
-    g[BELIEF_DRIFT], g[BELIEF_PRIOR_VAR], g[BELIEF_SHOCK] = drift, std * std, shock
-    common = max(std * std - own * own, 0.0)
-    for i in range(fingers):
-        g[BELIEF_MEAN + i] = ln_mu
-        for j in range(fingers):
-            g[BELIEF_P + i * BELIEF_MOST + j] = std * std if i == j else common
+    g[BELIEF_VERSION] = g[BELIEF_SINCE] = g[BELIEF_PRIOR_VAR] = 0.0
+    g[BELIEF_DRIFT], g[BELIEF_SHOCK] = drift, shock
+    for i in range(BELIEF_MOST):
+        g[BELIEF_MEAN + i] = g[BELIEF_COMMON + i] = 0.0
+        for j in range(BELIEF_MOST):
+            g[BELIEF_P + i * BELIEF_MOST + j] = 0.0
+
+
+def expect_finger(g: MutableSequence[float], i: int, mean: float, std: float, own: float) -> None:
+    """Set the prior of finger ``i``: ``mean`` and ``std`` of ln mu, of which ``own`` is not common to all."""
+    g[BELIEF_MEAN + i] = mean
+    g[BELIEF_COMMON + i] = math.sqrt(max(std * std - own * own, 0.0))
+    g[BELIEF_PRIOR_VAR] = max(g[BELIEF_PRIOR_VAR], std * std)
+    for j in range(int(g[BELIEF_FINGERS])):
+        shared = g[BELIEF_COMMON + i] * g[BELIEF_COMMON + j]
+        g[BELIEF_P + i * BELIEF_MOST + j] = g[BELIEF_P + j * BELIEF_MOST + i] = shared
+    g[BELIEF_P + i * BELIEF_MOST + i] = std * std
 
 
 def believed_variance(g: MutableSequence[float], i: int) -> float:

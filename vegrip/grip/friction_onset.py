@@ -26,7 +26,7 @@ from vegrip.grip.friction_belief import (
     believed_variance,
     widen_belief,
 )
-from vegrip.grip.friction_probe import PROBE_SIZE
+from vegrip.grip.friction_probe import PROBE_CLIMB, PROBE_SIZE
 
 ONSET_NOISE = PROBE_SIZE  # std of ln mu from one onset to the next
 ONSET_SHOCK = PROBE_SIZE + 1  # std of ln mu of what befalls all faces at once
@@ -35,7 +35,8 @@ ONSET_SUM = ONSET_RUN + BELIEF_MOST  # of ln u in this run
 ONSET_QUIET = ONSET_SUM + BELIEF_MOST  # [s] since the last sample of slip
 ONSET_HELD = ONSET_QUIET + BELIEF_MOST  # largest u that was held of late
 ONSET_DOUBTED = ONSET_HELD + BELIEF_MOST  # how often the channel contradicted the load
-ONSET_SIZE = ONSET_DOUBTED + BELIEF_MOST
+ONSET_SILENT = ONSET_DOUBTED + BELIEF_MOST  # 1 while slip is not sensed
+ONSET_SIZE = ONSET_SILENT + BELIEF_MOST
 
 ONSET_RUN_LENGTH = 3.0
 ONSET_VAGUE = 0.1  # relative std of u beyond which nothing is learned
@@ -52,12 +53,17 @@ def begin_onsets(q: MutableSequence[float], noise: float, shock: float) -> None:
     q[ONSET_NOISE], q[ONSET_SHOCK] = noise, shock
     for i in range(BELIEF_MOST):
         q[ONSET_RUN + i] = q[ONSET_SUM + i] = q[ONSET_HELD + i] = q[ONSET_DOUBTED + i] = 0.0
-        q[ONSET_QUIET + i] = 1.0
+        q[ONSET_QUIET + i] = q[ONSET_SILENT + i] = 1.0
 
 
 def is_doubted(q: MutableSequence[float], i: int) -> bool:
     """Return whether the slip channel of finger ``i`` has contradicted its load too often."""
     return q[ONSET_DOUBTED + i] >= ONSET_DOUBTS
+
+
+def may_probe(q: MutableSequence[float], i: int) -> bool:
+    """Return whether finger ``i`` probes: its slip is sensed, and that is believed."""
+    return q[PROBE_CLIMB] > 0.0 and q[ONSET_SILENT + i] < 0.5 and not is_doubted(q, i)
 
 
 def feel_onset(
@@ -70,6 +76,7 @@ def feel_onset(
     slip: float,
 ) -> None:
     """Take in one sample of finger ``i``: utilisation ``u`` at mu = 1, its relative std, whether it slips."""
+    q[ONSET_SILENT + i] = 1.0 if math.isnan(slip) else 0.0
     q[ONSET_HELD + i] *= math.exp(-dt / ONSET_FADING)
     known = 0.0 < u < math.inf and relative < ONSET_VAGUE
     if not slip >= 0.5:

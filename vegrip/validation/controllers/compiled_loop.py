@@ -76,7 +76,7 @@ def run_compiled(
     grip = settings.grip
     each = each_confidence(grip.probability, n, grip.correlation)
     h = hand_memory(layout, hand, seed, PERIOD_S)
-    set_control(h, layout, settings, quantile(each))
+    set_control(h, layout, settings, quantile(each), quantile(grip.known_probability))
     g, q = learning_memory(settings, models[0], n)
     tips = [blank(model, layout_of(model), settings.noise, settings.estimator) for model in models]
     tips += [tips[-1]] * (FINGERS - n)

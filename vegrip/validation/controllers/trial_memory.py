@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vegrip.estimator.layout import friction_symbol
-from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief
+from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief, expect_finger
 from vegrip.grip.friction_onset import ONSET_SIZE, begin_onsets
 from vegrip.grip.friction_probe import begin_probing
+from vegrip.grip.friction_settings import why_too_coarse
 from vegrip.grip.parameters import GraspParameters
 from vegrip.model import ContactModel
 from vegrip.types import Floats
@@ -80,12 +81,15 @@ def _lost(tip: FingertipSettings, step: float) -> list[float]:
     return [c * (1.0 - _mean_decay(nu * step)) for c, nu in zip(tip.amplitudes, tip.rates, strict=True)]
 
 
-def set_control(h: Floats, layout: TrialLayout, settings: GraspParameters, at_quantile: float) -> None:
+def set_control(
+    h: Floats, layout: TrialLayout, settings: GraspParameters, at_quantile: float, known_quantile: float
+) -> None:
     """Write the control's settings into ``h``; nothing has been sensed yet."""
     at, grip, limits = layout.places(), settings.grip, settings.limits
     safe, elastic, cone = settings.fail_safe, settings.elastic, settings.cone
     values: dict[str, ArrayLike] = {
         "POLICY": POLICIES[settings.policy], "MARGIN": grip.wanted_margin, "QUANTILE": at_quantile,
+        "QUANTILE_KNOWN": known_quantile,
         "DEAD_BAND": grip.dead_band, "RELEASE_TIME": grip.release_time, "SETTLE_TIME": grip.settle_time,
         "SLOT": grip.usual_time / SLOTS, "SLIP_GROWTH": grip.slip_growth, "MIN_FORCE": limits.min_force,
         "MAX_FORCE": limits.max_force, "RAISE_RATE": limits.raise_rate, "LOWER_RATE": limits.lower_rate,
@@ -134,10 +138,10 @@ def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int
     g, q = np.zeros(BELIEF_SIZE), np.zeros(ONSET_SIZE)
     mu = model.values[friction_symbol(model)]
     f = settings.friction
-    begin_belief(
-        g, fingers, math.log(mu.value), mu.std, f.own_spread, settings.estimator.friction_drift, f.shock
-    )
-    probing = f.probing
+    begin_belief(g, fingers, settings.estimator.friction_drift, f.shock)
+    for i in range(fingers):
+        expect_finger(g, i, math.log(mu.value), mu.std, f.own_spread)
+    probing = f.probing and not why_too_coarse(settings.noise)
     begin_probing(
         q, f.climb if probing else 0.0, f.rate if probing else 0.0, f.unknown, f.known, f.quiet_time,
         f.quiet_change, f.pause, f.reach,

@@ -6,8 +6,8 @@ from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.estimator.kernels.forecast import least_force
 from vegrip.estimator.kernels.report import utilisation
 from vegrip.estimator.kernels.update import update
-from vegrip.grip.friction_onset import feel_onset
-from vegrip.grip.friction_probe import PROBE_NEED
+from vegrip.grip.friction_onset import feel_onset, may_probe
+from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
 from vegrip.validation.controllers.kernels.generated import (
     CH_USED,
     CHANNEL0,
@@ -36,6 +36,7 @@ from vegrip.validation.controllers.kernels.generated import (
     G_MIN_FORCE,
     G_POLICY,
     G_QUANTILE,
+    G_QUANTILE_KNOWN,
     G_QUIET,
     G_RAISE_RATE,
     G_RELEASE_TIME,
@@ -155,13 +156,11 @@ def control_finger(
     valid = age <= h[G_LONGEST_GAP] and m[REP_SOUND] > 0.5
     slipping = slip >= 0.5
     touching = m[REP_CONTACT] > 0.5
-    shift = 0.0
+    at, shift = h[G_QUANTILE], 0.0
     if learns:
-        give_evidence(m, h, g, i, dt, ln, variance)
-        u, relative = utilisation(m)
-        feel_onset(g, q, i, dt, u, relative, slip)
-        load, noise = armed_load(tangential, torque, m[REP_RADIUS]), m[SET_S_TANGENTIAL]
-        shift = probe_finger(g, q, i, dt, load, noise, touching, slipping, h[G_QUANTILE])
+        shift = q[PROBE_SHIFT + i]
+        if may_probe(q, i):
+            at = h[G_QUANTILE_KNOWN]
     margin = 1.0 - (1.0 - h[G_MARGIN]) * math.exp(shift)
     if not touching:
         least = 0.0
@@ -169,7 +168,7 @@ def control_finger(
     else:
         least = math.nan
         if h[G_POLICY] == 0.0 and valid:
-            least = least_force(m, tangential, torque, margin, h[G_QUANTILE])
+            least = least_force(m, tangential, torque, margin, at)
         trusted = not math.isnan(least)
     if first:
         start = force if not math.isnan(force) else 0.0
@@ -182,9 +181,24 @@ def control_finger(
     elif h[G_TRANSFER + i] >= 0.0:
         h[G_TRANSFER + i] += dt
     least = taken_over(h, i, least, armed_load(tangential, torque, h[G_FIRST_ARM + i]), slipping)
-    q[PROBE_NEED + i] = least if trusted and least < math.inf else 0.0
     require(h, i, 0.0 if first else dt, least, tangential, torque, touching, slipping, trusted)
     command_finger(h, i, dt if not first else 0.0)
+    if learns:
+        learn_friction_of(m, h, g, q, i, 0.0 if first else dt, ln, variance, tangential, torque, slip, at)
+
+
+def learn_friction_of(
+    m: Floats, h: Floats, g: Floats, q: Floats, i: int, step: float, ln: float, variance: float,
+    tangential: float, torque: float, slip: float, at: float,
+) -> None:  # fmt: skip
+    """Take into the belief of the grasp what finger ``i`` has just learned, and let probing go on."""
+    give_evidence(m, h, g, i, step, ln, variance)
+    u, relative = utilisation(m)
+    u *= math.exp(ln - m[FRI_LN_MU])
+    feel_onset(g, q, i, step, u, relative, slip)
+    q[PROBE_NEED + i] = h[G_REQUIRED + i]
+    load = armed_load(tangential, torque, m[REP_RADIUS])
+    probe_finger(g, q, i, step, load, m[SET_S_TANGENTIAL], m[REP_CONTACT] > 0.5, slip, at)
 
 
 def armed_load(tangential: float, torque: float, arm: float) -> float:

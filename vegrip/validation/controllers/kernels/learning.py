@@ -1,7 +1,5 @@
 """Between a finger's own estimate and the belief of the grasp."""
 
-import math
-
 from vegrip.grip.friction_belief import (
     BELIEF_FINGERS,
     BELIEF_MEAN,
@@ -12,6 +10,7 @@ from vegrip.grip.friction_belief import (
     believed_variance,
     widen_own,
 )
+from vegrip.grip.friction_onset import may_probe
 from vegrip.grip.friction_probe import PROBE_SHIFT, feel_slip, probe_friction, watch_load
 from vegrip.validation.controllers.kernels.generated import (
     FRI_BASE_LN,
@@ -61,13 +60,14 @@ def probe_finger(
     load: float,
     noise: float,
     touching: bool,
-    slipping: bool,
+    slip: float,
     lag: float,
-) -> float:
-    """Return by how much finger ``i`` may count on more than the bound, in ln mu."""
-    n = int(g[BELIEF_FINGERS])
+) -> None:
+    """Let finger ``i`` count on more than the bound where nothing happens."""
+    slipping = slip >= 0.5
     watch_load(q, i, dt, load, noise, touching)
-    feel_slip(q, dt, n, slipping)
-    if touching and not slipping:
+    feel_slip(q, dt, int(g[BELIEF_FINGERS]), slipping)
+    if not may_probe(q, i):
+        q[PROBE_SHIFT + i] = 0.0
+    elif touching and not slipping:
         probe_friction(g, q, i, dt, lag)
-    return q[PROBE_SHIFT + i] if not math.isnan(q[PROBE_SHIFT + i]) else 0.0
