@@ -286,6 +286,35 @@ class ContactEstimator:
         at = quantile(self.settings.confidence if confidence is None else confidence)
         return float(self._module.least_force(self._m, self._tangential, self._torque, margin, at))
 
+    @property
+    def friction(self) -> tuple[float, float, float, float]:
+        """Mean and variance of ln mu: now, and before the present loading."""
+        at = self._places["FRICTION"].start
+        mean, variance, mean_before, variance_before = self._m[at : at + 4].tolist()
+        return mean, variance, mean_before, variance_before
+
+    def believe_friction(self, belief: tuple[float, float, float, float]) -> None:
+        """Go on from another belief of friction, in the order of :attr:`friction`."""
+        if self.layout.mu_learned:
+            at = self._places["FRICTION"].start
+            self._m[at : at + 4] = belief
+
+    def utilisation(self) -> tuple[float, float, float]:
+        """Return the friction coefficient at which the load would slip, its relative std, and the load [N].
+
+        The load has the torque as a force at the contact radius. NaN and inf where there is no contact.
+        """
+        r = self._m[self._places["REPORT"]].tolist()
+        gauge, radius = r[R["GAUGE"]], r[R["RADIUS"]]
+        if not (gauge > 0.0 and r[R["CONTACT"]] > 0.5 and radius > 0.0):
+            return NAN, math.inf, NAN
+        mu = r[R["MU"]]
+        friction_part = r[R["MU_STD"]] / mu if mu > 0.0 else 0.0
+        known = max(r[R["GAUGE_REL"]] ** 2 - friction_part**2, 0.0)
+        relative = math.sqrt(known + (r[R["GAUGE_ABS"]] / gauge) ** 2)
+        torque = 0.0 if math.isnan(self._torque) else self._torque / radius
+        return gauge * mu, relative, math.hypot(self._tangential, torque)
+
     def health(self) -> ModelHealth:
         """Return whether the model still explains the measurements, and what it fails at most.
 
