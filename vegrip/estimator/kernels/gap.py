@@ -10,13 +10,15 @@ import math
 from vegrip.estimator.kernels.begin import begin_contact, named, share_of
 from vegrip.estimator.kernels.generated import (
     BEND0,
+    DELTA,
+    EFFECTS,
     MODE_ZERO_KNOWN,
     NS,
     OLD0,
     P0,
-    S10,
     SET_TIP_RADIUS,
     STATE_HIGH,
+    TRIAL0,
     TRY0,
     Y0,
     Floats,
@@ -32,12 +34,12 @@ def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
     walk(m, dt)
     copy_state(m)
     for i in range(NS):
-        m[TRY0 + 2 + i] = largest_memory(m, i)
-    m[TRY0] = -m[SET_TIP_RADIUS]
-    propagate(m, TRY0, -m[SET_TIP_RADIUS], 0.0, dt, S10)
+        m[TRY0 + EFFECTS + i] = largest_memory(m, i)
+    m[TRY0 + DELTA] = -m[SET_TIP_RADIUS]
+    propagate(m, TRY0, -m[SET_TIP_RADIUS], 0.0, dt, TRIAL0)
     for i in range(NS):
-        m[BEND0 + i] = m[TRY0 + 2 + i]
-        m[OLD0 + i] = m[S10 + i]
+        m[BEND0 + i] = m[TRY0 + EFFECTS + i]
+        m[OLD0 + i] = m[TRIAL0 + i]
     begin_contact(m, force, displacement)
     if m[MODE_ZERO_KNOWN] < 0.5:
         m[MODE_ZERO_KNOWN] = zero_known
@@ -46,16 +48,16 @@ def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
         before = m[BEND0 + i]
         left = min(max(m[OLD0 + i] / before, 1e-12), 1.0) if before != 0.0 else 1.0
         mean, square = remaining(left)
-        m[Y0 + 2 + i] = before * mean
-        m[P0 + (2 + i) * N + 2 + i] = before * before * max(square - mean * mean, 0.0)
+        m[Y0 + EFFECTS + i] = before * mean
+        m[P0 + (EFFECTS + i) * N + EFFECTS + i] = before * before * max(square - mean * mean, 0.0)
 
 
 def largest_memory(m: Floats, i: int) -> float:
     """Return what effect state ``i`` was, or could have become in a hold."""
     x, elastic_force, force, _ = contact(m, Y0)
     if STATE_HIGH[i] == 0:
-        return float(m[Y0 + 2 + i])
-    return float(max(m[Y0 + 2 + i], share_of(m, i) * named(STATE_HIGH[i], x, elastic_force, force)))
+        return float(m[Y0 + EFFECTS + i])
+    return float(max(m[Y0 + EFFECTS + i], share_of(m, i) * named(STATE_HIGH[i], x, elastic_force, force)))
 
 
 def remaining(left: float) -> tuple[float, float]:
