@@ -45,6 +45,7 @@ format: $(STAMP)
 	$(V)/ruff format .
 	$(V)/ruff check --fix .
 	$(V)/python -m vegrip.canopen.write_eds proto
+	$(V)/python -m vegrip.estimator.declarations
 
 lint: $(STAMP)
 	$(V)/ruff format --check .
