@@ -181,7 +181,7 @@ RUN_HERE = [
     if one.path[0]
     not in ("demo", "launch", "node", "monitor", "check", "topic", "param", "lifecycle", "record")
 ]
-LONG = {"trial", "fleet", "experiment", "bench"}  # seconds to minutes
+LONG = {"trial", "controllers", "fleet", "experiment", "bench"}  # seconds to minutes
 
 
 @pytest.mark.parametrize(

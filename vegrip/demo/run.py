@@ -28,7 +28,7 @@ from vegrip.validation.controllers.closed_loop import Course
 from vegrip.validation.controllers.scenario import Scenario
 
 REFRESH_PERIOD_S = 0.1  # [s] of the screen
-LOOK_PAUSE_S = 0.02  # [s] between two looks at the bus: whoever waits for each frame is woken by each
+LOOK_PAUSE_S = 0.02  # [s] between two looks at the bus: a process that waits for each frame is woken by each
 HOLD_REASONS = (Reason.INPUT_HOLD, Reason.FAIL_SAFE)
 TICK_PERIODS_S = {"hand": 0.002, "node": 0.005}  # [s]
 

@@ -7,6 +7,7 @@
 import functools
 import logging
 import os
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -80,11 +81,29 @@ def text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> st
     return _text(model.effects, layout, ellipse)
 
 
+def text_with(
+    model: ContactModel,
+    layout: Layout,
+    parts: Sequence[str],
+    entries: Sequence[str],
+    *,
+    ellipse: bool = False,
+) -> str:
+    """Return the text of a module with ``parts`` after the kernels, called through ``entries`` too."""
+    return _text(model.effects, layout, ellipse, tuple(parts), tuple(entries))
+
+
 @lru_cache(maxsize=32)
-def _text(effects: tuple[Effect, ...], layout: Layout, ellipse: bool) -> str:
+def _text(
+    effects: tuple[Effect, ...],
+    layout: Layout,
+    ellipse: bool,
+    more: tuple[str, ...] = (),
+    entries: tuple[str, ...] = (),
+) -> str:
     """Return the text of the module; the fingers of a hand share it, and writing it takes 0.1 s."""
     here = Path(__file__).parent / "kernels"
     surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
     kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
-    parts = [layout.constants(), f"{surface}\n{ELLIPSE}\n" if ellipse else surface, *kernels]
-    return writer.write(compose(effects), [effect.name for effect in effects], parts, ENTRIES)
+    parts = [layout.constants(), f"{surface}\n{ELLIPSE}\n" if ellipse else surface, *kernels, *more]
+    return writer.write(compose(effects), [effect.name for effect in effects], parts, (*ENTRIES, *entries))

@@ -147,7 +147,7 @@ class ContactEstimator:
     def _follow_clock(self, last: FingertipState, state: FingertipState) -> None:
         """Take ``state``, the next after ``last`` but by a clock that has started anew.
 
-        For how long nothing was heard nobody knows: as long as it takes until the motion counts as unknown.
+        The silence has an unknown length: it is taken as the time after which the motion counts as unknown.
         """
         self._backwards = 0
         self._past.clear()

@@ -45,19 +45,19 @@ def normalisation() -> Floats:
 
 
 @cache
-def _logarithms() -> Floats:
+def coefficient_logarithms() -> Floats:
     """Return ``-ln (C_k - 1)`` at :data:`EXPONENTS`: it grows, and is nearly straight in ``ln k``."""
     return -np.log(normalisation() - 1.0)
 
 
 def coefficient(k: Floats) -> Floats:
     """Return C_k [-] of the exponents k [-], interpolated in the logarithms."""
-    return 1.0 + np.exp(-np.interp(np.log(k), np.log(EXPONENTS), _logarithms()))
+    return 1.0 + np.exp(-np.interp(np.log(k), np.log(EXPONENTS), coefficient_logarithms()))
 
 
 def exponent(C: Floats) -> Floats:
     """Return the k [-] whose coefficients C > 1 [-] are given; beyond the table its first or last k."""
-    return kernels.pressure_exponents(C, _logarithms(), FIRST, RATIO)
+    return kernels.pressure_exponents(C, coefficient_logarithms(), FIRST, RATIO)
 
 
 @cache

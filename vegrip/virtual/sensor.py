@@ -1,5 +1,6 @@
 """The sensors of the fingertips: noise, bias, resolution, lost and jittered samples."""
 
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +46,7 @@ class Sensors:
         self._step = np.array(steps)
         spread = np.array([force, force, force, 0.0, shift, 0.0, 0.0, 0.0])
         self.bias = spread * rng.standard_normal((len(fingers), len(SENSED_CHANNELS)))
+        self._flags: deque[Floats] = deque(maxlen=round(s.slip_delay * s.rate) + 1)
         self._seq = 0
 
     def measure(self, reading: Reading, time: float, epoch: int = 0) -> list[FingertipState]:
@@ -52,17 +54,17 @@ class Sensors:
 
         Lost samples are missing and their sequence numbers are used up.
         """
-        s, rng, n = self.settings, self._rng, len(self.fingers)
-        values = reading.values + self.bias + self._noise * rng.standard_normal(reading.values.shape)
-        values = quantize(values, self._step)
+        s, n = self.settings, len(self.fingers)
+        errors, chance, shifts = self.draw()
+        values = quantize(reading.values + errors, self._step)
         np.maximum(values[:, 6:], 0.0, out=values[:, 6:])  # speed and radius are magnitudes
         if not s.slip_sensor:
             values[:, 6] = NAN
         if not s.radius_sensor:
             values[:, 7] = NAN
-        slip = reading.slip if s.slip_sensor else np.full(n, NAN)
-        lost = rng.random(n) < s.dropout
-        stamps = epoch + np.rint((time + s.jitter * rng.standard_normal(n)) * NS).astype(np.int64)
+        slip = self._felt(reading) if s.slip_sensor else np.full(n, NAN)
+        lost = chance < s.dropout
+        stamps = epoch + np.rint((time + s.jitter * shifts) * NS).astype(np.int64)
         self._seq += 1
         rows = zip(stamps.tolist(), self.fingers, values.tolist(), slip.tolist(), lost.tolist(), strict=True)
         return [
@@ -70,6 +72,19 @@ class Sensors:
             for stamp, finger, (N, fx, fy, m, d, T, speed, a), slipping, missing in rows
             if not missing
         ]
+
+    def draw(self) -> tuple[Floats, Floats, Floats]:
+        """Draw the errors of one sample: bias with noise (n, 8), chance of loss (n,), shift in time (n,)."""
+        rng, n = self._rng, len(self.fingers)
+        errors = self.bias + self._noise * rng.standard_normal((n, len(SENSED_CHANNELS)))
+        return errors, rng.random(n), rng.standard_normal(n)
+
+    def _felt(self, reading: Reading) -> Floats:
+        """Return the slip flags as they are felt: from a threshold of the slip speed on, and late."""
+        s = self.settings
+        self._flags.appendleft(reading.slip * (reading.values[:, 6] >= s.slip_threshold))
+        late: Floats = self._flags[-1]
+        return late if len(self._flags) == self._flags.maxlen else np.zeros(len(self.fingers))
 
 
 def quantize(values: Floats, step: Floats) -> Floats:

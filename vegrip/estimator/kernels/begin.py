@@ -76,13 +76,18 @@ def begin_contact(m: Floats, force: float, displacement: float) -> None:
             m[P0 + (EFFECTS + i) * N + j] = m[P0 + j * N + EFFECTS + i] = 0.0
         m[Y0 + EFFECTS + i] = m[START0 + EFFECTS + i]
     bound(m)
-    touching = m[Y0 + DELTA] > 4.0 * math.sqrt(m[P0 + DELTA * N + DELTA])
-    if math.isfinite(force):
-        touching = force - m[Y0 + BIAS] > 4.0 * math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS])
+    touching = is_touching(m, force)
     m[MODE_ZERO_KNOWN] = 0.0 if touching else 1.0
     if touching:
         m[MODE_MET] = 1.0
         within_contact(m, force, displacement)
+
+
+def is_touching(m: Floats, force: float) -> bool:
+    """Whether the force, or without one the indentation, is surely that of a contact."""
+    if math.isfinite(force):
+        return bool(force - m[Y0 + BIAS] > 4.0 * math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS]))
+    return bool(m[Y0 + DELTA] > 4.0 * math.sqrt(m[P0 + DELTA * N + DELTA]))
 
 
 def keep_finite(m: Floats) -> None:

@@ -66,12 +66,12 @@ GATE = 49.0
 HUBER = 9.0
 """Above it the weight of a sample falls as in Huber's estimate, and nothing is learned from it."""
 
-CALM_LEARNING = 0.5
+CALM_LEARNING = 0.7
 """Part of the gain that learned parameters and zeros get.
 
-Three quarters of the information, and half of what a slope that is wrong early, while they are not known,
-makes them believe: with the whole gain the indentation's 95 % interval held 81 to 99 % of the truths of nine
-recordings, with half of it 92 to 100 %.
+Nine tenths of the information, and seven tenths of what a slope that is wrong early, while they are not
+known, makes them believe. Of 300 lives the indentation was beyond six standard deviations in 0.3 % of the
+looks with the whole gain, and in none with seven tenths.
 """
 
 TIMID = 0.02

@@ -1,21 +1,27 @@
 """A pause in which nothing was heard: the tip may have left the object, and touched it again.
 
-In the air now, it was released at any instant of the pause with the same chance: what remains of a memory
-``s`` that decays to ``r s`` in the air has the mean ``s (1 - r) / -ln r``. In contact now, the memory may be
-anything that is possible at this indentation.
+In the air before and after, it recovered as it does between two samples. In contact before and in the air
+now, it was released at any instant of the pause with the same chance: what remains of a memory ``s`` that
+decays to ``r s`` in the air has the mean ``s (1 - r) / -ln r``. In contact now, the memory may be anything
+that is possible at this indentation.
 """
 
 import math
 
-from vegrip.estimator.kernels.begin import begin_contact, named, share_of
+from vegrip.estimator.kernels.begin import begin_contact, is_touching, named, share_of
 from vegrip.estimator.kernels.generated import (
+    B0,
     BEND0,
     DELTA,
     EFFECTS,
+    LEARNED_FROM,
+    MODE_CORNER,
     MODE_ZERO_KNOWN,
     NS,
+    OFFSET,
     OLD0,
     P0,
+    REP_CONTACT,
     SET_TIP_RADIUS,
     STATE_HIGH,
     TRIAL0,
@@ -24,22 +30,37 @@ from vegrip.estimator.kernels.generated import (
     Floats,
     N,
 )
-from vegrip.estimator.kernels.predict import walk
-from vegrip.estimator.kernels.state import contact, copy_state, propagate
+from vegrip.estimator.kernels.motion import begin_motion
+from vegrip.estimator.kernels.predict import predict, walk
+from vegrip.estimator.kernels.state import bound, contact, copy_section, copy_state, propagate
+
+RECOVERY_STEPS = 60  # into which a pause is cut
 
 
 def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
     """Carry what is known over a pause of ``dt`` [s]."""
+    if m[REP_CONTACT] < 0.5 and math.isfinite(displacement) and not is_touching(m, force):
+        m[MODE_CORNER] = 0.0
+        for i in range(RECOVERY_STEPS):
+            predict(m, part_of(dt, i), displacement)
+            bound(m)
+        begin_motion(m, displacement)
+        return
     zero_known = m[MODE_ZERO_KNOWN]
     walk(m, dt)
+    for i in range(NS):
+        for j in range(N):
+            m[B0 + i * N + j] = m[P0 + (EFFECTS + i) * N + j]
     copy_state(m)
     for i in range(NS):
         m[TRY0 + EFFECTS + i] = largest_memory(m, i)
     m[TRY0 + DELTA] = -m[SET_TIP_RADIUS]
-    propagate(m, TRY0, -m[SET_TIP_RADIUS], 0.0, dt, TRIAL0)
     for i in range(NS):
         m[BEND0 + i] = m[TRY0 + EFFECTS + i]
-        m[OLD0 + i] = m[TRIAL0 + i]
+    for i in range(RECOVERY_STEPS):
+        propagate(m, TRY0, -m[SET_TIP_RADIUS], 0.0, part_of(dt, i), TRIAL0)
+        copy_section(m, TRIAL0, TRY0 + EFFECTS, NS)
+    copy_section(m, TRIAL0, OLD0, NS)
     begin_contact(m, force, displacement)
     if m[MODE_ZERO_KNOWN] < 0.5:
         m[MODE_ZERO_KNOWN] = zero_known
@@ -49,7 +70,21 @@ def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
         left = min(max(m[OLD0 + i] / before, 1e-12), 1.0) if before != 0.0 else 1.0
         mean, square = remaining(left)
         m[Y0 + EFFECTS + i] = before * mean
-        m[P0 + (EFFECTS + i) * N + EFFECTS + i] = before * before * max(square - mean * mean, 0.0)
+        for j in range(LEARNED_FROM, N):
+            m[P0 + (EFFECTS + i) * N + j] = m[P0 + j * N + EFFECTS + i] = mean * m[B0 + i * N + j]
+        by_offset = m[P0 + (EFFECTS + i) * N + OFFSET]
+        m[P0 + (EFFECTS + i) * N + DELTA] = m[P0 + DELTA * N + EFFECTS + i] = -by_offset
+        spread = before * before * max(square - mean * mean, 0.0)
+        m[P0 + (EFFECTS + i) * N + EFFECTS + i] = mean * mean * m[B0 + i * N + EFFECTS + i] + spread
+
+
+def part_of(dt: float, i: int) -> float:
+    """Return the step ``i`` of the pause ``dt`` [s]: short first, while the memory is large.
+
+    A step is exact for an elastic force that is linear in time; that of a free surface decays exponentially.
+    """
+    before, after = i / RECOVERY_STEPS, (i + 1) / RECOVERY_STEPS
+    return dt * (after * after * after - before * before * before)
 
 
 def largest_memory(m: Floats, i: int) -> float:

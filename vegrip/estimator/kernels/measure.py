@@ -164,7 +164,7 @@ def regress_force(m: Floats) -> tuple[float, float]:
             shifted(m, MID0, j, 1.0)
             rise = contact(m, TRY0)[3] - base
             fall = rise
-            if not 0.0 < abs(rise) <= STRAIGHT * base:
+            if not (base > 0.0 and abs(rise) <= STRAIGHT * base):
                 shifted(m, MID0, j, -1.0)
                 fall = base - contact(m, TRY0)[3]
             m[G0 + j] = (rise + fall) / (2.0 * WIDE)

@@ -5,7 +5,7 @@
    that of one episode alone,
 3. the regimes of the misfit get smaller, unless it takes most of what is left, and so does the plain error,
 4. its amount is more than the sensors resolve: three standard errors at the shape that was found, and three
-   standard deviations of the displacement for a play, a third of a millisecond for a lag,
+   standard deviations of the displacement for a backlash, a third of a millisecond for a lag,
 5. it drives no parameter of the base model onto its bound.
 """
 

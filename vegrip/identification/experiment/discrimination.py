@@ -39,7 +39,7 @@ class Separation:
 
     @property
     def nats(self) -> float:
-        """The least of them: what is told whatever the truth is."""
+        """The smallest of them: the separation under any truth."""
         return min(self.pairs.values())
 
     @property

@@ -139,7 +139,7 @@ def refine_optimum(
 
 
 def _cost(k: Unknowns, r: Floats, u: Floats) -> float:
-    """Return minus the logarithm of the posterior [nats]; infinite where a step went so far that it overflows."""
+    """Return minus the logarithm of the posterior [nats]; infinite after a step that overflows."""
     with np.errstate(over="ignore"):
         return 0.5 * float(r @ r) + 0.5 * float(np.sum(((u - k.prior) / k.std) ** 2))
 

@@ -10,7 +10,7 @@ from starlette.responses import FileResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from vegrip.errors import VegripError
-from vegrip.runtime.client import ask
+from vegrip.runtime.client import CONFIGURING_MAY_TAKE, ask
 from vegrip.runtime.registry import find_node
 from vegrip.web.live.columns import PERIOD
 from vegrip.web.live.stream import Stream
@@ -61,7 +61,7 @@ def _state(told: dict[str, Any]) -> Any:
 
 
 def _set_state(told: dict[str, Any]) -> Any:
-    return ask(find_node(told["node"]), "set_state", target=told["target"])
+    return ask(find_node(told["node"]), "set_state", CONFIGURING_MAY_TAKE, target=told["target"])
 
 
 def _answers(call: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:

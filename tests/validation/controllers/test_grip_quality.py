@@ -1,0 +1,154 @@
+"""The least possible force is the least by brute force, and the figures are those of the rows."""
+
+import json
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from vegrip.cli import main
+from vegrip.validation.controllers.compiled_loop import CompiledRun
+from vegrip.validation.controllers.fronts import QualityTrial, Surroundings, run_quality_trial
+from vegrip.validation.controllers.grip_quality import (
+    CLASSES,
+    GripRecord,
+    classes_of,
+    clopper_pearson,
+    figures_of,
+)
+from vegrip.virtual.disturbance import Push, Twist, Wetting
+from vegrip.virtual.patch import even_grid, utilisation
+
+
+@pytest.fixture(scope="module")
+def pinch() -> CompiledRun:
+    """A constant grip in a pinch, where force and torque both load the contacts."""
+    return run_quality_trial(QualityTrial("constant", 3, 4.0, 8.0, "pinch"))
+
+
+def scanned(row: dict[str, float]) -> float:
+    """Return the least force by trying forces on a fine patch of elements, without any limit surface."""
+    grid = even_grid(24, 48)
+    for force in np.geomspace(0.02, 20.0, 1500):
+        a = row["radius"] * (force / row["force"]) ** (1.0 / 3.0)
+        limit = row["mu"] * force
+        if utilisation(grid, row["exponent"], row["tangential"] / limit, row["torque"] / (limit * a)) <= 1.0:
+            return float(force)
+    return math.inf
+
+
+def test_the_least_possible_force_is_the_least_that_holds_when_forces_are_tried_one_by_one(
+    pinch: CompiledRun,
+) -> None:
+    for row in (150, 250, 380):
+        for finger in (0, 1):
+            truth = {name: float(values[row, finger]) for name, values in pinch.truth.items()}
+            assert truth["least"] == pytest.approx(scanned(truth), rel=0.01)
+
+
+def test_a_grip_never_holds_with_less_than_the_least_possible_force(pinch: CompiledRun) -> None:
+    settled = pinch.time > 1.0
+    assert np.all(pinch.truth["least"][settled] < pinch.truth["force"][settled])
+    assert pinch.slips == 0
+
+
+def test_without_load_nothing_is_needed(pinch: CompiledRun) -> None:
+    assert np.all(pinch.truth["least"][pinch.time < 0.05] < 0.01)
+
+
+def record(**changes: object) -> GripRecord:
+    """Return four rows, one of the lift and three of a held object."""
+    rows = {
+        "slips": 0, "dropped": False, "largest_micro_slip": 2e-5,
+        "force": np.array([9.0, 2.0, 4.0, 6.0]), "least": np.array([1.0, 1.0, 2.0, 3.0]),
+        "margin": np.array([0.9, 0.5, 0.01, 0.4]), "slipped": np.zeros(4),
+        "classes": np.array([5, 0, 3, 3]), "settled": np.array([False, True, True, True]),
+    }  # fmt: skip
+    return GripRecord(**{**rows, **changes})  # type: ignore[arg-type]
+
+
+def test_figures_count_what_is_held_and_slips_from_the_start() -> None:
+    figures = figures_of([record(), record(slips=2, slipped=np.array([1.0, 0.0, 1.0, 0.0]))], 0.01)
+    assert figures["mean_force"] == 4.0
+    assert figures["force_over_least"] == pytest.approx(2.0)
+    assert figures["time_below_002"] == pytest.approx(0.01)
+    assert (figures["slips"], figures["trials_with_slip"]) == (2, 1)
+    assert figures["by_class"]["torsion"]["slips"] == 1
+    assert figures["by_class"]["lift"]["slips"] == 1
+    assert figures["by_class"]["static"]["force_over_least"] == pytest.approx(2.0)
+
+
+def test_the_worst_kind_of_disturbance_that_acts_names_the_instant() -> None:
+    events = (Push(2.0, 1.0, 1.0, 0.0), Twist(2.5, 1.0, 0.1), Wetting(3.4, 1.0, 0.5))
+    found = classes_of(np.array([1.0, 1.9, 2.2, 2.7, 3.2, 3.45]), events)
+    assert [CLASSES[i] for i in found] == ["lift", "static", "shock", "torsion", "torsion", "wet"]
+
+
+@pytest.mark.parametrize(("hits", "trials"), [(0, 50), (1, 50), (7, 20), (20, 20)])
+def test_the_interval_of_slips_is_where_the_binomial_tails_are_a_fortieth(hits: int, trials: int) -> None:
+    low, high = clopper_pearson(hits, trials)
+    if hits > 0:
+        assert binom.sf(hits - 1, trials, low) == pytest.approx(0.025)
+    if hits < trials:
+        assert binom.cdf(hits, trials, high) == pytest.approx(0.025)
+    assert (low == 0.0) == (hits == 0)
+
+
+def test_fifty_trials_without_a_slip_bound_its_chance_below_a_fourteenth() -> None:
+    assert clopper_pearson(0, 50)[1] == pytest.approx(0.0711, abs=1e-4)
+
+
+def test_quicker_drives_and_rougher_surfaces_are_what_they_say() -> None:
+    hand = QualityTrial("constant", 0, 3.0, 8.0, "pinch").surroundings.applied
+    usual, other = hand(_hand()), Surroundings(24.0, 2.0, slip_channel=False).applied(_hand())
+    assert other.actuator.bandwidth == 2.0 * usual.actuator.bandwidth
+    assert other.actuator.force_rate == 2.0 * usual.actuator.force_rate
+    assert other.tip.friction == 2.0 * usual.tip.friction
+    assert usual.sensor.slip_sensor
+    assert not other.sensor.slip_sensor
+
+
+def _hand() -> object:
+    from vegrip.validation.controllers.scenario import GRASPS
+
+    return GRASPS["pinch"]
+
+
+def answer(arguments: list[str], read: Callable[[], tuple[str, str]]) -> dict[str, object]:
+    """Return what the command prints."""
+    assert main(["controllers", *arguments, "--json"]) == 0
+    found: dict[str, object] = json.loads(read().out)  # type: ignore[attr-defined]
+    return found
+
+
+def test_the_command_prints_the_figures_of_every_controller(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    told = answer(
+        ["--grasp", "pinch", "--seeds", "1", "--duration", "2.5", "--only", "constant", "--sweep"],
+        capsys.readouterr,  # type: ignore[arg-type]
+    )
+    one = told["controllers"]["constant"]  # type: ignore[index]
+    asked = {
+        "slips", "drops", "trials", "mean_force", "force_over_least", "largest_micro_slip", "margin_q05",
+        "time_below_002", "by_class", "front",
+    }  # fmt: skip
+    assert asked <= one.keys()
+    assert set(one["by_class"]) == set(CLASSES)
+    ratios = [point["force_over_least"] for point in one["front"]]
+    assert ratios == sorted(ratios)
+    assert one["mean_force"] == pytest.approx(8.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [["--grasp", "fist"], ["--only", "vegri"], ["--duration", "1"], ["--friction-scale", "0"],
+     ["--drive-bandwidth", "1e6"], ["--slip-delay", "nan"], ["--duration", "nan"]],
+)  # fmt: skip
+def test_what_cannot_be_asked_is_one_sentence_and_exit_code_two(
+    wrong: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["controllers", *wrong]) == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1

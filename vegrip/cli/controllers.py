@@ -1,0 +1,151 @@
+"""``vegrip controllers``: grip controllers against the least possible force, on the same disturbances."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.errors import UsageError
+from vegrip.spelling import suggestion
+
+if TYPE_CHECKING:
+    from vegrip.validation.controllers.fronts import Surroundings
+
+GRASP = Annotated[str, typer.Option("--grasp", help="hand (five fingers) or pinch (two).")]
+SEEDS = Annotated[int, typer.Option("--seeds", "-n", min=1, help="How many scenarios.")]
+FIRST = Annotated[int, typer.Option("--first-seed", min=0, help="Of the scenarios.")]
+DURATION = Annotated[float, typer.Option("--duration", help="Of each scenario, in s; more than 2.")]
+ONLY = Annotated[
+    list[str] | None, typer.Option("--only", help="This controller; may be repeated. All when not given.")
+]
+SWEEP = Annotated[bool, typer.Option("--sweep", help="Each controller over its knob, not at one point.")]
+BANDWIDTH = Annotated[
+    float | None,
+    typer.Option("--drive-bandwidth", help="Of the drives, in Hz; their rate limit goes in proportion."),
+]
+SCALE = Annotated[float, typer.Option("--friction-scale", help="Times the friction of every surface.")]
+THRESHOLD = Annotated[float, typer.Option("--slip-threshold", help="Slip is felt from here on, in m/s.")]
+DELAY = Annotated[float, typer.Option("--slip-delay", help="Felt slip is late by this, in s.")]
+CHANNEL = Annotated[bool, typer.Option("--slip-channel/--no-slip-channel", help="Whether slip is felt.")]
+JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Processes.")]
+PICTURE = Annotated[Path | None, typer.Option("-o", "--output", help="Picture of the fronts.")]
+JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def controllers(
+    grasp: GRASP = "hand",
+    seeds: SEEDS = 10,
+    first_seed: FIRST = 0,
+    duration: DURATION = 10.0,
+    only: ONLY = None,
+    sweep: SWEEP = False,
+    drive_bandwidth: BANDWIDTH = None,
+    friction_scale: SCALE = 1.0,
+    slip_threshold: THRESHOLD = 0.0,
+    slip_delay: DELAY = 0.0,
+    slip_channel: CHANNEL = True,
+    jobs: JOBS = 1,
+    output: PICTURE = None,
+    force: FORCE = False,
+    as_json: JSON = False,
+) -> None:
+    """Measure how hard each controller grips over the least force that would hold, and how often it slips.
+
+    Every controller meets the same simulated hands, objects and disturbances. The least possible force is
+    that of a controller that knows the true friction and contact at every instant.
+
+    Example: vegrip controllers --grasp pinch --seeds 2 --only vegrip --only constant
+
+    Fifty scenarios of all controllers take about a minute; with --sweep, five.
+    """
+    from vegrip.cli._fits import print_json
+    from vegrip.cli._progress import progress
+    from vegrip.validation.controllers import fronts
+
+    names = _known(grasp, only or [])
+    around = _surroundings(drive_bandwidth, friction_scale, slip_threshold, slip_delay, slip_channel)
+    if not 2.0 < duration <= 600.0:
+        raise UsageError(f"--duration is {duration:g} s; give more than 2 s and at most 600 s")
+    knobs = fronts.knobs_of(grasp, names, sweep=sweep)
+    with Outputs(force=force) as outputs:
+        outputs.picture(output)
+        trials = fronts.trials_of(knobs, range(first_seed, first_seed + seeds), duration, grasp, around)
+        every = max(1, len(trials) // 20)
+        with progress("controllers") as report:
+            found = fronts.run_fronts(
+                trials,
+                jobs,
+                lambda done: None if done % every else report(f"{done} of {len(trials)} scenarios"),
+            )
+        told = fronts.told_of(found, grasp)
+        if output is not None:
+            outputs.write(output, lambda path: _draw(told, grasp, path))
+        if as_json:
+            print_json({"grasp": grasp, "seeds": seeds, "duration": duration, "controllers": told})
+        else:
+            _print(told)
+
+
+def _known(grasp: str, only: list[str]) -> list[str]:
+    from vegrip.validation.controllers.candidates import KNOBS
+
+    if grasp not in KNOBS:
+        raise UsageError(f"there is no grasp {grasp!r}; {suggestion(grasp, KNOBS)}")
+    for name in only:
+        if name not in KNOBS[grasp]:
+            raise UsageError(f"there is no controller {name!r}; {suggestion(name, KNOBS[grasp])}")
+    return list(dict.fromkeys(only)) or list(KNOBS[grasp])
+
+
+def _surroundings(
+    bandwidth: float | None, scale: float, threshold: float, delay: float, channel: bool
+) -> "Surroundings":
+    from vegrip.validation.controllers.fronts import Surroundings
+
+    bounds = {
+        "--drive-bandwidth": (bandwidth if bandwidth is not None else 12.0, 0.1, 100.0, "Hz"),
+        "--friction-scale": (scale, 0.05, 10.0, ""),
+        "--slip-threshold": (threshold, 0.0, 1.0, "m/s"),
+        "--slip-delay": (delay, 0.0, 0.1, "s"),
+    }
+    for name, (value, low, high, unit) in bounds.items():
+        if not low <= value <= high:
+            raise UsageError(
+                f"{name} is {value:g} {unit}; give {low:g} to {high:g} {unit}".replace("  ", " ")
+            )
+    return Surroundings(
+        math.nan if bandwidth is None else bandwidth, scale, threshold, delay, slip_channel=channel
+    )
+
+
+def _draw(told: dict[str, Any], grasp: str, path: Path) -> None:
+    from vegrip.validation.controllers.front_plot import draw_fronts
+
+    draw_fronts(told, grasp, path)
+
+
+def _print(told: dict[str, Any]) -> None:
+    from vegrip.cli._tables import show, table
+
+    columns = table(
+        "controller", "knob", "slips", "drops", "slips per trial, 95 %", "force [N]", "over least",
+        "micro-slip [um]", "margin, 5 %", "below 0.02 [s]",
+    )  # fmt: skip
+    for name, one in told.items():
+        for point in one["front"]:
+            low, high = point["slip_probability_bounds"]
+            columns.add_row(
+                name + (" *" if point["knob"] == one["knob"] and len(one["front"]) > 1 else ""),
+                f"{point['knob']:g}", str(point["slips"]), str(point["drops"]), f"{low:.2f} to {high:.2f}",
+                f"{point['mean_force']:.2f}", f"{point['force_over_least']:.2f}",
+                f"{1e6 * point['largest_micro_slip']:.0f}", f"{point['margin_q05']:.2f}",
+                f"{point['time_below_002']:.3f}",
+            )  # fmt: skip
+    show(columns)
+    classes = table("force over least (slips)", *next(iter(told.values()))["by_class"])
+    for name, one in told.items():
+        cells = [f"{some['force_over_least']:.2f} ({some['slips']})" for some in one["by_class"].values()]
+        classes.add_row(name, *cells)
+    show(classes)

@@ -1,0 +1,149 @@
+"""A trial as one compiled call: what :mod:`.closed_loop` steps, some tens of times as fast.
+
+The estimator's kernels, the hand and the control are one generated module, run by C where there is a C
+compiler, else by numba. The input is healthy by construction, so there is no watchdog.
+"""
+
+import ctypes
+import hashlib
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from vegrip import c99
+from vegrip.c99 import MEMORY, REAL, host, translate
+from vegrip.estimator import compiled as estimator_text
+from vegrip.estimator.estimator import quantile
+from vegrip.estimator.initial_state import blank
+from vegrip.estimator.layout import layout_of
+from vegrip.grip.joint_confidence import each_confidence
+from vegrip.grip.parameters import GraspParameters, models_of
+from vegrip.model import ContactModel
+from vegrip.model import cache as model_cache
+from vegrip.types import Floats
+from vegrip.validation.controllers.layout import ROW_FINGER, ROW_HEAD, TrialLayout
+from vegrip.validation.controllers.trial_memory import (
+    burden_table,
+    hand_memory,
+    noise_table,
+    set_control,
+)
+from vegrip.virtual import Disturbance, HandSettings
+
+ENTRY = "run_whole_trial"
+KINDS = (*[MEMORY] * 9, REAL, REAL, REAL)
+KERNELS = ("hand", "control", "trial")
+FINGERS = 5  # that the compiled trial has room for
+PERIOD_S = 0.002
+SAMPLING_S = 0.01
+
+RunTrial = Callable[..., float]
+
+
+@dataclass(frozen=True)
+class CompiledRun:
+    """Truth of a trial; columns in the order of ``fingers``."""
+
+    fingers: tuple[str, ...]
+    slips: int
+    dropped: bool
+    micro_slips: int
+    largest_micro_slip: float  # [m] slides of a whole patch that are too short to count as a slip
+    time: Floats  # (n,) [s]
+    slipped: Floats  # (n,) slips so far
+    truth: dict[str, Floats]  # name in ROW_FINGER -> (n, fingers), SI
+
+
+def run_compiled(
+    hand: HandSettings,
+    seed: int,
+    events: tuple[Disturbance, ...],
+    settings: GraspParameters,
+    duration: float,
+) -> CompiledRun:
+    """Run one trial to ``duration`` [s], or until the object is lost."""
+    n = len(hand.fingers)
+    layout = TrialLayout(n, hand.rings, hand.spokes, len(hand.tip.rates))
+    models = models_of(settings, hand.fingers, "grasp_force")
+    run = trial_of(models[0], layout, settings.estimator.surface == "ellipse")
+    grip = settings.grip
+    each = each_confidence(grip.probability, n, grip.correlation)
+    h = hand_memory(layout, hand, seed, PERIOD_S)
+    set_control(h, layout, settings, quantile(each))
+    tips = [blank(model, layout_of(model), settings.noise, settings.estimator) for model in models]
+    tips += [tips[-1]] * (FINGERS - n)
+    periods = round(duration / PERIOD_S)
+    rows = np.zeros((round(duration / SAMPLING_S) + 2, layout.row))
+    count = run(
+        *tips, h, burden_table(events, hand.step, duration), noise_table(hand, seed, periods), rows,
+        float(periods), float(round(PERIOD_S / hand.step)), SAMPLING_S,
+    )  # fmt: skip
+    return _run_of(hand.fingers, layout, h, rows[: int(count)])
+
+
+def _run_of(fingers: tuple[str, ...], layout: TrialLayout, h: Floats, rows: Floats) -> CompiledRun:
+    at = layout.places()
+    table = rows[:, len(ROW_HEAD) :].reshape(len(rows), len(fingers), len(ROW_FINGER))
+    return CompiledRun(
+        fingers,
+        slips=int(h[at["H_SLIPS"]][0]),
+        dropped=bool(h[at["H_DROPPED"]][0] > 0.5),
+        micro_slips=int(h[at["H_MICROS"]][0]),
+        largest_micro_slip=float(h[at["H_MICRO"]][0]),
+        time=rows[:, 0],
+        slipped=rows[:, 1],
+        truth={name: table[:, :, j] for j, name in enumerate(ROW_FINGER)},
+    )
+
+
+def trial_of(model: ContactModel, layout: TrialLayout, ellipse: bool) -> RunTrial:
+    """Return the compiled trial for estimators of ``model``; fingers with other values of it share it."""
+    text = _text_of(model, layout, ellipse)
+    if host.compiler() is not None:
+        return _by_c(text)
+    return _by_numba(text)
+
+
+def _text_of(model: ContactModel, layout: TrialLayout, ellipse: bool) -> str:
+    here = Path(__file__).parent / "kernels"
+    kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
+    return estimator_text.text_with(
+        model, layout_of(model), [layout.constants(), *kernels], (ENTRY,), ellipse=ellipse
+    )
+
+
+@cache
+def _by_numba(text: str) -> RunTrial:
+    entry = getattr(model_cache.load(text), ENTRY)
+
+    def run(*arguments: Floats | float) -> float:
+        flat = [a.reshape(-1) if isinstance(a, np.ndarray) else a for a in arguments]
+        return float(entry(*flat))
+
+    return run
+
+
+@cache
+def _by_c(text: str) -> RunTrial:
+    def make(library: Path) -> None:
+        host.build(translate(text, {ENTRY: KINDS}).text(), library)
+
+    function = host.load(model_cache.library(_name(text), make))[f"vg_{ENTRY}"]
+    function.argtypes = [ctypes.c_void_p if kind == MEMORY else ctypes.c_double for kind in KINDS]
+    function.restype = ctypes.c_double
+
+    def run(*arguments: Floats | float) -> float:
+        flat = [a.ctypes.data if isinstance(a, np.ndarray) else a for a in arguments]
+        return float(function(*flat))
+
+    return run
+
+
+def _name(text: str) -> str:
+    parts = [text, platform.machine(), str(host.compiler()), *host.FLAGS]
+    parts += [path.read_text(encoding="utf-8") for path in sorted(Path(c99.__file__).parent.glob("*.py"))]
+    return "vegrip_trial_" + hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]

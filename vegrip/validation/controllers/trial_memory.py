@@ -1,0 +1,123 @@
+"""What a compiled trial starts from: settings and tables in place, burdens by tick, noise by sample."""
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vegrip.grip.parameters import GraspParameters
+from vegrip.types import Floats
+from vegrip.validation.controllers.layout import FLAGS, SLOTS, TrialLayout
+from vegrip.virtual import Disturbance, HandSettings, profile
+from vegrip.virtual.disturbance import NO_BURDEN, total
+from vegrip.virtual.hand import CLEARANCE_M
+from vegrip.virtual.patch import even_grid
+from vegrip.virtual.sensor import Sensors
+from vegrip.virtual.settings import FingertipSettings
+
+POLICIES = {"margin": 0.0, "constant": 1.0, "cone": 2.0, "elastic": 3.0}
+
+
+def hand_memory(layout: TrialLayout, settings: HandSettings, seed: int, period: float) -> Floats:
+    """Return the array of a hand at time zero, the control in it still unset."""
+    h = np.zeros(layout.size)
+    at = layout.places()
+    tips = settings.tips(np.random.default_rng([seed, 0]))
+    drives, plate, sensor = settings.actuator, settings.plate, settings.sensor
+    grid = even_grid(settings.rings, settings.spokes)
+    scalars: dict[str, ArrayLike] = {
+        "STEP": settings.step, "FORCE_LIMIT": drives.force_limit, "FORCE_RATE": drives.force_rate,
+        "BANDWIDTH": drives.bandwidth, "DRIVE_SPEED": drives.speed, "STICTION": drives.stiction,
+        "INITIAL_FORCE": drives.initial_force, "CLOSE_TIME": drives.close_time,
+        "LIFT_TIME": drives.lift_time, "MASS": plate.mass, "INERTIA": plate.inertia,
+        "GRAVITY": plate.gravity, "FAR_LOST": plate.drop_distance, "ANGLE_LOST": plate.drop_angle,
+        "SAMPLE_TIME": period, "SLIP_SENSOR": float(sensor.slip_sensor),
+        "SLIP_THRESHOLD": sensor.slip_threshold,
+        "SLIP_DELAY": min(round(sensor.slip_delay / period), FLAGS - 1),
+    }  # fmt: skip
+    fingers: dict[str, ArrayLike] = {
+        "D0": [tip.reference_indentation for tip in tips], "POWER": [tip.exponent for tip in tips],
+        "FORCE_SCALE": [tip.reference_force for tip in tips], "TIP_RADIUS": [tip.radius for tip in tips],
+        "FINAL": [1.0 - sum(tip.amplitudes) for tip in tips], "K": profile.HERTZ,
+        "INSTANT": [1.0 - sum(_lost(tip, settings.step)) for tip in tips],
+        "MU": [tip.friction for tip in tips], "MU_DRY": [tip.friction for tip in tips],
+        "STIFFNESS": [tip.bristle_stiffness for tip in tips],
+        "DAMPING": [tip.bristle_damping for tip in tips],
+        "DRIVE": [0.0, *[-CLEARANCE_M] * (len(tips) - 1)], "TARGET": math.nan, "COMMAND": math.nan,
+        "BRANCH_DECAY": [math.exp(-nu * settings.step) for tip in tips for nu in tip.rates],
+        "BRANCH_SHARE": [
+            c * _mean_decay(nu * settings.step)
+            for tip in tips
+            for c, nu in zip(tip.amplitudes, tip.rates, strict=True)
+        ],
+        "STEPS": [sensor.force_step, sensor.torque_step, sensor.displacement_step],
+        "POSE": [plate.offset_x, plate.offset_y, 0.0, 0.0, 0.0, 0.0],
+        "START": [plate.offset_x, plate.offset_y, 0.0],
+        "PLACE": np.column_stack([settings.x, settings.y]).ravel(),
+        "REACH": grid.reach, "AREA": grid.area, "COSINE": grid.cosine, "SINE": grid.sine,
+        "EXPONENT_TABLE": profile.coefficient_logarithms(),
+        "RING_TABLE": (profile.ring_shares(grid.edges) / grid.spokes).ravel(),
+    }  # fmt: skip
+    for name, value in (scalars | fingers).items():
+        h[at[f"H_{name}"]] = np.asarray(value, float)
+    return h
+
+
+def _mean_decay(x: float) -> float:
+    """Return (1 - exp(-x)) / x."""
+    return -math.expm1(-x) / x
+
+
+def _lost(tip: FingertipSettings, step: float) -> list[float]:
+    """Return how much of an increment each branch has lost by the end of its step [-]."""
+    return [c * (1.0 - _mean_decay(nu * step)) for c, nu in zip(tip.amplitudes, tip.rates, strict=True)]
+
+
+def set_control(h: Floats, layout: TrialLayout, settings: GraspParameters, at_quantile: float) -> None:
+    """Write the control's settings into ``h``; nothing has been sensed yet."""
+    at, grip, limits = layout.places(), settings.grip, settings.limits
+    safe, elastic, cone = settings.fail_safe, settings.elastic, settings.cone
+    values: dict[str, ArrayLike] = {
+        "POLICY": POLICIES[settings.policy], "MARGIN": grip.wanted_margin, "QUANTILE": at_quantile,
+        "DEAD_BAND": grip.dead_band, "RELEASE_TIME": grip.release_time, "SETTLE_TIME": grip.settle_time,
+        "SLOT": grip.usual_time / SLOTS, "SLIP_GROWTH": grip.slip_growth, "MIN_FORCE": limits.min_force,
+        "MAX_FORCE": limits.max_force, "RAISE_RATE": limits.raise_rate, "LOWER_RATE": limits.lower_rate,
+        "LIFETIME": limits.lifetime, "FAIL_FORCE": safe.force, "FAIL_HOLD": safe.hold_time,
+        "FAIL_RAMP": safe.ramp_rate, "CONSTANT": settings.constant.force,
+        "CONE": (1.0 + cone.safety) / cone.friction, "LONGEST_GAP": settings.estimator.longest_gap,
+        "ELASTIC": [elastic.friction, elastic.safety, elastic.radius, elastic.power, elastic.exponent],
+        "COMMAND": math.nan, "INFORMED": math.inf,
+    }  # fmt: skip
+    for name, value in values.items():
+        h[at[f"G_{name}"]] = np.asarray(value, float)
+
+
+def burden_table(events: Sequence[Disturbance], step: float, duration: float) -> Floats:
+    """Return force x, y, torque, mass, turn, friction factor at every tick; (ticks + 2, 6)."""
+    return _burdens(tuple(events), step, duration)
+
+
+@lru_cache(maxsize=64)
+def _burdens(events: tuple[Disturbance, ...], step: float, duration: float) -> Floats:
+    ticks = round(duration / step) + 2
+    rows = np.zeros((ticks, 6))
+    rows[:, 5] = 1.0
+    for tick in range(ticks):
+        acting = total(events, tick * step)
+        if acting is not NO_BURDEN:
+            rows[tick] = (
+                acting.force_x, acting.force_y, acting.torque, acting.mass, acting.turn, acting.friction
+            )  # fmt: skip
+    return rows
+
+
+@lru_cache(maxsize=64)
+def noise_table(settings: HandSettings, seed: int, samples: int) -> Floats:
+    """Return bias and noise of every sample as :class:`vegrip.virtual.sensor.Sensors` draws them.
+
+    Shape (samples, fingers, 8).
+    """
+    sensors = Sensors(settings.sensor, settings.fingers, np.random.default_rng([seed, 1]))
+    return np.stack([sensors.draw()[0] for _ in range(samples)])
