@@ -130,4 +130,4 @@ class CanopenEndpoint(ClosedByWith):
         return False
 
     def keep(self, message: Message, frames: list[Frame]) -> None:
-        """Keep what is sent for those who read it by SDO."""
+        """Keep what is sent, to be read by SDO."""

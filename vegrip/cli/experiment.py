@@ -128,7 +128,7 @@ def rig_limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits"
 def _contest(
     recording: "Recording", model: Any, names: list[str], report: Any
 ) -> "Hypotheses | dict[str, Any]":
-    """Return the contest, or the diagnosis where there is nothing to tell apart."""
+    """Return the candidates to separate, or the diagnosis where there are none."""
     from vegrip.identification.diagnosis import diagnose
     from vegrip.identification.experiment import hypotheses_of
     from vegrip.identification.experiment.next_experiment import hypotheses_after

@@ -1,4 +1,4 @@
-"""Helper processes of a node: everything else on the machine goes first."""
+"""Helper processes of a node, at the lowest priority of the machine."""
 
 import os
 import shutil

@@ -68,7 +68,7 @@ class FaultHints:
         self._last: dict[str, tuple[int, int]] = {}  # name: (count, [ns] when it last rose)
 
     def news(self, rejected: Mapping[str, int], now: int) -> Iterator[tuple[str, str]]:
-        """Yield name and remedy of each trouble that has begun, or come back after ``QUIET_NS``."""
+        """Yield name and remedy of each trouble that has begun, or has begun again after ``QUIET_NS``."""
         for name, sentence in HINTS.items():
             count = rejected.get(name, 0)
             before, when = self._last.get(name, (0, -QUIET_NS))

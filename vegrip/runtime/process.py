@@ -79,7 +79,7 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
 
 @contextmanager
 def _last_words(entry: Entry) -> Iterator[None]:
-    """Leave the reason of a bad end for those who ask after it."""
+    """Store the reason of a failure for ``vegrip lifecycle``."""
     try:
         yield
     except VegripError as error:
@@ -91,7 +91,7 @@ def _last_words(entry: Entry) -> Iterator[None]:
 
 @contextmanager
 def _told(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[None]:
-    """Tell those who follow the telemetry of a node without a bus that it is finalized."""
+    """Publish on the telemetry that a node without a bus is finalized."""
     try:
         yield
     except VegripError:

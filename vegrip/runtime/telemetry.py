@@ -40,7 +40,7 @@ class Sink(Protocol):
         """Count a message; called from the loop."""
 
     def listen(self) -> None:
-        """Look who has begun or ceased to want messages."""
+        """Read the subscriptions that have begun or ended."""
 
     def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
         """Take what has gathered, oldest first."""
@@ -66,7 +66,7 @@ class Telemetry:
         return max(self._offered - self._taken - len(self._queue), 0)
 
     def offer(self, message: Message, direction: Direction) -> None:
-        """Count ``message``, and queue it if it is wanted; never waits, the oldest gives way."""
+        """Count ``message``, and queue it if it is wanted; never waits, the oldest is dropped."""
         self._sink.count(message, direction)
         if not self._sink.wanted or not self._sink.takes(message, direction):
             return

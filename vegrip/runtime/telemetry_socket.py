@@ -29,7 +29,7 @@ SUBSCRIBE, UNSUBSCRIBE = b"\x01", b"\x00"  # the first byte of what subscribers 
 
 @dataclass(frozen=True, slots=True)
 class _Stream:
-    """The messages of one kind of one finger or node, and what is wanted of them."""
+    """The messages of one kind of one finger or node, and which of them are wanted."""
 
     topic: bytes
     every: bool
@@ -96,7 +96,7 @@ class TelemetrySocket:
         return stream is not None and stream.every
 
     def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
-        """Send the messages that have subscribers, and keep the newest for those who want no more."""
+        """Send the messages that have subscribers, and keep the newest where that suffices."""
         for message, direction in messages:
             owner = _owner(message)
             stream = self._stream(type(message), owner)

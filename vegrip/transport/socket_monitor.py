@@ -1,4 +1,4 @@
-"""What ZeroMQ tells of the connections of one socket."""
+"""The events of the connections of one ZeroMQ socket."""
 
 import struct
 from collections.abc import Iterator

@@ -1,7 +1,7 @@
 """One publisher that is listened to, and connected to anew when libzmq has given it up.
 
 libzmq connects again by itself to a publisher that has gone. After an error of the protocol (a message
-above MAXMSGSIZE, or bytes that are no message) it does not: it ends the session without a word, and the
+above MAXMSGSIZE, or bytes that are no message) it does not: it ends the session silently, and the
 socket stays deaf for ever. Its events tell the two apart: where it tries again, CONNECT_RETRIED follows
 DISCONNECTED at once.
 """
@@ -41,7 +41,7 @@ class Subscription:
     Args:
         socket: of kind SUB, its options set; closed by :meth:`close`.
         address: of the publisher, resolved.
-        on_handshake: told how each handshake went, by its event.
+        on_handshake: called with the event of each handshake.
 
     """
 

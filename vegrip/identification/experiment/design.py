@@ -76,7 +76,7 @@ class Design:
     """What was found.
 
     Attributes:
-        contest: what is to be told apart.
+        contest: the hypotheses to separate.
         limits: of the rig.
         depth: greatest depth [m] that force and depth allow.
         tried: each item at its best, best first.

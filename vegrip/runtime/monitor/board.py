@@ -102,7 +102,7 @@ class Board:
             row.attend(running.get(name), now)
 
     def look(self, now: int) -> None:
-        """Note in the log what has fallen silent, gone, ended or come back by ``now`` [ns]."""
+        """Log what has fallen silent, died, ended or returned by ``now`` [ns]."""
         if self._looked is None or now - self._looked > FRESH * NS:
             self._awake_since = now  # a monitor that did not look must not call nodes silent
         self._looked = now

@@ -136,7 +136,7 @@ class BusModel:
     def conclude(self, now: int) -> list[Event]:
         """Finish the frame on the bus if it has ended by ``now`` [ns], but begin no other.
 
-        For who wants to hear of it before looking at who else asks for the bus.
+        For members that must know of it before the next arbitration.
         """
         events: list[Event] = []
         current = self._current
@@ -291,7 +291,7 @@ class BusModel:
         known.since = attempt.end
 
     def _recovery(self, node: int) -> int:
-        """Return when ``node`` comes back if the bus stays free [ns]."""
+        """Return when ``node`` recovers if the bus stays free [ns]."""
         known = self._nodes[node]
         return known.since + max(known.confinement.missing, 0) * self._sequence
 

@@ -182,7 +182,7 @@ class Hub:
         self._nodes[node].hear(pack_error(end, busy, node, report))
 
     def _dismiss_the_dead(self) -> None:
-        """Let those go who have left with a full queue that no member is there to empty.
+        """Remove members that have left with a full queue.
 
         They are not read, so that their leaving would never be seen.
         """

@@ -97,7 +97,7 @@ class _Finger:
         self._check()
 
     def _moving(self) -> None:
-        """What moved is measured, also when it is zero; what never did is told."""
+        """A signal that moved is measured, also at zero; one that never moved is reported."""
         for channel, draft in self.finger.channels.items():
             if channel == "normal_force" or draft.signal not in self.heard:
                 continue
@@ -386,7 +386,7 @@ def _inherit_places(proposal: Proposal, findings: Findings) -> None:
 
 
 def _quietest(finger: FingerDraft, heard: Mapping[str, Trace]) -> Window | None:
-    """Return the second in which the forces of a finger move least, None without traffic."""
+    """Return the second in which the forces of a finger change the least, None without traffic."""
     traces = [heard[d.signal] for d in finger.channels.values() if d.signal in heard]
     forces = [
         heard[d.signal] for c, d in finger.channels.items() if c in FORCES and d.signal in heard
