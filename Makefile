@@ -4,7 +4,7 @@ V := .venv/bin
 STAMP := .venv/.installed
 DEMO := .venv/.demo
 
-.PHONY: demo test test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
+.PHONY: demo test test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs site examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -29,6 +29,7 @@ test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-M
 
 test-c: $(STAMP)  ## the estimator in C against numba, every effect; the export with gcc, clang, sanitizers, cppcheck, an emulated Cortex-M7
 	$(V)/python -m pytest -q -n auto tests/c99 tests/export
+
 test-web: $(STAMP)  ## the pages in a real browser, headless: Chromium of the distribution (apt-get install chromium)
 	VEGRIP_WEB_TESTS=1 $(V)/python -m pytest -q -n 0 -m browser tests/web
 
@@ -38,12 +39,13 @@ web-pictures: $(STAMP)  ## draw docs/images/web-*.png again, from the tests of t
 wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
 	$(V)/python -m pytest -q -n 0 tests/install
 
-check: lint types test test-long test-numba test-vcan docs examples wheel-test  ## what CI runs
+check: lint types test test-long test-web test-numba test-vcan docs examples site wheel-test  ## what CI runs
 
 format: $(STAMP)
 	$(V)/ruff format .
 	$(V)/ruff check --fix .
 	$(V)/python -m vegrip.canopen.write_eds proto
+	$(V)/python -m vegrip.estimator.declarations
 
 lint: $(STAMP)
 	$(V)/ruff format --check .
@@ -58,6 +60,16 @@ types: $(STAMP)
 
 docs: $(STAMP)
 	$(V)/python docs/check.py
+
+SITE := .venv/.site
+site: $(SITE)  ## the documents as pages in build/site: warnings are errors, nothing is loaded from elsewhere
+	NO_MKDOCS_2_WARNING=1 PYTHONPATH=. $(V)/mkdocs build --strict
+	$(V)/python docs/site/check.py build/site
+	@echo "open build/site/index.html; its search needs a server: python3 -m http.server -b 127.0.0.1 -d build/site 8000"
+
+$(SITE): $(STAMP)
+	$(V)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[site]'
+	touch $@
 
 examples: $(STAMP)
 	$(V)/python examples/run_all.py

@@ -31,7 +31,7 @@ from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 PROGRAMS = ("grasp_force", "echo")
 LINKS = ("virtual", "vcan", "ipc", "tcp")
 PORT = 47_310  # and the next ones, on loopback
-FULL = 0.9  # share of the bus beyond which nobody would run it
+FULL = 0.9  # share of the bus above which it is not run
 STATE, COMMAND = 48, 24  # [bytes] of the frames of a finger, CAN FD
 
 

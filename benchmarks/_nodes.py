@@ -18,7 +18,7 @@ PATIENCE = 180.0  # [s] for a first start, which compiles
 
 @contextmanager
 def private_runtime() -> Iterator[None]:
-    """Let nodes and buses of this benchmark meet nobody else's."""
+    """Keep nodes and buses of this benchmark apart from all others."""
     with (
         tempfile.TemporaryDirectory(prefix="vg-") as folder,
         mock.patch.dict(os.environ, VEGRIP_RUNTIME_DIR=f"{folder}/r"),

@@ -10,7 +10,6 @@ from vegrip.estimator.kernels.generated import (
     MOTION_POSITION,
     REP_CONTACT,
     SET_R_FORCE,
-    SIZE,
     Y0,
     Floats,
 )
@@ -31,7 +30,7 @@ def likelihood(m: Floats, blank: Floats, t: Floats, first: Floats, y: Floats, ou
     for i in range(t.shape[0]):
         dt = 0.0
         if first[i] > 0.5:
-            for j in range(SIZE):
+            for j in range(m.shape[0]):
                 m[j] = blank[j]
             begin(m, y[i, 1], y[i, 0])
         else:

@@ -1,4 +1,4 @@
-"""Check the documents: links and pictures resolve, commands exist, Python blocks and docstring examples run.
+"""Check the documents: links and pictures resolve, commands exist, examples run, words are British.
 
 Run it with ``make docs``; it prints what is wrong with file and line, and fails.
 """
@@ -10,6 +10,8 @@ import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+
+import english
 
 import vegrip
 from vegrip.cli import COMMANDS
@@ -61,6 +63,22 @@ def failing_blocks(page: Path, text: str) -> Iterator[str]:
                 yield f"{page.relative_to(ROOT)}:{line}: the example fails: {error!r}"
 
 
+def english_of_page(page: Path, text: str) -> Iterator[str]:
+    """Words of a page that are not in the project's English; titles of other people's papers may be."""
+    if page.name != "references.md":
+        for position, complaint in english.complaints(text):
+            yield f"{page.relative_to(ROOT)}:{line_of(text, position)}: {complaint}"
+
+
+def english_of_code() -> Iterator[str]:
+    """The same for docstrings and comments."""
+    for folder in ("vegrip", "nodes", "proto", "launch", "benchmarks", "examples", "docs"):
+        for source in sorted((ROOT / folder).rglob("*.py")):
+            for line, text in english.prose_of(source):
+                for _, complaint in english.complaints(text):
+                    yield f"{source.relative_to(ROOT)}:{line}: {complaint}"
+
+
 def unresolved_citations() -> Iterator[str]:
     """Citation keys used in the code that docs/references.md does not explain."""
     known = (ROOT / "docs" / "references.md").read_text(encoding="utf-8")
@@ -99,7 +117,8 @@ def main() -> int:
     for page in documents():
         text = page.read_text(encoding="utf-8")
         wrong += [*broken_links(page, text), *unknown_commands(page, text), *failing_blocks(page, text)]
-    wrong += [*unresolved_citations(), *failing_doctests()]
+        wrong += english_of_page(page, text)
+    wrong += [*english_of_code(), *unresolved_citations(), *failing_doctests()]
     for complaint in wrong:
         print(complaint, file=sys.stderr)  # noqa: T201
     print(f"{len(documents())} pages checked, {len(wrong)} things wrong")  # noqa: T201

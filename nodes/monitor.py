@@ -12,7 +12,7 @@ from vegrip.runtime.monitor.screen import Screen
 
 @dataclass(frozen=True)
 class Parameters:
-    """There is nothing to set."""
+    """It has no parameters."""
 
 
 class MonitorNode(NodeBase):

@@ -1,4 +1,4 @@
-"""What to say of a name that nobody knows: the nearest known one, or all of them."""
+"""What to say of an unknown name: the nearest known one, or all of them."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches

@@ -74,7 +74,7 @@ def together(folder: Path, hand: list[str], transport: str) -> dict[str, float]:
 
 
 def free_port() -> int:
-    """Return a port that nobody listens on."""
+    """Return a port that is free."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])

@@ -1,4 +1,4 @@
-"""What depends on a radius that nobody wrote down, and what does not: the skin with three assumed probes."""
+"""What depends on an unrecorded radius, and what does not: the skin with three assumed probes."""
 
 import tempfile
 from dataclasses import replace

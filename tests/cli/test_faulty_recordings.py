@@ -100,5 +100,5 @@ def test_a_diagnosis_that_must_not_be_relied_on_says_so_first(good, tmp_path: Pa
     write_recording(replace(good, fingertip=Fingertip(1e-3)), tmp_path / "small")
     assert main(["diagnose", str(tmp_path / "small")]) == 0
     first = capsys.readouterr().out.splitlines()[0]
-    assert "not to be relied on" in first
+    assert "not reliable" in first
     assert "radius" in first

@@ -6,8 +6,10 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -20,7 +22,7 @@ PATIENCE = 120.0  # [s] on a busy machine
 
 def browser_path() -> str:
     if not os.environ.get(MUST):
-        pytest.skip("the pages are tested by `make test-web`")
+        pytest.skip("the pages are tested by `make test-web`, in the distribution's Chromium")
     found = next((path for name in BROWSERS if (path := shutil.which(name))), "")
     if not found:
         pytest.fail(HINT)
@@ -56,6 +58,7 @@ class Visit:
 
     def __init__(self, browser, **options) -> None:
         options.setdefault("viewport", {"width": 1440, "height": 1100})
+        options.setdefault("reduced_motion", "reduce")
         self.context = browser.new_context(**options)
         self.context.set_default_timeout(PATIENCE * 1000)
         self.page = self.context.new_page()
@@ -91,12 +94,13 @@ def visit(browser) -> Iterator[Callable[..., Visit]]:
 class Program:
     """A command of vegrip in a process of its own, with what it prints in a file."""
 
-    def __init__(self, folder: Path, *arguments: str) -> None:
+    def __init__(self, folder: Path, runtime: str, *arguments: str) -> None:
         self.output = folder / f"{arguments[0]}-{time.monotonic_ns()}.txt"
         with self.output.open("w") as out:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "vegrip", *arguments],
                 cwd=folder,
+                env=os.environ | {"VEGRIP_RUNTIME_DIR": runtime},
                 stdout=out,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
@@ -125,14 +129,42 @@ class Program:
             raise
 
 
+class World:
+    """A machine of its own: programs that find one another, and no others."""
+
+    def __init__(self, folder: Path, runtime: str) -> None:
+        self.folder, self.runtime = folder, runtime
+        self._started: list[Program] = []
+
+    def start(self, *arguments: str) -> Program:
+        self._started.append(Program(self.folder, self.runtime, *arguments))
+        return self._started[-1]
+
+    def close(self) -> None:
+        for program in reversed(self._started):
+            program.end()
+
+
+@contextmanager
+def new_world(folder: Path) -> Iterator[World]:
+    with tempfile.TemporaryDirectory(prefix="vg-") as short, closing(World(folder, f"{short}/r")) as world:
+        yield world
+
+
 @pytest.fixture
-def start(runtime, tmp_path) -> Iterator[Callable[..., Program]]:
-    started: list[Program] = []
+def world(tmp_path) -> Iterator[World]:
+    """A machine for this test alone."""
+    with new_world(tmp_path) as made:
+        yield made
 
-    def run(*arguments: str) -> Program:
-        started.append(Program(tmp_path, *arguments))
-        return started[-1]
 
-    yield run
-    for program in reversed(started):
-        program.end()
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory) -> Iterator[World]:
+    """A machine for all tests of a file: starting a hand takes longer than looking at it."""
+    with new_world(tmp_path_factory.mktemp("shared")) as made:
+        yield made
+
+
+@pytest.fixture
+def start(world) -> Callable[..., Program]:
+    return world.start

@@ -1,6 +1,7 @@
 """The check page in a real browser: from a recording with a hidden effect to an adequate model, by clicks."""
 
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -13,10 +14,23 @@ ADDRESS = r"http://127\.0\.0\.1:\d+/\?key=\S+"
 SHOTS = os.environ.get("VEGRIP_SCREENSHOTS", "")
 
 
+@pytest.fixture(scope="module")
+def press(shared) -> Path:
+    SAMPLES["press"].write(shared.folder / "press")
+    return shared.folder / "press"
+
+
 @pytest.fixture
-def press(tmp_path: Path) -> Path:
-    SAMPLES["press"].write(tmp_path / "press")
-    return tmp_path / "press"
+def start(shared):
+    return shared.start
+
+
+@pytest.fixture
+def known(press) -> str:
+    """Name of a folder with what the first test has found; empty, and all is found anew, without it."""
+    if (press.parent / "press-check").is_dir():
+        shutil.copytree(press.parent / "press-check", press.parent / "known", dirs_exist_ok=True)
+    return "known"
 
 
 def shoot(page, name: str) -> None:
@@ -58,9 +72,10 @@ def test_a_hidden_effect_is_found_added_taken_back_and_saved(press, start, visit
     page.locator("#verdict.ok").wait_for()
 
 
-def test_a_refusal_is_shown_and_nothing_is_lost(press, start, visit) -> None:
+def test_a_refusal_is_shown_and_nothing_is_lost(known, start, visit) -> None:
     page = visit(viewport={"width": 390, "height": 844}).page
-    page.goto(start("check", "press", "--port", "0").waits_for(ADDRESS))
+    page.goto(start("check", "press", "-o", known, "--port", "0").waits_for(ADDRESS))
+    page.locator("#rung-0:not([disabled])").click()
     page.locator("#add-adhesion:not([disabled])").wait_for()
     page.locator("#save-name").fill("model.txt")
     page.locator("#save-name").press("Enter")
@@ -76,7 +91,43 @@ def test_a_refusal_is_shown_and_nothing_is_lost(press, start, visit) -> None:
     page.locator("#add-adhesion:not([disabled])").wait_for()
 
 
-def test_what_is_no_recording_is_refused_before_a_page_opens(start, tmp_path) -> None:
+def test_episodes_are_held_back_models_compared_and_a_motion_is_exported(known, start, visit, press) -> None:
+    page = visit(color_scheme="dark").page
+    page.goto(start("check", "press", "-o", known, "--port", "0").waits_for(ADDRESS))
+    page.locator("#rung-0:not([disabled])").click()
+    page.locator("#add-adhesion:not([disabled])").wait_for()
+    page.locator("#hold-back").fill("0..99")
+    page.locator("#hold-back").press("Enter")
+    page.get_by_text("has no episode").wait_for()
+    page.locator("#hold-back:not([disabled])").fill("1,3")
+    page.locator("#hold-back").press("Enter")
+    page.locator("#held-error").wait_for()
+    assert float(page.locator("#held-error").inner_text()) > 0.0
+    page.locator("#add-adhesion:not([disabled])").wait_for()
+    commands = page.locator("#commands").inner_text()
+    assert "--hold-back 1,3" in commands
+    assert "--episodes 1,3" in commands
+    page.locator("#beside-place:not([disabled])").select_option("0")
+    page.get_by_text("--versus known/0-start.toml").wait_for()
+    assert "model 0: start" in page.locator("#beside th").all_inner_texts()
+    page.locator("#beside-file:not([disabled])").fill("nothing.toml")
+    page.locator("#beside-file").press("Enter")
+    page.get_by_text("there is no model file").wait_for()
+    page.locator("#candidates").fill("adhesion,guide_friction")
+    page.locator("#duration").fill("20")
+    page.locator("#duration").press("Enter")
+    page.locator("#motion").wait_for()
+    with page.expect_download() as download:
+        page.locator("#motion").click()
+    from vegrip.identification.simulate import read_protocol
+
+    download.value.save_as(press.parent / "next.toml")
+    assert read_protocol(press.parent / "next.toml").duration <= 20.0
+    assert "vegrip experiment press" in page.locator("#commands").inner_text()
+    shoot(page, "web-check-dark")
+
+
+def test_what_is_no_recording_is_refused_before_a_page_opens(start) -> None:
     program = start("check", "nothing-here")
     assert program.process.wait(120) == 3
     assert "there is no such folder" in program.text

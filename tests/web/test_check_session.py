@@ -1,5 +1,6 @@
 """What a check keeps: the ladder, where one stands on it, and all of it over a restart."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,15 @@ def test_after_undo_another_effect_begins_another_branch(session: Session) -> No
     assert session.effects == ["adhesion"]
 
 
+def test_a_refit_with_episodes_held_back_is_a_model_of_its_own(session: Session) -> None:
+    assert session.next_file(None) == "2-refit.toml"
+    session.add(Rung("2-refit.toml", None, 1, 1.05, held_back="1,3", held_out={"error": 1.2, "curves": {}}))
+    assert session.effects == ["adhesion"]
+    assert session.rungs[2].is_refit
+    assert not session.rungs[0].is_refit
+    assert "which the fit has not seen" in body(session, busy=False)
+
+
 def test_a_check_goes_on_where_it_was(session: Session, tmp_path: Path) -> None:
     session.undo()
     save(session, tmp_path)
@@ -67,7 +77,9 @@ def test_a_model_that_leaves_more_than_noise_is_a_misfit_until_it_is_diagnosed(s
 
 def test_while_something_runs_nothing_else_can_be_pressed(session: Session) -> None:
     shown = body(session, busy=True)
-    assert shown.count("<button") == shown.count("disabled>") - shown.count("disabled></label>")
+    pressable = re.findall(r"<(?:button|input|select)[^>]*>", shown)
+    assert len(pressable) > 9
+    assert all("disabled" in one for one in pressable)
     assert "disabled" not in body(session, busy=False)
 
 

@@ -15,25 +15,36 @@ ALIVE = "button.finger:not(.stale) .big"
 SHOTS = os.environ.get("VEGRIP_SCREENSHOTS", "")
 
 
-@pytest.fixture
-def address(start) -> str:
-    return start("monitor", "--web", "--port", "0").waits_for(ADDRESS)
+@pytest.fixture(scope="module")
+def served(shared):
+    """A hand and a server for all tests of this file; a test leaves both as it found them."""
+    shared.start("launch", str(HAND))
+    return shared.start("monitor", "--web", "--port", "0")
 
 
 @pytest.fixture
-def hand(start):
-    return start("launch", str(HAND))
+def address(served) -> str:
+    return served.waits_for(ADDRESS)
 
 
-def shoot(page, name: str) -> None:
+@pytest.fixture
+def grasp_force(shared, monkeypatch):
+    """Return a function that finds the process of the controller."""
+    from vegrip.runtime.registry import find_node
+
+    monkeypatch.setenv("VEGRIP_RUNTIME_DIR", shared.runtime)
+    return lambda: find_node("grasp_force").pid
+
+
+def shoot(page, name: str, *, whole: bool = True) -> None:
     """Keep a picture of the page for the documents, when they are being made."""
     if SHOTS:
-        page.screenshot(path=f"{SHOTS}/{name}.png", full_page=True)
+        page.screenshot(path=f"{SHOTS}/{name}.png", full_page=whole)
 
 
-def test_without_a_node_the_page_says_so_and_shows_the_hand_as_it_comes(address, start, visit) -> None:
+def test_without_a_node_the_page_says_so_and_shows_the_hand_as_it_comes(start, visit) -> None:
     page = visit().page
-    page.goto(address)
+    page.goto(start("monitor", "--web", "--port", "0").waits_for(ADDRESS))
     page.get_by_text("No node runs on this machine").wait_for()
     hand = start("launch", str(HAND))
     page.wait_for_selector(ALIVE)
@@ -42,9 +53,7 @@ def test_without_a_node_the_page_says_so_and_shows_the_hand_as_it_comes(address,
     assert hand.process.poll() is None
 
 
-def test_every_finger_shows_margin_command_surface_and_pressure_with_units(
-    address, hand, visit, until
-) -> None:
+def test_every_finger_shows_margin_command_surface_and_pressure_with_units(address, visit, until) -> None:
     page = visit(color_scheme="light").page
     page.goto(address)
     page.wait_for_selector(ALIVE)
@@ -64,7 +73,7 @@ def test_every_finger_shows_margin_command_surface_and_pressure_with_units(
     shoot(page, "web-live")
 
 
-def test_the_load_moves_and_the_plots_go_on(address, hand, visit, until) -> None:
+def test_the_load_moves_and_the_plots_go_on(address, visit, until) -> None:
     page = visit(color_scheme="dark").page
     page.goto(address)
     page.wait_for_selector(ALIVE)
@@ -78,7 +87,7 @@ def test_the_load_moves_and_the_plots_go_on(address, hand, visit, until) -> None
     shoot(page, "web-live-dark")
 
 
-def test_fingers_are_chosen_and_parameters_opened_by_keys_alone(address, hand, visit, until) -> None:
+def test_fingers_are_chosen_and_parameters_opened_by_keys_alone(address, visit, until) -> None:
     page = visit().page
     page.goto(address)
     page.wait_for_selector(ALIVE)
@@ -98,7 +107,7 @@ def test_fingers_are_chosen_and_parameters_opened_by_keys_alone(address, hand, v
     until(page, "document.querySelector('#plots-title').textContent.startsWith('index')")
 
 
-def test_a_parameter_is_set_within_its_bounds_and_refused_beyond(address, hand, visit, until) -> None:
+def test_a_parameter_is_set_within_its_bounds_and_refused_beyond(address, visit, until) -> None:
     page = visit().page
     page.goto(address)
     page.wait_for_selector(ALIVE)
@@ -108,17 +117,18 @@ def test_a_parameter_is_set_within_its_bounds_and_refused_beyond(address, hand, 
     field.press("Enter")
     page.get_by_text("grip.wanted_margin is 0.4").wait_for()
     assert "vegrip param set /grasp_force grip.wanted_margin 0.4" in page.locator("dialog pre").inner_text()
-    shoot(page, "web-parameters")
+    shoot(page, "web-parameters", whole=False)
     field.fill("7")
     field.press("Enter")
     page.locator("dialog .say.bad").wait_for()
     assert "0.9" in page.locator("dialog .say.bad").inner_text()  # the bound
     assert field.input_value() == "0.4"
-    page.keyboard.press("Escape")
-    until(page, "vegrip.now.fingers.thumb.margin?.wanted === 0.4")
+    field.fill("0.15")
+    field.press("Enter")
+    page.get_by_text("grip.wanted_margin is 0.15").wait_for()
 
 
-def test_a_node_is_deactivated_only_when_asked_twice_and_activated_again(address, hand, visit) -> None:
+def test_a_node_is_deactivated_only_when_asked_twice_and_activated_again(address, visit, until) -> None:
     page = visit().page
     page.goto(address)
     page.wait_for_selector(ALIVE)
@@ -130,28 +140,40 @@ def test_a_node_is_deactivated_only_when_asked_twice_and_activated_again(address
     page.get_by_text("the node is inactive").wait_for()
     page.locator("button[data-transition='activate']").click()
     page.get_by_text("the node is active").wait_for()
+    until(page, "vegrip.now.nodes['/grasp_force'].state === 'active'")
+
+
+def test_the_dialog_follows_what_another_does_to_the_node(address, visit, until) -> None:
+    page, other = visit().page, visit().page
+    for one in (page, other):
+        one.goto(address)
+        one.wait_for_selector(ALIVE)
+        one.locator("button[data-node='/grasp_force']").click()
+    for _ in range(2):
+        other.locator("button[data-transition='deactivate']").click()
+    page.locator("button[data-transition='activate']").click()  # offered here as well
+    other.locator("button[data-transition='deactivate']").wait_for()
+    until(page, "vegrip.now.nodes['/grasp_force'].state === 'active'")
 
 
 def test_a_node_that_dies_is_shown_as_old_and_again_as_live_when_it_is_back(
-    address, hand, visit, until
+    address, visit, until, grasp_force
 ) -> None:
     page = visit().page
     page.goto(address)
     page.wait_for_selector(ALIVE)
-    from vegrip.runtime.registry import find_node
-
-    os.kill(find_node("grasp_force").pid, signal.SIGSTOP)
+    os.kill(grasp_force(), signal.SIGSTOP)
     page.locator("button.finger.stale").first.wait_for()
     page.get_by_text("/grasp_force says nothing").first.wait_for()
     assert "no news for" in page.locator("button.finger").first.inner_text()
     shoot(page, "web-stale")
-    os.kill(find_node("grasp_force").pid, signal.SIGKILL)  # the launcher starts it again
+    os.kill(grasp_force(), signal.SIGKILL)  # the launcher starts it again
     page.wait_for_selector(ALIVE)
     until(page, "!vegrip.now.alarms.some(a => a.text.includes('says nothing'))")
 
 
-def test_when_the_server_goes_the_page_says_so_and_keeps_what_it_has(hand, start, visit) -> None:
-    server = start("monitor", "--web", "--port", "0")
+def test_when_the_server_goes_the_page_says_so_and_keeps_what_it_has(served, shared, visit) -> None:
+    server = shared.start("monitor", "--web", "--port", "0")
     page = visit().page
     page.goto(server.waits_for(ADDRESS))
     page.wait_for_selector(ALIVE)
@@ -161,7 +183,7 @@ def test_when_the_server_goes_the_page_says_so_and_keeps_what_it_has(hand, start
     assert page.locator("button.finger").count() == 5
 
 
-def test_on_a_narrow_screen_nothing_is_cut_off(address, hand, visit) -> None:
+def test_on_a_narrow_screen_nothing_is_cut_off(address, visit) -> None:
     page = visit(viewport={"width": 390, "height": 844}).page
     page.goto(address)
     page.wait_for_selector(ALIVE)
@@ -169,7 +191,25 @@ def test_on_a_narrow_screen_nothing_is_cut_off(address, hand, visit) -> None:
     shoot(page, "web-narrow")
 
 
-def test_two_people_see_the_same_and_choose_for_themselves(address, hand, visit, until) -> None:
+def test_a_running_node_is_recorded_and_its_model_checked(served, shared, visit, until) -> None:
+    page = visit().page
+    page.goto(served.waits_for(ADDRESS))
+    page.wait_for_selector(ALIVE)
+    check = shared.start("check", "--node", "grasp_force", "--seconds", "3", "--port", "0")
+    page.goto(check.waits_for(ADDRESS))
+    page.locator(
+        "#verdict, .alarms li"
+    ).first.wait_for()  # what a grasp of 3 s tells, or why it tells nothing
+    assert "vegrip fit live/" in page.locator("#commands").inner_text()
+    from vegrip.identification.recording.session import read_fingers
+
+    fingers = read_fingers(shared.folder / "live", announce=False)
+    assert set(fingers) == {"thumb", "index", "middle", "ring", "little"}
+    assert all(recording.fingertip.radius == 9e-3 for recording in fingers.values())
+    assert check.end() in (0, 130)
+
+
+def test_two_people_see_the_same_and_choose_for_themselves(address, visit, until) -> None:
     one, other = visit().page, visit().page
     for page in (one, other):
         page.goto(address)

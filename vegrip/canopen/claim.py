@@ -20,10 +20,10 @@ def claim(
     receive: Callable[[float], Frame | None],
     now: Callable[[], int],
 ) -> None:
-    """Ask whether anybody bears one of ``nodes``; listen for ``CLAIM_LISTEN_NS``.
+    """Ask whether another node has one of ``nodes``; listen for ``CLAIM_LISTEN_NS``.
 
     Raises:
-        DeviceError: somebody does. Before that the bus is told with EMCY 8150h, lifecycle "unconfigured".
+        DeviceError: another node does. Before that the bus is told with EMCY 8150h, lifecycle "unconfigured".
 
     """
     for node in nodes:

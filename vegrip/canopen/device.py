@@ -104,7 +104,7 @@ class Device:
             self.emergencies.end(ID_TAKEN, self.id, self.state)
 
     def _on_foreign(self, _: int, __: bytes, stamp: float) -> None:
-        """Hear our own node-ID: nobody hears its own frames, so another node has taken it."""
+        """Hear our own node-ID: a node does not hear its own frames, so another one has taken it."""
         self.foreign += 1
         self._foreign_until = stamp + FORGET_NODE_AFTER_S
         sentence = f"another node has the node-ID {self.id}; give one of them another"

@@ -25,7 +25,7 @@ Send = Callable[[int, int, bytes], None]
 
 
 class Emergencies:
-    """What is wrong now; each beginning and the end of the last is told once."""
+    """What is wrong now; each beginning and the end of the last is reported once."""
 
     def __init__(self, send: Send) -> None:
         self.standing: dict[tuple[int, int], str] = {}

@@ -68,7 +68,7 @@ class CanopenEndpoint(ClosedByWith):
 
     @property
     def clock(self) -> ClockEstimate | None:
-        """The clock of whoever sends TIME, in ns since 1970, against ours; None before the first."""
+        """The clock of the producer of TIME, in ns since 1970, against ours; None before the first."""
         known = self._clock.estimate()
         return None if math.isnan(known.offset) else known
 
@@ -130,4 +130,4 @@ class CanopenEndpoint(ClosedByWith):
         return False
 
     def keep(self, message: Message, frames: list[Frame]) -> None:
-        """Keep what is sent for those who read it by SDO."""
+        """Keep what is sent, to be read by SDO."""

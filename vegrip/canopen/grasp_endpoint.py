@@ -100,10 +100,10 @@ class GraspEndpoint(CanopenEndpoint):
         self._describe(fingers, heartbeat, limit)
 
     def claim(self) -> None:
-        """Make sure that nobody else has our node-ID.
+        """Make sure that no other node has our node-ID.
 
         Raises:
-            DeviceError: somebody has.
+            DeviceError: another node has it.
 
         """
         claim((self.device.id,), self.put, self.can.next_frame, self.now)
@@ -152,7 +152,7 @@ class GraspEndpoint(CanopenEndpoint):
         return self.device.operational and (cob_id & 0x7F == self.device.id or cob_id & 0x780 not in STATES)
 
     def keep(self, message: Message, frames: list[Frame]) -> None:
-        """Keep what is sent for those who read it by SDO."""
+        """Keep what is sent, to be read by SDO."""
         self._mirror.keep(message, frames)
 
     def close(self) -> None:

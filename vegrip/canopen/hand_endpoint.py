@@ -62,10 +62,10 @@ class HandEndpoint(CanopenEndpoint):
         self.network.subscribe(SYNC, self._on_sync)
 
     def claim(self) -> None:
-        """Make sure that nobody else has our node-IDs, and appear on the bus.
+        """Make sure that no other node has our node-IDs, and appear on the bus.
 
         Raises:
-            DeviceError: somebody has one of them.
+            DeviceError: another node has one of them.
 
         """
         claim(tuple(self.devices), self.put, self.can.next_frame, self.now)

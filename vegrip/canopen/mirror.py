@@ -1,4 +1,4 @@
-"""What was sent last, for those who read it by SDO."""
+"""What was sent last, to be read by SDO."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -23,10 +23,10 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
     # heading: name: (module:function or module:app, one line of help)
     "Start": {
         "demo": ("vegrip.cli.demo:demo", "Run the main job: virtual hand, virtual bus, node, live table."),
-        "sample": ("vegrip.cli.sample:sample", "Put a sample recording, model or log here to try things on."),
+        "sample": ("vegrip.cli.sample:sample", "Write a sample recording, model or log here."),
         "doctor": (
             "vegrip.cli.doctor:doctor",
-            "Check this machine and say how to mend what is wrong; what your sensors give you.",
+            "Check this machine and say how to fix what is wrong; list what your sensors give.",
         ),
     },
     "On a hand": {
@@ -34,14 +34,17 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
             "vegrip.cli.connect:connect",
             "Map a hand of another make: from its DBC or EDS and its traffic to a file that runs.",
         ),
-        "launch": ("vegrip.cli.launch:launch", "Start the nodes of a launch file and watch over them."),
+        "launch": ("vegrip.cli.launch:launch", "Start and supervise the nodes of a launch file."),
         "node": ("vegrip.cli.node:node", "Run one node in this process."),
         "monitor": ("vegrip.cli.monitor:monitor", "Watch slip margins live."),
         "topic": ("vegrip.cli.topic:app", "Look at topics: list, echo, hz."),
         "param": ("vegrip.cli.param:app", "Read and set parameters of running nodes."),
         "lifecycle": ("vegrip.cli.lifecycle:app", "Read and change the state of running nodes."),
-        "bus-load": ("vegrip.cli.bus_load:bus_load", "Tell whether hands, rates and layout fit a CAN bus."),
-        "keys": ("vegrip.cli.keys:app", "Make and pass on keys for networks beyond this machine."),
+        "bus-load": (
+            "vegrip.cli.bus_load:bus_load",
+            "Compute whether hands, rates and layout fit a CAN bus.",
+        ),
+        "keys": ("vegrip.cli.keys:app", "Make and exchange keys for networks beyond this machine."),
     },
     "Recordings": {
         "record": ("vegrip.cli.record:record", "Record the bus to a folder."),
@@ -50,7 +53,7 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
             "vegrip.cli.import_:import_",
             "Turn a CSV, CAN log, MCAP file or rosbag into a recording.",
         ),
-        "simulate": ("vegrip.cli.simulate:simulate", "Make a recording as a model would give it."),
+        "simulate": ("vegrip.cli.simulate:simulate", "Simulate a recording with a model."),
     },
     "The contact model": {
         "fit": ("vegrip.cli.fit:fit", "Fit the contact model to a recording."),
@@ -59,13 +62,17 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
             "Compare a model with a recording, and see where it fails.",
         ),
         "check": ("vegrip.cli.check:check", "See in the browser what a model lacks, and add it."),
-        "diagnose": ("vegrip.cli.diagnose:diagnose", "Say which physical effects the model lacks."),
+        "diagnose": ("vegrip.cli.diagnose:diagnose", "Find which physical effects the model lacks."),
         "add": ("vegrip.cli.add:add", "Put an effect into a model and fit again."),
         "refine": ("vegrip.cli.refine:refine", "Add effects until the next one does not pay."),
         "report": ("vegrip.cli.report:report", "Write a recording, a run or a check as one file of HTML."),
         "experiment": (
             "vegrip.cli.experiment:experiment",
-            "Find the experiment that tells candidates apart.",
+            "Find the experiment that separates candidate effects.",
+        ),
+        "calibrate": (
+            "vegrip.cli.calibrate:calibrate",
+            "Guide a new fingertip through its trials to a model with errors.",
         ),
         "export": ("vegrip.cli.export:app", "Write the estimator as C99 for firmware: c, learned."),
         "fleet": ("vegrip.cli.fleet:fleet", "Diagnose a folder of many recordings, on all cores."),
@@ -155,7 +162,7 @@ def _run(app: typer.Typer, arguments: list[str], program: str) -> int:
         code = literal(app)(arguments, prog_name=program, standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         return 130
-    except BrokenPipeError:  # `vegrip ... | head`: nobody reads on
+    except BrokenPipeError:  # `vegrip ... | head`: the reader has ended
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except SystemExit as done:

@@ -28,6 +28,13 @@ TOLERANCE = Annotated[
         min=0.0, max=1.0, help="Share of an episode's peak force by which a model may be wrong, e.g. 0.01."
     ),
 ]
+HOLD_BACK = Annotated[
+    str,
+    typer.Option("--hold-back", metavar="EPISODES", help="Leave these episodes out, as in 2,5..7."),
+]
+ONLY = Annotated[
+    str, typer.Option("--episodes", metavar="EPISODES", help="Take these episodes alone, as in 2,5..7.")
+]
 
 
 def noise_for(recording: "Recording", tolerance: float) -> "Noise":
@@ -37,14 +44,18 @@ def noise_for(recording: "Recording", tolerance: float) -> "Noise":
     return noise_of(recording).tolerant(tolerance)
 
 
-def opened(recording: Path, model: Path | None) -> "tuple[Recording, ContactModel | None]":
-    """Read a recording and, if there is one, a model."""
+def opened(
+    recording: Path, model: Path | None, *, hold_back: str = "", only: str = ""
+) -> "tuple[Recording, ContactModel | None]":
+    """Read a recording, all of it or some of its episodes, and, if there is one, a model."""
     from vegrip.identification.recording import read_recording
+    from vegrip.identification.recording.chosen import select_episodes
     from vegrip.model import read_model
 
     start = read_model(model) if model is not None else None
     with progress("read") as report:
-        return read_recording(recording, progress=counted(report)), start
+        whole = read_recording(recording, progress=counted(report))
+    return select_episodes(whole, only=only, without=hold_back), start
 
 
 def print_json(told: Any) -> None:

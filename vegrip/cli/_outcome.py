@@ -14,7 +14,7 @@ ROWS = (
     ("in contact", "contact_time", " s"),
     ("force, estimate against measured, rms", "force_rms", " N"),
     ("mean normalised innovation squared", "nis", ""),
-    ("consistent, of the health reports that judge", "consistent", ""),
+    ("consistent, of the health reports with a verdict", "consistent", ""),
     ("measurements refused as outliers", "rejected", ""),
     ("lowest margin bound", "lowest_margin_bound", ""),
     ("commands", "commands", ""),

@@ -1,4 +1,4 @@
-"""Help whose units survive, and mistakes of usage as one sentence with the remedy."""
+"""Help that keeps its units, and errors of usage as one sentence with the remedy."""
 
 import re
 from typing import Any

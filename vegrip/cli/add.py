@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 
 EFFECT = Annotated[str, typer.Argument(help="Name of an effect, built in or of your own package.")]
@@ -24,6 +24,7 @@ def add(
     force: FORCE = False,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
+    hold_back: HOLD_BACK = "",
     as_json: JSON = False,
 ) -> None:
     """Put an effect into the model, fit again, and say how far the error fell.
@@ -43,7 +44,7 @@ def add(
     with Outputs(force=force) as outputs:
         outputs.file(output)
         known_effect(effect)  # an unknown one is refused before the fit
-        measured, start = opened(recording, model)
+        measured, start = opened(recording, model, hold_back=hold_back)
         with progress("add") as report:
             zeros: Literal["recording", "episode"] = "episode" if zeros_each_episode else "recording"
             noise = noise_for(measured, tolerance)

@@ -26,7 +26,8 @@ def bench(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as one JSON object.")] = False,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Smallest sizes: whether all of them run, not how fast.")
+        bool,
+        typer.Option("--quick", help="Smallest sizes: check that all of them run; the times mean nothing."),
     ] = False,
 ) -> None:
     """Measure how much faster this code is than the plain way, on this machine.

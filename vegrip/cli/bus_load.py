@@ -1,4 +1,4 @@
-"""``vegrip bus-load``: whether it fits, before anyone buys cable."""
+"""``vegrip bus-load``: whether hands, rates and layout fit a CAN bus."""
 
 import dataclasses
 import json

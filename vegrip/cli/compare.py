@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._fits import EACH, HOLD_BACK, ONLY, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
@@ -36,12 +36,15 @@ def compare(
     force: FORCE = False,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
+    hold_back: HOLD_BACK = "",
+    only: ONLY = "",
     as_json: JSON = False,
     with_curves: CURVES = False,
 ) -> None:
     """Say how large the error of every channel is against its noise, and where the model fails.
 
     With --versus a second model, or a second recording under the same model, is shown beside.
+    --episodes looks at some of the episodes alone, e.g. at those that a fit held back.
 
     Example: vegrip sample press && vegrip fit press -o base.toml
     && vegrip compare press --model base.toml -o pictures
@@ -56,7 +59,7 @@ def compare(
         if versus is not None:
             pairs.append((versus, model) if versus.is_dir() else (recording, versus))
         names = [file.stem if file is not None else FITTED for _, file in pairs]
-        read = [opened(folder, file) for folder, file in pairs]
+        read = [opened(folder, file, hold_back=hold_back, only=only) for folder, file in pairs]
         with progress("compare") as report:
             found = [_compared(*each, zeros_each_episode, tolerance, report) for each in read]
         told = [one.as_dict() | {"doubts": doubted(one.problem)} for one in found]

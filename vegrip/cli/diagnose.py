@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ def diagnose(
     force: FORCE = False,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
+    hold_back: HOLD_BACK = "",
     as_json: JSON = False,
 ) -> None:
     """Say which physical effects would explain what the model leaves of a recording.
@@ -51,7 +52,7 @@ def diagnose(
     with Outputs(force=force) as outputs:
         alone = output is not None and output.suffix.lower() == ".toml"
         (outputs.file if alone else outputs.pictures)(output)
-        measured, start = opened(recording, model)
+        measured, start = opened(recording, model, hold_back=hold_back)
         with progress("diagnose") as report:
             found = diagnose_model(
                 measured,
@@ -90,7 +91,7 @@ def _write_folder(found: "Diagnosis", start: str, folder: Path) -> None:
 SENTENCES = {
     "adequate": "nothing is missing that this recording can show",
     "named": "this explains the misfit:",
-    "ambiguous": "this explains the misfit, but the recording cannot tell which of the set it is:",
+    "ambiguous": "one of these explains the misfit; the recording does not separate them:",
     "unexplained": "no effect of the catalogue explains the misfit",
 }
 
@@ -106,11 +107,11 @@ def _print(found: "Diagnosis") -> None:
     told = _as_dict(found)
     error = told["error"]
     grave = [doubt.text for doubt in found.doubts if doubt.grave]
-    sentence = f"not to be relied on: {'; '.join(grave)}" if grave else SENTENCES[told["verdict"]]
+    sentence = f"not reliable: {'; '.join(grave)}" if grave else SENTENCES[told["verdict"]]
     head = Text(f"{told['recording']}: {told['verdict']}", style="bold")
     console.print(head + Text(f" - {sentence} {', '.join(told['named'])}".rstrip(), style="not bold"))
     for group in told["indistinguishable"]:
-        console.print(f"not told apart: {', '.join(group)}")
+        console.print(f"not separated: {', '.join(group)}")
     console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
     table = Table(box=None, padding=(0, 2))
     for heading in ("effect", "evidence [nats]", "held out [nats]", "error", "fails"):
@@ -134,5 +135,5 @@ def _print(found: "Diagnosis") -> None:
     for name, reason in told["out_of_sight"].items():
         unseen.setdefault(reason, []).append(name)
     for reason, names in unseen.items():
-        console.print(f"could not be seen, {reason}: {', '.join(names)}")
+        console.print(f"could not be tested, {reason}: {', '.join(names)}")
     print_sentences(text for text in [*told["doubts"], *told["warnings"]] if text not in grave)

@@ -18,9 +18,7 @@ MODEL = Annotated[
 ]
 CANDIDATE = Annotated[
     list[str] | None,
-    typer.Option(
-        "--candidates", metavar="NAME", help="Effects to tell apart (again for each), or 'nothing'."
-    ),
+    typer.Option("--candidates", metavar="NAME", help="Effects to separate (repeat for each), or 'nothing'."),
 ]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", metavar="TOML", help="Protocol file to write.")]
 LIMITS = Annotated[
@@ -33,7 +31,7 @@ SPEED = Annotated[float | None, typer.Option("--speed", help="Fastest motion alo
 PULL = Annotated[float | None, typer.Option("--tangential-force", help="Greatest pull [N]; 0: cannot pull.")]
 LASTS = Annotated[float | None, typer.Option("--duration", help="Longest experiment [s], pauses included.")]
 PLOT = Annotated[
-    Path | None, typer.Option("--plot", metavar="PNG", help="Draw it, with what each candidate says.")
+    Path | None, typer.Option("--plot", metavar="PNG", help="Draw it, with the prediction of each candidate.")
 ]
 OPTIONS = {"force": "--normal-force"}  # where the key of a limit is not the option's name
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -81,7 +79,7 @@ def experiment(
         measured, start = opened(recording, model)
         own = {"depth": depth, "force": normal_force, "speed": speed, "tangential_force": tangential_force}
         allowed = complete_limits(
-            _limits(limits, {**own, "duration": duration}), limits_of(_usable(measured))
+            rig_limits(limits, {**own, "duration": duration}), limits_of(_usable(measured))
         )
         with progress("experiment") as report:
             contest = _contest(measured, start, _names(candidates or []), report)
@@ -114,7 +112,8 @@ def _usable(recording: "Recording") -> "Recording":
     return recording
 
 
-def _limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
+def rig_limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
+    """Return the limits of a file with those that options give; NaN where neither says any."""
     from vegrip.config import build
     from vegrip.config import replace as changed
     from vegrip.identification.experiment.limits import RigLimits, read_limits
@@ -129,7 +128,7 @@ def _limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits":
 def _contest(
     recording: "Recording", model: Any, names: list[str], report: Any
 ) -> "Hypotheses | dict[str, Any]":
-    """Return the contest, or the diagnosis where there is nothing to tell apart."""
+    """Return the candidates to separate, or the diagnosis where there are none."""
     from vegrip.identification.diagnosis import diagnose
     from vegrip.identification.experiment import hypotheses_of
     from vegrip.identification.experiment.next_experiment import hypotheses_after
@@ -150,10 +149,10 @@ def _nothing_to_do(told: dict[str, Any], as_json: bool) -> None:
 
     reasons = {
         "adequate": "nothing is missing that this recording shows",
-        "named": "the recording tells by itself: " + ", ".join(told["named"]),
-        "unexplained": "none of the catalogue explains it, so there are no candidates to tell apart",
+        "named": "the recording already shows: " + ", ".join(told["named"]),
+        "unexplained": "no effect of the catalogue explains it, so there are no candidates to separate",
     }
-    sentence = f"{reasons[told['verdict']]}; name --candidates to plan an experiment all the same"
+    sentence = f"{reasons[told['verdict']]}; give --candidates to plan an experiment anyway"
     if as_json:
         print_json({"needed": False, "advice": sentence, **told})
     else:

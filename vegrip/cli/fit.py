@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 
 RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
@@ -24,6 +24,7 @@ def fit(
     force: FORCE = False,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
+    hold_back: HOLD_BACK = "",
     as_json: JSON = False,
 ) -> None:
     """Fit a contact model to a recording: all channels at once, noise of force and displacement alike.
@@ -40,7 +41,7 @@ def fit(
 
     with Outputs(force=force) as outputs:
         outputs.file(output)
-        measured, start = opened(recording, model)
+        measured, start = opened(recording, model, hold_back=hold_back)
         with progress("fit") as report:
             found = fit_model(
                 measured,

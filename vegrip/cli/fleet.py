@@ -20,7 +20,7 @@ MODEL = Annotated[
 OUT = Annotated[Path | None, typer.Option("-o", "--output", metavar="CSV", help="Write the table.")]
 LEDGER = Annotated[
     Path | None,
-    typer.Option("--ledger", help="What is done already; else .vegrip-fleet.jsonl in the folder."),
+    typer.Option("--ledger", help="File of results; else .vegrip-fleet.jsonl in the folder."),
 ]
 PROCESSES = Annotated[int, typer.Option("-j", "--processes", min=0, help="On this machine; 0: all cores.")]
 SCHEDULER = Annotated[

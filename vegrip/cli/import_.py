@@ -61,7 +61,9 @@ def import_(
     one = src[0]
     alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
     if len(src) > 1 and (alone or any(path.suffix.lower() in LOGS for path in src)):
-        raise UsageError("only tables and mapped bags go together; import MCAP files and CAN logs one by one")
+        raise UsageError(
+            "only tables and mapped bags can be joined; import MCAP files and CAN logs one by one"
+        )
     if alone:
         _refuse_options({"--map": columns, "--unit": units, "--radius": radius, "--map-file": map_file})
     _claim(output, one, fingers, force=force)
@@ -140,7 +142,7 @@ def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
 def _refuse_options(options: Mapping[str, object]) -> None:
     for name, value in options.items():
         if value:
-            raise UsageError(f"{name} does not go with a recording in MCAP; it says of itself what it holds")
+            raise UsageError(f"{name} does not apply to a recording in MCAP, which describes itself")
 
 
 def _tell(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:

@@ -10,7 +10,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     no_args_is_help=True,
-    help="Make and pass on the keys without which no address beyond this machine is opened.\n\n"
+    help="Make and exchange keys: an address beyond this machine needs them.\n\n"
     "Example: vegrip keys new hand && vegrip keys trust keys/hand.key",
 )
 Folder = Annotated[Path, typer.Option(help="Folder of our own keys.")]
@@ -23,7 +23,7 @@ def new(
     folder: Folder = Path("keys"),
     as_json: Json = False,
 ) -> None:
-    """Make a pair of keys: NAME.key to give away, NAME.key_secret to keep.
+    """Make a pair of keys: NAME.key is public, NAME.key_secret stays here.
 
     Example: vegrip keys new hand
 
@@ -33,7 +33,7 @@ def new(
     public, secret = make_keys(folder, name)
     _tell(
         {"public": str(public), "secret": str(secret)},
-        f"{public} to give away, {secret} to keep to yourself",
+        f"{public} is public: give it to the other side; {secret} is secret: keep it",
         as_json=as_json,
     )
 
@@ -41,7 +41,7 @@ def new(
 @app.command()
 def trust(
     key: Annotated[Path, typer.Argument(help="A public key, NAME.key.")],
-    peers: Annotated[Path, typer.Option(help="Folder of those who may subscribe to us.")] = Path(
+    peers: Annotated[Path, typer.Option(help="Folder of the public keys of allowed subscribers.")] = Path(
         "keys/peers"
     ),
     as_json: Json = False,

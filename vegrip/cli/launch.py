@@ -28,7 +28,7 @@ def launch(
         typer.Option("--check", help="Read the file, check the parameters, show the nodes, start nothing."),
     ] = False,
 ) -> None:
-    """Start the nodes of a launch file, show their logs, restart them as told, stop them in order.
+    """Start the nodes of a launch file, show their logs, restart them as configured, stop them in order.
 
     Ends with Ctrl-C, when all nodes have ended, or when one that is required has.
 

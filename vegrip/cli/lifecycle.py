@@ -18,7 +18,6 @@ NodeName = Annotated[
     str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-CONFIGURING_MAY_TAKE = 120.0  # [s] it compiles
 
 
 @app.command("list")
@@ -88,7 +87,7 @@ def set_(
     Example: vegrip lifecycle set grasp_force inactive
 
     """
-    from vegrip.runtime.client import ask
+    from vegrip.runtime.client import CONFIGURING_MAY_TAKE, ask
     from vegrip.runtime.registry import find_node
 
     _show(ask(find_node(node), "set_state", patience=CONFIGURING_MAY_TAKE, target=target), as_json)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vegrip.cli._fits import EACH, TOLERANCE
+from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def refine(
     most: MOST = 4,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,
+    hold_back: HOLD_BACK = "",
     as_json: JSON = False,
 ) -> None:
     """Add effect after effect, refitting each time, and show the ladder of errors down to the noise.
@@ -52,7 +53,7 @@ def refine(
     with Outputs(force=force) as outputs:
         outputs.file(output)
         outputs.pictures(report)
-        measured, start = opened(recording, model)
+        measured, start = opened(recording, model, hold_back=hold_back)
         with progress("refine") as tell:
             refined = error_ladder.refine(
                 measured,
@@ -67,6 +68,7 @@ def refine(
         told = {"ladder": [rung.as_dict() for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
         if report is not None:
             again = f"vegrip refine {recording}" + (f" --model {model}" if model is not None else "")
+            again += f" --hold-back {hold_back}" if hold_back else ""
             outputs.write(
                 report,
                 partial(_write_report, rungs, account(found, recording, [again], next_experiment(found))),

@@ -20,7 +20,7 @@ SET = Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE, e.g. tr
 FINGER = Annotated[str, typer.Option(help="Play a single recording as this finger.")]
 SPEED = Annotated[float, typer.Option(min=0.01, max=100.0, help="Faster or slower than recorded.")]
 THROUGH = Annotated[
-    bool, typer.Option("--through", help="Run the grasp_force node over it, here and at once.")
+    bool, typer.Option("--through", help="Run the grasp_force node over it, in simulated time.")
 ]
 PARAMETERS = Annotated[Path | None, typer.Option(help="With --through: parameters of the node (TOML).")]
 CLASSIC = Annotated[bool, typer.Option("--classic", help="With --through: classic CAN instead of CAN FD.")]
@@ -70,7 +70,7 @@ def replay(
                 "--through runs in simulated time on a bus of its own; leave out --speed and --config"
             )
         if load is not None and mass is not None:
-            raise UsageError("--load and --mass say the same twice; leave one out")
+            raise UsageError("--load and --mass both state the load; leave one out")
         stated = _Load(load, mass)
         _run_through(recording, finger, parameters, not classic, stated, output, force, plot, as_json)
     elif parameters or classic or output or plot or as_json or load is not None or mass is not None:

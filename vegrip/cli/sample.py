@@ -11,7 +11,7 @@ from vegrip.errors import UsageError
 from vegrip.spelling import suggestion
 
 NAME = Annotated[
-    str, typer.Argument(help="press, press.csv, press.blf or press.toml; all are listed without.")
+    str, typer.Argument(help="press, press.csv, press.blf or press.toml; without a name all are listed.")
 ]
 OUT = Annotated[
     Path | None, typer.Option("-o", "--output", help="Where to write it; by default here, under its name.")

@@ -28,7 +28,7 @@ EFFECT = Annotated[
 JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Recordings at a time.")]
 OUT = Annotated[
     Path | None,
-    typer.Option("-o", "--output", help="File of results, a line each; what is in it is not done again."),
+    typer.Option("-o", "--output", help="File of results, one per line; trials in it are not repeated."),
 ]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 

@@ -1,4 +1,4 @@
-"""Play in the drive: ``x+ = min(max(x, d - w / 2), d + w / 2)``.
+"""Backlash of the drive: ``x+ = min(max(x, d - w / 2), d + w / 2)``.
 
 The play operator ([BrokateSprekels1996]_, chapter 2): the tip rests within a gap of width w and moves only
 when the drive has crossed it. It depends on the order of the reversals and not on their speed.
@@ -9,7 +9,7 @@ from vegrip.parameters import Parameter
 
 
 def tip(x: float, reference_depth: float, play: float, x_p: float) -> tuple[float, float]:
-    """Return the indentation behind the play [m], twice: it is also the memory."""
+    """Return the indentation behind the backlash [m], twice: it is also the memory."""
     half = 0.5 * play * reference_depth
     x_p = min(max(x_p, x - half), x + half)
     return x_p, x_p
@@ -26,4 +26,7 @@ EFFECT = Effect(
     hooks=(hook(tip),),
     confounded=("sensor_lag", "guide_friction"),
     experiment="reversals of equal size at 0.1 and at 5 Hz",
+    kinked=True,
+    min_plays=(("play", 3.0),),
+    trial_sizes=(0.2, 1.0, 4.0),
 )

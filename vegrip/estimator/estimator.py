@@ -13,7 +13,7 @@ from vegrip.errors import InputError
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import Watch, health_of
 from vegrip.estimator.initial_state import blank
-from vegrip.estimator.layout import CHANNELS, COUNTS, MODE, PER_CHANNEL, REPORT, Layout, layout_of
+from vegrip.estimator.layout import CHANNELS, COUNTS, FRICTION, MODE, PER_CHANNEL, REPORT, Layout, layout_of
 from vegrip.estimator.rewind_buffer import Past
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.messages import (
@@ -65,6 +65,7 @@ class ContactEstimator:
         self._module = module_for(model, self.layout, ellipse=self.settings.surface == "ellipse")
         self._places = {name: slice(*place) for name, place in self.layout.places().items()}
         self._past = Past(self.settings.late, self.layout.size)
+        self._used_places = tuple(self.layout.channel_place(i, "USED") for i in range(len(CHANNELS)))
         self._report_start = self._places["REPORT"].start
         self._blank = blank(model, self.layout, noise, self.settings)
         self._warm()
@@ -146,7 +147,7 @@ class ContactEstimator:
     def _follow_clock(self, last: FingertipState, state: FingertipState) -> None:
         """Take ``state``, the next after ``last`` but by a clock that has started anew.
 
-        For how long nothing was heard nobody knows: as long as it takes until the motion counts as unknown.
+        The silence has an unknown length: it is taken as the time after which the motion counts as unknown.
         """
         self._backwards = 0
         self._past.clear()
@@ -335,7 +336,7 @@ class ContactEstimator:
         health = health_of(self._state, self._seq, condition, cells, channels, self._watch)
         if self.lost == 0.0:
             return health
-        refused = self._m[self._places["CHANNEL"].start] > 0.0
+        refused = self._m[self.layout.channel_place(0, "STREAK")] > 0.0
         return replace(health, consistent=False, channel=CHANNELS[0 if refused else 1], regime=LOST)
 
     @property
@@ -370,11 +371,39 @@ class ContactEstimator:
         if place == self.layout.mu:
             variance = self._friction_variance()
         elif place in self.layout.learned:
-            j = 2 + self.layout.n_states + self.layout.learned.index(place)
+            j = self.layout.learned_from + self.layout.learned.index(place)
             variance = float(self.covariance[j, j])
         else:
             variance = self.model.values[symbol].std ** 2
         return Estimate(value, math.sqrt(variance), self._valid(), 0.0)
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the filter's state, in the order of :attr:`covariance`.
+
+        ``indentation`` [m], ``speed`` [m/s], states of the effects, each learned parameter (``ln K`` where
+        it is learned in its logarithm), ``displacement_offset`` [m] and ``force_bias`` [N].
+        """
+        symbols = list(self.model.parameters)
+        learned = [
+            f"ln {symbols[place]}" if log else symbols[place]
+            for place, log in zip(self.layout.learned, self.layout.learned_log, strict=True)
+        ]
+        effects = self.model.plan.states
+        return ("indentation", "speed", *effects, *learned, "displacement_offset", "force_bias")
+
+    @property
+    def state(self) -> dict[str, Estimate]:
+        """The filter's state by :attr:`state_names`, each with the spread that the covariance says."""
+        means = self._m[self._places["Y"]].tolist()
+        variances = np.diag(self.covariance).tolist()
+        age = math.inf if self._shown is None else self._age(self._shown)
+        valid = self._trusted and self._valid()
+        estimates = (
+            Estimate(mean, math.sqrt(max(variance, 0.0)), valid, age)
+            for mean, variance in zip(means, variances, strict=True)
+        )
+        return dict(zip(self.state_names, estimates, strict=True))
 
     @property
     def covariance(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
@@ -383,7 +412,7 @@ class ContactEstimator:
         return self._m[self._places["P"]].reshape(n, n).copy()
 
     def _friction_variance(self) -> float:
-        return float(self._m[self._places["FRICTION"]][1])
+        return float(self._m[self._places["FRICTION"]][FRICTION.index("VAR")])
 
     def _outside(self, state: FingertipState) -> None:
         """Pass on what effects may feel; a value that is not measured stays as it was."""
@@ -408,13 +437,13 @@ class ContactEstimator:
         return self._report("SOUND") > 0.5
 
     def _used_any(self) -> bool:
-        start = self._places["CHANNEL"].start
-        return bool(self._m[start + 3] > 0.0 or self._m[start + 7] > 0.0)
+        displacement, force, _ = self._used_places
+        return bool(self._m[displacement] > 0.0 or self._m[force] > 0.0)
 
     def _channels_used(self) -> Channel:
-        start, bits = self._places["CHANNEL"].start, 0
-        for i, flag in enumerate(FLAGS):
-            if self._m[start + 4 * i + 3] > 0.0:
+        bits = 0
+        for place, flag in zip(self._used_places, FLAGS, strict=True):
+            if self._m[place] > 0.0:
                 bits |= flag
         if self._state is not None:
             bits |= TANGENTIAL if math.isfinite(self._tangential) else 0

@@ -39,7 +39,7 @@ SAMPLE_SPACING_S = 0.005  # [s] least time between two of them
 KEPT_AIR_S = 1.0  # [s] of air after a contact that is kept, and
 AIR_SAMPLES = 32  # samples before the next one; the rest tells nothing
 NEVER_NS = -(10**18)  # [ns]
-MIN_SAMPLES = 4_000  # samples before anybody looks
+MIN_SAMPLES = 4_000  # samples before a diagnosis starts
 FAILING_FOR_S = 10.0  # [s] for which the health has failed before
 REPEAT_AFTER_S = 120.0  # [s] from one look at a finger to the next
 

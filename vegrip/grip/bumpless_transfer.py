@@ -53,7 +53,7 @@ class BumplessTransfer:
         load = self._load_of(demand)
         if self._load > 0.0:
             return max(1.0, load / self._load)
-        return math.inf if load > 0.0 else 1.0  # what held no load, or one nobody measured, shows nothing
+        return math.inf if load > 0.0 else 1.0  # no load, or an unmeasured one, shows nothing
 
     def _load_of(self, demand: Demand) -> float:
         turning = demand.torque / self._arm if self._arm > 0.0 else 0.0

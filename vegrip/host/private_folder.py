@@ -4,7 +4,7 @@ import os
 import stat
 from pathlib import Path
 
-ROOT = 0  # the user whose folders everybody has to trust
+ROOT = 0  # the user whose folders every user has to trust
 
 
 def runtime_root() -> Path:

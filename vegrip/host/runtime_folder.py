@@ -10,7 +10,7 @@ LONGEST_SOCKET = 107
 """Bytes of the longest path a Unix socket may have on Linux."""
 
 ASIDE = "~"
-"""Ends the name of a socket that lets nobody in for the moment."""
+"""Ends the name of a socket that accepts no connection for the moment."""
 
 
 def runtime_folder(part: str = "") -> Path:

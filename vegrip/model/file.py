@@ -1,4 +1,4 @@
-"""Model files: TOML that a person can read and change, and that comes back exactly as it was written."""
+"""Model files: TOML that people can read and change; it round-trips exactly."""
 
 from collections.abc import Mapping
 from pathlib import Path

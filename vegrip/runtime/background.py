@@ -1,4 +1,4 @@
-"""Helper processes of a node: everything else on the machine goes first."""
+"""Helper processes of a node, at the lowest priority of the machine."""
 
 import os
 import shutil
@@ -23,9 +23,9 @@ def run_behind(
 
     It has a low priority from its first instruction on, also when this process has a real-time one: what it
     imports alone takes a second, each slice of which could delay the loop on a core that they share. With
-    ``idle`` it gives a core up at once to whoever wants it, where one that is nice keeps it for the rest of
-    its slice, some milliseconds; but on a machine without idle time it does not come to an end. It ends when
-    this process does, whatever it is doing then (:mod:`vegrip.runtime.behind`).
+    ``idle`` it gives a core up at once to any other program, where a nice one keeps it for the rest of its
+    slice, some milliseconds; but on a machine without idle time it does not come to an end. It ends when
+    this process ends (:mod:`vegrip.runtime.behind`).
 
     A program in front of it sets the priority. Python code between fork and exec has no place in a process
     with threads, and a priority that is lowered before the exec would let this process, which waits for it

@@ -1,4 +1,4 @@
-"""Finds out what each finger measures from its first states, and says what cannot be told without more."""
+"""Finds what each finger measures from its first states, and says which quantities that leaves unknown."""
 
 import math
 from collections.abc import Callable, Collection, Iterator
@@ -45,6 +45,6 @@ class ChannelWatch:
         self._news += [sentence for sentence in told if sentence not in self._said]
 
     def news(self) -> Iterator[str]:
-        """Yield what is to be said, once."""
+        """Yield each new sentence once."""
         while self._news:
             yield self._news.pop(0)

@@ -9,6 +9,7 @@ from vegrip.errors import DeviceError, InputError, UsageError, VegripError
 from vegrip.runtime.registry import Entry
 
 ANSWER_TIMEOUT_S = 5.0  # [s]
+CONFIGURING_MAY_TAKE = 120.0  # [s] it compiles
 _ERRORS: dict[int, type[VegripError]] = {2: UsageError, 3: InputError, 4: DeviceError}
 
 

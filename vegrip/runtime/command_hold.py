@@ -29,7 +29,7 @@ class CommandHold:
         return message
 
     def commands(self, now: int) -> list[ForceCommand]:
-        """Return anew each last command that has lived half its life: same force, reason INPUT_HOLD."""
+        """Repeat each last command after half of its lifetime: same force, reason INPUT_HOLD."""
         renewed = [_renewed(last, now) for last in self._last.values() if _is_half_gone(last, now)]
         self._last |= {command.finger: command for command in renewed}
         return renewed

@@ -87,7 +87,7 @@ class NodeCalls:
 
 
 class Answers:
-    """What is answered to a request, whatever it is; the part of the server that knows no socket.
+    """The answer to any request; the part of the server that knows no socket.
 
     Args:
         calls: what may be asked, by name.
@@ -121,7 +121,7 @@ class ControlServer:
     """The thread that answers at ``address``.
 
     A request is one frame of msgpack, after an empty one as a socket of kind REQ puts it. Every other one
-    is answered with an error and counted as ``request``, and whoever asks next is answered as well.
+    is answered with an error and counted as ``request``, and the next request is answered as well.
 
     Args:
         address: to bind.
@@ -165,6 +165,6 @@ class ControlServer:
 
 
 def _split(frames: Sequence[bytes]) -> tuple[Sequence[bytes], Sequence[bytes]]:
-    """Return what leads back to the asker (its name, and an empty frame if it sent one) and the request."""
+    """Return the return address (a name, and an empty frame if there was one) and the request."""
     end = 2 if b"" in frames[1:2] else 1
     return frames[:end], frames[end:]

@@ -52,7 +52,7 @@ class Cosimulation:
         return participant
 
     def kill(self, participant: Participant) -> None:
-        """End a node without a word, as ``kill -9`` does."""
+        """End a node at once, as ``kill -9`` does."""
         self.participants.remove(participant)
         participant.endpoint.close()
 

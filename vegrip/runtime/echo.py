@@ -21,7 +21,7 @@ class EchoParameters:
 
 
 class EchoNode(NodeBase):
-    """Answers each state with a command that bears its number."""
+    """Answers each state with a command that has its number."""
 
     exclusive_messages: tuple[type[Message], ...] = (ForceCommand,)
 

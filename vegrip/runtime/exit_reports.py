@@ -1,6 +1,6 @@
 """Why a node has ended that could not go on: kept in the runtime folder until one of its name starts again.
 
-The bus that a node could not open cannot be told on it; ``vegrip lifecycle`` can be asked.
+A node that could not open its bus cannot report on it; ``vegrip lifecycle`` shows the reason.
 """
 
 import contextlib
@@ -30,13 +30,13 @@ def write_report(words: ExitReport) -> None:
 
 
 def remove_report(name: str) -> None:
-    """Remove the last words of ``name``: it lives again."""
+    """Remove the report of ``name``, which runs again."""
     with contextlib.suppress(OSError):
         _file(name).unlink(missing_ok=True)
 
 
 def read_reports() -> dict[str, ExitReport]:
-    """Return the last words of all nodes that ended badly and have not come back, by full name."""
+    """Return the reports of all nodes that failed and do not run again, by full name."""
     found = [_read(path) for path in sorted(runtime_folder("nodes").glob(f"*{SUFFIX}"))]
     return {words.name: words for words in found if words is not None}
 

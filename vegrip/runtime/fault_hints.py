@@ -19,11 +19,11 @@ HINTS: Final[Mapping[str, str]] = {
     "bus the same bit rates (transport.bitrate, transport.data_bitrate), then look at wiring and termination",
     "connections": "too many programs are connected to a socket of this node, and the next one must wait; "
     "look for one that connects again and again, and never closes",
-    "cut_off": "a publisher sent what is no message of ours (bytes that are not ZeroMQ, or above 64 KiB); "
+    "cut_off": "a publisher sent something that is not a message of vegrip (not ZeroMQ, or above 64 KiB); "
     "the connection was opened anew; look what runs at the addresses in transport.subscribe",
     "parts": "messages come that are not topic and payload, and are refused; look what else publishes at the "
     "addresses in transport.subscribe",
-    "two_senders": "the states of a finger jump to and fro between two values: two hands send under one "
+    "two_senders": "the states of a finger alternate between two values: two hands send under one "
     "name, give them different ones (hand, namespace or channel); or it vibrates at half the rate of states",
     "checksum": "what comes has a wrong checksum and is refused; the link is disturbed, or the sender has "
     "another layout, finger or namespace than it says",
@@ -39,25 +39,25 @@ HINTS: Final[Mapping[str, str]] = {
         for name, what in (
             ("schema", "that are not complete maps of msgpack"),
             ("type", "with a field of another type"),
-            ("value", "with a value that is none"),
+            ("value", "with an invalid value"),
             ("size", "that are too long or too short"),
         )
     },
     "crowded": "more senders than there are places for have been heard, and those silent for longest were "
-    "forgotten; somebody makes up names on this network",
-    "request": "somebody sent to the control socket what is no request; use `vegrip param`, `lifecycle` or "
-    "`topic` of this version",
-    "subscription": "somebody sent to the telemetry socket what is no subscription; use `vegrip topic` or "
-    "`monitor`, or a ZeroMQ socket of kind SUB",
+    "forgotten; a program on this network invents names",
+    "request": "a program sent something to the control socket that is not a request; use `vegrip param`, "
+    "`lifecycle` or `topic` of this version",
+    "subscription": "a program sent something to the telemetry socket that is not a subscription; use "
+    "`vegrip topic` or `monitor`, or a ZeroMQ socket of kind SUB",
     "fd_refused": "CAN FD frames come, and this node was told that there are none; set transport.fd = true",
-    "key_refused": "a publisher turns us away because it does not know our key; put our public key there "
+    "key_refused": "a publisher refuses us because it does not know our key; put our public key there "
     "with `vegrip keys trust`, and start it again",
     "key_wrong": "a publisher cannot prove to have the key in curve.publisher; put its present public key "
     "(.key) there, and start this node again",
-    "key_unknown": "somebody whose key is not in curve.peers wanted to listen and was turned away; if they "
-    "may, `vegrip keys trust THEIR.key`, and start this node again",
-    "key_stale": "somebody who wanted to listen does not have our public key, or none at all, and was turned "
-    "away; give them the .key file that belongs to curve.own",
+    "key_unknown": "a subscriber whose key is not in curve.peers was refused; to allow it, "
+    "`vegrip keys trust THEIR.key`, and start this node again",
+    "key_stale": "a subscriber that does not have our public key, or has no key, was refused; "
+    "give it the .key file that belongs to curve.own",
 }
 
 
@@ -68,7 +68,7 @@ class FaultHints:
         self._last: dict[str, tuple[int, int]] = {}  # name: (count, [ns] when it last rose)
 
     def news(self, rejected: Mapping[str, int], now: int) -> Iterator[tuple[str, str]]:
-        """Yield name and remedy of each trouble that has begun, or come back after ``QUIET_NS``."""
+        """Yield name and remedy of each trouble that has begun, or has begun again after ``QUIET_NS``."""
         for name, sentence in HINTS.items():
             count = rejected.get(name, 0)
             before, when = self._last.get(name, (0, -QUIET_NS))

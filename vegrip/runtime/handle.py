@@ -70,4 +70,4 @@ class Supervised(Protocol):
     """An endpoint that manages the node by what the bus says."""
 
     def supervise(self, node: NodeHandle, *, autostart: bool) -> None:
-        """Begin; bring the node to life when all is well, if ``autostart``."""
+        """Begin; activate the node when the checks pass, if ``autostart``."""

@@ -11,7 +11,7 @@ LONGEST = (1 << (_OCTAVES + _SUB)) - 1
 
 
 class Histogram:
-    """Counts of durations [ns]. Memory is allocated once; ``add`` makes nothing."""
+    """Counts of durations [ns]. Memory is allocated once; ``add`` allocates nothing."""
 
     def __init__(self) -> None:
         self._counts = [0] * SIZE

@@ -104,7 +104,7 @@ def read_launch_file(path: Path) -> list[NodeConfig]:
 
 
 def _is_map(table: Mapping[str, Any]) -> bool:
-    """Whether ``table`` is the map of a hand of another make: it tells of each finger, and of no node."""
+    """Whether ``table`` is the map of a hand of another make: it has fingers and no nodes."""
     return "node" not in table and isinstance(table.get("fingers"), Mapping)
 
 

@@ -66,7 +66,7 @@ class Launcher:
     Args:
         children: in the order of starting.
         clock: of the back-off.
-        tell: is told what happens, ``(child's name, sentence)``.
+        tell: called with each event, ``(child's name, sentence)``.
 
     """
 

@@ -23,8 +23,8 @@ class Node(Protocol):
     """Whether messages are to be answered as they come. A node that acts on its ticks only is not woken by
     messages; it finds them at its next tick, which saves a busy machine thousands of awakenings a second."""
     exclusive_messages: tuple[type[Message], ...]
-    """Kinds of message that nobody but this node may send for its fingers. It is not activated where somebody
-    else sends them, and counts them as ``also_sent`` later."""
+    """Kinds of message that only this node may send for its fingers. It is not activated where another node
+    sends them, and counts them as ``also_sent`` later."""
     finished: bool
     """Set by a node that has nothing more to do (the end of a replay); the loop then ends."""
     failure: str

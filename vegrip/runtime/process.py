@@ -79,7 +79,7 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
 
 @contextmanager
 def _last_words(entry: Entry) -> Iterator[None]:
-    """Leave the reason of a bad end for those who ask after it."""
+    """Store the reason of a failure for ``vegrip lifecycle``."""
     try:
         yield
     except VegripError as error:
@@ -91,7 +91,7 @@ def _last_words(entry: Entry) -> Iterator[None]:
 
 @contextmanager
 def _told(telemetry: Telemetry, sink: TelemetrySocket, name: str) -> Iterator[None]:
-    """Tell those who follow the telemetry of a node without a bus that it is finalized."""
+    """Publish on the telemetry that a node without a bus is finalized."""
     try:
         yield
     except VegripError:
@@ -106,7 +106,7 @@ def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
     logger = logging.getLogger(f"vegrip.{runner.full_name}")
     if isinstance(endpoint, Priced) and runner.channels is not None and endpoint.sentences:
         runner.channels = ChannelWatch(runner.channels.lacking, endpoint.sentences)
-        logger.warning("this hand does not tell all:\n  %s", "\n  ".join(endpoint.sentences))
+        logger.warning("this hand does not measure everything:\n  %s", "\n  ".join(endpoint.sentences))
     if isinstance(endpoint, Supervised):
         if autostart:
             _start(runner, lambda: runner.change("configure"))
@@ -120,7 +120,7 @@ def _run(runner: Runner, endpoint: Endpoint, autostart: bool) -> None:
 
 
 def _start(runner: Runner, begin: Callable[[], None]) -> None:
-    """Start the node; what somebody's own effect or program raises becomes one sentence, too."""
+    """Start the node; an exception in a user's effect or program becomes one sentence, too."""
     try:
         begin()
     except VegripError:

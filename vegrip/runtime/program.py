@@ -36,7 +36,7 @@ GROUP = "vegrip.programs"
 
 @dataclass(frozen=True)
 class NodeContext:
-    """What a program is told besides its settings."""
+    """What a program receives besides its settings."""
 
     name: str
     namespace: str = ""  # "" or like "left" or "lab/left"

@@ -27,9 +27,9 @@ STATE_BACKLOG = (
     100  # drains of the bus before activation; a bus that never runs dry must not keep the node from starting
 )
 LISTEN_BEFORE_ACTIVE_S = (
-    0.1  # [s] before the first activation; whoever else speaks for these fingers does so within
+    0.1  # [s] before the first activation; another sender for these fingers is heard within
 )
-RECENT_SENDER_S = 0.5  # [s] somebody who spoke so long ago still does
+RECENT_SENDER_S = 0.5  # [s] a sender heard so long ago counts as present
 MOST_UNFINISHED = 64  # answers put off while states come without end
 
 
@@ -86,7 +86,7 @@ class Runner:
         self._also_sent = 0  # messages of others that only this node may send
         self._broken = endpoint.broken if isinstance(endpoint, Inspected) else {}
         self._broken_told: dict[str, int] = {}  # as far as the node knows of them
-        self._missed: dict[str, int] = {}  # counts of what passed by while nobody listened
+        self._missed: dict[str, int] = {}  # counts of what came before this node listened
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
         self._beside = beside
         self._senders = SenderWatch()
@@ -112,7 +112,7 @@ class Runner:
         """Configure, listen, and activate; an endpoint that is in trouble is waited for, in state inactive.
 
         Raises:
-            VegripError: the node cannot be configured, or somebody else sends what it would.
+            VegripError: the node cannot be configured, or another node sends what it would send.
 
         """
         self.change("configure")
@@ -134,7 +134,7 @@ class Runner:
         """Make a lifecycle transition, in the thread of the loop.
 
         Raises:
-            VegripError: it is not possible, the node refuses, or somebody else sends what it would.
+            VegripError: it is not possible, the node refuses, or another node sends what it would send.
 
         """
         if transition == "activate":
@@ -253,7 +253,7 @@ class Runner:
         dropped = self._telemetry.dropped if self._telemetry is not None else 0
         self.status = self.statistics.status(self.full_name, self.state, now, dropped, self._rejected())
         self.clock = self._endpoint.clock if isinstance(self._endpoint, Timed) else None
-        if self.state is not Lifecycle.FINALIZED:  # whoever ends for that reason says so last
+        if self.state is not Lifecycle.FINALIZED:  # a node that ends for that reason reports it last
             for _, sentence in self._remedies.news(self.status.rejected, now):
                 self.managed.logger.error("%s", sentence)
             if self.channels is not None and (sentences := list(self.channels.news())):
@@ -274,7 +274,7 @@ class Runner:
         return {name: count for name, count in counts.items() if count}
 
     def _refuse_a_second(self) -> None:
-        """Raise if somebody else speaks for the fingers of this node: two would pull at them in turn."""
+        """Raise if another node commands the fingers of this node: they would get two commands in turn."""
         if self._other is None:
             return
         heard, what = self._other

@@ -1,9 +1,9 @@
 """Telemetry: what a node receives and sends, on a bounded queue that drops the oldest and counts.
 
-The loop only counts, and appends to a deque, which takes no lock, what somebody wants. A thread of its own
+The loop only counts, and appends to a deque, which takes no lock, what subscribers want. A thread of its own
 empties the deque and hands it to a sink; it looks every few milliseconds instead of being woken, because
-waking would need a lock. It looks seldom while nothing comes, and more seldom while nobody wants anything: to
-share the interpreter with it cost the commands a quarter of their latency.
+waking would need a lock. It looks seldom while nothing comes, and more seldom while there is no subscriber: a
+thread that shares the interpreter more often delays the commands by a quarter of their latency.
 """
 
 import threading
@@ -17,7 +17,7 @@ from vegrip.messages import Message
 QUEUE_MESSAGES = 4096  # messages; a second of five fingers at 500 Hz with one answer each
 LOOK_PERIOD_S = 0.005  # [s] between two looks
 QUIET_PERIOD_S = 0.02  # [s] the same after a look that found nothing
-IDLE = 0.05  # [s] the same while nobody wants messages
+IDLE = 0.05  # [s] the same while no subscriber wants messages
 
 
 class Direction(Enum):
@@ -31,7 +31,7 @@ class Sink(Protocol):
     """Where telemetry goes; all but ``count`` and ``takes`` is called from the telemetry thread only."""
 
     wanted: bool
-    """Whether anybody wants the messages themselves."""
+    """Whether a subscriber wants the messages themselves."""
 
     def takes(self, message: Message, direction: Direction) -> bool:
         """Whether ``message`` is to be queued for :meth:`publish`; called from the loop while ``wanted``."""
@@ -40,7 +40,7 @@ class Sink(Protocol):
         """Count a message; called from the loop."""
 
     def listen(self) -> None:
-        """Look who has begun or ceased to want messages."""
+        """Read the subscriptions that have begun or ended."""
 
     def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
         """Take what has gathered, oldest first."""
@@ -66,7 +66,7 @@ class Telemetry:
         return max(self._offered - self._taken - len(self._queue), 0)
 
     def offer(self, message: Message, direction: Direction) -> None:
-        """Count ``message``, and queue it if it is wanted; never waits, the oldest gives way."""
+        """Count ``message``, and queue it if it is wanted; never waits, the oldest is dropped."""
         self._sink.count(message, direction)
         if not self._sink.wanted or not self._sink.takes(message, direction):
             return

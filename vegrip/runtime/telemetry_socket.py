@@ -1,4 +1,4 @@
-"""Telemetry over ZeroMQ: one socket per node, and only what somebody has subscribed to is encoded.
+"""Telemetry over ZeroMQ: one socket per node, and only what has a subscriber is encoded.
 
 A subscription to a topic brings every message. One to ``newest:`` in front of a topic brings, of each
 ``NEWEST_PERIOD``, the newest message of that topic alone: a display needs no more, and 500 states per second
@@ -29,7 +29,7 @@ SUBSCRIBE, UNSUBSCRIBE = b"\x01", b"\x00"  # the first byte of what subscribers 
 
 @dataclass(frozen=True, slots=True)
 class _Stream:
-    """The messages of one kind of one finger or node, and what is wanted of them."""
+    """The messages of one kind of one finger or node, and which of them are wanted."""
 
     topic: bytes
     every: bool
@@ -85,7 +85,7 @@ class TelemetrySocket:
             self._counts[stream] = (known or 0) + 1
 
     def takes(self, message: Message, direction: Direction) -> bool:
-        """Whether somebody wants every message of this stream; the newest is kept here where it suffices."""
+        """Whether a subscriber wants every message of this stream; else the newest is kept here."""
         owner = _owner(message)
         key = (type(message), owner)
         stream = self._streams.get(key, UNSORTED)  # the thread may clear it at any time
@@ -96,7 +96,7 @@ class TelemetrySocket:
         return stream is not None and stream.every
 
     def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
-        """Send the messages that somebody wants, and keep the newest for those who want no more."""
+        """Send the messages that have subscribers, and keep the newest where that suffices."""
         for message, direction in messages:
             owner = _owner(message)
             stream = self._stream(type(message), owner)
@@ -128,9 +128,9 @@ class TelemetrySocket:
     def listen(self) -> None:
         """Take note of what is subscribed to.
 
-        A prefix is forgotten when nobody is connected any more, and not when somebody unsubscribes: libzmq
-        passes on what it is sent, also by one who had not subscribed to what others want. What nobody wants
-        is not sent in any case, only encoded.
+        A prefix is forgotten when no program is connected any more, not when one unsubscribes: libzmq passes
+        on every cancellation, also of a program that had not subscribed. A message without subscribers is
+        not sent, only encoded.
         """
         for _ in range(SUBSCRIBER_QUEUE_MESSAGES):
             if not int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
@@ -155,7 +155,7 @@ class TelemetrySocket:
             self._streams.clear()
 
     def _stream(self, kind: type[Message], owner: str) -> _Stream | None:
-        """Return how the messages of ``owner`` are wanted, None where nobody can hear of them."""
+        """Return how the messages of ``owner`` are wanted, None where no program can hear of them."""
         key = (kind, owner)
         if key in self._streams:
             return self._streams[key]

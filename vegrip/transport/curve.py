@@ -16,7 +16,7 @@ class Curve:
     """The ``[transport.curve]`` table; ``vegrip keys`` makes the files."""
 
     own: str = parameter(doc="file with our secret key (NAME.key_secret)")
-    peers: str = parameter(doc="folder with the public keys (NAME.key) of everybody who may subscribe to us")
+    peers: str = parameter(doc="folder with the public keys (NAME.key) of the subscribers that are allowed")
     publisher: str = parameter(doc="file with the public key (NAME.key) of those we subscribe to")
 
 

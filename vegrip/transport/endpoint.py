@@ -91,4 +91,4 @@ class Priced(Protocol):
 
     @property
     def sentences(self) -> Sequence[str]:
-        """What is missing and what that costs, to be told when a node starts."""
+        """What is missing and what that costs, logged when a node starts."""

@@ -29,7 +29,7 @@ class Handshakes:
         return bool(self._failing)
 
     def published(self, event: int) -> None:
-        """Take note of how a handshake with one who wanted to subscribe went."""
+        """Note the outcome of a handshake with a subscriber."""
         if event != zmq.EVENT_HANDSHAKE_SUCCEEDED:
             known = event == zmq.EVENT_HANDSHAKE_FAILED_AUTH
             self._counts["key_unknown" if known else "key_stale"] += 1

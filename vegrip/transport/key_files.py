@@ -39,7 +39,7 @@ def make_keys(folder: Path, name: str) -> tuple[Path, Path]:
 
 
 def trust_key(public: Path, peers: Path) -> Path:
-    """Put a public key into the folder ``peers`` of those who may subscribe; return where it lies now.
+    """Put a public key into the folder ``peers`` of allowed subscribers; return its new path.
 
     Raises:
         ConfigError: it is no public key, or another one of this name is there.

@@ -1,4 +1,4 @@
-"""What ZeroMQ tells of the connections of one socket."""
+"""The events of the connections of one ZeroMQ socket."""
 
 import struct
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ _HEAD: Final = struct.Struct("=Hi")  # event and value
 class SocketMonitor:
     """The events of ``watched``; close it before the socket.
 
-    libzmq hands events over in its I/O thread, which waits when nobody reads them: the queue therefore has no
+    libzmq hands events over in its I/O thread, which waits when they are not read: the queue therefore has no
     bound, and who makes a monitor must read it.
 
     Args:

@@ -17,7 +17,7 @@ OFFSET_RISE_SHARE = (
 
 
 class StampMap:
-    """Maps the stamps of one driver; three kinds are told apart by looking.
+    """Maps the stamps of one driver; it recognises three kinds by their values.
 
     * seconds since 1970 (SocketCAN, most others): the offset of the wall clock, read once a second;
     * seconds of a clock of the device: the smallest delay seen is taken as no delay [Cristian1989]_, and

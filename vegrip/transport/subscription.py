@@ -1,7 +1,7 @@
 """One publisher that is listened to, and connected to anew when libzmq has given it up.
 
 libzmq connects again by itself to a publisher that has gone. After an error of the protocol (a message
-above MAXMSGSIZE, or bytes that are no message) it does not: it ends the session without a word, and the
+above MAXMSGSIZE, or bytes that are no message) it does not: it ends the session silently, and the
 socket stays deaf for ever. Its events tell the two apart: where it tries again, CONNECT_RETRIED follows
 DISCONNECTED at once.
 """
@@ -41,7 +41,7 @@ class Subscription:
     Args:
         socket: of kind SUB, its options set; closed by :meth:`close`.
         address: of the publisher, resolved.
-        on_handshake: told how each handshake went, by its event.
+        on_handshake: called with the event of each handshake.
 
     """
 
@@ -52,7 +52,7 @@ class Subscription:
         self._socket = socket
         self._address = address
         self._on_handshake = on_handshake
-        self._ended: float | None = None  # [s] when the connection ended that nobody tries again so far
+        self._ended: float | None = None  # [s] when the connection ended that is not tried again so far
         self._monitor = SocketMonitor(socket, int(_EVENTS))
         socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE)
         for option, value in _KEEPALIVE if address.startswith("tcp:") else ():
@@ -76,7 +76,7 @@ class Subscription:
             return None
 
     def look(self, now: float) -> None:
-        """See how the connection is at ``now`` [s], and open it anew if nobody else does."""
+        """See how the connection is at ``now`` [s], and open it anew if libzmq does not."""
         for event, _ in self._monitor.events():
             if event == zmq.EVENT_DISCONNECTED:
                 self._ended = now

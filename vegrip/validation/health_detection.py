@@ -40,7 +40,7 @@ UNSEEN = (
     "pressure_profile",
     "temperature_shift",
 )
-"""Effects that change nothing in these contacts: nothing is rubbed or warmed, and nobody sees the radius."""
+"""Effects that change nothing here: nothing is rubbed or warmed, and the radius is not measured."""
 HIDDEN_NAMES = (NO_EFFECT, *(name for name in CATALOGUE_AMOUNTS if name not in UNSEEN))
 STATE_RATE_HZ = 250.0  # [Hz] of the states
 REPORT_PERIOD_S = 0.2  # [s] from one report of the health to the next
@@ -62,8 +62,8 @@ class Detections:
         first: [s] until it first did; None: never.
         cells: channel and regime -> number of reports that told them.
         left: what a refit of the plain model leaves of these very states, in units of the noise; 1 is noise,
-            and what is hidden there nobody can see.
-        suspect: who was named; None = nobody was asked.
+            and cannot show what is hidden there.
+        suspect: the effect that was named; None = no diagnosis was made.
 
     """
 

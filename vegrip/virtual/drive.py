@@ -1,4 +1,4 @@
-"""The force-controlled drives: bandwidth, rate limit, stiction, and what they do when nobody commands.
+"""The force-controlled drives: bandwidth, rate limit, stiction, and what they do without commands.
 
 A drive moves its fingertip along the face normal. It tracks the commanded force, limited in rate, with a
 first-order force loop; a force error below the stiction moves nothing. Without a valid command the drive

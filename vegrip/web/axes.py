@@ -10,7 +10,8 @@ from html import escape
 
 Pair = tuple[float, float]
 TICKS = 5  # about so many on an axis
-LEFT, RIGHT, TOP, BOTTOM = 62, 12, 12, 40  # [px] around the drawing
+MARK = 58  # [px] half of the words on a mark
+LEFT, RIGHT, TOP, BOTTOM = 62, 12, 16, 40  # [px] around the drawing
 
 
 @dataclass
@@ -60,9 +61,9 @@ class Axes:
             f'<rect x="{left:.1f}" y="{TOP}" width="{max(right - left, 2.0):.1f}" height="{self._height}" '
             'fill="none" stroke="var(--red)" stroke-width="1.5" stroke-dasharray="4 3"/>'
         )
-        middle = min(max((left + right) / 2.0, LEFT + 40), self.size[0] - RIGHT - 40)
+        middle = min(max((left + right) / 2.0, LEFT + MARK), self.size[0] - RIGHT - MARK)
         self._parts.append(
-            f'<text x="{middle:.1f}" y="{TOP - 2}" text-anchor="middle" class="bad">{escape(text)}</text>'
+            f'<text x="{middle:.1f}" y="{TOP - 3}" text-anchor="middle" class="bad">{escape(text)}</text>'
         )
 
     def svg(self, title: str) -> str:

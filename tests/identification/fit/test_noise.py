@@ -5,10 +5,12 @@ import pytest
 
 from vegrip.identification.fit.events import find_events
 from vegrip.identification.fit.noise import noise_of, rough
+from vegrip.identification.fit.ou_noise import MAX_ROWS, estimate_ou_noise, spread_rows
 from vegrip.identification.fit.preprocess import find_spikes, preprocess
 from vegrip.identification.fit.replicates import find_pairs
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.model import paper_model
+from vegrip.types import Floats
 
 WHITE, SLOW, TIME, BLUR = 3.2e-3, 5e-3, 2.0, 1.6e-6  # [N], [N], [s], [m]
 HOLDS = ((0.6e-3, 15.0), (1.2e-3, 25.0), (1.6e-3, 20.0))
@@ -157,3 +159,22 @@ def test_letting_go_and_pulling_off_are_no_events() -> None:
     assert not find_events(t, first, depth, let_go, 1e-3)
     stuck = np.where((depth <= 0.0) & (t > 1.0) & (t < 2.19), -0.2, let_go)
     assert not find_events(t, first, depth, stuck, 1e-3)
+
+
+@pytest.mark.parametrize(("stretches", "length"), [(200, 1_000), (3, 70_000), (1, 200_000)])
+def test_of_a_long_recording_stretches_spread_over_all_of_it_tell_the_noise(
+    stretches: int, length: int
+) -> None:
+    first: Floats = np.tile(np.r_[1.0, np.zeros(length - 1)], stretches).astype(np.float64)
+    rows = spread_rows(first)
+    assert 0.9 * min(MAX_ROWS, first.size) <= rows.size <= MAX_ROWS
+    assert first[rows[0]] == 1.0
+    assert rows[-1] >= first.size - length
+    assert np.all(np.diff(rows) > 0)
+    begun = np.flatnonzero(np.diff(rows) > 1) + 1
+    assert np.all(first[rows[begun]] == 1.0)  # a gap in time is always a new stretch
+    y = 0.02 * np.random.default_rng(0).standard_normal(first.size)
+    t: Floats = np.arange(first.size, dtype=np.float64) * 0.01
+    found = estimate_ou_noise(t, first, y, np.ones((first.size, 1)), 0.03)
+    assert found.white == pytest.approx(0.02, rel=0.02)
+    assert found.slow == 0.0

@@ -285,7 +285,7 @@ def test_the_command_goes_both_ways(session: Path, tmp_path: Path, capsys: Capsy
     assert main(["import", file, "-o", back]) == 3
     assert "holds a recording already" in capsys.readouterr().err
     assert main(["import", file, "-o", str(tmp_path / "new"), "--radius", "8 mm"]) == 2
-    assert "--radius does not go with a recording in MCAP" in capsys.readouterr().err
+    assert "--radius does not apply to a recording in MCAP" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -166,7 +166,7 @@ def test_a_slip_is_said_once_until_it_is_over() -> None:
     board = Board(0)
     for seq, reason in enumerate((Reason.HOLD, Reason.SLIP, Reason.SLIP, Reason.HOLD, Reason.SLIP)):
         board.take(command(seq, reason), seq)
-    assert texts(board) == ["index: slip felt, grip raised"] * 2
+    assert texts(board) == ["index: slip detected, grip raised"] * 2
 
 
 def through(conditions: Iterable[tuple[float, Condition]], until: float) -> Board:
@@ -272,7 +272,7 @@ def test_a_killed_node_is_gone_within_half_a_second(name: str) -> None:
     watched.running.pop(name)
     watched.pass_by(FRESH)
     assert watched.board.nodes[name].presence is Presence.GONE
-    assert f"{name} is gone without a word, last heard at 5.0 s" in texts(watched.board)
+    assert f"{name} has died, last heard at 5.0 s" in texts(watched.board)
 
 
 def test_what_a_killed_node_said_last_of_the_input_is_not_said_after_it() -> None:
@@ -282,7 +282,7 @@ def test_what_a_killed_node_said_last_of_the_input_is_not_said_after_it() -> Non
     watched.says.discard(GRASP)
     watched.running.pop(GRASP)
     watched.pass_by(5.0)
-    assert texts(watched.board) == [f"{GRASP} is gone without a word, last heard at 5.1 s"]
+    assert texts(watched.board) == [f"{GRASP} has died, last heard at 5.1 s"]
     watched.board.log.clear()
     watched.condition = Condition.OK
     watched.running[GRASP] = 99

@@ -100,4 +100,4 @@ def test_a_node_that_comes_later_goes_and_comes_back_is_followed(left: Speaker) 
             until(lambda: presence() is Presence.RUNNING, watch, board, said_by(right))
             right.close()  # without a word, as one that was killed
             until(lambda: presence() is Presence.GONE, watch, board, said_by(left))
-    assert sum("is gone without a word" in line.text for line in board.log) == 2
+    assert sum("has died" in line.text for line in board.log) == 2

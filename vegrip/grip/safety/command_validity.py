@@ -1,4 +1,4 @@
-"""Whether a force command may still be obeyed: for whoever drives a finger. Pure.
+"""Whether the drive of a finger may still obey a force command. Pure.
 
 Counter and checksum have been looked at by the codec, and on a network the key of the sender. What is left is
 time: a command that was held back, stamped by a wrong clock, or says that it lives for ever.

@@ -1,6 +1,6 @@
 """A comparison as curves to draw: measured and modelled over time, residuals by regime and variable.
 
-Long recordings are thinned to columns that keep the least and the greatest value, so no peak is lost.
+Long recordings are thinned to columns that keep the smallest and the greatest value, so no peak is lost.
 """
 
 from typing import Any, Final
@@ -46,7 +46,7 @@ def curves(comparison: Comparison) -> dict[str, Any]:
 
 
 def _columns(time: Floats, measured: Floats, residuals: Residuals) -> dict[str, list[float]]:
-    """Return the least, the greatest and the mean of what falls in each column of time."""
+    """Return the smallest, the greatest and the mean value of each column of time."""
     if not time.size:
         return {}
     edges = np.linspace(time[0], time[-1], COLUMNS + 1)

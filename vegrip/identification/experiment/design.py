@@ -76,7 +76,7 @@ class Design:
     """What was found.
 
     Attributes:
-        contest: what is to be told apart.
+        contest: the hypotheses to separate.
         limits: of the rig.
         depth: greatest depth [m] that force and depth allow.
         tried: each item at its best, best first.
@@ -147,7 +147,7 @@ def design(
     left_out: dict[str, str] = {}
     jobs: list[tuple[Item, Rig, Mapping[str, float]]] = []
     for item in MENU:
-        own, reason = _suited(item, contest, limits, rig)
+        own, reason = suited_rig(item, contest, limits, rig)
         fits = [a for a in item.choices() if item.protocol(own, a).duration <= limits.duration]
         if reason or not fits:
             left_out[item.name] = reason or f"it takes longer than {limits.duration:g} s"
@@ -238,7 +238,7 @@ def _force_at(contest: Hypotheses, rig: Rig, depth: float) -> float:
     )
 
 
-def _suited(item: Item, contest: Hypotheses, limits: RigLimits, rig: Rig) -> tuple[Rig, str]:
+def suited_rig(item: Item, contest: Hypotheses, limits: RigLimits, rig: Rig) -> tuple[Rig, str]:
     """Return the rig for an item, or why it cannot be done."""
     if not item.rubs:
         return rig, ""
@@ -261,7 +261,7 @@ def _score(planned: Planned, limits: RigLimits, enough: float) -> float:
 def _polished(planned: Planned, contest: Hypotheses, limits: RigLimits, rig: Rig, enough: float) -> Planned:
     """Search on along each amplitude, one after the other."""
     item = next(item for item in MENU if item.name == planned.item)
-    own, _ = _suited(item, contest, limits, rig)
+    own, _ = suited_rig(item, contest, limits, rig)
     best = planned
     for name in item.levels:
         for factor in AMPLITUDE_FACTORS:

@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 from scipy.stats import norm
 
 from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS
-from vegrip.identification.diagnosis.diagnosis import INDISTINGUISHABLE_NATS
+from vegrip.identification.diagnosis.thresholds import INDISTINGUISHABLE_NATS
 from vegrip.identification.experiment.hypotheses import Hypotheses
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import Measured, preprocess
@@ -39,7 +39,7 @@ class Separation:
 
     @property
     def nats(self) -> float:
-        """The least of them: what is told whatever the truth is."""
+        """The smallest of them: the separation under any truth."""
         return min(self.pairs.values())
 
     @property

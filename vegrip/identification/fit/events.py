@@ -1,4 +1,4 @@
-"""Sudden losses of force that no motion explains: the material slipped or tore, and comes back to its course.
+"""Sudden losses of force that no motion explains: the material slipped or tore, and recovers.
 
 No effect of a contact model makes them, and one such event pulls every parameter. A loss counts when the
 force falls between neighbouring samples by far more than the noise and ten times faster than around it, while

@@ -30,7 +30,7 @@ def fit(
             the paper's model when not given.
         noise: of the sensors; as :func:`vegrip.identification.fit.noise.noise_of` finds it when not given.
         zeros: whether the zeros of displacement and force are the same for the recording, or each episode's.
-        report: is told how far it is.
+        report: called with the progress.
 
     Raises:
         RecordingError: the recording lacks what a fit needs; says what.

@@ -12,7 +12,7 @@ rounded off. Where a straight line is as good (:mod:`vegrip.identification.fit.s
 for: the largest of thousands of errors looks like one, and a law that remembers its way (friction, wear) adds
 up every such step.
 
-Why: a candidate that follows the displacement late (lag, play) averages the noise of the displacement away
+Why: a candidate that follows the displacement late (lag, backlash) averages the noise of the motion away
 and would so explain a recording better that has neither. Behind a smoothed motion there is no such noise.
 """
 

@@ -155,7 +155,7 @@ def rough(values: Floats, episode: Floats | np.ndarray) -> float:
 
 
 def rounding(values: Floats) -> float:
-    """Return the std of what rounding to the least step of ``values`` leaves, 0 where there is no step."""
+    """Return the std of what rounding to the smallest step of ``values`` leaves, 0 where there is no step."""
     known = np.unique(values[np.isfinite(values)])
     steps = np.diff(known)
     steps = steps[steps > SAME_VALUE * np.ptp(known)] if steps.size else steps

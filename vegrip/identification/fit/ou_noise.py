@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, minimize
 
 from vegrip.compiled import njit
@@ -23,6 +24,7 @@ LOG_LOW, LOG_HIGH = (
     (-5.0, -7.0, -7.0),
     (5.0, 3.0, 7.0),
 )  # ln of white and slow over the guess, of the time [s]
+MAX_ROWS = 40_000  # from which a noise is estimated, to half a percent
 START_TIMES_S = (0.3, 1.0, 3.0, 10.0)  # [s] where the search begins
 
 
@@ -41,8 +43,12 @@ def estimate_ou_noise(t: Floats, first: Floats, y: Floats, X: Floats, rough: flo
     """Estimate the noise of ``y`` (n,), NaN where it does not count, beside ``X`` (n, m).
 
     ``first`` is 1 where a stretch begins that does not know of the one before; ``rough``: a guess of the
-    white std, same unit as y.
+    white std, same unit as y. Of more than MAX_ROWS rows, stretches spread evenly over them count.
     """
+    if t.size > MAX_ROWS:
+        some = spread_rows(first)
+        t, first, y, X = t[some], first[some], y[some], X[some]
+        X = X[:, np.any(X != 0.0, axis=0)]
     used = np.isfinite(y).astype(np.float64)
     columns = np.nan_to_num(np.column_stack([y, X]))
     longest = max((t[-1] - t[0]) / 3.0, 1e-9)
@@ -79,6 +85,16 @@ def estimate_ou_noise(t: Floats, first: Floats, y: Floats, X: Floats, rough: flo
     if found.x[1] > LOG_HIGH[1] - 0.1:
         return OuNoise(rough, 0.0, 2.0, gain, beyond=True)
     return OuNoise(*of(found.x), gain)
+
+
+def spread_rows(first: Floats, most: int = MAX_ROWS) -> NDArray[np.int64]:
+    """Return at most ``most`` rows: whole stretches spread evenly, or the beginnings of a few long ones."""
+    starts = np.flatnonzero(first > 0.5)
+    lengths = np.diff(np.append(starts, first.size))
+    count = min(starts.size, max(4, most * starts.size // first.size))
+    chosen = np.linspace(0, starts.size - 1, count).round().astype(int)
+    each = np.minimum(lengths[chosen], most // count)
+    return np.concatenate([np.arange(starts[i], starts[i] + n) for i, n in zip(chosen, each, strict=True)])
 
 
 @njit

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.identification.fit.ou_noise import OuNoise, estimate_ou_noise
+from vegrip.identification.fit.ou_noise import MAX_ROWS, OuNoise, estimate_ou_noise
 from vegrip.identification.recording import Recording
 from vegrip.types import Floats
 
@@ -72,6 +72,7 @@ def noise_of_pairs(recording: Recording, found: list[Pair], white: float) -> OuN
     the cube root of the force): what a first press changes for the second is an effect, no noise.
     """
     force = recording.columns["normal_force"]
+    found = _some(found)
     times, first, y, columns = [], [], [], []
     begin = 0.0
     for pair in found:
@@ -89,6 +90,13 @@ def noise_of_pairs(recording: Recording, found: list[Pair], white: float) -> OuN
         row += len(block)
     X = X[:, np.any(X != 0.0, axis=0)]
     return estimate_ou_noise(np.concatenate(times), np.concatenate(first), np.concatenate(y), X, white)
+
+
+def _some(found: list[Pair]) -> list[Pair]:
+    """Return pairs spread evenly over all, of no more than MAX_ROWS rows where there are several."""
+    rows = sum(pair.one.size for pair in found)
+    count = max(1, min(len(found), MAX_ROWS * len(found) // max(rows, 1)))
+    return [found[i] for i in np.linspace(0, len(found) - 1, count).round().astype(int)]
 
 
 def _beside(force: Floats, white: float) -> Iterator[Floats]:

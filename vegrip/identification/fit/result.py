@@ -164,18 +164,18 @@ def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
         )
         yield (
             f"at {event.time:.4g} s the force falls by {event.loss:.3g} N and no motion explains it (a slip, "
-            f"a tear?); {count} rows until it is long back were left out"
+            f"a tear?); {count} rows until it has recovered were left out"
         )
     yield from _missing(fit)
     for j, name in enumerate(k.names):
         found = fit.declared(name)
         if found is None:
             if abs(fit.optimum.u[j]) > (1.0 - AT_BOUND) * k.high[j]:
-                yield f"{name} is as far off as it may be: is the zero of the recording right, or the radius?"
+                yield f"{name} is on its bound: check the zero of the recording, and the radius"
             continue
         told = f"{name} ({found[0].name})"
         if fit.std[name] > UNDETERMINED_SHARE * k.std[j]:
-            yield f"{told} is not determined by this recording; it stays where the prior put it"
+            yield f"{told} is not determined by this recording; it keeps its prior value"
             continue
         span = min(k.std[j], k.high[j] - k.low[j])
         for bound, side in ((k.low[j], "lower"), (k.high[j], "upper")):
@@ -184,7 +184,7 @@ def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
                 yield (
                     f"this recording shows no {found[0].name}: {name} sits at 0"
                     if absent
-                    else f"{told} sits on its {side} bound; its standard error means nothing"
+                    else f"{told} sits on its {side} bound; its standard error is meaningless"
                 )
     for one, other, c in fit.correlations(ENTANGLED):
         yield f"{one} and {other} are known only together (correlation {c:+.3f})"
@@ -209,7 +209,7 @@ def _missing(fit: Fit) -> Iterator[str]:
         yield "no row slides under a measured load: friction and pressure profile stay with the prior"
     touching = np.count_nonzero(fit.problem.stiffness > 0.0)
     if touching < 50:
-        yield f"only {touching} rows are in contact; the values carry little"
+        yield f"only {touching} rows are in contact; the values are uncertain"
     shallow = np.nanmax(measured.motion.displacement) < 0.2 * fit.problem.depth
     if shallow:
         yield "the deepest indentation is under 2 % of the radius: is the radius right?"

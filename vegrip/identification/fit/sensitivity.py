@@ -1,11 +1,11 @@
-"""How far the modelled force goes astray with the motion: by its position, by its speed, and across a play.
+"""How an error of the motion changes the modelled force: by position, by speed, and across a backlash.
 
 The error of a smoothed motion reaches the force by three ways:
 
 * by position, times the stiffness;
 * by speed, where a model has drag or damping, and the more where the motion bends: when between two samples
   it does is not known;
-* behind a play, where the tip rests until the gap is crossed, it stays what it was when the tip last moved.
+* behind backlash, where the tip rests until the gap is crossed, it stays what it was when the tip last moved.
 """
 
 from collections.abc import Callable
@@ -45,7 +45,7 @@ class Sensitivity:
 
 
 def by_position(stiffness: Floats) -> Sensitivity:
-    """Return the sensitivity (n,) of a force that neither speed nor play changes; ``stiffness`` [N/m]."""
+    """Return the sensitivity (n,) of a force without effect of speed or backlash; ``stiffness`` [N/m]."""
     none = np.zeros(stiffness.size)
     return Sensitivity(stiffness, none, np.ones(stiffness.size, dtype=bool), none)
 

@@ -28,7 +28,7 @@ class Finding:
         shown, judged: in how many of the pad's recordings, of how many that could be judged.
         size: its parameters in the latest recording that shows it.
         dated_by: "recording", or "file" where a date is only that of a file.
-        note: what else is to be said.
+        note: a remark.
 
     """
 

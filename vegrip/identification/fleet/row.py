@@ -16,7 +16,7 @@ class Row:
     Attributes:
         path: of its folder.
         verdict: of the diagnosis, or "failed".
-        effects: what was named; a set that was not told apart is one text, "a or b".
+        effects: what was named; a set that was not separated is one text, "a or b".
         sizes: parameters of what was named.
         before, after: error in units of the noise; NaN when it failed.
         note: why it failed, or what is left that nothing explains.

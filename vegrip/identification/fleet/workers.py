@@ -39,7 +39,7 @@ def run(
 
 
 def _here(found: Sequence[Found], model: str, processes: int) -> Iterator[tuple[Found, Row]]:
-    """Run a pool; whoever was at work when a process died is tried once more, alone."""
+    """Run a pool; recordings that were at work when a process died are tried once more, alone."""
     doubtful: list[Found] = []
     with _Alone():
         left = list(found)

@@ -36,7 +36,7 @@ def read_recording(
     Args:
         folder: holds ``recording.toml`` and ``recording.csv[.gz]``.
         announce: log the report when rows were left out (a caller that shows the report itself says no).
-        progress: is told the number of rows read so far, now and then.
+        progress: called with the number of rows read so far, now and then.
 
     Raises:
         RecordingError: missing, damaged or without a usable row; names file, line and remedy.

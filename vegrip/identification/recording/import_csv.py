@@ -36,7 +36,7 @@ def import_csv(
         path: CSV or similar, plain or ``.gz``.
         column_map: where each channel comes from; without it the columns carry our names and SI units.
         radius: of the fingertip or probe [m]; overrides the map's.
-        progress: is told the number of rows read so far, now and then.
+        progress: called with the number of rows read so far, now and then.
 
     Raises:
         RecordingError: unreadable, a column is missing, a unit does not fit; names file and line.

@@ -35,7 +35,7 @@ def import_rosbag(path: Path | str, chart: ColumnMap, *, radius: float = math.na
         UsageError: the library rosbags is not installed.
 
     """
-    bag_library("rosbags")  # before anything else, so that nobody mends a map in vain
+    bag_library("rosbags")  # first, so that no map is corrected in vain
     path, report = Path(path), LoadReport(place="message")
     fields = {name: BagField.parse(entry.column, name) for name, entry in chart.channels.items()}
     _check(path, chart)

@@ -36,7 +36,7 @@ class Series:
         topic: its name.
         fields: which numbers are taken.
         index: which message of the topic each entry came from, from 0.
-        stamps: [ns] since the epoch of whoever stamped them.
+        stamps: [ns] since the epoch of the sender.
         values: one list of numbers per message, in the order of ``fields``.
         received: messages without a header, which have the time at which the bag received them.
         messages: how many the bag holds.
@@ -87,7 +87,7 @@ def read_series(
 def in_order(series: Series, report: LoadReport) -> Samples:
     """Return the longest run of ``series`` in which time increases; what is left out is reported.
 
-    A stamp of zero is one that nobody set: no time.
+    A stamp of zero was not set: no time.
     """
     stamps = np.array(series.stamps, dtype=np.int64)
     index = np.array(series.index, dtype=np.int64)

@@ -74,7 +74,7 @@ def read_table(
 ) -> Table:
     """Read the columns ``numbers`` (as float64; an empty cell is NaN) and ``words`` (as text).
 
-    ``progress`` is told the number of rows so far, block by block.
+    ``progress`` is called with the number of rows so far, block by block.
 
     Raises:
         RecordingError: no such file, not text, damaged, empty, or a wanted column is missing.

@@ -1,4 +1,4 @@
-"""Virtual fingertips on test benches, all put through the same protocol, in the time of whoever steps them.
+"""Virtual fingertips on test benches, all put through the same protocol, in the time of the caller.
 
 What the fingertips will feel is worked out beforehand, with none of the physics of the models.
 """

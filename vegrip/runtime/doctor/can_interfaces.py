@@ -33,7 +33,9 @@ def interfaces(ask: Callable[[], str | None] | None = None) -> list[Finding]:
     try:
         links = [link for link in json.loads(said or "[]") if _kind(link)]
     except ValueError:
-        return [warn("CAN", "the program `ip` is too old to be understood", "sudo apt install iproute2")]
+        return [
+            warn("CAN", "the program `ip` is too old: its output cannot be read", "sudo apt install iproute2")
+        ]
     if not links:
         return [ok("CAN", f"no interface; {VIRTUAL}")]
     return [_judged(link) for link in links]

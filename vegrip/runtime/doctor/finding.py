@@ -39,5 +39,5 @@ def warn(check: str, text: str, remedy: str) -> Finding:
 
 
 def fail(check: str, text: str, remedy: str) -> Finding:
-    """Return a finding that must be mended."""
+    """Return a finding that must be fixed."""
     return Finding(check, Grade.FAIL, text, remedy)

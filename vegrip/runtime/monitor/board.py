@@ -102,9 +102,9 @@ class Board:
             row.attend(running.get(name), now)
 
     def look(self, now: int) -> None:
-        """Note in the log what has fallen silent, gone, ended or come back by ``now`` [ns]."""
+        """Log what has fallen silent, died, ended or returned by ``now`` [ns]."""
         if self._looked is None or now - self._looked > FRESH * NS:
-            self._awake_since = now  # whoever did not look must not call others silent
+            self._awake_since = now  # a monitor that did not look must not call nodes silent
         self._looked = now
         for name, row in self.nodes.items():
             presence = row.judge(now, self._awake_since)
@@ -150,7 +150,7 @@ class Board:
             case Presence.SILENT:
                 self.say(f"{name} is silent since {heard}", now, "bold red")
             case Presence.GONE:
-                self.say(f"{name} is gone without a word, last heard at {heard}", now, "bold red")
+                self.say(f"{name} has died, last heard at {heard}", now, "bold red")
             case Presence.ENDED:
                 self.say(f"{name} has ended", now)
             case Presence.STARTING:
@@ -171,7 +171,7 @@ class Board:
             self._slipping.discard(command.finger)
         elif command.finger not in self._slipping:
             self._slipping.add(command.finger)
-            self.say(f"{command.finger}: slip felt, grip raised", now, "red")
+            self.say(f"{command.finger}: slip detected, grip raised", now, "red")
 
     def _note_condition(self, row: FingerRow, condition: Condition, now: int) -> None:
         """Note a change of condition; :meth:`look` tells it, several fingers in one line."""

@@ -67,7 +67,7 @@ class FingerRow:
 
 
 def _age_inside(message: Message) -> float:
-    """Return how old the youngest estimate in ``message`` was when it was sent [s]; 0 = not told."""
+    """Return how old the youngest estimate in ``message`` was when it was sent [s]; 0 = not stated."""
     estimates: tuple[Estimate, ...] = ()
     if isinstance(message, SlipMargin):
         estimates = (message.margin,)

@@ -30,7 +30,7 @@ class Presence(Enum):
     STARTING = "starting"  # its process runs, it has not said anything
     RUNNING = "running"
     SILENT = "silent"  # it says nothing, though its process may run
-    GONE = "gone"  # its process has ended without a word
+    GONE = "gone"  # its process has died
     ENDED = "ended"  # it has said that it ends
 
 
@@ -39,7 +39,7 @@ class NodeRow:
     """One node."""
 
     since: int  # [ns] when its process was first seen
-    is_old: bool = False  # it ran before anybody looked
+    is_old: bool = False  # it ran before the monitor started
     status: NodeStatus | None = None
     presence: Presence = Presence.STARTING
     present: Present | None = None  # None: the registry does not know it (any more)

@@ -28,7 +28,7 @@ REGISTRY_PERIOD = 0.2  # [s] between two looks at who runs
 
 
 class Sink(Protocol):
-    """Who is told: a :class:`~vegrip.runtime.monitor.board.Board`, or the screen in front of one."""
+    """Takes the messages: a :class:`~vegrip.runtime.monitor.board.Board`, or the screen in front of one."""
 
     def take(self, message: Message, now: int, node: str = "") -> None:
         """Take a message that came at ``now`` [ns] from ``node``."""
@@ -73,7 +73,7 @@ class Watch:
             self.step(sink)
 
     def step(self, sink: Sink) -> None:
-        """Look once at who runs, if that is due, and at what they have said."""
+        """Look once at which nodes run, if that is due, and at their messages."""
         if time.monotonic() >= self._due:
             self._due = time.monotonic() + REGISTRY_PERIOD
             self._attend(sink)

@@ -7,11 +7,12 @@ from vegrip.messages import FingertipState, Message
 from vegrip.transport.canbus.bus_load import BusLoad
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.endpoint import ClosedByWith
 
 Keep = Callable[[Message], None]
 
 
-class RecordedBus:
+class RecordedBus(ClosedByWith):
     """An endpoint that receives a recording and keeps what the node sends.
 
     Every state is encoded, carried and decoded as on a real bus, so that the node sees what the wire leaves

@@ -19,7 +19,7 @@ class Transmission(NamedTuple):
     end: int  # [ns] the bus is free again and every node has the frame
     node: int
     frame: BusFrame
-    lost: bool = False  # nobody gets it
+    lost: bool = False  # no node receives it
     missed_by: int = NOBODY  # an error-passive node that misread it, alone
 
 
@@ -28,7 +28,7 @@ class ErrorKind(Enum):
 
     BIT = "bit"  # the sender read back another bit than it sent
     STUFF = "stuff"  # one receiver misread a bit
-    ACK = "acknowledgement"  # nobody acknowledged
+    ACK = "acknowledgement"  # no node acknowledged
 
 
 class BusError(NamedTuple):

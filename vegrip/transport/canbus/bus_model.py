@@ -81,7 +81,7 @@ class BusModel:
         self._babble(node, time)
 
     def detach(self, node: int) -> None:
-        """Disconnect ``node``; what it has queued is still sent, if anybody is there to acknowledge it."""
+        """Disconnect ``node``; what it has queued is still sent, if a node is there to acknowledge it."""
         leaving = self._nodes[node]
         leaving.leaving, leaving.chance = True, None
         self._census()
@@ -107,7 +107,7 @@ class BusModel:
         return self._arbiter.queued
 
     def is_heard(self, node: int) -> bool:
-        """Whether anybody would acknowledge a frame of ``node``."""
+        """Whether another node would acknowledge a frame of ``node``."""
         return self._acknowledging > self._nodes[node].acknowledges
 
     def state(self, node: int) -> ErrorState:
@@ -136,7 +136,7 @@ class BusModel:
     def conclude(self, now: int) -> list[Event]:
         """Finish the frame on the bus if it has ended by ``now`` [ns], but begin no other.
 
-        For who wants to hear of it before looking at who else asks for the bus.
+        For members that must know of it before the next arbitration.
         """
         events: list[Event] = []
         current = self._current
@@ -291,7 +291,7 @@ class BusModel:
         known.since = attempt.end
 
     def _recovery(self, node: int) -> int:
-        """Return when ``node`` comes back if the bus stays free [ns]."""
+        """Return when ``node`` recovers if the bus stays free [ns]."""
         known = self._nodes[node]
         return known.since + max(known.confinement.missing, 0) * self._sequence
 

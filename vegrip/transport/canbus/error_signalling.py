@@ -99,7 +99,7 @@ def error_duration(stream: BitStream, error: Error, timing: BitTiming) -> int:
 
 
 def unacknowledged_duration(frame: BusFrame, timing: BitTiming) -> int:
-    """Return the time [ns] from the start of a frame that nobody acknowledged to the end of the gap."""
+    """Return the time [ns] from the start of a frame that no node acknowledged to the end of the gap."""
     signalling = FLAG + DELIMITER + BETWEEN_FRAMES - _AFTER_ACK_SLOT
     return frame_duration(frame, timing) + round(NS * signalling / timing.bitrate)
 

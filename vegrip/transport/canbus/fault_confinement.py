@@ -13,7 +13,7 @@ a frame was received                         receive - 1, and from above 127 to 
 ===========================================  =======================================================
 
 Error passive when a counter exceeds 127, bus-off when the transmit counter exceeds 255. A node that is off
-comes back error active, with both at zero, after 128 times 11 recessive bits.
+recovers, error active with both at zero, after 128 times 11 recessive bits.
 """
 
 from enum import IntEnum
@@ -74,7 +74,7 @@ class Confinement:
             self.missing = RECOVERY_SEQUENCES
 
     def not_acknowledged(self) -> None:
-        """Count a frame of its own that nobody acknowledged."""
+        """Count a frame of its own that no node acknowledged."""
         if self.state is ErrorState.ACTIVE:
             self.failed_to_send()
 
@@ -83,7 +83,7 @@ class Confinement:
         self.receive = min(self.receive + (9 if first else 1), 255)
 
     def heard_silence(self, sequences: int) -> bool:
-        """Take note of ``sequences`` of 11 recessive bits; tell whether the node has come back by them."""
+        """Take note of ``sequences`` of 11 recessive bits; tell whether the node has recovered by them."""
         if self.state is not ErrorState.OFF:
             return False
         self.missing -= sequences

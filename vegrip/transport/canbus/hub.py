@@ -4,8 +4,8 @@ Why a process: a thread in the first opener would share its interpreter lock and
 sequenced-packet sockets and not a message library: a member that dies, or a hub that dies, is noticed at once
 as end of file; a full queue pushes back on its sender; and there is one hop, not three, between two nodes.
 
-The hub is started by whoever opens the channel first and ends by itself when the last one has left. A lock on
-a file decides between two that start at once.
+The first program that opens the channel starts the hub, which ends by itself when the last one has left. A
+lock on a file decides between two that start at once.
 """
 
 import contextlib
@@ -35,7 +35,7 @@ from vegrip.transport.canbus.hub_wire import (
 )
 
 LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
-LINGER = 1.0  # [s] the hub waits for somebody to come (back)
+LINGER = 1.0  # [s] the hub waits for a member to come (back)
 TRANSMIT_QUEUE = 64  # frames of one member that may wait for the bus; then the member is not read
 AT_ONCE = int(
     socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL
@@ -103,7 +103,7 @@ class Hub:
         self._last_node = 0
 
     def serve(self) -> None:
-        """Carry frames until nobody has been there for ``LINGER``."""
+        """Carry frames until no member has been there for ``LINGER``."""
         alone_since = time.monotonic()
         while self._members or time.monotonic() - alone_since < LINGER:
             self._step()
@@ -182,7 +182,7 @@ class Hub:
         self._nodes[node].hear(pack_error(end, busy, node, report))
 
     def _dismiss_the_dead(self) -> None:
-        """Let those go who have left with a full queue that nobody is there to empty.
+        """Remove members that have left with a full queue.
 
         They are not read, so that their leaving would never be seen.
         """
@@ -289,7 +289,7 @@ def _has_left(connection: socket.socket) -> bool:
 
 
 def main(path: Path) -> None:
-    """Serve the bus at ``path`` in a process that outlives the caller, unless somebody serves it already."""
+    """Serve the bus at ``path`` in a process that outlives the caller, unless one serves it already."""
     lock = locked(path.with_suffix(".lock"))
     if lock is None:
         return
@@ -300,7 +300,7 @@ def main(path: Path) -> None:
         if os.fork():
             os._exit(0)  # the bus is there: the caller may connect
         _detach()
-        os.pwrite(lock, f"{os.getpid()}\n".encode(), 0)  # for whoever wants to know
+        os.pwrite(lock, f"{os.getpid()}\n".encode(), 0)  # for people who look for it
         with contextlib.suppress(KeyboardInterrupt):
             Hub(listener).serve()
         path.unlink(missing_ok=True)

@@ -15,7 +15,7 @@ class NodeFaults:
     """Faults of one node; the default has none. Shares are per frame, or per attempt to send one."""
 
     loss: float = parameter(
-        0.0, low=0.0, high=1.0, doc="share of its frames that nobody gets, though the bus carries them"
+        0.0, low=0.0, high=1.0, doc="share of its frames that no node receives, though the bus carries them"
     )
     corruption: float = parameter(
         0.0, low=0.0, high=1.0, doc="share of its attempts in which a bit is disturbed for all nodes"

@@ -141,7 +141,7 @@ def _demand(stream: Stream, time: float) -> float:
 
 
 def _fixed_point(start: float, function: Callable[[float], float]) -> float:
-    """Return the least ``w >= start`` [s] with ``w = function(w)``; infinite beyond ``HORIZON``."""
+    """Return the smallest ``w >= start`` [s] with ``w = function(w)``; infinite beyond ``HORIZON``."""
     value = start
     while value <= HORIZON:
         following = function(value)

@@ -43,7 +43,7 @@ class Signal:
 
     @property
     def raw_range(self) -> tuple[int, int]:
-        """The least and the largest raw value of an integer."""
+        """The smallest and the largest raw value of an integer."""
         if self.signed:
             return -(1 << self.length - 1), (1 << self.length - 1) - 1
         return 0, (1 << self.length) - 1

@@ -145,7 +145,7 @@ def finger_of(message: str, signal: str, numbers: tuple[str, ...]) -> str:
 
 
 def guess(message: ForeignMessage, signal: Signal, numbers: tuple[str, ...] = ()) -> Guess | None:
-    """Return what ``signal`` may be, None when nothing speaks for anything."""
+    """Return what ``signal`` may be, None without evidence."""
     words, around = set(words_of(signal.name)), set(words_of(message.name))
     finger = finger_of(message.name, signal.name, numbers)
     found = _kind(signal, words, around)

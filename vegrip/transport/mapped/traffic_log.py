@@ -55,7 +55,7 @@ class Traffic:
 
 
 def rate_of(trace: Trace) -> float:
-    """Return how often a signal comes [Hz], 0 when that cannot be told."""
+    """Return how often a signal comes [Hz], 0 when it is unknown."""
     if len(trace.t) < 3 or trace.t[-1] <= trace.t[0]:
         return 0.0
     return float((len(trace.t) - 1) / (trace.t[-1] - trace.t[0]))

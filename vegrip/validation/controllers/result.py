@@ -11,7 +11,7 @@ from vegrip.validation.controllers.scenario import SETTLED_S
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """Figures of one run, from the truth of the hand and not from anybody's estimate.
+    """Figures of one run, from the truth of the hand, not from an estimate.
 
     Grip force is the normal force on the first finger, which equals the sum of what the others press.
     """

@@ -1,4 +1,4 @@
-"""What a hidden effect leaves that anybody could see.
+"""What a hidden effect leaves that a perfect candidate could gain.
 
 The recording is made a second time without noise, with the effect and without, and the paper's model fitted
 as if the noise were there: to the true motion, under the covariance that the errors of the measured one have.

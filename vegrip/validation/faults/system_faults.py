@@ -45,7 +45,7 @@ class BadTransceiver:
 
 @dataclass
 class NoisyWire:
-    """A share of all frames is disturbed, whoever sends them."""
+    """A share of all frames is disturbed, of every sender."""
 
     share: float
 

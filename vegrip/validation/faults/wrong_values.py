@@ -133,7 +133,7 @@ SHRUNK = 1.1
 
 
 def _estimates(scene: Scene, finger: str) -> dict[str, Estimate]:
-    assert scene.node is not None  # noqa: S101 (nobody kills it)
+    assert scene.node is not None  # noqa: S101 (it is not killed)
     estimator = scene.node.fingers[finger].estimator
     e = estimator.contact_estimate()
     mu = e.friction_coefficient

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vegrip.errors import InputError, UsageError
+from vegrip.identification.recording.chosen import episodes_text, parse_episodes
 from vegrip.web.check.job import Job
 from vegrip.web.check.session import Rung, Session, load, save
 
@@ -36,6 +37,7 @@ class Controller:
         model: model file to begin with, None = the paper's.
         folder: where models and state are kept; made when absent.
         options: of fit, compare, diagnose and add, e.g. ``--tolerance 0.01``.
+        node: that the model may be written into.
 
     Raises:
         InputError: the folder is the check of another recording.
@@ -43,8 +45,14 @@ class Controller:
     """
 
     def __init__(
-        self, recording: Path, model: Path | None, folder: Path, options: tuple[str, ...] = ()
+        self,
+        recording: Path,
+        model: Path | None,
+        folder: Path,
+        options: tuple[str, ...] = (),
+        node: str = "grasp_force",
     ) -> None:
+        self.node = node
         self._model, self._folder, self._options = model, folder, list(options)
         self._recording = recording
         self._lock = threading.RLock()
@@ -54,6 +62,8 @@ class Controller:
         self.commands: list[str] = []
         self.error = ""
         self.note = ""
+        self.beside: int | None = None  # place of the model to compare with; None = the one before
+        self.other: tuple[str, dict[str, Any]] | None = None  # a model file to compare with, and how it does
         self.job: Job | None = None
         self.what = ""
         self.version = 0
@@ -82,7 +92,79 @@ class Controller:
         with self._lock:
             rung = self._standing()
             steps: list[Step] = [self._compare] if rung.comparison is None else []
+            if rung.held_back and rung.held_out is None:
+                steps.append(self._compare_held_out)
             self._start([*steps, self._diagnose] if rung.diagnosis is None else steps)
+
+    def hold_back(self, episodes: str) -> None:
+        """Fit the model that is looked at without ``episodes``, and see how it foretells them.
+
+        Raises:
+            UsageError: not a list of episodes, or the model was fitted so.
+
+        """
+        with self._lock:
+            rung = self._standing()
+            numbers = parse_episodes(episodes, "hold back")
+            if numbers == parse_episodes(rung.held_back, "hold back"):
+                raise UsageError(f"this model was fitted so: held back is {rung.held_back or 'nothing'}")
+            held = episodes_text(numbers)
+            task = self._fit_task(self._path(rung.model), held, self.session.current)
+            self._start([lambda: task, *self._judging(held)])
+
+    def compare_with(self, place: int | None) -> None:
+        """Show another of the models beside the one that is looked at; None = the one before it."""
+        with self._lock:
+            if place is not None and not 0 <= place < len(self.session.rungs):
+                raise UsageError("there is no such model")
+            self.beside, self.other = place, None
+            if place is not None:
+                mine, other = self._standing(), self.session.rungs[place]
+                self._note_command(
+                    "vegrip "
+                    + shlex.join(["compare", *self._with(mine.model), "--versus", self._path(other.model)])
+                )
+            self._changed()
+
+    def compare_with_file(self, name: str) -> None:
+        """Show the model of a file beside the one that is looked at.
+
+        Raises:
+            UsageError: no name, or no such file.
+
+        """
+        with self._lock:
+            if not name or not Path(name).is_file():
+                raise UsageError(f"there is no model file {name!r}")
+
+            def take(told: dict[str, Any]) -> None:
+                self.beside, self.other = None, (name, told)
+
+            arguments = ["compare", str(self._recording), "--model", name, "--curves", *self._options]
+            task = Task(f"comparing with {name}", arguments, take)
+            self._start([lambda: task])
+
+    def plan(self, candidates: str, duration: str = "") -> None:
+        """Look for the experiment that tells ``candidates`` (by commas) apart, as a motion to export."""
+        with self._lock:
+            rung = self._standing()
+            if not candidates.strip():
+                raise UsageError("name the effects to tell apart, e.g. adhesion,guide_friction")
+            file = self._path(f"next-{self.session.current}.toml")
+            arguments = ["experiment", *self._with(rung.model), "--candidates", candidates]
+            arguments += [*(["--duration", duration] if duration else []), "-o", file, "--force"]
+
+            def take(told: dict[str, Any]) -> None:
+                rung.experiment = told
+
+            task = Task("looking for the next experiment", arguments, take)
+            self._start([lambda: task])
+
+    def motion(self) -> Path | None:
+        """Return the file of the motion that was found last for the model that is looked at."""
+        rung = self.session.rung
+        found = None if rung is None or rung.experiment is None else rung.experiment.get("protocol")
+        return Path(found) if found and Path(found).is_file() else None
 
     def add(self, effect: str) -> None:
         """Add an effect to the model that is looked at, refit, compare and diagnose."""
@@ -92,16 +174,18 @@ class Controller:
                 raise UsageError(f"the model has {effect} already")
             file = self.session.next_file(effect)
             (self._folder / file).unlink(missing_ok=True)  # of an addition that was stopped
-            arguments = ["add", effect, *self._with(rung.model), "-o", self._path(file), *self._options]
+            held = rung.held_back
+            arguments = ["add", effect, *self._with(rung.model), "-o", self._path(file), *self._held(held)]
+            arguments += self._options
             parent = self.session.current
 
             def take(told: dict[str, Any]) -> None:
-                added = Rung(file, effect, parent, told["error"]["after"])
+                added = Rung(file, effect, parent, told["error"]["after"], held_back=held)
                 added.parameters, added.warnings = told["parameters"], told["warnings"]
                 self.session.add(added)
 
             task = Task(f"adding {effect.replace('_', ' ')}", arguments, take)
-            self._start([lambda: task, self._compare, self._diagnose])
+            self._start([lambda: task, *self._judging(held)])
 
     def undo(self) -> None:
         """Go back to the model before the last effect."""
@@ -117,6 +201,7 @@ class Controller:
             if not 0 <= place < len(self.session.rungs):
                 raise UsageError("there is no such model")
             self.session.current = place
+            self.beside = None
             self._changed()
 
     def stop(self) -> None:
@@ -170,28 +255,44 @@ class Controller:
         if job is not None:
             job.wait()
 
+    def _judging(self, held_back: str) -> list[Step]:
+        return [self._compare, *([self._compare_held_out] if held_back else []), self._diagnose]
+
     def _fit(self) -> Task:
+        return self._fit_task(str(self._model) if self._model is not None else "", "", None)
+
+    def _fit_task(self, model: str, held_back: str, parent: int | None) -> Task:
         file = self.session.next_file(None)
         (self._folder / file).unlink(missing_ok=True)
-        model = ["--model", str(self._model)] if self._model is not None else []
-        arguments = ["fit", str(self._recording), *model, "-o", self._path(file), *self._options]
+        start = ["--model", model] if model else []
+        arguments = ["fit", str(self._recording), *start, "-o", self._path(file), *self._held(held_back)]
 
         def take(told: dict[str, Any]) -> None:
-            rung = Rung(file, None, None, told["error"])
+            rung = Rung(file, None, parent, told["error"], held_back=held_back)
             rung.parameters, rung.warnings = told["parameters"], told.get("warnings", [])
             self.session.add(rung)
 
-        return Task("fitting the first model", arguments, take)
+        what = "fitting the first model" if parent is None else "fitting again"
+        return Task(what, [*arguments, *self._options], take)
 
     def _compare(self) -> Task:
         rung = self._standing()
-        arguments = ["compare", *self._with(rung.model), "--curves", *self._options]
+        arguments = ["compare", *self._with(rung.model), "--curves", *self._held(rung.held_back)]
 
         def take(told: dict[str, Any]) -> None:
             rung.comparison = told
             rung.error = told["error"]
 
-        return Task("comparing", arguments, take)
+        return Task("comparing", [*arguments, *self._options], take)
+
+    def _compare_held_out(self) -> Task:
+        rung = self._standing()
+        arguments = ["compare", *self._with(rung.model), "--curves", "--episodes", rung.held_back]
+
+        def take(told: dict[str, Any]) -> None:
+            rung.held_out = told
+
+        return Task("comparing with what was held back", [*arguments, *self._options], take)
 
     def _diagnose(self) -> Task:
         rung = self._standing()
@@ -199,9 +300,12 @@ class Controller:
         def take(told: dict[str, Any]) -> None:
             rung.diagnosis = told
 
-        return Task(
-            "looking for what is missing", ["diagnose", *self._with(rung.model), *self._options], take
-        )
+        arguments = ["diagnose", *self._with(rung.model), *self._held(rung.held_back), *self._options]
+        return Task("looking for what is missing", arguments, take)
+
+    @staticmethod
+    def _held(episodes: str) -> list[str]:
+        return ["--hold-back", episodes] if episodes else []
 
     def _with(self, model: str) -> list[str]:
         return [str(self._recording), "--model", self._path(model)]

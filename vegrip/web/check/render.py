@@ -36,11 +36,32 @@ def verdict(rung: Rung) -> tuple[str, str, str]:
     return "unknown", "not diagnosed", f"the model leaves {rung.error:.2f} times the noise"
 
 
-def body(session: Session, *, busy: bool, beside: int | None = None) -> str:
-    """Return the page below its header."""
+Beside = tuple[str, Told]
+"""Name and comparison of a model that is shown beside another."""
+
+
+def body(
+    session: Session,
+    *,
+    busy: bool,
+    beside: int | None = None,
+    other: Beside | None = None,
+    node: str = "grasp_force",
+) -> str:
+    """Return the page below its header.
+
+    Args:
+        session: what was found.
+        busy: whether something runs, and nothing can be pressed.
+        beside: place of the model to compare with; None = the one before.
+        other: a model that is not of this check, to compare with instead.
+        node: that the model may be written into.
+
+    """
     rung = session.rung
     if rung is None:
         return '<section class="card"><h3>The first model is being fitted</h3></section>'
+    shown = other or _beside(session, beside)
     return "".join(
         (
             '<div class="overview">',
@@ -48,20 +69,25 @@ def body(session: Session, *, busy: bool, beside: int | None = None) -> str:
             _ladder(session, busy=busy),
             "</div>",
             ranking(rung, session.effects, busy=busy),
-            comparison(rung.comparison, _beside(session, beside)),
+            _beside_card(session, rung, shown, beside, busy=busy),
+            comparison(rung.comparison, shown),
+            _held_out(rung),
+            '<div class="overview">',
             parameters(rung),
-            _use(rung, busy=busy),
+            _held_back_card(rung, busy=busy) + _experiment(rung, busy=busy) + _use(rung, node, busy=busy),
+            "</div>",
         )
     )
 
 
-def comparison(told: Told | None, beside: Told | None = None) -> str:
+def comparison(told: Told | None, beside: Beside | None = None) -> str:
     """Return measured against modelled, and the residual by regime and over every variable."""
     if told is None or "curves" not in told:
         return ""
+    name, other = beside or ("", {})
     return "".join(
-        _channel(name, told["channels"].get(name), curves, (beside or {}).get("curves", {}).get(name))
-        for name, curves in told["curves"].items()
+        _channel(channel, told["channels"].get(channel), curves, name, other.get("curves", {}).get(channel))
+        for channel, curves in told["curves"].items()
     )
 
 
@@ -94,11 +120,15 @@ def ranking(rung: Rung, have: Sequence[str], *, busy: bool, buttons: bool = True
     told = rung.diagnosis
     if told is None:
         return ""
+    tried = [one for one in told["effects"][:8] if one["name"] not in have]
+    if not tried:
+        return (
+            '<section class="card"><h2>what may be missing</h2>'
+            f"<p>No further effect of the catalogue explains anything more.</p>{_undecided(told)}</section>"
+        )
     most = max([1.0, *(one["heldout_gain"] for one in told["effects"])])
     rows = "".join(
-        _candidate(one, most, named=one["name"] in told["named"], buttons=buttons, busy=busy)
-        for one in told["effects"][:8]
-        if one["name"] not in have
+        _candidate(one, most, named=one["name"] in told["named"], buttons=buttons, busy=busy) for one in tried
     )
     head = (
         '<tr><th>effect</th><th class="num">evidence [nats]</th><th class="num">held out [nats]</th><th></th>'
@@ -158,14 +188,35 @@ def _verdict(session: Session, rung: Rung, *, busy: bool) -> str:
         f'<section class="card verdict"><h2>{escape(model)}</h2>'
         f'<p><span id="verdict" class="chip {level}">{name}</span></p>'
         f'<p class="huge">{rung.error:.2f} <small>times the noise (1 is all that noise allows)</small></p>'
+        f"{_held_error(rung)}"
         f"<p>{escape(sentence)}</p>{where(rung.comparison)}{channels(rung.comparison)}"
-        f"<p>{undo} {again}</p></section>"
+        f'<p class="acts">{undo} {again}</p></section>'
+    )
+
+
+def _held_error(rung: Rung) -> str:
+    if rung.held_error is None:
+        return ""
+    return (
+        f"<p>On episodes {escape(rung.held_back)}, which the fit has not seen: "
+        f'<b id="held-error">{rung.held_error:.2f}</b> times the noise.</p>'
     )
 
 
 def _ladder(session: Session, *, busy: bool) -> str:
-    path = session.path
-    figure = ladder([{"effect": one.effect, "error": one.error} for one in path])
+    figure = ladder(
+        [
+            {
+                "effect": "fit again" if one.is_refit else one.effect,
+                "error": one.error,
+                "heldout_error": one.held_error,
+            }
+            for one in session.path
+        ]
+    )
+    held = (
+        "; orange, dashed: on the episodes held back" if any(one.held_error for one in session.path) else ""
+    )
     chosen = session.current
     buttons = "".join(
         f'<button type="button" id="rung-{i}" data-do="look_at" data-place="{i}" '
@@ -175,26 +226,124 @@ def _ladder(session: Session, *, busy: bool) -> str:
     )
     return (
         f'<section class="card"><h2>ladder of errors</h2>{figure}'
-        '<p class="soft">Green: the noise, the floor of every error.</p>'
+        f'<p class="soft">Green, dashed: the noise, the floor of every error{held}.</p>'
         f'<div class="rungs">{buttons}</div></section>'
     )
 
 
 def _rung_name(session: Session, place: int) -> str:
     rung = session.rungs[place]
-    return f"{place}: {short_name(rung.effect)}" + (f" on {rung.parent}" if rung.parent is not None else "")
+    name = "fit again" if rung.is_refit else short_name(rung.effect)
+    return f"{place}: {name}" + (f" on {rung.parent}" if rung.parent is not None else "")
 
 
-def _beside(session: Session, place: int | None) -> Told | None:
+def _beside(session: Session, place: int | None) -> Beside | None:
     if place is None:
         rung = session.rung
         place = rung.parent if rung is not None else None
     if place is None or not 0 <= place < len(session.rungs):
         return None
-    return session.rungs[place].comparison
+    told = session.rungs[place].comparison
+    return None if told is None else (f"model {_rung_name(session, place)}", told)
 
 
-def _channel(name: str, error: Told | None, told: Told, beside: Told | None) -> str:
+def _beside_card(
+    session: Session, rung: Rung, shown: Beside | None, beside: int | None, *, busy: bool
+) -> str:
+    """Return which model is shown beside this one, the errors of both, and the choice of another."""
+    choices = '<option value="before">the one before</option>' + "".join(
+        f'<option value="{i}" {"selected" if i == beside else ""}>{escape(_rung_name(session, i))}</option>'
+        for i, one in enumerate(session.rungs)
+        if one is not rung and one.comparison is not None
+    )
+    table = ""
+    if shown is not None and rung.comparison is not None:
+        table = _two_models(rung.comparison, shown)
+    return (
+        '<section class="card" id="beside"><h2>two models</h2>'
+        f'<label class="inline">beside this one, dashed: <select name="place" id="beside-place" '
+        f'data-do="compare_with" {_off(busy)}>{choices}</select></label>'
+        '<form data-do="compare_with_file" class="inline"><label>or a model file <input name="name" '
+        f'id="beside-file" placeholder="model.toml" {_off(busy)}></label>'
+        f"<button {_off(busy)}>compare</button></form>{table}</section>"
+    )
+
+
+def _two_models(mine: Told, shown: Beside) -> str:
+    name, other = shown
+    rows = "".join(
+        f'<tr><td>{escape(channel.replace("_", " "))}</td><td class="num">{one["ratio"]:.2f}</td>'
+        f'<td class="num">{_ratio(other["channels"].get(channel))}</td></tr>'
+        for channel, one in mine["channels"].items()
+    )
+    whole = (
+        f'<tr><td><b>all</b></td><td class="num"><b>{mine["error"]:.2f}</b></td>'
+        f'<td class="num"><b>{other["error"]:.2f}</b></td></tr>'
+    )
+    return (
+        '<div class="scroll"><table class="narrow"><tr><th>error / noise</th><th class="num">this model</th>'
+        f'<th class="num">{escape(name)}</th></tr>{rows}{whole}</table></div>'
+    )
+
+
+def _ratio(channel: Told | None) -> str:
+    return "–" if channel is None else f"{channel['ratio']:.2f}"
+
+
+def _held_back_card(rung: Rung, *, busy: bool) -> str:
+    now = f"held back now: {escape(rung.held_back)}" if rung.held_back else "now all episodes are fitted"
+    return (
+        '<section class="card"><h2>hold episodes back</h2><form data-do="hold_back" class="inline"><label>'
+        f'episodes <input name="episodes" id="hold-back" placeholder="e.g. 2,5..7" size="10" '
+        f'value="{escape(rung.held_back)}" {_off(busy)}></label>'
+        f"<button {_off(busy)}>fit again</button></form>"
+        f'<p class="soft">The fit leaves them out, and its error on them shows whether the model foretells '
+        f"what it has not seen; {now}.</p></section>"
+    )
+
+
+def _held_out(rung: Rung) -> str:
+    told = rung.held_out
+    if told is None:
+        return ""
+    figures = "".join(
+        f"<figure>{over_time(name, curves)}</figure>" for name, curves in told["curves"].items()
+    )
+    return (
+        f'<section class="card"><h2>episodes {escape(rung.held_back)}, which the fit has not seen</h2>'
+        f"{figures}</section>"
+    )
+
+
+def _experiment(rung: Rung, *, busy: bool) -> str:
+    """Return what to measure next, and the motion as a file."""
+    found = rung.experiment
+    candidates = ",".join(_rivals(rung))
+    form = (
+        '<form data-do="plan" class="inline"><label>tell apart <input name="candidates" id="candidates" '
+        f'value="{escape(candidates)}" placeholder="adhesion,guide_friction" {_off(busy)}></label>'
+        f'<label>in at most <input name="duration" id="duration" size="4" value="60" {_off(busy)}> s</label>'
+        f"<button {_off(busy)}>find an experiment</button></form>"
+    )
+    said = ""
+    if found is not None:
+        said = f"<p>{escape(found['advice'])}</p>"
+        if found.get("protocol"):
+            said += '<p><a id="motion" href="/motion" download>export the motion (TOML, SI units)</a></p>'
+    return f'<section class="card"><h2>the next experiment</h2>{form}{said}</section>'
+
+
+def _rivals(rung: Rung) -> list[str]:
+    """Return the effects that an experiment may have to tell apart."""
+    told = rung.diagnosis
+    if told is None:
+        return []
+    if told["indistinguishable"]:
+        return list(told["indistinguishable"][0])
+    return [one["name"] for one in told["effects"][:2]]
+
+
+def _channel(name: str, error: Told | None, told: Told, other: str, beside: Told | None) -> str:
     said = f": {error['ratio']:.2f} times the noise" if error is not None else ""
     variables = "".join(
         f"<figure>{over_variable(name, variable, one)}</figure>"
@@ -205,7 +354,7 @@ def _channel(name: str, error: Told | None, told: Told, beside: Told | None) -> 
         '<span><i style="border-color:var(--blue)"></i>model</span>'
     )
     if beside is not None:
-        legend += '<span><i class="dash" style="border-color:var(--orange)"></i>model before</span>'
+        legend += f'<span><i class="dash" style="border-color:var(--orange)"></i>{escape(other)}</span>'
     more = ""
     if variables:
         more = (
@@ -254,13 +403,13 @@ def _undecided(told: Told) -> str:
     return _list([one.replace("_", " ") for one in said]) if said else ""
 
 
-def _use(rung: Rung, *, busy: bool) -> str:
+def _use(rung: Rung, node: str, *, busy: bool) -> str:
     return (
         '<section class="card"><h2>use this model</h2>'
         f'<form data-do="write_model" class="inline"><label>save as <input name="name" id="save-name" '
         f'value="model.toml" {_off(busy)}></label><button {_off(busy)}>save</button></form>'
         '<form data-do="use_in_node" class="inline"><label>let a running node go on with it '
-        f'<input name="node" id="node-name" value="grasp_force" {_off(busy)}></label>'
+        f'<input name="node" id="node-name" value="{escape(node)}" {_off(busy)}></label>'
         f"<button {_off(busy)}>write into the node</button></form>"
         f'<p class="soft">It is kept as <code>{escape(shlex.quote(rung.model))}</code> in the folder of this '
         "check.</p></section>"

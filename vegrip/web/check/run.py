@@ -18,6 +18,7 @@ def run(
     announce: Callable[[str], None],
     *,
     opens: bool = False,
+    node: str = "grasp_force",
 ) -> None:
     """Check a model against a recording on a page; models and state are kept in ``folder``.
 
@@ -26,6 +27,6 @@ def run(
         InputError: ``folder`` is the check of another recording.
 
     """
-    with closing(Controller(recording, model, folder, options)) as controller:
+    with closing(Controller(recording, model, folder, options, node)) as controller:
         controller.begin()
         serve(routes(controller), port, announce, opens=opens)

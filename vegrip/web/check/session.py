@@ -23,6 +23,19 @@ class Rung:
     diagnosis: dict[str, Any] | None = None
     parameters: dict[str, Any] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
+    held_back: str = ""  # episodes that were left out of the fit, as in "2,5..7"
+    held_out: dict[str, Any] | None = None  # comparison with them alone
+    experiment: dict[str, Any] | None = None  # the next one that was asked for
+
+    @property
+    def held_error(self) -> float | None:
+        """Error over the noise on the episodes that were held back."""
+        return None if self.held_out is None else self.held_out["error"]
+
+    @property
+    def is_refit(self) -> bool:
+        """Whether it is the model before it, fitted to other episodes."""
+        return self.effect is None and self.parent is not None
 
 
 @dataclass
@@ -55,7 +68,7 @@ class Session:
 
     def next_file(self, effect: str | None) -> str:
         """Return the name of the next model file."""
-        return f"{len(self.rungs)}-{effect or 'start'}.toml"
+        return f"{len(self.rungs)}-{effect or ('refit' if self.rungs else 'start')}.toml"
 
     def add(self, rung: Rung) -> None:
         """Put a rung on the one that is looked at, and look at it."""

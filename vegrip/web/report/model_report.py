@@ -7,7 +7,7 @@ from vegrip.identification.compare.words import format_quantity
 from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, ranking, where
 from vegrip.web.check.session import Rung, Session
 from vegrip.web.figures import ladder
-from vegrip.web.report.document import commands, document, facts, listed, section, told_versions
+from vegrip.web.report.document import commands, document, facts, listed, section, table, told_versions
 
 Account = Mapping[str, Any]
 
@@ -20,9 +20,10 @@ def model_report(told: Account) -> str:
     parts = (
         f'<div class="overview">{_result(told, added)}{section("ladder of errors", _ladder(told))}</div>',
         section("what was measured", _data(told["data"])),
+        _calibration(told.get("calibration")),
         section("where the first model failed", where(told["before"]), channels(told["before"])),
         ranking(last, [], busy=False, buttons=False),
-        comparison(told["after"], told["before"] if added else None),
+        comparison(told["after"], ("the first model", told["before"]) if added else None),
         parameters(last),
         section("what remains unknown", _unknown(told)),
         section("how to make this again", commands(told["commands"])),
@@ -39,7 +40,7 @@ def account_of_check(
     first = path[0]
     last = path[-1]
     return {
-        "ladder": [{"effect": rung.effect, "error": rung.error} for rung in path],
+        "ladder": [{"effect": rung.effect, "error": rung.error} for rung in path if not rung.is_refit],
         "verdict": last.diagnosis["verdict"] if last.diagnosis is not None else "unexplained",
         "data": data,
         "diagnosis": diagnosed[-1].diagnosis if diagnosed else None,
@@ -94,6 +95,38 @@ def _data(data: Account) -> str:
     )
 
 
+def _calibration(told: Account | None) -> str:
+    """Return the trials of a calibration, what is known well enough, and what to record again."""
+    if told is None:
+        return ""
+    trials = [
+        (i, one["kind"], one["name"], "; ".join(one["problems"]) or "good")
+        for i, one in enumerate(told["trials"], 1)
+    ]
+    known = [
+        (
+            symbol,
+            f"{one['value']:.4g}",
+            _spread(one, "std"),
+            _spread(one, "goal"),
+            "known" if one["known"] else "not known well enough",
+        )
+        for symbol, one in told["known"].items()
+    ]
+    again = listed(told["again"]) if told["again"] else "<p>Nothing has to be recorded again.</p>"
+    return section(
+        "calibration",
+        table(("trial", "kind", "motion", "what it lacks"), trials, numbers=(0,)),
+        "<h3>how well each parameter is known</h3>",
+        table(("symbol", "value", "standard error", "wanted", ""), known, numbers=(1, 2, 3)),
+        f"<h3>to record again</h3>{again}",
+    )
+
+
+def _spread(one: Account, which: str) -> str:
+    return f"{100.0 * one[which]:.2g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
+
+
 def _kind(channel: str) -> str:
     """Return the quantity of a channel: both components of the tangential force are one."""
     return channel.removesuffix("_x").removesuffix("_y")
@@ -103,7 +136,7 @@ def _unknown(told: Account) -> str:
     found = told["diagnosis"]
     said = list(told["warnings"])
     if found is not None:
-        said += [f"not told apart: {', '.join(group)}" for group in found["indistinguishable"]]
+        said += [f"not separated: {', '.join(group)}" for group in found["indistinguishable"]]
         if found["unexplained"]:
             said.append(f"what is left depends on {found['unexplained']['variable']}")
         said += [f"{name} could not be seen: {reason}" for name, reason in found["out_of_sight"].items()]

@@ -19,7 +19,7 @@ const receive = (event) => {
   $("busy").hidden = !told.progress;
   document.body.classList.remove("gone");
   if (told.body === undefined) return;
-  $("recording").textContent = told.recording;
+  $("recording").textContent = told.name;
   $("connection").className = `chip ${told.level}`;
   $("connection").textContent = told.verdict;
   alarm(told.error ? "bad" : "ok", told.error || told.note);
@@ -50,6 +50,10 @@ const ask = async (values) => {
 document.addEventListener("click", (event) => {
   const button = event.target.closest("button[data-do]");
   if (button) ask(button.dataset);
+});
+document.addEventListener("change", (event) => {
+  const choice = event.target.closest("select[data-do]");
+  if (choice) ask({ do: choice.dataset.do, [choice.name]: choice.value });
 });
 document.addEventListener("submit", (event) => {
   event.preventDefault();

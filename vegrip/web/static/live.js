@@ -76,6 +76,7 @@ const draw = (now) => {
   drawAlarms(now.alarms);
   drawFingers(now.fingers, names);
   drawNodes(now.nodes);
+  dialog.attend(now.nodes);
   put($("log"), [...now.log].reverse().map((line) => `<li><span class="soft">${line.time.toFixed(1).padStart(8)} s</span> <span class="${line.style.split(" ").pop()}">${text(line.text)}</span></li>`).join("") || `<li class="soft">nothing has happened yet</li>`);
   const active = Object.values(now.nodes).filter((node) => node.state === "active" && node.presence === "running").length;
   $("summary").textContent = names.length ? `${names.length} fingers, ${active} active ${active === 1 ? "node" : "nodes"}` : "";
@@ -147,14 +148,14 @@ const drawModel = (finger) => {
   put($("model"), `<p><span class="chip ${level}">${text(health.words || "no news")}</span></p><p class="soft">normalised innovation squared ${number(health.nis)} (1 is right); measurements refused ${health.rejected ?? dash}${health.suspect ? `; suspect <b>${text(health.suspect)}</b>` : ""}</p><div class="scroll"><table><tr><th>quantity</th><th class="num">value ± std</th><th></th><th></th></tr>${rows.join("")}${learned.join("")}</table></div>`);
 };
 
-const HEAD = `<tr><th>node</th><th>state</th><th class="num">in [Hz]</th><th class="num">out [Hz]</th><th class="num">latency p50 [ms]</th><th class="num">p99 [ms]</th><th class="num">max [ms]</th><th class="num">late</th><th class="num">dropped</th><th>refused now</th><th></th></tr>`;
+const HEAD = `<tr><th>node</th><th></th><th>state</th><th class="num">in [Hz]</th><th class="num">out [Hz]</th><th class="num">latency p50 [ms]</th><th class="num">p99 [ms]</th><th class="num">max [ms]</th><th class="num">late</th><th class="num">dropped</th><th>refused now</th></tr>`;
 
 // Rows stay while their numbers change: a button that is replaced while it is pressed is not pressed.
 const drawNodes = (nodes) => {
   const table = $("nodes"), names = Object.keys(nodes);
   if (table.dataset.names !== names.join("\n")) {
     table.dataset.names = names.join("\n");
-    table.innerHTML = HEAD + (names.map((name) => `<tr><td>${text(name)}</td>${"<td></td>".repeat(9)}<td><button type="button" data-node="${text(name)}">parameters</button></td></tr>`).join("") || `<tr><td colspan="11" class="soft">no node yet</td></tr>`);
+    table.innerHTML = HEAD + (names.map((name) => `<tr><td>${text(name)}</td><td><button type="button" data-node="${text(name)}">parameters</button></td>${"<td></td>".repeat(9)}</tr>`).join("") || `<tr><td colspan="11" class="soft">no node yet</td></tr>`);
   }
   names.forEach((name, i) => drawNode(table.rows[i + 1], nodes[name]));
 };
@@ -166,8 +167,8 @@ const drawNode = (row, one) => {
   const refused = Object.entries(one.refused).map(([why, count]) => `${why} ${count}`).join(", ");
   const cells = [`<span class="chip ${level}">${said}</span>`, rate(one.rate_in), rate(one.rate_out), ms(one.latency_p50), ms(one.latency_p99), ms(one.latency_max), one.misses ?? dash, one.dropped ?? dash, text(refused) || dash];
   cells.forEach((html, i) => {
-    row.cells[i + 1].className = i > 0 && i < 8 ? "num" : "";
-    put(row.cells[i + 1], String(html));
+    row.cells[i + 2].className = i > 0 && i < 8 ? "num" : "";
+    put(row.cells[i + 2], String(html));
   });
   row.querySelector("button").disabled = !running;
 };

@@ -23,6 +23,14 @@ export class NodeDialog {
 
   get isOpen() { return this.root.open; }
 
+  // What is heard of the nodes: another person, or the node itself, may have changed its state.
+  attend(nodes) {
+    const heard = nodes[this.node]?.state;
+    if (!this.isOpen || heard === this.heard) return;
+    this.heard = heard;
+    this.showState();
+  }
+
   async open(node) {
     if (!node) return;
     this.node = node;
@@ -43,7 +51,13 @@ export class NodeDialog {
   async showState() {
     const { told, error } = await asked("/state", { node: this.node });
     if (error) return this.say(error, "bad");
-    this.root.querySelector(".state").innerHTML = `<b>${text(told.state)}</b>${told.on_hold ? " (on hold)" : ""} ${told.transitions.map((name) => `<button type="button" class="${RISKY.has(name) ? "danger" : ""}" data-transition="${name}">${name}</button>`).join(" ")}`;
+    if (told.state !== this.shown) this.sure = null;
+    this.shown = told.state;
+    const html = `<b>${text(told.state)}</b>${told.on_hold ? " (on hold)" : ""} ${told.transitions.map((name) => `<button type="button" class="${RISKY.has(name) ? "danger" : ""}" data-transition="${name}">${name}</button>`).join(" ")}`;
+    const line = this.root.querySelector(".state");
+    if (line.dataset.html === html) return; // a button that is replaced while it is pressed is not pressed
+    line.dataset.html = html;
+    line.innerHTML = html;
   }
 
   filter(words) {
@@ -61,6 +75,7 @@ export class NodeDialog {
       return this.say("The hand is then no longer commanded and holds by its own fail-safe. Press again to do it.", "warn");
     }
     this.sure = null;
+    this.say(`${transition}: the node is asked`, "unknown"); // configuring may compile a model first
     const { told, error } = await asked("/state", { node: this.node, target: transition }, "POST");
     this.say(error ?? `the node is ${told.state}`, error ? "bad" : "ok");
     await this.showState();
@@ -99,6 +114,6 @@ const row = (one) => {
   const bounds = one.choices.length ? one.choices.join(" | ") : one.low == null && one.high == null ? "" : `${one.low ?? ""} … ${one.high ?? ""}`;
   const field = one.type === "bool" || one.choices.length
     ? `<select data-parameter="${text(one.name)}" aria-label="${text(one.name)}" ${one.live ? "" : "disabled"}>${(one.choices.length ? one.choices : ["true", "false"]).map((v) => `<option ${String(one.value) === v ? "selected" : ""}>${text(v)}</option>`).join("")}</select>`
-    : `<input class="value" data-parameter="${text(one.name)}" aria-label="${text(one.name)}" value="${text(one.value)}" ${one.live && typeof one.value !== "object" ? "" : "disabled"}>`;
+    : `<input class="value" data-parameter="${text(one.name)}" aria-label="${text(one.name)}" value="${text(typeof one.value === "object" && one.value !== null ? JSON.stringify(one.value) : one.value)}" ${one.live && typeof one.value !== "object" ? "" : "disabled"}>`;
   return `<tr data-row><td><code>${text(one.name)}</code></td><td>${field}</td><td>${one.unit === "1" ? "" : text(one.unit)}</td><td class="soft">${text(bounds)}</td><td class="soft">${text(one.doc)}${one.live ? "" : " (fixed while running)"}</td></tr>`;
 };

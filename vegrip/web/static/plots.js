@@ -2,10 +2,10 @@
 /* global uPlot */
 const QUANTITIES = [
   { name: "margin", label: "margin [1]", scale: 1, low: "bound", range: [0, 1], wanted: true },
-  { name: "normal_force", label: "N [N]", scale: 1, other: "command" },
-  { name: "contact_radius", label: "a [mm]", scale: 1e3 },
-  { name: "pressure_exponent", label: "k [1]", scale: 1 },
-  { name: "friction_coefficient", label: "mu [1]", scale: 1 },
+  { name: "normal_force", label: "N [N]", scale: 1, other: "command", floor: 0 },
+  { name: "contact_radius", label: "a [mm]", scale: 1e3, floor: 0 },
+  { name: "pressure_exponent", label: "k [1]", scale: 1, floor: 1 },
+  { name: "friction_coefficient", label: "mu [1]", scale: 1, floor: 0 },
 ];
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -64,7 +64,7 @@ export class Plots {
         const at = 3 * names.length + bands.indexOf(quantity.name);
         let std = 0;
         const two = columns.map((one) => 2 * quantity.scale * (std = one[at] ?? std));
-        low = least.map((v, j) => (v == null ? null : v - two[j]));
+        low = least.map((v, j) => (v == null ? null : Math.max(v - two[j], Math.min(v, quantity.floor)))); // none is below
         high = most.map((v, j) => (v == null ? null : v + two[j]));
       }
       const other = quantity.wanted ? t.map(() => wanted) : quantity.other ? part(quantity.other, 2, 1) : t.map(() => null);

@@ -12,6 +12,7 @@ const outline = (surface, size, at) => {
 };
 
 export const surfaceScale = (surface, load, before) => {
+  if (!surface && !load && before) return before;
   const f = niceAbove(1.05 * Math.max(surface?.force ?? 0, load?.force ?? 0, 0.05));
   const m = niceAbove(1.05 * Math.max(surface?.torque ?? 0, Math.abs(load?.torque ?? 0), 1e-4));
   const keep = (now, old) => (old && now < old && now > old / 1.9 ? old : now);
@@ -62,6 +63,7 @@ export const drawSurface = (finger, trail, scale, small = false) => {
 const shape = (r, k) => (r >= 1 ? 0 : (1 - r ** k) ** (1 / k));
 
 export const pressureScale = (contact, before) => {
+  if (!contact?.peak_pressure && before) return before;
   const a = niceAbove(1.15 * (contact?.contact_radius?.value ?? 0) || 1e-3), p = niceAbove(1.05 * (contact?.peak_pressure ?? 0) || 1e3);
   const keep = (now, old) => (old && now < old && now > old / 1.9 ? old : now);
   return { a: keep(a, before?.a), p: keep(p, before?.p) };

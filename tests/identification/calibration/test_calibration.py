@@ -1,0 +1,169 @@
+"""A calibration leads a soft fingertip to its model, by trials of a bench that shares no physics with it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip.errors import InputError, RecordingError, UsageError
+from vegrip.identification.calibration.checks import check_trial
+from vegrip.identification.calibration.finish import finish
+from vegrip.identification.calibration.plan import first_of, next_of
+from vegrip.identification.calibration.practice import practice_tip, practise
+from vegrip.identification.calibration.session import (
+    MODEL,
+    Calibration,
+    Done,
+    judge,
+    load,
+    save,
+    usual_limits,
+)
+from vegrip.identification.calibration.trials import KINDS
+from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.recording import Recording
+from vegrip.identification.simulate.protocol import greatest_depth, greatest_speed
+from vegrip.model import read_model
+
+SEED = 4
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Calibration, list[str]]:
+    """A fingertip that nothing knows, through all trials that are asked for."""
+    tip = practice_tip(SEED)
+    calibration = Calibration(
+        tmp_path_factory.mktemp("calibration"), tip.radius, usual_limits(RigLimits(), tip.radius)
+    )
+    why = []
+    while (found := judge(calibration).next).trial is not None:
+        assert greatest_depth(found.trial.protocol) <= calibration.limits.depth * 1.001
+        assert greatest_speed(found.trial.protocol) <= calibration.limits.speed * 1.001
+        recording = practise(found.trial, tip, SEED + len(calibration.trials))
+        assert float(recording.columns["normal_force"].max()) <= 1.3 * calibration.limits.force
+        calibration.take(recording)
+        why.append(found.why)
+    save(calibration)
+    return calibration, why
+
+
+def test_every_kind_is_done_once_and_in_its_order(done: tuple[Calibration, list[str]]) -> None:
+    calibration, why = done
+    assert tuple(dict.fromkeys(one.kind for one in calibration.trials)) == KINDS
+    assert all(one.is_good for one in calibration.trials)
+    assert why[0].startswith("nothing is known yet")
+    assert all("not yet" in text or "no good" in text for text in why[1:])
+
+
+@pytest.mark.slow
+def test_the_model_is_that_of_the_fingertip(done: tuple[Calibration, list[str]]) -> None:
+    calibration, _ = done
+    ended = finish(calibration, "vegrip calibrate tip --end")
+    tip = practice_tip(SEED)
+    values = read_model(calibration.folder / MODEL).values
+    assert values["mu"].value == pytest.approx(tip.friction, rel=0.05)
+    assert values["p"].value == pytest.approx(tip.exponent, abs=0.05)
+    force = tip.reference_force * (0.1 * tip.radius / tip.reference_indentation) ** tip.exponent
+    assert values["K"].value == pytest.approx(force, rel=0.08)
+    assert all(one.std > 0.0 for one in ended.known)
+    assert ended.error < 1.15
+    assert ended.account["calibration"]["again"] == []
+    if ended.added:  # what was found missing is asked for from then on
+        assert {one.symbol for one in judge(calibration).known} == {one.symbol for one in ended.known}
+
+
+def test_a_calibration_goes_on_where_it_was(done: tuple[Calibration, list[str]]) -> None:
+    calibration, _ = done
+    assert load(calibration.folder) == calibration
+
+
+def test_a_rig_that_cannot_pull_or_twist_is_told_what_is_left_out(
+    done: tuple[Calibration, list[str]],
+) -> None:
+    calibration, _ = done
+    limits = replace(calibration.limits, tangential_force=0.0, torque=0.0)
+    fitted = judge(calibration).fit
+    assert fitted is not None
+    found = next_of(fitted, ["press"], ["press"], limits)
+    assert set(found.left_out) == {"slide", "twist"}
+    assert found.trial is not None
+    assert found.trial.kind == "hold"
+
+
+def test_a_trial_that_fails_twice_is_not_asked_for_a_third_time(done: tuple[Calibration, list[str]]) -> None:
+    calibration, _ = done
+    fitted = judge(calibration).fit
+    assert fitted is not None
+    once = next_of(fitted, ["press", "hold", "slide"], [*KINDS], calibration.limits)
+    assert once.trial is not None
+    assert once.trial.kind == "twist"
+    twice = next_of(fitted, ["press", "hold", "slide"], [*KINDS, "twist"], calibration.limits)
+    assert twice.trial is None or "no good twist" not in twice.why
+
+
+def test_the_first_trial_is_gentle() -> None:
+    limits = usual_limits(RigLimits(), 9e-3)
+    gentle, bold = (first_of(9e-3, replace(limits, force=force)).trial for force in (0.5, 5.0))
+    assert gentle is not None
+    assert bold is not None
+    assert greatest_depth(gentle.protocol) < greatest_depth(bold.protocol) <= 0.51 * limits.depth
+
+
+def _like(recording: Recording, **columns: np.ndarray | None) -> Recording:
+    changed = {**recording.columns, **columns}
+    return replace(recording, columns={k: v for k, v in changed.items() if v is not None})
+
+
+def test_what_a_trial_lacks_is_said_with_the_remedy(done: tuple[Calibration, list[str]]) -> None:
+    from vegrip.identification.recording import read_recording
+
+    calibration, _ = done
+    by_kind = {one.kind: read_recording(calibration.folder / one.folder) for one in calibration.trials}
+    hold, slide, twist = by_kind["hold"], by_kind["slide"], by_kind["twist"]
+    assert "equally fast" in check_trial("press", hold)[0]
+    assert "hold still" in check_trial("hold", by_kind["press"])[-1]
+    assert "slides in 0 rows" in check_trial("slide", _like(slide, slip=np.zeros(len(slide))))[0]
+    assert "no slip column" in check_trial("slide", _like(slide, slip=None))[0]
+    flat = {"tangential_force_x": None, "tangential_force_y": None, "torque_z": None}
+    assert "no tangential force" in check_trial("slide", _like(slide, **flat))[0]
+    assert "no torque" in check_trial("twist", _like(twist, torque_z=np.zeros(len(twist))))[-1]
+    touching = slide.columns["normal_force"] > 0.5 * slide.columns["normal_force"].max()
+    late = slide.select(np.arange(len(slide)) >= int(np.argmax(touching)))
+    assert "half a second in the air" in check_trial("slide", late)[0]
+
+
+def test_what_cannot_be_used_is_refused_and_not_kept(tmp_path: Path) -> None:
+    calibration = Calibration(tmp_path, 9e-3, usual_limits(RigLimits(), 9e-3))
+    t = np.arange(500) * 5e-3
+    rest = np.random.default_rng(0).normal(0.0, 0.01, t.size)
+    nothing = Recording(
+        "air", t, np.zeros(t.size, dtype=np.int64), {"normal_force": rest, "displacement": rest}
+    )
+    with pytest.raises(RecordingError, match="nothing is pressed"):
+        calibration.take(nothing)
+    with pytest.raises(RecordingError, match="no displacement"):
+        calibration.take(replace(nothing, columns={"normal_force": rest}))
+    with pytest.raises(UsageError, match="no trial 'poke'"):
+        calibration.take(nothing, "poke")
+    with pytest.raises(UsageError, match="no trial 1"):
+        calibration.drop(1)
+    assert calibration.trials == []
+    assert not (tmp_path / "trials").exists()
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"radius": "x"}', '{"radius": 1, "limits": {}, "trials": [{}]}'])
+def test_a_damaged_calibration_is_one_sentence(tmp_path: Path, text: str) -> None:
+    (tmp_path / "calibration.json").write_text(text)
+    with pytest.raises(InputError, match="cannot be read"):
+        load(tmp_path)
+
+
+def test_what_to_record_again_are_kinds_without_a_good_trial(tmp_path: Path) -> None:
+    calibration = Calibration(tmp_path, 9e-3, usual_limits(RigLimits(), 9e-3))
+    calibration.trials = [
+        Done("press", "presses", "trials/1-press", ["too slow"]),
+        Done("press", "presses", "trials/2-press"),
+        Done("hold", "one hold", "trials/3-hold", ["too short"]),
+    ]
+    assert calibration.again == ["hold (one hold): too short"]

@@ -1,0 +1,86 @@
+"""The site asks for nothing beyond its folder, and the project's words are British and name who acts."""
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def load(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+check = load(DOCS / "site" / "check.py")
+english = load(DOCS / "english.py")
+
+
+def said_of(folder: Path, body: str, style: str = "") -> list[str]:
+    (folder / "index.html").write_text(f"<html><body id='top'>{body}</body></html>")
+    (folder / "there.html").write_text("<p id='place'>there</p>")
+    (folder / "site.css").write_text(style)
+    check.parsed.cache_clear()
+    return list(check.complaints(folder.resolve()))
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "<a href='https://example.org'>a reader may follow it</a>",
+        "<a href='there.html#place'>there</a><a href='#top'>up</a><link rel='stylesheet' href='site.css'>",
+        "<img src='data:image/png;base64,AA=='>",
+        "<link rel='canonical' href='https://example.org/index.html'>",
+    ],
+)
+def test_a_page_may_name_what_it_does_not_load(tmp_path: Path, body: str) -> None:
+    assert said_of(tmp_path, body, "a { background: url(there.html) }") == []
+
+
+@pytest.mark.parametrize(
+    ("body", "style", "complaint"),
+    [
+        (
+            "<script src='https://cdn.example/x.js'></script>",
+            "",
+            "index.html: loads https://cdn.example/x.js",
+        ),
+        ("<img src='//cdn.example/x.png'>", "", "index.html: loads //cdn.example/x.png"),
+        (
+            "<link rel='stylesheet' href='https://x.example/y.css'>",
+            "",
+            "index.html: loads https://x.example/y.css",
+        ),
+        ("", "@import 'https://x.example/y.css';", "site.css: loads https://x.example/y.css"),
+        ("", "a { src: url(https://x.example/f.woff2) }", "site.css: loads https://x.example/f.woff2"),
+        (
+            '<pre class="mermaid">a</pre>',
+            "",
+            "index.html: has an element for which the theme loads a script from elsewhere",
+        ),
+        ("<a href='gone.html'>x</a>", "", "index.html: gone.html: no such file"),
+        ("<a href='there.html#gone'>x</a>", "", "index.html: there.html#gone: no such place on that page"),
+    ],
+)
+def test_what_a_page_loads_from_elsewhere_or_points_nowhere_is_reported(
+    tmp_path: Path, body: str, style: str, complaint: str
+) -> None:
+    assert complaint in said_of(tmp_path, body, style)
+
+
+@pytest.mark.parametrize(
+    "text", ["the color of the line", "It is normalized.", "Whoever reads it", "nobody listens"]
+)
+def test_american_spelling_and_sentences_without_an_actor_are_reported(text: str) -> None:
+    assert list(english.complaints(text))
+
+
+@pytest.mark.parametrize(
+    "text", ["the colour", "of size 3", "`scipy.optimize`", "finalized", "color=RED", "at least"]
+)
+def test_identifiers_and_british_words_pass(text: str) -> None:
+    assert not list(english.complaints(text))

@@ -1,0 +1,124 @@
+"""Whether a trial shows what it is for, and what to do otherwise when it is recorded again."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.errors import RecordingError
+from vegrip.identification.fit.noise import noise_of
+from vegrip.identification.recording import Recording
+from vegrip.types import Floats
+
+NOISES = 20.0  # standard deviations of the noise that a press must reach at least
+AIR_S = 0.15  # [s] out of contact before the first touch
+HOLD_S = 2.0  # [s] that a hold lasts at least
+STILL = 0.04  # of the greatest value: what counts as still
+SPEEDS = 4.0  # ratio of the fastest to the slowest press
+SLID_ROWS = 10
+TURNED = 8.0  # standard deviations of the noise that the torque must reach
+
+
+def check_trial(kind: str, recording: Recording) -> list[str]:
+    """Return what the recording of a trial lacks, a sentence each with the remedy; empty: it is good.
+
+    Raises:
+        RecordingError: it cannot be used at all; says why.
+
+    """
+    for name in ("normal_force", "displacement"):
+        if name not in recording.columns:
+            raise RecordingError(
+                f"{recording.name} has no {name}; a calibration needs normal force and displacement"
+            )
+    noise = noise_of(recording)
+    force = np.nan_to_num(recording.columns["normal_force"])
+    rest = float(np.percentile(force, 5))
+    peak = float(np.nanmax(force)) - rest
+    if not peak > NOISES * noise.normal_force:
+        raise RecordingError(
+            f"{recording.name}: nothing is pressed: the force rises by {peak:.3g} N, and its noise is "
+            f"{noise.normal_force:.2g} N"
+        )
+    touches = force - rest > 0.1 * peak
+    said = _air(recording, touches)
+    if kind == "press":
+        said += _speeds(recording, touches)
+    elif kind == "hold":
+        said += _holds(recording, force - rest, peak)
+    elif kind == "slide":
+        said += _slides(recording, "pull")
+    elif kind == "twist":
+        said += _slides(recording, "twist") + _turns(recording, noise.torque_z)
+    return said
+
+
+def _air(recording: Recording, touches: NDArray[np.bool_]) -> list[str]:
+    rows = np.flatnonzero(touches)
+    before = float(recording.t[rows[0]] - recording.t[0]) if rows.size else 0.0
+    if before >= AIR_S:
+        return []
+    return [
+        f"it begins {before:.2g} s before the touch: begin half a second in the air, where the zeros are read"
+    ]
+
+
+def _speeds(recording: Recording, touches: NDArray[np.bool_]) -> list[str]:
+    rises = []
+    for one in dict.fromkeys(recording.episode.tolist()):
+        rows = np.flatnonzero((recording.episode == one) & touches)
+        if rows.size > 5:
+            depth = np.nan_to_num(recording.columns["displacement"][rows])
+            top = int(np.argmax(depth > depth[0] + 0.9 * (depth.max() - depth[0])))
+            rises.append(max(float(recording.t[rows[top]] - recording.t[rows[0]]), 1e-3))
+    if len(rises) >= 2 and max(rises) >= SPEEDS * min(rises):
+        return []
+    return ["all presses are about equally fast: press slowly (a second and more) as well as fast (0.1 s)"]
+
+
+def _holds(recording: Recording, force: Floats, peak: float) -> list[str]:
+    """Look for a stretch in contact in which depth (relaxation) or force (creep) stands still."""
+    depth = np.nan_to_num(recording.columns["displacement"])
+    pressed = force > 0.25 * peak
+    reach = float(np.ptp(depth[pressed])) if pressed.any() else 0.0
+    longest = max(
+        _longest(recording, pressed, depth, STILL * max(reach, float(np.max(np.abs(depth))))),
+        _longest(recording, pressed, force, STILL * peak),
+    )
+    if longest >= HOLD_S:
+        return []
+    return [f"the longest hold lasts {longest:.2g} s: hold still for {HOLD_S:g} s and more"]
+
+
+def _longest(recording: Recording, pressed: NDArray[np.bool_], values: Floats, still: float) -> float:
+    """Return the longest time [s] in which ``values`` stay within ``still`` of where they began."""
+    longest, since = 0.0, -1
+    for i, is_pressed in enumerate(pressed.tolist()):
+        if not is_pressed:
+            since = -1
+            continue
+        is_new = since < 0 or recording.episode[i] != recording.episode[since]
+        if is_new or abs(values[i] - values[since]) > still:
+            since = i
+        else:
+            longest = max(longest, float(recording.t[i] - recording.t[since]))
+    return longest
+
+
+def _slides(recording: Recording, how: str) -> list[str]:
+    columns = recording.columns
+    if not {"tangential_force_x", "tangential_force_y", "torque_z"} & set(columns):
+        return ["no tangential force is measured, so it tells nothing of friction"]
+    if "slip" not in columns:
+        return [
+            "it has no slip column, so the load at slip is not known: mark the rows that slide with slip = 1"
+        ]
+    rows = int(np.count_nonzero(np.nan_to_num(columns["slip"]) == 1.0))
+    if rows >= SLID_ROWS:
+        return []
+    return [f"it slides in {rows} rows only: {how} further, until it surely slides, or press less"]
+
+
+def _turns(recording: Recording, noise: float) -> list[str]:
+    torque = np.nan_to_num(recording.columns.get("torque_z", np.zeros(len(recording))))
+    if float(np.max(np.abs(torque))) > TURNED * (noise or 1e-4):
+        return []
+    return ["there is no torque in it: twist about the normal of the surface, or is torque_z not measured?"]

@@ -1,0 +1,130 @@
+"""Which trial is next: one of each kind, then the one that brings the parameters nearest to their goals.
+
+The information of a trial that was not done is that of the model in it,
+
+    ``A = J^T J``,  ``C = (C_now^-1 + A)^-1``
+
+J the whitened derivatives by the parameters, at the values as they are now, the zeros of the sensors
+eliminated from ``A`` (they are the trial's own). D-optimal design would maximise ``det A``
+[AtkinsonFedorov1975]_; here what a parameter is known better than its goal counts nothing.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vegrip.identification.calibration.goals import distance, known_of
+from vegrip.identification.calibration.trials import KINDS, Trial, first_trial, trials_of, why_not
+from vegrip.identification.experiment.design import rig_of
+from vegrip.identification.experiment.hypotheses import Hypotheses, rate_of, sensors_of
+from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.fit.noise import noise_of
+from vegrip.identification.fit.preprocess import preprocess
+from vegrip.identification.fit.problem import Problem
+from vegrip.identification.fit.result import Fit
+from vegrip.identification.simulate import DEFAULT_NOISE, simulate
+from vegrip.model import ContactModel, paper_model
+from vegrip.types import Floats
+
+ATTEMPTS = 2  # at a kind of trial, after which the rest goes on without a good one
+PAYS = 0.1  # [nats] that a trial must bring the parameters nearer to their goals
+GENTLE_FORCE = 0.5  # of the greatest force, while the stiffness is only guessed
+PLAN_RATE = 100.0  # [Hz] of planned trials at most: the information per second grows no more above it
+
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Next:
+    """What to do next, and why; ``trial`` is None when nothing more is to be done."""
+
+    trial: Trial | None
+    why: str
+    left_out: Mapping[str, str]  # kind -> why it cannot be done
+
+
+def first_of(radius: float, limits: RigLimits) -> Next:
+    """Return the first trial of a fingertip of ``radius`` [m], of which nothing is known."""
+    gentle = RigLimits(
+        limits.depth, GENTLE_FORCE * limits.force, limits.speed, limits.tangential_force,
+        limits.torque, limits.duration, limits.pause,
+    )  # fmt: skip
+    contest = _contest(paper_model(radius), DEFAULT_NOISE, PLAN_RATE)
+    why = "nothing is known yet: gentle presses tell the stiffness, and how deep the fingertip may be pressed"
+    return Next(first_trial(rig_of(contest, gentle)), why, {})
+
+
+def next_of(
+    fit: Fit, good: Sequence[str], tried: list[str], limits: RigLimits, report: Report = lambda _: None
+) -> Next:
+    """Return what to do after trials of the kinds ``tried``.
+
+    Args:
+        fit: to all that was recorded.
+        good: kinds of the trials that showed what they are for.
+        tried: kinds of all trials.
+        limits: of the rig, all given.
+        report: is told how far it is.
+
+    """
+    model = fit.model
+    measured = fit.problem.measured
+    contest = _contest(model, sensors_of(measured), min(rate_of(measured), PLAN_RATE))
+    rig = rig_of(contest, limits)
+    left_out = {kind: why for kind in KINDS if (why := why_not(kind, contest, limits, rig))}
+    known = known_of(fit)
+    missing = [one.symbol for one in known if not one.is_known]
+    open_ = [kind for kind in KINDS if kind not in good and kind not in left_out]
+    open_ = [kind for kind in open_ if tried.count(kind) < ATTEMPTS]
+    if not open_ and not missing:
+        return Next(None, "every parameter is known as well as it must be", left_out)
+    kinds = open_[:1] or [kind for kind in KINDS if kind not in left_out]
+    goals = np.array([one.goal for one in known])
+    now, information = _now(fit)
+    before = distance(np.sqrt(np.diag(now)), goals)
+    best: tuple[float, Trial] | None = None
+    for kind in kinds:
+        for trial in trials_of(kind, contest, limits, rig):
+            report(f"weighs {trial.protocol.name}")
+            added = _information(contest, trial, fit)
+            after = distance(np.sqrt(np.diag(np.linalg.inv(information + added))), goals)
+            rate = (before - after) / math.sqrt(trial.protocol.duration)
+            if best is None or rate > best[0]:
+                best = rate, trial
+    if best is None or (not open_ and best[0] * math.sqrt(best[1].protocol.duration) < PAYS):
+        text = ", ".join(missing)
+        return Next(None, f"no trial within these limits tells more of {text}", left_out)
+    return Next(best[1], _reason(best[1], missing, is_first=bool(open_)), left_out)
+
+
+def _reason(trial: Trial, missing: list[str], *, is_first: bool) -> str:
+    if not missing:
+        return f"there is no good {trial.kind} yet; it shows whether an effect is missing"
+    wanted = f"not yet known well enough: {', '.join(missing)}"
+    return f"{wanted}; there is no good {trial.kind} yet" if is_first else f"{wanted}; this tells most of it"
+
+
+def _contest(model: ContactModel, sensors: Mapping[str, float], rate: float) -> Hypotheses:
+    return Hypotheses({"model": model}, (), sensors, rate)
+
+
+def _now(fit: Fit) -> tuple[Floats, Floats]:
+    """Return covariance and information of the parameters, whatever the zeros are."""
+    places = [fit.problem.unknowns.names.index(symbol) for symbol in fit.problem.symbols]
+    C = fit.covariance[np.ix_(places, places)]
+    return C, np.asarray(np.linalg.inv(C), dtype=np.float64)
+
+
+def _information(contest: Hypotheses, trial: Trial, fit: Fit) -> Floats:
+    """Return the information of a trial on the parameters of ``fit``, its zeros eliminated."""
+    model = contest.models["model"]
+    made = simulate(model, trial.protocol, sensors=contest.sensors, rate=contest.rate, seed=0)
+    problem = Problem(model, preprocess(made, noise_of(made)), symbols=fit.problem.symbols)
+    J = problem.jacobian(problem.unknowns.start)
+    A = J.T @ J + np.diag(problem.unknowns.std**-2.0) * 1e-9  # never singular
+    n = len(fit.problem.symbols)
+    zeros = A[n:, n:]
+    inner = A[:n, :n] - A[:n, n:] @ np.linalg.solve(zeros, A[n:, :n])
+    return np.asarray(inner / max(fit.error, 1.0) ** 2, dtype=np.float64)

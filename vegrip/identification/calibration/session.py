@@ -1,0 +1,229 @@
+"""What a calibration has so far: limits, trials with their recordings; kept in a folder.
+
+::
+
+    FOLDER/calibration.json     this
+    FOLDER/trials/1-press       the recording of each trial
+    FOLDER/next.toml            the motion of the next one
+    FOLDER/recording            all trials as one recording, FOLDER/model.toml, FOLDER/report.html: at the end
+"""
+
+import json
+import shutil
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from vegrip.errors import InputError, UsageError
+from vegrip.identification.calibration.checks import check_trial
+from vegrip.identification.calibration.goals import Known, known_of
+from vegrip.identification.calibration.plan import Next, Report, first_of, next_of
+from vegrip.identification.calibration.trials import KINDS
+from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.fit import Fit, fit
+from vegrip.identification.fit.result import MISFIT
+from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
+from vegrip.identification.recording.joined import join_recordings
+from vegrip.model import read_model
+
+FILE = "calibration.json"
+NEXT, MODEL, JOINED, REPORT = "next.toml", "model.toml", "recording", "report.html"
+VERSION = 1
+DEPTH_SHARE = 0.12  # of the radius: the usual greatest depth
+FORCE_N = 5.0  # [N] the usual greatest normal force
+SPEED_SHARE = 2.0  # radii a second: the usual fastest motion
+MOST_TRIALS = 20
+
+
+@dataclass
+class Done:
+    """One trial that was recorded."""
+
+    kind: str
+    name: str
+    folder: str  # below that of the calibration
+    problems: list[str] = field(default_factory=list)
+
+    @property
+    def is_good(self) -> bool:
+        """Whether it shows what it is for."""
+        return not self.problems
+
+
+@dataclass
+class Calibration:
+    """One fingertip on its way to a model.
+
+    Args:
+        folder: where everything is kept.
+        radius: of the fingertip [m].
+        limits: of the rig, all given.
+        trials: done so far.
+        asked: the next one, as it was asked for: ``kind`` and ``name``.
+
+    """
+
+    folder: Path
+    radius: float
+    limits: RigLimits
+    trials: list[Done] = field(default_factory=list)
+    asked: dict[str, Any] = field(default_factory=dict)
+
+    def take(self, recording: Recording, kind: str = "") -> Done:
+        """Keep the recording of the trial that was asked for, or of a ``kind``.
+
+        Raises:
+            RecordingError: it cannot be used; nothing is kept.
+            UsageError: there is no such kind, or there are too many trials.
+
+        """
+        kind = kind or str(self.asked.get("kind", "press"))
+        if kind not in KINDS:
+            raise UsageError(f"there is no trial {kind!r}; there are {', '.join(KINDS)}")
+        if len(self.trials) >= MOST_TRIALS:
+            raise UsageError(f"there are {MOST_TRIALS} trials already; begin anew, or drop one")
+        problems = check_trial(kind, recording)
+        kept = replace(recording, fingertip=Fingertip(self.radius, recording.fingertip.name))
+        if self.trials:
+            join_recordings([read_recording(self.folder / self.trials[0].folder), kept], "both")
+        number = 1 + max((int(Path(one.folder).name.split("-")[0]) for one in self.trials), default=0)
+        done = Done(kind, str(self.asked.get("name", kind)), f"trials/{number}-{kind}", problems)
+        write_recording(kept, self.folder / done.folder)
+        self.trials.append(done)
+        return done
+
+    def drop(self, number: int) -> None:
+        """Forget a trial, counted from 1.
+
+        Raises:
+            UsageError: there is none of that number.
+
+        """
+        if not 1 <= number <= len(self.trials):
+            raise UsageError(f"there is no trial {number}; there are {len(self.trials)}")
+        shutil.rmtree(self.folder / self.trials.pop(number - 1).folder, ignore_errors=True)
+
+    def joined(self) -> Recording:
+        """Return all trials as one recording.
+
+        Raises:
+            UsageError: there is none yet.
+
+        """
+        if not self.trials:
+            raise UsageError("nothing was recorded yet")
+        parts = [read_recording(self.folder / one.folder) for one in self.trials]
+        return join_recordings(parts, self.folder.resolve().name)
+
+    @property
+    def good(self) -> list[str]:
+        """Kinds of the trials that showed what they are for."""
+        return [one.kind for one in self.trials if one.is_good]
+
+    @property
+    def again(self) -> list[str]:
+        """What to record again, a sentence each: kinds without a good trial."""
+        return [
+            f"{one.kind} ({one.name}): {problem}"
+            for one in self.trials
+            if one.kind not in self.good
+            for problem in one.problems
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """Where a calibration stands: what is known, and what is next."""
+
+    fit: Fit | None
+    known: Sequence[Known]
+    next: Next
+
+    @property
+    def misfit(self) -> str:
+        """What is said when the model leaves more than the noise, else nothing."""
+        if self.fit is None or self.fit.error <= MISFIT:
+            return ""
+        return (
+            f"the model leaves {self.fit.error:.2f} times the noise: an effect is missing; "
+            "the end of the calibration looks for it"
+        )
+
+
+def judge(calibration: Calibration, report: Report = lambda _: None) -> Standing:
+    """Fit what there is and find out what is next; ``calibration.asked`` is set to it.
+
+    The model is the paper's, and after an end the one that it wrote, with the effects that were missing.
+    """
+    if not calibration.trials:
+        found = Standing(None, (), first_of(calibration.radius, calibration.limits))
+    else:
+        extended = calibration.folder / MODEL  # with what a former end found missing
+        start = read_model(extended) if extended.is_file() else None
+        fitted = fit(calibration.joined(), start, report=report)
+        known = known_of(fitted)
+        tried = [one.kind for one in calibration.trials]
+        found = Standing(fitted, known, next_of(fitted, calibration.good, tried, calibration.limits, report))
+    trial = found.next.trial
+    calibration.asked = {} if trial is None else {"kind": trial.kind, "name": trial.protocol.name}
+    return found
+
+
+def usual_limits(given: RigLimits, radius: float) -> RigLimits:
+    """Return the limits with what was not given as it is usual for a fingertip of ``radius`` [m]."""
+    usual = {
+        "depth": DEPTH_SHARE * radius,
+        "force": FORCE_N,
+        "speed": SPEED_SHARE * radius,
+        "tangential_force": FORCE_N,
+        "torque": FORCE_N * radius,
+    }
+    missing = {name: value for name, value in usual.items() if getattr(given, name) != getattr(given, name)}
+    return replace(given, **missing)
+
+
+def save(calibration: Calibration) -> None:
+    """Write the state; a reader sees the old one or the new one.
+
+    Raises:
+        InputError: the folder cannot be written.
+
+    """
+    told = {
+        "version": VERSION,
+        "radius": calibration.radius,
+        "limits": asdict(calibration.limits),
+        "trials": [asdict(one) for one in calibration.trials],
+        "asked": calibration.asked,
+    }
+    try:
+        calibration.folder.mkdir(parents=True, exist_ok=True)
+        part = calibration.folder / f"{FILE}.part"
+        part.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+        part.replace(calibration.folder / FILE)
+    except OSError as error:
+        raise InputError(f"{calibration.folder} cannot be written: {error.strerror or error}") from None
+
+
+def load(folder: Path) -> Calibration | None:
+    """Read the calibration in ``folder``, None where there is none.
+
+    Raises:
+        InputError: it cannot be read.
+
+    """
+    file = folder / FILE
+    if not file.is_file():
+        return None
+    try:
+        told = json.loads(file.read_text(encoding="utf-8"))
+        return Calibration(
+            folder,
+            float(told["radius"]),
+            RigLimits(**told["limits"]),
+            [Done(**one) for one in told["trials"]],
+            dict(told["asked"]),
+        )
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise InputError(f"{file} cannot be read ({error}); begin anew in another folder") from None

@@ -1,0 +1,119 @@
+"""The trials of a calibration: press, hold, slide and twist, scaled to the fingertip and the rig."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from vegrip.identification.experiment.design import suited_rig
+from vegrip.identification.experiment.design_space import MENU, Item, Rig
+from vegrip.identification.experiment.hypotheses import Hypotheses
+from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.simulate import Protocol
+from vegrip.virtual.bench.protocol import Episode
+
+KINDS = ("press", "hold", "slide", "twist")
+"""In the order of a calibration: each needs what the one before has told."""
+ITEMS = {
+    "press": ("presses over two decades of speed", "growing peaks, then a small one"),
+    "hold": ("holds at three depths", "one hold"),
+    "slide": ("pulls at four loads", "slides at four speeds"),
+    "twist": ("twists and pulls after two waits",),
+}
+GENTLE = 0.5  # of the greatest force, in the first trial: the stiffness is then only guessed
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What to do next with the fingertip.
+
+    Attributes:
+        kind: one of :data:`KINDS`.
+        protocol: the motion; a rig does it as it is, a person as the words say.
+        words: one sentence for each thing to do.
+
+    """
+
+    kind: str
+    protocol: Protocol
+    words: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, object]:
+        """Return it for JSON."""
+        return {
+            "kind": self.kind,
+            "name": self.protocol.name,
+            "duration": self.protocol.duration,
+            "episodes": len(self.protocol.episodes),
+            "words": list(self.words),
+            "motion": self.motion(),
+        }
+
+    def motion(self) -> dict[str, list[Any]]:
+        """Return depth over time, pauses left out: ``t`` [s], ``depth`` [m], ``moves`` (begin, end, name)."""
+        t, depth, moves = [0.0], [0.0], []
+        for segment in (one for episode in self.protocol.episodes for one in episode):
+            end = t[-1] + segment.duration
+            if segment.pull_x or segment.pull_y or segment.spin:
+                moves.append([t[-1], end, "twist" if segment.spin else "pull"])
+            t.append(end)
+            depth.append(depth[-1] if segment.depth is None else segment.depth)
+        return {"t": t, "depth": depth, "moves": moves}
+
+
+def trials_of(kind: str, contest: Hypotheses, limits: RigLimits, rig: Rig) -> list[Trial]:
+    """Return the trials of a kind that the rig can do, each of its amplitudes."""
+    found = []
+    for item in (item for item in MENU if item.name in ITEMS[kind]):
+        own, reason = suited_rig(item, contest, limits, rig)
+        if not reason:
+            found += [_trial(kind, item, own, amplitudes) for amplitudes in item.choices()]
+    return [one for one in found if one.protocol.duration <= limits.duration]
+
+
+def why_not(kind: str, contest: Hypotheses, limits: RigLimits, rig: Rig) -> str:
+    """Return why no trial of a kind can be done, empty where one can."""
+    item = next(item for item in MENU if item.name == ITEMS[kind][0])
+    reason = suited_rig(item, contest, limits, rig)[1]
+    if reason or trials_of(kind, contest, limits, rig):
+        return reason
+    return f"it takes longer than {limits.duration:g} s"
+
+
+def first_trial(rig: Rig) -> Trial:
+    """Return the trial to begin with: gentle presses."""
+    item = next(item for item in MENU if item.name == ITEMS["press"][0])
+    return _trial("press", item, rig, {"depth": GENTLE})
+
+
+def _trial(kind: str, item: Item, rig: Rig, amplitudes: dict[str, float]) -> Trial:
+    protocol = item.protocol(rig, amplitudes)
+    return Trial(kind, protocol, tuple(_words(kind, protocol)))
+
+
+def _words(kind: str, protocol: Protocol) -> list[str]:
+    """Return what a person does who has no rig, as near to the protocol as a person comes."""
+    said = ["Begin each episode half a second in the air: the sensors' zeros are read there."]
+    for number, episode in enumerate(protocol.episodes):
+        what = _episode_in_words(episode)
+        said += [f"Episode {number + 1}: {what}."] if what else []
+    if len(protocol.episodes) > 1:
+        said.append(f"Wait {protocol.pause:g} s in the air between the episodes: the material recovers.")
+    if kind in ("slide", "twist"):
+        said.append("The surface must be the one that the hand will hold: friction belongs to the pair.")
+    return said
+
+
+def _episode_in_words(episode: Episode) -> str:
+    deepest = max((s.depth for s in episode if s.depth is not None), default=0.0)
+    if deepest <= 0.0:
+        return ""
+    rise = next(s.duration for s in episode if s.depth == deepest)
+    strokes = sum(s.depth == deepest for s in episode)
+    moves = [s for s in episode if s.pull_x or s.pull_y or s.spin]
+    rests = sum(s.duration for s in episode if s.depth is None and s not in moves)
+    said = [f"press {1e3 * deepest:.2g} mm deep within {rise:.2g} s"]
+    said += [f"{strokes} times"] if strokes > 1 else []
+    said += [f"stay {rests:.2g} s"] if rests > 0.0 else []
+    for move in moves:
+        how = "twist" if move.spin else "pull along the surface"
+        said.append(f"{how} for {move.duration:.2g} s until it slides")
+    return ", ".join([*said, "and let go"])

@@ -1,0 +1,191 @@
+"""The calibration page as HTML, from what ``vegrip calibrate --json`` prints. Pure."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+from vegrip.web.calibrate.motion import draw_motion
+from vegrip.web.figures import bar
+
+Told = Mapping[str, Any]
+KINDS = ("press", "hold", "slide", "twist")
+
+
+def standing(told: Told | None) -> tuple[str, str]:
+    """Return level and name of where a calibration stands."""
+    if told is None:
+        return "unknown", "not begun"
+    if told["ended"] is not None:
+        return ("ok" if told["ended"]["verdict"] in ("adequate", "named") else "warn"), "model written"
+    if told["next"] is None:
+        return "ok", "nothing more to record"
+    return "warn", f"next: {told['next']['kind']}"
+
+
+def body(told: Told | None, *, node: str, busy: bool) -> str:
+    """Return the page below its header."""
+    if told is None:
+        return _begin(busy=busy)
+    return "".join(
+        (
+            _path(told),
+            '<div class="overview">',
+            _ended(told) if told["ended"] is not None else _next(told, node, busy=busy),
+            _known(told),
+            "</div>",
+            _trials(told, busy=busy),
+            _finish(told, busy=busy),
+        )
+    )
+
+
+def _begin(*, busy: bool) -> str:
+    off = _off(busy)
+    return (
+        '<section class="card"><h2>a new fingertip</h2><form data-do="begin" class="inline">'
+        f'<label>radius <input name="radius" id="radius" value="9 mm" size="8" {off}></label>'
+        f'<label>greatest normal force [N] <input name="force" id="force" value="5" size="5" {off}></label>'
+        f'<button class="main" {off}>begin</button></form>'
+        "<p>Four kinds of trials lead to a model: press, hold, slide, twist. A rig does them from a file of "
+        "motion, a person by the words; each is recorded and taken here.</p></section>"
+        '<section class="card"><h2>or see it done</h2><form data-do="practise" class="inline"><label>on a '
+        f'virtual fingertip, number <input name="seed" id="seed" value="3" size="4" {off}></label>'
+        f"<button {off}>do all trials</button></form></section>"
+    )
+
+
+def _path(told: Told) -> str:
+    """Return the four kinds with what is done of each."""
+    good = {one["kind"] for one in told["trials"] if one["good"]}
+    tried = {one["kind"] for one in told["trials"]}
+    coming = told["next"]["kind"] if told["next"] is not None else ""
+    cells = []
+    for kind in KINDS:
+        level, said = (
+            ("ok", "done") if kind in good else ("bad", "again") if kind in tried else ("unknown", "")
+        )
+        if kind in told["left_out"]:
+            level, said = "unknown", told["left_out"][kind]
+        elif kind == coming:
+            level, said = ("warn", "next, once more" if kind in good else "next")
+        cells.append(f'<li class="{level}"><b>{kind}</b> <span>{escape(said)}</span></li>')
+    return f'<ol class="steps">{"".join(cells)}</ol>'
+
+
+def _next(told: Told, node: str, *, busy: bool) -> str:
+    trial = told["next"]
+    if trial is None:
+        return (
+            f'<section class="card"><h2>what is next</h2><p class="lead">{escape(told["why"])}</p>'
+            "<p>End the calibration below.</p></section>"
+        )
+    off = _off(busy)
+    words = "".join(f"<li>{escape(one)}</li>" for one in trial["words"])
+    said = (
+        f'<section class="card"><h2>next: {escape(trial["kind"])}</h2>',
+        f'<p class="lead">{escape(trial["name"])}, {trial["duration"]:.0f} s</p>',
+        f'<p class="soft">{escape(told["why"])}</p><figure>{draw_motion(trial["motion"])}</figure>',
+        f"<ol>{words}</ol>",
+        '<p><a id="motion" href="/motion" download>the motion for a rig (TOML, SI units)</a></p>',
+        f"{_taking(trial['kind'], off)}{_recording(node, off)}</section>",
+    )
+    return "".join(said)
+
+
+def _taking(asked: str, off: str) -> str:
+    kinds = "".join(f"<option {'selected' if kind == asked else ''}>{kind}</option>" for kind in KINDS)
+    return (
+        '<form data-do="take" class="inline"><label>its recording '
+        f'<input name="recording" id="trial-recording" placeholder="folder" {off}></label>'
+        f'<label>of a <select name="kind" id="kind" {off}>{kinds}</select></label>'
+        f'<button class="main" {off}>take</button></form>'
+    )
+
+
+def _recording(node: str, off: str) -> str:
+    return (
+        '<form data-do="record" class="inline"><label>or record it now from node '
+        f'<input name="node" id="node" value="{escape(node or "grasp_force")}" size="14" {off}></label>'
+        f'<label>finger <input name="finger" value="index" size="7" {off}></label>'
+        f"<button {off}>record</button></form>"
+    )
+
+
+def _ended(told: Told) -> str:
+    ended = told["ended"]
+    added = ", ".join(one.replace("_", " ") for one in ended["added"])
+    model = f"the paper's model with {added}" if added else "the paper's model"
+    more = ""
+    if told["next"] is not None:
+        more = f"<p>{escape(told['why'])}: a further {escape(told['next']['kind'])} would tell.</p>"
+    return (
+        f'<section class="card"><h2>the model</h2><p class="huge">{ended["error"]:.2f} '
+        f"<small>times the noise (1 is all that noise allows)</small></p><p>{escape(model)}: "
+        f'<b id="verdict">{escape(ended["verdict"])}</b></p>'
+        f"<p>Written: <code>{escape(told['model'])}</code>, <code>{escape(told['report'])}</code></p>{more}"
+        '<p><button type="button" data-do="look">go on with further trials</button></p></section>'
+    )
+
+
+def _known(told: Told) -> str:
+    known = told["ended"]["parameters"] if told["ended"] is not None else told["parameters"]
+    if not known:
+        return '<section class="card"><h2>what is known</h2><p>Nothing yet.</p></section>'
+    rows = "".join(
+        f'<tr><td>{escape(symbol)}</td><td class="num">{one["value"]:.4g}</td><td>{_unit(one["unit"])}</td>'
+        f'<td class="num">{_spread(one, "std")}</td><td class="num">{_spread(one, "goal")}</td>'
+        f"<td>{bar(min(one['goal'] / one['std'], 1.0) if one['std'] else 1.0, is_bad=not one['known'])}</td>"
+        f'<td class="{"ok" if one["known"] else "bad"}">{"known" if one["known"] else "not yet"}</td></tr>'
+        for symbol, one in known.items()
+    )
+    misfit = f'<p class="warn">{escape(told["misfit"])}</p>' if told["misfit"] else ""
+    return (
+        '<section class="card"><h2>what is known</h2><div class="scroll"><table><tr><th></th>'
+        '<th class="num">value</th><th>unit</th><th class="num">std</th><th class="num">wanted</th><th></th>'
+        f"<th></th></tr>{rows}</table></div>{misfit}</section>"
+    )
+
+
+def _trials(told: Told, *, busy: bool) -> str:
+    if not told["trials"]:
+        return ""
+    rows = "".join(
+        f'<tr><td class="num">{i}</td><td>{escape(one["kind"])}</td><td>{escape(one["name"])}</td>'
+        f'<td>{_problems(one["problems"])}</td><td><button type="button" data-do="drop" data-number="{i}" '
+        f"{_off(busy)}>drop</button></td></tr>"
+        for i, one in enumerate(told["trials"], 1)
+    )
+    return (
+        '<section class="card"><h2>trials</h2><div class="scroll"><table id="trials"><tr>'
+        '<th class="num">no.</th><th>kind</th><th>motion</th><th>what it lacks</th><th></th></tr>'
+        f"{rows}</table></div></section>"
+    )
+
+
+def _problems(problems: Sequence[str]) -> str:
+    if not problems:
+        return '<span class="ok">good</span>'
+    return f'<span class="bad">record again: {escape("; ".join(problems))}</span>'
+
+
+def _finish(told: Told, *, busy: bool) -> str:
+    if not told["trials"] or told["ended"] is not None:
+        return ""
+    main = "main" if told["next"] is None else ""
+    return (
+        '<section class="card"><h2>the end</h2><p>Looks for effects that the model lacks, and writes model '
+        f'and report.</p><p><button type="button" class="{main}" id="end" data-do="end" {_off(busy)}>'
+        "end the calibration</button></p></section>"
+    )
+
+
+def _spread(one: Told, which: str) -> str:
+    return f"{100.0 * one[which]:.2g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else escape(unit)
+
+
+def _off(busy: bool) -> str:
+    return "disabled" if busy else ""
