@@ -18,6 +18,7 @@ from vegrip.grip.friction_belief import (
     expect_finger,
     widen_belief,
 )
+from vegrip.types import Floats
 
 LN_MU, STD, OWN = math.log(0.7), 0.4, 0.08
 
@@ -30,15 +31,16 @@ def belief(fingers: int = 5, drift: float = 0.03, shock: float = 0.08) -> list[f
     return g
 
 
-def mean(g: list[float], n: int = 5) -> np.ndarray:
+def mean(g: list[float], n: int = 5) -> Floats:
     return np.array(g[BELIEF_MEAN : BELIEF_MEAN + n])
 
 
-def covariance(g: list[float], n: int = 5) -> np.ndarray:
-    return np.array(g[BELIEF_P:]).reshape(BELIEF_MOST, BELIEF_MOST)[:n, :n]
+def covariance(g: list[float], n: int = 5) -> Floats:
+    P: Floats = np.array(g[BELIEF_P:]).reshape(BELIEF_MOST, BELIEF_MOST)[:n, :n]
+    return P
 
 
-def dense_update(x: np.ndarray, P: np.ndarray, i: int, y: float, R: float) -> tuple[np.ndarray, np.ndarray]:
+def dense_update(x: Floats, P: Floats, i: int, y: float, R: float) -> tuple[Floats, Floats]:
     h = np.zeros(len(x))
     h[i] = 1.0
     K = P @ h / (h @ P @ h + R)
@@ -97,7 +99,7 @@ def test_one_fingers_slip_lowers_what_every_finger_counts_on() -> None:
 def test_a_slip_far_below_what_is_known_is_common_to_all_faces() -> None:
     """Wet faces: what one finger finds far below moves the others nearly as much as itself."""
 
-    def fall(shock: float) -> np.ndarray:
+    def fall(shock: float) -> Floats:
         g = belief(shock=shock)
         for i in range(5):
             absorb_factor(g, i, 1.0 / 0.03**2, LN_MU / 0.03**2)
@@ -129,3 +131,27 @@ def test_what_is_no_evidence_changes_nothing() -> None:
     absorb_evidence(g, 0, LN_MU, 0.0, -1.0, 0.1)
     absorb_evidence(g, 0, LN_MU, 0.1, -1.0, math.nan)
     assert g == kept
+
+
+def test_a_slip_counts_for_no_more_than_one_at_four_standard_deviations() -> None:
+    """However far below it lies; its precision is that of 0.05 in ln mu."""
+
+    def fall(u: float) -> float:
+        g = belief()
+        prior, noise = STD**2, 0.05**2
+        variance = prior * noise / (prior + noise)
+        absorb_evidence(g, 0, LN_MU, prior, variance * (LN_MU / prior + math.log(u) / noise), variance)
+        return LN_MU - g[BELIEF_MEAN]
+
+    assert fall(1e-9) == pytest.approx(fall(1e-6))
+    assert fall(1e-6) < 4.0 * math.hypot(STD, 0.05)
+    assert fall(0.6) < fall(0.4) < fall(1e-6)
+
+
+def test_a_slip_of_a_light_touch_teaches_nothing() -> None:
+    g = belief()
+    prior, noise = STD**2, 0.4**2
+    variance = prior * noise / (prior + noise)
+    absorb_evidence(g, 0, LN_MU, prior, variance * (LN_MU / prior + math.log(0.1) / noise), variance)
+    assert np.allclose(mean(g), LN_MU)
+    assert np.allclose(np.diag(covariance(g)), prior)

@@ -14,10 +14,6 @@ class SensorNoise:
     tangential_force: float = parameter(0.01, unit="N", low=0.0, high=1e6, doc="each component")
     torque_z: float = parameter(1e-4, unit="N m", low=0.0, high=1e6, doc="torque about the normal")
     contact_radius: float = parameter(5e-5, unit="m", low=1e-18, high=1.0, doc="contact radius")
-    slip_threshold: float = parameter(
-        0.0, unit="m/s", low=0.0, high=10.0, doc="slip speed from which the slip channel feels slip"
-    )
-    slip_delay: float = parameter(0.0, unit="s", low=0.0, high=10.0, doc="by which felt slip is late")
     temperature: float = parameter(0.1, unit="degC", low=0.0, high=100.0, doc="temperature")
 
 

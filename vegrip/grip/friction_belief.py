@@ -11,6 +11,8 @@ and light touches (:mod:`vegrip.estimator.kernels.friction`): the factor is that
 prior.
 
 * **Forgetting** widens P with time, most of it for all fingers alike, never beyond the prior.
+* **One slip counts for no more** than one at four standard deviations, and a slip of a light touch, which
+  tells friction to worse than 0.3 in ln mu, for nothing.
 * **Something common happened** (the faces got wet) when a finger slips far below what was believed of it:
   then the common part is widened first, so that one slip lowers what all fingers count on.
 
@@ -18,7 +20,8 @@ Plain scalar code over one flat sequence ``g`` of numbers, of fixed size; the sa
 """
 
 import math
-from collections.abc import MutableSequence
+
+from vegrip.types import Numbers
 
 BELIEF_MOST = 20  # fingers
 BELIEF_FINGERS = 0
@@ -34,10 +37,12 @@ BELIEF_SIZE = BELIEF_P + BELIEF_MOST * BELIEF_MOST
 
 COMMON_DRIFT = 0.8  # share of the forgetting that is common to all fingers
 FAR_BELOW = 2.5  # standard deviations below what was believed, from which a change is taken to be common
+FARTHEST_BELOW = 4.0  # standard deviations by which one slip counts at most
+LEAST_SLIP_PRECISION = 11.0  # of ln mu (std 0.3); a slip that tells less is one of a light touch
 LEAST_PRECISION = 1e-12
 
 
-def begin_belief(g: MutableSequence[float], fingers: int, drift: float, shock: float) -> None:
+def begin_belief(g: Numbers, fingers: int, drift: float, shock: float) -> None:
     """Begin with so many fingers of which nothing is expected yet; see :func:`expect_finger`."""
     g[BELIEF_FINGERS] = fingers * 1.0
     g[BELIEF_VERSION] = g[BELIEF_SINCE] = g[BELIEF_PRIOR_VAR] = 0.0
@@ -48,7 +53,7 @@ def begin_belief(g: MutableSequence[float], fingers: int, drift: float, shock: f
             g[BELIEF_P + i * BELIEF_MOST + j] = 0.0
 
 
-def expect_finger(g: MutableSequence[float], i: int, mean: float, std: float, own: float) -> None:
+def expect_finger(g: Numbers, i: int, mean: float, std: float, own: float) -> None:
     """Set the prior of finger ``i``: ``mean`` and ``std`` of ln mu, of which ``own`` is not common to all."""
     g[BELIEF_MEAN + i] = mean
     g[BELIEF_COMMON + i] = math.sqrt(max(std * std - own * own, 0.0))
@@ -59,12 +64,12 @@ def expect_finger(g: MutableSequence[float], i: int, mean: float, std: float, ow
     g[BELIEF_P + i * BELIEF_MOST + i] = std * std
 
 
-def believed_variance(g: MutableSequence[float], i: int) -> float:
+def believed_variance(g: Numbers, i: int) -> float:
     """Return the variance of ln mu of finger ``i``."""
     return g[BELIEF_P + i * BELIEF_MOST + i]
 
 
-def widen_belief(g: MutableSequence[float]) -> None:
+def widen_belief(g: Numbers) -> None:
     """Forget what the time since the last look asks for, never beyond the prior."""
     grown = g[BELIEF_DRIFT] * g[BELIEF_DRIFT] * g[BELIEF_SINCE]
     g[BELIEF_SINCE] = 0.0
@@ -74,7 +79,7 @@ def widen_belief(g: MutableSequence[float]) -> None:
         g[at] = max(g[at], min(g[at] + (1.0 - COMMON_DRIFT) * grown, g[BELIEF_PRIOR_VAR]))
 
 
-def add_common(g: MutableSequence[float], grown: float) -> None:
+def add_common(g: Numbers, grown: float) -> None:
     """Add a variance that all fingers share, as far as the widest of them stays below the prior."""
     n = int(g[BELIEF_FINGERS])
     widest = 0.0
@@ -86,13 +91,13 @@ def add_common(g: MutableSequence[float], grown: float) -> None:
             g[BELIEF_P + i * BELIEF_MOST + j] += room
 
 
-def widen_own(g: MutableSequence[float], i: int, variance: float) -> None:
+def widen_own(g: Numbers, i: int, variance: float) -> None:
     """Let finger ``i`` alone have at least ``variance``: it has let go and touched again."""
     at = BELIEF_P + i * BELIEF_MOST + i
     g[at] = max(g[at], min(variance, g[BELIEF_PRIOR_VAR]))
 
 
-def absorb_factor(g: MutableSequence[float], i: int, precision: float, weighted: float) -> None:
+def absorb_factor(g: Numbers, i: int, precision: float, weighted: float) -> None:
     """Multiply by a Gaussian factor on finger ``i``: its precision, and that times its mean.
 
     A factor that would leave no variance (a negative precision larger than what is known) is ignored.
@@ -121,7 +126,7 @@ def absorb_factor(g: MutableSequence[float], i: int, precision: float, weighted:
 
 
 def absorb_evidence(
-    g: MutableSequence[float], i: int, ln_before: float, var_before: float, ln_after: float, var_after: float
+    g: Numbers, i: int, ln_before: float, var_before: float, ln_after: float, var_after: float
 ) -> None:
     """Take in what finger ``i`` learned: mean and variance of ln mu in its own estimate, before and after."""
     if not (var_before > 0.0 and var_after > 0.0):
@@ -131,7 +136,11 @@ def absorb_evidence(
     widen_belief(g)
     if precision > 0.0:
         off = weighted / precision - g[BELIEF_MEAN + i]
+        if off < 0.0 and precision < LEAST_SLIP_PRECISION:
+            g[BELIEF_VERSION] += 1.0  # the finger is told again what the grasp believes
+            return
         expected = math.sqrt(believed_variance(g, i) + 1.0 / precision)
         if off < -FAR_BELOW * expected:
             add_common(g, g[BELIEF_SHOCK] * g[BELIEF_SHOCK])
+        weighted = precision * (g[BELIEF_MEAN + i] + max(off, -FARTHEST_BELOW * expected))
     absorb_factor(g, i, precision, weighted)

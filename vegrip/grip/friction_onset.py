@@ -16,7 +16,6 @@ Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, 
 """
 
 import math
-from collections.abc import MutableSequence
 
 from vegrip.grip.friction_belief import (
     BELIEF_MEAN,
@@ -27,6 +26,7 @@ from vegrip.grip.friction_belief import (
     widen_belief,
 )
 from vegrip.grip.friction_probe import PROBE_CLIMB, PROBE_SIZE
+from vegrip.types import Numbers
 
 ONSET_NOISE = PROBE_SIZE  # std of ln mu from one onset to the next
 ONSET_SHOCK = PROBE_SIZE + 1  # std of ln mu of what befalls all faces at once
@@ -48,7 +48,7 @@ ONSET_FAR_BELOW = 2.5  # as FAR_BELOW of the belief
 ONSET_DOUBTS = 3.0  # contradictions from which on a channel is not believed
 
 
-def begin_onsets(q: MutableSequence[float], noise: float, shock: float) -> None:
+def begin_onsets(q: Numbers, noise: float, shock: float) -> None:
     """Set how well an onset tells friction; nothing was felt yet."""
     q[ONSET_NOISE], q[ONSET_SHOCK] = noise, shock
     for i in range(BELIEF_MOST):
@@ -56,19 +56,19 @@ def begin_onsets(q: MutableSequence[float], noise: float, shock: float) -> None:
         q[ONSET_QUIET + i] = q[ONSET_SILENT + i] = 1.0
 
 
-def is_doubted(q: MutableSequence[float], i: int) -> bool:
+def is_doubted(q: Numbers, i: int) -> bool:
     """Return whether the slip channel of finger ``i`` has contradicted its load too often."""
     return q[ONSET_DOUBTED + i] >= ONSET_DOUBTS
 
 
-def may_probe(q: MutableSequence[float], i: int) -> bool:
+def may_probe(q: Numbers, i: int) -> bool:
     """Return whether finger ``i`` probes: its slip is sensed, and that is believed."""
     return q[PROBE_CLIMB] > 0.0 and q[ONSET_SILENT + i] < 0.5 and not is_doubted(q, i)
 
 
 def feel_onset(
-    g: MutableSequence[float],
-    q: MutableSequence[float],
+    g: Numbers,
+    q: Numbers,
     i: int,
     dt: float,
     u: float,
@@ -100,9 +100,7 @@ def feel_onset(
         take_onset(g, q, i, mean, relative)
 
 
-def take_onset(
-    g: MutableSequence[float], q: MutableSequence[float], i: int, ln_u: float, relative: float
-) -> None:
+def take_onset(g: Numbers, q: Numbers, i: int, ln_u: float, relative: float) -> None:
     """Measure ln mu of finger ``i`` by the load at which it began to slip."""
     if math.exp(ln_u) < ONSET_FAR * q[ONSET_HELD + i]:
         q[ONSET_DOUBTED + i] += 1.0

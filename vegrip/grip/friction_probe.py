@@ -15,9 +15,9 @@ Plain scalar code over one flat sequence ``q`` of numbers, of fixed size; the sa
 """
 
 import math
-from collections.abc import MutableSequence
 
 from vegrip.grip.friction_belief import BELIEF_FINGERS, BELIEF_MOST, believed_variance
+from vegrip.types import Numbers
 
 PROBE_CLIMB = 0  # [1/s] of ln mu while the object is unknown
 PROBE_RATE = 1  # [1/s] afterwards
@@ -39,7 +39,7 @@ SMOOTHING = 0.01  # [s]
 
 
 def begin_probing(
-    q: MutableSequence[float],
+    q: Numbers,
     climb: float,
     rate: float,
     unknown: float,
@@ -60,9 +60,7 @@ def begin_probing(
         q[PROBE_NEED + i] = 0.0
 
 
-def watch_load(
-    q: MutableSequence[float], i: int, dt: float, load: float, noise: float, touching: bool
-) -> None:
+def watch_load(q: Numbers, i: int, dt: float, load: float, noise: float, touching: bool) -> None:
     """Follow the load [N] of finger ``i``, whose noise has the std ``noise`` [N]."""
     if not (touching and load >= 0.0):
         q[PROBE_STILL + i] = -1.0
@@ -79,7 +77,7 @@ def watch_load(
         q[PROBE_STILL + i] = 0.0
 
 
-def feel_slip(q: MutableSequence[float], dt: float, fingers: int, slipping: bool) -> None:
+def feel_slip(q: Numbers, dt: float, fingers: int, slipping: bool) -> None:
     """Note whether a finger slips: then nothing is probed any more."""
     q[PROBE_SINCE_SLIP] += dt / max(fingers, 1)
     if slipping:
@@ -88,9 +86,7 @@ def feel_slip(q: MutableSequence[float], dt: float, fingers: int, slipping: bool
             q[PROBE_SHIFT + j] = 0.0
 
 
-def probe_friction(
-    g: MutableSequence[float], q: MutableSequence[float], i: int, dt: float, lag: float
-) -> None:
+def probe_friction(g: Numbers, q: Numbers, i: int, dt: float, lag: float) -> None:
     """Let ``b`` of finger ``i`` grow where it may; ``lag`` is how many std are counted off the mean."""
     n = int(g[BELIEF_FINGERS])
     std = math.sqrt(believed_variance(g, i))

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from vegrip.config import parameter
-from vegrip.estimator.settings import SensorNoise
 
 FINEST_CREEP_M_S = 5e-5
 """Threshold of felt slip above which creep passes for holding, and probing would learn from it."""
@@ -21,6 +20,12 @@ class FrictionSettings:
     )
     shock: float = parameter(
         0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu of what befalls all faces at once", live=False
+    )
+    slip_threshold: float = parameter(
+        0.0, unit="m/s", low=0.0, high=10.0, doc="slip speed from which the tips feel slip", live=False
+    )
+    slip_delay: float = parameter(
+        0.0, unit="s", low=0.0, high=10.0, doc="by which felt slip is late", live=False
     )
     onsets: bool = parameter(True, doc="learn from the beginning of slip too", live=False)
     onset_noise: float = parameter(
@@ -49,11 +54,11 @@ class FrictionSettings:
         """Variance of ln mu beyond which nothing is known at all."""
         return 4.0
 
-
-def why_too_coarse(noise: SensorNoise) -> str:
-    """Return why the slip channel does not allow probing; empty when it does."""
-    if noise.slip_threshold > FINEST_CREEP_M_S:
-        return f"slip is felt from {noise.slip_threshold:g} m/s on, probing needs {FINEST_CREEP_M_S:g} m/s"
-    if noise.slip_delay > QUICKEST_SLIP_S:
-        return f"slip is felt {noise.slip_delay:g} s late, probing needs {QUICKEST_SLIP_S:g} s or less"
-    return ""
+    @property
+    def why_too_coarse(self) -> str:
+        """Why the slip channel does not allow probing; empty when it does."""
+        if self.slip_threshold > FINEST_CREEP_M_S:
+            return f"slip is felt from {self.slip_threshold:g} m/s on, probing needs {FINEST_CREEP_M_S:g} m/s"
+        if self.slip_delay > QUICKEST_SLIP_S:
+            return f"slip is felt {self.slip_delay:g} s late, probing needs {QUICKEST_SLIP_S:g} s or less"
+        return ""

@@ -46,7 +46,7 @@ from vegrip.grip.friction_probe import (
     probe_friction,
     watch_load,
 )
-from vegrip.grip.friction_settings import FrictionSettings, why_too_coarse
+from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState
 
@@ -100,7 +100,6 @@ class GraspFriction:
         settings: how friction is learned.
         tangential_noise: std of the measured tangential force [N].
         drift: random walk of ln mu [1/sqrt(s)].
-        why_coarse: why the slip channel is not fine enough for probing; empty when it is.
 
     """
 
@@ -110,11 +109,10 @@ class GraspFriction:
         settings: FrictionSettings,
         tangential_noise: float,
         drift: float,
-        why_coarse: str = "",
     ) -> None:
         able = {name: e for name, e in fingers.items() if isinstance(e, FrictionEstimator)}
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
-        self._settings, self._why_coarse, self._noise = settings, why_coarse, tangential_noise
+        self._settings, self._noise = settings, tangential_noise
         self._places = {name: i for i, name in enumerate(fingers)}
         self._believed = [0.0] * BELIEF_SIZE
         self._probe = [0.0] * ONSET_SIZE
@@ -132,7 +130,7 @@ class GraspFriction:
             mean, variance, _, _ = estimator.friction
             expect_finger(g, i, mean, math.sqrt(max(variance, 0.0)), s.own_spread)
             self._before[i] = mean, variance
-        probing = s.probing and not self._why_coarse
+        probing = s.probing and not s.why_too_coarse
         begin_probing(
             self._probe, s.climb if probing else 0.0, s.rate if probing else 0.0, s.unknown, s.known,
             s.quiet_time, s.quiet_change, s.pause, s.reach,
@@ -190,8 +188,8 @@ class GraspFriction:
         """Why force is not let go of to learn friction; empty while it is."""
         if not self.active or not self._settings.probing:
             return "probing is switched off"
-        if self._why_coarse:
-            return self._why_coarse
+        if self._settings.why_too_coarse:
+            return self._settings.why_too_coarse
         for name, i in self._places.items():
             if self._probe[ONSET_SILENT + i] > 0.5:
                 return f"{name} does not feel slip"
@@ -235,5 +233,4 @@ def share_friction(fingers: Mapping[str, GraspFinger], settings: ControlSettings
         settings.friction,
         noise.tangential_force,
         estimator.friction_drift,
-        why_too_coarse(noise),
     )

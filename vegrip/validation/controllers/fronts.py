@@ -78,8 +78,12 @@ def run_quality_trial(trial: QualityTrial) -> CompiledRun:
     scenario = Scenario(trial.seed, trial.duration, trial.grasp)
     hand = trial.surroundings.applied(scenario.settings)
     settings = parameters(trial.name, trial.knob, hand.tip.friction)
-    felt = {"slip_threshold": hand.sensor.slip_threshold, "slip_delay": hand.sensor.slip_delay}
-    settings = replace(settings, noise=replace(settings.noise, **felt))
+    friction = replace(
+        settings.friction,
+        slip_threshold=hand.sensor.slip_threshold,
+        slip_delay=hand.sensor.slip_delay,
+    )
+    settings = replace(settings, friction=friction)
     return run_compiled(hand, trial.seed, scenario.events, settings, trial.duration)
 
 

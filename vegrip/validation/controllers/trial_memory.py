@@ -11,7 +11,6 @@ from vegrip.estimator.layout import friction_symbol
 from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief, expect_finger
 from vegrip.grip.friction_onset import ONSET_SIZE, begin_onsets
 from vegrip.grip.friction_probe import begin_probing
-from vegrip.grip.friction_settings import why_too_coarse
 from vegrip.grip.parameters import GraspParameters
 from vegrip.model import ContactModel
 from vegrip.types import Floats
@@ -141,7 +140,7 @@ def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int
     begin_belief(g, fingers, settings.estimator.friction_drift, f.shock)
     for i in range(fingers):
         expect_finger(g, i, math.log(mu.value), mu.std, f.own_spread)
-    probing = f.probing and not why_too_coarse(settings.noise)
+    probing = f.probing and not f.why_too_coarse
     begin_probing(
         q, f.climb if probing else 0.0, f.rate if probing else 0.0, f.unknown, f.known, f.quiet_time,
         f.quiet_change, f.pause, f.reach,
