@@ -36,6 +36,7 @@ BEFORE_ANY_WORK = {
     "paper": [],
     "connect": ["theirs.dbc"],
     "report": ["absent"],
+    "controllers": [],
     "export c": ["model.toml"],
     "export learned": ["absent.toml", "absent.txt"],
 }
@@ -58,6 +59,9 @@ def test_an_output_is_spelled_alike_everywhere_and_can_be_forced(command: Comman
 
 def existing(folder: Path, name: str) -> Path:
     """Put something of the kind that the command writes in its way."""
+    if name == "controllers":
+        (folder / "old.png").write_text("measured")
+        return folder / "old.png"
     is_file = name in ("fit", "add", "refine", "experiment", "fleet", "connect", "report", "export learned")
     if is_file:
         (folder / "old").write_text("measured")

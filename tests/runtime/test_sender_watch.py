@@ -5,7 +5,7 @@ import random
 from itertools import chain
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from vegrip.messages import FingertipState
@@ -39,6 +39,7 @@ def test_two_hands_in_turn_are_told_within_the_window_and_as_long_as_they_last(a
 
 
 @pytest.mark.parametrize("resolution", [0.0, 0.001, 0.1, 1.0])
+@example(seed=213, hz=0.375, size=0.3125, step=0.33203125)
 @given(
     seed=st.integers(0, 999), hz=st.floats(0.01, RATE / 8), size=st.floats(0.0, 20.0), step=st.floats(-20, 20)
 )

@@ -19,15 +19,17 @@ WINDOW_STATES: Final = 64  # states
 TWO_SENDERS_RATIO: Final = (
     6.0  # of S_1 to S_2; noise alone comes to 1, streams three standard deviations apart to 5.5
 )
+IN_A_ROW: Final = 16  # states for which the ratio holds; coarse values alternate by chance, but not for long
 MOST_FINGERS: Final = 256  # are watched; a sender of made-up names must not make the table grow
 
 
 class _Channel:
-    __slots__ = ("_before", "_last", "_one", "_two")
+    __slots__ = ("_above", "_before", "_last", "_one", "_two")
 
     def __init__(self) -> None:
         self._last = self._before = math.nan
         self._one = self._two = 0.0  # S_1, S_2, forgetting
+        self._above = 0  # states in a row with too large a ratio
 
     def note(self, value: float) -> bool:
         one, two = value - self._last, value - self._before
@@ -36,7 +38,8 @@ class _Channel:
             return False
         self._one += (one * one - self._one) / WINDOW_STATES
         self._two += (two * two - self._two) / WINDOW_STATES
-        return self._one > TWO_SENDERS_RATIO * self._two
+        self._above = self._above + 1 if self._one > TWO_SENDERS_RATIO * self._two else 0
+        return self._above >= IN_A_ROW
 
 
 class _Finger:

@@ -92,9 +92,10 @@ def test_a_recording_played_on_a_bus_arrives_there_in_full_and_at_its_pace(press
         assert main(["replay", str(press), *arguments]) == 0
         assert time.monotonic() - started > 0.29  # [s] for 2.99 s
         states: list[FingertipState] = []
-        while messages := listener.receive(0.1):
-            states += [message for message in messages if isinstance(message, FingertipState)]
-    recorded = read_recording(press)
+        recorded = read_recording(press)
+        while len(states) < len(recorded) and time.monotonic() - started < 60.0:
+            states += [message for message in listener.receive(0.1) if isinstance(message, FingertipState)]
+        states += [message for message in listener.receive(0.1) if isinstance(message, FingertipState)]
     assert {state.finger for state in states} == {"index"}
     np.testing.assert_allclose(
         [state.normal_force for state in states], recorded.columns["normal_force"], rtol=1e-6
