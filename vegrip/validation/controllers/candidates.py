@@ -11,7 +11,7 @@ from vegrip.virtual import HandSettings
 KNOBS = {
     "hand": {
         "vegrip": 0.15,
-        "learning": 0.15,
+        "learning": 0.2,
         "ellipse": 0.15,
         "constant": 4.0,
         "cone": 1.5,
