@@ -51,7 +51,7 @@ def test_a_message_arrives_as_the_codec_alone_would_give_it(endpoint, message, f
     codec = CanCodec(("thumb", "index"), fd=fd)
     expected = next(m for frame in codec.encode(message) if (m := codec.decode(frame)) is not None)
     assert content(carried(sender, receiver, message)) == content(expected)
-    assert set(receiver.rejected) <= {"incomplete", "lost"}
+    assert set(receiver.rejected) <= {"incomplete", "lost", "counter"}  # what parts that came too late leave
 
 
 @pytest.mark.parametrize("fd", [True, False])
