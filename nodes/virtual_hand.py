@@ -16,6 +16,7 @@ from vegrip.config import build as build_parameters
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
 from vegrip.grip.safety.command_validity import reason_to_reject
+from vegrip.host.realtime import HAND_PRIORITY
 from vegrip.identification.simulate.bench import Benches
 from vegrip.identification.simulate.protocol import read_protocol
 from vegrip.messages import FingertipState, ForceCommand, Message
@@ -49,6 +50,7 @@ class VirtualHandNode(NodeBase):
 
     wakes_on_messages = False
     exclusive_messages: tuple[type[Message], ...] = (FingertipState,)
+    realtime_priority = HAND_PRIORITY
     _running = False
 
     def __init__(self, name: str, parameters: Parameters) -> None:

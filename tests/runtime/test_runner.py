@@ -404,3 +404,28 @@ def test_a_change_of_state_is_told_at_once_not_at_the_next_period(rig, transitio
     (status,) = rig.answers(NodeStatus)
     assert status.state in (Lifecycle.INACTIVE, Lifecycle.FINALIZED)
     assert status.stamp - before < 10 * MS
+
+
+class RecordedPriority:
+    def __init__(self):
+        self.heard = []
+
+    def take(self):
+        self.heard.append("take")
+        return "real-time priority is not permitted"
+
+    def give_back(self):
+        self.heard.append("give back")
+
+
+def test_the_loop_has_its_priority_while_the_node_is_active_only_and_says_once_what_is_not_permitted(caplog):
+    priority, clock = RecordedPriority(), SimulatedClock()
+    endpoint, _ = pair(clock)
+    runner = Runner(Follower(clock), endpoint, clock, priority=priority)
+    runner.change("configure")
+    assert "take" not in priority.heard, "to configure is to compile"
+    runner.change("activate")
+    assert priority.heard[-1] == "take"
+    runner.change("deactivate")
+    assert priority.heard[-1] == "give back"
+    assert caplog.text.count("not permitted") == 1

@@ -24,6 +24,9 @@ def demo(
     force: FORCE = False,
     headless: Annotated[bool, typer.Option("--headless", help="no live table")] = False,
     json: Annotated[bool, typer.Option("--json", help="one JSON object on standard output")] = False,
+    realtime: Annotated[
+        bool, typer.Option(help="real-time priority and locked memory, where they are permitted")
+    ] = True,
     plot: Annotated[bool, typer.Option(help="compare with two other controllers and draw")] = True,
 ) -> None:
     """Run a virtual hand, a virtual CAN bus and the grasp force node, and watch.
@@ -35,6 +38,7 @@ def demo(
     """
     from vegrip.demo.command import run_demo
     from vegrip.errors import UsageError
+    from vegrip.host.realtime import switched
     from vegrip.identification.recording.traces import replaced
     from vegrip.validation.controllers.scenario import GRASPS, Scenario, fitting_grasp
 
@@ -45,7 +49,7 @@ def demo(
     folder = output if output is not None else Path("recordings") / time.strftime("demo-%Y%m%d-%H%M%S")
     claim_recording(folder, force=force)
     scenario = Scenario(seed, duration, grasp)
-    with replaced(folder):
+    with switched(on=realtime), replaced(folder):
         interrupted = run_demo(scenario, folder, live=not headless, json=json, plot=plot)
     if interrupted:
         raise typer.Exit(130)

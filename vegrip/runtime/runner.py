@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from vegrip.clock import NS, Clock
 from vegrip.config import parameter
 from vegrip.errors import DeviceError
+from vegrip.host.realtime import LoopPriority, Scheduling
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
 from vegrip.runtime.call_queue import CallQueue
 from vegrip.runtime.channel_watch import ChannelWatch
@@ -64,6 +65,7 @@ class Runner:
         telemetry: Telemetry | None = None,
         full_name: str = "",
         beside: Mapping[str, int] | None = None,  # what the threads beside the loop refuse, counted by name
+        priority: LoopPriority | None = None,
     ) -> None:
         settings = settings or LoopSettings()
         self.full_name = full_name or node.name
@@ -89,6 +91,7 @@ class Runner:
         self._missed: dict[str, int] = {}  # counts of what came before this node listened
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
         self._beside = beside
+        self._priority = priority or LoopPriority(Scheduling())
         self._senders = SenderWatch()
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
         self.channels = ChannelWatch(lacking) if lacking is not None else None
@@ -140,6 +143,8 @@ class Runner:
         if transition == "activate":
             self._refuse_a_second()
             gc.collect()  # takes a tenth of a second, so before the node is said to be active
+        else:
+            self._priority.give_back()  # what is compiled must not stand before everything else
         self.managed.change(transition)
         self._pending = False
         if transition == "activate":
@@ -290,6 +295,8 @@ class Runner:
     def _settle(self) -> None:
         """Freeze what exists out of the garbage collector's sight, drop what came before, lay the grid."""
         gc.freeze()
+        if sentence := self._priority.take():
+            self.managed.logger.warning("%s", sentence)
         self._forget_the_past()
         self._missed = {name: self._endpoint.rejected.get(name, 0) for name in ("lost", "overrun")}
         now = self._clock.now()

@@ -9,6 +9,7 @@ lock on a file decides between two that start at once.
 """
 
 import contextlib
+import gc
 import json
 import os
 import select
@@ -21,6 +22,7 @@ from pathlib import Path
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
+from vegrip.host import realtime
 from vegrip.host.lock_file import locked
 from vegrip.transport.canbus.bus_events import BusError, Event, StateChange, Transmission
 from vegrip.transport.canbus.bus_model import BusModel
@@ -301,6 +303,8 @@ def main(path: Path) -> None:
             os._exit(0)  # the bus is there: the caller may connect
         _detach()
         os.pwrite(lock, f"{os.getpid()}\n".encode(), 0)  # for people who look for it
+        gc.freeze()
+        realtime.priority_of(realtime.HUB_PRIORITY).take()  # without: the nodes say what is not permitted
         with contextlib.suppress(KeyboardInterrupt):
             Hub(listener).serve()
         path.unlink(missing_ok=True)
