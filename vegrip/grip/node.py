@@ -11,7 +11,7 @@ from vegrip.grip.learned_store import LearnedStore, NoStore
 from vegrip.grip.model_swap import ModelSwap
 from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.host.realtime import NODE_PRIORITY
-from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth
+from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth, NodeStatus
 from vegrip.runtime import NodeBase
 
 
@@ -33,6 +33,7 @@ class GraspForce(NodeBase):
     """
 
     exclusive_messages: tuple[type[Message], ...] = (ForceCommand,)
+    heard_messages: tuple[type[Message], ...] = (FingertipState, ForceCommand, NodeStatus)  # also of rivals
     realtime_priority = NODE_PRIORITY
 
     def __init__(

@@ -20,7 +20,7 @@ from vegrip.runtime.schedule import Schedule
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
-from vegrip.transport.endpoint import Endpoint, Guarded, Inspected, Timed
+from vegrip.transport.endpoint import Endpoint, Guarded, Inspected, Selective, Timed
 from vegrip.transport.sender_clock import ClockEstimate
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
@@ -91,6 +91,9 @@ class Runner:
         self._missed: dict[str, int] = {}  # counts of what came before this node listened
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
         self._beside = beside
+        heard = getattr(node, "heard_messages", ())  # nodes of others may have none
+        if heard and isinstance(endpoint, Selective):
+            endpoint.select(heard)
         self._priority = priority or LoopPriority(Scheduling())
         self._senders = SenderWatch()
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
