@@ -227,7 +227,8 @@ class Runner:
         for answer in answers:
             self._send((answer,))
             if isinstance(answer, ForceCommand):
-                self._unfinished.append(answers)
+                if self.statistics.pace.allows(answer.finger, self._clock.now()):
+                    self._unfinished.append(answers)
                 return
 
     def _newcomers(self) -> Sequence[Message]:
@@ -270,11 +271,13 @@ class Runner:
 
     def _rejected(self) -> Mapping[str, int]:
         of_others = {"also_sent": self._also_sent, "two_senders": self._senders.count}
+        own = {"reports_lowered": self.statistics.pace.lowered}
         counts = {
             **self._endpoint.rejected,
             **self.managed.node.rejected,
             **self.managed.faults,
             **of_others,
+            **own,
             **(self._beside or {}),
         }
         for name in counts.keys() & self._missed.keys():
