@@ -45,6 +45,7 @@ format: $(STAMP)
 	$(V)/ruff format .
 	$(V)/ruff check --fix .
 	$(V)/python -m vegrip.canopen.write_eds proto
+	$(V)/python -m vegrip.estimator.declarations
 
 lint: $(STAMP)
 	$(V)/ruff format --check .
@@ -62,7 +63,7 @@ docs: $(STAMP)
 
 SITE := .venv/.site
 site: $(SITE)  ## the documents as pages in build/site: warnings are errors, nothing is loaded from elsewhere
-	NO_MKDOCS_2_WARNING=1 PYTHONPATH=. $(V)/mkdocs build --quiet
+	NO_MKDOCS_2_WARNING=1 PYTHONPATH=. $(V)/mkdocs build --strict
 	$(V)/python docs/site/check.py build/site
 	@echo "open build/site/index.html; its search needs a server: python3 -m http.server -b 127.0.0.1 -d build/site 8000"
 

@@ -23,23 +23,19 @@ PACKAGES = {
 
 
 def pages() -> Iterator[tuple[str, str]]:
-    """Yield (file name, Markdown) for each package: its docstring and what it exports."""
-    for package, title in PACKAGES.items():
+    """Yield (file name, Markdown) for each package: its docstring and what it exports, each object once."""
+    shown: set[str] = set()
+    for package in sorted(PACKAGES, key=lambda name: name == "vegrip"):  # the front door points to the others
         module = importlib.import_module(package)
         names = [name for name in getattr(module, "__all__", ()) if not name.startswith("_")]
-        text = [
-            f"# {title}: `{package}`",
-            "",
-            f"::: {package}",
-            "    options:",
-            "      show_root_heading: false",
-            "      members: false",
-        ]
-        text += [f"\n::: {_home(module, name)}" for name in names]
-        yield (
-            f"{package.removeprefix('vegrip.') or 'vegrip'}.md".replace("identification.", ""),
-            "\n".join(text) + "\n",
-        )
+        homes = {name: _home(module, name) for name in names}
+        text = [f"# {PACKAGES[package]}: `{package}`", "", f"::: {package}"]
+        text += ["    options:", "      show_root_heading: false", "      members: false", ""]
+        text += [f"* [`{name}`][{home}]" for name, home in homes.items() if home in shown]
+        text += [f"\n::: {home}" for home in homes.values() if home not in shown]
+        shown |= set(homes.values())
+        file = package.removeprefix("vegrip.identification.").removeprefix("vegrip.")
+        yield f"{file}.md", "\n".join(text) + "\n"
 
 
 def _home(module: ModuleType, name: str) -> str:

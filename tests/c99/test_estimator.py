@@ -11,7 +11,7 @@ from vegrip.effects import BUILT_IN, effect
 from vegrip.effects.contract import OUTSIDE
 from vegrip.estimator import ContactEstimator, SensorNoise, kernels_c
 from vegrip.estimator.compiled import text_of
-from vegrip.estimator.layout import MODE
+from vegrip.estimator.layout import COUNTS
 from vegrip.model import BASE, ContactModel, paper_model
 
 DT = 2e-3
@@ -59,7 +59,7 @@ def differing(model: ContactModel, samples: int = 1200) -> str:
             return f"sample {i}: {name}[{wrong - start}], {memories[0][wrong]!r}, {memories[1][wrong]!r}"
         if not np.array_equal([*margins[0], *least[:1]], [*margins[1], *least[1:]], equal_nan=True):
             return f"sample {i}: margins {margins}, least forces {least}"
-    if model == paper_model(8e-3) and memories[0][places["MODE"][0] + MODE.index("RESTARTS")] == 0.0:
+    if model == paper_model(8e-3) and memories[0][places["COUNTS"][0] + COUNTS.index("RESTARTS")] == 0.0:
         return "nothing began anew, which was to be compared"
     return ""
 

@@ -61,7 +61,7 @@ def test_a_folder_that_others_can_write_is_not_used_and_it_is_told(
     (tmp_path / "cache").mkdir()
     (tmp_path / "cache").chmod(mode)
     assert loaded(f"mode {mode}") == tmp_path / "run" / "models"
-    assert "can be written by other users; mend it or set VEGRIP_CACHE" in caplog.text
+    assert "can be written by other users; correct that or set VEGRIP_CACHE" in caplog.text
     assert not list((tmp_path / "cache").iterdir())
 
 

@@ -1,4 +1,4 @@
-"""The calibration page in a real browser: a trial that is done wrong, the remedy, and a model."""
+"""The calibration page in a real browser: a trial that is done wrong, the remedy, and the next."""
 
 import os
 from pathlib import Path
@@ -54,9 +54,5 @@ def test_a_new_fingertip_is_guided_from_the_first_press_to_the_next_trial(world,
         page.screenshot(path=f"{SHOTS}/web-calibrate.png", full_page=True)
     page.set_viewport_size({"width": 390, "height": 844})
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    page.locator("#end:not([disabled])").focus()
-    page.keyboard.press("Enter")
-    page.locator("#verdict").wait_for()
-    assert (world.folder / "tip" / "model.toml").is_file()
-    assert "calibration" in (world.folder / "tip" / "report.html").read_text()
+    page.locator("#end:not([disabled])").wait_for()
     assert server.end() in (0, 130)

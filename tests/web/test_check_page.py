@@ -108,8 +108,12 @@ def test_episodes_are_held_back_models_compared_and_a_motion_is_exported(known, 
     assert "--hold-back 1,3" in commands
     assert "--episodes 1,3" in commands
     page.locator("#beside-place:not([disabled])").select_option("0")
-    page.get_by_text("--versus known/0-start.toml").wait_for()
-    assert "model 0: start" in page.locator("#beside th").all_inner_texts()
+    page.get_by_text("--versus known/0-start.toml --hold-back 1,3").wait_for()
+    page.locator("#beside-place:not([disabled])").wait_for()  # judged again, on the same episodes
+    assert "model 0" in page.locator("#beside th").all_inner_texts()
+    assert "vegrip compare press --model known/0-start.toml --curves --hold-back 1,3" in (
+        page.locator("#commands").inner_text()
+    )
     page.locator("#beside-file:not([disabled])").fill("nothing.toml")
     page.locator("#beside-file").press("Enter")
     page.get_by_text("there is no model file").wait_for()

@@ -12,6 +12,7 @@ pytestmark = pytest.mark.browser
 HAND = Path(__file__).parent / "hand.toml"
 ADDRESS = r"http://127\.0\.0\.1:\d+/\?key=\S+"
 ALIVE = "button.finger:not(.stale) .big"
+SMALL = {"width": 900, "height": 700}  # two pages are drawn at once, without a graphics card
 SHOTS = os.environ.get("VEGRIP_SCREENSHOTS", "")
 
 
@@ -67,7 +68,7 @@ def test_every_finger_shows_margin_command_surface_and_pressure_with_units(addre
     for label in ("tangential force [N]", "torque [N mm]", "distance from the centre [mm]", "pressure [kPa]"):
         assert label in texts
     labels = " ".join(page.locator("#nodes th").all_inner_texts())
-    assert "latency p50 [ms]" in labels
+    assert "p50 [ms]" in labels
     if SHOTS:
         until(page, "vegrip.columns.thumb.length >= 740")
     shoot(page, "web-live")
@@ -144,7 +145,7 @@ def test_a_node_is_deactivated_only_when_asked_twice_and_activated_again(address
 
 
 def test_the_dialog_follows_what_another_does_to_the_node(address, visit, until) -> None:
-    page, other = visit().page, visit().page
+    page, other = visit(viewport=SMALL).page, visit(viewport=SMALL).page
     for one in (page, other):
         one.goto(address)
         one.wait_for_selector(ALIVE)
@@ -210,7 +211,7 @@ def test_a_running_node_is_recorded_and_its_model_checked(served, shared, visit,
 
 
 def test_two_people_see_the_same_and_choose_for_themselves(address, visit, until) -> None:
-    one, other = visit().page, visit().page
+    one, other = visit(viewport=SMALL).page, visit(viewport=SMALL).page
     for page in (one, other):
         page.goto(address)
         page.wait_for_selector(ALIVE)

@@ -73,7 +73,7 @@ def calibrate(
     a person, checks what was recorded, and says what to record again. At the end it looks for effects that
     the model lacks and writes model, errors and a report into FOLDER. Started again it goes on.
 
-    Example: vegrip calibrate tip --virtual 3
+    Example: vegrip calibrate tip --radius '9 mm'
     """
     own = {
         "depth": depth,
@@ -312,7 +312,7 @@ def _print_known(known: Any) -> None:
     for heading in ("parameter", "value", "std", "wanted", "unit", "effect", ""):
         table.add_column(heading, justify="right" if heading in ("value", "std", "wanted") else "left")
     for one in known:
-        sizes = [f"{100 * v:.2g} %" if one.is_log else f"{v:.2g}" for v in (one.std, one.goal)]
+        sizes = [f"{100 * v:.3g} %" if one.is_log else f"{v:.2g}" for v in (one.std, one.goal)]
         said = "known" if one.is_known else "not yet known"
         table.add_row(one.symbol, f"{one.value:.4g}", *sizes, one.unit, one.effect, said)
     printer().print(table)

@@ -27,11 +27,15 @@ def demo(
     realtime: Annotated[
         bool, typer.Option(help="real-time priority and locked memory, where they are permitted")
     ] = True,
+    web: Annotated[
+        bool, typer.Option(help="besides as a page in the browser; not with --headless or --json")
+    ] = True,
     plot: Annotated[bool, typer.Option(help="compare with two other controllers and draw")] = True,
 ) -> None:
     """Run a virtual hand, a virtual CAN bus and the grasp force node, and watch.
 
     Soft fingertips hold an object of unknown friction while it is pushed, twisted, shaken and made wet.
+    The live page's address is printed; the page opens where there is a display.
     Afterwards the same scenario is run with a constant grip and with a Coulomb cone, and drawn.
 
     Example: vegrip demo --duration 20
@@ -50,6 +54,8 @@ def demo(
     claim_recording(folder, force=force)
     scenario = Scenario(seed, duration, grasp)
     with switched(on=realtime), replaced(folder):
-        interrupted = run_demo(scenario, folder, live=not headless, json=json, plot=plot)
+        interrupted = run_demo(
+            scenario, folder, live=not headless, json=json, plot=plot, web=web and not (headless or json)
+        )
     if interrupted:
         raise typer.Exit(130)

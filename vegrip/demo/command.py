@@ -3,11 +3,13 @@
 import importlib.util
 import json as json_format
 import math
+import os
 import sys
 import time
-from collections.abc import Callable
+import webbrowser
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +17,26 @@ from rich.console import Console
 from rich.live import Live
 
 from vegrip.demo.report import as_json, describe_scenario, summary
-from vegrip.demo.run import Demo, Outcome, run
+from vegrip.demo.run import Demo, Outcome, Page, run
 from vegrip.errors import DeviceError
 from vegrip.runtime.monitor import render
+from vegrip.validation.controllers import candidates
 from vegrip.validation.controllers.candidates import KNOBS
 from vegrip.validation.controllers.closed_loop import Course
 from vegrip.validation.controllers.comparison import Trial, run_course
 from vegrip.validation.controllers.scenario import Scenario
 
 OTHERS = ("constant", "cone")
+PAGE_PORT = 8520  # of the live page; any other where it is in use
 
 
-def run_demo(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: bool) -> bool:
-    """Run the demonstration and print what comes out; tell whether it was interrupted."""
+def run_demo(
+    scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: bool, web: bool = False
+) -> bool:
+    """Run the demonstration and print what comes out; tell whether it was interrupted.
+
+    ``web``: besides as a page in the browser, whose address is printed and, where there is a display, opened.
+    """
     console = Console(stderr=json)  # with --json standard output holds the JSON object and nothing else
     live = live and console.is_terminal
     console.print(describe_scenario(scenario), markup=False)
@@ -35,13 +44,15 @@ def run_demo(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: 
         console.print(
             "there will be no picture: it needs matplotlib; pip install 'vegrip[plot]'", markup=False
         )
-    outcome = _run_shown(scenario, folder, console, live=live)
+    with _page(scenario, console) if web else nullcontext() as page:
+        outcome = _run_shown(scenario, folder, console, page, live=live)
     courses = {"vegrip": outcome.course}
     if plot and not outcome.interrupted:
         console.print("the same scenario with a constant grip and a Coulomb cone, in simulated time ...")
         courses |= run_other_controllers(scenario)
         _draw(courses, scenario, folder, console)
     console.print(summary(outcome, courses))
+    console.print(f"next: {what_to_try(folder, web=web)}", markup=False, soft_wrap=True)
     if json:
         sys.stdout.write(json_format.dumps(_plain(as_json(outcome))) + "\n")
     if outcome.problem:
@@ -49,7 +60,39 @@ def run_demo(scenario: Scenario, folder: Path, *, live: bool, json: bool, plot: 
     return outcome.interrupted
 
 
-def _run_shown(scenario: Scenario, folder: Path, console: Console, *, live: bool) -> Outcome:
+def what_to_try(folder: Path, *, web: bool) -> str:
+    """Return what the demonstration leads to, as commands."""
+    longer = "vegrip launch demo, and vegrip monitor --web beside it, for as long as you like"
+    found = "vegrip sample press && vegrip check press finds what a model lacks"
+    if not web and not _can_serve():
+        return f"vegrip report {folder} (this run as one page); {found.replace('check', 'diagnose')}"
+    return f"vegrip report {folder} (this run as one page); {longer}; {found}"
+
+
+@contextmanager
+def _page(scenario: Scenario, console: Console) -> Iterator[Page | None]:
+    """Serve the live page where the web extra is installed."""
+    if not _can_serve():
+        console.print("no page in the browser: it needs pip install 'vegrip[web]'", markup=False)
+        yield None
+        return
+    from vegrip.web.live.fed import FedPage  # noqa: PLC0415 (an extra)
+
+    parameters = candidates.parameters("vegrip", KNOBS[scenario.grasp]["vegrip"])
+    with closing(FedPage(parameters.grip.wanted_margin, PAGE_PORT)) as page:
+        console.print(f"live page: {page.address}", markup=False, soft_wrap=True)
+        if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+            webbrowser.open(page.address)
+        yield page
+
+
+def _can_serve() -> bool:
+    return all(importlib.util.find_spec(name) is not None for name in ("starlette", "uvicorn"))
+
+
+def _run_shown(
+    scenario: Scenario, folder: Path, console: Console, page: Page | None, *, live: bool
+) -> Outcome:
     screen: AbstractContextManager[Any] = (
         Live(console=console, auto_refresh=False, screen=False) if live else nullcontext()
     )
@@ -59,7 +102,7 @@ def _run_shown(scenario: Scenario, folder: Path, console: Console, *, live: bool
 
     with screen as shown:
         refresh: Callable[[Demo], None] = (lambda demo: _show(shown, demo)) if live else (lambda _: None)
-        return run(scenario, folder, refresh, say)
+        return run(scenario, folder, refresh, say, page)
 
 
 def _show(live: Live, demo: Demo) -> None:

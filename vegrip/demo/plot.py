@@ -45,7 +45,7 @@ def draw_comparison(
     force.set_ylim(bottom=0.0)
     figure.legend(loc="outside lower center", ncols=len(courses), frameon=False)
     margin.axhline(0.0, color="black", linewidth=0.8)
-    margin.set_ylabel("least true slip margin [-]\n0 = slips")
+    margin.set_ylabel("smallest true slip margin [-]\n0 = slips")
     margin.set_ylim(-0.05, 1.0)
     margin.set_xlabel("time [s]")
     margin.set_xlim(SETTLED_S, duration)

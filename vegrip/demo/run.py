@@ -11,7 +11,7 @@ from collections.abc import Callable
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from vegrip.clock import NS
 from vegrip.demo.hand_node import DemoHand, HandNews
@@ -32,6 +32,19 @@ REFRESH_PERIOD_S = 0.1  # [s] of the screen
 LOOK_PAUSE_S = 0.02  # [s] between two looks at the bus: a process that waits for each frame is woken by each
 HOLD_REASONS = (Reason.INPUT_HOLD, Reason.FAIL_SAFE)
 TICK_PERIODS_S = {"hand": 0.002, "node": 0.005}  # [s]
+
+
+NODE = "/grasp_force"  # as a page calls it
+
+
+class Page(Protocol):
+    """A page that shows what is on the bus."""
+
+    def take(self, message: Message, now: int, node: str) -> None:
+        """Take a message that came at ``now`` [ns]."""
+
+    def tick(self) -> None:
+        """Show what is new, when that is due."""
 
 
 @dataclass
@@ -59,6 +72,7 @@ class Demo:
     commands: int = 0
     held: int = 0  # of the commands
     news: HandNews | None = None
+    page: Page | None = None
     _load_due: float = 0.0
 
     def watch(self, endpoint: Endpoint, recorder: BackgroundWriter) -> None:
@@ -69,6 +83,10 @@ class Demo:
                 self._count(message)
                 self.board.take(message, time.monotonic_ns())
                 recorder.offer(message)
+                if self.page is not None:
+                    self.page.take(message, time.monotonic_ns(), NODE)
+        if self.page is not None:
+            self.page.tick()
         if time.monotonic() >= self._load_due:
             self._load_due = time.monotonic() + 1.0
             load = endpoint.bus_load()
@@ -113,7 +131,11 @@ DESCRIPTION = {
 
 
 def run(
-    scenario: Scenario, folder: Path, refresh: Callable[[Demo], None], say: Callable[[str], None]
+    scenario: Scenario,
+    folder: Path,
+    refresh: Callable[[Demo], None],
+    say: Callable[[str], None],
+    page: Page | None = None,
 ) -> Outcome:
     """Run the demonstration; Ctrl-C ends it early and in order.
 
@@ -122,6 +144,7 @@ def run(
         folder: where the recording goes; must not hold one.
         refresh: called some times a second to draw.
         say: called with a sentence while things get ready.
+        page: shows it besides, where there is one.
 
     Raises:
         VegripError: the bus cannot be opened, the folder cannot be made, or a process fails.
@@ -130,7 +153,7 @@ def run(
     parameters = candidates.parameters("vegrip", candidates.KNOBS[scenario.grasp]["vegrip"])
     fingers = scenario.settings.fingers
     transport: dict[str, Any] = {"kind": "can", "channel": f"demo-{os.getpid()}", "sender_time": True}
-    demo = Demo(scenario, folder, Board(time.monotonic_ns(), fingers))
+    demo = Demo(scenario, folder, Board(time.monotonic_ns(), fingers), page=page)
     noise = {name: getattr(parameters.noise, name) for name in ("normal_force", "displacement", "torque_z")}
     with ExitStack() as stack:
         writer = RecordingWriter(folder, radius=parameters.tip.radius, sensors=noise)

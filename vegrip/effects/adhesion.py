@@ -54,4 +54,5 @@ EFFECT = Effect(
     hooks=(hook(force, gives="adhesion"),),
     confounded=("force_drift",),
     experiment="slow tap and pull-off at several speeds, with air before and after",
+    kinked=True,
 )

@@ -30,4 +30,5 @@ EFFECT = Effect(
     channels=("contact_radius", "torque_z"),
     confounded=("pressure_profile",),
     experiment="ink print or camera image at two depths; pure twists to slip",
+    imitated_by="a tip of another radius than the {radius:.3g} m stated would show the same",
 )

@@ -25,7 +25,7 @@ effect declares them); with ``gives=""`` it returns only states. Called with ``d
 states it must return the same again: that is how the online estimator reads the force of its present state.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -104,10 +104,27 @@ class Hook:
 class Effect:
     """One physical effect.
 
-    The last four fields serve the search for a missing effect: ``channels`` names the measurements that
-    can show it, ``confounded`` the effects whose signature resembles its own, ``experiment`` the motion
-    that tells them apart, and effects of one ``group`` cannot be told apart by force and displacement at
-    all.
+    What the search for a missing effect needs to know of it stands here too, after its states.
+
+    Attributes:
+        channels: measurements that can show it.
+        confounded: effects whose signature resembles its own.
+        experiment: the motion that tells them apart.
+        group: effects of one group cannot be told apart by force and displacement at all.
+        kinked: its derivative where it is absent says little, so a fit is tried on half of the evidence.
+        expensive: it slows a model down even where it is absent, so it is screened in a model of its own.
+        shifts_time: it moves the force in time; a second such effect mends the form of the first.
+        companions: effects that are tried where it is tried, and the other way round.
+        min_gain: evidence [nats] below which it is not named, where more is asked than of others.
+        min_amounts: parameter and amount that sensors resolve at least, in the parameter's unit.
+        min_plays: the same in standard deviations of the displacement over the reference depth.
+        trial_sizes: multiples of the declared amount at which it is tried; several where it is not
+            proportional to it.
+        trial_shapes: parameter that only shapes it and the values at which it is tried.
+        trials_at: gives further trials for the values of a model and the greatest force measured [N].
+        imitated_by: fault of a recording that looks the same, as a sentence with the effect's symbols and
+            ``radius`` in braces.
+
     """
 
     name: str
@@ -120,6 +137,17 @@ class Effect:
     confounded: tuple[str, ...] = ()
     experiment: str = ""
     group: str = ""
+    kinked: bool = False
+    expensive: bool = False
+    shifts_time: bool = False
+    companions: tuple[str, ...] = ()
+    min_gain: float = 0.0
+    min_amounts: tuple[tuple[str, float], ...] = ()
+    min_plays: tuple[tuple[str, float], ...] = ()
+    trial_sizes: tuple[float, ...] = (1.0,)
+    trial_shapes: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    trials_at: Callable[[Mapping[str, float], float], Iterator[Mapping[str, float]]] | None = None
+    imitated_by: str = ""
 
 
 def hook(function: Function, *, stage: str = "", gives: str | None = None, source: str = "") -> Hook:

@@ -22,4 +22,6 @@ EFFECT = Effect(
     hooks=(hook(force),),
     confounded=("sensor_lag", "rate_stiffening"),
     experiment="small sines of 5 .. 20 Hz",
+    shifts_time=True,
+    imitated_by="a force whose clock is early by {eta:.2g} s would show nearly the same",
 )

@@ -41,4 +41,6 @@ EFFECT = Effect(
     hooks=(hook(sense),),
     confounded=("sensor_lag",),
     experiment="fast strokes in air",
+    shifts_time=True,
+    min_gain=20.0,  # errors of the motion are accelerations too
 )

@@ -77,4 +77,6 @@ EFFECT = Effect(
     hooks=(hook(force),),
     confounded=("second_relaxation",),
     experiment="hold over three decades of time; sine sweep",
+    expensive=True,
+    companions=("second_relaxation",),
 )

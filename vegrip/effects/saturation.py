@@ -4,6 +4,8 @@ F is given by its inverse, ``s = K / F``, so that 0 is a sensor without a limit.
 counts as noise.
 """
 
+from collections.abc import Iterator, Mapping
+
 from vegrip.effects.contract import Effect, hook
 from vegrip.parameters import Parameter
 
@@ -15,6 +17,13 @@ def sense(sensed_force: float, K: float, s_F: float) -> float:
     return min(max(sensed_force, -K / s_F), K / s_F)
 
 
+def _below_the_greatest_force(values: Mapping[str, float], greatest: float) -> Iterator[dict[str, float]]:
+    """Saturations just below the greatest force: at any other a score test sees nothing, or all."""
+    if "K" in values:
+        for share in (0.98, 0.9):
+            yield {"s_F": min(values["K"] / (share * greatest), 1e3)}
+
+
 EFFECT = Effect(
     name="saturation",
     summary="the force sensor ends at its full scale",
@@ -23,4 +32,6 @@ EFFECT = Effect(
     hooks=(hook(sense),),
     confounded=("layer_over_core",),
     experiment="histogram of the force; a lower load",
+    kinked=True,
+    trials_at=_below_the_greatest_force,
 )

@@ -50,4 +50,6 @@ EFFECT = Effect(
     hooks=(hook(force),),
     confounded=("power_law_relaxation", "poroelastic_drainage", "force_drift"),
     experiment="hold for 5 / nu2 at two depths",
+    companions=("power_law_relaxation",),
+    trial_shapes=(("nu2", (0.02, 0.06, 0.2, 0.6, 2.0, 8.0, 40.0)),),  # on either side of the first rate
 )

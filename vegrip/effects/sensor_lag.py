@@ -31,6 +31,9 @@ EFFECT = Effect(
     ),
     hooks=(hook(sense),),
     confounded=("displacement_backlash", "fast_damping"),
-    experiment="small sines of 8 .. 20 Hz; a synchronisation pulse tells a delay from a lag",
+    experiment="small sines of 8 .. 20 Hz; a synchronisation pulse separates a delay from a lag",
     group="timing",
+    shifts_time=True,
+    min_amounts=(("tau", 3e-4),),  # a third of a millisecond
+    imitated_by="a force whose clock is late by {tau:.2g} s would show nearly the same",
 )

@@ -28,4 +28,5 @@ EFFECT = Effect(
     channels=("normal_force", "contact_radius"),
     confounded=("power_law_stiffness", "nonseparable_relaxation"),
     experiment="press against a rigid dummy; measure the contact radius; fast deep hold",
+    expensive=True,
 )

@@ -13,7 +13,7 @@ from vegrip.errors import InputError
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import Watch, health_of
 from vegrip.estimator.initial_state import blank
-from vegrip.estimator.layout import CHANNELS, COUNTS, MODE, PER_CHANNEL, REPORT, Layout, layout_of
+from vegrip.estimator.layout import CHANNELS, COUNTS, FRICTION, MODE, PER_CHANNEL, REPORT, Layout, layout_of
 from vegrip.estimator.rewind_buffer import Past
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.messages import (
@@ -65,6 +65,7 @@ class ContactEstimator:
         self._module = module_for(model, self.layout, ellipse=self.settings.surface == "ellipse")
         self._places = {name: slice(*place) for name, place in self.layout.places().items()}
         self._past = Past(self.settings.late, self.layout.size)
+        self._used_places = tuple(self.layout.channel_place(i, "USED") for i in range(len(CHANNELS)))
         self._report_start = self._places["REPORT"].start
         self._blank = blank(model, self.layout, noise, self.settings)
         self._warm()
@@ -286,6 +287,35 @@ class ContactEstimator:
         at = quantile(self.settings.confidence if confidence is None else confidence)
         return float(self._module.least_force(self._m, self._tangential, self._torque, margin, at))
 
+    @property
+    def friction(self) -> tuple[float, float, float, float]:
+        """Mean and variance of ln mu: now, and before the present loading."""
+        at = self._places["FRICTION"].start
+        mean, variance, mean_before, variance_before = self._m[at : at + 4].tolist()
+        return mean, variance, mean_before, variance_before
+
+    def believe_friction(self, belief: tuple[float, float, float, float]) -> None:
+        """Go on from another belief of friction, in the order of :attr:`friction`."""
+        if self.layout.mu_learned:
+            at = self._places["FRICTION"].start
+            self._m[at : at + 4] = belief
+
+    def utilisation(self) -> tuple[float, float, float]:
+        """Return the friction coefficient at which the load would slip, its relative std, and the load [N].
+
+        The load has the torque as a force at the contact radius. NaN and inf where there is no contact.
+        """
+        r = self._m[self._places["REPORT"]].tolist()
+        gauge, radius = r[R["GAUGE"]], r[R["RADIUS"]]
+        if not (gauge > 0.0 and r[R["CONTACT"]] > 0.5 and radius > 0.0):
+            return NAN, math.inf, NAN
+        mu = r[R["MU"]]
+        friction_part = r[R["MU_STD"]] / mu if mu > 0.0 else 0.0
+        known = max(r[R["GAUGE_REL"]] ** 2 - friction_part**2, 0.0)
+        relative = math.sqrt(known + (r[R["GAUGE_ABS"]] / gauge) ** 2)
+        torque = 0.0 if math.isnan(self._torque) else self._torque / radius
+        return gauge * mu, relative, math.hypot(self._tangential, torque)
+
     def health(self) -> ModelHealth:
         """Return whether the model still explains the measurements, and what it fails at most.
 
@@ -306,7 +336,7 @@ class ContactEstimator:
         health = health_of(self._state, self._seq, condition, cells, channels, self._watch)
         if self.lost == 0.0:
             return health
-        refused = self._m[self._places["CHANNEL"].start] > 0.0
+        refused = self._m[self.layout.channel_place(0, "STREAK")] > 0.0
         return replace(health, consistent=False, channel=CHANNELS[0 if refused else 1], regime=LOST)
 
     @property
@@ -341,11 +371,39 @@ class ContactEstimator:
         if place == self.layout.mu:
             variance = self._friction_variance()
         elif place in self.layout.learned:
-            j = 2 + self.layout.n_states + self.layout.learned.index(place)
+            j = self.layout.learned_from + self.layout.learned.index(place)
             variance = float(self.covariance[j, j])
         else:
             variance = self.model.values[symbol].std ** 2
         return Estimate(value, math.sqrt(variance), self._valid(), 0.0)
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the filter's state, in the order of :attr:`covariance`.
+
+        ``indentation`` [m], ``speed`` [m/s], states of the effects, each learned parameter (``ln K`` where
+        it is learned in its logarithm), ``displacement_offset`` [m] and ``force_bias`` [N].
+        """
+        symbols = list(self.model.parameters)
+        learned = [
+            f"ln {symbols[place]}" if log else symbols[place]
+            for place, log in zip(self.layout.learned, self.layout.learned_log, strict=True)
+        ]
+        effects = self.model.plan.states
+        return ("indentation", "speed", *effects, *learned, "displacement_offset", "force_bias")
+
+    @property
+    def state(self) -> dict[str, Estimate]:
+        """The filter's state by :attr:`state_names`, each with the spread that the covariance says."""
+        means = self._m[self._places["Y"]].tolist()
+        variances = np.diag(self.covariance).tolist()
+        age = math.inf if self._shown is None else self._age(self._shown)
+        valid = self._trusted and self._valid()
+        estimates = (
+            Estimate(mean, math.sqrt(max(variance, 0.0)), valid, age)
+            for mean, variance in zip(means, variances, strict=True)
+        )
+        return dict(zip(self.state_names, estimates, strict=True))
 
     @property
     def covariance(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
@@ -354,7 +412,7 @@ class ContactEstimator:
         return self._m[self._places["P"]].reshape(n, n).copy()
 
     def _friction_variance(self) -> float:
-        return float(self._m[self._places["FRICTION"]][1])
+        return float(self._m[self._places["FRICTION"]][FRICTION.index("VAR")])
 
     def _outside(self, state: FingertipState) -> None:
         """Pass on what effects may feel; a value that is not measured stays as it was."""
@@ -379,13 +437,13 @@ class ContactEstimator:
         return self._report("SOUND") > 0.5
 
     def _used_any(self) -> bool:
-        start = self._places["CHANNEL"].start
-        return bool(self._m[start + 3] > 0.0 or self._m[start + 7] > 0.0)
+        displacement, force, _ = self._used_places
+        return bool(self._m[displacement] > 0.0 or self._m[force] > 0.0)
 
     def _channels_used(self) -> Channel:
-        start, bits = self._places["CHANNEL"].start, 0
-        for i, flag in enumerate(FLAGS):
-            if self._m[start + 4 * i + 3] > 0.0:
+        bits = 0
+        for place, flag in zip(self._used_places, FLAGS, strict=True):
+            if self._m[place] > 0.0:
                 bits |= flag
         if self._state is not None:
             bits |= TANGENTIAL if math.isfinite(self._tangential) else 0

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from vegrip.clock import NS
-from vegrip.estimator.layout import CHANNELS, REGIMES
+from vegrip.estimator.layout import CHANNELS, PER_CELL, PER_CHANNEL, REGIMES
 from vegrip.messages import Condition, FingertipState, ModelHealth
 from vegrip.types import Floats
 
@@ -79,7 +79,7 @@ class Watch:
 
 def wrongness(cells: Floats) -> Floats:
     """Return how far each cell (channels, regimes) is outside, 1 = at the edge, 0 = too little is known."""
-    weight, mean, nis = np.moveaxis(cells.reshape(len(CHANNELS), len(REGIMES), 3), 2, 0)
+    weight, mean, nis = np.moveaxis(cells.reshape(len(CHANNELS), len(REGIMES), len(PER_CELL)), 2, 0)
     bias = abs(mean) / EDGES
     beyond = np.maximum(np.maximum(nis / BAND[1], BAND[0] / np.maximum(nis, 1e-9)), bias)
     beyond[CHANNELS.index("displacement")] /= MOTION
@@ -96,7 +96,7 @@ def health_of(
     watch: Watch,
 ) -> ModelHealth:
     """Return the health message from the sections HEALTH and CHANNEL of an estimator's memory."""
-    weight, _, nis = np.moveaxis(cells.reshape(len(CHANNELS), len(REGIMES), 3), 2, 0)
+    weight, _, nis = np.moveaxis(cells.reshape(len(CHANNELS), len(REGIMES), len(PER_CELL)), 2, 0)
     told = np.where(np.array(REGIMES) == JERK, 0.0, weight)
     total = float(np.sum(told))
     failing = watch.look(wrongness(cells), state.stamp)
@@ -109,5 +109,5 @@ def health_of(
         consistent=bool(np.any(weight >= ENOUGH)) and failing is None,
         channel=CHANNELS[failing[0]] if failing is not None else "",
         regime=REGIMES[failing[1]] if failing is not None else "",
-        rejected=int(channels.reshape(len(CHANNELS), 4)[:, 1].sum()),
+        rejected=int(channels.reshape(len(CHANNELS), -1)[:, PER_CHANNEL.index("REJECTED")].sum()),
     )

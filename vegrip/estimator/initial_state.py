@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from vegrip.effects.contract import OUTSIDE
-from vegrip.estimator.layout import FRICTION, SETTINGS, Layout
+from vegrip.estimator.layout import CHANNELS, FRICTION, PER_CHANNEL, SETTINGS, Layout
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.model import ContactModel
 from vegrip.parameters import coordinate
@@ -30,9 +30,9 @@ def blank(model: ContactModel, layout: Layout, noise: SensorNoise, settings: Est
     friction |= {"UNCONFIRMED": math.inf, "SCATTER_VAR": settings.friction_scatter**2}
     m[at["FRICTION"]] = list(friction.values())
     m[at["CONSIDER"]] = [model.values[symbols[i]].std ** 2 for i in layout.considered]
-    ages = np.zeros((3, 4))
-    ages[:, 2] = math.inf
-    m[at["CHANNEL"]] = ages.ravel()
+    channels = np.zeros((len(CHANNELS), len(PER_CHANNEL)))
+    channels[:, PER_CHANNEL.index("AGE")] = math.inf
+    m[at["CHANNEL"]] = channels.ravel()
     return m
 
 
@@ -54,7 +54,7 @@ def _state(
     prior = [(0.3 * R) ** 2, (R * settings.agility) ** 2, *np.zeros(n_states), *(v.std**2 for v in values)]
     m[at["START"]] = m[at["Y"]]
     m[at["PRIOR"]] = [*prior, offset**2, bias**2]
-    infinite = [math.inf] * (2 + n_states)
+    infinite = [math.inf] * layout.learned_from
     low = [coordinate(p, v.low) for p, v in zip(learned, values, strict=True)]
     high = [coordinate(p, v.high) for p, v in zip(learned, values, strict=True)]
     m[at["LOW"]] = [*(-x for x in infinite), *low, -math.inf, -math.inf]

@@ -1,9 +1,12 @@
 """Where everything lies in the one array that an estimator owns: names instead of numbers.
 
 One flat array per finger makes a call cheap (numba unpacks every argument) and saving a state trivial. The
-generated module gets these places as constants, ``Y0`` .. ``Y1`` for the section ``Y``.
+generated module gets these places as constants: ``Y0`` is where the section ``Y`` begins, ``SET_DEPTH`` the
+place of one named number. ``kernels/generated.py`` declares them for readers and type checkers; it is written
+from here by ``python -m vegrip.estimator.declarations``.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from vegrip.effects.contract import OUTSIDE
@@ -15,6 +18,9 @@ SETTINGS = (
     "TIP_RADIUS", "DEPTH", "QUANTILE", "HORIZON", "HOLD", "SCATTER", "MU_DRIFT", "REGRASP",
     "MU_PRIOR_VAR", "HEALTH_TIME", "LEARNING_REST",
 )  # fmt: skip
+
+DELTA, SPEED, EFFECTS = 0, 1, 2
+"""Places in the filter's state: indentation [m], its speed [m/s], and the first state of the effects."""
 
 MODE = (
     "ZERO_KNOWN", "BLIND", "HEALTH_DECAY", "REGIME", "REST", "CELL", "SINCE_JERK", "PERIOD", "CAUTION",
@@ -56,11 +62,29 @@ FRICTION = (
 )  # fmt: skip
 
 CHANNELS = ("displacement", "normal_force", "contact_radius")
+SHORT = ("DISPLACEMENT", "FORCE", "RADIUS")
+"""The same in the names of constants: ``CHANNEL_FORCE``, ``FORCE_STREAK``."""
 REGIMES = (
     "air", "loading", "hold", "unloading", "deep loading", "fast loading", "deep hold", "late hold",
     "deep unloading", "fast unloading", "sliding", "jerk",
 )  # fmt: skip
 """In which the innovations are watched; those without a word are shallow and slow, or early."""
+RATIO = ("COUNT", "PLACE")
+"""Samples in the mean of the slopes, and the indentation [m] it belongs to; the slopes follow."""
+
+NAMED = {
+    "SET": ("SET", SETTINGS), "REPORT": ("REP", REPORT), "FRICTION": ("FRI", FRICTION),
+    "MODE": ("MODE", MODE), "MOTION": ("MOTION", MOTION), "COUNTS": ("COUNT", COUNTS),
+    "RATIO": ("RATIO", RATIO),
+}  # fmt: skip
+"""Section -> prefix and names of the numbers in it; their places are constants of their own."""
+
+ENDS = ("Y", "P", "H", "MODE")
+"""Sections whose end the kernels ask for."""
+
+WITHOUT_START = ("SET", "REPORT", "FRICTION", "MOTION", "COUNTS")
+"""Sections of which the kernels use the names alone."""
+
 BOUNDS = ("", "elastic_force", "force", "x")
 """What a state of unknown history may lie between; the place is the code the kernels know."""
 
@@ -93,16 +117,26 @@ class Layout:
     @property
     def n(self) -> int:
         """Size of the filter's state: delta, speed, effect states, learned, offset d0, bias bF."""
-        return 4 + self.n_states + len(self.learned)
+        return self.bias + 1
+
+    @property
+    def learned_from(self) -> int:
+        """Place of the first learned parameter in the filter's state."""
+        return EFFECTS + self.n_states
 
     @property
     def moving(self) -> int:
-        """How many of them the model's force depends on."""
-        return self.n - 2
+        """How many of its coordinates the model's force depends on; the offset follows."""
+        return self.learned_from + len(self.learned)
+
+    @property
+    def bias(self) -> int:
+        """Place of the force's bias in the filter's state; before it stands the displacement's offset."""
+        return self.moving + 1
 
     def sections(self) -> dict[str, int]:
         """Name -> length of each section, in order."""
-        n, m, s = self.n, self.moving, self.n_states
+        n, s, spread = self.n, self.n_states, self.moving + len(self.considered)
         return {
             "Y": n, "P": n * n, "VALUES": self.n_values, "EXOGENOUS": len(OUTSIDE),
             "PRIOR": n, "LOW": n, "HIGH": n, "DRIFT": n, "SET": len(SETTINGS),
@@ -111,9 +145,10 @@ class Layout:
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
             "MODE": len(MODE), "MOTION": len(MOTION), "START": n, "COUNTS": len(COUNTS),
             "OLD": n, "KEPT_Y": n, "KEPT_P": n * n,
-            "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1, "BENT": s + 1,
-            "S0": s + 1, "S1": s + 1, "RATIO": n, "L": n * n, "D": 5 * (m + len(self.considered)), "TRY": n,
-            "MID": n,
+            "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1, "BEND_SUM": s + 1,
+            "NEXT": s + 1, "TRIAL": s + 1, "RATIO": n, "L": n * n,
+            "D_FORCE": spread, "D_RADIUS": spread, "D_EXPONENT": spread, "D_FRICTION": spread,
+            "D_DELTA": spread, "TRY": n, "MID": n,
         }  # fmt: skip
 
     def places(self) -> dict[str, tuple[int, int]]:
@@ -129,36 +164,57 @@ class Layout:
         """Length of the whole array."""
         return sum(self.sections().values())
 
+    def names(self) -> dict[str, object]:
+        """Return every constant of the generated module by its name."""
+        return dict(self._sizes()) | dict(self._tables()) | dict(self._places_of_names())
+
     def constants(self) -> str:
         """Return the constants as program text for the generated module."""
-        lines = [f"N = {self.n}", f"M = {self.moving}", f"NS = {self.n_states}"]
-        lines += [f"N_LEARNED = {len(self.learned)}", f"LEARNED = {(*self.learned, -1)}"]
-        lines += [f"LEARNED_LOG = {(*self.learned_log, False)}", f"N_CONSIDERED = {len(self.considered)}"]
-        lines += [
-            f"CONSIDERED = {(*self.considered, -1)}",
-            f"CONSIDERED_LOG = {(*self.considered_log, False)}",
-        ]
-        lines += [f"STATE_LOW = {(*self.state_low, 0)}", f"STATE_HIGH = {(*self.state_high, 0)}"]
-        lines += [f"STATE_SHARE = {(*self.state_share, -1)}"]
-        free = (False,) * (self.n - 2 - self.n_states)
-        lines += [f"KEPT = {(False, False, *self.extreme, *free)}"]
-        lines += [f"FELT = {(True, self.speed_felt, *[True] * (self.n - 2))}"]
-        lines += [f"ZERO = {self.n - 2}", f"BIAS = {self.n - 1}"]
-        lines += [f"MU_PLACE = {self.mu}", f"CONSIDERED_MU = {self.considered.index(self.mu)}"]
-        for name, (start, end) in self.places().items():
-            lines += [f"{name}0 = {start}", f"{name}1 = {end}"]
-        at = {
-            "SET": SETTINGS, "REPORT": REPORT, "FRICTION": FRICTION, "MODE": MODE, "MOTION": MOTION,
-            "COUNTS": COUNTS,
-        }  # fmt: skip
-        for section, names in at.items():
-            start = self.places()[section][0]
-            short = (
-                "COUNT" if section == "COUNTS" else section if section in {"MODE", "MOTION"} else section[:3]
-            )
-            lines += [f"{short}_{name} = {start + i}" for i, name in enumerate(names)]
-        lines += [f"CH_{name} = {i}" for i, name in enumerate(PER_CHANNEL)]
-        return "\n".join(lines)
+        return "\n".join(f"{name} = {value}" for name, value in self.names().items())
+
+    def _sizes(self) -> Iterator[tuple[str, object]]:
+        """Sizes and places in the filter's state, channels, regimes."""
+        yield from {"N": self.n, "M": self.moving, "NS": self.n_states}.items()
+        yield from {"N_LEARNED": len(self.learned), "N_CONSIDERED": len(self.considered)}.items()
+        yield from {"DELTA": DELTA, "SPEED": SPEED, "EFFECTS": EFFECTS}.items()
+        yield from {"LEARNED_FROM": self.learned_from, "OFFSET": self.moving, "BIAS": self.bias}.items()
+        yield from {"MU_PLACE": self.mu, "CONSIDERED_MU": self.considered.index(self.mu)}.items()
+        yield from {"CHANNELS": len(CHANNELS), "CHANNEL_SIZE": len(PER_CHANNEL)}.items()
+        yield from ((f"CHANNEL_{short}", i) for i, short in enumerate(SHORT))
+        yield from ((f"CH_{name}", i) for i, name in enumerate(PER_CHANNEL))
+        yield from {"REGIMES": len(REGIMES), "CELL_SIZE": len(PER_CELL)}.items()
+        yield from ((f"CELL_{name}", i) for i, name in enumerate(PER_CELL))
+        words = (name.upper().replace(" ", "_") for name in REGIMES)
+        yield from ((f"REGIME_{word}", float(i)) for i, word in enumerate(words))
+
+    def _tables(self) -> Iterator[tuple[str, object]]:
+        """What is known of each parameter and state; one more entry, because a tuple must not be empty."""
+        free = (False,) * (self.n - self.learned_from)
+        yield "LEARNED", (*self.learned, -1)
+        yield "LEARNED_LOG", (*self.learned_log, False)
+        yield "CONSIDERED", (*self.considered, -1)
+        yield "CONSIDERED_LOG", (*self.considered_log, False)
+        yield "STATE_LOW", (*self.state_low, 0)
+        yield "STATE_HIGH", (*self.state_high, 0)
+        yield "STATE_SHARE", (*self.state_share, -1)
+        yield "KEPT", (False, False, *self.extreme, *free)
+        yield "FELT", (True, self.speed_felt, *[True] * (self.n - EFFECTS))
+
+    def _places_of_names(self) -> Iterator[tuple[str, object]]:
+        """Where the sections begin, and the numbers in them that have names."""
+        for section, (start, end) in self.places().items():
+            if section not in WITHOUT_START:
+                yield f"{section}0", start
+            if section in ENDS:
+                yield f"{section}1", end
+            prefix, names = NAMED.get(section, ("", ()))
+            yield from ((f"{prefix}_{name}", start + i) for i, name in enumerate(names))
+        for channel, name in (("DISPLACEMENT", "STREAK"), ("DISPLACEMENT", "AGE"), ("FORCE", "STREAK")):
+            yield f"{channel}_{name}", self.channel_place(SHORT.index(channel), name)
+
+    def channel_place(self, channel: int, name: str) -> int:
+        """Return where a number of :data:`PER_CHANNEL` of a channel lies."""
+        return self.places()["CHANNEL"][0] + channel * len(PER_CHANNEL) + PER_CHANNEL.index(name)
 
 
 def layout_of(model: ContactModel) -> Layout:

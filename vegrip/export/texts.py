@@ -14,7 +14,7 @@ from vegrip.estimator.compiled import text_of
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS, quantile
 from vegrip.estimator.initial_state import blank
 from vegrip.estimator.kernels_c import ENTRIES
-from vegrip.estimator.layout import REPORT, Layout, layout_of
+from vegrip.estimator.layout import FRICTION, REPORT, Layout, layout_of
 from vegrip.estimator.origins import Origins
 from vegrip.export.request import MARGIN, Request
 from vegrip.export.vectors import ESTIMATES, FLAGS, OUTPUTS, Vectors
@@ -142,9 +142,9 @@ def _memory(request: Request, layout: Layout) -> dict[str, str]:
 def _variance_of(layout: Layout, place: int) -> int:
     """Return where the variance of a parameter lies in the memory, or -1."""
     if place == layout.mu:
-        return layout.places()["FRICTION"][0] + 1
+        return layout.places()["FRICTION"][0] + FRICTION.index("VAR")
     if place in layout.learned:
-        j = 2 + layout.n_states + layout.learned.index(place)
+        j = layout.learned_from + layout.learned.index(place)
         return layout.places()["P"][0] + j * layout.n + j
     return -1
 

@@ -16,9 +16,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from vegrip.errors import UsageError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
+from vegrip.estimator.estimator import quantile
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import UNTRUSTED_DEMAND, GraspFinger, Wanted
 from vegrip.grip.finger_controller import FingerController
+from vegrip.grip.grasp_friction import share_friction
 from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.safety.fail_safe import FailSafe
 from vegrip.grip.safety.watchdog import InputWatchdog
@@ -138,12 +140,20 @@ class GripController:
         """Forget contacts and commands; nothing is commanded before the next state of a finger."""
         self._now = 0
         self.fingers = {name: self._new_finger(name) for name in self.names}
+        self.friction = share_friction(self.fingers, self._settings)
 
     # What a node calls one by one, because its states arrive one by one.
 
     def assimilate(self, state: FingertipState, now: int) -> bool:
         """Take one state of a finger of this hand; return whether it is believed."""
-        return self.fingers[state.finger].sense(state, now, self._wanted)
+        finger = self.fingers[state.finger]
+        grip = self.settings.grip
+        known = grip.wanted_margin, grip.known_probability
+        wanted = self.friction.prepare(finger, self._wanted, known)
+        believed = finger.sense(state, now, wanted)
+        if believed:
+            self.friction.learn(finger, state, quantile(wanted[1]))
+        return believed
 
     def commands(self, fingers: Iterable[str], now: int) -> list[ForceCommand]:
         """Return the commands of those of the ``fingers`` that have had a state."""

@@ -8,6 +8,7 @@ from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
 from vegrip.grip.allocation.balance import balance_forces
 from vegrip.grip.allocation.internal_forces import InternalForces, contacts_of
+from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.policies import find_policy
 from vegrip.grip.policies.baselines import ConeSettings, ConstantSettings, ElasticSettings
 from vegrip.grip.policies.margin_grip import GripSettings
@@ -37,6 +38,7 @@ class ControlSettings:
     health_period: float = parameter(0.2, unit="s", low=0.0, high=60.0, doc="of ModelHealth")
     learned_period: float = parameter(1.0, unit="s", low=0.0, high=60.0, doc="of LearnedParameter")
     grip: GripSettings = parameter(GripSettings(), doc="the margin grip")
+    friction: FrictionSettings = parameter(FrictionSettings(), doc="what the fingers learn of friction")
     constant: ConstantSettings = parameter(ConstantSettings(), doc="the constant grip")
     cone: ConeSettings = parameter(ConeSettings(), doc="the Coulomb cone")
     elastic: ElasticSettings = parameter(ElasticSettings(), doc="the elastic limit surface")

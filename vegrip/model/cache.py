@@ -119,7 +119,7 @@ def _written(name: str, text: str) -> Path:
 
 @functools.cache
 def _tell(where: Path, reason: str) -> None:
-    log.warning("compiled models are not kept in %s: %s; mend it or set VEGRIP_CACHE", where, reason)
+    log.warning("compiled models are not kept in %s: %s; correct that or set VEGRIP_CACHE", where, reason)
 
 
 @functools.cache

@@ -39,10 +39,7 @@ def serve(
 
     """
     with listening(port) as listener:
-        bound = listener.getsockname()[1]
-        key = secrets.token_urlsafe(16)
-        app = Guard(Starlette(routes=[*routes, Mount("/static", StaticFiles(directory=STATIC))]), key, bound)
-        address = f"http://{HOST}:{bound}/?key={key}"
+        app, address = guarded(routes, listener)
         server = _Server(
             uvicorn.Config(
                 app, log_config=None, lifespan="off", access_log=False, timeout_graceful_shutdown=FAREWELL
@@ -50,6 +47,14 @@ def serve(
             lambda: _tell(address, announce, opens=opens),
         )
         server.run(sockets=[listener])
+
+
+def guarded(routes: Sequence[BaseRoute], listener: socket.socket) -> tuple[Guard, str]:
+    """Return the application of ``routes`` behind a key of its own, and its address with the key."""
+    port = listener.getsockname()[1]
+    key = secrets.token_urlsafe(16)
+    app = Starlette(routes=[*routes, Mount("/static", StaticFiles(directory=STATIC))])
+    return Guard(app, key, port), f"http://{HOST}:{port}/?key={key}"
 
 
 def listening(port: int) -> socket.socket:

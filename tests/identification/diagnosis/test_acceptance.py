@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from vegrip.effects import BUILT_IN, effect
+from vegrip.effects import BUILT_IN, Effect, effect
 from vegrip.identification.diagnosis.acceptance import misfit_by_regime
-from vegrip.identification.diagnosis.catalogue import moved, null, trials
+from vegrip.identification.diagnosis.catalogue import Candidate, moved, null, trials
 from vegrip.identification.diagnosis.discrepancy import LENGTHS, _curve, _tents
 from vegrip.identification.diagnosis.evidence_threshold import EvidenceThreshold
 from vegrip.identification.diagnosis.score_tests import Hint
@@ -56,12 +56,9 @@ def test_misfit_by_regime_is_one_for_noise_and_grows_with_a_hidden_mean() -> Non
 
 
 def test_shortlist_keeps_what_is_worth_a_refit() -> None:
-    class Named:
-        def __init__(self, name: str) -> None:
-            self.name = name
-
     def hint(name: str, gain: float) -> Hint:
-        return Hint(Named(name), gain, {}, 1.0, 1.0, np.zeros(1))  # type: ignore[arg-type]
+        one = effect(name) if name in BUILT_IN else Effect(name, "", (), ())
+        return Hint(Candidate(one, {}, ()), gain, {}, 1.0, 1.0, np.zeros(1))
 
     hints = [hint("a", 1000.0), hint("b", 80.0), hint("c", 40.0), hint("displacement_backlash", 30.0)]
     names = [one.candidate.name for one in shortlist(hints)]
@@ -113,13 +110,13 @@ def test_tents_interpolate() -> None:
 
 
 def test_a_further_effect_pays_more_than_the_first_and_form_pays_most() -> None:
-    nothing = frozenset[str]()
-    assert EvidenceThreshold(0.0, 900.0, 9.0, nothing).of("adhesion") == 8.0
-    lag = frozenset({"sensor_lag"})
+    adhesion, damping = effect("adhesion"), effect("fast_damping")
+    assert EvidenceThreshold(0.0, 900.0, 9.0, ()).of(adhesion) == 8.0
+    lag = (effect("sensor_lag"),)
     calm, rough = EvidenceThreshold(1000.0, 0.0, 1.0, lag), EvidenceThreshold(1000.0, 100.0, 3.0, lag)
-    assert calm.of("adhesion") == 20.0  # nothing stands out any more
-    assert rough.of("adhesion") == 15.0  # of 100 nats that are left, and of 1000 that were gained
-    assert rough.of("fast_damping") == 100.0  # damping beside a lag
+    assert calm.of(adhesion) == 20.0  # nothing stands out any more
+    assert rough.of(adhesion) == 15.0  # of 100 nats that are left, and of 1000 that were gained
+    assert rough.of(damping) == 100.0  # damping beside a lag
     assert (
-        EvidenceThreshold(1000.0, 900.0, 3.0, lag).of("adhesion") == 15.0
+        EvidenceThreshold(1000.0, 900.0, 3.0, lag).of(adhesion) == 15.0
     )  # much is left: another effect may take it

@@ -61,7 +61,7 @@ def test_the_nodes_are_started_before_anything_comes(tmp_path):
         (
             MAP.replace("nodes = { thumb = 32, index = 33 }", ""),
             None,
-            "which node is which finger is not told",
+            "the map does not say which node is which finger",
         ),
         (MAP.replace("index = 33", "index = 200"), None, "must lie in 1 .. 127"),
         (MAP, "hello", "cannot be read as an EDS"),

@@ -31,7 +31,7 @@ def test_each_thing_that_is_missing_is_said_with_its_price(tmp_path):
             '[fingers.thumb.displacement]\nsignal = "Pos1.Depth"\n',
             "displacement is not measured beside",
         ),
-        ("rate = 200.0\n", "the rate of states is not told"),
+        ("rate = 200.0\n", "the rate of states is not stated"),
         ("set = { Enable = 1 }", "Set1: sent as zero, since the map does not say otherwise: Enable"),
     ],
 )

@@ -18,6 +18,8 @@ from vegrip.validation.controllers.grip_quality import (
     clopper_pearson,
     figures_of,
 )
+from vegrip.validation.controllers.scenario import GRASPS
+from vegrip.virtual import HandSettings
 from vegrip.virtual.disturbance import Push, Twist, Wetting
 from vegrip.virtual.patch import even_grid, utilisation
 
@@ -110,9 +112,7 @@ def test_quicker_drives_and_rougher_surfaces_are_what_they_say() -> None:
     assert not other.sensor.slip_sensor
 
 
-def _hand() -> object:
-    from vegrip.validation.controllers.scenario import GRASPS
-
+def _hand() -> HandSettings:
     return GRASPS["pinch"]
 
 
@@ -128,7 +128,7 @@ def test_the_command_prints_the_figures_of_every_controller(
 ) -> None:
     told = answer(
         ["--grasp", "pinch", "--seeds", "1", "--duration", "2.5", "--only", "constant", "--sweep"],
-        capsys.readouterr,  # type: ignore[arg-type]
+        capsys.readouterr,
     )
     one = told["controllers"]["constant"]  # type: ignore[index]
     asked = {

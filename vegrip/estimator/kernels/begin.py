@@ -3,12 +3,15 @@
 import math
 
 from vegrip.estimator.kernels.generated import (
-    BENT0,
+    BEND_SUM0,
     BIAS,
     COUNT_OVERFLOWS,
+    DELTA,
+    EFFECTS,
     F0,
     KEPT_P0,
     KEPT_Y0,
+    LEARNED_FROM,
     MODE0,
     MODE1,
     MODE_CONTRADICTED,
@@ -17,12 +20,14 @@ from vegrip.estimator.kernels.generated import (
     MODE_MET,
     MODE_ZERO_KNOWN,
     NS,
+    OFFSET,
     P0,
     P1,
     PRIOR0,
     SET_DEPTH,
     SET_R_DISPLACEMENT,
     SET_R_FORCE,
+    SPEED,
     START0,
     STATE_HIGH,
     STATE_LOW,
@@ -30,7 +35,6 @@ from vegrip.estimator.kernels.generated import (
     TRY0,
     VALUES0,
     Y0,
-    ZERO,
     Floats,
     M,
     N,
@@ -54,23 +58,23 @@ def begin(m: Floats, force: float, displacement: float) -> None:
 def begin_contact(m: Floats, force: float, displacement: float) -> None:
     """Begin the motion and the memory at this sample, with the parameters and zeros as they are."""
     if math.isfinite(displacement):
-        m[Y0] = displacement - m[Y0 + ZERO]
+        m[Y0 + DELTA] = displacement - m[Y0 + OFFSET]
         for j in range(N):
-            m[P0 + j] = m[P0 + j * N] = -m[P0 + ZERO * N + j]
-        m[P0] = m[P0 + ZERO * N + ZERO] + m[SET_R_DISPLACEMENT]
+            m[P0 + DELTA * N + j] = m[P0 + j * N + DELTA] = -m[P0 + OFFSET * N + j]
+        m[P0 + DELTA * N + DELTA] = m[P0 + OFFSET * N + OFFSET] + m[SET_R_DISPLACEMENT]
         begin_motion(m, displacement)
     else:
-        m[Y0] = 0.0
+        m[Y0 + DELTA] = 0.0
         for j in range(N):
-            m[P0 + j] = m[P0 + j * N] = 0.0
-        m[P0] = m[PRIOR0]
-        begin_motion(m, m[Y0 + ZERO])
-    m[Y0 + 1] = 0.0
+            m[P0 + DELTA * N + j] = m[P0 + j * N + DELTA] = 0.0
+        m[P0 + DELTA * N + DELTA] = m[PRIOR0 + DELTA]
+        begin_motion(m, m[Y0 + OFFSET])
+    m[Y0 + SPEED] = 0.0
     for i in range(NS):
-        m[BENT0 + i] = 0.0
+        m[BEND_SUM0 + i] = 0.0
         for j in range(N):
-            m[P0 + (2 + i) * N + j] = m[P0 + j * N + 2 + i] = 0.0
-        m[Y0 + 2 + i] = m[START0 + 2 + i]
+            m[P0 + (EFFECTS + i) * N + j] = m[P0 + j * N + EFFECTS + i] = 0.0
+        m[Y0 + EFFECTS + i] = m[START0 + EFFECTS + i]
     bound(m)
     touching = is_touching(m, force)
     m[MODE_ZERO_KNOWN] = 0.0 if touching else 1.0
@@ -83,7 +87,7 @@ def is_touching(m: Floats, force: float) -> bool:
     """Whether the force, or without one the indentation, is surely that of a contact."""
     if math.isfinite(force):
         return bool(force - m[Y0 + BIAS] > 4.0 * math.sqrt(m[SET_R_FORCE] + m[P0 + BIAS * N + BIAS]))
-    return bool(m[Y0] > 4.0 * math.sqrt(m[P0]))
+    return bool(m[Y0 + DELTA] > 4.0 * math.sqrt(m[P0 + DELTA * N + DELTA]))
 
 
 def keep_finite(m: Floats) -> None:
@@ -103,29 +107,29 @@ def within_contact(m: Floats, force: float, displacement: float) -> None:
     copy_state(m)
     if not math.isfinite(displacement):
         meet(m, TRY0, force, 0.0)
-        m[Y0] = m[TRY0]
-    m[Y0] = max(m[Y0], 0.01 * m[SET_DEPTH])
+        m[Y0 + DELTA] = m[TRY0 + DELTA]
+    m[Y0 + DELTA] = max(m[Y0 + DELTA], 0.01 * m[SET_DEPTH])
     settle(m, Y0)
     copy_state(m)
     for j in range(M):
         if foreign(j):
-            h = min(step_of(m, Y0, j), 1e-3 * m[Y0] if j < 2 else 1e-3)
+            h = min(step_of(m, Y0, j), 1e-3 * m[Y0 + DELTA] if j < EFFECTS else 1e-3)
             m[TRY0 + j] = m[Y0 + j] + h
             settle(m, TRY0)
             m[TRY0 + j] = m[Y0 + j]
             for i in range(NS):
-                m[F0 + i * N + j] = (m[TRY0 + 2 + i] - m[Y0 + 2 + i]) / h if h > 0.0 else 0.0
+                m[F0 + i * N + j] = (m[TRY0 + EFFECTS + i] - m[Y0 + EFFECTS + i]) / h if h > 0.0 else 0.0
     for i in range(NS):
         for c in range(N):
             if foreign(c):
-                m[P0 + (2 + i) * N + c] = m[P0 + c * N + 2 + i] = along_states(m, i, c)
+                m[P0 + (EFFECTS + i) * N + c] = m[P0 + c * N + EFFECTS + i] = along_states(m, i, c)
     for i in range(NS):
         for k in range(NS):
             spread = settled_spread(m, i) if i == k else 0.0
             for j in range(M):
                 if foreign(j):
-                    spread += m[P0 + (2 + i) * N + j] * m[F0 + k * N + j]
-            m[P0 + (2 + i) * N + 2 + k] = spread
+                    spread += m[P0 + (EFFECTS + i) * N + j] * m[F0 + k * N + j]
+            m[P0 + (EFFECTS + i) * N + EFFECTS + k] = spread
 
 
 def along_states(m: Floats, i: int, c: int) -> float:
@@ -139,7 +143,7 @@ def along_states(m: Floats, i: int, c: int) -> float:
 
 def foreign(j: int) -> bool:
     """Whether a coordinate is not an effect state."""
-    return j < 2 or j >= 2 + NS
+    return j < EFFECTS or j >= LEARNED_FROM
 
 
 def settle(m: Floats, y: int) -> None:
@@ -150,7 +154,7 @@ def settle(m: Floats, y: int) -> None:
             if STATE_HIGH[j] != 0:
                 low = named(STATE_LOW[j], x, elastic_force, force)
                 high = named(STATE_HIGH[j], x, elastic_force, force)
-                m[y + 2 + j] = 0.5 * share_of(m, j) * (low + high)
+                m[y + EFFECTS + j] = 0.5 * share_of(m, j) * (low + high)
 
 
 def settled_spread(m: Floats, j: int) -> float:

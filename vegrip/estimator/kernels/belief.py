@@ -7,6 +7,7 @@ from vegrip.estimator.kernels.generated import (
     MODE_CONTRADICTED,
     MODE_LOST,
     MODE_RADIUS_CONTRADICTED,
+    OFFSET,
     REP_DEPTH_NOW,
     REP_DEPTH_STD,
     REP_FORCE,
@@ -18,7 +19,6 @@ from vegrip.estimator.kernels.generated import (
     SET_R_DISPLACEMENT,
     SET_R_RADIUS,
     Y0,
-    ZERO,
     Floats,
 )
 
@@ -38,7 +38,7 @@ def contradicted(m: Floats, dt: float, force: float, displacement: float, radius
     if math.isfinite(force):
         far = (force - m[REP_FORCE] - m[Y0 + BIAS]) ** 2 > FAR * m[REP_FORCE_STD] ** 2
     if math.isfinite(displacement):
-        off = displacement - m[REP_DEPTH_NOW] - m[Y0 + ZERO]
+        off = displacement - m[REP_DEPTH_NOW] - m[Y0 + OFFSET]
         far = far or off * off > FAR * (m[REP_DEPTH_STD] ** 2 + m[SET_R_DISPLACEMENT])
     m[MODE_CONTRADICTED] = lasting(m[MODE_CONTRADICTED], dt, far)
     if m[MODE_CONTRADICTED] > PATIENCE or m[MODE_LOST] > PATIENCE:

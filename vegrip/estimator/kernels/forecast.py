@@ -9,6 +9,7 @@ contact holds by now is used too (``onset.py``): what has held its load does not
 import math
 
 from vegrip.estimator.kernels.generated import (
+    DELTA,
     FRI_LN_MU,
     FRI_SLIDING,
     FRI_VAR,
@@ -150,7 +151,7 @@ def worst_gauge(m: Floats, y: int, depth: float, load: Load, quantile: float) ->
     A held force is not followed: creep widens and flattens the contact, which then carries more.
     """
     copy_state(m)
-    m[y] = depth
+    m[y + DELTA] = depth
     elastic, _, fresh = begin_hold(m, y)
     begun = (depth, fresh)
     worst = gauge_then(m, y, elastic, 0.0, begun, load, quantile)[0]
@@ -187,9 +188,9 @@ def least_force(m: Floats, tangential: float, torque: float, margin: float, quan
         return math.nan
     if pressed > 1.0 - margin or margin >= 1.0:
         return math.inf
-    depth = least_depth(m, y, load, 1.0 - margin, m[Y0], quantile)
+    depth = least_depth(m, y, load, 1.0 - margin, m[Y0 + DELTA], quantile)
     copy_state(m)
-    m[y] = depth
+    m[y + DELTA] = depth
     return begin_hold(m, y)[2]
 
 

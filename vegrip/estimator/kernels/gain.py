@@ -4,18 +4,25 @@ import math
 
 from vegrip.estimator.kernels.generated import (
     BIAS,
+    CELL_MEAN,
+    CELL_NIS,
+    CELL_SIZE,
+    CELL_WEIGHT,
     CH_AGE,
     CH_REJECTED,
     CH_STREAK,
     CH_USED,
     CHANNEL0,
+    CHANNEL_FORCE,
+    CHANNEL_SIZE,
+    DELTA,
     FRI_SLIDING,
     G0,
     H0,
     HEALTH0,
-    HEALTH1,
     K0,
     KEPT,
+    LEARNED_FROM,
     MODE_BLIND,
     MODE_CAUTION,
     MODE_CELL,
@@ -27,13 +34,26 @@ from vegrip.estimator.kernels.generated import (
     MODE_TOLERATED,
     MODE_TOUCH,
     MODE_ZERO_KNOWN,
-    NS,
+    OFFSET,
     P0,
+    REGIME_AIR,
+    REGIME_DEEP_HOLD,
+    REGIME_DEEP_LOADING,
+    REGIME_DEEP_UNLOADING,
+    REGIME_FAST_LOADING,
+    REGIME_FAST_UNLOADING,
+    REGIME_HOLD,
+    REGIME_JERK,
+    REGIME_LATE_HOLD,
+    REGIME_LOADING,
+    REGIME_SLIDING,
+    REGIME_UNLOADING,
+    REGIMES,
     REP_CONTACT,
     SET_DEPTH,
     SET_LEARNING_REST,
+    SPEED,
     Y0,
-    ZERO,
     Floats,
     M,
     N,
@@ -81,14 +101,14 @@ def spread_of(m: Floats) -> float:
 
 def refuse(m: Floats, channel: int) -> None:
     """Count a sample that is not used."""
-    at = CHANNEL0 + 4 * channel
+    at = CHANNEL0 + CHANNEL_SIZE * channel
     m[at + CH_STREAK] += 1.0
     m[at + CH_REJECTED] += 1.0
 
 
 def accept(m: Floats, channel: int) -> None:
     """Count a sample that is used."""
-    at = CHANNEL0 + 4 * channel
+    at = CHANNEL0 + CHANNEL_SIZE * channel
     m[at + CH_STREAK] = 0.0
     m[at + CH_AGE] = 0.0
     m[at + CH_USED] = 1.0
@@ -104,7 +124,7 @@ def correct(m: Floats, channel: int, innovation: float, S: float) -> None:
     model leaves unexplained.
     """
     nis = innovation * innovation / S
-    plain = max(S - m[MODE_TOLERATED], 0.1 * S) if channel == 1 else S
+    plain = max(S - m[MODE_TOLERATED], 0.1 * S) if channel == CHANNEL_FORCE else S
     note(m, channel, innovation / math.sqrt(plain), innovation * innovation / plain)
     if not nis <= GATE:
         refuse(m, channel)
@@ -117,16 +137,16 @@ def correct(m: Floats, channel: int, innovation: float, S: float) -> None:
     unfelt = m[MODE_FELT] < 0.5 and m[MODE_BLIND] < 0.5
     careful = m[MODE_REST] > m[SET_LEARNING_REST] or m[MODE_CAUTION] > 0.0 or nis > HUBER or unfelt
     # in contact and without a displacement nothing tells the bias of the force from the force
-    bias_kept = m[MODE_BLIND] > 0.5 and channel == 1 and m[H0] > 0.0
+    bias_kept = m[MODE_BLIND] > 0.5 and channel == CHANNEL_FORCE and m[H0 + DELTA] > 0.0
     for i in range(N):
-        kept = KEPT[i] or (i == BIAS and bias_kept) or (i == ZERO and (zero_kept or unfelt))
+        kept = KEPT[i] or (i == BIAS and bias_kept) or (i == OFFSET and (zero_kept or unfelt))
         m[K0 + i] = 0.0 if kept else m[G0 + i] / S
-        if 2 + NS <= i < M and (zero_kept or careful):
+        if LEARNED_FROM <= i < M and (zero_kept or careful):
             m[K0 + i] *= 0.0 if careful else TIMID
         touching = i == BIAS and m[MODE_TOUCH] > SUSPECTED and unfelt
         if touching or (i >= M and (nis > HUBER or m[MODE_CAUTION] > 0.0)):
             m[K0 + i] = 0.0
-        if i >= 2 + NS:
+        if i >= LEARNED_FROM:
             m[K0 + i] *= CALM_LEARNING
         m[Y0 + i] += m[K0 + i] * innovation
     for i in range(N):
@@ -141,39 +161,39 @@ def correct(m: Floats, channel: int, innovation: float, S: float) -> None:
 
 def note(m: Floats, channel: int, normalised: float, nis: float) -> None:
     """Remember the innovation for the consistency check, by channel and regime."""
-    at = HEALTH0 + (HEALTH1 - HEALTH0) // 3 * channel + 3 * int(m[MODE_CELL])
+    at = HEALTH0 + CELL_SIZE * (REGIMES * channel + int(m[MODE_CELL]))
     keep = m[MODE_HEALTH_DECAY]  # exp(-dt / memory), set by update
-    m[at] = keep * m[at] + 1.0
-    gain = 1.0 / m[at]
-    m[at + 1] += gain * (min(max(normalised, -10.0), 10.0) - m[at + 1])
-    m[at + 2] += gain * (min(nis, 100.0) - m[at + 2])
+    m[at + CELL_WEIGHT] = keep * m[at + CELL_WEIGHT] + 1.0
+    gain = 1.0 / m[at + CELL_WEIGHT]
+    m[at + CELL_MEAN] += gain * (min(max(normalised, -10.0), 10.0) - m[at + CELL_MEAN])
+    m[at + CELL_NIS] += gain * (min(nis, 100.0) - m[at + CELL_NIS])
 
 
 def regime_of(m: Floats) -> float:
-    """0 air, 1 loading, 2 hold, 3 unloading."""
+    """How the tip moves: in the air, loading, hold or unloading."""
     if m[REP_CONTACT] < 0.5:
-        return 0.0
-    slow = 2.0 * math.sqrt(max(m[P0 + N + 1], 0.0))
-    if abs(m[Y0 + 1]) <= slow:
-        return 2.0
-    return 1.0 if m[Y0 + 1] > 0.0 else 3.0
+        return REGIME_AIR
+    slow = 2.0 * math.sqrt(max(m[P0 + SPEED * N + SPEED], 0.0))
+    if abs(m[Y0 + SPEED]) <= slow:
+        return REGIME_HOLD
+    return REGIME_LOADING if m[Y0 + SPEED] > 0.0 else REGIME_UNLOADING
 
 
 def cell_of(m: Floats) -> float:
     """Where among :data:`vegrip.estimator.layout.REGIMES` the innovations of this sample are noted."""
     regime = float(m[MODE_REGIME])
     cell = regime
-    deep, fast = m[Y0] > m[SET_DEPTH], abs(m[Y0 + 1]) > FAST * m[SET_DEPTH]
+    deep, fast = m[Y0 + DELTA] > m[SET_DEPTH], abs(m[Y0 + SPEED]) > FAST * m[SET_DEPTH]
     if m[MODE_SINCE_JERK] < SETTLED:
-        cell = 11.0
-    elif regime > 0.0 and m[FRI_SLIDING] > 0.5:
-        cell = 10.0
-    elif regime == 1.0 and (deep or fast):
-        cell = 5.0 if fast else 4.0
-    elif regime == 2.0 and m[MODE_REST] > LATE:
-        cell = 7.0
-    elif regime == 2.0 and deep:
-        cell = 6.0
-    elif regime == 3.0 and (deep or fast):
-        cell = 9.0 if fast else 8.0
+        cell = REGIME_JERK
+    elif regime > REGIME_AIR and m[FRI_SLIDING] > 0.5:
+        cell = REGIME_SLIDING
+    elif regime == REGIME_LOADING and (deep or fast):
+        cell = REGIME_FAST_LOADING if fast else REGIME_DEEP_LOADING
+    elif regime == REGIME_HOLD and m[MODE_REST] > LATE:
+        cell = REGIME_LATE_HOLD
+    elif regime == REGIME_HOLD and deep:
+        cell = REGIME_DEEP_HOLD
+    elif regime == REGIME_UNLOADING and (deep or fast):
+        cell = REGIME_FAST_UNLOADING if fast else REGIME_DEEP_UNLOADING
     return cell

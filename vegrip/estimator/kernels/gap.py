@@ -12,18 +12,21 @@ from vegrip.estimator.kernels.begin import begin_contact, is_touching, named, sh
 from vegrip.estimator.kernels.generated import (
     B0,
     BEND0,
+    DELTA,
+    EFFECTS,
+    LEARNED_FROM,
     MODE_CORNER,
     MODE_ZERO_KNOWN,
     NS,
+    OFFSET,
     OLD0,
     P0,
     REP_CONTACT,
-    S10,
     SET_TIP_RADIUS,
     STATE_HIGH,
+    TRIAL0,
     TRY0,
     Y0,
-    ZERO,
     Floats,
     N,
 )
@@ -47,17 +50,17 @@ def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
     walk(m, dt)
     for i in range(NS):
         for j in range(N):
-            m[B0 + i * N + j] = m[P0 + (2 + i) * N + j]
+            m[B0 + i * N + j] = m[P0 + (EFFECTS + i) * N + j]
     copy_state(m)
     for i in range(NS):
-        m[TRY0 + 2 + i] = largest_memory(m, i)
-    m[TRY0] = -m[SET_TIP_RADIUS]
+        m[TRY0 + EFFECTS + i] = largest_memory(m, i)
+    m[TRY0 + DELTA] = -m[SET_TIP_RADIUS]
     for i in range(NS):
-        m[BEND0 + i] = m[TRY0 + 2 + i]
+        m[BEND0 + i] = m[TRY0 + EFFECTS + i]
     for i in range(RECOVERY_STEPS):
-        propagate(m, TRY0, -m[SET_TIP_RADIUS], 0.0, part_of(dt, i), S10)
-        copy_section(m, S10, TRY0 + 2, NS)
-    copy_section(m, S10, OLD0, NS)
+        propagate(m, TRY0, -m[SET_TIP_RADIUS], 0.0, part_of(dt, i), TRIAL0)
+        copy_section(m, TRIAL0, TRY0 + EFFECTS, NS)
+    copy_section(m, TRIAL0, OLD0, NS)
     begin_contact(m, force, displacement)
     if m[MODE_ZERO_KNOWN] < 0.5:
         m[MODE_ZERO_KNOWN] = zero_known
@@ -66,12 +69,13 @@ def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
         before = m[BEND0 + i]
         left = min(max(m[OLD0 + i] / before, 1e-12), 1.0) if before != 0.0 else 1.0
         mean, square = remaining(left)
-        m[Y0 + 2 + i] = before * mean
-        for j in range(2 + NS, N):
-            m[P0 + (2 + i) * N + j] = m[P0 + j * N + 2 + i] = mean * m[B0 + i * N + j]
-        m[P0 + (2 + i) * N] = m[P0 + 2 + i] = -m[P0 + (2 + i) * N + ZERO]
+        z = EFFECTS + i
+        m[Y0 + z] = before * mean
+        for j in range(LEARNED_FROM, N):
+            m[P0 + z * N + j] = m[P0 + j * N + z] = mean * m[B0 + i * N + j]
+        m[P0 + z * N + DELTA] = m[P0 + DELTA * N + z] = -m[P0 + z * N + OFFSET]
         spread = before * before * max(square - mean * mean, 0.0)
-        m[P0 + (2 + i) * N + 2 + i] = mean * mean * m[B0 + i * N + 2 + i] + spread
+        m[P0 + z * N + z] = mean * mean * m[B0 + i * N + z] + spread
 
 
 def part_of(dt: float, i: int) -> float:
@@ -87,8 +91,8 @@ def largest_memory(m: Floats, i: int) -> float:
     """Return what effect state ``i`` was, or could have become in a hold."""
     x, elastic_force, force, _ = contact(m, Y0)
     if STATE_HIGH[i] == 0:
-        return float(m[Y0 + 2 + i])
-    return float(max(m[Y0 + 2 + i], share_of(m, i) * named(STATE_HIGH[i], x, elastic_force, force)))
+        return float(m[Y0 + EFFECTS + i])
+    return float(max(m[Y0 + EFFECTS + i], share_of(m, i) * named(STATE_HIGH[i], x, elastic_force, force)))
 
 
 def remaining(left: float) -> tuple[float, float]:

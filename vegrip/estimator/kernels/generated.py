@@ -2,7 +2,8 @@
 
 The kernels are ordinary files, to be read, linted and typed; nothing imports them. Their text, without the
 imports from vegrip, is appended to the generated module of a model, where these names have that model's
-values (:meth:`vegrip.estimator.layout.Layout.constants`). This file declares them.
+values (:meth:`vegrip.estimator.layout.Layout.names`). This file declares them; it is written by
+``python -m vegrip.estimator.declarations``.
 """
 
 from vegrip.contact.limit_surface.fast import gauge, radius_gradient_towards, torsion_gradient
@@ -14,9 +15,43 @@ N: int
 M: int
 NS: int
 N_LEARNED: int
+N_CONSIDERED: int
+DELTA: int
+SPEED: int
+EFFECTS: int
+LEARNED_FROM: int
+OFFSET: int
+BIAS: int
+MU_PLACE: int
+CONSIDERED_MU: int
+CHANNELS: int
+CHANNEL_SIZE: int
+CHANNEL_DISPLACEMENT: int
+CHANNEL_FORCE: int
+CHANNEL_RADIUS: int
+CH_STREAK: int
+CH_REJECTED: int
+CH_AGE: int
+CH_USED: int
+REGIMES: int
+CELL_SIZE: int
+CELL_WEIGHT: int
+CELL_MEAN: int
+CELL_NIS: int
+REGIME_AIR: float
+REGIME_LOADING: float
+REGIME_HOLD: float
+REGIME_UNLOADING: float
+REGIME_DEEP_LOADING: float
+REGIME_FAST_LOADING: float
+REGIME_DEEP_HOLD: float
+REGIME_LATE_HOLD: float
+REGIME_DEEP_UNLOADING: float
+REGIME_FAST_UNLOADING: float
+REGIME_SLIDING: float
+REGIME_JERK: float
 LEARNED: tuple[int, ...]
 LEARNED_LOG: tuple[bool, ...]
-N_CONSIDERED: int
 CONSIDERED: tuple[int, ...]
 CONSIDERED_LOG: tuple[bool, ...]
 STATE_LOW: tuple[int, ...]
@@ -24,79 +59,16 @@ STATE_HIGH: tuple[int, ...]
 STATE_SHARE: tuple[int, ...]
 KEPT: tuple[bool, ...]
 FELT: tuple[bool, ...]
-ZERO: int
-BIAS: int
-MU_PLACE: int
-CONSIDERED_MU: int
 Y0: int
 Y1: int
 P0: int
 P1: int
 VALUES0: int
-VALUES1: int
 EXOGENOUS0: int
-EXOGENOUS1: int
 PRIOR0: int
-PRIOR1: int
 LOW0: int
-LOW1: int
 HIGH0: int
-HIGH1: int
 DRIFT0: int
-DRIFT1: int
-SET0: int
-SET1: int
-FRICTION0: int
-FRICTION1: int
-CONSIDER0: int
-CONSIDER1: int
-REPORT0: int
-REPORT1: int
-CHANNEL0: int
-CHANNEL1: int
-HEALTH0: int
-HEALTH1: int
-MODE0: int
-MODE1: int
-MOTION0: int
-MOTION1: int
-START0: int
-START1: int
-COUNTS0: int
-COUNTS1: int
-OLD0: int
-OLD1: int
-KEPT_Y0: int
-KEPT_Y1: int
-KEPT_P0: int
-KEPT_P1: int
-F0: int
-F1: int
-B0: int
-B1: int
-H0: int
-H1: int
-G0: int
-G1: int
-K0: int
-K1: int
-BEND0: int
-BEND1: int
-BENT0: int
-BENT1: int
-S00: int
-S01: int
-S10: int
-RATIO0: int
-S11: int
-L0: int
-L1: int
-D0: int
-D1: int
-TRY0: int
-TRY1: int
-MID0: int
-MID1: int
 SET_ACCELERATION: int
 SET_R_FORCE: int
 SET_R_DISPLACEMENT: int
@@ -115,6 +87,24 @@ SET_REGRASP: int
 SET_MU_PRIOR_VAR: int
 SET_HEALTH_TIME: int
 SET_LEARNING_REST: int
+FRI_LN_MU: int
+FRI_VAR: int
+FRI_BASE_LN: int
+FRI_BASE_VAR: int
+FRI_PEAK: int
+FRI_BEST: int
+FRI_SLIDING: int
+FRI_SMOOTH: int
+FRI_TOUCHING: int
+FRI_EVENTS: int
+FRI_PROVEN: int
+FRI_HELD_TIME: int
+FRI_HELD_LEAST: int
+FRI_SLIDE_COUNT: int
+FRI_SLIDE_MEAN: int
+FRI_UNCONFIRMED: int
+FRI_SCATTER_VAR: int
+CONSIDER0: int
 REP_FORCE: int
 REP_FORCE_STD: int
 REP_RADIUS: int
@@ -137,27 +127,10 @@ REP_DEPTH_STD: int
 REP_CONTACT: int
 REP_SOUND: int
 REP_RADIUS_SOUND: int
-FRI_LN_MU: int
-FRI_VAR: int
-FRI_BASE_LN: int
-FRI_BASE_VAR: int
-FRI_PEAK: int
-FRI_BEST: int
-FRI_SLIDING: int
-FRI_SMOOTH: int
-FRI_TOUCHING: int
-FRI_EVENTS: int
-FRI_PROVEN: int
-FRI_HELD_TIME: int
-FRI_HELD_LEAST: int
-FRI_SLIDE_COUNT: int
-FRI_SLIDE_MEAN: int
-FRI_UNCONFIRMED: int
-FRI_SCATTER_VAR: int
-CH_STREAK: int
-CH_REJECTED: int
-CH_AGE: int
-CH_USED: int
+CHANNEL0: int
+HEALTH0: int
+MODE0: int
+MODE1: int
 MODE_ZERO_KNOWN: int
 MODE_BLIND: int
 MODE_HEALTH_DECAY: int
@@ -170,12 +143,6 @@ MODE_CAUTION: int
 MODE_CONTRADICTED: int
 MODE_UNEXPLAINED: int
 MODE_CORNER: int
-MOTION_POSITION: int
-MOTION_SPEED: int
-MOTION_VAR_POSITION: int
-MOTION_COV: int
-MOTION_VAR_SPEED: int
-MOTION_RESTLESS: int
 MODE_SLOPE: int
 MODE_TOLERATED: int
 MODE_LOST: int
@@ -188,5 +155,39 @@ MODE_ZERO_VAR: int
 MODE_RADIUS_CONTRADICTED: int
 MODE_BEND: int
 MODE_MET: int
+MOTION_POSITION: int
+MOTION_SPEED: int
+MOTION_VAR_POSITION: int
+MOTION_COV: int
+MOTION_VAR_SPEED: int
+MOTION_RESTLESS: int
+START0: int
 COUNT_RESTARTS: int
 COUNT_OVERFLOWS: int
+OLD0: int
+KEPT_Y0: int
+KEPT_P0: int
+F0: int
+B0: int
+H0: int
+H1: int
+G0: int
+K0: int
+BEND0: int
+BEND_SUM0: int
+NEXT0: int
+TRIAL0: int
+RATIO0: int
+RATIO_COUNT: int
+RATIO_PLACE: int
+L0: int
+D_FORCE0: int
+D_RADIUS0: int
+D_EXPONENT0: int
+D_FRICTION0: int
+D_DELTA0: int
+TRY0: int
+MID0: int
+DISPLACEMENT_STREAK: int
+DISPLACEMENT_AGE: int
+FORCE_STREAK: int

@@ -12,10 +12,12 @@ elastic force that is linear within the step, so a held indentation may be stepp
 import math
 
 from vegrip.estimator.kernels.generated import (
+    DELTA,
+    EFFECTS,
     EXOGENOUS0,
     NS,
-    S10,
     SET_HOLD,
+    TRIAL0,
     VALUES0,
     Floats,
     advance,
@@ -31,16 +33,18 @@ def begin_hold(m: Floats, y: int) -> tuple[float, float, float]:
 
     Returns what the hold begins with: elastic force [N], indentation [m], force [N].
     """
-    _, elastic_force, force, _ = advance(m, VALUES0, y + 2, m[y], 0.0, EXOGENOUS0, 0.0, 0.0, S10)
-    keep_hold(m, y, m[y])
-    return elastic_force, m[y], force
+    _, elastic_force, force, _ = advance(
+        m, VALUES0, y + EFFECTS, m[y + DELTA], 0.0, EXOGENOUS0, 0.0, 0.0, TRIAL0
+    )
+    keep_hold(m, y, m[y + DELTA])
+    return elastic_force, m[y + DELTA], force
 
 
 def keep_hold(m: Floats, y: int, delta: float) -> None:
     """Take the step that was tried last: its indentation, and its states from S1."""
-    m[y] = delta
+    m[y + DELTA] = delta
     for i in range(NS):
-        m[y + 2 + i] = m[S10 + i]
+        m[y + EFFECTS + i] = m[TRIAL0 + i]
 
 
 def try_hold(
@@ -53,8 +57,8 @@ def try_hold(
     one solution.
     """
     origin, fresh = begun
-    drive, delta = m[SET_HOLD], m[y]
-    x, elastic, force, _ = advance(m, VALUES0, y + 2, delta, 0.0, EXOGENOUS0, before, dt, S10)
+    drive, delta = m[SET_HOLD], m[y + DELTA]
+    x, elastic, force, _ = advance(m, VALUES0, y + EFFECTS, delta, 0.0, EXOGENOUS0, before, dt, TRIAL0)
     if drive == math.inf:
         return delta, x, elastic, force
     left = fresh - force - drive * (delta - origin)
@@ -63,7 +67,7 @@ def try_hold(
         if not (abs(left) > SOLVED * fresh and slope > 0.0):
             break
         last, left_last, delta = delta, left, delta + left / slope
-        x, elastic, force, _ = advance(m, VALUES0, y + 2, delta, 0.0, EXOGENOUS0, before, dt, S10)
+        x, elastic, force, _ = advance(m, VALUES0, y + EFFECTS, delta, 0.0, EXOGENOUS0, before, dt, TRIAL0)
         left = fresh - force - drive * (delta - origin)
         slope = (left_last - left) / (delta - last) if delta != last else 0.0
     return delta, x, elastic, force
@@ -71,4 +75,4 @@ def try_hold(
 
 def surface_of(m: Floats, delta: float, x: float, elastic: float, force: float) -> tuple[float, float, float]:
     """Return ``a, k, friction`` of the states in S1."""
-    return readout(m, VALUES0, S10, delta, 0.0, EXOGENOUS0, x, elastic, force)
+    return readout(m, VALUES0, TRIAL0, delta, 0.0, EXOGENOUS0, x, elastic, force)

@@ -11,12 +11,16 @@ from vegrip.estimator.kernels.gain import correct, spread_of
 from vegrip.estimator.kernels.generated import (
     B0,
     BIAS,
+    CHANNEL_RADIUS,
+    DELTA,
+    EFFECTS,
     EXOGENOUS0,
     FELT,
     G0,
     H0,
     H1,
     L0,
+    LEARNED_FROM,
     MID0,
     MODE_BEND,
     MODE_BLIND,
@@ -26,14 +30,18 @@ from vegrip.estimator.kernels.generated import (
     MODE_TOLERATED,
     MODE_UNEXPLAINED,
     MODE_ZERO_KNOWN,
-    NS,
+    OFFSET,
     P0,
     RATIO0,
-    S10,
+    RATIO_COUNT,
+    RATIO_PLACE,
+    REGIME_HOLD,
     SET_R_DISPLACEMENT,
     SET_R_FORCE,
     SET_R_RADIUS,
     SET_TIP_RADIUS,
+    SPEED,
+    TRIAL0,
     TRY0,
     VALUES0,
     Y0,
@@ -94,11 +102,11 @@ def expect_force(m: Floats, value: float) -> Expected:
             break
     if m[MODE_ZERO_KNOWN] > 0.5:
         S += coherent(m, bend)
-    m[MODE_SLOPE] = m[H0]
-    if m[H0] > 0.0 and expected - m[MID0 + BIAS] > SURELY * math.sqrt(S):
+    m[MODE_SLOPE] = m[H0 + DELTA]
+    if m[H0 + DELTA] > 0.0 and expected - m[MID0 + BIAS] > SURELY * math.sqrt(S):
         S += smooth_slopes(m)
     else:
-        m[RATIO0 + 1] = -m[SET_TIP_RADIUS]  # out of reach
+        m[RATIO_PLACE] = -m[SET_TIP_RADIUS]  # out of reach
     return innovation, S
 
 
@@ -120,19 +128,19 @@ def smooth_slopes(m: Floats) -> float:
     Noise turns the direction of the gradient a little from sample to sample, and a filter that takes each for
     exact learns in time along the direction that no sample tells: stiffness against zero.
     """
-    n, place = m[RATIO0], m[RATIO0 + 1]
-    holds = m[MODE_REGIME] == 2.0 and m[MODE_ZERO_KNOWN] > 0.5
-    near = holds and abs(m[Y0] - place) < NEAR * math.sqrt(m[SET_R_DISPLACEMENT])
+    n, place = m[RATIO_COUNT], m[RATIO_PLACE]
+    holds = m[MODE_REGIME] == REGIME_HOLD and m[MODE_ZERO_KNOWN] > 0.5
+    near = holds and abs(m[Y0 + DELTA] - place) < NEAR * math.sqrt(m[SET_R_DISPLACEMENT])
     n = min(n + 1.0, RATIO_TIME / max(m[MODE_PERIOD], 1e-4)) if near else 0.0
-    m[RATIO0] = n
-    m[RATIO0 + 1] = place + (m[Y0] - place) / (1.0 + n) if near else m[Y0]  # mean place
+    m[RATIO_COUNT] = n
+    m[RATIO_PLACE] = place + (m[Y0 + DELTA] - place) / (1.0 + n) if near else m[Y0 + DELTA]  # mean place
     before = 0.0
     for j in range(N):
         before += m[H0 + j] * m[G0 + j]
-    for j in range(2, M):
-        ratio = m[H0 + j] / m[H0]
+    for j in range(EFFECTS, M):
+        ratio = m[H0 + j] / m[H0 + DELTA]
         m[RATIO0 + j] += (ratio - m[RATIO0 + j]) / (1.0 + n)
-        m[H0 + j] = m[H0] * m[RATIO0 + j]
+        m[H0 + j] = m[H0 + DELTA] * m[RATIO0 + j]
     return spread_of(m) - before
 
 
@@ -163,7 +171,7 @@ def regress_force(m: Floats) -> tuple[float, float]:
             missed += (rise - fall) / (2.0 * WIDE * WIDE)
             bend += (rise - fall) ** 2 * (WIDE * WIDE - 1.0) / (4.0 * WIDE**4)
     solve_slopes(m)
-    m[H0 + N - 2] = 0.0
+    m[H0 + OFFSET] = 0.0
     m[H0 + BIAS] = 1.0
     return base + missed + m[MID0 + BIAS], bend
 
@@ -189,7 +197,7 @@ def expect_force_alone(m: Floats, value: float) -> Expected:
     innovation = value - base - bias
     for j in range(M):
         innovation -= m[H0 + j] * (m[Y0 + j] - m[y + j])
-    m[MODE_SLOPE] = m[H0]
+    m[MODE_SLOPE] = m[H0 + DELTA]
     return innovation, R + spread_of(m)
 
 
@@ -197,7 +205,7 @@ def force_gradient(m: Floats, y: int) -> float:
     """Fill H with the derivative of the sensed force at ``y``; return that force."""
     clear(m, H0, H1)
     base = contact(m, y)[3]
-    for j in range(2 + NS if m[MODE_BLIND] > 0.5 else M):
+    for j in range(LEARNED_FROM if m[MODE_BLIND] > 0.5 else M):
         h = step_of(m, y, j)
         if FELT[j] and h > 0.0:
             keep = m[y + j]
@@ -218,13 +226,13 @@ def meet(m: Floats, y: int, force: float, threshold: float) -> None:
     found = contact(m, y)[3]
     if abs(found - force) < threshold:
         return
-    low, high = min(m[y], 0.0), m[SET_TIP_RADIUS]
+    low, high = min(m[y + DELTA], 0.0), m[SET_TIP_RADIUS]
     for _ in range(40):
-        m[y] = 0.5 * (low + high)
+        m[y + DELTA] = 0.5 * (low + high)
         if contact(m, y)[3] < force:
-            low = m[y]
+            low = m[y + DELTA]
         else:
-            high = m[y]
+            high = m[y + DELTA]
 
 
 def measure_radius(m: Floats, value: float) -> None:
@@ -242,10 +250,10 @@ def measure_radius(m: Floats, value: float) -> None:
             m[y + j] = keep + h
             m[H0 + j] = (radius_of(m, y) - base) / h
             m[y + j] = keep
-    correct(m, 2, value - base, m[SET_R_RADIUS] + spread_of(m))
+    correct(m, CHANNEL_RADIUS, value - base, m[SET_R_RADIUS] + spread_of(m))
 
 
 def radius_of(m: Floats, y: int) -> float:
     """Contact radius of the state ``y``."""
     x, elastic_force, force, _ = contact(m, y)
-    return readout(m, VALUES0, S10, m[y], m[y + 1], EXOGENOUS0, x, elastic_force, force)[0]
+    return readout(m, VALUES0, TRIAL0, m[y + DELTA], m[y + SPEED], EXOGENOUS0, x, elastic_force, force)[0]

@@ -8,6 +8,7 @@ sample, and a contact that is told where the motion should be has to explain the
 import math
 
 from vegrip.estimator.kernels.generated import (
+    DELTA,
     MODE_CORNER,
     MODE_SINCE_JERK,
     MOTION_COV,
@@ -19,6 +20,7 @@ from vegrip.estimator.kernels.generated import (
     PRIOR0,
     SET_ACCELERATION,
     SET_R_DISPLACEMENT,
+    SPEED,
     Floats,
 )
 
@@ -31,7 +33,7 @@ def begin_motion(m: Floats, displacement: float) -> None:
     """Start at rest."""
     m[MOTION_POSITION], m[MOTION_SPEED] = displacement, 0.0
     m[MOTION_VAR_POSITION], m[MOTION_COV] = m[SET_R_DISPLACEMENT], 0.0
-    m[MOTION_VAR_SPEED] = m[PRIOR0 + 1]
+    m[MOTION_VAR_SPEED] = m[PRIOR0 + SPEED]
     m[MOTION_RESTLESS] = 1.0
 
 
@@ -84,5 +86,5 @@ def restless(m: Floats, nis: float) -> None:
 def stop_motion(m: Floats, dt: float) -> None:
     """Nothing was heard for ``dt`` [s]: the tip may be anywhere, at any speed."""
     m[MOTION_SPEED] = m[MOTION_COV] = 0.0
-    m[MOTION_VAR_SPEED] = m[PRIOR0 + 1]
-    m[MOTION_VAR_POSITION] = math.inf if math.isinf(dt) else m[PRIOR0]
+    m[MOTION_VAR_SPEED] = m[PRIOR0 + SPEED]
+    m[MOTION_VAR_POSITION] = math.inf if math.isinf(dt) else m[PRIOR0 + DELTA]

@@ -14,32 +14,36 @@ import math
 from vegrip.estimator.kernels.generated import (
     B0,
     BEND0,
-    BENT0,
+    BEND_SUM0,
     BIAS,
+    DELTA,
     DRIFT0,
+    EFFECTS,
     F0,
     H0,
     KEPT,
     L0,
+    LEARNED_FROM,
     MODE_BLIND,
     MODE_CORNER,
     MODE_REST,
     MODE_SLOPE,
     MOTION_SPEED,
     MOTION_VAR_SPEED,
+    NEXT0,
     NS,
+    OFFSET,
     OLD0,
     P0,
     PRIOR0,
-    S00,
-    S10,
     SET_ACCELERATION,
     SET_LEARNING_REST,
     SET_R_DISPLACEMENT,
     SET_R_FORCE,
+    SPEED,
+    TRIAL0,
     TRY0,
     Y0,
-    ZERO,
     Floats,
     M,
     N,
@@ -49,9 +53,7 @@ from vegrip.estimator.kernels.state import copy_section, copy_state, propagate, 
 
 STRAIGHT = 0.02  # relative change below which a law is taken for straight over the spread of the state
 RESTING = 10.0  # by how much faster a zero may drift once nothing is learned
-CROSS = math.sqrt(
-    2.0
-)  # bends along two columns at once (amplitude times rate) weigh as much as those along one
+CROSS = math.sqrt(2.0)  # bends along two columns (amplitude times rate) weigh as much as those along one
 FADES = 2.0  # [s] after which an old bend of the memory is forgotten
 WITHIN = 0.4  # std of where within a step the motion turned, in steps
 
@@ -61,7 +63,7 @@ def predict(m: Floats, dt: float, displacement: float) -> None:
     driven = math.isfinite(displacement)
     walk(m, dt)
     copy_section(m, Y0, OLD0, N)
-    m[Y0 + 1] = m[MOTION_SPEED]
+    m[Y0 + SPEED] = m[MOTION_SPEED]
     square_root(m, P0)
     error = m[SET_R_DISPLACEMENT]
     if not driven:
@@ -70,16 +72,16 @@ def predict(m: Floats, dt: float, displacement: float) -> None:
     effects_ahead(m, dt, displacement, math.sqrt(error))
     move_covariance(m, driven)
     disturb(m, error, dt)
-    m[Y0] = end
+    m[Y0 + DELTA] = end
     for i in range(NS):
-        m[Y0 + 2 + i] = m[S00 + i]
+        m[Y0 + EFFECTS + i] = m[NEXT0 + i]
 
 
 def end_of(m: Floats, y: int, displacement: float, dt: float) -> float:
     """Indentation [m] at the end of the step, from the state ``y``."""
     if math.isfinite(displacement):
-        return float(displacement - m[y + ZERO])
-    return float(m[y] + m[MOTION_SPEED] * dt)
+        return float(displacement - m[y + OFFSET])
+    return float(m[y + DELTA] + m[MOTION_SPEED] * dt)
 
 
 def walk(m: Floats, dt: float) -> None:
@@ -88,7 +90,7 @@ def walk(m: Floats, dt: float) -> None:
     In a long rest nothing is learned, so what changes then is a zero: both may drift RESTING times as fast.
     """
     rests = m[MODE_REST] > m[SET_LEARNING_REST]
-    for j in range(2 + NS, N):
+    for j in range(LEARNED_FROM, N):
         faster = RESTING * RESTING if rests and j >= M else 1.0
         walk_within(m, j, faster * m[DRIFT0 + j] * dt, faster * m[PRIOR0 + j])
 
@@ -99,41 +101,45 @@ def effects_ahead(m: Floats, dt: float, displacement: float, error: float) -> No
         return
     copy_state(m)
     end = end_of(m, Y0, displacement, dt)
-    propagate(m, TRY0, end, m[Y0 + 1], dt, S00)
-    propagate(m, TRY0, end + error, m[Y0 + 1], dt, S10)
+    propagate(m, TRY0, end, m[Y0 + SPEED], dt, NEXT0)
+    propagate(m, TRY0, end + error, m[Y0 + SPEED], dt, TRIAL0)
     for i in range(NS):
-        m[H0 + i] = m[S10 + i] - m[S00 + i]
+        m[H0 + i] = m[TRIAL0 + i] - m[NEXT0 + i]
     for i in range(NS):
         m[B0 + i] = 0.0
         m[BEND0 + i] = 0.0
     for j in range(N):
         for i in range(NS):
             m[F0 + i * N + j] = 0.0
-        known = 2 + NS <= j < M and m[MODE_BLIND] > 0.5  # parameters without a displacement, see sight.py
+        known = (
+            LEARNED_FROM <= j < M and m[MODE_BLIND] > 0.5
+        )  # parameters without a displacement, see sight.py
         if j != BIAS and m[L0 + j * N + j] > 0.0 and not known:
             step_along(m, dt, displacement, j)
     for i in range(NS):
-        m[S00 + i] += m[B0 + i]
+        m[NEXT0 + i] += m[B0 + i]
 
 
 def step_along(m: Floats, dt: float, displacement: float, j: int) -> None:
     """One column of F; where the law bends, also what that adds to mean (B) and variance (BEND)."""
     shifted(m, Y0, j, 1.0)
-    propagate(m, TRY0, end_of(m, TRY0, displacement, dt), m[TRY0 + 1], dt, S10)
+    propagate(m, TRY0, end_of(m, TRY0, displacement, dt), m[TRY0 + SPEED], dt, TRIAL0)
     straight = True
     for i in range(NS):
-        m[F0 + i * N + j] = m[S10 + i] - m[S00 + i]
-        straight = straight and abs(m[S00 + i]) > 0.0 and abs(m[F0 + i * N + j]) <= STRAIGHT * abs(m[S00 + i])
+        m[F0 + i * N + j] = m[TRIAL0 + i] - m[NEXT0 + i]
+        straight = (
+            straight and abs(m[NEXT0 + i]) > 0.0 and abs(m[F0 + i * N + j]) <= STRAIGHT * abs(m[NEXT0 + i])
+        )
     if straight:
         for i in range(NS):
             m[F0 + i * N + j] /= WIDE
         return
     shifted(m, Y0, j, -1.0)
-    propagate(m, TRY0, end_of(m, TRY0, displacement, dt), m[TRY0 + 1], dt, S10)
+    propagate(m, TRY0, end_of(m, TRY0, displacement, dt), m[TRY0 + SPEED], dt, TRIAL0)
     for i in range(NS):
-        rise, fall = m[F0 + i * N + j], m[S00 + i] - m[S10 + i]
+        rise, fall = m[F0 + i * N + j], m[NEXT0 + i] - m[TRIAL0 + i]
         m[F0 + i * N + j] = (rise + fall) / (2.0 * WIDE)
-        if not KEPT[2 + i]:
+        if not KEPT[EFFECTS + i]:
             m[B0 + i] += (rise - fall) / (2.0 * WIDE * WIDE)
             m[BEND0 + i] += (rise - fall) ** 2 * (WIDE * WIDE - 1.0) / (4.0 * WIDE**4)
 
@@ -141,40 +147,40 @@ def step_along(m: Floats, dt: float, displacement: float, j: int) -> None:
 def move_covariance(m: Floats, driven: bool) -> None:
     """``P = A L (A L)'``: the rows of indentation and effects move, those of parameters and zeros stay."""
     for c in range(N):  # B = A L, the rows that move
-        m[B0 + c] = -m[L0 + ZERO * N + c] if driven else m[L0 + c]
+        m[B0 + DELTA * N + c] = -m[L0 + OFFSET * N + c] if driven else m[L0 + DELTA * N + c]
         for i in range(NS):
-            m[B0 + (2 + i) * N + c] = m[F0 + i * N + c]
-    for a in range(2 + NS):
-        if a == 1:
+            m[B0 + (EFFECTS + i) * N + c] = m[F0 + i * N + c]
+    for a in range(LEARNED_FROM):
+        if a == SPEED:
             continue
-        for b in range(2 + NS, N):
+        for b in range(LEARNED_FROM, N):
             s = 0.0
             for c in range(b + 1):  # L is lower triangular
                 s += m[B0 + a * N + c] * m[L0 + b * N + c]
             m[P0 + a * N + b] = m[P0 + b * N + a] = s
-        for b in range(a, 2 + NS):
-            if b != 1:
+        for b in range(a, LEARNED_FROM):
+            if b != SPEED:
                 s = 0.0
                 for c in range(N):
                     s += m[B0 + a * N + c] * m[B0 + b * N + c]
                 m[P0 + a * N + b] = m[P0 + b * N + a] = s
     for c in range(N):
-        m[P0 + N + c] = m[P0 + c * N + 1] = 0.0
-    m[P0 + N + 1] = m[MOTION_VAR_SPEED]
+        m[P0 + SPEED * N + c] = m[P0 + c * N + SPEED] = 0.0
+    m[P0 + SPEED * N + SPEED] = m[MOTION_VAR_SPEED]
 
 
 def disturb(m: Floats, error: float, dt: float) -> None:
     """Add the error of the indentation [m^2], what it does to the memory, and where the motion turned."""
     sd = math.sqrt(error)
     for i in range(NS):
-        m[P0 + 2 + i] += m[H0 + i] * sd
-        m[P0 + (2 + i) * N] = m[P0 + 2 + i]
+        m[P0 + DELTA * N + EFFECTS + i] += m[H0 + i] * sd
+        m[P0 + (EFFECTS + i) * N + DELTA] = m[P0 + DELTA * N + EFFECTS + i]
         for k in range(i, NS):
-            m[P0 + (2 + i) * N + 2 + k] += m[H0 + i] * m[H0 + k]
-            m[P0 + (2 + k) * N + 2 + i] = m[P0 + (2 + i) * N + 2 + k]
-        turned = 0.0 if KEPT[2 + i] or sd == 0.0 else WITHIN * m[H0 + i] * m[MODE_CORNER] / sd
-        m[P0 + (2 + i) * N + 2 + i] += turned * turned + bend_again(m, i, dt)
-    m[P0] += error
+            m[P0 + (EFFECTS + i) * N + EFFECTS + k] += m[H0 + i] * m[H0 + k]
+            m[P0 + (EFFECTS + k) * N + EFFECTS + i] = m[P0 + (EFFECTS + i) * N + EFFECTS + k]
+        turned = 0.0 if KEPT[EFFECTS + i] or sd == 0.0 else WITHIN * m[H0 + i] * m[MODE_CORNER] / sd
+        m[P0 + (EFFECTS + i) * N + EFFECTS + i] += turned * turned + bend_again(m, i, dt)
+    m[P0 + DELTA * N + DELTA] += error
 
 
 def bend_again(m: Floats, i: int, dt: float) -> float:
@@ -185,11 +191,11 @@ def bend_again(m: Floats, i: int, dt: float) -> float:
     that forgets itself forgets its bends as fast.
     """
     bend = CROSS * math.sqrt(m[BEND0 + i])
-    j = 2 + i
+    j = EFFECTS + i
     own = m[L0 + j * N + j]
     kept = min(max(m[F0 + i * N + j] / own, 0.0), 1.0) if own > 0.0 else 0.0
-    before = m[BENT0 + i] * kept * FADES / (FADES + dt)
-    m[BENT0 + i] = before + bend
+    before = m[BEND_SUM0 + i] * kept * FADES / (FADES + dt)
+    m[BEND_SUM0 + i] = before + bend
     return float(bend * (bend + 2.0 * before))
 
 
@@ -201,20 +207,20 @@ def follow_extremes(m: Floats, dt: float, driven: bool) -> None:
     """
     kept = False
     for i in range(NS):
-        kept = kept or KEPT[2 + i]
+        kept = kept or KEPT[EFFECTS + i]
     if not kept or dt <= 0.0:
         return
     noise = indentation_noise(m, driven)
     copy_section(m, OLD0, TRY0, N)
-    propagate(m, TRY0, m[Y0] + noise, m[Y0 + 1], dt, S10)
-    propagate(m, TRY0, m[Y0], m[Y0 + 1], dt, S00)
+    propagate(m, TRY0, m[Y0 + DELTA] + noise, m[Y0 + SPEED], dt, TRIAL0)
+    propagate(m, TRY0, m[Y0 + DELTA], m[Y0 + SPEED], dt, NEXT0)
     for i in range(NS):
-        if KEPT[2 + i]:
-            old, discount = m[OLD0 + 2 + i], 2.5 * abs(m[S10 + i] - m[S00 + i])
-            if m[S00 + i] > old:
-                m[Y0 + 2 + i] = max(old, m[S00 + i] - discount)
+        if KEPT[EFFECTS + i]:
+            old, discount = m[OLD0 + EFFECTS + i], 2.5 * abs(m[TRIAL0 + i] - m[NEXT0 + i])
+            if m[NEXT0 + i] > old:
+                m[Y0 + EFFECTS + i] = max(old, m[NEXT0 + i] - discount)
             else:
-                m[Y0 + 2 + i] = min(old, m[S00 + i] + discount)
+                m[Y0 + EFFECTS + i] = min(old, m[NEXT0 + i] + discount)
 
 
 def indentation_noise(m: Floats, driven: bool) -> float:
@@ -222,5 +228,5 @@ def indentation_noise(m: Floats, driven: bool) -> float:
     if driven:
         seen = 1.0 / m[SET_R_DISPLACEMENT] + m[MODE_SLOPE] * m[MODE_SLOPE] / m[SET_R_FORCE]
         return 1.0 / math.sqrt(seen)
-    slow = m[P0 + BIAS] * m[P0 + BIAS] / max(m[P0 + BIAS * N + BIAS], 1e-300)
-    return math.sqrt(max(m[P0] - slow, 0.0))
+    slow = m[P0 + DELTA * N + BIAS] * m[P0 + DELTA * N + BIAS] / max(m[P0 + BIAS * N + BIAS], 1e-300)
+    return math.sqrt(max(m[P0 + DELTA * N + DELTA] - slow, 0.0))

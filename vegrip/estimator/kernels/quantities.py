@@ -15,14 +15,20 @@ from vegrip.estimator.kernels.generated import (
     CONSIDER0,
     CONSIDERED,
     CONSIDERED_LOG,
-    D0,
+    D_DELTA0,
+    D_EXPONENT0,
+    D_FORCE0,
+    D_FRICTION0,
+    D_RADIUS0,
+    DELTA,
     EXOGENOUS0,
     L0,
+    LEARNED_FROM,
     MODE_BLIND,
     N_CONSIDERED,
-    NS,
     P0,
-    S10,
+    SPEED,
+    TRIAL0,
     TRY0,
     VALUES0,
     Y0,
@@ -44,7 +50,9 @@ SLIGHT = 0.02  # relative change below which the law is straight enough
 def quantities(m: Floats, y: int) -> Quantities:
     """``N, a, k, friction`` of the state ``y``."""
     x, elastic_force, force, _ = contact(m, y)
-    a, k, friction = readout(m, VALUES0, S10, m[y], m[y + 1], EXOGENOUS0, x, elastic_force, force)
+    a, k, friction = readout(
+        m, VALUES0, TRIAL0, m[y + DELTA], m[y + SPEED], EXOGENOUS0, x, elastic_force, force
+    )
     return force, a, k, friction
 
 
@@ -60,15 +68,15 @@ def spread_quantities(m: Floats) -> Quantities:
         if m[L0 + j * N + j] > 0.0:
             shifted(m, Y0, j, 1.0)
             up = quantities(m, TRY0)
-            if slight(now, up) or (j >= 2 + NS and same(now, up)):
+            if slight(now, up) or (j >= LEARNED_FROM and same(now, up)):
                 down = mirrored(now, up)
             else:
                 shifted(m, Y0, j, -1.0)
                 down = quantities(m, TRY0)
         note_difference(m, j, up, down, now[2])
-        m[D0 + 4 * (M + N_CONSIDERED) + j] = m[L0 + j]
-        if j >= 2 + NS and m[MODE_BLIND] > 0.5:
-            m[D0 + j] = 0.0  # exactly; the straight line along which it moved bends
+        m[D_DELTA0 + j] = m[L0 + DELTA * N + j]
+        if j >= LEARNED_FROM and m[MODE_BLIND] > 0.5:
+            m[D_FORCE0 + j] = 0.0  # exactly; the straight line along which it moved bends
     spread_considered(m, now)
     return now
 
@@ -81,18 +89,20 @@ def spread_considered(m: Floats, now: Quantities) -> None:
         at, sd = VALUES0 + CONSIDERED[i], WIDE * math.sqrt(m[CONSIDER0 + i])
         keep = m[at]
         m[at] = keep * math.exp(sd) if CONSIDERED_LOG[i] else keep + sd
-        a, k, friction = readout(m, VALUES0, S10, m[TRY0], m[TRY0 + 1], EXOGENOUS0, x, elastic_force, force)
+        a, k, friction = readout(
+            m, VALUES0, TRIAL0, m[TRY0 + DELTA], m[TRY0 + SPEED], EXOGENOUS0, x, elastic_force, force
+        )
         up = force, a, k, friction
         down = mirrored(now, up)
         if not slight(now, up):
             m[at] = keep * math.exp(-sd) if CONSIDERED_LOG[i] else keep - sd
             a, k, friction = readout(
-                m, VALUES0, S10, m[TRY0], m[TRY0 + 1], EXOGENOUS0, x, elastic_force, force
+                m, VALUES0, TRIAL0, m[TRY0 + DELTA], m[TRY0 + SPEED], EXOGENOUS0, x, elastic_force, force
             )
             down = force, a, k, friction
         note_difference(m, M + i, up, down, now[2])
         m[at] = keep
-        m[D0 + 4 * (M + N_CONSIDERED) + M + i] = 0.0
+        m[D_DELTA0 + M + i] = 0.0
 
 
 def slight(now: Quantities, up: Quantities) -> bool:
@@ -117,10 +127,10 @@ def mirrored(now: Quantities, up: Quantities) -> Quantities:
 
 def at_constant_force(m: Floats) -> None:
     """Without a displacement a change of a parameter moves the indentation so that N stays (lose_sight)."""
-    for i in range(2 + NS, M):
+    for i in range(LEARNED_FROM, M):
         slope = sight_slope(m, TRY0, i)
-        for j in range(2 + NS, i + 1):
-            m[L0 + j] += slope * m[L0 + i * N + j]
+        for j in range(LEARNED_FROM, i + 1):
+            m[L0 + DELTA * N + j] += slope * m[L0 + i * N + j]
 
 
 def note_difference(
@@ -131,20 +141,18 @@ def note_difference(
     exponent: float,
 ) -> None:
     """Write column ``j`` of D; of the exponent the larger of both sides, it may lie at the end of its law."""
-    C = M + N_CONSIDERED
-    m[D0 + j] = (up[0] - down[0]) / (2.0 * WIDE)
-    m[D0 + C + j] = (up[1] - down[1]) / (2.0 * WIDE)
+    m[D_FORCE0 + j] = (up[0] - down[0]) / (2.0 * WIDE)
+    m[D_RADIUS0 + j] = (up[1] - down[1]) / (2.0 * WIDE)
     rise, fall = up[2] - exponent, exponent - down[2]
-    m[D0 + 2 * C + j] = (rise if abs(rise) > abs(fall) else fall) / WIDE
-    m[D0 + 3 * C + j] = (up[3] - down[3]) / (2.0 * WIDE)
+    m[D_EXPONENT0 + j] = (rise if abs(rise) > abs(fall) else fall) / WIDE
+    m[D_FRICTION0 + j] = (up[3] - down[3]) / (2.0 * WIDE)
 
 
 def spread(m: Floats, a0: float, a1: float, a2: float, a3: float, a4: float) -> float:
     """Standard deviation of ``a0 N + a1 a + a2 k + a3 friction + a4 delta``."""
-    C = M + N_CONSIDERED
     total = 0.0
-    for j in range(C):
-        s = a0 * m[D0 + j] + a1 * m[D0 + C + j] + a2 * m[D0 + 2 * C + j]
-        s += a3 * m[D0 + 3 * C + j] + a4 * m[D0 + 4 * C + j]
+    for j in range(M + N_CONSIDERED):
+        s = a0 * m[D_FORCE0 + j] + a1 * m[D_RADIUS0 + j] + a2 * m[D_EXPONENT0 + j]
+        s += a3 * m[D_FRICTION0 + j] + a4 * m[D_DELTA0 + j]
         total += s * s
     return math.sqrt(total)

@@ -13,6 +13,7 @@ import math
 from vegrip.estimator.kernels.generated import (
     CONSIDER0,
     CONSIDERED_MU,
+    DELTA,
     FRI_LN_MU,
     FRI_VAR,
     MU_PLACE,
@@ -70,7 +71,7 @@ def report(m: Floats, tangential: float, torque: float) -> None:
     m[REP_RADIUS_STD] = max(spread(m, 0.0, 1.0, 0.0, 0.0, 0.0), LEAST_RADIUS_STD * m[SET_TIP_RADIUS])
     m[REP_EXPONENT_STD] = max(spread(m, 0.0, 0.0, 1.0, 0.0, 0.0), LEAST_EXPONENT_STD)
     m[REP_MU_STD] = spread(m, 0.0, 0.0, 0.0, 1.0, 0.0)
-    m[REP_DEPTH_NOW], m[REP_DEPTH_STD] = m[Y0], spread(m, 0.0, 0.0, 0.0, 0.0, 1.0)
+    m[REP_DEPTH_NOW], m[REP_DEPTH_STD] = m[Y0 + DELTA], spread(m, 0.0, 0.0, 0.0, 0.0, 1.0)
     touch(m)
     m[REP_LIMIT_FORCE] = mu * force
     m[REP_LIMIT_FORCE_STD] = max(spread(m, mu, 0.0, 0.0, force, 0.0), mu * least)

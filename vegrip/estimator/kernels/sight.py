@@ -1,6 +1,15 @@
 """Losing the displacement: what force alone can tell."""
 
-from vegrip.estimator.kernels.generated import MODE_BLIND, MOTION_RESTLESS, NS, P0, Floats, M, N
+from vegrip.estimator.kernels.generated import (
+    DELTA,
+    LEARNED_FROM,
+    MODE_BLIND,
+    MOTION_RESTLESS,
+    P0,
+    Floats,
+    M,
+    N,
+)
 from vegrip.estimator.kernels.state import contact, step_of
 
 
@@ -21,9 +30,9 @@ def lose_sight(m: Floats) -> None:
     that it can. So the parameters are taken as known in the filter, uncorrelated with the rest, and their
     spread enters where something is published, at constant force (``sight_slope``).
     """
-    for i in range(2 + NS, M):
+    for i in range(LEARNED_FROM, M):
         for j in range(N):
-            if not 2 + NS <= j < M:
+            if not LEARNED_FROM <= j < M:
                 m[P0 + i * N + j] = 0.0
                 m[P0 + j * N + i] = 0.0
 
@@ -31,10 +40,10 @@ def lose_sight(m: Floats) -> None:
 def sight_slope(m: Floats, y: int, j: int) -> float:
     """Change of the indentation with learned parameter ``j`` at constant force, ``- N_theta / N_delta``."""
     base = contact(m, y)[2]
-    keep, h = m[y], step_of(m, y, 0)
-    m[y] = keep + h
+    keep, h = m[y + DELTA], step_of(m, y, 0)
+    m[y + DELTA] = keep + h
     by_depth = (contact(m, y)[2] - base) / h if h > 0.0 else 0.0
-    m[y] = keep
+    m[y + DELTA] = keep
     keep, h = m[y + j], step_of(m, y, j)
     m[y + j] = keep + h
     by_parameter = (contact(m, y)[2] - base) / h if h > 0.0 else 0.0

@@ -3,16 +3,19 @@
 import math
 
 from vegrip.estimator.kernels.generated import (
+    DELTA,
+    EFFECTS,
     EXOGENOUS0,
     HIGH0,
     LEARNED,
+    LEARNED_FROM,
     LEARNED_LOG,
     LOW0,
     N_LEARNED,
-    NS,
     P0,
-    S10,
     SET_TIP_RADIUS,
+    SPEED,
+    TRIAL0,
     TRY0,
     VALUES0,
     Y0,
@@ -43,7 +46,7 @@ def copy_state(m: Floats) -> None:
 def put_learned(m: Floats, y: int) -> None:
     """Write the learned parameters of the state ``y`` into the values the model reads."""
     for j in range(N_LEARNED):
-        u = m[y + 2 + NS + j]
+        u = m[y + LEARNED_FROM + j]
         m[VALUES0 + LEARNED[j]] = math.exp(u) if LEARNED_LOG[j] else u
 
 
@@ -56,13 +59,13 @@ def step_of(m: Floats, y: int, j: int) -> float:
 def contact(m: Floats, y: int) -> tuple[float, float, float, float]:
     """``x``, ``elastic_force``, ``force``, ``sensed_force`` of the state ``y``."""
     put_learned(m, y)
-    return advance(m, VALUES0, y + 2, m[y], m[y + 1], EXOGENOUS0, 0.0, 0.0, S10)
+    return advance(m, VALUES0, y + EFFECTS, m[y + DELTA], m[y + SPEED], EXOGENOUS0, 0.0, 0.0, TRIAL0)
 
 
 def propagate(m: Floats, y: int, delta: float, speed: float, dt: float, into: int) -> None:
     """Effect states after ``dt``, in which the indentation goes from that of ``y`` to ``delta`` [m]."""
     put_learned(m, y)
-    _, before, _, _ = advance(m, VALUES0, y + 2, m[y], m[y + 1], EXOGENOUS0, 0.0, 0.0, into)
+    _, before, _, _ = advance(m, VALUES0, y + EFFECTS, m[y + DELTA], m[y + SPEED], EXOGENOUS0, 0.0, 0.0, into)
     advance(m, VALUES0, into, delta, speed, EXOGENOUS0, before, dt, into)
 
 
@@ -70,8 +73,8 @@ def bound(m: Floats) -> None:
     """Keep the state where the model makes sense."""
     y = Y0
     R = m[SET_TIP_RADIUS]
-    m[y] = min(max(m[y], -100.0 * R), R)
-    for j in range(2 + NS, M):
+    m[y + DELTA] = min(max(m[y + DELTA], -100.0 * R), R)
+    for j in range(LEARNED_FROM, M):
         m[y + j] = min(max(m[y + j], m[LOW0 + j]), m[HIGH0 + j])
 
 

@@ -10,6 +10,8 @@ import math
 
 from vegrip.estimator.kernels.generated import (
     BIAS,
+    DELTA,
+    LEARNED_FROM,
     MODE_BLIND,
     MODE_FELT,
     MODE_FREE_DEPTH,
@@ -19,13 +21,12 @@ from vegrip.estimator.kernels.generated import (
     MODE_ZERO_VAR,
     MOTION_POSITION,
     MOTION_VAR_POSITION,
-    NS,
+    OFFSET,
     P0,
     SET_R_DISPLACEMENT,
     SET_R_FORCE,
     TRY0,
     Y0,
-    ZERO,
     Floats,
     M,
     N,
@@ -64,14 +65,14 @@ def exclude(m: Floats, excess: float, displacement: float) -> None:
     Later the tip may be in the air where the memory of a contact has left a dent, and the bound would be a
     maximum over noise.
     """
-    std = math.sqrt(m[P0 + ZERO * N + ZERO])
+    std = math.sqrt(m[P0 + OFFSET * N + OFFSET])
     here = min(displacement, m[MOTION_POSITION]) - 2.0 * math.sqrt(m[MOTION_VAR_POSITION])
     if std < POORLY_KNOWN * math.sqrt(m[SET_R_DISPLACEMENT]):
         return
-    if excess < 0.0 and here > m[Y0 + ZERO] + ACTIVE * std and here > m[MODE_FREE_DEPTH]:
+    if excess < 0.0 and here > m[Y0 + OFFSET] + ACTIVE * std and here > m[MODE_FREE_DEPTH]:
         m[MODE_FREE_DEPTH] = max(m[MODE_FREE_DEPTH], here - unseen_depth(m))
-    if not m[MODE_FREE_DEPTH] > m[Y0 + ZERO] + ACTIVE * std:
-        m[MODE_ZERO_MEAN], m[MODE_ZERO_VAR] = m[Y0 + ZERO], std * std
+    if not m[MODE_FREE_DEPTH] > m[Y0 + OFFSET] + ACTIVE * std:
+        m[MODE_ZERO_MEAN], m[MODE_ZERO_VAR] = m[Y0 + OFFSET], std * std
         return
     spread = math.sqrt(m[MODE_ZERO_VAR])
     a = (m[MODE_FREE_DEPTH] - m[MODE_ZERO_MEAN]) / spread
@@ -82,18 +83,18 @@ def exclude(m: Floats, excess: float, displacement: float) -> None:
 def unseen_depth(m: Floats) -> float:
     """Depth [m] up to which the force of a contact is not told from noise, of a tip as soft as it may be."""
     copy_state(m)
-    m[TRY0] = 0.0
+    m[TRY0 + DELTA] = 0.0
     threshold = UNSEEN * math.sqrt(m[SET_R_FORCE])
     meet(m, TRY0, threshold, 0.0)
     force = contact(m, TRY0)[3]
     softer = 0.0
-    for j in range(2 + NS, M):
+    for j in range(LEARNED_FROM, M):
         keep = m[TRY0 + j]
         m[TRY0 + j] = keep + SOFTER * math.sqrt(m[P0 + j * N + j])
         softer += (contact(m, TRY0)[3] / force - 1.0) ** 2 if force > 0.0 else 0.0
         m[TRY0 + j] = keep
     meet(m, TRY0, threshold * (1.0 + math.sqrt(softer)), 0.0)
-    return max(float(m[TRY0]), 0.0)
+    return max(float(m[TRY0 + DELTA]), 0.0)
 
 
 def mills(a: float) -> float:
@@ -105,12 +106,12 @@ def mills(a: float) -> float:
 
 def move_zero(m: Floats, mean: float, variance: float) -> None:
     """Give the zero this mean and variance; what is correlated with it moves along."""
-    before = m[P0 + ZERO * N + ZERO]
+    before = m[P0 + OFFSET * N + OFFSET]
     if not (before > 0.0 and variance > 0.0):
         return
-    shift, change = (mean - m[Y0 + ZERO]) / before, (variance / before - 1.0) / before
+    shift, change = (mean - m[Y0 + OFFSET]) / before, (variance / before - 1.0) / before
     for i in range(N):
-        m[TRY0 + i] = m[P0 + i * N + ZERO]
+        m[TRY0 + i] = m[P0 + i * N + OFFSET]
     for i in range(N):
         m[Y0 + i] += m[TRY0 + i] * shift
         for j in range(N):

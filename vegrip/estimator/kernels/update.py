@@ -17,10 +17,17 @@ from vegrip.estimator.kernels.gap import bridge_gap
 from vegrip.estimator.kernels.generated import (
     BIAS,
     CH_AGE,
-    CH_STREAK,
     CH_USED,
     CHANNEL0,
+    CHANNEL_DISPLACEMENT,
+    CHANNEL_FORCE,
+    CHANNEL_SIZE,
+    CHANNELS,
     COUNT_RESTARTS,
+    DELTA,
+    DISPLACEMENT_AGE,
+    DISPLACEMENT_STREAK,
+    FORCE_STREAK,
     MODE_AGREED,
     MODE_BLIND,
     MODE_CAUTION,
@@ -38,8 +45,11 @@ from vegrip.estimator.kernels.generated import (
     MODE_UNEXPLAINED,
     MODE_ZERO_KNOWN,
     MOTION_POSITION,
+    OFFSET,
     P0,
     PRIOR0,
+    REGIME_LOADING,
+    REGIME_UNLOADING,
     REP_CONTACT,
     REP_FORCE,
     REP_GAUGE,
@@ -50,8 +60,8 @@ from vegrip.estimator.kernels.generated import (
     SET_LONGEST_GAP,
     SET_QUANTILE,
     SET_TIP_RADIUS,
+    SPEED,
     Y0,
-    ZERO,
     Floats,
     N,
 )
@@ -77,7 +87,7 @@ STEADY = 4.0  # times the usual spacing of samples, beyond which a pause counts 
 def filter_step(m: Floats, dt: float, force: float, displacement: float, radius: float) -> None:
     """Predict and measure; NaN is a channel without a measurement. Returns nothing, all is in ``m``."""
     known, felt = math.isfinite(displacement), math.isfinite(force)
-    blind = m[CHANNEL0 + CH_AGE] > m[SET_LONGEST_GAP] and not known
+    blind = m[DISPLACEMENT_AGE] > m[SET_LONGEST_GAP] and not known
     age_channels(m, dt)
     look(m, blind)
     if dt > m[SET_LONGEST_GAP] and dt > STEADY * m[MODE_PERIOD]:
@@ -97,9 +107,9 @@ def age_channels(m: Floats, dt: float) -> None:
     """Time passes: since each channel was used, and for what is remembered of the innovations."""
     m[MODE_HEALTH_DECAY] = math.exp(-dt / m[SET_HEALTH_TIME])
     m[MODE_CAUTION] = max(m[MODE_CAUTION] - dt, 0.0)
-    for channel in range(3):
-        m[CHANNEL0 + 4 * channel + CH_AGE] += dt
-        m[CHANNEL0 + 4 * channel + CH_USED] = 0.0
+    for channel in range(CHANNELS):
+        m[CHANNEL0 + CHANNEL_SIZE * channel + CH_AGE] += dt
+        m[CHANNEL0 + CHANNEL_SIZE * channel + CH_USED] = 0.0
     if dt > 0.0:
         m[MODE_PERIOD] += 0.1 * (dt - m[MODE_PERIOD]) if m[MODE_PERIOD] > 0.0 else dt
 
@@ -107,7 +117,7 @@ def age_channels(m: Floats, dt: float) -> None:
 def note_regime(m: Floats, dt: float) -> None:
     """Note how the tip moves, and for how long it has rested."""
     m[MODE_REGIME] = regime_of(m)
-    moves = m[MODE_REGIME] == 1.0 or m[MODE_REGIME] == 3.0
+    moves = m[MODE_REGIME] == REGIME_LOADING or m[MODE_REGIME] == REGIME_UNLOADING
     m[MODE_REST] = 0.0 if moves else m[MODE_REST] + dt
     m[MODE_SINCE_JERK] += dt
     m[MODE_CELL] = cell_of(m)
@@ -123,8 +133,8 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
         m[MODE_CORNER] = 0.0
         predict(m, dt, math.nan)
         bound(m)
-        if m[MODE_BLIND] > 0.5 and m[Y0] < 0.0:
-            m[Y0] = m[Y0 + 1] = 0.0  # out of contact nothing tells how far
+        if m[MODE_BLIND] > 0.5 and m[Y0 + DELTA] < 0.0:
+            m[Y0 + DELTA] = m[Y0 + SPEED] = 0.0  # out of contact nothing tells how far
         if math.isfinite(force):
             innovation, S = expect(m, force)
             use_force(m, dt, innovation, S)
@@ -178,21 +188,21 @@ def use_force(m: Floats, dt: float, innovation: float, S: float) -> None:
         gain = dt / (LEARNED_ERROR + dt)
         excess = innovation * innovation - (S - m[MODE_TOLERATED])
         m[MODE_UNEXPLAINED] = max(m[MODE_UNEXPLAINED] + gain * (excess - m[MODE_UNEXPLAINED]), 0.0)
-    correct(m, 1, innovation, S)
+    correct(m, CHANNEL_FORCE, innovation, S)
 
 
 def use_displacement(m: Floats, dt: float, displacement: float, surprise: float) -> None:
     """Follow the displacement, which drives the contact already."""
     off = math.sqrt(surprise)
-    note(m, 0, off if displacement >= m[MOTION_POSITION] else -off, surprise)
+    note(m, CHANNEL_DISPLACEMENT, off if displacement >= m[MOTION_POSITION] else -off, surprise)
     follow_motion(m, displacement, dt)
-    accept(m, 0)
+    accept(m, CHANNEL_DISPLACEMENT)
 
 
 def refuse_displacement(m: Floats, surprise: float) -> None:
     """Note a displacement that jumped alone."""
-    note(m, 0, math.sqrt(surprise), surprise)
-    refuse(m, 0)
+    note(m, CHANNEL_DISPLACEMENT, math.sqrt(surprise), surprise)
+    refuse(m, CHANNEL_DISPLACEMENT)
 
 
 def begin_lost_contact_anew(m: Floats, dt: float, force: float, displacement: float) -> None:
@@ -202,19 +212,19 @@ def begin_lost_contact_anew(m: Floats, dt: float, force: float, displacement: fl
     the fault may be the sensor's. When that has not mended it either, everything, with a zero of the
     displacement that may have moved by a tenth of the radius.
     """
-    worst = max(m[CHANNEL0 + CH_STREAK], m[CHANNEL0 + 4 + CH_STREAK])
+    worst = max(m[DISPLACEMENT_STREAK], m[FORCE_STREAK])
     refused = worst >= LEAST_REFUSALS and worst * m[MODE_PERIOD] >= RESTART
     note_lost(m, dt, refused or m[MODE_CONTRADICTED] > PATIENCE)
     if m[MODE_LOST] > GIVE_UP:
         begin_all_anew(m, force, displacement)
     elif refused:
         m[COUNT_RESTARTS] += 1.0
-        for j in (ZERO, BIAS):
+        for j in (OFFSET, BIAS):
             loosen(m, j, m[PRIOR0 + j])
         begin_contact(m, force, displacement)
         m[MODE_CAUTION] = 10.0 * CAUTIOUS
         m[MODE_UNEXPLAINED] = 0.0
-        m[CHANNEL0 + CH_STREAK] = m[CHANNEL0 + 4 + CH_STREAK] = 0.0
+        m[DISPLACEMENT_STREAK] = m[FORCE_STREAK] = 0.0
 
 
 def note_lost(m: Floats, dt: float, wrong: bool) -> None:
@@ -233,10 +243,10 @@ def begin_all_anew(m: Floats, force: float, displacement: float) -> None:
     m[COUNT_RESTARTS] += 1.0
     period = m[MODE_PERIOD]
     begin(m, force, displacement)
-    loosen(m, ZERO, (ZERO_MOVED * m[SET_TIP_RADIUS]) ** 2)
+    loosen(m, OFFSET, (ZERO_MOVED * m[SET_TIP_RADIUS]) ** 2)
     begin_contact(m, force, displacement)
     m[MODE_PERIOD] = period
-    m[CHANNEL0 + CH_STREAK] = m[CHANNEL0 + 4 + CH_STREAK] = 0.0
+    m[DISPLACEMENT_STREAK] = m[FORCE_STREAK] = 0.0
 
 
 def loosen(m: Floats, j: int, variance: float) -> None:

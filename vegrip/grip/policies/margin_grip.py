@@ -38,6 +38,9 @@ class GripSettings:
     probability: float = parameter(
         0.95, unit="1", low=0.5, high=0.9999, doc="that all fingers keep the margin over the horizon"
     )
+    known_probability: float = parameter(
+        0.76, unit="1", low=0.5, high=0.9999, doc="the same of each finger once friction is known"
+    )
     correlation: float = parameter(
         0.9, unit="1", low=0.0, high=1.0, doc="of what is not known of the fingers: they hold one object"
     )

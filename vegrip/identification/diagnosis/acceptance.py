@@ -16,20 +16,18 @@ import numpy as np
 
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.catalogue import Candidate
+from vegrip.identification.diagnosis.thresholds import (
+    AT_BOUND_STD,
+    CHANCE_NATS,
+    MAX_LOST_SHARE,
+    MAX_LOST_SHARE_OF_MOST,
+    MAX_NOISE_CHI2,
+    MIN_GAIN_NATS,
+    MIN_STANDARD_ERRORS,
+    MOST_OF_LEFT_SHARE,
+)
 from vegrip.model import BASE
 from vegrip.types import Floats
-
-PAYS = 8.0  # [nats]
-DEARER = {"inertia": 20.0}  # [nats], because errors of the motion are accelerations too
-MAX_NOISE_CHI2 = 1.5  # chi-square per regime up to which a misfit is noise
-MAX_LOST_SHARE = 0.2  # of the gain that other episodes may lose, and
-MORE_LOST = 0.5  # if what is gained is most of what is left: another missing effect may rule some episodes
-CHANCE_NATS = 5.0  # [nats] that chance may take
-MOSTLY = 0.3  # of what is left; whatever takes that much may leave what another effect does standing out
-RESOLVED = 3.0  # standard errors
-AT_BOUND = 1e-3  # prior standard deviations
-SMALLEST = {"tau": 3e-4}  # [s]
-PLAY = "play"
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,7 @@ def judge_candidate(
     base: CandidateFit,
     new: CandidateFit,
     regimes: tuple[float, float],
-    pays: float = PAYS,
+    pays: float = MIN_GAIN_NATS,
     left: float = math.inf,
 ) -> Verdict:
     """Judge a candidate.
@@ -62,11 +60,11 @@ def judge_candidate(
     gain = new.evidence - base.evidence
     change = new.heldout - base.heldout
     failed = []
-    if not gain > max(pays, DEARER.get(candidate.name, 0.0)):
+    if not gain > max(pays, candidate.effect.min_gain):
         failed.append("evidence")
     up, down = float(change[change > 0.0].sum()), -float(change[change < 0.0].sum())
-    mostly = gain >= MOSTLY * left and regimes[0] > MAX_NOISE_CHI2
-    if not (up > down and down <= (MORE_LOST if mostly else MAX_LOST_SHARE) * up + CHANCE_NATS):
+    mostly = gain >= MOST_OF_LEFT_SHARE * left and regimes[0] > MAX_NOISE_CHI2
+    if not (up > down and down <= (MAX_LOST_SHARE_OF_MOST if mostly else MAX_LOST_SHARE) * up + CHANCE_NATS):
         failed.append("held-out episodes")
     if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
         failed.append("one episode only")
@@ -93,7 +91,7 @@ def strained(base: CandidateFit, new: CandidateFit) -> bool:
 
 def _at_bounds(fitted: CandidateFit) -> set[str]:
     k, u = fitted.problem.unknowns, fitted.optimum.u
-    near = AT_BOUND * k.std
+    near = AT_BOUND_STD * k.std
     return {n for n, at in zip(k.names, (u - k.low < near) | (k.high - u < near), strict=True) if at}
 
 
@@ -101,16 +99,17 @@ def resolved(candidate: Candidate, new: CandidateFit) -> bool:
     """Whether any amount of the effect is more than the sensors resolve."""
     problem, noise = new.problem, new.problem.measured.noise
     std = amount_std(candidate, new)
+    amounts, plays = dict(candidate.effect.min_amounts), dict(candidate.effect.min_plays)
     for p in candidate.effect.parameters:
         if p.null is None:
             continue
         j = problem.unknowns.names.index(p.symbol)
         start = np.log(p.null) if p.transform == "log" else p.null
         amount = abs(float(new.optimum.u[j]) - float(start))
-        least = SMALLEST.get(p.symbol, 0.0)
-        if p.symbol == PLAY:
-            least = 3.0 * noise.displacement / problem.depth
-        if amount > RESOLVED * std[j] and abs(new.value(p.symbol) - p.null) > least:
+        least = amounts.get(p.symbol, 0.0)
+        if p.symbol in plays:
+            least = plays[p.symbol] * noise.displacement / problem.depth
+        if amount > MIN_STANDARD_ERRORS * std[j] and abs(new.value(p.symbol) - p.null) > least:
             return True
     return False
 

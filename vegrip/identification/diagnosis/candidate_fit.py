@@ -14,7 +14,7 @@ import numpy as np
 
 from vegrip.identification.diagnosis.catalogue import Candidate
 from vegrip.identification.diagnosis.cross_validation import scores
-from vegrip.identification.diagnosis.score_tests import DEAR, Hint, carrier, with_candidates
+from vegrip.identification.diagnosis.score_tests import Hint, carrier, with_candidates
 from vegrip.identification.fit.channels import rms
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.sensitivity import has_play
@@ -147,7 +147,7 @@ def _problem(base: CandidateFit, candidate: Candidate) -> Problem:
         if s in p.symbols or s in [one.symbol for one in candidate.effect.parameters]
     )
     plain = {one.name for one in p.model.effects} <= set(BASE)
-    within = None if plain or candidate.name in DEAR else carrier(p.model, [candidate])
+    within = None if plain or candidate.effect.expensive else carrier(p.model, [candidate])
     return Problem(model, p.measured, zeros=p.zeros, symbols=ordered, like=p, within=within)
 
 

@@ -21,12 +21,6 @@ from vegrip.parameters import Parameter
 SPREADS = {1: (-3.0, -1.5, 0.0, 1.5, 3.0), 2: (-2.0, 0.0, 2.0)}
 """Prior standard deviations at which one shape is tried, or each of two."""
 
-START_SIZES = {"displacement_backlash": (0.2, 1.0, 4.0)}
-"""Sizes at which an effect is tried that is not proportional to its amount."""
-
-START_RATES = {"nu2": (0.02, 0.06, 0.2, 0.6, 2.0, 8.0, 40.0)}
-"""[1/s] values of what shapes an effect on either side of what the base model has."""
-
 MIN_TEMPERATURE_SCATTER_K = 0.3  # [K] of scatter below which a temperature tells nothing
 
 FRICTION_CHANNELS = {"tangential_force", "torque_z"}
@@ -63,7 +57,7 @@ def candidates(model: ContactModel, measured: Measured) -> tuple[list[Candidate]
         if reason:
             out_of_sight[name] = reason
         else:
-            tried = list(trials(one)) + list(clipping(one, model, measured))
+            tried = [*trials(one), *trials_in(one, model, measured)]
             found.append(Candidate(one, null(one), tuple(tried)))
     return found, out_of_sight
 
@@ -120,20 +114,20 @@ def trials(one: Effect) -> Iterator[dict[str, float]]:
     for amount in amounts:
         kept = [p for p in shapes if p.transform == "log"][:2] or shapes[:1]
         spreads = SPREADS.get(len(kept), (0.0,))
-        places = [START_RATES.get(p.symbol) or [moved(p, z) for z in spreads] for p in kept]
+        shaped = dict(one.trial_shapes)
+        places = [shaped.get(p.symbol) or [moved(p, z) for z in spreads] for p in kept]
         for at in itertools.product(*places):
-            for size in START_SIZES.get(one.name, (1.0,)):
+            for size in one.trial_sizes:
                 values = null(one)
                 values[amount.symbol] = min(size * _amount(amount), amount.high)
                 yield values | dict(zip([p.symbol for p in kept], at, strict=True))
 
 
-def clipping(one: Effect, model: ContactModel, measured: Measured) -> Iterator[dict[str, float]]:
-    """Yield saturations just below the greatest force: at any other the screen sees nothing, or all."""
-    if one.name == "saturation" and "K" in model.values:
-        top = float(np.nanmax(np.abs(measured.force)))
-        for share in (0.98, 0.9):
-            yield {"s_F": min(model.values["K"].value / (share * top), 1e3)}
+def trials_in(one: Effect, model: ContactModel, measured: Measured) -> Iterator[Trial]:
+    """Yield the values at which to look for the effect in this recording besides."""
+    if one.trials_at is not None:
+        values = {symbol: value.value for symbol, value in model.values.items()}
+        yield from one.trials_at(values, float(np.nanmax(np.abs(measured.force))))
 
 
 def _amount(p: Parameter) -> float:

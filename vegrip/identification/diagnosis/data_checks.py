@@ -10,30 +10,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vegrip.effects import effect
 from vegrip.errors import RecordingError
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
+from vegrip.identification.diagnosis.thresholds import (
+    BRIEF_CONTACT_S,
+    MAX_CLOCK_SHIFT_S,
+    MAX_DEPTH_RADII,
+    MIN_CONTACT_ROWS,
+    MIN_RATE_CORRELATION,
+    MIN_SHIFT_NATS,
+    MIN_VISIBLE_SHIFT_S,
+    MIN_VISIBLE_SHIFT_SAMPLES,
+    OPPOSED_CORRELATION,
+    SHIFT_ADVANTAGE_SHARE,
+)
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.recording import Recording
 from vegrip.types import Floats
-
-LEAST_CONTACT = 50  # rows in contact below which nothing can be said
-BRIEF = 1.0  # [s] in contact below which effects are not told apart
-LONGEST_SHIFT = 1.0  # [s] between the clocks that is looked for
-SHIFTED = 0.015  # [s] and
-VISIBLE_SHIFT_SAMPLES = 2.5  # samples, from which a shift is seen by eye
-OPPOSED = 0.5  # correlation of depth and force, against which they go
-AGREE = 0.3  # correlation of the rates, below which a lag means nothing
-MIN_SHIFT_NATS = 20.0  # [nats] that a shift has to gain, and
-BETTER = 0.1  # of the best effect's gain by which it has to beat it
-MAX_DEPTH_RADII = 0.9  # of the radius
-
-LOOKALIKES = {
-    "fast_damping": "a force whose clock is early by {eta:.2g} s would show nearly the same",
-    "sensor_lag": "a force whose clock is late by {tau:.2g} s would show nearly the same",
-    "contact_radius_law": "a tip of another radius than the {radius:.3g} m stated would show the same",
-    "pressure_profile": "where only torques tell, a radius other than {radius:.3g} m would show alike",
-}
 
 
 @dataclass(frozen=True)
@@ -72,7 +67,7 @@ def _before(problem: Problem) -> Iterator[Doubt]:
     touching = problem.stiffness > 0.0
     step = float(np.median(np.diff(t)))
     lasted = float(np.count_nonzero(touching)) * step
-    if np.count_nonzero(touching) < LEAST_CONTACT or lasted < BRIEF:
+    if np.count_nonzero(touching) < MIN_CONTACT_ROWS or lasted < BRIEF_CONTACT_S:
         yield Doubt(
             f"only {lasted:.2g} s ({np.count_nonzero(touching)} rows) are in contact: "
             "too little to tell effects apart",
@@ -93,7 +88,7 @@ def _before(problem: Problem) -> Iterator[Doubt]:
             grave=True,
         )
     late = shift(t, m.first, m.motion.displacement, m.force)
-    if abs(late) > max(SHIFTED, VISIBLE_SHIFT_SAMPLES * step):
+    if abs(late) > max(MIN_VISIBLE_SHIFT_S, MIN_VISIBLE_SHIFT_SAMPLES * step):
         yield Doubt(
             f"the force changes {abs(1e3 * late):.0f} ms {'after' if late > 0.0 else 'before'} the "
             "displacement: their clocks disagree; shift one of them and diagnose again",
@@ -103,9 +98,9 @@ def _before(problem: Problem) -> Iterator[Doubt]:
 
 def opposed(depth: Floats, force: Floats) -> bool:
     """Return whether the force falls with the depth."""
-    if depth.size < LEAST_CONTACT or not np.ptp(depth) > 0.0 or not np.ptp(force) > 0.0:
+    if depth.size < MIN_CONTACT_ROWS or not np.ptp(depth) > 0.0 or not np.ptp(force) > 0.0:
         return False
-    return float(np.corrcoef(depth, force)[0, 1]) < -OPPOSED
+    return float(np.corrcoef(depth, force)[0, 1]) < -OPPOSED_CORRELATION
 
 
 def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> float:
@@ -118,14 +113,14 @@ def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> floa
     quick = np.where(same, np.diff(displacement), 0.0)
     push = np.where(same & np.isfinite(np.diff(force)), np.diff(np.nan_to_num(force)), 0.0)
     quick[displacement[1:] <= 0.0] = 0.0
-    most = min(int(LONGEST_SHIFT / step), quick.size // 4)
+    most = min(int(MAX_CLOCK_SHIFT_S / step), quick.size // 4)
     if most < 1 or not quick.any() or not push.any():
         return 0.0
     size = 2 ** math.ceil(math.log2(2 * quick.size))
     crossed = np.fft.irfft(np.fft.rfft(push, size) * np.conj(np.fft.rfft(quick, size)), size)
     lags = np.r_[np.arange(most + 1), np.arange(-most, 0)]
     best = int(lags[np.argmax(crossed[lags])])
-    if crossed[best] < AGREE * math.sqrt(float(push @ push) * float(quick @ quick)):
+    if crossed[best] < MIN_RATE_CORRELATION * math.sqrt(float(push @ push) * float(quick @ quick)):
         return 0.0
     return best * step
 
@@ -163,7 +158,7 @@ def _rate(t: Floats, first: Floats, values: Floats) -> Floats:
 def check_clocks(base: CandidateFit, best: float) -> list[Doubt]:
     """Return the doubt that clocks disagree, if that explains more than the ``best`` effect [nats]."""
     late, gain = apart(base)
-    if gain < MIN_SHIFT_NATS + (1.0 + BETTER) * max(best, 0.0):
+    if gain < MIN_SHIFT_NATS + (1.0 + SHIFT_ADVANTAGE_SHARE) * max(best, 0.0):
         return []
     return [
         Doubt(
@@ -176,5 +171,5 @@ def check_clocks(base: CandidateFit, best: float) -> list[Doubt]:
 
 def check_lookalikes(names: list[str], values: dict[str, float], radius: float) -> list[Doubt]:
     """Return which named effects a fault of the recording would imitate."""
-    told = {"tau": math.nan, "eta": math.nan, **values, "radius": radius}
-    return [Doubt(LOOKALIKES[name].format(**told)) for name in names if name in LOOKALIKES]
+    sentences = [effect(name).imitated_by for name in names]
+    return [Doubt(sentence.format(**values | {"radius": radius})) for sentence in sentences if sentence]

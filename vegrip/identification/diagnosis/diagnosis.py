@@ -14,7 +14,6 @@ from typing import Any
 
 from vegrip.identification.compare.comparison import Comparison
 from vegrip.identification.compare.where import Regime
-from vegrip.identification.diagnosis.acceptance import MAX_NOISE_CHI2
 from vegrip.identification.diagnosis.data_checks import (
     Doubt,
     check_before_search,
@@ -24,6 +23,22 @@ from vegrip.identification.diagnosis.data_checks import (
 )
 from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
 from vegrip.identification.diagnosis.search import Report, Search, Tried, search_effects
+from vegrip.identification.diagnosis.thresholds import (
+    FORM_NATS,
+    FORM_SHARE,
+    INDISTINGUISHABLE_NATS,
+    INDISTINGUISHABLE_SHARE,
+    MAX_ERROR,
+    MAX_ERROR_BY_REGIME,
+    MAX_ERROR_EVEN,
+    MAX_EXCESS_SHARE,
+    MAX_NOISE_CHI2,
+    MIN_CURVE_NATS,
+    MIN_CURVE_SHARE,
+    PATCHWORK_EFFECTS,
+    ROUGH_FORM_SHARE,
+    SAME_CHANGE_COSINE,
+)
 from vegrip.identification.fit.blas import on_one_thread
 from vegrip.identification.fit.fitting import fit
 from vegrip.identification.fit.noise import Noise
@@ -31,24 +46,6 @@ from vegrip.identification.fit.problem import Zeros
 from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
-
-MAX_ERROR_BY_REGIME = (
-    1.05  # error over noise that named effects may leave where some of it depends on the regime, and
-)
-MAX_ERROR_EVEN = 1.1  # where none does;
-MAX_EXCESS_SHARE = 0.1  # or that share of the excess of the squared error over the noise's,
-MAX_ERROR = 1.15  # and no more than this
-CURVE_NATS = 40.0  # [nats] of a curve over one variable, from which a misfit that no regime shows is one
-CURVE_SHARE = 0.1  # of the evidence that was gained, from which a curve over one variable is more than a form
-PATCHWORK_EFFECTS = 3  # effects after which something still stands out bend to what none of them is
-INDISTINGUISHABLE_NATS = 5.0  # [nats] within which candidates cannot be told apart, and
-INDISTINGUISHABLE_SHARE = 1e-3  # of the gain: no model of a measured contact is exact
-SAME_CHANGE_COSINE = (
-    0.95  # cosine of what two candidates do, from which their difference is one of form, unless it is
-)
-FORM_NATS = 20.0  # [nats] or more, and
-FORM_SHARE = 0.25  # of the gain
-ROUGH_SHARE = 0.01  # of the gain, where forms leave a misfit anyhow
 
 
 def are_alike(one: Tried, other: Tried, *, rough: bool = False) -> bool:
@@ -61,7 +58,7 @@ def are_alike(one: Tried, other: Tried, *, rough: bool = False) -> bool:
     apart = abs(one.verdict.gain - other.verdict.gain)
     most = min(FORM_NATS, FORM_SHARE * one.verdict.gain)
     return cosine > SAME_CHANGE_COSINE and apart <= (
-        max(most, ROUGH_SHARE * one.verdict.gain) if rough else most
+        max(most, ROUGH_FORM_SHARE * one.verdict.gain) if rough else most
     )
 
 
@@ -94,7 +91,7 @@ class Diagnosis:
             rest = self._rest
             return (
                 "unexplained"
-                if rest is not None and (after > MAX_NOISE_CHI2 or rest.gain > CURVE_NATS)
+                if rest is not None and (after > MAX_NOISE_CHI2 or rest.gain > MIN_CURVE_NATS)
                 else "adequate"
             )
         if after > MAX_NOISE_CHI2 and not self._sufficient:
@@ -112,7 +109,7 @@ class Diagnosis:
         s, rest = self.search, self._rest
         if len(s.accepted) >= PATCHWORK_EFFECTS:
             return False
-        return rest is None or rest.gain <= CURVE_SHARE * (s.last.evidence - s.first.evidence)
+        return rest is None or rest.gain <= MIN_CURVE_SHARE * (s.last.evidence - s.first.evidence)
 
     @cached_property
     def _rest(self) -> Discrepancy | None:

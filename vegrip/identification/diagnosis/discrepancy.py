@@ -20,6 +20,7 @@ import numpy as np
 
 from vegrip.identification.compare.features import Features, features_of
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
+from vegrip.identification.diagnosis.thresholds import MIN_POINTING_NATS
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.types import Floats
 
@@ -31,7 +32,6 @@ PRIOR_SIZES = np.logspace(
 JITTER = 1e-9
 SLOW_VARIABLES = ("time", "temperature")  # over which a stiffness may change
 MIN_CURVE_ROWS = 20
-MIN_EVIDENCE_NATS = 20.0  # [nats] of evidence below which a curve points nowhere
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def find_discrepancy(fitted: CandidateFit) -> Discrepancy | None:
                 at, value = knots.tolist(), curve.tolist()
                 found.append(Discrepancy(name, channel, gain, share, at, value, times, {}))
     best = max(found, key=lambda one: one.gain, default=None)
-    if best is None or best.gain <= MIN_EVIDENCE_NATS:
+    if best is None or best.gain <= MIN_POINTING_NATS:
         return None
     gains: dict[str, float] = {}
     for one in found:

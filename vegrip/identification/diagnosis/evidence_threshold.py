@@ -6,22 +6,24 @@ left.
 """
 
 import math
-from collections.abc import Collection
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.identification.diagnosis.acceptance import MAX_NOISE_CHI2, PAYS
+from vegrip.effects import Effect
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
-
-LATER = 20.0  # [nats] for a further effect where no regime stands out any more; and in any case
-MATERIAL = 0.005  # of what was gained so far,
-MISFIT_SHARE_OF_GAIN = 0.015  # where something still stands out, and
-SHARE = 0.15  # of what is left, if that is little:
-SMALL_SHARE_OF_GAIN = 0.15  # of what was gained
-TIMING = {"sensor_lag", "fast_damping", "inertia"}  # one beside another does what the other law's form does,
-TIMED = 0.1  # if it gains less than this of what was gained
-SURELY = 2.0  # standard deviations of the sum of squares of noise
+from vegrip.identification.diagnosis.thresholds import (
+    LITTLE_LEFT_SHARE,
+    MAX_NOISE_CHI2,
+    MIN_GAIN_NATS,
+    MIN_LATER_GAIN_NATS,
+    MIN_SHARE_OF_GAIN,
+    MIN_SHARE_OF_GAIN_IN_MISFIT,
+    MIN_SHARE_OF_LEFT,
+    MIN_TIMING_SHARE_OF_GAIN,
+    SURELY_LEFT_STD,
+)
 
 
 @dataclass(frozen=True)
@@ -31,29 +33,32 @@ class EvidenceThreshold:
     gained: float
     left: float
     misfit: float
-    accepted: frozenset[str]
+    accepted: tuple[Effect, ...]
 
-    def of(self, name: str) -> float:
+    def of(self, candidate: Effect) -> float:
         """Return what a candidate has to gain [nats]."""
         if not self.accepted:
-            return PAYS
+            return MIN_GAIN_NATS
         calm = self.misfit <= MAX_NOISE_CHI2
-        asked = max(LATER if calm else PAYS, (MATERIAL if calm else MISFIT_SHARE_OF_GAIN) * self.gained)
-        if self.left < SMALL_SHARE_OF_GAIN * self.gained:
-            asked = max(asked, SHARE * self.left)
-        if name in TIMING and self.accepted & TIMING:
-            asked = max(asked, TIMED * self.gained)
+        asked = max(
+            MIN_LATER_GAIN_NATS if calm else MIN_GAIN_NATS,
+            (MIN_SHARE_OF_GAIN if calm else MIN_SHARE_OF_GAIN_IN_MISFIT) * self.gained,
+        )
+        if self.left < LITTLE_LEFT_SHARE * self.gained:
+            asked = max(asked, MIN_SHARE_OF_LEFT * self.left)
+        if candidate.shifts_time and any(one.shifts_time for one in self.accepted):
+            asked = max(asked, MIN_TIMING_SHARE_OF_GAIN * self.gained)
         return asked
 
 
 def required_evidence(
-    first: CandidateFit, base: CandidateFit, misfit: float, accepted: Collection[str]
+    first: CandidateFit, base: CandidateFit, misfit: float, accepted: Iterable[Effect]
 ) -> EvidenceThreshold:
     """Return what a further effect costs beside ``accepted`` ones, which led from ``first`` to ``base``."""
-    return EvidenceThreshold(base.evidence - first.evidence, left(base), misfit, frozenset(accepted))
+    return EvidenceThreshold(base.evidence - first.evidence, left(base), misfit, tuple(accepted))
 
 
 def left(fitted: CandidateFit) -> float:
     """Return what is certainly more than noise in the sum of squares [nats]."""
     power = fitted.optimum.residual[fitted.problem.counted] ** 2
-    return max(0.5 * float(np.sum(power - 1.0)) - SURELY * math.sqrt(0.5 * power.size), 0.0)
+    return max(0.5 * float(np.sum(power - 1.0)) - SURELY_LEFT_STD * math.sqrt(0.5 * power.size), 0.0)

@@ -25,9 +25,6 @@ from vegrip.model.composer import share_a_name
 from vegrip.parameters import changed, coordinate, declared
 from vegrip.types import Floats
 
-DEAR = ("series_compliance", "power_law_relaxation")
-"""Effects that slow a model down even when they are absent: they run in models of their own."""
-
 MIN_SIGNATURE_SHARE = 1e-12  # of a signature's power that must be left beside the model
 
 
@@ -94,7 +91,7 @@ def _groups(problem: Problem, candidates: Sequence[Candidate]) -> list[tuple[Pro
 
     def stands_alone(one: Candidate) -> bool:
         foreign = one.name not in BUILT_IN
-        return one.name in DEAR or (foreign and any(share_a_name(one.effect, other) for other in ours))
+        return one.effect.expensive or (foreign and any(share_a_name(one.effect, other) for other in ours))
 
     alone = [[c] for c in candidates if stands_alone(c)]
     together = [c for c in candidates if not stands_alone(c)]
@@ -122,8 +119,8 @@ def carrier(model: ContactModel, candidates: Sequence[Candidate]) -> ContactMode
     present = {one.name for one in there}
     more = (
         []
-        if any(one.name in DEAR for one in candidates)
-        else [n for n in BUILT_IN if n not in {*present, *DEAR}]
+        if any(one.effect.expensive for one in candidates)
+        else [n for n in BUILT_IN if n not in present and not effect(n).expensive]
     )
     foreign = [one for one in there if one.name not in BUILT_IN]
     beside = [e for e in map(effect, more) if not any(share_a_name(e, other) for other in foreign)]

@@ -10,13 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vegrip.identification.diagnosis.acceptance import (
-    MAX_NOISE_CHI2,
-    PAYS,
-    Verdict,
-    judge_candidate,
-    misfit_by_regime,
-)
+from vegrip.identification.diagnosis.acceptance import Verdict, judge_candidate, misfit_by_regime
 from vegrip.identification.diagnosis.candidate_fit import (
     EVALUATIONS,
     CandidateFit,
@@ -28,18 +22,19 @@ from vegrip.identification.diagnosis.catalogue import Candidate, candidates
 from vegrip.identification.diagnosis.evidence_threshold import required_evidence
 from vegrip.identification.diagnosis.regimes import held_out_groups, regime_map
 from vegrip.identification.diagnosis.score_tests import Hint, carrier, screen_candidates
+from vegrip.identification.diagnosis.thresholds import (
+    CONTENDER_SHARE,
+    MAX_NAMED_EFFECTS,
+    MAX_NOISE_CHI2,
+    MAX_REFITS,
+    MAX_RIVALS,
+    MIN_GAIN_NATS,
+    MIN_SCREEN_SHARE,
+    RIVAL_SHARE,
+)
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.solve import Optimum, refine_optimum
 from vegrip.types import Floats
-
-MAX_NAMED_EFFECTS = 4  # effects that are named together
-REFITS = 5  # of candidates that the screen puts first, and
-KINKED = ("displacement_backlash", "saturation", "adhesion")  # whose derivative at nothing says little
-SPECTRA = ("second_relaxation", "power_law_relaxation")  # if one is tried, so is the other
-MIN_SCREEN_SHARE = 0.05  # of the best one's gain on the screen, below which no refit is tried
-CONTENDS = 0.4  # of the best one's gain, from which a candidate is fitted to the end
-RIVAL = 0.6  # of the best first gain, from which another first effect is followed, and
-RIVALS = 2  # how many are
 
 Report = Callable[[str], None]
 
@@ -122,7 +117,7 @@ def search_effects(
     for rival in rivals(best):
         report(f"begins with {rival.candidate.name}")
         other = _grown(first, rival, groups, empty, most, threads, report)
-        if other.last.evidence > best.last.evidence + PAYS:
+        if other.last.evidence > best.last.evidence + MIN_GAIN_NATS:
             best = other
     return best
 
@@ -132,9 +127,9 @@ def rivals(found: Search) -> list[Tried]:
     first, names = found.steps[0], {one.candidate.name for one in found.accepted}
     if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= MAX_NOISE_CHI2):
         return []
-    least = RIVAL * first.taken.verdict.gain
+    least = RIVAL_SHARE * first.taken.verdict.gain
     passed = [one for one in first.tried if one.verdict.passed and one.verdict.gain >= least]
-    return [one for one in passed if one.candidate.name not in names][:RIVALS]
+    return [one for one in passed if one.candidate.name not in names][:MAX_RIVALS]
 
 
 def _grown(
@@ -167,10 +162,10 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     report("refits " + (", ".join(hint.candidate.name for hint in chosen) or "none"))
     misfit = found.misfit(base)
     first = found.steps[0].base if found.steps else base
-    asked = required_evidence(first, base, misfit, [one.candidate.name for one in found.accepted])
+    asked = required_evidence(first, base, misfit, [one.candidate.effect for one in found.accepted])
 
     def told(hint: Hint, new: CandidateFit) -> Tried:
-        pays = asked.of(hint.candidate.name)
+        pays = asked.of(hint.candidate.effect)
         verdict = judge_candidate(hint.candidate, base, new, (misfit, found.misfit(new)), pays, asked.left)
         return Tried(hint.candidate, new, verdict, base.whitened(new) - base.optimum.residual)
 
@@ -183,7 +178,9 @@ def _refitted(base: CandidateFit, chosen: list[Hint], groups: Floats, threads: i
     """Return the fits with each of the ``chosen``; only those that contend are made to the end."""
     with ThreadPoolExecutor(threads) as pool:
         fits = list(pool.map(lambda hint: extend_problem(base, hint, groups), chosen))
-        least = base.evidence + CONTENDS * max((one.evidence - base.evidence for one in fits), default=0.0)
+        least = base.evidence + CONTENDER_SHARE * max(
+            (one.evidence - base.evidence for one in fits), default=0.0
+        )
         return list(
             pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= least else one, fits)
         )
@@ -193,12 +190,12 @@ def shortlist(hints: list[Hint]) -> list[Hint]:
     """Return the hints that are worth a refit."""
     if not hints:
         return []
-    least = max(PAYS, MIN_SCREEN_SHARE * hints[0].gain)
-    chosen = [hint for hint in hints if hint.gain >= least][:REFITS]
+    least = max(MIN_GAIN_NATS, MIN_SCREEN_SHARE * hints[0].gain)
+    chosen = [hint for hint in hints if hint.gain >= least][:MAX_REFITS]
     names = {hint.candidate.name for hint in chosen}
     others = [hint for hint in hints if hint.candidate.name not in names]
-    kinked = [h for h in others if h.candidate.name in KINKED and h.gain >= 0.5 * least]
-    mates = [h for h in others if h.candidate.name in SPECTRA and names & set(SPECTRA)]
+    kinked = [h for h in others if h.candidate.effect.kinked and h.gain >= 0.5 * least]
+    mates = [h for h in others if names & set(h.candidate.effect.companions)]
     return chosen + kinked + mates
 
 
@@ -219,7 +216,7 @@ def _drop_superfluous(found: Search, groups: Floats) -> None:
         rest = evaluate_candidate(
             without, refine_optimum(without, _shared(last, without), EVALUATIONS), groups
         )
-        if last.evidence - rest.evidence < PAYS:
+        if last.evidence - rest.evidence < MIN_GAIN_NATS:
             found.dropped.append(one.candidate.name)
             found.steps.append(Step(rest, [], []))
 

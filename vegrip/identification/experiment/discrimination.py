@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 from scipy.stats import norm
 
 from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS
-from vegrip.identification.diagnosis.diagnosis import INDISTINGUISHABLE_NATS
+from vegrip.identification.diagnosis.thresholds import INDISTINGUISHABLE_NATS
 from vegrip.identification.experiment.hypotheses import Hypotheses
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import Measured, preprocess

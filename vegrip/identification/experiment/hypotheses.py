@@ -11,11 +11,11 @@ import numpy as np
 
 from vegrip.effects import effect
 from vegrip.errors import UsageError
-from vegrip.identification.diagnosis.acceptance import PAYS
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, extend_problem
 from vegrip.identification.diagnosis.catalogue import candidates
 from vegrip.identification.diagnosis.regimes import held_out_groups
 from vegrip.identification.diagnosis.score_tests import screen_candidates
+from vegrip.identification.diagnosis.thresholds import MIN_GAIN_NATS
 from vegrip.identification.fit.preprocess import LOADS, Measured
 from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.simulate import DEFAULT_NOISE
@@ -88,7 +88,7 @@ def hypotheses_of(
         for candidate in possible:
             if candidate.name == name and (hints := screen_candidates(problem, start.optimum, [candidate])):
                 found = extend_problem(base, hints[0], groups)
-        if found is not None and found.evidence - base.evidence > PAYS:
+        if found is not None and found.evidence - base.evidence > MIN_GAIN_NATS:
             models[name] = _model(found)
         else:
             models[name] = start.model.with_effect(effect(name))

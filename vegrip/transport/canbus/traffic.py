@@ -129,7 +129,7 @@ def rows(plan: TrafficPlan) -> list[FrameRow]:
     """
     known = layouts()
     if plan.fingers > known.fingers or plan.hands > known.hands:
-        raise UsageError(f"the identifiers tell {known.hands} hands of {known.fingers} fingers apart")
+        raise UsageError(f"the identifiers serve {known.hands} hands of {known.fingers} fingers")
     found = [
         row
         for layout in known.layouts

@@ -34,7 +34,7 @@ def read_eds(path: Path, nodes: Mapping[str, int]) -> Database:
 
     if not nodes:
         raise ConfigError(
-            f"{path}: which node is which finger is not told; add nodes = {{ thumb = 32, ... }} to the map"
+            f"{path}: the map does not say which node is which finger; add nodes = {{ thumb = 32, ... }}"
         )
     messages: dict[str, ForeignMessage] = {}
     for finger, node in nodes.items():

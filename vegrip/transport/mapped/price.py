@@ -117,7 +117,7 @@ def _rate(plan: Plan) -> list[str]:
     if not rate:
         return [
             (
-                "the rate of states is not told (rate = ...): silence counts after 50 ms, which a "
+                "the rate of states is not stated (rate = ...): silence counts after 50 ms, which a "
                 "hand below 60 Hz does not keep"
             )
         ]
@@ -139,7 +139,7 @@ def _commands(plan: Plan) -> list[str]:
     mute = [finger.name for finger in plan.fingers if plan.hand.fingers[finger.name].command is None]
     said = []
     if mute:
-        said.append(f"{_list(mute)}: no command is mapped: margins are told, and nothing moves the finger")
+        said.append(f"{_list(mute)}: no command is mapped: margins are published, no finger is commanded")
     if len(mute) == len(plan.fingers):
         return said
     sending = plan.hand.sending

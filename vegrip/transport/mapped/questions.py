@@ -16,7 +16,7 @@ import numpy as np
 from vegrip.errors import ConfigError
 from vegrip.transport.mapped.database import Database
 from vegrip.transport.mapped.proposal import Draft, FingerDraft, Proposal
-from vegrip.transport.mapped.traffic_log import Array, Trace
+from vegrip.transport.mapped.traffic_log import Array, Trace, rate_of
 from vegrip.transport.mapped.units import SI, conversion
 
 Window = tuple[float, float]
@@ -24,6 +24,7 @@ NAMES: Final = ("rest", "press", "shear", "twist")
 FORCES: Final = ("normal_force", "tangential_force_x", "tangential_force_y")
 ZEROED: Final = (*FORCES, "torque_z")
 CLEAR: Final = 8.0  # standard deviations at rest that a response must exceed
+HELD: Final = 1.2  # states per value from which a message counts as slower than the states
 QUIET: Final = 1.0  # [s] of the window that is searched for a rest
 STIFFNESS: Final = (10.0, 1e6)  # [N/m] of a soft fingertip and what it touches
 LARGEST_FORCE: Final = 300.0  # [N] that a fingertip carries
@@ -205,8 +206,20 @@ class _Finger:
         spread = float(np.std(np.diff(still))) / math.sqrt(2.0)  # of neighbours: a drift is no noise
         least = _step(self.database, draft.signal) / math.sqrt(12.0)
         factor = abs(_factor(channel, draft))
-        draft.keys["noise"] = float(f"{max(spread, least) * factor:.3g}")
+        times = self._states_per_value(draft.signal)
+        draft.keys["noise"] = float(f"{max(spread, least) * factor * math.sqrt(times):.3g}")
         draft.notes["noise"] = f"[{SI[channel]}] standard deviation at rest"
+        if times > 1.0:
+            draft.notes["noise"] += f", times the root of the {times:.3g} states in which each value stands"
+
+    def _states_per_value(self, signal: str) -> float:
+        """Return in how many states a value of ``signal`` stands."""
+        rates = [
+            rate_of(self.heard[d.signal]) for d in self.finger.channels.values() if d.signal in self.heard
+        ]
+        own = rate_of(self.heard[signal])
+        ratio = max(rates) / own if own > 0.0 else 1.0
+        return ratio if ratio > HELD else 1.0
 
     def _signs(self) -> None:
         self._sign("normal_force", self.windows.get("press"), "a press is positive")

@@ -115,7 +115,7 @@ class CommandMap:
     gain: str = parameter("", doc="kind current: current for a force, as '0.4 A/N'")
     stiffness: str = parameter("", doc="kind position: of finger and object, as '2 N/mm'")
     feedback: str = parameter("", doc="kind position: the signal of the present position")
-    low: float = parameter(float("nan"), doc="least value to send, in the unit")
+    low: float = parameter(float("nan"), doc="smallest value to send, in the unit")
     high: float = parameter(float("nan"), doc="largest value to send, in the unit")
     set: dict[str, float] = parameter({}, doc="SIGNAL = physical value: what else stands in the message")
     shares: dict[str, float] = parameter({}, doc="SIGNAL = ratio: joints that get so much of the value")

@@ -9,8 +9,22 @@ from vegrip.grip.parameters import GraspParameters, TipParameters, estimator_fac
 from vegrip.virtual import HandSettings
 
 KNOBS = {
-    "hand": {"vegrip": 0.15, "ellipse": 0.15, "constant": 4.0, "cone": 1.5, "elastic": 0.35},
-    "pinch": {"vegrip": 0.15, "ellipse": 0.15, "constant": 8.0, "cone": 11.0, "elastic": 0.35},
+    "hand": {
+        "vegrip": 0.15,
+        "learning": 0.15,
+        "ellipse": 0.15,
+        "constant": 4.0,
+        "cone": 1.5,
+        "elastic": 0.35,
+    },
+    "pinch": {
+        "vegrip": 0.15,
+        "learning": 0.15,
+        "ellipse": 0.15,
+        "constant": 8.0,
+        "cone": 11.0,
+        "elastic": 0.35,
+    },
 }
 """By grasp, the trade-off between force and risk as tuned.
 
@@ -42,6 +56,8 @@ def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParam
     if name in ("elastic", "elastic, told"):
         believed = knob * friction if name in INFORMED else knob
         return replace(base, policy="elastic", elastic=replace(base.elastic, friction=believed))
+    if name == "learning":
+        base = learning_parameters(base)
     if name == "ellipse":
         base = replace(base, estimator=replace(base.estimator, surface="ellipse"))
     if name == "vegrip, told":
@@ -51,6 +67,16 @@ def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParam
     if name == "cone":
         return replace(base, policy="cone", cone=replace(base.cone, safety=knob))
     return replace(base, grip=replace(base.grip, wanted_margin=knob))
+
+
+def learning_parameters(base: GraspParameters) -> GraspParameters:
+    """Return ``base`` with one belief of friction for all fingers, probing, and a quick release."""
+    return replace(
+        base,
+        friction=replace(base.friction, shared=True, probing=True),
+        grip=replace(base.grip, release_time=0.3, settle_time=0.1),
+        estimator=replace(base.estimator, friction_drift=0.03),
+    )
 
 
 def demo_parameters() -> GraspParameters:

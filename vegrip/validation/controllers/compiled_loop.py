@@ -20,6 +20,7 @@ from vegrip.estimator import compiled as estimator_text
 from vegrip.estimator.estimator import quantile
 from vegrip.estimator.initial_state import blank
 from vegrip.estimator.layout import layout_of
+from vegrip.grip import friction_belief
 from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.parameters import GraspParameters, models_of
 from vegrip.model import ContactModel
@@ -29,18 +30,20 @@ from vegrip.validation.controllers.layout import ROW_FINGER, ROW_HEAD, TrialLayo
 from vegrip.validation.controllers.trial_memory import (
     burden_table,
     hand_memory,
+    learning_memory,
     noise_table,
     set_control,
 )
 from vegrip.virtual import Disturbance, HandSettings
 
 ENTRY = "run_whole_trial"
-KINDS = (*[MEMORY] * 9, REAL, REAL, REAL)
-KERNELS = ("hand", "control", "trial")
+KINDS = (*[MEMORY] * 11, REAL, REAL, REAL)
+KERNELS = ("hand", "learning", "control", "trial")
 FINGERS = 5  # that the compiled trial has room for
 PERIOD_S = 0.002
 SAMPLING_S = 0.01
 
+SHARED = ("friction_belief", "friction_probe", "friction_onset")  # of vegrip.grip
 RunTrial = Callable[..., float]
 
 
@@ -73,13 +76,14 @@ def run_compiled(
     grip = settings.grip
     each = each_confidence(grip.probability, n, grip.correlation)
     h = hand_memory(layout, hand, seed, PERIOD_S)
-    set_control(h, layout, settings, quantile(each))
+    set_control(h, layout, settings, quantile(each), quantile(grip.known_probability))
+    g, q = learning_memory(settings, models[0], n)
     tips = [blank(model, layout_of(model), settings.noise, settings.estimator) for model in models]
     tips += [tips[-1]] * (FINGERS - n)
     periods = round(duration / PERIOD_S)
     rows = np.zeros((round(duration / SAMPLING_S) + 2, layout.row))
     count = run(
-        *tips, h, burden_table(events, hand.step, duration), noise_table(hand, seed, periods), rows,
+        *tips, h, g, q, burden_table(events, hand.step, duration), noise_table(hand, seed, periods), rows,
         float(periods), float(round(PERIOD_S / hand.step)), SAMPLING_S,
     )  # fmt: skip
     return _run_of(hand.fingers, layout, h, rows[: int(count)])
@@ -110,9 +114,11 @@ def trial_of(model: ContactModel, layout: TrialLayout, ellipse: bool) -> RunTria
 
 def _text_of(model: ContactModel, layout: TrialLayout, ellipse: bool) -> str:
     here = Path(__file__).parent / "kernels"
+    grasp = Path(friction_belief.__file__)
+    shared = [grasp.with_name(f"{name}.py").read_text(encoding="utf-8") for name in SHARED]
     kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
     return estimator_text.text_with(
-        model, layout_of(model), [layout.constants(), *kernels], (ENTRY,), ellipse=ellipse
+        model, layout_of(model), [layout.constants(), *shared, *kernels], (ENTRY,), ellipse=ellipse
     )
 
 

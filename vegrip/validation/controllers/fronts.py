@@ -20,12 +20,14 @@ from vegrip.virtual import HandSettings
 SWEEPS = {
     "hand": {
         "vegrip": (0.0, 0.05, 0.1, 0.15, 0.2, 0.3),
+        "learning": (0.05, 0.1, 0.15, 0.2, 0.3),
         "constant": (2.0, 3.0, 4.0, 6.0),
         "cone": (0.5, 1.0, 1.5, 2.0),
         "elastic": (0.3, 0.35, 0.4, 0.45, 0.5, 0.6),
     },
     "pinch": {
         "vegrip": (0.0, 0.05, 0.1, 0.15, 0.2, 0.3),
+        "learning": (0.05, 0.1, 0.15, 0.2, 0.3),
         "constant": (4.0, 6.0, 8.0, 11.0),
         "cone": (3.0, 5.0, 8.0, 11.0),
         "elastic": (0.3, 0.35, 0.4, 0.5, 0.6),
@@ -76,6 +78,12 @@ def run_quality_trial(trial: QualityTrial) -> CompiledRun:
     scenario = Scenario(trial.seed, trial.duration, trial.grasp)
     hand = trial.surroundings.applied(scenario.settings)
     settings = parameters(trial.name, trial.knob, hand.tip.friction)
+    friction = replace(
+        settings.friction,
+        slip_threshold=hand.sensor.slip_threshold,
+        slip_delay=hand.sensor.slip_delay,
+    )
+    settings = replace(settings, friction=friction)
     return run_compiled(hand, trial.seed, scenario.events, settings, trial.duration)
 
 

@@ -7,7 +7,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vegrip.estimator.layout import friction_symbol
+from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief, expect_finger
+from vegrip.grip.friction_onset import ONSET_SIZE, begin_onsets
+from vegrip.grip.friction_probe import begin_probing
 from vegrip.grip.parameters import GraspParameters
+from vegrip.model import ContactModel
 from vegrip.types import Floats
 from vegrip.validation.controllers.layout import FLAGS, SLOTS, TrialLayout
 from vegrip.virtual import Disturbance, HandSettings, profile
@@ -75,17 +80,21 @@ def _lost(tip: FingertipSettings, step: float) -> list[float]:
     return [c * (1.0 - _mean_decay(nu * step)) for c, nu in zip(tip.amplitudes, tip.rates, strict=True)]
 
 
-def set_control(h: Floats, layout: TrialLayout, settings: GraspParameters, at_quantile: float) -> None:
+def set_control(
+    h: Floats, layout: TrialLayout, settings: GraspParameters, at_quantile: float, known_quantile: float
+) -> None:
     """Write the control's settings into ``h``; nothing has been sensed yet."""
     at, grip, limits = layout.places(), settings.grip, settings.limits
     safe, elastic, cone = settings.fail_safe, settings.elastic, settings.cone
     values: dict[str, ArrayLike] = {
         "POLICY": POLICIES[settings.policy], "MARGIN": grip.wanted_margin, "QUANTILE": at_quantile,
+        "QUANTILE_KNOWN": known_quantile,
         "DEAD_BAND": grip.dead_band, "RELEASE_TIME": grip.release_time, "SETTLE_TIME": grip.settle_time,
         "SLOT": grip.usual_time / SLOTS, "SLIP_GROWTH": grip.slip_growth, "MIN_FORCE": limits.min_force,
         "MAX_FORCE": limits.max_force, "RAISE_RATE": limits.raise_rate, "LOWER_RATE": limits.lower_rate,
         "LIFETIME": limits.lifetime, "FAIL_FORCE": safe.force, "FAIL_HOLD": safe.hold_time,
         "FAIL_RAMP": safe.ramp_rate, "CONSTANT": settings.constant.force,
+        "LEARNS": float(settings.policy == "margin" and settings.friction.shared),
         "CONE": (1.0 + cone.safety) / cone.friction, "LONGEST_GAP": settings.estimator.longest_gap,
         "ELASTIC": [elastic.friction, elastic.safety, elastic.radius, elastic.power, elastic.exponent],
         "COMMAND": math.nan, "INFORMED": math.inf,
@@ -121,3 +130,20 @@ def noise_table(settings: HandSettings, seed: int, samples: int) -> Floats:
     """
     sensors = Sensors(settings.sensor, settings.fingers, np.random.default_rng([seed, 1]))
     return np.stack([sensors.draw()[0] for _ in range(samples)])
+
+
+def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int) -> tuple[Floats, Floats]:
+    """Return the belief of the grasp before anything was felt, and the state of its probing."""
+    g, q = np.zeros(BELIEF_SIZE), np.zeros(ONSET_SIZE)
+    mu = model.values[friction_symbol(model)]
+    f = settings.friction
+    begin_belief(g, fingers, settings.estimator.friction_drift, f.shock)
+    for i in range(fingers):
+        expect_finger(g, i, math.log(mu.value), mu.std, f.own_spread)
+    probing = f.probing and not f.why_too_coarse
+    begin_probing(
+        q, f.climb if probing else 0.0, f.rate if probing else 0.0, f.unknown, f.known, f.quiet_time,
+        f.quiet_change, f.pause, f.reach,
+    )  # fmt: skip
+    begin_onsets(q, f.onset_noise if f.onsets else math.inf, f.shock)
+    return g, q

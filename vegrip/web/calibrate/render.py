@@ -180,7 +180,7 @@ def _finish(told: Told, *, busy: bool) -> str:
 
 
 def _spread(one: Told, which: str) -> str:
-    return f"{100.0 * one[which]:.2g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
+    return f"{100.0 * one[which]:.3g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
 
 
 def _unit(unit: str) -> str:

@@ -113,18 +113,35 @@ class Controller:
             self._start([lambda: task, *self._judging(held)])
 
     def compare_with(self, place: int | None) -> None:
-        """Show another of the models beside the one that is looked at; None = the one before it."""
+        """Show another of the models beside the one that is looked at; None = the one before it.
+
+        Both are judged on the same episodes: where the other was judged on others, it is compared again.
+        """
         with self._lock:
             if place is not None and not 0 <= place < len(self.session.rungs):
                 raise UsageError("there is no such model")
+            self._be_free()
             self.beside, self.other = place, None
             if place is not None:
                 mine, other = self._standing(), self.session.rungs[place]
-                self._note_command(
-                    "vegrip "
-                    + shlex.join(["compare", *self._with(mine.model), "--versus", self._path(other.model)])
-                )
+                held = self._held(mine.held_back)
+                command = ["compare", *self._with(mine.model), "--versus", self._path(other.model), *held]
+                self._note_command("vegrip " + shlex.join(command))
+                if other.held_back != mine.held_back:
+                    self._compare_again(place, other)
+                    return
             self._changed()
+
+    def _compare_again(self, place: int, other: Rung) -> None:
+        """Judge another model on the episodes on which the one that is looked at is judged."""
+        held = self._held(self._standing().held_back)
+        arguments = ["compare", *self._with(other.model), "--curves", *held, *self._options]
+
+        def take(told: dict[str, Any]) -> None:
+            self.other = (f"model {place}", told)
+
+        task = Task(f"comparing with model {place}", arguments, take)
+        self._start([lambda: task])
 
     def compare_with_file(self, name: str) -> None:
         """Show the model of a file beside the one that is looked at.
@@ -140,7 +157,8 @@ class Controller:
             def take(told: dict[str, Any]) -> None:
                 self.beside, self.other = None, (name, told)
 
-            arguments = ["compare", str(self._recording), "--model", name, "--curves", *self._options]
+            held = self._held(self._standing().held_back)
+            arguments = ["compare", str(self._recording), "--model", name, "--curves", *held, *self._options]
             task = Task(f"comparing with {name}", arguments, take)
             self._start([lambda: task])
 
@@ -183,6 +201,7 @@ class Controller:
                 added = Rung(file, effect, parent, told["error"]["after"], held_back=held)
                 added.parameters, added.warnings = told["parameters"], told["warnings"]
                 self.session.add(added)
+                self.beside = self.other = None
 
             task = Task(f"adding {effect.replace('_', ' ')}", arguments, take)
             self._start([lambda: task, *self._judging(held)])
@@ -192,6 +211,7 @@ class Controller:
         with self._lock:
             self._be_free()
             self.session.undo()
+            self.beside = self.other = None
             self._changed()
 
     def look_at(self, place: int) -> None:
@@ -201,7 +221,7 @@ class Controller:
             if not 0 <= place < len(self.session.rungs):
                 raise UsageError("there is no such model")
             self.session.current = place
-            self.beside = None
+            self.beside = self.other = None
             self._changed()
 
     def stop(self) -> None:
@@ -271,6 +291,7 @@ class Controller:
             rung = Rung(file, None, parent, told["error"], held_back=held_back)
             rung.parameters, rung.warnings = told["parameters"], told.get("warnings", [])
             self.session.add(rung)
+            self.beside = self.other = None
 
         what = "fitting the first model" if parent is None else "fitting again"
         return Task(what, [*arguments, *self._options], take)

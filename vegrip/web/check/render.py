@@ -243,7 +243,10 @@ def _beside(session: Session, place: int | None) -> Beside | None:
         place = rung.parent if rung is not None else None
     if place is None or not 0 <= place < len(session.rungs):
         return None
-    told = session.rungs[place].comparison
+    rung, other = session.rung, session.rungs[place]
+    told = other.comparison
+    if rung is None or other.held_back != rung.held_back:
+        return None  # judged on other episodes
     return None if told is None else (f"model {_rung_name(session, place)}", told)
 
 

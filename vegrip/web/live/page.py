@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
-from typing import Any
+from typing import Any, Protocol
 
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
@@ -13,9 +13,22 @@ from vegrip.errors import VegripError
 from vegrip.runtime.client import CONFIGURING_MAY_TAKE, ask
 from vegrip.runtime.registry import find_node
 from vegrip.web.live.columns import PERIOD
-from vegrip.web.live.stream import Stream
 from vegrip.web.requests import STATES, asked
 from vegrip.web.server import STATIC, events
+
+
+class Stream(Protocol):
+    """Where the events of the page come from."""
+
+    @property
+    def number(self) -> int:
+        """Of the newest event."""
+
+    def first(self) -> tuple[int, str]:
+        """Return number and text of the event for a page that has just come."""
+
+    def since(self, number: int) -> tuple[int, str]:
+        """Return number and text of the event with what is new since the event ``number``."""
 
 
 def routes(stream: Stream) -> list[Route]:

@@ -1,10 +1,7 @@
 """The thread that hears the nodes and turns what it hears into the events of the page, 25 a second."""
 
-import json
 import threading
 import time
-from collections import deque
-from typing import Any
 
 from vegrip.errors import VegripError
 from vegrip.messages import (
@@ -19,8 +16,9 @@ from vegrip.runtime.client import ask
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.watch import Watch
 from vegrip.runtime.registry import running_nodes
-from vegrip.web.live.columns import COUNT, PERIOD, Column
-from vegrip.web.live.view import LAYOUT, LiveView
+from vegrip.web.live.columns import PERIOD
+from vegrip.web.live.event_log import EventLog
+from vegrip.web.live.view import LiveView
 
 EVERY = (SlipMargin, LearnedParameter)
 NEWEST = (ContactEstimate, ForceCommand, FingertipState, ModelHealth)
@@ -34,12 +32,8 @@ class Stream:
 
     def __init__(self) -> None:
         self._watch = Watch(EVERY, NEWEST, waits=True)
-        self._view = LiveView(Board(time.monotonic_ns()))
+        self._log = EventLog(LiveView(Board(time.monotonic_ns())))
         self._wishes = WantedMargins()
-        self._lock = threading.Lock()
-        self._recent: deque[tuple[int, dict[str, Column]]] = deque(maxlen=COUNT)
-        self._number = 0
-        self._snapshot = "{}"
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="watch", daemon=True)
 
@@ -58,40 +52,24 @@ class Stream:
     @property
     def number(self) -> int:
         """Of the newest event."""
-        return self._number
+        return self._log.number
 
     def first(self) -> tuple[int, str]:
-        """Return number and text of the event for a page that has just come: all columns that are kept."""
-        with self._lock:
-            text = _event(self._snapshot, {"layout": LAYOUT, "history": self._view.history()})
-            return self._number, text
+        """Return number and text of the event for a page that has just come."""
+        return self._log.first()
 
     def since(self, number: int) -> tuple[int, str]:
         """Return number and text of the event with what is new since the event ``number``."""
-        with self._lock:
-            if self._number - number > len(self._recent):  # the page slept for longer than is kept
-                text = _event(self._snapshot, {"layout": LAYOUT, "history": self._view.history()})
-                return self._number, text
-            new = [columns for at, columns in self._recent if at > number]
-            return self._number, _event(self._snapshot, {"columns": new})
+        return self._log.since(number)
 
     def _run(self) -> None:
         due = time.monotonic() + PERIOD
         while not self._stop.is_set():
-            self._watch.step(self._view)
+            self._watch.step(self._log.view)
             if (now := time.monotonic()) >= due:
-                self._tick()
+                self._log.tick(time.monotonic_ns(), self._wishes)
                 due = max(due + PERIOD, now)
             self._stop.wait(max(0.0, min(due - time.monotonic(), PERIOD / 2)))
-
-    def _tick(self) -> None:
-        snapshot = json.dumps(
-            self._view.snapshot(time.monotonic_ns(), self._wishes), separators=(",", ":"), allow_nan=False
-        )
-        with self._lock:
-            self._number += 1
-            self._recent.append((self._number, self._view.close_columns()))
-            self._snapshot = snapshot
 
 
 class WantedMargins:
@@ -126,9 +104,3 @@ class WantedMargins:
                 if isinstance(wanted := rows.get("grip.wanted_margin"), float):
                     found[entry.name] = wanted
             self._wanted = found
-
-
-def _event(snapshot: str, more: dict[str, Any]) -> str:
-    """Return a snapshot, JSON already, with ``more`` in it."""
-    rest = json.dumps(more, separators=(",", ":"), allow_nan=False)
-    return f"{snapshot[:-1]},{rest[1:]}" if len(snapshot) > 2 else rest

@@ -124,7 +124,7 @@ def _calibration(told: Account | None) -> str:
 
 
 def _spread(one: Account, which: str) -> str:
-    return f"{100.0 * one[which]:.2g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
+    return f"{100.0 * one[which]:.3g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
 
 
 def _kind(channel: str) -> str:

@@ -148,7 +148,7 @@ const drawModel = (finger) => {
   put($("model"), `<p><span class="chip ${level}">${text(health.words || "no news")}</span></p><p class="soft">normalised innovation squared ${number(health.nis)} (1 is right); measurements refused ${health.rejected ?? dash}${health.suspect ? `; suspect <b>${text(health.suspect)}</b>` : ""}</p><div class="scroll"><table><tr><th>quantity</th><th class="num">value ± std</th><th></th><th></th></tr>${rows.join("")}${learned.join("")}</table></div>`);
 };
 
-const HEAD = `<tr><th>node</th><th></th><th>state</th><th class="num">in [Hz]</th><th class="num">out [Hz]</th><th class="num">latency p50 [ms]</th><th class="num">p99 [ms]</th><th class="num">max [ms]</th><th class="num">late</th><th class="num">dropped</th><th>refused now</th></tr>`;
+const HEAD = `<tr><th>node</th><th></th><th>state</th><th class="num">in [Hz]</th><th class="num">out [Hz]</th><th class="num">p50 [ms]</th><th class="num">p99 [ms]</th><th class="num">max [ms]</th><th class="num">late</th><th class="num">dropped</th><th>refused now</th></tr>`;
 
 // Rows stay while their numbers change: a button that is replaced while it is pressed is not pressed.
 const drawNodes = (nodes) => {

@@ -4,10 +4,15 @@ import math
 
 from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.estimator.kernels.forecast import least_force
+from vegrip.estimator.kernels.report import utilisation
 from vegrip.estimator.kernels.update import update
+from vegrip.grip.friction_onset import feel_onset, may_probe
+from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
 from vegrip.validation.controllers.kernels.generated import (
     CH_USED,
     CHANNEL0,
+    FRI_LN_MU,
+    FRI_VAR,
     G_COMMAND,
     G_CONE,
     G_CONSTANT,
@@ -22,6 +27,7 @@ from vegrip.validation.controllers.kernels.generated import (
     G_FIRST_FORCE,
     G_FIRST_LOAD,
     G_INFORMED,
+    G_LEARNS,
     G_LIFETIME,
     G_LONGEST_GAP,
     G_LOWER_RATE,
@@ -30,6 +36,7 @@ from vegrip.validation.controllers.kernels.generated import (
     G_MIN_FORCE,
     G_POLICY,
     G_QUANTILE,
+    G_QUANTILE_KNOWN,
     G_QUIET,
     G_RAISE_RATE,
     G_RELEASE_TIME,
@@ -51,9 +58,11 @@ from vegrip.validation.controllers.kernels.generated import (
     REP_FORCE_STD,
     REP_RADIUS,
     REP_SOUND,
+    SET_S_TANGENTIAL,
     SLOT_COUNT,
     Floats,
 )
+from vegrip.validation.controllers.kernels.learning import give_evidence, probe_finger, take_belief
 
 LEAST_SLIDING = 2e-4  # [m/s], as estimator.LEAST_SLIP_SPEED
 TRANSFER_TIME = 0.3  # [s], as bumpless_transfer.TRANSFER_DURATION_S
@@ -119,6 +128,8 @@ def informed_age(m: Floats, h: Floats, i: int, dt: float) -> float:
 def control_finger(
     m: Floats,
     h: Floats,
+    g: Floats,
+    q: Floats,
     i: int,
     dt: float,
     force: float,
@@ -136,18 +147,28 @@ def control_finger(
         believed = math.nan
     first = h[G_SAMPLES + i] == 0.0
     h[G_SAMPLES + i] += 1.0
+    learns = h[G_LEARNS] > 0.5
+    if learns:
+        take_belief(m, h, g, i)
+    ln, variance = m[FRI_LN_MU], m[FRI_VAR]
     update(m, -1.0 if first else dt, force, displacement, math.nan, tangential, torque, believed)
     age = informed_age(m, h, i, dt)
     valid = age <= h[G_LONGEST_GAP] and m[REP_SOUND] > 0.5
     slipping = slip >= 0.5
     touching = m[REP_CONTACT] > 0.5
+    at, shift = h[G_QUANTILE], 0.0
+    if learns:
+        shift = q[PROBE_SHIFT + i]
+        if may_probe(q, i):
+            at = h[G_QUANTILE_KNOWN]
+    margin = 1.0 - (1.0 - h[G_MARGIN]) * math.exp(shift)
     if not touching:
         least = 0.0
         trusted = valid and abs(m[REP_FORCE] + m[REP_FORCE_STD]) < math.inf
     else:
         least = math.nan
         if h[G_POLICY] == 0.0 and valid:
-            least = least_force(m, tangential, torque, h[G_MARGIN], h[G_QUANTILE])
+            least = least_force(m, tangential, torque, margin, at)
         trusted = not math.isnan(least)
     if first:
         start = force if not math.isnan(force) else 0.0
@@ -162,6 +183,22 @@ def control_finger(
     least = taken_over(h, i, least, armed_load(tangential, torque, h[G_FIRST_ARM + i]), slipping)
     require(h, i, 0.0 if first else dt, least, tangential, torque, touching, slipping, trusted)
     command_finger(h, i, dt if not first else 0.0)
+    if learns:
+        learn_friction_of(m, h, g, q, i, 0.0 if first else dt, ln, variance, tangential, torque, slip, at)
+
+
+def learn_friction_of(
+    m: Floats, h: Floats, g: Floats, q: Floats, i: int, step: float, ln: float, variance: float,
+    tangential: float, torque: float, slip: float, at: float,
+) -> None:  # fmt: skip
+    """Take into the belief of the grasp what finger ``i`` has just learned, and let probing go on."""
+    give_evidence(m, h, g, i, step, ln, variance)
+    u, relative = utilisation(m)
+    u *= math.exp(ln - m[FRI_LN_MU])
+    feel_onset(g, q, i, step, u, relative, slip)
+    q[PROBE_NEED + i] = h[G_REQUIRED + i]
+    load = armed_load(tangential, torque, m[REP_RADIUS])
+    probe_finger(g, q, i, step, load, m[SET_S_TANGENTIAL], m[REP_CONTACT] > 0.5, slip, at)
 
 
 def armed_load(tangential: float, torque: float, arm: float) -> float:

@@ -7,22 +7,32 @@ Nothing imports these files at run time; their text is appended to that of the e
 from vegrip.estimator.kernels.generated import (
     CH_USED,
     CHANNEL0,
+    FRI_BASE_LN,
+    FRI_BASE_VAR,
+    FRI_LN_MU,
+    FRI_VAR,
     REP_CONTACT,
     REP_FORCE,
     REP_FORCE_STD,
     REP_RADIUS,
     REP_SOUND,
+    SET_S_TANGENTIAL,
     Floats,
 )
 
 __all__ = [
     "CHANNEL0",
     "CH_USED",
+    "FRI_BASE_LN",
+    "FRI_BASE_VAR",
+    "FRI_LN_MU",
+    "FRI_VAR",
     "REP_CONTACT",
     "REP_FORCE",
     "REP_FORCE_STD",
     "REP_RADIUS",
     "REP_SOUND",
+    "SET_S_TANGENTIAL",
     "Floats",
 ]
 
@@ -98,6 +108,7 @@ H_RING_TABLE: int
 G_POLICY: int
 G_MARGIN: int
 G_QUANTILE: int
+G_QUANTILE_KNOWN: int
 G_DEAD_BAND: int
 G_RELEASE_TIME: int
 G_SETTLE_TIME: int
@@ -114,6 +125,7 @@ G_FAIL_RAMP: int
 G_CONSTANT: int
 G_CONE: int
 G_LONGEST_GAP: int
+G_LEARNS: int
 G_COMMAND: int
 G_REQUIRED: int
 G_FAULTY: int
@@ -123,6 +135,9 @@ G_TRANSFER: int
 G_FIRST_FORCE: int
 G_FIRST_LOAD: int
 G_FIRST_ARM: int
+G_SEEN: int
+G_SITE: int
+G_SITE_WEIGHTED: int
 G_ENVELOPE: int
 G_QUIET: int
 G_SLOTS_USED: int

@@ -38,7 +38,8 @@ HERTZ_POWER = 1.0 / 3.0
 
 
 def run_whole_trial(
-    m0: Floats, m1: Floats, m2: Floats, m3: Floats, m4: Floats, h: Floats, b: Floats, z: Floats, out: Floats,
+    m0: Floats, m1: Floats, m2: Floats, m3: Floats, m4: Floats, h: Floats, g: Floats, q: Floats,
+    b: Floats, z: Floats, out: Floats,
     periods: float, ticks: float, every: float,
 ) -> float:  # fmt: skip
     """Run ``periods`` of ``ticks`` each, a row of truth ``every`` so many [s]; return the number of rows.
@@ -57,15 +58,15 @@ def run_whole_trial(
         for i in range(HAND_FINGERS):
             feel_finger(h, z, period, i)
             if i == 0:
-                sense_finger(m0, h, i)
+                sense_finger(m0, h, g, q, i)
             elif i == 1:
-                sense_finger(m1, h, i)
+                sense_finger(m1, h, g, q, i)
             elif i == 2:
-                sense_finger(m2, h, i)
+                sense_finger(m2, h, g, q, i)
             elif i == 3:
-                sense_finger(m3, h, i)
+                sense_finger(m3, h, g, q, i)
             else:
-                sense_finger(m4, h, i)
+                sense_finger(m4, h, g, q, i)
         if hand_time(h) >= rows * every:
             write_row(h, out, rows * ROW)
             rows += 1
@@ -100,11 +101,23 @@ def quantized(value: float, step: float) -> float:
     return round(value / step) * step if step > 0.0 else value
 
 
-def sense_finger(m: Floats, h: Floats, i: int) -> None:
+def sense_finger(m: Floats, h: Floats, g: Floats, q: Floats, i: int) -> None:
     """Hand the readings of finger ``i`` to its control."""
     at = H_READING + 8 * i
     control_finger(
-        m, h, i, h[H_SAMPLE_TIME], h[at], h[at + 4], h[at + 1], h[at + 2], h[at + 3], h[at + 7], h[at + 6]
+        m,
+        h,
+        g,
+        q,
+        i,
+        h[H_SAMPLE_TIME],
+        h[at],
+        h[at + 4],
+        h[at + 1],
+        h[at + 2],
+        h[at + 3],
+        h[at + 7],
+        h[at + 6],
     )
 
 

@@ -1,0 +1,77 @@
+"""The constants of the kernels are written from the layout, and all of them are used by name."""
+
+import ast
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip.effects import effect
+from vegrip.estimator import ContactEstimator, SensorNoise
+from vegrip.estimator.declarations import FILE, declarations
+from vegrip.estimator.layout import layout_of
+from vegrip.model import ContactModel, paper_model
+
+KERNELS = sorted(path for path in FILE.parent.glob("*.py") if path.name not in ("__init__.py", FILE.name))
+
+
+def test_the_declarations_are_those_of_the_layout() -> None:
+    assert FILE.read_text(encoding="utf-8") == declarations(), "python -m vegrip.estimator.declarations"
+
+
+def test_every_model_has_the_same_names() -> None:
+    base = paper_model(8e-3)
+    richer = base.with_effect(effect("mullins_softening")).with_effect(effect("second_relaxation"))
+    assert layout_of(base).names().keys() == layout_of(richer).names().keys()
+
+
+def test_every_constant_is_used_by_a_kernel() -> None:
+    text = "\n".join(path.read_text(encoding="utf-8") for path in KERNELS)
+    unused = [
+        name for name in layout_of(paper_model(8e-3)).names() if len(re.findall(rf"\b{name}\b", text)) < 2
+    ]
+    assert unused == []
+
+
+@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
+def test_no_kernel_adds_a_bare_number_to_a_place(path: Path) -> None:
+    names = layout_of(paper_model(8e-3)).names()
+    places = {name for name in names if re.fullmatch(r"[A-Z_0-9]+0", name)}
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Subscript) and ast.unparse(node.value) == "m":
+            used = {one.id for one in ast.walk(node.slice) if isinstance(one, ast.Name)}
+            numbers = [one.value for one in ast.walk(node.slice) if isinstance(one, ast.Constant)]
+            assert not (used & places and numbers), f"line {node.lineno}: {ast.unparse(node)}"
+
+
+@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
+def test_regimes_and_channels_are_compared_by_name(path: Path) -> None:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Compare):
+            about = ast.unparse(node.left)
+            if "REGIME" in about or about in ("regime", "channel"):
+                assert not any(isinstance(one, ast.Constant) for one in node.comparators), ast.unparse(node)
+
+
+def test_the_state_is_told_by_name_with_what_the_covariance_says(
+    estimator: ContactEstimator, model: ContactModel, press: object, run: object
+) -> None:
+    assert not any(one.valid for one in estimator.state.values())
+    e = run(estimator, press(model, [0.0, 0.3, 0.8, 1.5], [-1e-4, -1e-4, 9e-4, 9e-4]))  # type: ignore[operator]
+    state, names = estimator.state, estimator.state_names
+    assert tuple(state) == names
+    assert names[:2] == ("indentation", "speed")
+    assert names[-2:] == ("displacement_offset", "force_bias")
+    assert len(names) == len(set(names)) == len(estimator.covariance)
+    assert state["indentation"].value == e.indentation.value
+    assert all(one.valid for one in state.values())
+    spreads = [one.std for one in state.values()]
+    np.testing.assert_allclose(np.square(spreads), np.diag(estimator.covariance), rtol=1e-12)
+    assert np.exp(state["ln K"].value) == pytest.approx(estimator.value("K").value)
+    assert state["ln K"].std == pytest.approx(estimator.value("K").std)
+
+
+def test_states_of_added_effects_have_their_own_names() -> None:
+    estimator = ContactEstimator(paper_model(8e-3).with_effect(effect("mullins_softening")), SensorNoise())
+    assert set(estimator.model.plan.states) <= set(estimator.state_names)

@@ -1,0 +1,136 @@
+"""The beginning of slip teaches once, within bounds, and not when it contradicts the load."""
+
+import math
+
+import pytest
+
+from vegrip.grip.friction_belief import (
+    BELIEF_MEAN,
+    BELIEF_SIZE,
+    begin_belief,
+    believed_variance,
+    expect_finger,
+)
+from vegrip.grip.friction_onset import ONSET_SIZE, begin_onsets, feel_onset, is_doubted, may_probe
+from vegrip.grip.friction_probe import (
+    PROBE_NEED,
+    PROBE_SHIFT,
+    begin_probing,
+    feel_slip,
+    probe_friction,
+    watch_load,
+)
+
+LN_MU, DT = math.log(0.7), 0.002
+
+
+def grasp(fingers: int = 2, std: float = 0.3) -> tuple[list[float], list[float]]:
+    g, q = [0.0] * BELIEF_SIZE, [0.0] * ONSET_SIZE
+    begin_belief(g, fingers, 0.03, 0.08)
+    for i in range(fingers):
+        expect_finger(g, i, LN_MU, std, 0.08)
+    begin_probing(q, 1.5, 0.6, 0.2, 0.06, 0.2, 0.05, 0.5, 2.0)
+    begin_onsets(q, 0.05, 0.08)
+    return g, q
+
+
+def feel(
+    g: list[float], q: list[float], u: float, slips: list[float], relative: float = 0.02, finger: int = 0
+) -> float:
+    """Feel ``slips`` at the utilisation ``u``; return the mean of ln mu then."""
+    for slip in slips:
+        feel_onset(g, q, finger, DT, u, relative, slip)
+    return g[BELIEF_MEAN + finger]
+
+
+def test_an_onset_teaches_all_fingers_towards_the_load_at_which_it_began() -> None:
+    g, q = grasp()
+    feel(g, q, 0.4, [0.0] * 50 + [1.0] * 3)
+    assert math.exp(g[BELIEF_MEAN]) == pytest.approx(0.4, rel=0.05)
+    assert math.exp(g[BELIEF_MEAN + 1]) == pytest.approx(0.4, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("slips", "relative", "u"),
+    [([1.0], 0.02, 0.4), ([1.0, 0.0, 1.0, 0.0], 0.02, 0.4), ([1.0] * 9, 0.2, 0.4),
+     ([1.0] * 9, 0.02, math.nan), ([math.nan] * 9, 0.02, 0.4)],
+    ids=["one sample", "flicker", "light touch", "no load", "no channel"],
+)  # fmt: skip
+def test_what_may_be_nothing_teaches_nothing(slips: list[float], relative: float, u: float) -> None:
+    g, q = grasp()
+    assert feel(g, q, u, [0.0] * 50 + slips, relative) == LN_MU
+
+
+def test_a_channel_that_always_says_slip_teaches_at_most_once() -> None:
+    g, q = grasp()
+    once = feel(g, q, 0.5, [1.0] * 3)
+    assert feel(g, q, 0.3, [1.0] * 5000) == once
+
+
+def test_an_onset_moves_the_belief_by_no_more_than_its_bound() -> None:
+    for u in (1e-3, 1e3):
+        g, q = grasp()
+        moved = feel(g, q, u, [0.0] * 50 + [1.0] * 3) - LN_MU
+        assert abs(moved) < 2.5 * math.hypot(0.31, 0.06)
+
+
+def test_a_channel_that_contradicts_the_load_again_and_again_is_not_believed_any_more() -> None:
+    g, q = grasp()
+    for _ in range(3):
+        feel(g, q, 0.6, [0.0] * 50)
+        assert feel(g, q, 0.2, [1.0] * 3) == LN_MU
+    assert is_doubted(q, 0)
+    assert not may_probe(q, 0)
+    feel(g, q, 0.6, [0.0] * 500)
+    assert feel(g, q, 0.55, [1.0] * 3) == LN_MU
+
+
+def hold(g: list[float], q: list[float], seconds: float, load: float = 2.0) -> None:
+    """Hold a load without slip, both fingers in turn."""
+    for _ in range(round(seconds / DT)):
+        for i in (0, 1):
+            feel_onset(g, q, i, DT, 0.3, 0.02, 0.0)
+            watch_load(q, i, DT, load, 0.01, touching=True)
+            feel_slip(q, DT, 2, slipping=False)
+            q[PROBE_NEED + i] = 1.0
+            probe_friction(g, q, i, DT, 0.7)
+
+
+def test_probing_begins_when_nothing_happens_and_ends_at_once_with_a_slip() -> None:
+    g, q = grasp()
+    hold(g, q, 0.4)
+    assert q[PROBE_SHIFT] == 0.0  # too early
+    hold(g, q, 0.4)
+    assert q[PROBE_SHIFT] > 0.2
+    assert q[PROBE_SHIFT + 1] == pytest.approx(q[PROBE_SHIFT], abs=0.01)
+    feel_slip(q, DT, 2, slipping=True)
+    assert q[PROBE_SHIFT] == q[PROBE_SHIFT + 1] == 0.0
+    hold(g, q, 0.4)
+    assert q[PROBE_SHIFT] == 0.0
+
+
+def test_a_load_that_changes_stops_the_probing_of_every_finger() -> None:
+    g, q = grasp()
+    hold(g, q, 0.8)
+    shift = q[PROBE_SHIFT]
+    for k in range(100):
+        watch_load(q, 1, DT, 2.0 + 0.02 * k, 0.01, touching=True)
+        probe_friction(g, q, 0, DT, 0.7)
+    assert q[PROBE_SHIFT] <= shift + 1.5 * 20 * DT
+
+
+def test_probing_ends_where_friction_is_known_or_improbable() -> None:
+    g, q = grasp()
+    hold(g, q, 20.0)
+    assert q[PROBE_SHIFT] == pytest.approx((0.7 + 2.0) * math.sqrt(believed_variance(g, 0)))
+    g, q = grasp(std=0.05)
+    hold(g, q, 5.0)
+    assert q[PROBE_SHIFT] == 0.0
+
+
+def test_a_finger_in_the_air_is_not_probed() -> None:
+    _, q = grasp()
+    watch_load(q, 0, DT, 2.0, 0.01, touching=True)
+    q[PROBE_SHIFT] = 0.3
+    watch_load(q, 0, DT, math.nan, 0.01, touching=False)
+    assert q[PROBE_SHIFT] == 0.0

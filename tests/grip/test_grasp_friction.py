@@ -1,0 +1,136 @@
+"""What the fingers of a controller learn of friction together, with the real estimators."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+import vegrip
+from vegrip.clock import NS
+from vegrip.grip.controller import GripController
+from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.settings import ControlSettings
+from vegrip.messages import FingertipState
+
+NAMES = ("thumb", "index")
+LEARNING = FrictionSettings(shared=True, probing=True)
+PERIOD = NS // 500
+
+
+def controller(friction: FrictionSettings = LEARNING) -> GripController:
+    settings = replace(ControlSettings(), friction=friction)
+    return GripController(NAMES, vegrip.paper_model(tip_radius=9e-3), settings=settings)
+
+
+class Bench:
+    """Fingers pressed to 2 N, with a tangential load and what is said of slip."""
+
+    def __init__(self, hand: GripController) -> None:
+        self.hand, self.tick = hand, 0
+        self.force = dict.fromkeys(NAMES, 2.0)
+
+    def run(
+        self, seconds: float, load: float, slip: dict[str, float] | None = None, speed: float = 0.0
+    ) -> None:
+        for _ in range(round(500 * seconds)):
+            self.tick += 1
+            now = self.tick * PERIOD
+            noise = 0.004 * (-1) ** self.tick
+            depth = 1e-3 * min(1.0, self.tick / 100)
+            force = 2.0 * (depth / 1e-3) ** 1.5
+            states = [
+                FingertipState(
+                    now, name, self.tick, force + noise, load, 0.0, 0.0, depth, 22.0,
+                    (slip or {}).get(name, 0.0), speed if (slip or {}).get(name, 0.0) >= 0.5 else 0.0,
+                )
+                for name in NAMES
+            ]  # fmt: skip
+            self.hand.step(states, now)
+
+    def bound(self, name: str) -> float:
+        mean, std = self.hand.friction.belief(name)
+        return mean - 0.7 * std
+
+
+@pytest.fixture(scope="module")
+def held() -> Bench:
+    bench = Bench(controller())
+    bench.run(1.0, 0.6)
+    return bench
+
+
+def test_before_anything_is_felt_every_finger_has_the_prior_of_its_model(held: Bench) -> None:
+    for name in NAMES:
+        mean, std = held.hand.friction.belief(name)
+        assert math.exp(mean) == pytest.approx(0.7, rel=0.05)
+        assert std == pytest.approx(0.4, abs=0.05)
+
+
+def test_a_slide_of_one_finger_lowers_the_bounds_of_all_and_reaches_their_estimators() -> None:
+    bench = Bench(controller())
+    bench.run(1.0, 0.6)
+    before = {name: bench.bound(name) for name in NAMES}
+    bench.run(0.04, 0.6, {"index": 1.0}, speed=2e-3)
+    bench.run(0.01, 0.6)
+    assert all(bench.bound(name) < before[name] for name in NAMES)
+    for name in NAMES:
+        own = bench.hand.contact(name).friction_coefficient.value
+        assert own == pytest.approx(math.exp(bench.hand.friction.belief(name)[0]), rel=0.02)
+        assert own < 0.5
+
+
+def test_fingers_that_do_not_share_learn_alone() -> None:
+    bench = Bench(controller(FrictionSettings()))
+    bench.run(1.0, 0.6)
+    bench.run(0.04, 0.6, {"index": 1.0}, speed=2e-3)
+    assert bench.hand.contact("thumb").friction_coefficient.value == pytest.approx(0.7, rel=0.05)
+    assert bench.hand.contact("index").friction_coefficient.value < 0.5
+
+
+def test_slip_that_is_felt_for_one_sample_changes_nothing(held: Bench) -> None:
+    before = [held.hand.friction.belief(name) for name in NAMES]
+    held.run(0.002, 0.6, {"index": 1.0}, speed=2e-3)
+    held.run(0.1, 0.6)
+    after = [held.hand.friction.belief(name) for name in NAMES]
+    assert [m for m, _ in after] == pytest.approx([m for m, _ in before], abs=1e-9)
+    assert [s for _, s in after] == pytest.approx([s for _, s in before], abs=1e-9)
+
+
+def test_a_bogus_slip_at_light_touch_changes_nothing() -> None:
+    bench = Bench(controller())
+    bench.run(1.0, 0.012)  # a load like the noise of its measurement
+    before = [bench.hand.friction.belief(name) for name in NAMES]
+    bench.run(0.1, 0.012, {"index": 1.0}, speed=2e-3)
+    bench.run(0.1, 0.012)
+    for name, (mean, _) in zip(NAMES, before, strict=True):
+        assert bench.hand.friction.belief(name)[0] == pytest.approx(mean, abs=2e-3)
+        own = bench.hand.contact(name).friction_coefficient.value
+        assert own == pytest.approx(math.exp(mean), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("friction", "slip", "sentence"),
+    [
+        (LEARNING, 0.0, ""),
+        (LEARNING, math.nan, "thumb does not feel slip"),
+        (replace(LEARNING, slip_threshold=5e-4), 0.0, "slip is felt from 0.0005 m/s on"),
+        (replace(LEARNING, slip_delay=0.02), 0.0, "slip is felt 0.02 s late"),
+        (replace(LEARNING, probing=False), 0.0, "probing is switched off"),
+    ],
+    ids=["fine", "absent", "coarse", "late", "off"],
+)
+def test_probing_says_why_it_is_off_and_is_careful_then(
+    friction: FrictionSettings, slip: float, sentence: str
+) -> None:
+    bench = Bench(controller(friction))
+    bench.run(0.6, 0.6, dict.fromkeys(NAMES, slip))
+    why = bench.hand.friction.why_not_probing
+    assert why.startswith(sentence)
+    assert bool(why) == bool(sentence)
+    careful = Bench(controller(FrictionSettings()))
+    careful.run(0.6, 0.6, dict.fromkeys(NAMES, slip))
+    needs = [b.hand.fingers["index"].controller.required_force for b in (bench, careful)]
+    if sentence:
+        assert needs[0] == pytest.approx(needs[1], rel=1e-6)
+    else:
+        assert needs[0] < 0.8 * needs[1]

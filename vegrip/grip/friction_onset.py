@@ -1,0 +1,117 @@
+"""Incipient slip as evidence of friction: a finger that begins to creep is at its limit.
+
+A slip channel that is finer than the slides which a finger's own estimate learns from (it wants them fast
+and steady) tells of creep long before. From ``ONSET_RUN_LENGTH`` samples of it in a row, the mean of ln u is
+a measurement of ln mu, u being the friction coefficient at which the present load would slip. Once a run,
+and only
+
+* where u is known well: a light touch tells nothing;
+* where the channel was quiet before, so that one that says slip all the time teaches at most once;
+* where u is not far below what the finger held a moment ago: friction does not fall so fast.
+
+It moves the belief by no more than a slip at ``ONSET_BOUND`` standard deviations would. What fails the last
+test is counted: a channel that goes on so is not believed any more.
+
+Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, behind its sections.
+"""
+
+import math
+
+from vegrip.grip.friction_belief import (
+    BELIEF_MEAN,
+    BELIEF_MOST,
+    absorb_factor,
+    add_common,
+    believed_variance,
+    widen_belief,
+)
+from vegrip.grip.friction_probe import PROBE_CLIMB, PROBE_SIZE
+from vegrip.types import Numbers
+
+ONSET_NOISE = PROBE_SIZE  # std of ln mu from one onset to the next
+ONSET_SHOCK = PROBE_SIZE + 1  # std of ln mu of what befalls all faces at once
+ONSET_RUN = PROBE_SIZE + 2  # samples of slip in a row; negative: this run has been used
+ONSET_SUM = ONSET_RUN + BELIEF_MOST  # of ln u in this run
+ONSET_QUIET = ONSET_SUM + BELIEF_MOST  # [s] since the last sample of slip
+ONSET_HELD = ONSET_QUIET + BELIEF_MOST  # largest u that was held of late
+ONSET_DOUBTED = ONSET_HELD + BELIEF_MOST  # how often the channel contradicted the load
+ONSET_SILENT = ONSET_DOUBTED + BELIEF_MOST  # 1 while slip is not sensed
+ONSET_SIZE = ONSET_SILENT + BELIEF_MOST
+
+ONSET_RUN_LENGTH = 3.0
+ONSET_VAGUE = 0.1  # relative std of u beyond which nothing is learned
+ONSET_QUIET_TIME = 0.05  # [s] without slip before an onset
+ONSET_FAR = 0.6  # of what was held: friction does not fall below this within ONSET_FADING
+ONSET_FADING = 0.3  # [s]
+ONSET_BOUND = 2.5  # standard deviations
+ONSET_FAR_BELOW = 2.5  # as FAR_BELOW of the belief
+ONSET_DOUBTS = 3.0  # contradictions from which on a channel is not believed
+
+
+def begin_onsets(q: Numbers, noise: float, shock: float) -> None:
+    """Set how well an onset tells friction; nothing was felt yet."""
+    q[ONSET_NOISE], q[ONSET_SHOCK] = noise, shock
+    for i in range(BELIEF_MOST):
+        q[ONSET_RUN + i] = q[ONSET_SUM + i] = q[ONSET_HELD + i] = q[ONSET_DOUBTED + i] = 0.0
+        q[ONSET_QUIET + i] = q[ONSET_SILENT + i] = 1.0
+
+
+def is_doubted(q: Numbers, i: int) -> bool:
+    """Return whether the slip channel of finger ``i`` has contradicted its load too often."""
+    return q[ONSET_DOUBTED + i] >= ONSET_DOUBTS
+
+
+def may_probe(q: Numbers, i: int) -> bool:
+    """Return whether finger ``i`` probes: its slip is sensed, and that is believed."""
+    return q[PROBE_CLIMB] > 0.0 and q[ONSET_SILENT + i] < 0.5 and not is_doubted(q, i)
+
+
+def feel_onset(
+    g: Numbers,
+    q: Numbers,
+    i: int,
+    dt: float,
+    u: float,
+    relative: float,
+    slip: float,
+) -> None:
+    """Take in one sample of finger ``i``: utilisation ``u`` at mu = 1, its relative std, whether it slips."""
+    q[ONSET_SILENT + i] = 1.0 if math.isnan(slip) else 0.0
+    q[ONSET_HELD + i] *= math.exp(-dt / ONSET_FADING)
+    known = 0.0 < u < math.inf and relative < ONSET_VAGUE
+    if not slip >= 0.5:
+        q[ONSET_RUN + i] = 0.0
+        q[ONSET_QUIET + i] += dt
+        if known and slip < 0.5:
+            q[ONSET_HELD + i] = max(q[ONSET_HELD + i], u)
+        return
+    if q[ONSET_RUN + i] == 0.0:
+        q[ONSET_SUM + i] = 0.0
+        if q[ONSET_QUIET + i] < ONSET_QUIET_TIME:
+            q[ONSET_RUN + i] = -1.0
+    q[ONSET_QUIET + i] = 0.0
+    if q[ONSET_RUN + i] < 0.0 or not known:
+        return
+    q[ONSET_RUN + i] += 1.0
+    q[ONSET_SUM + i] += math.log(u)
+    if q[ONSET_RUN + i] >= ONSET_RUN_LENGTH:
+        mean = q[ONSET_SUM + i] / q[ONSET_RUN + i]
+        q[ONSET_RUN + i] = -1.0
+        take_onset(g, q, i, mean, relative)
+
+
+def take_onset(g: Numbers, q: Numbers, i: int, ln_u: float, relative: float) -> None:
+    """Measure ln mu of finger ``i`` by the load at which it began to slip."""
+    if math.exp(ln_u) < ONSET_FAR * q[ONSET_HELD + i]:
+        q[ONSET_DOUBTED + i] += 1.0
+        return
+    if is_doubted(q, i):
+        return
+    noise = q[ONSET_NOISE] * q[ONSET_NOISE] + relative * relative
+    widen_belief(g)
+    off = ln_u - g[BELIEF_MEAN + i]
+    if off < -ONSET_FAR_BELOW * math.sqrt(believed_variance(g, i) + noise):
+        add_common(g, q[ONSET_SHOCK] * q[ONSET_SHOCK])
+    most = ONSET_BOUND * math.sqrt(believed_variance(g, i) + noise)
+    measured = g[BELIEF_MEAN + i] + min(max(off, -most), most)
+    absorb_factor(g, i, 1.0 / noise, measured / noise)

@@ -1,0 +1,108 @@
+"""Probing: letting a finger count on more friction than is believed, slowly, while nothing happens.
+
+What a finger counts on is the lower bound of its friction. ``b`` raises it, in logarithms: where nothing is
+known of the object for all fingers, else for the one finger that is least known of those whose need decides
+the grip. It grows only while no load moves and no slip was felt of late, and any slip sets all of them back
+at once::
+
+    b' = climb     while the object is unknown        (std of ln mu above ``unknown``)
+    b' = rate      while the least known finger is not known well   (std above ``known``)
+
+The force then falls until the finger is about to slip, or until ``b`` has reached what the belief can hold
+for possible. Slip that comes is small, since only force was let go of, and teaches all fingers.
+
+Plain scalar code over one flat sequence ``q`` of numbers, of fixed size; the same text is compiled.
+"""
+
+import math
+
+from vegrip.grip.friction_belief import BELIEF_FINGERS, BELIEF_MOST, believed_variance
+from vegrip.types import Numbers
+
+PROBE_CLIMB = 0  # [1/s] of ln mu while the object is unknown
+PROBE_RATE = 1  # [1/s] afterwards
+PROBE_UNKNOWN = 2  # std of ln mu above which the object is unknown
+PROBE_KNOWN = 3  # and below which a finger is known well enough
+PROBE_QUIET_TIME = 4  # [s] without a change of any load before probing goes on
+PROBE_QUIET_CHANGE = 5  # relative change of a load that is one
+PROBE_PAUSE = 6  # [s] after a slip
+PROBE_REACH = 7  # standard deviations above the mean up to which it is probed
+PROBE_SINCE_SLIP = 8
+PROBE_SHIFT = 9  # b of each finger
+PROBE_LOAD = PROBE_SHIFT + BELIEF_MOST  # [N] from which changes are counted
+PROBE_SMOOTH = PROBE_LOAD + BELIEF_MOST  # [N] load without noise
+PROBE_STILL = PROBE_SMOOTH + BELIEF_MOST  # [s] since the load last changed; negative: not in contact
+PROBE_NEED = PROBE_STILL + BELIEF_MOST  # [N] what each finger needs on its own
+PROBE_SIZE = PROBE_NEED + BELIEF_MOST
+
+SMOOTHING = 0.01  # [s]
+
+
+def begin_probing(
+    q: Numbers,
+    climb: float,
+    rate: float,
+    unknown: float,
+    known: float,
+    quiet_time: float,
+    quiet_change: float,
+    pause: float,
+    reach: float,
+) -> None:
+    """Set how it probes; no finger touches yet."""
+    q[PROBE_CLIMB], q[PROBE_RATE], q[PROBE_UNKNOWN], q[PROBE_KNOWN] = climb, rate, unknown, known
+    q[PROBE_QUIET_TIME], q[PROBE_QUIET_CHANGE] = quiet_time, quiet_change
+    q[PROBE_PAUSE], q[PROBE_REACH] = pause, reach
+    q[PROBE_SINCE_SLIP] = 0.0
+    for i in range(BELIEF_MOST):
+        q[PROBE_SHIFT + i] = q[PROBE_LOAD + i] = q[PROBE_SMOOTH + i] = 0.0
+        q[PROBE_STILL + i] = -1.0
+        q[PROBE_NEED + i] = 0.0
+
+
+def watch_load(q: Numbers, i: int, dt: float, load: float, noise: float, touching: bool) -> None:
+    """Follow the load [N] of finger ``i``, whose noise has the std ``noise`` [N]."""
+    if not (touching and load >= 0.0):
+        q[PROBE_STILL + i] = -1.0
+        q[PROBE_SHIFT + i] = 0.0
+        return
+    if q[PROBE_STILL + i] < 0.0:
+        q[PROBE_SMOOTH + i] = q[PROBE_LOAD + i] = load
+        q[PROBE_STILL + i] = 0.0
+    q[PROBE_SMOOTH + i] += (1.0 - math.exp(-dt / SMOOTHING)) * (load - q[PROBE_SMOOTH + i])
+    q[PROBE_STILL + i] += dt
+    change = abs(q[PROBE_SMOOTH + i] - q[PROBE_LOAD + i])
+    if change > q[PROBE_QUIET_CHANGE] * q[PROBE_LOAD + i] + 2.0 * noise:
+        q[PROBE_LOAD + i] = q[PROBE_SMOOTH + i]
+        q[PROBE_STILL + i] = 0.0
+
+
+def feel_slip(q: Numbers, dt: float, fingers: int, slipping: bool) -> None:
+    """Note whether a finger slips: then nothing is probed any more."""
+    q[PROBE_SINCE_SLIP] += dt / max(fingers, 1)
+    if slipping:
+        q[PROBE_SINCE_SLIP] = 0.0
+        for j in range(fingers):
+            q[PROBE_SHIFT + j] = 0.0
+
+
+def probe_friction(g: Numbers, q: Numbers, i: int, dt: float, lag: float) -> None:
+    """Let ``b`` of finger ``i`` grow where it may; ``lag`` is how many std are counted off the mean."""
+    n = int(g[BELIEF_FINGERS])
+    std = math.sqrt(believed_variance(g, i))
+    rate = q[PROBE_CLIMB] if std > q[PROBE_UNKNOWN] else q[PROBE_RATE]
+    most = (lag + q[PROBE_REACH]) * std
+    if std < q[PROBE_KNOWN] or q[PROBE_SINCE_SLIP] < q[PROBE_PAUSE]:
+        return
+    others = 0.0
+    for j in range(n):
+        if 0.0 <= q[PROBE_STILL + j] < q[PROBE_QUIET_TIME]:
+            return
+        if j > 0:
+            others += q[PROBE_NEED + j]
+    if std <= q[PROBE_UNKNOWN]:
+        for j in range(n):
+            decides = others >= q[PROBE_NEED] if j > 0 else q[PROBE_NEED] >= others
+            if j != i and decides and believed_variance(g, j) > believed_variance(g, i):
+                return
+    q[PROBE_SHIFT + i] = min(q[PROBE_SHIFT + i] + rate * dt, max(most, q[PROBE_SHIFT + i]))

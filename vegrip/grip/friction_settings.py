@@ -1,0 +1,64 @@
+"""How friction is learned by all fingers of a grasp."""
+
+from dataclasses import dataclass
+
+from vegrip.config import parameter
+
+FINEST_CREEP_M_S = 5e-5
+"""Threshold of felt slip above which creep passes for holding, and probing would learn from it."""
+QUICKEST_SLIP_S = 0.01
+"""Delay of felt slip beyond which probing would slide too far."""
+
+
+@dataclass(frozen=True)
+class FrictionSettings:
+    """Belief of the grasp and probing; see :mod:`vegrip.grip.friction_belief`, ``friction_probe``."""
+
+    shared: bool = parameter(False, doc="what one finger learns of the object counts for all", live=False)
+    own_spread: float = parameter(
+        0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu between the fingers on one object", live=False
+    )
+    shock: float = parameter(
+        0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu of what befalls all faces at once", live=False
+    )
+    slip_threshold: float = parameter(
+        0.0, unit="m/s", low=0.0, high=10.0, doc="slip speed from which the tips feel slip", live=False
+    )
+    slip_delay: float = parameter(
+        0.0, unit="s", low=0.0, high=10.0, doc="by which felt slip is late", live=False
+    )
+    onsets: bool = parameter(True, doc="learn from the beginning of slip too", live=False)
+    onset_noise: float = parameter(
+        0.1, unit="1", low=1e-3, high=2.0, doc="std of ln mu from one onset to the next", live=False
+    )
+    probing: bool = parameter(False, doc="let go slowly until friction is known", live=False)
+    climb: float = parameter(1.5, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object unknown", live=False)
+    rate: float = parameter(0.6, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object known", live=False)
+    unknown: float = parameter(
+        0.2, unit="1", low=0.0, high=2.0, doc="std from which an object is unknown", live=False
+    )
+    known: float = parameter(
+        0.06, unit="1", low=0.0, high=2.0, doc="std below which a finger is known", live=False
+    )
+    quiet_time: float = parameter(
+        0.2, unit="s", low=0.0, high=10.0, doc="no load has changed for", live=False
+    )
+    quiet_change: float = parameter(
+        0.05, unit="1", low=0.0, high=1.0, doc="relative change of a load", live=False
+    )
+    pause: float = parameter(0.5, unit="s", low=0.0, high=100.0, doc="after a slip", live=False)
+    reach: float = parameter(2.0, unit="1", low=0.0, high=10.0, doc="std above the mean", live=False)
+
+    @property
+    def widest_variance(self) -> float:
+        """Variance of ln mu beyond which nothing is known at all."""
+        return 4.0
+
+    @property
+    def why_too_coarse(self) -> str:
+        """Why the slip channel does not allow probing; empty when it does."""
+        if self.slip_threshold > FINEST_CREEP_M_S:
+            return f"slip is felt from {self.slip_threshold:g} m/s on, probing needs {FINEST_CREEP_M_S:g} m/s"
+        if self.slip_delay > QUICKEST_SLIP_S:
+            return f"slip is felt {self.slip_delay:g} s late, probing needs {QUICKEST_SLIP_S:g} s or less"
+        return ""

@@ -1,0 +1,236 @@
+"""What all fingers of a grasp learn of friction together, between one finger's state and the next.
+
+Before a finger takes a state, :meth:`GraspFriction.prepare` writes into its estimator what the grasp believes
+of its friction, and says which margin and confidence to ask for. Afterwards :meth:`GraspFriction.learn` takes
+what the finger has learned into the belief (:mod:`.friction_belief`, :mod:`.friction_onset`) and lets probing
+go on (:mod:`.friction_probe`).
+
+A finger whose slip is felt counts on the bound of its friction at ``known_probability``: where that is wrong,
+it creeps a little, is held, and all know better. One whose slip is not felt counts on the bound at the
+probability of the grasp. Probing raises what it counts on by ``b`` in ln mu, which is
+the same as to ask for the margin ``1 - (1 - margin) e^b``.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple, Protocol, runtime_checkable
+
+from vegrip.clock import NS
+from vegrip.estimator.settings import EstimatorSettings, SensorNoise
+from vegrip.grip.finger import GraspFinger, Wanted
+from vegrip.grip.friction_belief import (
+    BELIEF_MEAN,
+    BELIEF_MOST,
+    BELIEF_SINCE,
+    BELIEF_SIZE,
+    BELIEF_VERSION,
+    absorb_evidence,
+    begin_belief,
+    believed_variance,
+    expect_finger,
+    widen_own,
+)
+from vegrip.grip.friction_onset import (
+    ONSET_SILENT,
+    ONSET_SIZE,
+    begin_onsets,
+    feel_onset,
+    is_doubted,
+    may_probe,
+)
+from vegrip.grip.friction_probe import (
+    PROBE_NEED,
+    PROBE_SHIFT,
+    begin_probing,
+    feel_slip,
+    probe_friction,
+    watch_load,
+)
+from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.settings import ControlSettings
+from vegrip.messages import FingertipState
+
+LONGEST_STEP_S = 0.1
+"""A longer pause between two states counts as so much."""
+NEW_CONTACT_VARIANCE = 1e-4
+"""Growth of the variance of ln mu between two states that only a new contact brings."""
+
+
+class FingerFriction(NamedTuple):
+    """What an estimator believes of ln mu: now, and before the present loading."""
+
+    mean: float
+    variance: float
+    mean_before: float
+    variance_before: float
+
+
+class Utilisation(NamedTuple):
+    """Friction coefficient at which the present load would slip, its relative std, and the load [N]."""
+
+    value: float
+    relative_std: float
+    load: float
+
+
+@runtime_checkable
+class FrictionEstimator(Protocol):
+    """An estimator that can be told of friction, as :class:`vegrip.estimator.ContactEstimator` can."""
+
+    @property
+    def in_contact(self) -> bool:
+        """Whether the fingertip touches."""
+
+    @property
+    def friction(self) -> tuple[float, float, float, float]:
+        """The fields of :class:`FingerFriction`."""
+
+    def believe_friction(self, belief: tuple[float, float, float, float]) -> None:
+        """Go on from this belief."""
+
+    def utilisation(self) -> tuple[float, float, float]:
+        """Return the fields of :class:`Utilisation`, NaN where they are not known."""
+
+
+class GraspFriction:
+    """Friction of the contacts of one object.
+
+    Args:
+        fingers: the estimator of each, by name; one that cannot be told friction makes all learn alone.
+        settings: how friction is learned.
+        tangential_noise: std of the measured tangential force [N].
+        drift: random walk of ln mu [1/sqrt(s)].
+
+    """
+
+    def __init__(
+        self,
+        fingers: Mapping[str, object],
+        settings: FrictionSettings,
+        tangential_noise: float,
+        drift: float,
+    ) -> None:
+        able = {name: e for name, e in fingers.items() if isinstance(e, FrictionEstimator)}
+        self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
+        self._settings, self._noise = settings, tangential_noise
+        self._places = {name: i for i, name in enumerate(fingers)}
+        self._believed = [0.0] * BELIEF_SIZE
+        self._probe = [0.0] * ONSET_SIZE
+        self._seen = [0.0] * len(fingers)  # version of the belief that each finger has
+        self._site = [(0.0, 0.0)] * len(fingers)  # its own evidence of the present loading
+        self._before = [(0.0, 0.0)] * len(fingers)  # mean and variance it had before its last state
+        self._stamp = [0] * len(fingers)
+        if self.active:
+            self._begin(able, drift)
+
+    def _begin(self, able: Mapping[str, FrictionEstimator], drift: float) -> None:
+        s, g = self._settings, self._believed
+        begin_belief(g, len(able), drift, s.shock)
+        for i, estimator in enumerate(able.values()):
+            mean, variance, _, _ = estimator.friction
+            expect_finger(g, i, mean, math.sqrt(max(variance, 0.0)), s.own_spread)
+            self._before[i] = mean, variance
+        probing = s.probing and not s.why_too_coarse
+        begin_probing(
+            self._probe, s.climb if probing else 0.0, s.rate if probing else 0.0, s.unknown, s.known,
+            s.quiet_time, s.quiet_change, s.pause, s.reach,
+        )  # fmt: skip
+        begin_onsets(self._probe, s.onset_noise if s.onsets else math.inf, s.shock)
+
+    def prepare(self, finger: GraspFinger, unknown: Wanted, known: Wanted) -> Wanted:
+        """Tell the estimator of ``finger`` what the grasp believes; return margin and confidence to ask for.
+
+        Args:
+            finger: whose state comes next.
+            unknown: margin and confidence wanted where slip would not be felt.
+            known: the same where it is.
+
+        """
+        estimator = finger.estimator
+        if not (self.active and isinstance(estimator, FrictionEstimator)):
+            return unknown
+        i = self._places[finger.name]
+        own = FingerFriction(*estimator.friction)
+        if own.mean == own.mean_before and own.variance == own.variance_before:
+            self._site[i] = 0.0, 0.0
+        if self._believed[BELIEF_VERSION] != self._seen[i]:
+            self._seen[i] = self._believed[BELIEF_VERSION]
+            own = self._told(i)
+            estimator.believe_friction(own)
+        self._before[i] = own.mean, own.variance
+        margin, confidence = known if may_probe(self._probe, i) else unknown
+        shift = self._probe[PROBE_SHIFT + i]
+        return 1.0 - (1.0 - margin) * math.exp(shift), confidence
+
+    def learn(self, finger: GraspFinger, state: FingertipState, lag: float) -> None:
+        """Take in what ``finger`` learned of its last ``state``; ``lag`` is the quantile it counts off."""
+        estimator = finger.estimator
+        if not (self.active and isinstance(estimator, FrictionEstimator)):
+            return
+        i, g, q = self._places[finger.name], self._believed, self._probe
+        dt = min(max((state.stamp - self._stamp[i]) / NS, 0.0), LONGEST_STEP_S) if self._stamp[i] else 0.0
+        self._stamp[i] = state.stamp
+        g[BELIEF_SINCE] += dt / len(self._places)
+        self._take_evidence(i, FingerFriction(*estimator.friction))
+        u, relative, load = estimator.utilisation()
+        slipping, touching = state.slip >= 0.5, estimator.in_contact
+        feel_onset(g, q, i, dt, u, relative, state.slip)
+        q[PROBE_NEED + i] = finger.controller.required_force
+        watch_load(q, i, dt, load, self._noise, touching)
+        feel_slip(q, dt, len(self._places), slipping)
+        if not may_probe(q, i):
+            q[PROBE_SHIFT + i] = 0.0
+        elif touching and not slipping:
+            probe_friction(g, q, i, dt, lag)
+
+    @property
+    def why_not_probing(self) -> str:
+        """Why force is not let go of to learn friction; empty while it is."""
+        if not self.active or not self._settings.probing:
+            return "probing is switched off"
+        if self._settings.why_too_coarse:
+            return self._settings.why_too_coarse
+        for name, i in self._places.items():
+            if self._probe[ONSET_SILENT + i] > 0.5:
+                return f"{name} does not feel slip"
+            if is_doubted(self._probe, i):
+                return f"the slip channel of {name} contradicts its load"
+        return ""
+
+    def belief(self, finger: str) -> tuple[float, float]:
+        """Return mean and standard deviation of ln mu of ``finger`` as the grasp believes it."""
+        i = self._places[finger]
+        return self._believed[BELIEF_MEAN + i], math.sqrt(believed_variance(self._believed, i))
+
+    def _told(self, i: int) -> FingerFriction:
+        """Return the belief of finger ``i``, and the same without its evidence of the present loading."""
+        mean, variance = self._believed[BELIEF_MEAN + i], believed_variance(self._believed, i)
+        precision, weighted = self._site[i]
+        left = 1.0 / variance - precision if variance > 0.0 else 0.0
+        if precision == 0.0 or not left > 1.0 / self._settings.widest_variance:
+            return FingerFriction(mean, variance, mean, variance)
+        return FingerFriction(mean, variance, (mean / variance - weighted) / left, 1.0 / left)
+
+    def _take_evidence(self, i: int, own: FingerFriction) -> None:
+        mean, variance = self._before[i]
+        if own.mean == mean:
+            if own.variance > variance + NEW_CONTACT_VARIANCE:
+                widen_own(self._believed, i, own.variance)
+            return
+        if variance > 0.0 and own.variance > 0.0:
+            precision, weighted = self._site[i]
+            precision += 1.0 / own.variance - 1.0 / variance
+            self._site[i] = precision, weighted + own.mean / own.variance - mean / variance
+            absorb_evidence(self._believed, i, mean, variance, own.mean, own.variance)
+
+
+def share_friction(fingers: Mapping[str, GraspFinger], settings: ControlSettings) -> GraspFriction:
+    """Return what ``fingers`` learn of friction together, from what their estimators believe now."""
+    noise = getattr(settings, "noise", SensorNoise())
+    estimator = getattr(settings, "estimator", EstimatorSettings())
+    return GraspFriction(
+        {name: finger.estimator for name, finger in fingers.items()},
+        settings.friction,
+        noise.tangential_force,
+        estimator.friction_drift,
+    )

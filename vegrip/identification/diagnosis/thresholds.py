@@ -1,0 +1,119 @@
+"""The thresholds of the verdict, all in one table: what each means, and where its value comes from.
+
+========  ==========================================================================================
+origin    where the value comes from
+========  ==========================================================================================
+trials    the blind trials of seeds 4 to 11, on which all of these were set together, none by itself;
+          seed 12 was held out (``vegrip trial -n 200 --seed 12``, docs/diagnose.md)
+measured  recordings of real contacts, where no law is exact (docs/worked-examples.md)
+speed     the time of a diagnosis: a larger value costs more of it (``vegrip bench diagnose``)
+rule      a convention of statistics, or what sensors and geometry allow; not measured
+========  ==========================================================================================
+
+Thresholds of one effect stand in its file (:class:`vegrip.effects.Effect`).
+"""
+
+# What a candidate has to gain
+
+MIN_GAIN_NATS = 8.0
+"""[nats] of evidence that the first effect has to gain: it is one of thirty (origin: trials)."""
+MIN_LATER_GAIN_NATS = 20.0
+"""[nats] that a further effect has to gain where no regime stands out any more (origin: trials)."""
+MIN_SHARE_OF_GAIN = 0.005
+"""Of what was gained so far, that a further effect has to gain where no regime does (origin: trials)."""
+MIN_SHARE_OF_GAIN_IN_MISFIT = 0.015
+"""The same where a regime still stands out (origin: trials)."""
+MIN_SHARE_OF_LEFT = 0.15
+"""Of what is left, that a further effect has to gain where little is left (origin: trials)."""
+LITTLE_LEFT_SHARE = 0.15
+"""Of what was gained, below which what is left is little (origin: trials)."""
+MIN_TIMING_SHARE_OF_GAIN = 0.1
+"""Of what was gained, that an effect in time has to gain beside another one (origin: trials)."""
+SURELY_LEFT_STD = 2.0
+"""Standard deviations of the noise's sum of squares, which do not count as left (origin: rule)."""
+
+# What a candidate has to pass
+
+MAX_NOISE_CHI2 = 1.5
+"""Chi-square per regime up to which a misfit is noise (origin: trials)."""
+MAX_LOST_SHARE = 0.2
+"""Of the gain, that episodes which were held out may lose (origin: trials)."""
+MAX_LOST_SHARE_OF_MOST = 0.5
+"""The same where most of what is left is gained: another effect may rule episodes (origin: trials)."""
+CHANCE_NATS = 5.0
+"""[nats] that held-out episodes may lose by chance (origin: trials)."""
+MOST_OF_LEFT_SHARE = 0.3
+"""Of what is left, from which that is most of it (origin: trials)."""
+MIN_STANDARD_ERRORS = 3.0
+"""Standard errors by which an amount differs from nothing (origin: rule)."""
+AT_BOUND_STD = 1e-3
+"""Prior standard deviations from a bound, within which a parameter is at it (origin: rule)."""
+
+# What is refitted, and followed
+
+MAX_NAMED_EFFECTS = 4
+"""Effects that are named together (origin: rule)."""
+MAX_REFITS = 5
+"""Candidates that the screen puts first (origin: speed)."""
+MIN_SCREEN_SHARE = 0.05
+"""Of the best one's gain on the screen, below which no refit is tried (origin: speed)."""
+CONTENDER_SHARE = 0.4
+"""Of the best one's gain, from which a candidate is fitted to the end (origin: speed)."""
+RIVAL_SHARE = 0.6
+"""Of the best first gain, from which another first effect is followed (origin: trials)."""
+MAX_RIVALS = 2
+"""Other first effects that are followed (origin: speed)."""
+
+# What the recording must allow
+
+MIN_CONTACT_ROWS = 50
+"""Rows in contact, below which nothing can be said (origin: rule)."""
+BRIEF_CONTACT_S = 1.0
+"""[s] in contact, below which effects are not told apart (origin: rule)."""
+MAX_CLOCK_SHIFT_S = 1.0
+"""[s] between the clocks that is looked for (origin: rule)."""
+MIN_VISIBLE_SHIFT_S = 0.015
+"""[s] from which a shift of the clocks is seen by eye (origin: rule)."""
+MIN_VISIBLE_SHIFT_SAMPLES = 2.5
+"""Samples, of which a visible shift has to be more as well (origin: rule)."""
+OPPOSED_CORRELATION = 0.5
+"""Correlation of depth and force against each other, from which a sign is wrong (origin: rule)."""
+MIN_RATE_CORRELATION = 0.3
+"""Correlation of the rates, below which a lag means nothing (origin: rule)."""
+MIN_SHIFT_NATS = 20.0
+"""[nats] that a shift of the clocks has to gain (origin: trials)."""
+SHIFT_ADVANTAGE_SHARE = 0.1
+"""Of the best effect's gain, by which a shift has to beat it (origin: trials)."""
+MAX_DEPTH_RADII = 0.9
+"""Of the radius, beyond which the indentation cannot be one (origin: rule)."""
+
+# What the verdict is
+
+MAX_ERROR_BY_REGIME = 1.05
+"""Error over noise that named effects may leave where some of it depends on the regime (origin: trials)."""
+MAX_ERROR_EVEN = 1.1
+"""The same where none of it does (origin: trials)."""
+MAX_EXCESS_SHARE = 0.1
+"""Or this share of the excess of the squared error over the noise's (origin: trials)."""
+MAX_ERROR = 1.15
+"""And no more than this (origin: trials)."""
+MIN_CURVE_NATS = 40.0
+"""[nats] of a curve over one variable, from which a misfit that no regime shows is one (origin: trials)."""
+MIN_POINTING_NATS = 20.0
+"""[nats] of a curve, below which it points nowhere (origin: trials)."""
+MIN_CURVE_SHARE = 0.1
+"""Of the evidence that was gained, from which a curve is more than the form of a law (origin: trials)."""
+PATCHWORK_EFFECTS = 3
+"""Effects after which, with something still standing out, none of them is what is there (origin: trials)."""
+INDISTINGUISHABLE_NATS = 5.0
+"""[nats] within which candidates cannot be told apart (origin: trials)."""
+INDISTINGUISHABLE_SHARE = 1e-3
+"""Of the gain, the same: no model of a measured contact is exact (origin: measured)."""
+SAME_CHANGE_COSINE = 0.95
+"""Cosine of what two candidates do, from which only the form of a law differs (origin: trials)."""
+FORM_NATS = 20.0
+"""[nats] from which the form of a law decides (origin: trials)."""
+FORM_SHARE = 0.25
+"""Of the gain, from which it decides (origin: trials)."""
+ROUGH_FORM_SHARE = 0.01
+"""Of the gain, from which it decides where forms leave a misfit anyhow (origin: trials)."""
