@@ -22,6 +22,7 @@ from typing import Any
 from vegrip.benchmarks._nodes import private_runtime, running
 
 from vegrip.clock import NS
+from vegrip.host.realtime import switched
 from vegrip.runtime.client import ask
 from vegrip.runtime.registry import find_node
 
@@ -37,7 +38,8 @@ def placed(cores: set[int], priority: int) -> Iterator[None]:
     if priority:
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(priority))
     try:
-        yield
+        with switched(on=priority > 0):
+            yield
     finally:
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
         os.sched_setaffinity(0, before)

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from vegrip.clock import NS
+from vegrip.host.realtime import HAND_PRIORITY
 from vegrip.identification.simulate.bench import Benches
 from vegrip.messages import FingertipState, Message
 from vegrip.runtime import NodeBase
@@ -14,6 +15,7 @@ class VirtualBenchNode(NodeBase):
 
     wakes_on_messages = False
     exclusive_messages: tuple[type[Message], ...] = (FingertipState,)
+    realtime_priority = HAND_PRIORITY
 
     def __init__(self, name: str, parameters: Any, benches: Benches) -> None:
         super().__init__(name, parameters)

@@ -16,9 +16,10 @@ from vegrip.config import build as build_parameters
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
 from vegrip.grip.safety.command_validity import reason_to_reject
+from vegrip.host.realtime import HAND_PRIORITY
 from vegrip.identification.simulate.bench import Benches
 from vegrip.identification.simulate.protocol import read_protocol
-from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.messages import FingertipState, ForceCommand, Message, NodeStatus
 from vegrip.runtime import NodeBase, NodeContext
 from vegrip.virtual import HandSettings, VirtualHand, disturbances
 from vegrip.virtual.hidden import make
@@ -49,6 +50,8 @@ class VirtualHandNode(NodeBase):
 
     wakes_on_messages = False
     exclusive_messages: tuple[type[Message], ...] = (FingertipState,)
+    heard_messages: tuple[type[Message], ...] = (FingertipState, ForceCommand, NodeStatus)  # also of rivals
+    realtime_priority = HAND_PRIORITY
     _running = False
 
     def __init__(self, name: str, parameters: Parameters) -> None:

@@ -21,6 +21,9 @@ settings.load_profile("vegrip")
 if host.compiler():
     os.environ.setdefault("VEGRIP_KERNEL", "c")
 
+# Nodes of tests stand beside each other and beside the other programs of the machine.
+os.environ.setdefault("VEGRIP_REALTIME", "0")
+
 DATA = Path(os.environ.get("VEGRIP_DATA", Path(__file__).parents[2] / "shared" / "data"))
 
 

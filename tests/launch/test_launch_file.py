@@ -89,3 +89,12 @@ def test_an_unknown_file_names_those_there_are():
 def test_the_default_is_a_hand_of_five_fingers(tmp_path):
     (node,) = read_launch_file(written(tmp_path, "[[node]]\nprogram = 'echo'"))
     assert node.fingers == FINGERS
+
+
+def test_realtime_is_on_unless_the_file_or_the_node_switches_it_off(tmp_path):
+    assert all(node.realtime for node in read_launch_file(find_launch_file("demo")))
+    file = tmp_path / "launch.toml"
+    file.write_text(
+        'realtime = false\n[[node]]\nprogram = "echo"\n[[node]]\nprogram = "record"\nrealtime = true\n'
+    )
+    assert [node.realtime for node in read_launch_file(file)] == [False, True]

@@ -404,3 +404,59 @@ def test_a_change_of_state_is_told_at_once_not_at_the_next_period(rig, transitio
     (status,) = rig.answers(NodeStatus)
     assert status.state in (Lifecycle.INACTIVE, Lifecycle.FINALIZED)
     assert status.stamp - before < 10 * MS
+
+
+class RecordedPriority:
+    def __init__(self):
+        self.heard = []
+
+    def take(self):
+        self.heard.append("take")
+        return "real-time priority is not permitted"
+
+    def give_back(self):
+        self.heard.append("give back")
+
+
+def test_the_loop_has_its_priority_while_the_node_is_active_only_and_says_once_what_is_not_permitted(caplog):
+    priority, clock = RecordedPriority(), SimulatedClock()
+    endpoint, _ = pair(clock)
+    runner = Runner(Follower(clock), endpoint, clock, priority=priority)
+    runner.change("configure")
+    assert "take" not in priority.heard, "to configure is to compile"
+    runner.change("activate")
+    assert priority.heard[-1] == "take"
+    runner.change("deactivate")
+    assert priority.heard[-1] == "give back"
+    assert caplog.text.count("not permitted") == 1
+
+
+def told(rig, count):
+    """Answer ``count`` states, one every 10 ms, and return how many commands and reports came of them."""
+    commands = reports = 0
+    for seq in range(count):
+        rig.state(seq=seq)
+        rig.runner.step()
+        answers = rig.answers((ForceCommand, ModelHealth))
+        commands += sum(isinstance(answer, ForceCommand) for answer in answers)
+        reports += sum(isinstance(answer, ModelHealth) for answer in answers)
+        rig.clock.advance(0.010)
+    return commands, reports
+
+
+def test_a_machine_that_cannot_keep_up_lowers_the_rate_of_reports_never_of_commands_and_says_so_once(caplog):
+    rig = Rig(deadline=0.010)
+    node = rig.runner.managed.node = Talker(rig.clock)
+    rig.runner.start()
+    assert told(rig, 100) == (100, 100)
+    node.cost = 0.008  # [s] for each command
+    told(rig, 100)
+    commands, reports = told(rig, 1000)
+    seconds = 1000 * (0.010 + 0.008)  # and a few reports
+    assert commands == 1000
+    assert 0.8 * 5 * seconds < reports <= 1.2 * 5 * seconds
+    assert rig.runner.status.rejected["reports_lowered"] == 1
+    assert caplog.text.count("cannot keep up") == 1
+    node.cost = 0.0
+    told(rig, 1500)
+    assert told(rig, 100) == (100, 100)

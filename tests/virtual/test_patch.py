@@ -1,5 +1,7 @@
 """Friction summed over the elements of a patch, against points of the exact limit surface."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -150,3 +152,21 @@ def test_less_normal_force_sheds_traction() -> None:
     for _ in range(1000):
         bench.move(1e-3, 0.0, 0.0)
     assert bench.move(0.0, 0.0, 0.0, N=1.0)[0] == pytest.approx(0.8, rel=1e-9)
+
+
+def limit_by_bisection(load, grid, f, m):
+    low, high = 0.0, 1.0
+    while high - low >= 1e-13:
+        part = 0.5 * (low + high)
+        there_f, there_m = kernels.limit_point(load, grid.reach, grid.cosine, grid.sine, part / (1.0 - part))
+        low, high = (part, high) if there_f * m < there_m * f else (low, part)
+    return math.hypot(there_f, there_m)
+
+
+def test_the_limit_along_a_load_is_that_of_bisection():
+    grid, rng = even_grid(8, 16), np.random.default_rng(0)
+    loads = [(1.0, 0.0), (0.0, 1.0), (1.0, 1e-9), (1e-9, 1.0), *10.0 ** rng.uniform(-4.0, 0.0, (60, 2))]
+    for f, m in loads:
+        load = grid.load(rng.uniform(1.5, 8.0, 1))[0]
+        found = kernels.limit_along(load, grid.reach, grid.cosine, grid.sine, f, m)
+        assert found == pytest.approx(limit_by_bisection(load, grid, f, m), rel=1e-12)

@@ -24,6 +24,9 @@ def demo(
     force: FORCE = False,
     headless: Annotated[bool, typer.Option("--headless", help="no live table")] = False,
     json: Annotated[bool, typer.Option("--json", help="one JSON object on standard output")] = False,
+    realtime: Annotated[
+        bool, typer.Option(help="real-time priority and locked memory, where they are permitted")
+    ] = True,
     web: Annotated[
         bool, typer.Option(help="besides as a page in the browser; not with --headless or --json")
     ] = True,
@@ -39,6 +42,7 @@ def demo(
     """
     from vegrip.demo.command import run_demo
     from vegrip.errors import UsageError
+    from vegrip.host.realtime import switched
     from vegrip.identification.recording.traces import replaced
     from vegrip.validation.controllers.scenario import GRASPS, Scenario, fitting_grasp
 
@@ -49,7 +53,7 @@ def demo(
     folder = output if output is not None else Path("recordings") / time.strftime("demo-%Y%m%d-%H%M%S")
     claim_recording(folder, force=force)
     scenario = Scenario(seed, duration, grasp)
-    with replaced(folder):
+    with switched(on=realtime), replaced(folder):
         interrupted = run_demo(
             scenario, folder, live=not headless, json=json, plot=plot, web=web and not (headless or json)
         )

@@ -27,6 +27,9 @@ def launch(
         bool,
         typer.Option("--check", help="Read the file, check the parameters, show the nodes, start nothing."),
     ] = False,
+    realtime: Annotated[
+        bool, typer.Option(help="Real-time priority and locked memory, where they are permitted.")
+    ] = True,
 ) -> None:
     """Start the nodes of a launch file, show their logs, restart them as configured, stop them in order.
 
@@ -47,7 +50,22 @@ def launch(
     if check:
         _show(nodes)
         return
-    raise typer.Exit(_run(path, nodes))
+    from vegrip.host.realtime import switched
+
+    wanted = realtime and any(node.realtime for node in nodes)
+    with switched(on=wanted and _is_permitted()):
+        code = _run(path, nodes)
+    raise typer.Exit(code)
+
+
+def _is_permitted() -> bool:
+    """Whether the nodes may have real-time priority; said here once, not by each of them."""
+    from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission
+
+    chosen = choose_scheduling(NODE_PRIORITY, permission(), on=is_switched_on())
+    if chosen.sentence:
+        Console(highlight=False, markup=False, soft_wrap=True).print(chosen.sentence)
+    return chosen.priority > 0
 
 
 def _run(path: Path, nodes: list[Any]) -> int:

@@ -17,6 +17,7 @@ from vegrip.clock import NS
 from vegrip.demo.hand_node import DemoHand, HandNews
 from vegrip.demo.worker import Job, RunStatistics
 from vegrip.demo.worker_handle import WorkerHandle
+from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission
 from vegrip.identification.recording.background import BackgroundWriter
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import ForceCommand, Message, Reason
@@ -158,6 +159,8 @@ def run(
         writer = RecordingWriter(folder, radius=parameters.tip.radius, sensors=noise)
         recorder = stack.enter_context(closing(BackgroundWriter(writer)))
         endpoint = stack.enter_context(closing(open_endpoint(transport, Hand(fingers))))
+        if sentence := choose_scheduling(NODE_PRIORITY, permission(), on=is_switched_on()).sentence:
+            say(sentence)
         say("starting hand and node (the first run compiles, which takes a minute)")
         node = WorkerHandle(
             "grasp_force",

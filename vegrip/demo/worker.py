@@ -15,6 +15,7 @@ from typing import Any, Protocol, cast
 
 from vegrip.clock import WallClock
 from vegrip.errors import VegripError
+from vegrip.host.realtime import priority_of
 from vegrip.runtime.node import Node
 from vegrip.runtime.process import SWITCH_INTERVAL
 from vegrip.runtime.runner import LoopSettings, Runner
@@ -75,17 +76,20 @@ def _run(pipe: Connection, job: Job) -> None:
     sys.setswitchinterval(SWITCH_INTERVAL)
     node = job.build(*job.arguments)
     endpoint = open_endpoint(job.transport, Hand(job.fingers))
+    priority = priority_of(node.realtime_priority)
     try:
-        runner = Runner(node, endpoint, WallClock(), LoopSettings(tick_period=job.tick_period))
+        settings = LoopSettings(tick_period=job.tick_period)
+        runner = Runner(node, endpoint, WallClock(), settings, priority=priority)
         runner.change("configure")
         pipe.send(("ready", None))
         if pipe.recv() != "start":
             return
-        runner.change("activate")
-        pipe.send(("active", None))
         over = threading.Event()
         talk = threading.Thread(target=_report, args=(pipe, runner, over), daemon=True)
+        runner.change("activate")
+        pipe.send(("active", None))
         talk.start()
+        priority.take()  # again, for the thread that has just begun
         runner.run()
         over.set()
         talk.join()

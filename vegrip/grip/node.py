@@ -10,7 +10,8 @@ from vegrip.grip.finger import GraspFinger
 from vegrip.grip.learned_store import LearnedStore, NoStore
 from vegrip.grip.model_swap import ModelSwap
 from vegrip.grip.settings import ControlSettings, make_share
-from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth
+from vegrip.host.realtime import NODE_PRIORITY
+from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth, NodeStatus
 from vegrip.runtime import NodeBase
 
 
@@ -32,6 +33,8 @@ class GraspForce(NodeBase):
     """
 
     exclusive_messages: tuple[type[Message], ...] = (ForceCommand,)
+    heard_messages: tuple[type[Message], ...] = (FingertipState, ForceCommand, NodeStatus)  # also of rivals
+    realtime_priority = NODE_PRIORITY
 
     def __init__(
         self,

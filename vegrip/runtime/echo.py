@@ -7,7 +7,8 @@ from typing import Any
 from vegrip.clock import NS
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
-from vegrip.messages import FingertipState, ForceCommand, Message, Reason
+from vegrip.host.realtime import NODE_PRIORITY
+from vegrip.messages import FingertipState, ForceCommand, Message, NodeStatus, Reason
 from vegrip.runtime.node import NodeBase
 from vegrip.runtime.program import NodeContext
 
@@ -24,6 +25,8 @@ class EchoNode(NodeBase):
     """Answers each state with a command that has its number."""
 
     exclusive_messages: tuple[type[Message], ...] = (ForceCommand,)
+    heard_messages: tuple[type[Message], ...] = (FingertipState, ForceCommand, NodeStatus)  # also of rivals
+    realtime_priority = NODE_PRIORITY
 
     parameters: EchoParameters
 

@@ -11,6 +11,8 @@ QUIET_NS: Final = 60 * NS
 HINTS: Final[Mapping[str, str]] = {
     "also_sent": "another node on this bus also sends what only this one may send; stop one of the two, or "
     "give them different hands (hand, namespace or channel)",
+    "reports_lowered": "this machine cannot keep up, so margins, estimates and health are told only 5 "
+    "times a second for each finger; every command is sent. Close other programs, and see `vegrip doctor`",
     "no_traffic": "nothing of the map (transport.map) has come since the bus was opened; look at channel and "
     "bit rate, whether the hand is switched on, and with `vegrip connect` whether this is its database",
     "command_held": "no new command came, so the last one is repeated to a hand that cannot hold by itself; "

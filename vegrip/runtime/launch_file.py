@@ -1,7 +1,7 @@
 """Launch files: which nodes belong together, and how each is configured.
 
-What stands above the first ``[[node]]`` (``fingers``, ``hand``, ``namespace``, ``transport``) holds for every
-node that does not say otherwise.
+What stands above the first ``[[node]]`` (``fingers``, ``hand``, ``namespace``, ``transport``, ``realtime``)
+holds for every node that does not say otherwise.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from vegrip.spelling import suggestion
 from vegrip.transport.open import TRANSPORTS, settings_of_map
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
-SHARED = ("fingers", "hand", "namespace", "transport")
+SHARED = ("fingers", "hand", "namespace", "transport", "realtime")
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,7 @@ class NodeConfig:
     restart: str = parameter("never", choices=("never", "on-failure", "always"), doc="when it ends by itself")
     required: bool = parameter(False, doc="when it ends for good, everything ends")
     wait: bool = parameter(False, doc="the next node is started when this one is active")
+    realtime: bool = parameter(True, doc="real-time priority and locked memory, where they are permitted")
 
     def __post_init__(self) -> None:
         if not self.fingers:
@@ -57,6 +58,7 @@ class _LaunchFile:
     hand: int = parameter(0)
     namespace: str = parameter("")
     transport: dict[str, Any] = parameter({})
+    realtime: bool = parameter(True)
 
 
 def find_launch_file(name: str) -> Path:

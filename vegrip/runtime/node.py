@@ -25,6 +25,10 @@ class Node(Protocol):
     exclusive_messages: tuple[type[Message], ...]
     """Kinds of message that only this node may send for its fingers. It is not activated where another node
     sends them, and counts them as ``also_sent`` later."""
+    heard_messages: tuple[type[Message], ...]
+    """Kinds of message that are of use to this node; the bus need not bring others. Empty: all are."""
+    realtime_priority: int
+    """Of the loop while the node is active, where it is permitted (:mod:`vegrip.host.realtime`); 0: none."""
     finished: bool
     """Set by a node that has nothing more to do (the end of a replay); the loop then ends."""
     failure: str
@@ -73,6 +77,8 @@ class NodeBase:
 
     wakes_on_messages = True
     exclusive_messages: tuple[type[Message], ...] = ()
+    heard_messages: tuple[type[Message], ...] = ()
+    realtime_priority = 0
     lacking: Callable[[Collection[str]], list[str]] | None = None
     """What a user must know of a finger that measures such channels; None: nothing."""
 

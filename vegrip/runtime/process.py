@@ -12,6 +12,7 @@ from contextlib import ExitStack, closing, contextmanager
 
 from vegrip.clock import WallClock
 from vegrip.errors import DeviceError, VegripError
+from vegrip.host import realtime
 from vegrip.host.descriptors import NODE_NEEDS, require_descriptors
 from vegrip.messages import Lifecycle, NodeStatus
 from vegrip.runtime import exit_reports
@@ -56,6 +57,7 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         name, config.program, config.namespace, dict(config.remap), os.getpid(), fingers, status_period
     )
     with ExitStack() as stack:
+        stack.enter_context(realtime.switched(on=config.realtime))
         ending = stack.enter_context(_ended_by_signals())
         stack.enter_context(node_logs(name))
         stack.enter_context(registered(entry))
@@ -67,7 +69,11 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         with _told(telemetry, sink, name):
             endpoint = open_endpoint(config.transport, hand, f"{name} [transport]")
         stack.enter_context(closing(endpoint))
-        runner = Runner(node, endpoint, WallClock(), config.loop, telemetry, name, beside)
+        priority = realtime.priority_of(
+            getattr(node, "realtime_priority", 0)
+        )  # nodes of others may have none
+        stack.callback(priority.give_back)
+        runner = Runner(node, endpoint, WallClock(), config.loop, telemetry, name, beside, priority)
         control = NodeCalls(runner, sink.topics)
         stack.enter_context(closing(ControlServer(entry.control, control, beside)))
         stack.enter_context(_brisk_switching())

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from vegrip.clock import NS, Clock
 from vegrip.config import parameter
 from vegrip.errors import DeviceError
+from vegrip.host.realtime import LoopPriority, Scheduling
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
 from vegrip.runtime.call_queue import CallQueue
 from vegrip.runtime.channel_watch import ChannelWatch
@@ -19,7 +20,7 @@ from vegrip.runtime.schedule import Schedule
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
-from vegrip.transport.endpoint import Endpoint, Guarded, Inspected, Timed
+from vegrip.transport.endpoint import Endpoint, Guarded, Inspected, Selective, Timed
 from vegrip.transport.sender_clock import ClockEstimate
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
@@ -64,6 +65,7 @@ class Runner:
         telemetry: Telemetry | None = None,
         full_name: str = "",
         beside: Mapping[str, int] | None = None,  # what the threads beside the loop refuse, counted by name
+        priority: LoopPriority | None = None,
     ) -> None:
         settings = settings or LoopSettings()
         self.full_name = full_name or node.name
@@ -89,6 +91,10 @@ class Runner:
         self._missed: dict[str, int] = {}  # counts of what came before this node listened
         self._other: tuple[int, str] | None = None  # [ns] when the last of them came, and what it was
         self._beside = beside
+        heard = getattr(node, "heard_messages", ())  # nodes of others may have none
+        if heard and isinstance(endpoint, Selective):
+            endpoint.select(heard)
+        self._priority = priority or LoopPriority(Scheduling())
         self._senders = SenderWatch()
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
         self.channels = ChannelWatch(lacking) if lacking is not None else None
@@ -140,6 +146,8 @@ class Runner:
         if transition == "activate":
             self._refuse_a_second()
             gc.collect()  # takes a tenth of a second, so before the node is said to be active
+        else:
+            self._priority.give_back()  # what is compiled must not stand before everything else
         self.managed.change(transition)
         self._pending = False
         if transition == "activate":
@@ -219,7 +227,8 @@ class Runner:
         for answer in answers:
             self._send((answer,))
             if isinstance(answer, ForceCommand):
-                self._unfinished.append(answers)
+                if self.statistics.pace.allows(answer.finger, self._clock.now()):
+                    self._unfinished.append(answers)
                 return
 
     def _newcomers(self) -> Sequence[Message]:
@@ -262,11 +271,13 @@ class Runner:
 
     def _rejected(self) -> Mapping[str, int]:
         of_others = {"also_sent": self._also_sent, "two_senders": self._senders.count}
+        own = {"reports_lowered": self.statistics.pace.lowered}
         counts = {
             **self._endpoint.rejected,
             **self.managed.node.rejected,
             **self.managed.faults,
             **of_others,
+            **own,
             **(self._beside or {}),
         }
         for name in counts.keys() & self._missed.keys():
@@ -290,6 +301,8 @@ class Runner:
     def _settle(self) -> None:
         """Freeze what exists out of the garbage collector's sight, drop what came before, lay the grid."""
         gc.freeze()
+        if sentence := self._priority.take():
+            self.managed.logger.warning("%s", sentence)
         self._forget_the_past()
         self._missed = {name: self._endpoint.rejected.get(name, 0) for name in ("lost", "overrun")}
         now = self._clock.now()

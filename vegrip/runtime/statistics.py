@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from vegrip.clock import NS
 from vegrip.messages import Lifecycle, NodeStatus
 from vegrip.runtime.histogram import Histogram
+from vegrip.runtime.report_pace import ReportPace
 
 MOST_FINGERS = 256  # latencies are kept for; a sender of made-up names must not make the table grow
 
@@ -19,6 +20,7 @@ class LoopStatistics:
         self.commands = 0
         self.states_sent = 0
         self.commands_received = 0
+        self.pace = ReportPace(deadline)
         self.latency = Histogram()  # state in -> command out, since the start
         self.lateness_max = 0  # [ns] since the start
         self._recent = Histogram()
@@ -47,6 +49,7 @@ class LoopStatistics:
     def _answered(self, latency: int) -> None:
         self.latency.add(latency)
         self._recent.add(latency)
+        self.pace.answered(latency)
         if latency > self.deadline:
             self.deadline_misses += 1
 

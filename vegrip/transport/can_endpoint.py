@@ -4,8 +4,8 @@ import contextlib
 import math
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Protocol, runtime_checkable
 
 import can
 
@@ -23,6 +23,7 @@ from vegrip.transport.sender_clock import ClockEstimate, SenderClock
 MOST_FRAMES = 256  # taken in one go; a babbling node must not keep the loop from its ticks
 REOPEN_PERIOD = 1.0  # [s] between attempts to open a lost bus again
 
+SOCKETCAN = "SocketcanBus"  # by name: its module is only there where SocketCAN is
 Open = Callable[[], can.BusABC]
 
 
@@ -42,6 +43,14 @@ class Codec(Lossy, Protocol):
 
     def encode(self, message: Message) -> list[Frame]:
         """Return the frames of ``message``."""
+
+
+@runtime_checkable
+class Selecting(Protocol):
+    """A codec that knows which identifiers messages have."""
+
+    def filters(self, kinds: Collection[type[Message]]) -> list[tuple[int, int]]:
+        """Return identifiers and masks of 11 bits."""
 
 
 class CanEndpoint(ClosedByWith):
@@ -77,6 +86,7 @@ class CanEndpoint(ClosedByWith):
         self._extended = extended
         self._bus: can.BusABC | None = bus
         self._port: CanPort | None = open_port(bus, self._faults, timing, extended=extended)
+        self._filters: list[can.typechecking.CanFilter] = []
 
     @property
     def rejected(self) -> Mapping[str, int]:
@@ -98,6 +108,15 @@ class CanEndpoint(ClosedByWith):
     def clock(self) -> ClockEstimate | None:
         """The clock of the hand against ours, None when it is not estimated."""
         return None if self._clock is None else self._clock.estimate()
+
+    def select(self, kinds: Collection[type[Message]]) -> None:
+        """Have the controller bring only messages of ``kinds`` to this hand, and what is not understood."""
+        if isinstance(self._codec, Selecting):
+            self._filters = [
+                {"can_id": identifier, "can_mask": mask, "extended": False}
+                for identifier, mask in self._codec.filters(kinds)
+            ]
+            self._filter()
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message, then take what is there (``MOST_FRAMES`` at most)."""
@@ -169,7 +188,16 @@ class CanEndpoint(ClosedByWith):
         except (can.CanError, OSError):
             return None
         self._port = open_port(self._bus, self._faults, self._timing, extended=self._extended)
+        self._filter()
         return self._port
+
+    def _filter(self) -> None:
+        """Set the filters where the bus itself has some; python-can's own would hide error frames."""
+        if self._bus is None or not self._filters:
+            return
+        if isinstance(self._bus, VegripBus) or self._bus.__class__.__name__ == SOCKETCAN:
+            with contextlib.suppress(can.CanError, OSError):  # then more comes in than is needed
+                self._bus.set_filters(self._filters)
 
     def _shut(self) -> None:
         if self._bus is not None:

@@ -1,6 +1,6 @@
 """What a node sees of the outside: messages come in, messages go out."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol, Self, runtime_checkable
 
 from vegrip.messages import Message
@@ -74,6 +74,14 @@ class Inspected(Protocol):
     @property
     def broken(self) -> Mapping[str, int]:
         """States that arrived and could not be understood, by finger; the same mapping every time."""
+
+
+@runtime_checkable
+class Selective(Protocol):
+    """An endpoint that can leave aside what its node does not want."""
+
+    def select(self, kinds: Collection[type[Message]]) -> None:
+        """Bring only messages of ``kinds``, and what is not understood."""
 
 
 @runtime_checkable

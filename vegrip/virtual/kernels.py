@@ -216,19 +216,36 @@ def limit_point(load: Floats, reach: Floats, cosine: Floats, sine: Floats, d: fl
 def limit_along(load: Floats, reach: Floats, cosine: Floats, sine: Floats, f: float, m: float) -> float:
     """Return the distance from the origin to the limit surface along the load (f/(mu N), m/(mu N a)).
 
-    The centre of rotation is searched by bisection between the middle of the patch and infinity; the
-    direction of the limit load turns from pure torque to pure force on the way.
+    The centre of rotation lies between the middle of the patch and infinity, d = part / (1 - part); the
+    direction of the limit load turns from pure torque to pure force on the way. The part is found by false
+    position with Illinois weights, and by bisection where that leaves the bracket or does not halve it in
+    three steps.
     """
     low, high = 0.0, 1.0  # of d / (1 + d)
-    radius = 1.0
-    for _ in range(60):
-        part = 0.5 * (low + high)
+    there_f, there_m = limit_point(load, reach, cosine, sine, 0.0)
+    below = there_f * m - there_m * f  # too much torque: the centre lies further out
+    above = load.sum() * len(cosine) * m  # a centre at infinity: force alone
+    radius, before, last, steps, part = 1.0, 1.0, 0, 0, 0.0
+    for _ in range(120):
+        previous, part = part, 0.5 * (low + high)
+        if steps < 3 and above > below:
+            secant = high - above * (high - low) / (above - below)
+            if low < secant < high:
+                part = secant
         there_f, there_m = limit_point(load, reach, cosine, sine, part / (1.0 - part))
         radius = math.hypot(there_f, there_m)
-        if there_f * m < there_m * f:  # still too much torque: the centre lies further out
-            low = part
+        turn = there_f * m - there_m * f
+        if turn < 0.0:
+            low, below = part, turn
+            above *= 0.5 if last < 0 else 1.0
+            last = -1
         else:
-            high = part
-        if high - low < 1e-12:
+            high, above = part, turn
+            below *= 0.5 if last > 0 else 1.0
+            last = 1
+        steps += 1
+        if high - low < 0.5 * before:
+            before, steps = high - low, 0
+        if high - low < 1e-12 or abs(part - previous) < 1e-13 or turn == 0.0:
             break
     return radius

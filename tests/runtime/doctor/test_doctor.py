@@ -1,13 +1,13 @@
 """Every check says what it found, and how to mend it when it is not well."""
 
 import json
-import os
 import shutil
 from collections import namedtuple
 
 import pytest
 
 from vegrip.cli import main
+from vegrip.host.realtime import Permission
 from vegrip.runtime.doctor import Grade, can_interfaces, checks, examine, rights, worst
 from vegrip.runtime.doctor.finding import fail, ok, warn
 
@@ -76,12 +76,24 @@ def test_room_for_recordings(tmp_path, monkeypatch, free, grade):
     assert checks.disk(tmp_path).grade is grade
 
 
-def test_priority_that_is_not_allowed_is_told_with_the_line_that_allows_it(monkeypatch):
-    monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    assert rights.priority(limit=99).grade is Grade.OK
-    denied = rights.priority(limit=0)
-    assert denied.grade is Grade.WARN
-    assert "rtprio" in denied.remedy
+@pytest.mark.parametrize(
+    ("allowed", "grade"),
+    [
+        (Permission(99, may_lock=True), Grade.OK),
+        (Permission(99, may_lock=False), Grade.WARN),
+        (Permission(0, may_lock=True), Grade.WARN),
+    ],
+)
+def test_priority_that_is_not_allowed_is_told_with_the_line_that_allows_it(monkeypatch, allowed, grade):
+    monkeypatch.delenv("VEGRIP_REALTIME", raising=False)
+    found = rights.priority(allowed)
+    assert found.grade is grade
+    assert grade is Grade.OK or ("rtprio" in found.remedy and "memlock" in found.remedy)
+
+
+def test_priority_that_is_switched_off_is_told(monkeypatch):
+    monkeypatch.setenv("VEGRIP_REALTIME", "0")
+    assert "switched off" in rights.priority(Permission(99, may_lock=True)).text
 
 
 def test_a_cache_that_cannot_be_written_fails(tmp_path):

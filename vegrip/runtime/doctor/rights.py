@@ -1,24 +1,30 @@
 """What this user may do: real-time priority, locked memory, the folder of sockets, the compiler's cache."""
 
 import os
-import resource
 import tempfile
 from pathlib import Path
 
 from vegrip.errors import DeviceError
+from vegrip.host import realtime
+from vegrip.host.realtime import Permission
 from vegrip.host.runtime_folder import runtime_folder
 from vegrip.runtime.doctor.finding import Finding, fail, ok, warn
 
-LIMITS = "/etc/security/limits.d/vegrip.conf"
 
-
-def priority(limit: int | None = None) -> Finding:
-    """Whether real-time priority may be asked for (`chrt -f 50 vegrip node ...`)."""
-    allowed = resource.getrlimit(resource.RLIMIT_RTPRIO)[0] if limit is None else limit
-    if os.geteuid() == 0 or allowed == resource.RLIM_INFINITY or allowed >= 50:
-        return ok("priority", "real-time priority is allowed: chrt -f 50 vegrip node grasp_force")
-    remedy = f"echo '{_user()} - rtprio 50' | sudo tee {LIMITS}, and log in again"
-    return warn("priority", f"real-time priority is allowed up to {allowed}", remedy)
+def priority(allowed: Permission | None = None) -> Finding:
+    """Whether nodes, hand and virtual bus get the real-time priority and the locked memory they ask for."""
+    if not realtime.is_switched_on():
+        text, remedy = f"real-time priority is switched off: {realtime.SWITCH}", f"unset {realtime.SWITCH}"
+        return warn("priority", text, remedy)
+    allowed = allowed or realtime.permission()
+    chosen = realtime.choose_scheduling(realtime.HUB_PRIORITY, allowed, on=True)
+    if not chosen.priority:
+        text = f"real-time priority is allowed up to {allowed.highest}, and {realtime.HUB_PRIORITY} is needed"
+        return warn("priority", text, realtime.remedy())
+    if not chosen.lock_memory:
+        text = "nodes, hand and virtual bus get real-time priority, and no locked memory"
+        return warn("priority", text, realtime.remedy())
+    return ok("priority", "nodes, hand and virtual bus get real-time priority and locked memory")
 
 
 def sockets() -> Finding:
@@ -53,7 +59,3 @@ def cache_folder() -> Path:
 
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     return Path(chosen) if chosen else Path(next(iter(vegrip.__path__)))
-
-
-def _user() -> str:
-    return os.environ.get("USER", "") or str(os.getuid())

@@ -9,6 +9,7 @@ lock on a file decides between two that start at once.
 """
 
 import contextlib
+import gc
 import json
 import os
 import select
@@ -21,13 +22,14 @@ from pathlib import Path
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
+from vegrip.host import realtime
 from vegrip.host.lock_file import locked
+from vegrip.transport.canbus.acceptance import MAX_FILTERS_BYTES, Acceptance, unpack_filters
 from vegrip.transport.canbus.bus_events import BusError, Event, StateChange, Transmission
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.error_report import Report, error_report, state_report
 from vegrip.transport.canbus.greeting import Greeting, read_greeting
 from vegrip.transport.canbus.hub_wire import (
-    MAX_PACKET_BYTES,
     numbered,
     pack_delivery,
     pack_error,
@@ -59,6 +61,7 @@ class Member:
         self.greeted = False
         self.since = time.monotonic()  # [s]
         self.hears_itself = False
+        self.acceptance = Acceptance()
         self._number = 0
         self._backlog: deque[bytes] = deque()
 
@@ -167,10 +170,12 @@ class Hub:
     def _deliver(self, bus: BusModel, sent: Transmission) -> None:
         if sent.lost:
             return
-        delivery = pack_delivery(sent, bus.busy)
+        delivery, frame = pack_delivery(sent, bus.busy), sent.frame
         deaf = sent.node, sent.missed_by
         for node, member in self._nodes.items():
-            if node not in deaf or member.hears_itself:
+            if (node not in deaf or member.hears_itself) and member.acceptance.accepts(
+                frame.identifier, extended=frame.extended
+            ):
                 member.hear(delivery)
 
     def _tell_state(self, change: StateChange) -> None:
@@ -211,7 +216,7 @@ class Hub:
     def _read(self, member: Member) -> None:
         while self._has_room(member):
             try:
-                packet = member.connection.recv(MAX_PACKET_BYTES, AT_ONCE)
+                packet = member.connection.recv(MAX_FILTERS_BYTES, AT_ONCE)
             except BlockingIOError:
                 return
             except OSError:
@@ -226,6 +231,8 @@ class Hub:
 
     def _request(self, member: Member, packet: bytes) -> None:
         asked = unpack_request(packet)
+        if asked is None and (pairs := unpack_filters(packet)) is not None:
+            member.acceptance = Acceptance(pairs)
         if asked is not None and self._bus is not None:
             queued, frame = asked
             now = time.monotonic_ns()
@@ -301,6 +308,8 @@ def main(path: Path) -> None:
             os._exit(0)  # the bus is there: the caller may connect
         _detach()
         os.pwrite(lock, f"{os.getpid()}\n".encode(), 0)  # for people who look for it
+        gc.freeze()
+        realtime.priority_of(realtime.HUB_PRIORITY).take()  # without: the nodes say what is not permitted
         with contextlib.suppress(KeyboardInterrupt):
             Hub(listener).serve()
         path.unlink(missing_ok=True)

@@ -7,7 +7,7 @@ from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.error_report import Report
 from vegrip.transport.canbus.frame_time import FD_SIZES, BusFrame
 
-HUB_VERSION = 3
+HUB_VERSION = 4
 MAX_PACKET_BYTES = 512  # bytes of a packet; the greeting is the longest
 _REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then the data
 _NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every member

@@ -20,6 +20,7 @@ import can
 from vegrip.clock import NS
 from vegrip.errors import VegripError
 from vegrip.host.runtime_folder import runtime_folder, socket_path
+from vegrip.transport.canbus.acceptance import Pair, pack_filters, pairs_of
 from vegrip.transport.canbus.bus_load import BusLoad
 from vegrip.transport.canbus.error_report import reported_state
 from vegrip.transport.canbus.fault_confinement import ErrorState
@@ -47,7 +48,8 @@ class VegripBus(can.BusABC):
         error_frames: whether errors on the bus are received too, as SocketCAN gives them.
         faults: what goes wrong at this node on purpose, see
             :class:`~vegrip.transport.canbus.node_faults.NodeFaults`; for tests.
-        can_filters: as in python-can.
+        can_filters: as in python-can, also later by ``set_filters``. The bus does not bring what does not
+            pass; error frames always do.
 
     """
 
@@ -74,6 +76,7 @@ class VegripBus(can.BusABC):
         self.error_counters = (0, 0)
         """Transmit and receive error counter, as of the last error frame."""
         self._fd = fd
+        self._filtered = False  # whether the bus brings a part of the frames only
         self._listen_only, self._error_frames = listen_only, error_frames
         self._error_state = ErrorState.ACTIVE
         self._read_ahead: deque[Delivery] = deque()
@@ -86,12 +89,37 @@ class VegripBus(can.BusABC):
             "listen_only": listen_only,
             "faults": dict(faults or {}),
         }
+        self._checked(can_filters)
         self._socket, answer = _join(str(channel), bitrate, data_bitrate, character)
         self._node: int = answer["node"]
         self.timing = BitTiming(**answer["timing"])
         self._load = BusLoad(busy=answer["busy"])
         self._can_protocol = can.CanProtocol.CAN_FD if fd else can.CanProtocol.CAN_20
         super().__init__(channel, can_filters=can_filters)
+
+    def _apply_filters(self, filters: can.typechecking.CanFilters | None) -> None:
+        pairs = self._checked(filters)
+        if pairs or self._filtered:
+            self._hand_over_filters(pack_filters(pairs))
+            self._filtered = bool(pairs)
+
+    def _checked(self, filters: can.typechecking.CanFilters | None) -> list[Pair]:
+        try:
+            return pairs_of(filters or ())
+        except (KeyError, TypeError, ValueError) as error:
+            raise can.CanInitializationError(f"{self.channel_info}: {error}") from None
+
+    def _hand_over_filters(self, packet: bytes) -> None:
+        deadline = time.monotonic() + HUB_TIMEOUT_S
+        while True:
+            try:
+                self._socket.send(packet, socket.MSG_NOSIGNAL)
+            except BlockingIOError:
+                self._wait_for_room(deadline)
+            except OSError:
+                raise self._gone() from None
+            else:
+                return
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Queue ``msg``; when the queue is full wait up to ``timeout`` [s] (None: not at all).
@@ -203,7 +231,7 @@ class VegripBus(can.BusABC):
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         delivery = self.take(None if timeout is None else time.monotonic() + timeout)
-        return None if delivery is None else self._message(delivery), False
+        return (None, False) if delivery is None else (self._message(delivery), delivery.error)
 
     def _is_for_us(self, delivery: Delivery) -> bool:
         self.overruns += (delivery.number - self._next_number) & 0xFFFFFFFF

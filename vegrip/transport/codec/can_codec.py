@@ -1,11 +1,12 @@
 """Messages <-> CAN frames, classic or FD, as ``proto/fingertip.dbc`` lays them out."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any, Final
 
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, Message, NodeStatus
+from vegrip.transport.codec.acceptance import acceptance_filters
 from vegrip.transport.codec.assembly import Assembly
 from vegrip.transport.codec.database import layouts
 from vegrip.transport.codec.decoder import Decoder, HandClock
@@ -78,6 +79,7 @@ class CanCodec:
         self.fingers = _names("fingers", fingers, plan.fingers)
         self.nodes = _names("nodes", nodes, plan.fingers)
         self.fd = fd
+        self._hand = hand
         self.rejected: Counter[str] = Counter()
         self.broken: Counter[str] = Counter()
         self.clipped: Counter[str] = Counter()
@@ -125,6 +127,10 @@ class CanCodec:
                 self.broken[decoder.owner] += 1
             return None
         return result
+
+    def filters(self, kinds: Collection[type[Message]]) -> list[tuple[int, int]]:
+        """Return identifiers and masks of acceptance filters for messages of ``kinds`` to this hand."""
+        return acceptance_filters(layouts(), self._hand, kinds)
 
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""
