@@ -1,9 +1,13 @@
 """The node that grips: any number of fingers, each with its own estimator, watchdog and controller."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 
+import numpy as np
+
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
+from vegrip.grip.compiled_finger import LEFT_ALONE, CompiledFinger, Place, can_compile
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import UNTRUSTED_DEMAND, GraspFinger, Wanted
 from vegrip.grip.finger_controller import FingerController
@@ -16,6 +20,7 @@ from vegrip.grip.settings import ControlSettings, make_policy, make_share
 from vegrip.grip.warm_up import dummy_states
 from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth
 from vegrip.runtime import NodeBase
+from vegrip.transport.codec.line import Line
 
 
 class GraspForce(NodeBase):
@@ -50,6 +55,10 @@ class GraspForce(NodeBase):
         self.fingers: dict[str, GraspFinger] = {}
         self._names = tuple(fingers)
         self._model_swap: ModelSwap | None = None
+        self._compiled: dict[str, CompiledFinger] = {}
+        self._lines: Mapping[str, Line] = {}
+        self._kernel_mode = ""
+        self._needs = np.full(max(1, len(self._names)), np.nan)
         super().__init__(name, settings)
         self._make_estimator = make_estimator
         self._learned_store = learned_store or NoStore()
@@ -68,6 +77,7 @@ class GraspForce(NodeBase):
     def parameters(self, settings: ControlSettings) -> None:
         before = getattr(self, "_parameters", settings)
         self._parameters = settings
+        self._take_back(self.fingers.values())
         self._begin_model_swap(before, settings)
         self._shared = make_share(settings, self._names)
         for finger in self.fingers.values():
@@ -90,6 +100,8 @@ class GraspForce(NodeBase):
         successors = self._model_swap.take()
         for name, estimator in (successors or {}).items():
             if name in self.fingers:
+                self._take_back([self.fingers[name]])
+                self._compiled.pop(name, None)  # its step is of the former model; compiling would stop the loop
                 self.fingers[name].replace_estimator(estimator)
                 self.diagnoser.forget(name)
 
@@ -102,26 +114,31 @@ class GraspForce(NodeBase):
                 finger.command(self._share(finger), state.stamp)
                 list(finger.reports(state.stamp, 0.0, 0.0))
         self.fingers = {name: self._finger(name) for name in self._names}
+        self._compile()
 
     def activate(self) -> None:
         """Begin afresh, except after a fault of this node: then the grip is taken over as it is."""
+        self._take_back(self.fingers.values())
         if self._is_at_fault:
             for finger in self.fingers.values():
                 finger.restart()
         elif self._worn:
             self._learned_store.save()
             self.fingers = {name: self._finger(name) for name in self._names}
+        self._compile()
         self._active, self._is_at_fault = True, False
 
     def deactivate(self) -> None:
         """Command no more."""
+        self._take_back(self.fingers.values())
         self._active = False
         self._worn = True
 
     def cleanup(self) -> None:
         """Forget the fingers, but not what they learned."""
+        self._take_back(self.fingers.values())
         self._learned_store.save()
-        self.fingers = {}
+        self.fingers, self._compiled = {}, {}
         self._worn = False
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
@@ -132,6 +149,7 @@ class GraspForce(NodeBase):
         if finger is None:
             self.rejected["unknown finger"] += 1
             return ()
+        self._take_back([finger])
         finger.sense(message, now, self._wanted)
         if finger.past and finger.past[-1] is message:  # it was believed
             self.diagnoser.note(finger.name, message, finger.estimator.in_contact)
@@ -144,6 +162,9 @@ class GraspForce(NodeBase):
         self._take_new_estimators()
         answers: list[Message] = []
         for finger in self.fingers.values():
+            if self._is_quiet(finger, now):
+                continue
+            self._take_back([finger])
             finger.watch(now)
             if finger.controller.due(now):
                 answers += self._commands([finger], now)
@@ -154,15 +175,103 @@ class GraspForce(NodeBase):
     def on_broken(self, finger: str, now: int) -> None:
         """Tell the watchdog of ``finger``: the bus is there, but what it brings is not to be understood."""
         if finger in self.fingers:
+            self._take_back([self.fingers[finger]])
             self.fingers[finger].watchdog.corrupt(now)
 
     def on_fault(self, now: int) -> Iterable[Message]:
         """Ride out a fault of this node itself, without the estimators."""
         self._is_at_fault = True
+        self._take_back(self.fingers.values())
         due = [finger for finger in self.fingers.values() if finger.controller.due(now)]
         for finger in due:
             finger.controller.update(Condition.STALE, UNTRUSTED_DEMAND, now)
         return self._commands(due, now)
+
+    # the short way: frames in, frames out
+
+    def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None:
+        """Answer the frames of ``lines`` compiled from now on, finger by finger, as far as that is possible.
+
+        Args:
+            lines: of the fingers whose frames will come by :meth:`on_frame`; none: all goes by messages.
+            mode: what runs the step, see :func:`vegrip.grip.compiled.finger_module`.
+
+        """
+        self._take_back(self.fingers.values())
+        self._lines, self._kernel_mode = lines, mode
+        self._compile()
+
+    def on_frame(self, name: str, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
+        """Answer a frame of the finger ``name``; see :meth:`CompiledFinger.step`.
+
+        What is left alone is for :meth:`on_message`, and is so again and again for a finger without a compiled
+        step. The answer is :meth:`command_frame`, what is due besides :meth:`reports`.
+        """
+        compiled = self._compiled.get(name)
+        if compiled is None or not self._active:
+            return LEFT_ALONE
+        if not compiled.lent:
+            settings = self.parameters
+            if not compiled.lend(self._wanted[1], (settings.report_period, settings.health_period)):
+                return LEFT_ALONE
+        return compiled.step(frame, length, arrival, now)
+
+    def command_frame(self, name: str) -> np.ndarray:
+        """Return the bytes of the last command that :meth:`on_frame` gave."""
+        return self._compiled[name].answer
+
+    def reports(self, name: str, now: int) -> Iterator[Message]:
+        """Return what is due to be told of a finger; worked out when it is taken."""
+        return self._reports(self.fingers[name], now)
+
+    def take_back(self) -> None:
+        """Bring the objects up to date with what ran compiled; counters of the frames among them."""
+        self._take_back(self.fingers.values())
+
+    def last_commands(self) -> dict[str, tuple[int, int]]:
+        """Time [ns] and number of the last command of each finger that has one."""
+        self.take_back()
+        return {f.name: f.controller.last_command for f in self.fingers.values() if f.controller.started}
+
+    def _compile(self) -> None:
+        settings, thumb = self.parameters, self.parameters.thumb
+        thumb_number = self._names.index(thumb) if thumb in self._names else -1
+        self._needs[:] = np.nan
+        self._compiled = {
+            name: CompiledFinger(
+                finger,
+                self._lines[name],
+                Place(self._names.index(name), len(self._names), thumb_number),
+                self._needs,
+                self._kernel_mode,
+            )
+            for name, finger in self.fingers.items()
+            if name in self._lines and can_compile(finger, settings)
+        }
+        self._tell_needs()
+
+    def _take_back(self, fingers: Iterable[GraspFinger]) -> None:
+        """Put the objects of these fingers in force."""
+        for finger in fingers:
+            compiled = self._compiled.get(finger.name)
+            if compiled is not None and compiled.lent:
+                for state, touching in compiled.take_back():
+                    self.diagnoser.note(finger.name, state, touching)
+
+    def _tell_needs(self) -> None:
+        """Let the compiled fingers know what those need that the objects are in force of."""
+        for number, (name, finger) in enumerate(self.fingers.items()):
+            compiled = self._compiled.get(name)
+            if compiled is None or not compiled.lent:
+                self._needs[number] = _need_of(finger)
+
+    def _is_quiet(self, finger: GraspFinger, now: int) -> bool:
+        compiled = self._compiled.get(finger.name)
+        return compiled is not None and compiled.lent and compiled.is_quiet(now)
+
+    def _need(self, finger: GraspFinger) -> float:
+        compiled = self._compiled.get(finger.name)
+        return compiled.need if compiled is not None and compiled.lent else _need_of(finger)
 
     def _finger(self, name: str) -> GraspFinger:
         settings = self.parameters
@@ -174,7 +283,11 @@ class GraspForce(NodeBase):
         return GraspFinger(name, self._make_estimator(name), controller, watchdog, phase)
 
     def _commands(self, fingers: Iterable[GraspFinger], now: int) -> list[ForceCommand]:
-        return [finger.command(self._share(finger), now) for finger in fingers if finger.controller.started]
+        commands = [
+            finger.command(self._share(finger), now) for finger in fingers if finger.controller.started
+        ]
+        self._tell_needs()
+        return commands
 
     @property
     def _wanted(self) -> Wanted:
@@ -183,13 +296,21 @@ class GraspForce(NodeBase):
         return grip.wanted_margin, each_confidence(grip.probability, len(self._names), grip.correlation)
 
     def _share(self, finger: GraspFinger) -> float:
-        started = {f.name: f.controller.required_force for f in self.fingers.values() if f.controller.started}
+        needs = {other.name: self._need(other) for other in self.fingers.values()}
+        started = {name: need for name, need in needs.items() if not math.isnan(need)}
         return self._shared(started).get(finger.name, 0.0)
 
     def _reports(self, finger: GraspFinger, now: int) -> Iterator[Message]:
+        self._take_back([finger])
         looks = finger.health_due(now, self.parameters.health_period)
         for report in finger.reports(now, self.parameters.report_period, self.parameters.health_period):
             yield self.diagnoser.annotate(report) if isinstance(report, ModelHealth) else report
+            self._take_back([finger])  # a frame that came meanwhile may have run compiled
         # last, so that a state that has come meanwhile need not wait for it
         if looks and (learned := self._learned_store.observe(finger.name, now)):
             yield from finger.learned_messages(learned, now, self.parameters.learned_period)
+
+
+def _need_of(finger: GraspFinger) -> float:
+    """Return what a finger needs [N], as its objects have it; NaN without a command."""
+    return finger.controller.required_force if finger.controller.started else math.nan
