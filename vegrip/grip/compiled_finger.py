@@ -66,9 +66,7 @@ class CompiledFinger:
 
     """
 
-    def __init__(
-        self, finger: GraspFinger, line: Line, place: Place, needs: Floats, mode: str = ""
-    ) -> None:
+    def __init__(self, finger: GraspFinger, line: Line, place: Place, needs: Floats, mode: str = "") -> None:
         estimator = finger.estimator
         assert isinstance(estimator, ContactEstimator)  # noqa: S101
         settings = estimator.settings
@@ -85,12 +83,12 @@ class CompiledFinger:
         self._needs = needs
         self._f, self._t = self.memory.f, self.memory.t
         self._step = self.module.finger_step
+        self._force_at = layout.reals["STATE_NORMAL_FORCE"]
+        self._displacement_at = layout.reals["STATE_DISPLACEMENT"]
 
     def step(self, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
         """Answer a frame; what is done is told in bits, and LEFT_ALONE means nothing at all."""
-        done: int = self._step(
-            self._f, self._t, self._needs, frame, length, arrival, now, self.answer
-        )
+        done: int = self._step(self._f, self._t, self._needs, frame, length, arrival, now, self.answer)
         return done
 
     def lend(self, confidence: float, periods: tuple[float, float]) -> bool:
@@ -124,6 +122,10 @@ class CompiledFinger:
         heard = memory["INPUT_IS_HEARD"] and now - memory["INPUT_HEARD"] <= memory["RULE_TIME_OUT"]
         fresh = not memory["TURN_STARTED"] or now - memory["TURN_COMMANDED"] < memory["SETUP_RENEWAL"]
         return bool(heard and fresh and memory["INPUT_CONDITION"] <= 1)
+
+    def felt(self) -> tuple[float, float]:
+        """Return normal force [N] and displacement [m] of the present state."""
+        return self._f.item(self._force_at), self._f.item(self._displacement_at)
 
     @property
     def need(self) -> float:

@@ -71,10 +71,10 @@ class FingerController:
         self._commanded, self._asked = int(memory["TURN_COMMANDED"]), int(memory["TURN_ASKED"])
         self._seq = int(memory["TURN_SEQ"])
 
-    @property
-    def last_command(self) -> tuple[int, int]:
-        """When the last command was made [ns], and its number; (0, 0) before the first."""
-        return self._commanded, self._seq
+    def standing_command(self) -> ForceCommand:
+        """Return the last command; its adjustment is not kept."""
+        expires = self._commanded + round(self.limits.lifetime * NS)
+        return ForceCommand(self._commanded, self.finger, self._seq, self._held, 0.0, self.reason, expires)
 
     def number_from(self, seq: int) -> None:
         """Give the next command a number above ``seq``."""

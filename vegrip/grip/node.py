@@ -101,7 +101,9 @@ class GraspForce(NodeBase):
         for name, estimator in (successors or {}).items():
             if name in self.fingers:
                 self._take_back([self.fingers[name]])
-                self._compiled.pop(name, None)  # its step is of the former model; compiling would stop the loop
+                self._compiled.pop(
+                    name, None
+                )  # its step is of the former model; compiling would stop the loop
                 self.fingers[name].replace_estimator(estimator)
                 self.diagnoser.forget(name)
 
@@ -189,6 +191,11 @@ class GraspForce(NodeBase):
 
     # the short way: frames in, frames out
 
+    @property
+    def frame_fingers(self) -> tuple[str, ...]:
+        """The fingers whose frames may run compiled."""
+        return self._names
+
     def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None:
         """Answer the frames of ``lines`` compiled from now on, finger by finger, as far as that is possible.
 
@@ -214,7 +221,10 @@ class GraspForce(NodeBase):
             settings = self.parameters
             if not compiled.lend(self._wanted[1], (settings.report_period, settings.health_period)):
                 return LEFT_ALONE
-        return compiled.step(frame, length, arrival, now)
+        done = compiled.step(frame, length, arrival, now)
+        if done == LEFT_ALONE:
+            self._take_back([compiled.finger])  # the objects answer, and refuse by name
+        return done
 
     def command_frame(self, name: str) -> np.ndarray:
         """Return the bytes of the last command that :meth:`on_frame` gave."""
@@ -224,14 +234,26 @@ class GraspForce(NodeBase):
         """Return what is due to be told of a finger; worked out when it is taken."""
         return self._reports(self.fingers[name], now)
 
-    def take_back(self) -> None:
-        """Bring the objects up to date with what ran compiled; counters of the frames among them."""
-        self._take_back(self.fingers.values())
+    def felt(self, name: str) -> tuple[float, float]:
+        """Return normal force [N] and displacement [m] of the last frame that ran compiled."""
+        return self._compiled[name].felt()
 
-    def last_commands(self) -> dict[str, tuple[int, int]]:
-        """Time [ns] and number of the last command of each finger that has one."""
+    def take_back(self, name: str = "") -> None:
+        """Bring the objects up to date with what ran compiled, of the finger ``name`` or of all."""
+        self._take_back([self.fingers[name]] if name else self.fingers.values())
+
+    def standing_commands(self) -> list[ForceCommand]:
+        """Return the last command of each finger that has one."""
         self.take_back()
-        return {f.name: f.controller.last_command for f in self.fingers.values() if f.controller.started}
+        controllers = [finger.controller for finger in self.fingers.values()]
+        return [controller.standing_command() for controller in controllers if controller.started]
+
+    def number_commands_from(self, numbers: Mapping[str, int]) -> None:
+        """Give every next command a number above those that were sent in the node's place."""
+        self.take_back()
+        for name, number in numbers.items():
+            if name in self.fingers:
+                self.fingers[name].controller.number_from(number)
 
     def _compile(self) -> None:
         settings, thumb = self.parameters, self.parameters.thumb

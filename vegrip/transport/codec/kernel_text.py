@@ -15,7 +15,11 @@ STATE, COMMAND = "FingertipStateFd", "ForceCommandFd"
 HEAD = ("crc", "seq", "version", "time")
 ARGUMENTS = {"normal_force": "force", "adjustment": "adjustment", "reason": "reason", "expires": "expires"}
 """Signal of a command -> argument of ``pack_command``; ``expires`` is given as it stands in the frame."""
-PUT = {32: "put_word(data, {at}, {bits})", 16: "put_half_word(data, {at}, {bits})", 8: "data[{at}] = {bits} & 255"}
+PUT = {
+    32: "put_word(data, {at}, {bits})",
+    16: "put_half_word(data, {at}, {bits})",
+    8: "data[{at}] = {bits} & 255",
+}
 
 
 @cache
