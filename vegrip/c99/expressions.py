@@ -8,7 +8,19 @@ from typing import Protocol
 
 from vegrip.c99 import literals
 from vegrip.c99.kinds import (
-    BOOL, INT, ITEMS, LONG, LONGS, NUMBERS, REAL, VOID, WHOLES, Kind, Struct, Table, common,
+    BOOL,
+    INT,
+    ITEMS,
+    LONG,
+    LONGS,
+    NUMBERS,
+    REAL,
+    VOID,
+    WHOLES,
+    Kind,
+    Struct,
+    Table,
+    common,
 )  # fmt: skip
 from vegrip.c99.names import local
 from vegrip.c99.refusal import refused

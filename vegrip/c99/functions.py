@@ -7,7 +7,7 @@ from vegrip.c99.expressions import LESS, Expressions, Module, Value
 from vegrip.c99.kinds import BOOL, INT, ITEMS, LONG, REAL, VOID, WHOLES, Kind, Struct, Table, common
 from vegrip.c99.names import STEP, broken, local
 from vegrip.c99.order import matters
-from vegrip.c99.refusal import RefusedError, is_text, refused
+from vegrip.c99.refusal import is_text, refused
 from vegrip.c99.scopes import Scopes
 
 ZERO = {REAL: "0.0", INT: "0", LONG: "0", BOOL: "false"}

@@ -43,7 +43,7 @@ static inline double {name}(int64_t bits)
     return (double)both.value;
 }}
 """,
-    "bits_of_real": """/* The bits of the nearest IEEE 754 single; the number must not be beyond the largest. */
+    "bits_of_real": """/* The bits of the nearest IEEE 754 single; none is beyond the largest. */
 static inline int64_t {name}(double value)
 {{
     union {{ uint32_t bits; float value; }} both;

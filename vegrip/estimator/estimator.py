@@ -123,7 +123,7 @@ class ContactEstimator:
         state, shown = self._state, self._shown
         memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"] = self._tangential, self._torque
         memory["SAMPLE_BEGUN"], memory["SAMPLE_STAMP"] = state is not None, state.stamp if state else 0
-        informed = self._informed == self._informed  # noqa: PLR0124 (NaN: it never was)
+        informed = self._informed == self._informed
         memory["SAMPLE_IS_INFORMED"], memory["SAMPLE_INFORMED"] = informed, self._informed if informed else 0
         memory["SAMPLE_SHOWN"], memory["SAMPLE_TRUSTED"] = shown.stamp if shown else 0, self._trusted
         memory["SAMPLE_SEQ"], memory["SAMPLE_RESUMED"] = self._seq, self._resumed

@@ -1,9 +1,9 @@
 """A finger of the node that runs compiled: frames of states in, frames of commands out, one call each.
 
-The objects of the finger (:class:`~vegrip.grip.finger.GraspFinger` and its parts) and the memory of the compiled
-step hold the same numbers, and only one of them at a time is in force: :meth:`CompiledFinger.lend` hands everything
-to the memory, :meth:`CompiledFinger.take_back` to the objects. Whatever is not in the step (a frame that is refused,
-a sender's clock that starts anew, reports, parameters, silence) is done by the objects.
+The objects of the finger (:class:`~vegrip.grip.finger.GraspFinger` and its parts) and the memory of the
+compiled step hold the same numbers, and only one of them at a time is in force: :meth:`CompiledFinger.lend`
+hands everything to the memory, :meth:`CompiledFinger.take_back` to the objects. What is not in the step (a
+frame that is refused, a sender's clock that starts anew, parameters, silence) is done by the objects.
 """
 
 from dataclasses import dataclass
@@ -105,10 +105,20 @@ class CompiledFinger:
         self.lent = True
         return True
 
+    def look(self) -> list[tuple[FingertipState, bool]]:
+        """Let the objects see what is reported, and return what :meth:`take_back` does."""
+        taken = self._fetched()
+        self.finger.read_contact(self.memory, [state for state, _ in taken])
+        return taken
+
+    def told(self, periods: tuple[float, float]) -> None:
+        """Let the memory know that the objects have reported what :meth:`look` showed them."""
+        self.finger.write_told(self.memory, periods)
+
     def take_back(self) -> list[tuple[FingertipState, bool]]:
-        """Hand everything to the objects; return the states believed meanwhile, and whether the finger touched."""
+        """Hand everything to the objects; return the states believed meanwhile, and whether it touched."""
         memory = self.memory
-        taken = list(self._fetched())
+        taken = self._fetched()
         values = memory.section("STATE").tolist()
         last = FingertipState(memory["INPUT_STAMP"], self.finger.name, memory["INPUT_SEQ"], *values)
         self.finger.read_from(memory, [state for state, _ in taken], last)
@@ -134,10 +144,11 @@ class CompiledFinger:
 
     def _fetched(self) -> list[tuple[FingertipState, bool]]:
         memory, name = self.memory, self.finger.name
-        noted = memory["TURN_NOTED"]
+        noted, fetched = memory["TURN_NOTED"], memory["TURN_FETCHED"]
+        memory["TURN_FETCHED"] = noted
         rows = memory.section("HISTORY").reshape(-1, HISTORY_CHANNELS)
         stamps, numbers = memory.section("HISTORY_STAMP"), memory.section("HISTORY_SEQ")
-        order = np.arange(max(0, noted - len(rows)), noted) % len(rows)
+        order = np.arange(max(fetched, noted - len(rows)), noted) % len(rows)
         found = zip(stamps[order].tolist(), numbers[order].tolist(), rows[order].tolist(), strict=True)
         return [
             (FingertipState(stamp, name, seq, *values[:-1]), values[-1] > 0.5) for stamp, seq, values in found

@@ -141,9 +141,13 @@ class GraspFinger:
         self.controller.policy.write_to(memory)  # type: ignore[attr-defined]
         self._transfer.write_to(memory)
         memory["RULE_QUANTILE"] = quantile(confidence)
+        memory["TURN_SEEN"], memory["TURN_USED"] = self._seen, self._used
+        self.write_told(memory, periods)
+
+    def write_told(self, memory: NamedNumbers, periods: tuple[float, float]) -> None:
+        """Hand over what was told last, and when it is told again: ``periods`` of reports and health [s]."""
         bound = math.nan if self._margin is None else self._margin.lower_bound
-        memory["TURN_SEEN"], memory["TURN_HAS_MARGIN"] = self._seen, self._margin is not None
-        memory["TAKEN_BOUND"], memory["TURN_USED"] = bound, self._used
+        memory["TURN_HAS_MARGIN"], memory["TAKEN_BOUND"] = self._margin is not None, bound
         memory["TURN_TOLD"] = -1 if self._told is None else self._told
         due = min(self._reported + periods[0] * NS, self._healthy + periods[1] * NS)
         memory["TURN_REPORT_DUE"] = math.ceil(due) if due > 0.0 else 0
@@ -157,15 +161,20 @@ class GraspFinger:
             last: the last state, believed or not.
 
         """
-        self.estimator.read_from(memory, taken)  # type: ignore[attr-defined]
+        self.read_contact(memory, taken)
         self.watchdog.read_from(memory, last)
         self.controller.read_from(memory)
         self.controller.fail_safe.read_from(memory)
         self.controller.policy.read_from(memory)  # type: ignore[attr-defined]
         self._transfer.read_from(memory)
-        self._seen, self._used = bool(memory["TURN_SEEN"]), int(memory["TURN_USED"])
+
+    def read_contact(self, memory: NamedNumbers, taken: list[FingertipState]) -> None:
+        """Take back no more than what is reported: the contact, and whether the input is believed."""
+        self.estimator.read_from(memory, taken)  # type: ignore[attr-defined]
+        self.watchdog.condition = Condition(memory["INPUT_CONDITION"])
+        self._seen, self._used = bool(memory["TURN_SEEN"]), memory["TURN_USED"]
         if self._margin is None and memory["TURN_HAS_MARGIN"]:
-            self._margin = SlipMargin(last.stamp, self.name, 0, lower_bound=memory["TAKEN_BOUND"])
+            self._margin = SlipMargin(0, self.name, 0, lower_bound=memory["TAKEN_BOUND"])
         self.past.extend(taken)
 
     def command(self, share: float, now: int) -> ForceCommand:

@@ -2,8 +2,8 @@
 
 The real numbers begin with the estimator's memory (:mod:`vegrip.estimator.layout`), so that one array serves
 both. The generated module gets the places as constants, ``GRIP_HELD`` for HELD of the section GRIP and
-``LARGEST0`` for the beginning of the section LARGEST. Times are in seconds where they are real numbers, unless
-said otherwise, and in nanoseconds where they are whole.
+``LARGEST0`` for the beginning of the section LARGEST. Times are in seconds where they are real numbers, if
+nothing else is said, and in nanoseconds where they are whole.
 """
 
 from collections.abc import Iterator
@@ -41,11 +41,12 @@ REALS: dict[str, tuple[str, ...] | int] = {
     "GRIP": ("HELD", "REQUIRED", "ENVELOPE", "QUIET", "SLOT", "PRESENT", "FILLED", "MEDIAN", "ELAPSED"),
     "LARGEST": WINDOW_SLOTS, "ORDERED": WINDOW_SLOTS,
 }  # fmt: skip
-"""RULE: settings (TIME_OUT to DOUBT_AFTER in [ns]); LOWEST, HIGHEST: believable ranges of the channels; STATE:
-the present state; REPEATED, REPEATED_FORCE: the mechanical channels last seen; WATCH: of the watchdog (QUICKEST in [ns]);
-TAKEN: load and torque that the estimator has, and the bound of the margin at the last report; DEMAND: what the finger needs; TRANSFER: what a contact met in
-its middle began with; GRIP: held and required force, envelope of the need, running median of it, time since a
-fault began; LARGEST: the median's slots; ORDERED: scratch.
+"""RULE: settings (TIME_OUT to DOUBT_AFTER in [ns]); LOWEST, HIGHEST: believable ranges of the channels;
+STATE: the present state; REPEATED, REPEATED_FORCE: the mechanical channels last seen; WATCH: of the watchdog
+(QUICKEST in [ns]); TAKEN: load and torque that the estimator has, and the bound of the margin at the last
+report; DEMAND: what the finger needs; TRANSFER: what a contact met in its middle began with; GRIP: held and
+required force, envelope of the need, running median of it, time since a fault began; LARGEST: the median's
+slots; ORDERED: scratch.
 """
 
 WHOLES: dict[str, tuple[str, ...] | int] = {

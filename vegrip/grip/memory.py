@@ -28,7 +28,7 @@ class FingerMemory:
     def __getitem__(self, name: str) -> Any:
         """Return a number."""
         array, place = self._places[name]
-        return array[place].item()
+        return array.item(place)
 
     def __setitem__(self, name: str, value: float) -> None:
         """Set a number."""

@@ -211,16 +211,14 @@ class GraspForce(NodeBase):
     def on_frame(self, name: str, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
         """Answer a frame of the finger ``name``; see :meth:`CompiledFinger.step`.
 
-        What is left alone is for :meth:`on_message`, and is so again and again for a finger without a compiled
-        step. The answer is :meth:`command_frame`, what is due besides :meth:`reports`.
+        What is left alone is for :meth:`on_message`; for a finger without a compiled step everything is. The
+        answer is :meth:`command_frame`, what is due besides :meth:`reports`.
         """
         compiled = self._compiled.get(name)
         if compiled is None or not self._active:
             return LEFT_ALONE
-        if not compiled.lent:
-            settings = self.parameters
-            if not compiled.lend(self._wanted[1], (settings.report_period, settings.health_period)):
-                return LEFT_ALONE
+        if not compiled.lent and not compiled.lend(self._wanted[1], self._periods):
+            return LEFT_ALONE
         done = compiled.step(frame, length, arrival, now)
         if done == LEFT_ALONE:
             self._take_back([compiled.finger])  # the objects answer, and refuse by name
@@ -271,6 +269,23 @@ class GraspForce(NodeBase):
             if name in self._lines and can_compile(finger, settings)
         }
         self._tell_needs()
+
+    @property
+    def _periods(self) -> tuple[float, float]:
+        return self.parameters.report_period, self.parameters.health_period
+
+    def _look(self, finger: GraspFinger) -> None:
+        """Let the objects see the contact, whichever way it was followed."""
+        compiled = self._compiled.get(finger.name)
+        if compiled is not None and compiled.lent:
+            for state, touching in compiled.look():
+                self.diagnoser.note(finger.name, state, touching)
+
+    def _told(self, finger: GraspFinger) -> None:
+        """Let the compiled step know what has been reported."""
+        compiled = self._compiled.get(finger.name)
+        if compiled is not None and compiled.lent:
+            compiled.told(self._periods)
 
     def _take_back(self, fingers: Iterable[GraspFinger]) -> None:
         """Put the objects of these fingers in force."""
@@ -323,11 +338,13 @@ class GraspForce(NodeBase):
         return self._shared(started).get(finger.name, 0.0)
 
     def _reports(self, finger: GraspFinger, now: int) -> Iterator[Message]:
-        self._take_back([finger])
-        looks = finger.health_due(now, self.parameters.health_period)
-        for report in finger.reports(now, self.parameters.report_period, self.parameters.health_period):
+        looks, periods = finger.health_due(now, self.parameters.health_period), self._periods
+        self._look(finger)
+        for report in finger.reports(now, *periods):
+            self._told(finger)
             yield self.diagnoser.annotate(report) if isinstance(report, ModelHealth) else report
-            self._take_back([finger])  # a frame that came meanwhile may have run compiled
+            self._look(finger)  # a frame that came meanwhile may have run compiled
+        self._told(finger)
         # last, so that a state that has come meanwhile need not wait for it
         if looks and (learned := self._learned_store.observe(finger.name, now)):
             yield from finger.learned_messages(learned, now, self.parameters.learned_period)

@@ -19,8 +19,8 @@ Function = Callable[..., Any]
 LIMITS: dict[str, Function] = {"pow": np.power}
 """numpy's functions that have another name; they say what comes where ``math`` raises."""
 OTHERWISE: dict[str, Function] = {"hypot": np.hypot}
-"""numpy's functions that round as the C library does where ``math`` does not. (``np.power`` does not: it may have
-been written for the vector units of this processor.)"""
+"""numpy's functions that round as the C library does where ``math`` does not. (``np.power`` may be
+written for the vector units of this processor.)"""
 
 
 def uncompiled(*, cache: bool = False, **_options: Any) -> Callable[[Function], Function]:

@@ -1,8 +1,8 @@
 """The short way through the loop: a frame of a state in, the frame of its command out, no message in between.
 
-A node that can answer frames (:class:`AnswersFrames`) on a bus that gives them (:class:`GivesFrames`) is asked
-before a frame is decoded. What the node leaves alone, and everything while messages are watched or the node is not
-active, goes the way of messages.
+A node that can answer frames (:class:`AnswersFrames`) on a bus that gives them (:class:`GivesFrames`) is
+asked before a frame is decoded. What the node leaves alone, and everything while messages are watched or the
+node is not active, goes the way of messages.
 """
 
 from collections.abc import Iterator, Mapping
@@ -34,7 +34,7 @@ class GivesFrames(Protocol):
     intercept: Intercept | None
 
     def line(self, finger: str) -> Line | None:
-        """Return how states and commands of ``finger`` travel; None where frames cannot be answered as such."""
+        """Return how states and commands of ``finger`` travel; None: not by single frames."""
 
     def send_frame(self, frame: Frame) -> None:
         """Send a frame as it is."""
@@ -67,7 +67,7 @@ class AnswersFrames(Protocol):
         """Return what is due to be told besides."""
 
     def take_back(self, name: str = "") -> None:
-        """Bring everything up to date that messages, counts and settings rest on; of one finger, or of all."""
+        """Bring up to date what messages, counts and settings rest on, of the finger ``name`` or of all."""
 
 
 class HotPath:
@@ -138,7 +138,7 @@ class HotPath:
         self.frames += 1
         self._statistics.state(finger, frame.stamp)
         if done & COMMANDED:
-            self._endpoint.send_frame(Frame(command, self.node.command_frame(finger).tobytes(), True))  # noqa: FBT003
+            self._endpoint.send_frame(Frame(command, self.node.command_frame(finger).tobytes(), True))
             self._statistics.command(finger, self._clock.now())
         self._senders.note_values(finger, *self.node.felt(finger))
         if telemetry is not None:

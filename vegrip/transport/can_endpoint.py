@@ -128,7 +128,7 @@ class CanEndpoint:
         return messages
 
     def line(self, finger: str) -> Line | None:
-        """Return how states and commands of ``finger`` travel; None where frames cannot be answered as such."""
+        """Return how states and commands of ``finger`` travel; None: not by single frames."""
         if not isinstance(self._codec, CanCodec) or self._order is not None or self._clock is not None:
             return None
         return self._codec.line(finger)

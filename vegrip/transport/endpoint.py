@@ -7,7 +7,6 @@ from vegrip.messages import Message
 from vegrip.transport.codec import Frame
 from vegrip.transport.sender_clock import ClockEstimate
 
-
 Intercept = Callable[[Frame], bool]
 """Looks at a frame before it is decoded; whether it has dealt with it."""
 

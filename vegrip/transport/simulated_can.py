@@ -178,7 +178,7 @@ class SimulatedEndpoint:
             self.put(frame, now)
 
     def line(self, finger: str) -> Line | None:
-        """Return how states and commands of ``finger`` travel; None where frames cannot be answered as such."""
+        """Return how states and commands of ``finger`` travel; None: not by single frames."""
         return None if self._order is not None else self._codec.line(finger)
 
     def send_frame(self, frame: Frame) -> None:

@@ -13,7 +13,7 @@ from vegrip.grip.layout import CHANNELS, FingerLayout
 from vegrip.grip.safety.ranges import CHECKED_CHANNELS
 from vegrip.messages import FingertipState
 from vegrip.model import paper_model
-from vegrip.validation.compiled_finger import Hostile, Log, Replay
+from vegrip.validation.compiled_finger import Log, Replay, hostile
 
 FRAMES = 600
 
@@ -30,20 +30,20 @@ def memories(log: Log, mode: str) -> list[np.ndarray]:
 
 
 @pytest.fixture(scope="module")
-def hostile(hand_log: Log) -> Log:
-    log = Hostile(3).log(hand_log)
+def false_log(hand_log: Log) -> Log:
+    log = hostile(hand_log, 3)
     return Log(log.fingers, log.sender_time, log.events[:FRAMES])
 
 
 @pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
-def test_c_and_plain_python_leave_the_same_bits_in_the_whole_memory(hostile: Log) -> None:
-    for c, python in zip(memories(hostile, "c"), memories(hostile, "python"), strict=True):
+def test_c_and_plain_python_leave_the_same_bits_in_the_whole_memory(false_log: Log) -> None:
+    for c, python in zip(memories(false_log, "c"), memories(false_log, "python"), strict=True):
         np.testing.assert_array_equal(c, python)
 
 
 @pytest.mark.skipif(kernel_mode() != "numba", reason="numba compiles for a minute; make test-numba")
-def test_numba_leaves_the_bits_of_plain_python(hostile: Log) -> None:
-    for numba, python in zip(memories(hostile, "numba"), memories(hostile, "python"), strict=True):
+def test_numba_leaves_the_bits_of_plain_python(false_log: Log) -> None:
+    for numba, python in zip(memories(false_log, "numba"), memories(false_log, "python"), strict=True):
         np.testing.assert_array_equal(numba, python)
 
 

@@ -1,4 +1,4 @@
-"""The control of one finger, from its demand to the force of its command (:mod:`vegrip.grip.finger_controller`)."""
+"""The control of one finger, from its demand to its command (:mod:`vegrip.grip.finger_controller`)."""
 
 import math
 

@@ -28,7 +28,7 @@ def is_at_fault(f: Floats) -> bool:
 
 
 def ride_out_fault(f: Floats, t: Wholes, dt: float, holding: int) -> None:
-    """Require what is held, or what was asked for while all was well, and after a while the fail-safe grip."""
+    """Require what is held, or was asked for while all was well, and after a while the fail-safe grip."""
     safe = max(f[GRIP_HELD], f[GRIP_REQUIRED])
     forget_grip(f, t)
     f[GRIP_ELAPSED] = f[GRIP_ELAPSED] + dt if is_at_fault(f) else 0.0

@@ -52,7 +52,7 @@ STEP_REPORT = 4  # something is due to be told, or fetched from the history
 def finger_step(
     f: Floats, t: Wholes, g: Floats, frame: Bytes, length: int, arrival: int, now: int, out: Bytes
 ) -> int:
-    """Take a frame that came at ``arrival`` and answer it at ``now`` [ns] in ``out``; return what was done."""
+    """Answer a frame that came at ``arrival`` at ``now`` [ns], in ``out``; return what was done, in bits."""
     if not is_welcome(t, frame, length, arrival):
         return LEFT_ALONE
     take_frame(f, t, frame, arrival)

@@ -1,4 +1,4 @@
-"""Whether the noise of a living sensor has vanished (:mod:`vegrip.grip.safety.stuck_noise` has the reasons)."""
+"""Whether the noise of a living sensor has vanished (:mod:`vegrip.grip.safety.stuck_noise`)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""AUTOSAR E2E profile 5: CRC-16 of all that stands behind it and of the Data ID, least significant byte first."""
+"""AUTOSAR E2E profile 5: CRC-16 of all bytes behind it and of the Data ID, low byte first."""
 
 import numpy as np
 

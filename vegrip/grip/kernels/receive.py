@@ -55,7 +55,7 @@ def follows(t: Wholes, stamp: int) -> bool:
 
 
 def stamp_of(t: Wholes, frame: Bytes, arrival: int) -> int:
-    """Return the time of a state [ns]: its arrival, or the instant nearest to it that ends in the sender's."""
+    """Return the time of a state [ns]: its arrival, or the instant nearest to that by the sender's bits."""
     if t[SETUP_SENDER_TIME] == 0:
         return arrival
     now = arrival // 1000

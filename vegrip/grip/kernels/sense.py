@@ -1,4 +1,4 @@
-"""The believed state goes into the estimator, as :meth:`vegrip.estimator.ContactEstimator.assimilate` does it."""
+"""The believed state goes into the estimator (:meth:`vegrip.estimator.ContactEstimator.assimilate`)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""For how long channels have repeated themselves to the last bit (:mod:`vegrip.grip.safety.frozen_signal`)."""
+"""For how long channels have repeated themselves (:mod:`vegrip.grip.safety.frozen_signal`)."""
 
 from vegrip.grip.kernels.generated import (
     INPUT_FORCE_STILL_SINCE,

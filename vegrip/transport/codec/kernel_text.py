@@ -1,7 +1,7 @@
 """The FD frames of states and commands as functions of the compiled finger step, written from the DBC.
 
-The functions are plain scalar Python over bytes, as the kernels of the control are; :mod:`vegrip.grip.compiled`
-puts them into the generated module. So ``fingertip.dbc`` is the only place that says where a value stands.
+The functions are plain scalar Python over bytes, as the kernels of the control are, and stand among them in
+the generated module (:mod:`vegrip.grip.compiled`). So ``fingertip.dbc`` alone says where a value stands.
 """
 
 from functools import cache
@@ -37,8 +37,8 @@ def wire_text() -> str:
         f"COMMAND_LENGTH = {command.length}",
         f"WIRE_VERSION = {layouts().version}",
         *_function("counter_of_state(data)", "Counter of the sender.", f"return word(data, {at['seq']})"),
-        *_function("version_of_state(data)", "Version of the message set.", f"return int(data[{at['version']}])"),
-        *_function("time_of_state(data)", "Time of the sender [us], 32 bits.", f"return word(data, {at['time']})"),
+        *_function("version_of_state(data)", "Version of the set.", f"return int(data[{at['version']}])"),
+        *_function("time_of_state(data)", "Time of the sender [us].", f"return word(data, {at['time']})"),
         *_function("is_not_infinite(bits)", "Whether a single is a number or NaN.",
                    "return (bits & 0x7FFFFFFF) != 0x7F800000"),
         *_function("values_mean_something(data)", "No value is infinite.", f"return {finite}"),
