@@ -4,16 +4,22 @@ V := .venv/bin
 STAMP := .venv/.installed
 DEMO := .venv/.demo
 
-.PHONY: demo test test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
+.PHONY: demo test test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
 
-test: $(STAMP)  ## pass all tests
-	$(V)/python -m pytest -q -n auto --dist worksteal -m "not wheel"
+# one more than there are processors: many tests wait for processes that they have started
+WORKERS ?= $(shell expr $$(nproc) + 1)
+
+test: $(STAMP)  ## pass the tests
+	$(V)/python -m pytest -q -n $(WORKERS) --dist worksteal -m "not wheel and not long"
+
+test-long: $(STAMP)  ## the few tests that take more than twenty seconds each
+	$(V)/python -m pytest -q -n auto --dist load -m long
 
 test-fast: $(STAMP)
-	$(V)/python -m pytest -q -n auto -m "not slow and not wheel"
+	$(V)/python -m pytest -q -n $(WORKERS) -m "not slow and not long and not wheel"
 
 test-numba: $(STAMP)  ## the tests of estimator and grasp with the estimator compiled by numba; the others take C
 	VEGRIP_KERNEL=numba $(V)/python -m pytest -q -n auto --dist worksteal tests/estimator tests/grip tests/c99
@@ -32,7 +38,7 @@ web-pictures: $(STAMP)  ## draw docs/images/web-*.png again, from the tests of t
 wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
 	$(V)/python -m pytest -q -n 0 tests/install
 
-check: lint types test test-numba test-vcan docs examples wheel-test  ## what CI runs
+check: lint types test test-long test-numba test-vcan docs examples wheel-test  ## what CI runs
 
 format: $(STAMP)
 	$(V)/ruff format .

@@ -30,9 +30,11 @@ from vegrip.runtime.client import ask
 from vegrip.runtime.registry import find_node
 
 CHANNEL = "transport.channel=page-cost"
+PAIRS = 2  # of turns
 WINDOW = 6  # [s] measured, of each turn
 SETTLE = 2.0  # [s] before
 PATIENCE = 60.0  # [s] for the page to open
+SMALLEST = {"PAIRS": 1, "WINDOW": 1, "SETTLE": 0.0}
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
@@ -47,7 +49,7 @@ class Turns:
 
 def run() -> dict[str, dict[str, float]]:
     """Measure the node with the page (ours) and without (theirs)."""
-    told = measured(pairs=2, priority=0)
+    told = measured(pairs=PAIRS, priority=0)
     ours, theirs = told["p99_with_us"], told["p99_without_us"]
     return {"node_p99_with_page": {"ours_us": ours, "theirs_us": theirs, "ratio": theirs / ours}}
 

@@ -12,6 +12,7 @@ from vegrip.benchmarks._designs_reference import most_probable, traced
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_every_design_gives_finite_figures_beside_the_product() -> None:
     rows = estimator_designs.run(recordings=1)
     others = [f"estimator_vs_{name}" for name in estimator_designs.DESIGNS if name != "product"]

@@ -66,6 +66,9 @@ def other(bus):
     yield network
     for node in network.values():
         node.nmt.stop_heartbeat() if isinstance(node, canopen.LocalNode) else None
+    for thread in threading.enumerate():  # python-can stops a cyclic task without waiting for its last frame
+        if thread.name.startswith("Cyclic send task"):
+            thread.join()
     network.disconnect()
 
 

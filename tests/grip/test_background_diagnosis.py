@@ -104,7 +104,9 @@ REGIME = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hidden", ["adhesion", "second_relaxation", "series_compliance"])
+@pytest.mark.parametrize(
+    "hidden", [pytest.param("adhesion", marks=pytest.mark.long), "second_relaxation", "series_compliance"]
+)
 def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypatch, hidden) -> None:
     states = contacts_of(hidden, 14, 4)
     # it looks once, near the end: what a look finds in less depends on how late the machine begins it

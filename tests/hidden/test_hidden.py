@@ -29,7 +29,7 @@ def test_two_hidden_both_named(hide) -> None:
     ("name", "given", "variable"),
     [
         ("cogging", {"force": 0.04, "period": 5e-4}, "displacement"),
-        ("day_and_night", {"share": 0.04, "period": 150.0}, "time"),
+        pytest.param("day_and_night", {"share": 0.04, "period": 150.0}, "time", marks=pytest.mark.long),
     ],
 )
 def test_what_no_catalogue_has_is_unexplained_and_its_variable_told(hide, name, given, variable) -> None:

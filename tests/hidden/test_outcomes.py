@@ -78,6 +78,7 @@ def test_what_a_recording_cannot_show_is_counted_by_itself_whatever_was_said() -
     assert told["out_of_sight"] == {"adhesion": {"adequate": 1, "adhesion": 1}}
 
 
+@pytest.mark.long
 def test_what_an_effect_leaves_is_seen_in_the_same_recording_without_it() -> None:
     shown = remaining_evidence(Case(("adhesion", "pressure_profile"), "weak", 3))
     assert shown["adhesion"] > 100.0

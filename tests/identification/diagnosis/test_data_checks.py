@@ -57,6 +57,7 @@ def test_clocks_that_disagree_are_said_and_no_effect_is_named(bench, seconds) ->
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_clock_that_is_a_little_early_is_at_least_said_beside_the_damping_it_looks_like(bench) -> None:
     found = diagnose(changed(bench(), normal_force=later(bench(), -0.008)))
     assert found.verdict == "unexplained" or "fast_damping" in found.named
