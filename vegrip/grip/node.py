@@ -192,6 +192,11 @@ class GraspForce(NodeBase):
     # the short way: frames in, frames out
 
     @property
+    def compiled_fingers(self) -> Mapping[str, CompiledFinger]:
+        """The fingers whose frames run compiled."""
+        return self._compiled
+
+    @property
     def frame_fingers(self) -> tuple[str, ...]:
         """The fingers whose frames may run compiled."""
         return self._names

@@ -263,11 +263,11 @@ class Replay:
         self.node.configure()
         self.node.activate()
         self.answers = Answers()
-        self._lines: dict[int, tuple[str, Line]] = {}
+        self.lines: dict[int, tuple[str, Line]] = {}
         if mode:
             lines = {finger: line for finger in log.fingers if (line := self.codec.line(finger))}
             self.node.run_compiled(lines, mode)
-            self._lines = {line.state_id: (finger, line) for finger, line in lines.items()}
+            self.lines = {line.state_id: (finger, line) for finger, line in lines.items()}
 
     def run(self) -> Answers:
         """Meet all of the log."""
@@ -294,7 +294,7 @@ class Replay:
         return answers
 
     def _frame(self, frame: Frame, now: int) -> None:
-        finger, line = self._lines.get(frame.arbitration_id, ("", None))
+        finger, line = self.lines.get(frame.arbitration_id, ("", None))
         if line is not None and frame.fd:
             data = np.zeros(64, dtype=np.uint8)
             data[: len(frame.data)] = np.frombuffer(frame.data, dtype=np.uint8)
@@ -317,7 +317,7 @@ class Replay:
                 self.answers.commands += [(frame.arbitration_id, frame.data) for frame in sent]
 
     def _condition(self, finger: str) -> Condition:
-        compiled = self.node._compiled.get(finger)
+        compiled = self.node.compiled_fingers.get(finger)
         if compiled is not None and compiled.lent:
             return Condition(compiled.memory["INPUT_CONDITION"])
         return self.node.fingers[finger].watchdog.condition

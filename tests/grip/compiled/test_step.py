@@ -23,7 +23,7 @@ def memories(log: Log, mode: str) -> list[np.ndarray]:
     replay = Replay(log, mode)
     replay.run()
     bits = []
-    for finger in replay.node._compiled.values():
+    for finger in replay.node.compiled_fingers.values():
         f = np.where(np.isnan(finger.memory.f), np.nan, finger.memory.f)  # NaN has many bits, and one meaning
         bits += [f.view(np.int64), finger.memory.t.copy()]
     return bits
@@ -53,8 +53,8 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(hand_log: Log, mode: str
         replay.meet(event)
     event = next(event for event in hand_log.events[FRAMES:] if event.frame is not None)
     assert event.frame is not None
-    finger = replay._lines[event.frame.arbitration_id][0]
-    one = replay.node._compiled[finger]
+    finger = replay.lines[event.frame.arbitration_id][0]
+    one = replay.node.compiled_fingers[finger]
     one.lend(0.9, (0.02, 0.2))
     before = one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._needs.tobytes()
     whole = np.zeros(64, dtype=np.uint8)
@@ -74,7 +74,7 @@ def test_what_is_handed_to_and_fro_comes_back_as_it_was(hand_log: Log, mode: str
     replay = Replay(hand_log, mode)
     for event in hand_log.events[:FRAMES]:
         replay.meet(event)
-    for one in replay.node._compiled.values():
+    for one in replay.node.compiled_fingers.values():
         if one.lent:
             one.take_back()
         one.lend(0.9, (0.02, 0.2))
