@@ -19,7 +19,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import replace
-
 from types import SimpleNamespace
 
 import can
@@ -185,7 +184,9 @@ def packets(log: Log) -> Iterator[bytes]:
         struct.pack_into("<I", data, COUNTER_AT, COUNTERS[frame.arbitration_id])
         COUNTERS[frame.arbitration_id] += 1
         CAN_PROFILES["P05"].protect(data, frame.arbitration_id)
-        sent = SimpleNamespace(end=time.monotonic_ns(), node=1, frame=BusFrame(frame.arbitration_id, bytes(data), fd=True))
+        sent = SimpleNamespace(
+            end=time.monotonic_ns(), node=1, frame=BusFrame(frame.arbitration_id, bytes(data), fd=True)
+        )
         yield numbered(number, pack_delivery(sent, 0))
 
 

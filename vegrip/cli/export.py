@@ -43,7 +43,7 @@ def c_(
 
     Example: vegrip sample press.toml && vegrip export c press.toml -o firmware
     """
-    from vegrip.export import Request, export_estimator
+    from vegrip.export import Request, write_export
     from vegrip.model import read_model
 
     _check(entry, ENTRIES, "--entry")
@@ -51,7 +51,7 @@ def c_(
     request = Request(read_model(model), **_settings(settings), prefix=prefix)
     _claim(output, force=force)
     try:
-        exported = export_estimator(request, output)
+        exported = write_export(request, output)
     except OSError as error:
         raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
     if as_json:

@@ -12,8 +12,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
-
 from vegrip.c99 import BYTES, LONG, LONGS, MEMORY, UntranslatableError, host
 from vegrip.c99.host import CompilerError
 from vegrip.effects.contract import Effect
@@ -37,7 +35,7 @@ KERNELS: Final = (
 ENTRIES: Final = {
     "finger_step": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
     "finger_tick": (MEMORY, LONGS, MEMORY, LONG, BYTES),
-    "finger_broken": (LONGS, LONG),
+    "finger_receive": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
 }
 """What is called from outside, with the kinds of its arguments."""
 
@@ -138,7 +136,7 @@ class FingerKernelsC:
         loaded = host.load(library)
         self._step = _entry(loaded, "finger_step", ctypes.c_int)
         self._tick = _entry(loaded, "finger_tick", ctypes.c_int)
-        self._broken = _entry(loaded, "finger_broken", None)
+        self._receive = _entry(loaded, "finger_receive", ctypes.c_int)
 
     def finger_step(
         self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
@@ -153,9 +151,13 @@ class FingerKernelsC:
         done: int = self._tick(_address(f), _address(t), _address(g), now, _address(out))
         return done
 
-    def finger_broken(self, t: Any, now: int) -> None:
-        """As :func:`vegrip.grip.kernels.finger_step.finger_broken`."""
-        self._broken(_address(t), now)
+    def finger_receive(
+        self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
+    ) -> int:
+        """As :func:`vegrip.grip.kernels.finger_step.finger_receive`."""
+        at = _address
+        done: int = self._receive(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
+        return done
 
 
 _known: dict[int, tuple[Any, int]] = {}
@@ -180,8 +182,3 @@ def _entry(library: ctypes.CDLL, name: str, result: Any) -> Any:
     function.argtypes = [ctypes.c_int64 if kind == LONG else ctypes.c_void_p for kind in ENTRIES[name]]
     function.restype = result
     return function
-
-
-def zeros(finger: FingerLayout) -> tuple[Any, Any]:
-    """Return the two arrays of a finger, empty."""
-    return np.zeros(finger.n_reals), np.zeros(finger.n_wholes, dtype=np.int64)

@@ -63,14 +63,26 @@ class CompiledFinger:
         place: in the grasp.
         needs: what every finger of the grasp needs [N], NaN without a command; shared by all.
         mode: what runs the step, see :func:`~vegrip.grip.compiled.finger_module`.
+        alone: whether nothing but the step works on it, as in firmware: no history is kept, and a clock that
+            starts anew is followed.
 
     """
 
-    def __init__(self, finger: GraspFinger, line: Line, place: Place, needs: Floats, mode: str = "") -> None:
+    def __init__(
+        self,
+        finger: GraspFinger,
+        line: Line,
+        place: Place,
+        needs: Floats,
+        mode: str = "",
+        *,
+        alone: bool = False,
+    ) -> None:
         estimator = finger.estimator
         assert isinstance(estimator, ContactEstimator)  # noqa: S101
         settings = estimator.settings
-        layout = FingerLayout(estimator.layout.size, settings.late, RECENT_STATES)
+        self._alone = alone
+        layout = FingerLayout(estimator.layout.size, settings.late, 0 if alone else RECENT_STATES)
         ellipse = settings.surface == "ellipse"
         self.finger, self._line, self._place = finger, line, place
         self.module: FingerKernels = finger_module(
@@ -100,7 +112,7 @@ class CompiledFinger:
         self.finger.write_to(memory, confidence, periods)
         self._line.write_to(memory, lifetime)
         memory["SETUP_FINGER"], memory["SETUP_FINGERS"] = self._place.number, self._place.fingers
-        memory["SETUP_THUMB"] = self._place.thumb
+        memory["SETUP_THUMB"], memory["SETUP_ALONE"] = self._place.thumb, self._alone
         memory["TURN_NOTED"] = memory["TURN_FETCHED"] = 0
         self.lent = True
         return True

@@ -112,7 +112,7 @@ class GraspForce(NodeBase):
         self.fingers = {name: self._finger(name) for name in self._names}
         for finger in self.fingers.values():
             for state in dummy_states(finger.name):
-                finger.sense(state, state.stamp, self._wanted)
+                finger.sense(state, state.stamp, self.wanted)
                 finger.command(self._share(finger), state.stamp)
                 list(finger.reports(state.stamp, 0.0, 0.0))
         self.fingers = {name: self._finger(name) for name in self._names}
@@ -152,7 +152,7 @@ class GraspForce(NodeBase):
             self.rejected["unknown finger"] += 1
             return ()
         self._take_back([finger])
-        finger.sense(message, now, self._wanted)
+        finger.sense(message, now, self.wanted)
         if finger.past and finger.past[-1] is message:  # it was believed
             self.diagnoser.note(finger.name, message, finger.estimator.in_contact)
         return chain(self._commands([finger], now), self._reports(finger, now))
@@ -222,7 +222,7 @@ class GraspForce(NodeBase):
         compiled = self._compiled.get(name)
         if compiled is None or not self._active:
             return LEFT_ALONE
-        if not compiled.lent and not compiled.lend(self._wanted[1], self._periods):
+        if not compiled.lent and not compiled.lend(self.wanted[1], self._periods):
             return LEFT_ALONE
         done = compiled.step(frame, length, arrival, now)
         if done == LEFT_ALONE:
@@ -332,7 +332,7 @@ class GraspForce(NodeBase):
         return commands
 
     @property
-    def _wanted(self) -> Wanted:
+    def wanted(self) -> Wanted:
         """Margin and confidence of each finger; all count, also those that are not heard."""
         grip = self.parameters.grip
         return grip.wanted_margin, each_confidence(grip.probability, len(self._names), grip.correlation)

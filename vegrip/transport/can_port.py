@@ -20,7 +20,6 @@ from vegrip.transport.codec import Frame
 from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.stamps import StampMap
 
-
 FIRST_EXTENDED = 1 << 11
 """Identifiers from here on do not fit into 11 bits."""
 

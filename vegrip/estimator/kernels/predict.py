@@ -49,7 +49,9 @@ from vegrip.estimator.kernels.state import copy_section, copy_state, propagate, 
 
 STRAIGHT = 0.02  # relative change below which a law is taken for straight over the spread of the state
 RESTING = 10.0  # by how much faster a zero may drift once nothing is learned
-CROSS = math.sqrt(2.0)  # bends along two columns at once (amplitude times rate) weigh as much as those along one
+CROSS = math.sqrt(
+    2.0
+)  # bends along two columns at once (amplitude times rate) weigh as much as those along one
 FADES = 2.0  # [s] after which an old bend of the memory is forgotten
 WITHIN = 0.4  # std of where within a step the motion turned, in steps
 

@@ -37,7 +37,7 @@ from vegrip.grip.kernels.generated import (
     pack_command,
 )
 from vegrip.grip.kernels.protection import protect
-from vegrip.grip.kernels.receive import is_welcome, take_frame
+from vegrip.grip.kernels.receive import is_welcome, is_whole, take_frame
 from vegrip.grip.kernels.sense import assimilate, margin_bound
 from vegrip.grip.kernels.share import shared_force, tell_need
 from vegrip.grip.kernels.takeover import begin_transfer, bound_takeover
@@ -65,6 +65,19 @@ def finger_step(
     return done + STEP_REPORT if is_report_due(t, now) else done
 
 
+def finger_receive(
+    f: Floats, t: Wholes, g: Floats, frame: Bytes, length: int, arrival: int, now: int, out: Bytes
+) -> int:
+    """As :func:`finger_step` for a finger that works alone: what a node does beside the step is done here."""
+    if not is_whole(t, frame, length):
+        note_broken(t, now)
+        return LEFT_ALONE
+    done = finger_step(f, t, g, frame, length, arrival, now, out)
+    if t[TURN_SEEN] == 1:
+        f[TAKEN_BOUND] = margin_bound(f, t)  # where reports are made, they bring it up to date
+    return done
+
+
 def finger_tick(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> int:
     """Look at the clock: silence is a fault, and a command is renewed before it expires."""
     watch_silence(f, t, now)
@@ -76,11 +89,6 @@ def finger_tick(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> int:
         tell_need(f, t, g)
     command(f, t, g, now, out)
     return STEP_TAKEN + STEP_COMMANDED
-
-
-def finger_broken(t: Wholes, now: int) -> None:
-    """Take note of a frame that could not be understood."""
-    note_broken(t, now)
 
 
 def sense(f: Floats, t: Wholes, now: int) -> None:

@@ -33,13 +33,18 @@ ALL_TIME = 4294967295
 
 def is_welcome(t: Wholes, frame: Bytes, length: int, arrival: int) -> bool:
     """Return whether a frame is whole, new and plausible, and can be taken here; changes nothing."""
-    if length != STATE_LENGTH or not is_intact(frame, STATE_LENGTH, t[SETUP_STATE_ID]):
-        return False
-    if version_of_state(frame) != WIRE_VERSION or not values_mean_something(frame):
+    if not is_whole(t, frame, length):
         return False
     if t[LINE_LAST] >= 0 and not is_next(t, counter_of_state(frame), arrival):
         return False
     return t[SETUP_ALONE] == 1 or follows(t, stamp_of(t, frame, arrival))
+
+
+def is_whole(t: Wholes, frame: Bytes, length: int) -> bool:
+    """Return whether a frame is what the sender has sent, and means something."""
+    if length != STATE_LENGTH or not is_intact(frame, STATE_LENGTH, t[SETUP_STATE_ID]):
+        return False
+    return version_of_state(frame) == WIRE_VERSION and values_mean_something(frame)
 
 
 def is_next(t: Wholes, counter: int, arrival: int) -> bool:
