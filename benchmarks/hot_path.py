@@ -5,8 +5,8 @@ All on the same recorded frames of a closed loop, in processor time, so that a b
 * ``finger_step_vs_physics``: the step (checks, watchdog, grip, limits, frames and the physics) against update
   and least force alone, each called from Python;
 * ``object_path_vs_finger_step``: codec, node and codec by objects against the step;
-* ``loop_vs_finger_step``: a whole turn of the node's loop on the virtual bus, five states at a wake-up, without
-  reports, against the step; the ratio is the step's share;
+* ``loop_vs_finger_step``: a turn of the loop of the node, five states at a wake-up, without reports, against
+  the step; the ratio is the share of the step;
 * ``c_vs_numba``: the step by C against the step by numba; every byte and number they make is compared first.
 """
 
@@ -74,11 +74,9 @@ def row(ours: float, theirs: float) -> Timed:
 
 def states(replay: Replay) -> list[Stated]:
     """Return the states of a log with their fingers and times."""
-    found = []
-    for event in replay.log.events:
-        if event.frame is not None and event.frame.arbitration_id in replay.lines:
-            found.append((event.frame, replay.lines[event.frame.arbitration_id][0], event.now))
-    return found
+    frames = [(event.frame, event.now) for event in replay.log.events if event.frame is not None]
+    known = [(frame, now) for frame, now in frames if frame.arbitration_id in replay.lines]
+    return [(frame, replay.lines[frame.arbitration_id][0], now) for frame, now in known]
 
 
 def best(prepare: Callable[[], Callable[[], None]]) -> float:
@@ -158,7 +156,7 @@ def objects(log: Log) -> float:
 
 
 def loop(log: Log) -> float:
-    """Return the time of a state in the loop [s], five states at a wake-up, on a socket that is always ready."""
+    """Return the time of a state in the loop [s], five at a wake-up, on a socket that is always ready."""
     channel = f"hotpath{time.monotonic_ns()}"
     bus = can.Bus(interface="vegrip", channel=channel, fd=True)
     assert isinstance(bus, VegripBus)

@@ -9,6 +9,7 @@ from typing import Protocol
 from vegrip.c99 import literals
 from vegrip.c99.kinds import (
     BOOL,
+    BYTES,
     INT,
     ITEMS,
     LONG,
@@ -142,7 +143,7 @@ class Expressions:
     def stored(self, target: ast.Subscript, value: Value) -> str:
         """Return ``value`` as it is put into the memory at ``target``."""
         array = self.value(target.value).kind
-        if array in (LONGS,) and value.kind in (*WHOLES, BOOL):
+        if array == LONGS and value.kind in (*WHOLES, BOOL):
             return value.text
         if ITEMS[array] == LONG and value.kind in WHOLES:
             return f"(uint8_t){value.within(SIGN)}"
@@ -289,7 +290,10 @@ class Expressions:
             return self._element(node, whole.kind)
         if whole.kind not in ITEMS:
             raise refused(node, "is neither memory, table nor tuple")
-        return self.settled(Value(f"{whole.text}[{self.index(node.slice)}]", ITEMS[whole.kind]))
+        item = f"{whole.text}[{self.index(node.slice)}]"
+        if whole.kind == BYTES:  # a shift is not to be one of int
+            return self.settled(Value(f"(int64_t){item}", LONG, SIGN))
+        return self.settled(Value(item, ITEMS[whole.kind]))
 
     def _element(self, node: ast.Subscript, table: Table) -> Value:
         indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]

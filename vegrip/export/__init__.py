@@ -1,4 +1,4 @@
-"""The estimator of a model, or all of a finger, as C99 for firmware, with a self-test that shows that the numbers are the same."""
+"""The estimator of a model, or all of a finger, as C99 for firmware, with a self-test."""
 
 from vegrip.export.export import Exported, write_export
 from vegrip.export.request import Request

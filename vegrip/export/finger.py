@@ -76,14 +76,14 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         "finger_stride": str(layouts().finger_stride), "version": str(layouts().version),
         "blank_reals": _table([literals.real(one) for one in memory.f.tolist()]),
         "blank_wholes": _table([literals.whole(one) for one in memory.t.tolist()]),
-        "settings": "\n".join(_setting(p, finger, name) for name in _settable()),
+        "settings": "\n".join(_setting(p, name) for name in _settable()),
         "setting_places": ", ".join(str(finger.reals[f"RULE_{name}"]) for name in _settable()),
         "conditions": "\n".join(f"    {p.upper()}_{one.name} = {one.value}," for one in Condition),
         "accessors": "\n".join(_accessor(p, name, report) for name in NAMES),
         "declared": "\n".join(f"{p}_estimate {p}_{name}(const {p}_finger *e);" for name in NAMES),
         "longest_gap": literals.real(request.settings.longest_gap),
         **{f"REP_{name}": place for name, place in report.items()},
-        **finger_constants(finger), **_vectors(p, vectors),
+        **finger_constants(finger), **_vectors(vectors),
     }  # fmt: skip
     folder = resources.files("vegrip.export") / "templates"
     files = {
@@ -118,8 +118,7 @@ def _settable() -> list[str]:
     return [name for name in rules if name not in FIXED]
 
 
-def _setting(p: str, finger: FingerLayout, name: str) -> str:
-    del finger
+def _setting(p: str, name: str) -> str:
     return f"    {p.upper()}_{name}, /* [{UNITS[name]}] */"
 
 
@@ -130,7 +129,7 @@ def _accessor(p: str, name: str, report: dict[str, str]) -> str:
     return "\n".join([f"{p}_estimate {p}_{name}(const {p}_finger *e)", "{", body, "}", ""])
 
 
-def _vectors(p: str, vectors: FingerVectors) -> dict[str, str]:
+def _vectors(vectors: FingerVectors) -> dict[str, str]:
     return {
         "meetings": str(len(vectors.meetings)),
         "frames": str(sum(bool(meeting.data) for meeting in vectors.meetings)),
@@ -142,7 +141,8 @@ def _vectors(p: str, vectors: FingerVectors) -> dict[str, str]:
 def _row(meeting: Meeting) -> str:
     data = ", ".join(map(str, meeting.data)) or "0"
     command = ", ".join(map(str, meeting.command)) or "0"
-    head = f"{meeting.arrival}LL, {meeting.now}LL, {len(meeting.data)}, {len(meeting.command)}, {meeting.condition}"
+    sizes = f"{len(meeting.data)}, {len(meeting.command)}, {meeting.condition}"
+    head = f"{meeting.arrival}LL, {meeting.now}LL, {sizes}"
     return f"    {{{head},\n     {{{data}}},\n     {{{command}}}}},"
 
 

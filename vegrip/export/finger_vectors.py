@@ -1,4 +1,4 @@
-"""Recorded frames and ticks of one finger, and the commands that the node's objects answer: the self-test's answers."""
+"""Recorded frames and ticks of one finger, and what the node's objects answer: the self-test of an export."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -19,7 +19,6 @@ LATENCY_NS = 300_000  # [ns] from a state to its arrival
 ANSWER_NS = 20_000  # [ns] from an arrival to its answer
 TICK_NS = 25_000_000  # [ns] between ticks where nothing comes
 BROKEN_EVERY = 41  # of so many frames one has a bit that is wrong
-NO_CONDITION = -1
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,8 @@ def _stack(size: Size) -> str:
 def _runs(request: Request, measured: Measured) -> Iterator[str]:
     yield "## Agreement with Python"
     yield ""
-    yield f"The self-test runs a recorded sequence ({SEQUENCE[request.entry]})"
+    yield "The self-test runs a recorded sequence"
+    yield f"({SEQUENCE[request.entry]})"
     yield f"and compares {COMPARED[request.entry]} and, at the end, the whole memory."
     yield ""
     yield "| machine | result | numbers equal to the bit | largest relative difference |"

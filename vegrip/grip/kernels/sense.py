@@ -111,13 +111,13 @@ def keep_for_rewind(f: Floats, t: Wholes) -> None:
         start = REWIND0 + t[SAMPLE_REWIND_NEXT] * SIZE
         for i in range(SIZE):
             f[start + i] = f[i]
-        t[SAMPLE_REWIND_NEXT] = (t[SAMPLE_REWIND_NEXT] + 1) % LATE_SAMPLES
+        t[SAMPLE_REWIND_NEXT] = (t[SAMPLE_REWIND_NEXT] + 1) % max(LATE_SAMPLES, 1)
 
 
 def note_history(f: Floats, t: Wholes) -> None:
     """Keep the state itself for those who look back."""
     if HISTORY_STATES > 0:
-        row = t[TURN_NOTED] % HISTORY_STATES
+        row = t[TURN_NOTED] % max(HISTORY_STATES, 1)
         t[HISTORY_STAMP0 + row], t[HISTORY_SEQ0 + row] = t[NEWS_STAMP], t[NEWS_SEQ]
         start = HISTORY0 + row * (MEASURED + 1)
         for i in range(MEASURED):

@@ -62,7 +62,7 @@ def unpack_request(packet: bytes) -> tuple[int, BusFrame] | None:
 
 
 def pack_plain_request(time: int, identifier: int, data: bytes) -> bytes | None:
-    """Return what :func:`pack_request` returns for a CAN FD data frame of ours; None: not of such a length."""
+    """Return what :func:`pack_request` returns for a CAN FD data frame; None: there is no such length."""
     code = _CODES.get(len(data))
     return None if code is None else _REQUEST.pack(time, identifier, _FD | _SWITCH, code) + data
 
