@@ -149,6 +149,7 @@ class Runner:
             self._refuse_a_second()
             gc.collect()  # takes a tenth of a second, so before the node is said to be active
         self.managed.change(transition)
+        self._renumber = True
         if transition == "configure" and self.hot_path is not None:
             self.hot_path.prepare()
         self._pending = False
