@@ -10,4 +10,4 @@ def real_of_bits(bits: int) -> float:
 
 def bits_of_real(value: float) -> int:
     """Return the bits of the nearest single; ``value`` must not be beyond the largest."""
-    return np.int64(np.float32(value).view(np.uint32))
+    return int(np.int64(np.float32(value).view(np.uint32)))
