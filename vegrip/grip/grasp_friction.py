@@ -13,7 +13,7 @@ the same as to ask for the margin ``1 - (1 - margin) e^b``.
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, TypeGuard
 
 from vegrip.clock import NS
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
@@ -73,7 +73,6 @@ class Utilisation(NamedTuple):
     load: float
 
 
-@runtime_checkable
 class FrictionEstimator(Protocol):
     """An estimator that can be told of friction, as :class:`vegrip.estimator.ContactEstimator` can."""
 
@@ -90,6 +89,11 @@ class FrictionEstimator(Protocol):
 
     def utilisation(self) -> tuple[float, float, float]:
         """Return the fields of :class:`Utilisation`, NaN where they are not known."""
+
+
+def can_share(estimator: object) -> TypeGuard[FrictionEstimator]:
+    """Return whether an estimator can be told of friction; asks its class, so nothing is computed."""
+    return all(hasattr(type(estimator), name) for name in ("friction", "believe_friction", "utilisation"))
 
 
 class GraspFriction:
@@ -110,7 +114,7 @@ class GraspFriction:
         tangential_noise: float,
         drift: float,
     ) -> None:
-        able = {name: e for name, e in fingers.items() if isinstance(e, FrictionEstimator)}
+        able = {name: e for name, e in fingers.items() if can_share(e)}
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
         self._settings, self._noise = settings, tangential_noise
         self._places = {name: i for i, name in enumerate(fingers)}
@@ -147,7 +151,7 @@ class GraspFriction:
 
         """
         estimator = finger.estimator
-        if not (self.active and isinstance(estimator, FrictionEstimator)):
+        if not (self.active and can_share(estimator)):
             return unknown
         i = self._places[finger.name]
         own = FingerFriction(*estimator.friction)
@@ -165,7 +169,7 @@ class GraspFriction:
     def learn(self, finger: GraspFinger, state: FingertipState, lag: float) -> None:
         """Take in what ``finger`` learned of its last ``state``; ``lag`` is the quantile it counts off."""
         estimator = finger.estimator
-        if not (self.active and isinstance(estimator, FrictionEstimator)):
+        if not (self.active and can_share(estimator)):
             return
         i, g, q = self._places[finger.name], self._believed, self._probe
         dt = min(max((state.stamp - self._stamp[i]) / NS, 0.0), LONGEST_STEP_S) if self._stamp[i] else 0.0
