@@ -1,6 +1,7 @@
 """Types that every part names alike."""
 
 from collections.abc import MutableSequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,3 +11,16 @@ Floats = NDArray[np.float64]
 
 Numbers = MutableSequence[float] | Floats
 """What text reads and writes that runs over a list in Python and over an array when compiled."""
+
+
+class NamedNumbers(Protocol):
+    """Numbers in flat arrays, by name: what the compiled finger step works on (:mod:`vegrip.grip.layout`)."""
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a number."""
+
+    def __setitem__(self, name: str, value: float) -> None:
+        """Set a number."""
+
+    def section(self, name: str) -> NDArray[Any]:
+        """Return the numbers of a section, to read and to write."""

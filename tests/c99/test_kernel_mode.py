@@ -23,7 +23,7 @@ needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compil
 
 @pytest.fixture(autouse=True)
 def untold() -> None:
-    compiled._tell.cache_clear()
+    compiled.tell_once.cache_clear()
 
 
 @needs_compiler

@@ -24,12 +24,13 @@ REFUSED = {
     "m[0.5] = 1.0": "not a whole number",
     "m[0] = 2 ** 3": "whole powers",
     "for x in m: m[0] = x": "range(...) or a constant tuple",
-    "m[3000000000] = 1.0": "32 bits",
+    "m[30000000000000000000] = 1.0": "64 bits",
     "m[0] = m[1] if m[0] > bump(m) and bump(m) < 1.0 else m[2]": "an order that C does not fix",
     "m[0] = 1.0 if 0.0 < bump(m) < 1.0 else 0.0": "evaluated twice",
     "import os": "Import is outside the subset",
     "m[0:2] = 1.0": "Slice is outside the subset",
-    "m[0] = 1 << 3": "operator is not translated",
+    "m[0] = 1 << 3": "holds double and gets int64_t; convert it",
+    "m[0] = ~3": "is not translated",
 }
 
 

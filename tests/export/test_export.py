@@ -13,7 +13,7 @@ from vegrip.c99 import host
 from vegrip.cli import main
 from vegrip.errors import InputError, UsageError
 from vegrip.estimator import ContactEstimator, SensorNoise
-from vegrip.export import Exported, Request, export_estimator
+from vegrip.export import Exported, Request, write_export
 from vegrip.export.measure import STRICT, deepest, stack_frames
 from vegrip.export.saved import learned_model, numbers_of, read_numbers, resumed
 from vegrip.export.vectors import FLAGS, record, simulated
@@ -27,7 +27,7 @@ FRAMES = 200
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Exported]:
     folder = tmp_path_factory.mktemp("firmware")
-    return folder, export_estimator(Request(paper_model(8e-3), prefix="lh", frames=FRAMES), folder)
+    return folder, write_export(Request(paper_model(8e-3), prefix="lh", frames=FRAMES), folder)
 
 
 def run(*command: str | Path, where: Path) -> subprocess.CompletedProcess[str]:

@@ -7,7 +7,22 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from vegrip.c99 import literals
-from vegrip.c99.kinds import BOOL, INT, MEMORY, NUMBERS, REAL, VOID, Kind, Struct, Table, common
+from vegrip.c99.kinds import (
+    BOOL,
+    BYTES,
+    INT,
+    ITEMS,
+    LONG,
+    LONGS,
+    NUMBERS,
+    REAL,
+    VOID,
+    WHOLES,
+    Kind,
+    Struct,
+    Table,
+    common,
+)  # fmt: skip
 from vegrip.c99.names import local
 from vegrip.c99.refusal import refused
 
@@ -24,9 +39,14 @@ WHOLE = ("floor", "ceil", "trunc")
 CONSTANTS = {"inf": math.inf, "nan": math.nan, "pi": math.pi, "e": math.e, "tau": math.tau}
 LARGEST_POWER = 64
 
-CHOICE, EITHER, BOTH, EQUAL, LESS, SUM, PRODUCT, SIGN, ATOM = range(1, 10)
+CHOICE, EITHER, BOTH, BITS, EQUAL, LESS, SHIFT, SUM, PRODUCT, SIGN, ATOM = range(1, 12)
 """How tightly C binds; larger is tighter."""
 BINARY = {ast.Add: ("+", SUM), ast.Sub: ("-", SUM), ast.Mult: ("*", PRODUCT), ast.Div: ("/", PRODUCT)}
+BITWISE = {
+    ast.BitAnd: ("&", BITS), ast.BitOr: ("|", BITS), ast.BitXor: ("^", BITS), ast.LShift: ("<<", SHIFT),
+    ast.RShift: (">>", SHIFT),
+}  # fmt: skip
+"""Of whole numbers; their operands get brackets, for C's order differs from Python's."""
 COMPARE = {
     ast.Lt: ("<", LESS), ast.LtE: ("<=", LESS), ast.Gt: (">", LESS), ast.GtE: (">=", LESS),
     ast.Eq: ("==", EQUAL), ast.NotEq: ("!=", EQUAL),
@@ -109,16 +129,29 @@ class Expressions:
     def index(self, node: ast.expr) -> str:
         """Return ``node``, which must be a whole number."""
         value = self.value(node)
-        if value.kind != INT:
+        if value.kind not in WHOLES:
             raise refused(node, "is not a whole number")
         return value.text
 
     def place(self, node: ast.Subscript) -> str:
         """Return an element of the memory as something to assign to."""
         memory = self.value(node.value)
-        if memory.kind != MEMORY:
+        if memory.kind not in ITEMS:
             raise refused(node, "only elements of the memory can be set")
         return f"{memory.text}[{self.index(node.slice)}]"
+
+    def stored(self, target: ast.Subscript, value: Value) -> str:
+        """Return ``value`` as it is put into the memory at ``target``."""
+        array = self.value(target.value).kind
+        if array == LONGS and value.kind in (*WHOLES, BOOL):
+            return value.text
+        if ITEMS[array] == LONG and value.kind in WHOLES:
+            return f"(uint8_t){value.within(SIGN)}"
+        if ITEMS[array] == REAL and value.kind in (REAL, INT):
+            return value.text
+        if ITEMS[array] == REAL and value.kind == BOOL:
+            return f"{value.within(EITHER)} ? 1.0 : 0.0"
+        raise refused(target, f"holds {ITEMS[array].c} and gets {value.kind.c}; convert it")
 
     def _constant(self, node: ast.Constant) -> Value:
         value = node.value
@@ -154,7 +187,12 @@ class Expressions:
         left, right = self.number(node.left), self.number(node.right)
         if isinstance(node.op, ast.Pow):
             return self._power(node, left, right)
-        kind = REAL if REAL in {left.kind, right.kind} else INT
+        kinds = {left.kind, right.kind}
+        if kinds == {REAL, LONG}:
+            raise refused(node, "mixes a real number with a whole one of 64 bits; write float(...)")
+        kind = REAL if REAL in kinds else LONG if LONG in kinds else INT
+        if type(node.op) in BITWISE:
+            return self._bitwise(node, left, right, kind)
         if isinstance(node.op, (ast.FloorDiv, ast.Mod)):
             return self._whole_division(node, left, right, kind)
         if type(node.op) not in BINARY:
@@ -180,10 +218,19 @@ class Expressions:
         return Value(f"pow({base.text}, {exponent.text})", REAL)
 
     def _whole_division(self, node: ast.BinOp, left: Value, right: Value, kind: Kind) -> Value:
-        if kind != INT:
+        if kind not in WHOLES:
             raise refused(node, "// and % are translated for whole numbers only")
         name = "floor_div" if isinstance(node.op, ast.FloorDiv) else "modulo"
-        return Value(f"{self.module.helper(name)}({left.text}, {right.text})", INT)
+        function = self.module.helper(f"{name}_long" if kind == LONG else name)
+        return Value(f"{function}({left.text}, {right.text})", kind)
+
+    def _bitwise(self, node: ast.BinOp, left: Value, right: Value, kind: Kind) -> Value:
+        if kind not in WHOLES:
+            raise refused(node, "bits are those of whole numbers")
+        sign, binding = BITWISE[type(node.op)]
+        if isinstance(node.op, ast.LShift) and kind == INT:  # as in numba, where it has 64 bits
+            return Value(f"(int64_t){left.within(SIGN)} {sign} {right.within(SIGN)}", LONG, binding)
+        return Value(f"{left.within(SIGN)} {sign} {right.within(SIGN)}", kind, binding)
 
     def _boolop(self, node: ast.BoolOp) -> Value:
         sign, binding = ("&&", BOTH) if isinstance(node.op, ast.And) else ("||", EITHER)
@@ -201,6 +248,8 @@ class Expressions:
             raise refused(node, "give what stands in the middle a name first; it would be evaluated twice")
         parts = []
         for a, operator, b in zip(sides, node.ops, sides[1:], strict=False):
+            if {a.kind, b.kind} == {REAL, LONG}:
+                raise refused(node, "compares a real number with a whole one of 64 bits; write float(...)")
             if type(operator) not in COMPARE:
                 raise refused(node, "this comparison is not translated")
             sign, binding = COMPARE[type(operator)]
@@ -241,9 +290,12 @@ class Expressions:
             return Value(f"{whole.within(ATOM)}.v{i}", whole.kind.fields[i])
         if isinstance(whole.kind, Table):
             return self._element(node, whole.kind)
-        if whole.kind != MEMORY:
+        if whole.kind not in ITEMS:
             raise refused(node, "is neither memory, table nor tuple")
-        return self.settled(Value(f"{whole.text}[{self.index(node.slice)}]", REAL))
+        item = f"{whole.text}[{self.index(node.slice)}]"
+        if whole.kind == BYTES:  # a shift is not to be one of int
+            return self.settled(Value(f"(int64_t){item}", LONG, SIGN))
+        return self.settled(Value(item, ITEMS[whole.kind]))
 
     def _element(self, node: ast.Subscript, table: Table) -> Value:
         indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
@@ -303,8 +355,11 @@ class Expressions:
         values = [self.number(one) for one in node.args]
         if len(values) < 2:
             raise refused(node, "needs two numbers")
-        kind = INT if all(value.kind == INT for value in values) else REAL
-        function = self.module.helper(f"{name}_whole" if kind == INT else name)
+        kinds = {value.kind for value in values}
+        kind = REAL if REAL in kinds else LONG if LONG in kinds else INT
+        if kinds >= {REAL, LONG}:
+            raise refused(node, "mixes a real number with a whole one of 64 bits; write float(...)")
+        function = self.module.helper(name + {INT: "_whole", LONG: "_long"}.get(kind, ""))
         text = values[0].text
         for other in values[1:]:
             text = f"{function}({text}, {other.text})"
@@ -322,7 +377,21 @@ class Expressions:
 
     def _call_int(self, node: ast.Call) -> Value:
         value = self.number(node.args[0])
-        return value if value.kind == INT else Value(f"{self.module.helper('whole')}({value.text})", INT)
+        if value.kind in WHOLES:
+            return value
+        if value.kind == BOOL:
+            return Value(f"{value.within(EITHER)} ? 1 : 0", INT, CHOICE)
+        return Value(f"{self.module.helper('whole')}({value.text})", INT)
+
+    def _call_real_of_bits(self, node: ast.Call) -> Value:
+        """Write the number of a single's bits (:mod:`vegrip.grip.kernels.bits`)."""
+        bits = self.index(node.args[0])
+        return Value(f"{self.module.helper('real_of_bits')}({bits})", REAL)
+
+    def _call_bits_of_real(self, node: ast.Call) -> Value:
+        """Write the bits of the nearest single (:mod:`vegrip.grip.kernels.bits`)."""
+        value = self.number(node.args[0])
+        return Value(f"{self.module.helper('bits_of_real')}({value.text})", LONG)
 
     def _call_round(self, node: ast.Call) -> Value:
         if len(node.args) != 1:
@@ -353,6 +422,6 @@ class Expressions:
 def number_of(node: ast.expr, value: int) -> Value:
     """Return a constant whole number."""
     try:
-        return Value(literals.whole(value), INT, constant=value)
+        return Value(literals.whole(value), INT if literals.is_short(value) else LONG, constant=value)
     except OverflowError as error:
         raise refused(node, str(error)) from None

@@ -3,14 +3,14 @@
 import ast
 from dataclasses import dataclass
 
-from vegrip.c99.expressions import Expressions, Module, Value
-from vegrip.c99.kinds import BOOL, INT, MEMORY, REAL, VOID, Kind, Struct, Table, common
+from vegrip.c99.expressions import LESS, Expressions, Module, Value
+from vegrip.c99.kinds import BOOL, INT, ITEMS, LONG, REAL, VOID, WHOLES, Kind, Struct, Table, common
 from vegrip.c99.names import STEP, broken, local
 from vegrip.c99.order import matters
-from vegrip.c99.refusal import RefusedError, is_text, refused
+from vegrip.c99.refusal import is_text, refused
 from vegrip.c99.scopes import Scopes
 
-ZERO = {REAL: "0.0", INT: "0", BOOL: "false"}
+ZERO = {REAL: "0.0", INT: "0", LONG: "0", BOOL: "false"}
 PASSES = 8  # until the kinds of all variables are known
 
 
@@ -211,7 +211,7 @@ class Function:
         if isinstance(target, ast.Subscript):
             place = writer.place(target)
             self.written.add(target.value.id if isinstance(target.value, ast.Name) else "")
-            return [f"{place} = {self._as_real(value)};"]
+            return [f"{place} = {writer.stored(target, value)};"]
         if not isinstance(target, ast.Name):
             raise refused(target, "cannot be set")
         kind = self._note_kind(target, value.kind)
@@ -222,13 +222,8 @@ class Function:
             return [f"{once}{kind.c} {local(target.id)} = {value.text};"]
         return [f"{local(target.id)} = {value.text};"]
 
-    def _as_real(self, value: Value) -> str:
-        if value.kind not in (REAL, INT, BOOL):
-            raise RefusedError(f"`{value.text}`: only numbers are put into the memory")
-        return f"{value.within(2)} ? 1.0 : 0.0" if value.kind == BOOL else value.text
-
     def _note_kind(self, target: ast.Name, kind: Kind) -> Kind:
-        if kind in (VOID, MEMORY) or isinstance(kind, Table):
+        if kind == VOID or kind in ITEMS or isinstance(kind, Table):
             raise refused(target, "only numbers and tuples get a name")
         known = self.kinds.get(target.id, kind)
         both = common(known, kind)
@@ -275,7 +270,7 @@ class Function:
         self._note_writes(node.value)
         value = self._writer(node.value).value(node.value)
         both = value.kind if self.result is None else _joined(self.module, self.result, value.kind)
-        if both is None or isinstance(both, Table) or both in (VOID, MEMORY):
+        if both is None or isinstance(both, Table) or both == VOID or both in ITEMS:
             raise refused(node, "functions return numbers or tuples, of one kind in all places")
         self.result = both
         text = value.text
@@ -316,14 +311,14 @@ class Function:
     def _limit(self, writer: Expressions, node: ast.expr) -> str:
         """Return a limit of a loop; Python evaluates it once."""
         value = writer.value(node)
-        if value.kind != INT:
+        if value.kind not in WHOLES:
             raise refused(node, "is not a whole number")
         free = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)} & set(self.kinds)
         fixed = all(self.scopes.is_fixed(name) for name in free)
         touches = any(isinstance(one, (ast.Call, ast.Subscript)) for one in ast.walk(node))
         if (fixed and not touches) or value.constant is not None:
-            return value.within(5)
-        return self._temporary(INT, value.text)
+            return value.within(LESS)
+        return self._temporary(value.kind, value.text)
 
     def _listed(self, node: ast.For, items: ast.Tuple) -> list[str]:
         """Write a loop over values that are listed: they are put into an array first."""

@@ -25,6 +25,32 @@ static inline double {name}(double a, double b)
     return b < a ? b : a;
 }}
 """,
+    "max_long": """static inline int64_t {name}(int64_t a, int64_t b)
+{{
+    return b > a ? b : a;
+}}
+""",
+    "min_long": """static inline int64_t {name}(int64_t a, int64_t b)
+{{
+    return b < a ? b : a;
+}}
+""",
+    "real_of_bits": """/* The number of an IEEE 754 single whose bits are given. */
+static inline double {name}(int64_t bits)
+{{
+    union {{ uint32_t bits; float value; }} both;
+    both.bits = (uint32_t)bits;
+    return (double)both.value;
+}}
+""",
+    "bits_of_real": """/* The bits of the nearest IEEE 754 single; none is beyond the largest. */
+static inline int64_t {name}(double value)
+{{
+    union {{ uint32_t bits; float value; }} both;
+    both.value = (float)value;
+    return (int64_t)both.bits;
+}}
+""",
     "whole": """/* Towards zero; what does not fit into 32 bits, and NaN, gives 0. */
 static inline int32_t {name}(double x)
 {{
@@ -36,6 +62,20 @@ static inline int32_t {name}(int32_t a, int32_t b)
 {{
     const int32_t q = a / b;
     return a % b != 0 && (a < 0) != (b < 0) ? q - 1 : q;
+}}
+""",
+    "floor_div_long": """/* Division of whole numbers towards minus infinity. */
+static inline int64_t {name}(int64_t a, int64_t b)
+{{
+    const int64_t q = a / b;
+    return a % b != 0 && (a < 0) != (b < 0) ? q - 1 : q;
+}}
+""",
+    "modulo_long": """/* Remainder with the sign of the divisor. */
+static inline int64_t {name}(int64_t a, int64_t b)
+{{
+    const int64_t r = a % b;
+    return r != 0 && (r < 0) != (b < 0) ? r + b : r;
 }}
 """,
     "modulo": """/* Remainder with the sign of the divisor. */

@@ -27,10 +27,16 @@ class Table(Kind):
 
 REAL = Kind("double")
 INT = Kind("int32_t")
+LONG = Kind("int64_t")
 BOOL = Kind("bool")
 MEMORY = Kind("double *")
+LONGS = Kind("int64_t *")
+BYTES = Kind("uint8_t *")
+ITEMS = {MEMORY: REAL, LONGS: LONG, BYTES: LONG}
+"""Arrays that are passed on and written to -> what an element is read as."""
 VOID = Kind("void")
-NUMBERS = (REAL, INT, BOOL)
+NUMBERS = (REAL, INT, LONG, BOOL)
+WHOLES = (INT, LONG)
 
 
 def common(a: Kind, b: Kind) -> Kind | None:
@@ -39,4 +45,6 @@ def common(a: Kind, b: Kind) -> Kind | None:
         return a
     if {a, b} <= {REAL, INT}:
         return REAL
+    if {a, b} == {INT, LONG}:
+        return LONG
     return None

@@ -7,6 +7,7 @@ import numpy as np
 from vegrip.c99.kinds import BOOL, INT, REAL, Kind
 
 LARGEST = 2**31 - 1
+LARGEST_LONG = 2**63 - 1
 
 
 def real(value: float) -> str:
@@ -22,12 +23,18 @@ def whole(value: int) -> str:
     """Return a whole number.
 
     Raises:
-        OverflowError: it does not fit into 32 bits.
+        OverflowError: it does not fit into 64 bits.
 
     """
-    if abs(value) > LARGEST:
-        raise OverflowError(f"{value} does not fit into 32 bits")
-    return str(value) if value >= 0 else f"({value})"
+    if abs(value) > LARGEST_LONG:
+        raise OverflowError(f"{value} does not fit into 64 bits")
+    text = str(value) if is_short(value) else f"{value}LL"
+    return text if value >= 0 else f"({text})"
+
+
+def is_short(value: int) -> bool:
+    """Return whether a whole number fits into 32 bits."""
+    return abs(value) <= LARGEST
 
 
 def hexadecimal(value: float) -> str:
@@ -39,7 +46,7 @@ def table(values: object) -> tuple[Kind, tuple[int, ...], str]:
     """Return kind of the elements, shape and initialiser of a tuple or array of numbers.
 
     Raises:
-        ValueError: it holds something else, or rows of unequal length.
+        ValueError: it holds something else, numbers beyond 32 bits, or rows of unequal length.
 
     """
     array = np.asarray(values)
@@ -58,4 +65,6 @@ def _rows(array: np.ndarray[tuple[int, ...], np.dtype[np.generic]], kind: Kind) 
 def _element(one: float, kind: Kind) -> str:
     if kind == BOOL:
         return "true" if one else "false"
+    if kind == INT and not is_short(int(one)):
+        raise ValueError(f"{one} does not fit into 32 bits")
     return real(one) if kind == REAL else whole(int(one))

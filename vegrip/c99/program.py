@@ -10,11 +10,11 @@ from vegrip.c99 import literals
 from vegrip.c99.expressions import Value, number_of
 from vegrip.c99.functions import Body, Callees, Function
 from vegrip.c99.helpers import helper
-from vegrip.c99.kinds import BOOL, INT, MEMORY, REAL, Kind, Struct, Table
+from vegrip.c99.kinds import BOOL, INT, ITEMS, LONG, REAL, Kind, Struct, Table
 from vegrip.c99.names import broken, comment, joined, local
 from vegrip.c99.refusal import Place, RefusedError, UntranslatableError, refused, statements, unknown_place
 
-LETTERS = {REAL: "r", INT: "i", BOOL: "b"}
+LETTERS = {REAL: "r", INT: "i", LONG: "l", BOOL: "b"}
 
 
 @dataclass(frozen=True)
@@ -127,8 +127,8 @@ class _Translator(Callees):
         arguments = [argument.arg for argument in tree.args.args]
         name = self._free_name(tree.name, kinds)
         takes = [
-            f"{'const ' if kind == MEMORY and argument not in body.written else ''}{kind.c}"
-            f"{'' if kind == MEMORY else ' '}{local(argument)}"
+            f"{'const ' if kind in ITEMS and argument not in body.written else ''}{kind.c}"
+            f"{'' if kind in ITEMS else ' '}{local(argument)}"
             for argument, kind in zip(arguments, kinds, strict=True)
             if not isinstance(kind, Table)
         ]
@@ -201,7 +201,7 @@ class _Translator(Callees):
             return Value(c, BOOL, constant=bool(value))
         if isinstance(value, (int, np.integer)):
             self.constants[node.id] = f"#define {c} {number_of(node, int(value)).text}"
-            return Value(c, INT, constant=int(value))
+            return Value(c, number_of(node, int(value)).kind, constant=int(value))
         if isinstance(value, float):
             self.constants[node.id] = f"#define {c} {literals.real(value)}"
             return Value(c, REAL, constant=float(value))

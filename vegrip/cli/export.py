@@ -20,8 +20,8 @@ app = typer.Typer(
     help="Write the estimator for firmware; read what firmware has learned.\n\n"
     "Example: vegrip sample press.toml && vegrip export c press.toml -o firmware",
 )
-ENTRIES = ("estimator",)
 PRECISIONS = ("double",)
+CONTROL = ("grip", "limits", "fail_safe", "watchdog")
 Model = Annotated[Path, typer.Argument(help="Model file.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
@@ -30,28 +30,37 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 def c_(
     model: Model,
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder to write to.")],
-    entry: Annotated[str, typer.Option(help="What is exported: estimator.")] = "estimator",
+    entry: Annotated[
+        str, typer.Option(help="What is exported: estimator; finger: all from frame to frame.")
+    ] = "estimator",
     precision: Annotated[str, typer.Option(help="Of all numbers: double.")] = "double",
     prefix: Annotated[str, typer.Option(help="Beginning of every name in C.")] = "vg",
     settings: Annotated[
-        Path | None, typer.Option(help="TOML file with tables [noise] and [estimator], as in launch files.")
+        Path | None,
+        typer.Option(
+            help="TOML file with tables as in launch files: [noise] and [estimator]; of a finger also "
+            "[grip], [limits], [fail_safe] and [watchdog]."
+        ),
     ] = None,
     force: FORCE = False,
     as_json: Json = False,
 ) -> None:
-    """Write C99 of the model's estimator, with a self-test, examples, and a report of what was measured.
+    """Write C99 of the model's estimator, or of the whole finger, with self-test, examples and a report.
 
     Example: vegrip sample press.toml && vegrip export c press.toml -o firmware
     """
-    from vegrip.export import Request, export_estimator
+    from vegrip.export import Request, write_export
+    from vegrip.export.request import ENTRIES
     from vegrip.model import read_model
 
     _check(entry, ENTRIES, "--entry")
     _check(precision, PRECISIONS, "--precision")
-    request = Request(read_model(model), **_settings(settings), prefix=prefix)
+    request = Request(
+        read_model(model), **_settings(settings, control=entry == "finger"), prefix=prefix, entry=entry
+    )
     _claim(output, force=force)
     try:
-        exported = export_estimator(request, output)
+        exported = write_export(request, output)
     except OSError as error:
         raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
     if as_json:
@@ -96,17 +105,22 @@ def _check(value: str, known: tuple[str, ...], option: str) -> None:
         raise UsageError(f"{option} {value!r} is not possible; there is {', '.join(known)}")
 
 
-def _settings(path: Path | None) -> dict[str, Any]:
+def _settings(path: Path | None, *, control: bool = False) -> dict[str, Any]:
     from vegrip.config import build, read_toml
     from vegrip.estimator import EstimatorSettings, SensorNoise
+    from vegrip.grip.settings import ControlSettings
 
     if path is None:
         return {}
     table = read_toml(path)
-    unknown = sorted(set(table) - {"noise", "estimator"})
+    tables = ["noise", "estimator", *(CONTROL if control else ())]
+    unknown = sorted(set(table) - set(tables))
     if unknown:
-        raise InputError(f"{path}: there is no table [{unknown[0]}] here; there are [noise] and [estimator]")
+        known = ", ".join(f"[{name}]" for name in tables)
+        raise InputError(f"{path}: there is no table [{unknown[0]}] here; there are {known}")
+    chosen = {name: table[name] for name in CONTROL if name in table}
     return {
+        **({"control": build(ControlSettings, chosen, str(path))} if control else {}),
         "noise": build(SensorNoise, table.get("noise", {}), f"{path} [noise]"),
         "settings": build(EstimatorSettings, table.get("estimator", {}), f"{path} [estimator]"),
     }
@@ -160,6 +174,5 @@ def _show(request: "Request", exported: "Exported", folder: Path) -> None:
             console.print(f"{run.machine}: {verdict}, {run.equal} of {run.numbers} numbers equal to the bit")
     for what in measured.missing:
         console.print(f"not measured: {what} is not installed")
-    console.print(
-        f"build and test it yourself: make -C {folder}; begin with {folder}/{request.prefix}_estimator.h"
-    )
+    header = f"{folder}/{request.prefix}_{request.entry}.h"
+    console.print(f"build and test it yourself: make -C {folder}; begin with {header}")

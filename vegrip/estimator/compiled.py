@@ -54,25 +54,26 @@ def module_for(model: ContactModel, layout: Layout, *, plain: bool = False, elli
         try:
             return kernels_c.load(text, Origins(model.effects).place)
         except (CompilerError, UntranslatableError) as error:
-            _tell(str(error))
+            tell_once(str(error))
     return cache.load(text)
 
 
-def kernel_mode() -> str:
-    """Return what ``VEGRIP_KERNEL`` asks for.
+def kernel_mode(unset: str = MODES[0]) -> str:
+    """Return what ``VEGRIP_KERNEL`` asks for, ``unset`` when it asks for nothing.
 
     Raises:
         UsageError: it is none of :data:`MODES`.
 
     """
-    mode = os.environ.get("VEGRIP_KERNEL") or MODES[0]
-    if mode not in MODES:
+    mode = os.environ.get("VEGRIP_KERNEL") or unset
+    if mode and mode not in MODES:
         raise UsageError(f"VEGRIP_KERNEL is {mode!r}; it is one of {', '.join(MODES)}")
     return mode
 
 
 @functools.cache
-def _tell(reason: str) -> None:
+def tell_once(reason: str) -> None:
+    """Say in the log why C is not possible."""
     log.warning("VEGRIP_KERNEL=c is not possible: %s; numba is used", reason)
 
 
@@ -102,8 +103,15 @@ def _text(
     entries: tuple[str, ...] = (),
 ) -> str:
     """Return the text of the module; the fingers of a hand share it, and writing it takes 0.1 s."""
+    parts = [*estimator_parts(layout, ellipse=ellipse), *more]
+    names = [effect.name for effect in effects]
+    return writer.write(compose(effects), names, parts, (*ENTRIES, *entries))
+
+
+def estimator_parts(layout: Layout, *, ellipse: bool = False) -> list[str]:
+    """Return the texts that stand below the model: places, limit surface, kernels."""
     here = Path(__file__).parent / "kernels"
     surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
     kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
-    parts = [layout.constants(), f"{surface}\n{ELLIPSE}\n" if ellipse else surface, *kernels, *more]
-    return writer.write(compose(effects), [effect.name for effect in effects], parts, (*ENTRIES, *entries))
+    parts = [layout.constants(), f"{surface}\n{ELLIPSE}\n" if ellipse else surface]
+    return [*parts, *kernels]

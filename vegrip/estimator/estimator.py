@@ -28,6 +28,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.model import ContactModel
+from vegrip.types import NamedNumbers
 
 FLAGS = (int(Channel.POSITION), int(Channel.FORCE), int(Channel.RADIUS))
 TANGENTIAL, TORQUE, SLIP = int(Channel.TANGENTIAL), int(Channel.TORQUE), int(Channel.SLIP)
@@ -111,6 +112,39 @@ class ContactEstimator:
         self.reset()
         self._m[:] = memory
         self._resumed = True
+
+    def write_to(self, memory: NamedNumbers) -> None:
+        """Lend everything to the compiled finger step: from now on ``memory`` is where it lies."""
+        lent = memory.section("ESTIMATOR")
+        if self._m.ctypes.data != lent.ctypes.data:
+            lent[:] = self._m
+            self._m = lent
+        if self.settings.late:
+            self._past.lie_in(memory.section("REWIND").reshape(self.settings.late, -1))
+            memory["SAMPLE_REWIND_NEXT"] = self._past.next_slot
+        state, shown = self._state, self._shown
+        memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"] = self._tangential, self._torque
+        memory["SAMPLE_BEGUN"], memory["SAMPLE_STAMP"] = state is not None, state.stamp if state else 0
+        informed = self._informed == self._informed
+        memory["SAMPLE_IS_INFORMED"], memory["SAMPLE_INFORMED"] = informed, self._informed if informed else 0
+        memory["SAMPLE_SHOWN"], memory["SAMPLE_TRUSTED"] = shown.stamp if shown else 0, self._trusted
+        memory["SAMPLE_SEQ"], memory["SAMPLE_RESUMED"] = self._seq, self._resumed
+        memory["SAMPLE_REFUSED"], memory["SAMPLE_BACKWARDS"] = self.refused, self._backwards
+        memory["SETUP_RECOVERY"] = self.settings.recovery
+        memory["SETUP_GAP"] = round(self.settings.longest_gap * NS) + 1
+
+    def read_from(self, memory: NamedNumbers, taken: list[FingertipState]) -> None:
+        """Take what the compiled finger step has made of the states ``taken`` since :meth:`write_to`."""
+        if not taken:
+            return
+        if self.settings.late:
+            self._past.taken(taken, self._state)
+        self._state = self._shown = taken[-1]
+        self._health = None
+        self._tangential, self._torque = memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"]
+        self._informed = int(memory["SAMPLE_INFORMED"]) if memory["SAMPLE_IS_INFORMED"] else NAN
+        self._trusted, self._seq = bool(memory["SAMPLE_TRUSTED"]), int(memory["SAMPLE_SEQ"])
+        self._backwards = int(memory["SAMPLE_BACKWARDS"])
 
     def update(self, state: FingertipState) -> ContactEstimate:
         """Take one sample and return what is known now: :meth:`assimilate`, then :meth:`contact_estimate`."""

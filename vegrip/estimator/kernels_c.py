@@ -8,6 +8,7 @@ import ctypes
 import hashlib
 import os
 import platform
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from vegrip import c99
 from vegrip.c99 import MEMORY, REAL, host, translate
+from vegrip.c99.kinds import Kind
 from vegrip.c99.refusal import Place, unknown_place
 from vegrip.compiling import announce_compiling
 from vegrip.model import cache
@@ -31,6 +33,7 @@ SENTENCE = (
     "compiles for this machine by its C compiler, once; later starts take it from the cache (about 3 s)"
 )
 KEPT = 256  # addresses of memories
+Entries = Mapping[str, tuple[Kind, ...]]
 
 _libraries: dict[str, Path] = {}
 
@@ -102,6 +105,19 @@ def _entry(
     return function
 
 
+def library_of(text: str, entries: Entries, place: Place = unknown_place) -> Path:
+    """Return the library with the ``entries`` of a ``text``, from the cache or compiled now.
+
+    Raises:
+        CompilerError: there is no compiler, or it failed.
+        UntranslatableError: a line cannot be translated; names file and line.
+
+    """
+    if text not in _libraries:
+        _libraries[text] = _library(text, entries, place)
+    return _libraries[text]
+
+
 def load(text: str, place: Place = unknown_place) -> KernelsC:
     """Return the kernels of a generated module's ``text``, from the cache or compiled now.
 
@@ -110,19 +126,17 @@ def load(text: str, place: Place = unknown_place) -> KernelsC:
         UntranslatableError: a line cannot be translated; names file and line.
 
     """
-    if text not in _libraries:
-        _libraries[text] = _library(text, place)
-    return KernelsC(_libraries[text])
+    return KernelsC(library_of(text, ENTRIES, place))
 
 
-def _library(text: str, place: Place) -> Path:
+def _library(text: str, entries: Entries, place: Place) -> Path:
     compiler = host.compiler()
     if compiler is None:
         raise host.CompilerError("there is no C compiler (cc, gcc or clang)")
 
     def make(library: Path) -> None:
         announce_compiling(SENTENCE)
-        host.build(translate(text, ENTRIES, place=place).text(), library)
+        host.build(translate(text, entries, place=place).text(), library)
 
     return cache.library(_name(text, compiler), make)
 

@@ -19,11 +19,13 @@ class Origins:
 
     Args:
         effects: of the model.
+        folders: with kernels, besides those of the estimator.
 
     """
 
-    def __init__(self, effects: Sequence[Effect]) -> None:
+    def __init__(self, effects: Sequence[Effect], folders: Sequence[Path] = ()) -> None:
         self._hooks = dict(_hooks(effects))
+        self._folders = (HERE, *folders)
 
     def place(self, function: str, number: int) -> str:
         """Return ``file:line`` of a function's statement; the name of the function where no file is known."""
@@ -41,7 +43,7 @@ class Origins:
     def _written(self, function: str) -> tuple[Path, ast.FunctionDef] | None:
         if function in self._hooks:
             return _of_hook(self._hooks[function])
-        return _kernel_functions().get(function)
+        return _kernel_functions(self._folders).get(function)
 
 
 def _hooks(effects: Sequence[Effect]) -> Iterator[tuple[str, types.FunctionType]]:
@@ -68,8 +70,9 @@ def _begins(tree: ast.FunctionDef) -> int:
 
 
 @functools.cache
-def _kernel_functions() -> dict[str, tuple[Path, ast.FunctionDef]]:
-    files = [*sorted(HERE.glob("*.py")), Path(limit_surface.__file__).with_name("fast.py")]
+def _kernel_functions(folders: tuple[Path, ...]) -> dict[str, tuple[Path, ast.FunctionDef]]:
+    kernels = [path for folder in folders for path in sorted(folder.glob("*.py"))]
+    files = [*kernels, Path(limit_surface.__file__).with_name("fast.py")]
     return {tree.name: (path, tree) for path in files for tree in _functions(path)}
 
 

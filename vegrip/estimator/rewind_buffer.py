@@ -48,6 +48,24 @@ class Past:
         self._next = slot
         return self._ring[slot].copy(), before, later
 
+    @property
+    def next_slot(self) -> int:
+        """Where the next memory goes."""
+        return self._next
+
+    def lie_in(self, ring: Floats) -> None:
+        """Keep the memories in ``ring`` from now on, shape (depth, size); what is kept moves there."""
+        if self._ring.base is not ring.base or self._ring.base is None:
+            ring[:] = self._ring
+            self._ring = ring
+
+    def taken(self, samples: list[FingertipState], before: FingertipState | None) -> None:
+        """Note that ``samples`` came after ``before`` and their memories went into the ring in order."""
+        for sample in samples:
+            self._samples.append((sample, before, self._next))
+            self._next = (self._next + 1) % len(self._ring)
+            before = sample
+
     def clear(self) -> None:
         """Forget all."""
         self._samples.clear()

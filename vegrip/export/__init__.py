@@ -1,6 +1,6 @@
-"""The estimator of a model as C99 for firmware, with a self-test that shows that the numbers are the same."""
+"""The estimator of a model, or all of a finger, as C99 for firmware, with a self-test."""
 
-from vegrip.export.export import Exported, export_estimator
+from vegrip.export.export import Exported, write_export
 from vegrip.export.request import Request
 
-__all__ = ["Exported", "Request", "export_estimator"]
+__all__ = ["Exported", "Request", "write_export"]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from vegrip.export import texts, vectors
+from vegrip.export import finger, finger_vectors, texts, vectors
 from vegrip.export.measure import Measured, measure
 from vegrip.export.report import report
 from vegrip.export.request import Request
@@ -18,21 +18,25 @@ class Exported:
     measured: Measured
 
 
-def export_estimator(request: Request, folder: Path) -> Exported:
-    """Write the estimator of a model as C99 to ``folder``, compile it, run its self-test and report.
+def write_export(request: Request, folder: Path) -> Exported:
+    """Write what is asked for as C99 to ``folder``, compile it, run its self-test and report.
 
     Raises:
         UntranslatableError: a line of an effect or kernel has no counterpart in C; names file and line.
         OSError: a file cannot be written.
 
     """
-    written = texts.write(request, vectors.record(request))
+    written = (
+        finger.write(request, finger_vectors.record(request))
+        if request.entry == "finger"
+        else texts.write(request, vectors.record(request))
+    )
     paths = []
     for name, text in written.files.items():
         paths.append(_write(folder / name, text))
-    measured = measure(folder, request.prefix, written.program.calls)
+    measured = measure(folder, request.prefix, written.program.calls, request.entry)
     paths.append(_write(folder / "REPORT.md", report(request, written, measured)))
-    return Exported(tuple(paths), 8 * written.size + texts.BESIDE, measured)
+    return Exported(tuple(paths), written.ram, measured)
 
 
 def _write(path: Path, text: str) -> Path:

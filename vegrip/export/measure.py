@@ -17,8 +17,11 @@ LONGEST = 300.0  # [s] that a compiler or a self-test may take
 AGREEMENT = re.compile(r"(\d+) of (\d+) numbers equal to the bit, largest relative difference (\S+)")
 PASSED = re.compile(r"^PASS (\d+) frames$", re.MULTILINE)
 STACK = re.compile(r":([A-Za-z_]\w*)[\w.]*\t(\d+)\t(\S+)")
-CALLS = {"update": "update", "slip_margin": "margin_of", "least_force": "least_force"}
-"""Function of the header -> the kernel it calls."""
+CALLS = {
+    "estimator": {"update": "update", "slip_margin": "margin_of", "least_force": "least_force"},
+    "finger": {"frame": "finger_receive", "tick": "finger_tick"},
+}
+"""By what is exported: function of the header -> the kernel it calls."""
 
 
 @dataclass(frozen=True)
@@ -54,13 +57,16 @@ class Measured:
     missing: tuple[str, ...]  # what was not there, in words
 
 
-def measure(folder: Path, prefix: str, calls: Mapping[str, frozenset[str]]) -> Measured:
+def measure(
+    folder: Path, prefix: str, calls: Mapping[str, frozenset[str]], entry: str = "estimator"
+) -> Measured:
     """Compile the export in ``folder``, run its self-test, and read off sizes.
 
     Args:
         folder: of the export.
         prefix: of its names.
         calls: the kernels' functions -> those they call.
+        entry: what is exported, ``estimator`` or ``finger``.
 
     """
     missing = []
@@ -69,9 +75,11 @@ def measure(folder: Path, prefix: str, calls: Mapping[str, frozenset[str]]) -> M
         here = Path(scratch)
         sizes: list[Size | None] = []
         for tool, flags in ((compiler, ()), (arm, CORTEX_M7)):
-            sizes.append(_size(folder, prefix, calls, tool, flags, here) if tool else None)
+            sizes.append(_size(folder, (prefix, entry), calls, tool, flags, here) if tool else None)
         host_run = (
-            _run([str(_host_test(folder, prefix, compiler, here))], "this machine") if compiler else None
+            _run([str(_host_test(folder, (prefix, entry), compiler, here))], "this machine")
+            if compiler
+            else None
         )
         arm_run = _run(_emulated(folder, qemu, here), "Cortex-M7 in qemu") if arm and qemu else None
     missing += [] if compiler else ["a C compiler for this machine (cc, gcc or clang)"]
@@ -81,11 +89,17 @@ def measure(folder: Path, prefix: str, calls: Mapping[str, frozenset[str]]) -> M
 
 
 def _size(
-    folder: Path, p: str, calls: Mapping[str, frozenset[str]], tool: str, flags: tuple[str, ...], here: Path
+    folder: Path,
+    names: tuple[str, str],
+    calls: Mapping[str, frozenset[str]],
+    tool: str,
+    flags: tuple[str, ...],
+    here: Path,
 ) -> Size | None:
-    """Compile the estimator's file alone."""
-    object_file = here / "estimator.o"
-    source = folder / f"{p}_estimator.c"
+    """Compile the exported file alone."""
+    p, entry = names
+    object_file = here / f"{entry}.o"
+    source = folder / f"{p}_{entry}.c"
     command = [tool, *OPTIMISED, *flags, *STRICT, "-c", str(source), "-o", str(object_file)]
     if _done([*command, "-fstack-usage"], here).returncode and _done(command, here).returncode:
         return None
@@ -94,7 +108,7 @@ def _size(
     text, data, bss = _sections(tool, object_file)
     depth = {
         name: frames.get(f"{p}_{name}", 0) + deepest(f"{p}_k_{kernel}", calls, frames)
-        for name, kernel in CALLS.items()
+        for name, kernel in CALLS[entry].items()
     }
     return Size(_version(tool), text + data, data + bss, depth if frames else {})
 
@@ -121,8 +135,9 @@ def _sections(tool: str, object_file: Path) -> tuple[int, int, int]:
     return int(row[0]), int(row[1]), int(row[2])
 
 
-def _host_test(folder: Path, p: str, compiler: str, here: Path) -> Path:
-    sources = [str(folder / f"{p}_{name}.c") for name in ("estimator", "vectors", "selftest")]
+def _host_test(folder: Path, names: tuple[str, str], compiler: str, here: Path) -> Path:
+    p, entry = names
+    sources = [str(folder / f"{p}_{name}.c") for name in (entry, "vectors", "selftest")]
     program = here / "selftest"
     _done([compiler, *OPTIMISED, *sources, "-o", str(program), "-lm"], here)
     return program

@@ -4,34 +4,47 @@ from collections.abc import Iterator
 
 from vegrip.export.measure import Measured, Run, Size
 from vegrip.export.request import Request
-from vegrip.export.texts import BESIDE, Texts
+from vegrip.export.texts import Texts
 
-WORDS = {"update": "update", "slip_margin": "slip margin", "least_force": "least force"}
+WORDS = {
+    "update": "update", "slip_margin": "slip margin", "least_force": "least force", "frame": "frame",
+    "tick": "tick",
+}  # fmt: skip
+SEQUENCE = {
+    "estimator": "presses, slips, lost and wrong samples, a late one",
+    "finger": "frames of presses, slips, lost and wrong samples, broken frames, silence and ticks",
+}
+COMPARED = {"estimator": "every output", "finger": "every command"}
 
 
 def report(request: Request, texts: Texts, measured: Measured) -> str:
     """Return the page."""
     return "\n".join(
-        [*_what(request, texts), *_sizes(texts, measured), *_runs(measured), *_not_measured(measured)]
+        [
+            *_what(request, texts),
+            *_sizes(texts, measured),
+            *_runs(request, measured),
+            *_not_measured(measured),
+        ]
     )
 
 
 def _what(request: Request, texts: Texts) -> Iterator[str]:
-    yield f"# {request.prefix}_estimator: what it needs, and whether it agrees"
+    yield f"# {request.prefix}_{request.entry}: what it needs, and whether it agrees"
     yield ""
     yield "Written by `vegrip export c`; `make` runs the self-test with your own compiler."
     yield ""
     yield f"* model: {', '.join(effect.name for effect in request.model.effects)} (`model.toml`)"
     yield f"* SHA-256 of the generated text: `{texts.text_hash}`"
     count = len(texts.program.functions)
-    yield f"* double precision; prefix `{request.prefix}`; {count} functions of the estimator"
+    yield f"* double precision; prefix `{request.prefix}`; {count} functions of the {request.entry}"
     yield ""
 
 
 def _sizes(texts: Texts, measured: Measured) -> Iterator[str]:
     yield "## Size"
     yield ""
-    yield f"Memory of one finger: {8 * texts.size + BESIDE} bytes ({texts.size} numbers), where you put it."
+    yield f"Memory of one finger: {texts.ram} bytes, where you put it."
     yield "Nothing is kept outside it, nothing is allocated."
     yield ""
     yield "| compiler (-O2, no fused multiply-add) | flash [bytes] | other RAM [bytes] | stack [bytes] |"
@@ -40,7 +53,7 @@ def _sizes(texts: Texts, measured: Measured) -> Iterator[str]:
         if size is not None:
             yield f"| {size.compiler} | {size.flash} | {size.ram} | {_stack(size)} |"
     yield ""
-    yield "Flash is code and tables of the estimator's file, without the mathematical library. Stack is the"
+    yield "Flash is code and tables of the exported file, without the mathematical library. Stack is the"
     yield "deepest way down by `-fstack-usage`; what is called in the mathematical library comes on top."
     yield ""
 
@@ -52,11 +65,12 @@ def _stack(size: Size) -> str:
     )
 
 
-def _runs(measured: Measured) -> Iterator[str]:
+def _runs(request: Request, measured: Measured) -> Iterator[str]:
     yield "## Agreement with Python"
     yield ""
-    yield "The self-test runs a recorded sequence (presses, slips, lost and wrong samples, a late one)"
-    yield "and compares every output and, at the end, the whole memory."
+    yield "The self-test runs a recorded sequence"
+    yield f"({SEQUENCE[request.entry]})"
+    yield f"and compares {COMPARED[request.entry]} and, at the end, the whole memory."
     yield ""
     yield "| machine | result | numbers equal to the bit | largest relative difference |"
     yield "| --- | --- | --- | --- |"

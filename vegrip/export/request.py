@@ -6,8 +6,11 @@ from dataclasses import dataclass, field
 from vegrip.c99.names import RESERVED
 from vegrip.errors import UsageError
 from vegrip.estimator import EstimatorSettings, SensorNoise
+from vegrip.grip.settings import ControlSettings
 from vegrip.model import ContactModel
 
+HAND = ("thumb", "index", "middle", "ring", "little")
+ENTRIES = ("estimator", "finger")
 PREFIX = re.compile(r"[a-z][a-z0-9]{0,19}(_[a-z0-9]+)*")
 FRAMES = 500
 MARGIN = 0.2
@@ -17,6 +20,9 @@ MARGIN = 0.2
 @dataclass(frozen=True)
 class Request:
     """A model, the noise of its sensors, how the estimator behaves, and the beginning of every name in C.
+
+    ``entry`` is ``estimator``, or ``finger`` for all from frame to frame; that has ``control`` too, and the
+    ``fingers`` that share the grasp, in the order of their identifiers.
 
     Raises:
         UsageError: no C compiler would take the prefix.
@@ -28,6 +34,9 @@ class Request:
     settings: EstimatorSettings = field(default_factory=EstimatorSettings)
     prefix: str = "vg"
     frames: int = FRAMES
+    entry: str = "estimator"
+    control: ControlSettings = field(default_factory=ControlSettings)
+    fingers: tuple[str, ...] = HAND
 
     def __post_init__(self) -> None:
         if not PREFIX.fullmatch(self.prefix) or self.prefix in RESERVED:

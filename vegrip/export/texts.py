@@ -51,7 +51,7 @@ class Texts:
     files: dict[str, str]
     program: Program
     text_hash: str
-    size: int  # numbers in the memory of a finger
+    ram: int  # [bytes] of a finger
 
 
 def write(request: Request, vectors: Vectors) -> Texts:
@@ -71,7 +71,7 @@ def write(request: Request, vectors: Vectors) -> Texts:
     )
     digest = hashlib.sha256(text.encode()).hexdigest()
     known = {
-        "p": p, "P": p.upper(), "hash": digest[:NUMBER_DIGITS],
+        "p": p, "P": p.upper(), "entry": "estimator", "hash": digest[:NUMBER_DIGITS],
         "effects": ", ".join(e.name for e in model.effects),
         **_settings(request), **_memory(request, layout), **_vectors(vectors),
         "kernels": program.text(), "text_number": literals.real(text_number(digest)),
@@ -84,7 +84,7 @@ def write(request: Request, vectors: Vectors) -> Texts:
     files["model.toml"] = model_text(model)
     saved = [text_number(digest), 1.0, *vectors.memory.tolist()]
     files["examples/finger.txt"] = "".join(f"{literals.hexadecimal(one)}\n" for one in saved)
-    return Texts(files, program, digest, layout.size)
+    return Texts(files, program, digest, 8 * layout.size + BESIDE)
 
 
 def text_number(digest: str) -> float:

@@ -16,6 +16,7 @@ import math
 from vegrip.clock import NS
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.safety.fail_safe import FailSafeSettings
+from vegrip.types import NamedNumbers
 
 TRANSFER_DURATION_S = 0.3
 """[s] after which the estimate rules whatever it says; within 0.1 s it has mostly settled."""
@@ -49,6 +50,18 @@ class BumplessTransfer:
         ramped = min(self._force + ramp.ramp_rate * elapsed, ramp.force)
         return min(least, max(held, ramped))  # this order: min(nan, x) is nan
 
+    def write_to(self, memory: NamedNumbers) -> None:
+        """Put everything into a memory."""
+        memory["TURN_IN_TRANSFER"], memory["TURN_TRANSFER_SINCE"] = self._since is not None, self._since or 0
+        memory["TRANSFER_FORCE"], memory["TRANSFER_LOAD"] = self._force, self._load
+        memory["TRANSFER_ARM"] = self._arm
+
+    def read_from(self, memory: NamedNumbers) -> None:
+        """Take everything from where :meth:`write_to` puts it."""
+        self._since = int(memory["TURN_TRANSFER_SINCE"]) if memory["TURN_IN_TRANSFER"] else None
+        self._force, self._load = memory["TRANSFER_FORCE"], memory["TRANSFER_LOAD"]
+        self._arm = memory["TRANSFER_ARM"]
+
     def _growth(self, demand: Demand) -> float:
         load = self._load_of(demand)
         if self._load > 0.0:
@@ -57,4 +70,6 @@ class BumplessTransfer:
 
     def _load_of(self, demand: Demand) -> float:
         turning = demand.torque / self._arm if self._arm > 0.0 else 0.0
-        return math.hypot(demand.tangential_force, 0.0 if math.isnan(turning) else turning)
+        turning = 0.0 if math.isnan(turning) else turning
+        # not math.hypot: Python's rounds otherwise than C's
+        return math.sqrt(demand.tangential_force * demand.tangential_force + turning * turning)

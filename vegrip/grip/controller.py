@@ -11,6 +11,7 @@ of the grasp, fail-safe, limits, renewal of commands before they expire. The nod
 (:class:`~vegrip.grip.node.GraspForce`) is this controller with a lifecycle around it.
 """
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
@@ -79,6 +80,8 @@ class GripController:
         self._make_estimator = make_estimator or _from_models(self.names, model, noise, estimator)
         self._settings = settings or ControlSettings()
         self._share_of = make_share(self._settings, self.names)
+        self.need_of: Callable[[GraspFinger], float] = need_of
+        """Says what a finger needs [N], NaN without a command, to share the grasp by; :func:`need_of`."""
         self._now = 0  # [ns] of the last step
         self.fingers: dict[str, GraspFinger] = {}
         self.reset()
@@ -149,7 +152,7 @@ class GripController:
         finger = self.fingers[state.finger]
         grip = self.settings.grip
         known = grip.wanted_margin, grip.known_probability
-        wanted = self.friction.prepare(finger, self._wanted, known)
+        wanted = self.friction.prepare(finger, self.wanted, known)
         believed = finger.sense(state, now, wanted)
         if believed:
             self.friction.learn(finger, state, quantile(wanted[1]))
@@ -202,19 +205,25 @@ class GripController:
         return GraspFinger(name, self._make_estimator(name), controller, watchdog, phase)
 
     @property
-    def _wanted(self) -> Wanted:
+    def wanted(self) -> Wanted:
         """Margin and confidence of each finger; all count, also those that are not heard."""
         grip = self.settings.grip
         return grip.wanted_margin, each_confidence(grip.probability, len(self.names), grip.correlation)
 
     def _share(self, finger: GraspFinger) -> float:
-        started = {f.name: f.controller.required_force for f in self.fingers.values() if f.controller.started}
+        needs = {other.name: self.need_of(other) for other in self.fingers.values()}
+        started = {name: need for name, need in needs.items() if not math.isnan(need)}
         return self._share_of(started).get(finger.name, 0.0)
 
     def _finger_called(self, name: str) -> GraspFinger:
         if name not in self.fingers:
             raise UsageError(f"this hand has no finger {name!r}; {suggestion(name, self.names)}")
         return self.fingers[name]
+
+
+def need_of(finger: GraspFinger) -> float:
+    """Return what a finger needs [N], as its objects have it; NaN without a command."""
+    return finger.controller.required_force if finger.controller.started else math.nan
 
 
 def _from_models(

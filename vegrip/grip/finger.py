@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from vegrip.clock import NS
+from vegrip.estimator.estimator import quantile
 from vegrip.estimator.learning import Learned
 from vegrip.grip.bumpless_transfer import BumplessTransfer
 from vegrip.grip.estimator_protocol import Estimator
@@ -24,6 +25,7 @@ from vegrip.messages import (
     ModelHealth,
     SlipMargin,
 )
+from vegrip.types import NamedNumbers
 
 Wanted = tuple[float, float]
 """Margin to keep [-], and the one-sided confidence to keep it with."""
@@ -129,6 +131,56 @@ class GraspFinger:
         self.controller.fail_safe.settings = settings.fail_safe
         apply_policy(self.controller.policy, settings)
 
+    def write_to(self, memory: NamedNumbers, confidence: float, periods: tuple[float, float]) -> None:
+        """Lend everything to the compiled finger step; only with a margin grip and a ContactEstimator.
+
+        Args:
+            memory: where it goes.
+            confidence: with which the margin is kept.
+            periods: of reports and of ModelHealth [s].
+
+        """
+        for part in (self.estimator, self.watchdog, self.controller, self.controller.fail_safe):
+            part.write_to(memory)  # type: ignore[union-attr]
+        self.controller.policy.write_to(memory)  # type: ignore[attr-defined]
+        self._transfer.write_to(memory)
+        memory["RULE_QUANTILE"] = quantile(confidence)
+        memory["TURN_SEEN"], memory["TURN_USED"] = self._seen, self._used
+        self.write_told(memory, periods)
+
+    def write_told(self, memory: NamedNumbers, periods: tuple[float, float]) -> None:
+        """Hand over what was told last, and when it is told again: ``periods`` of reports and health [s]."""
+        bound = math.nan if self._margin is None else self._margin.lower_bound
+        memory["TURN_HAS_MARGIN"], memory["TAKEN_BOUND"] = self._margin is not None, bound
+        memory["TURN_TOLD"] = -1 if self._told is None else self._told
+        due = min(self._reported + periods[0] * NS, self._healthy + periods[1] * NS)
+        memory["TURN_REPORT_DUE"] = math.ceil(due) if due > 0.0 else 0
+
+    def read_from(self, memory: NamedNumbers, taken: list[FingertipState], last: FingertipState) -> None:
+        """Take back what the compiled finger step has made of it.
+
+        Args:
+            memory: where it lies.
+            taken: states that were believed meanwhile.
+            last: the last state, believed or not.
+
+        """
+        self.read_contact(memory, taken)
+        self.watchdog.read_from(memory, last)
+        self.controller.read_from(memory)
+        self.controller.fail_safe.read_from(memory)
+        self.controller.policy.read_from(memory)  # type: ignore[attr-defined]
+        self._transfer.read_from(memory)
+
+    def read_contact(self, memory: NamedNumbers, taken: list[FingertipState]) -> None:
+        """Take back no more than what is reported: the contact, and whether the input is believed."""
+        self.estimator.read_from(memory, taken)  # type: ignore[attr-defined]
+        self.watchdog.condition = Condition(memory["INPUT_CONDITION"])
+        self._seen, self._used = bool(memory["TURN_SEEN"]), memory["TURN_USED"]
+        if self._margin is None and memory["TURN_HAS_MARGIN"]:
+            self._margin = SlipMargin(0, self.name, 0, lower_bound=memory["TAKEN_BOUND"])
+        self.past.extend(taken)
+
     def command(self, share: float, now: int) -> ForceCommand:
         """Return the command for this finger's share of the grasp [N]."""
         return self.controller.command(share, now)
@@ -215,7 +267,8 @@ class GraspFinger:
         return replace(demand, least_force=max(self.controller.held, demand.least_force), in_contact=True)
 
     def _demand(self, state: FingertipState, margin: SlipMargin, wanted: Wanted) -> Demand:
-        load = math.hypot(state.tangential_force_x, state.tangential_force_y)
+        x, y = state.tangential_force_x, state.tangential_force_y
+        load = math.sqrt(x * x + y * y)  # not math.hypot: Python's rounds otherwise than C's
         torque, slipping = abs(state.torque_z), state.slip >= 0.5
         if not self.estimator.in_contact:
             trusted = self.estimator.normal_force.valid

@@ -8,6 +8,7 @@ from vegrip.grip.policies.policy import GripPolicy
 from vegrip.grip.safety.fail_safe import FailSafe
 from vegrip.grip.safety.limits import LimitSettings, clamp_force, limit_force
 from vegrip.messages import Condition, ForceCommand, Reason
+from vegrip.types import NamedNumbers
 
 RENEWAL = 0.25
 """Part of its lifetime after which a command is renewed: three of them may get lost."""
@@ -50,6 +51,34 @@ class FingerController:
     def due(self, now: int) -> bool:
         """Whether the last command is so old that it must be renewed well before it expires."""
         return self.started and now - self._commanded >= RENEWAL * self.limits.lifetime * NS
+
+    def write_to(self, memory: NamedNumbers) -> None:
+        """Put limits and state into a memory; policy and fail-safe do so themselves."""
+        limits = self.limits
+        memory["RULE_MIN_FORCE"], memory["RULE_MAX_FORCE"] = limits.min_force, limits.max_force
+        memory["RULE_RAISE_RATE"], memory["RULE_LOWER_RATE"] = limits.raise_rate, limits.lower_rate
+        memory["RULE_LIFETIME"] = limits.lifetime
+        memory["SETUP_RENEWAL"] = math.ceil(RENEWAL * limits.lifetime * NS)
+        memory["TURN_STARTED"], memory["GRIP_HELD"] = self.started, self._held
+        memory["GRIP_REQUIRED"], memory["TURN_REASON"] = self.required_force, self.reason
+        memory["TURN_COMMANDED"], memory["TURN_ASKED"] = self._commanded, self._asked
+        memory["TURN_SEQ"] = self._seq
+
+    def read_from(self, memory: NamedNumbers) -> None:
+        """Take the state from where :meth:`write_to` puts it."""
+        self._held = memory["GRIP_HELD"] if memory["TURN_STARTED"] else math.nan
+        self.required_force, self.reason = memory["GRIP_REQUIRED"], Reason(int(memory["TURN_REASON"]))
+        self._commanded, self._asked = int(memory["TURN_COMMANDED"]), int(memory["TURN_ASKED"])
+        self._seq = int(memory["TURN_SEQ"])
+
+    def standing_command(self) -> ForceCommand:
+        """Return the last command; its adjustment is not kept."""
+        expires = self._commanded + round(self.limits.lifetime * NS)
+        return ForceCommand(self._commanded, self.finger, self._seq, self._held, 0.0, self.reason, expires)
+
+    def number_from(self, seq: int) -> None:
+        """Give the next command a number above ``seq``."""
+        self._seq = max(self._seq, seq)
 
     def start(self, present: float, now: int) -> None:
         """Take over at the force ``present`` [N] that the finger has; NaN counts as none."""

@@ -1,10 +1,13 @@
 """The node that grips: a grip controller with a lifecycle, on a bus."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 
+import numpy as np
+
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
-from vegrip.grip.controller import GripController
+from vegrip.grip.compiled_finger import LEFT_ALONE, CompiledFinger, Place, can_compile
+from vegrip.grip.controller import GripController, need_of
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger
 from vegrip.grip.learned_store import LearnedStore, NoStore
@@ -12,6 +15,7 @@ from vegrip.grip.model_swap import ModelSwap
 from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth
 from vegrip.runtime import NodeBase
+from vegrip.transport.codec.line import Line
 
 
 class GraspForce(NodeBase):
@@ -47,6 +51,10 @@ class GraspForce(NodeBase):
         """What grips; None until the node is configured."""
         self._names = tuple(fingers)
         self._model_swap: ModelSwap | None = None
+        self._compiled: dict[str, CompiledFinger] = {}
+        self._lines: Mapping[str, Line] = {}
+        self._kernel_mode = ""
+        self._needs = np.full(max(1, len(self._names)), np.nan)
         super().__init__(name, settings)
         self._make_estimator = make_estimator
         self._learned_store = learned_store or NoStore()
@@ -65,6 +73,7 @@ class GraspForce(NodeBase):
     def parameters(self, settings: ControlSettings) -> None:
         before = getattr(self, "_parameters", settings)
         self._parameters = settings
+        self._take_back(self.fingers.values())
         self._begin_model_swap(before, settings)
         if self.controller is None:
             make_share(settings, self._names)  # says now what cannot be used
@@ -93,33 +102,43 @@ class GraspForce(NodeBase):
         successors = self._model_swap.take()
         for name, estimator in (successors or {}).items():
             if name in self.fingers:
+                self._take_back([self.fingers[name]])
+                self._compiled.pop(name, None)  # its step is of the former model; to compile stops the loop
                 self.fingers[name].replace_estimator(estimator)
                 self.diagnoser.forget(name)
 
     def configure(self) -> None:
         """Build every finger and compile what will run."""
+        self._compiled = {}
         self.controller = GripController(
             self._names, settings=self.parameters, make_estimator=self._new_estimator
         )
+        self.controller.need_of = self._need
+        self._compile()
 
     def activate(self) -> None:
         """Begin afresh, except after a fault of this node: then the grip is taken over as it is."""
+        self._take_back(self.fingers.values())
         if self.controller is not None and self._is_at_fault:
             self.controller.restart()
         elif self.controller is not None and self._worn:
             self._learned_store.save()
+            self._compiled = {}
             self.controller.reset()
+        self._compile()
         self._active, self._is_at_fault = True, False
 
     def deactivate(self) -> None:
         """Command no more."""
+        self._take_back(self.fingers.values())
         self._active = False
         self._worn = True
 
     def cleanup(self) -> None:
         """Forget the fingers, but not what they learned."""
+        self._take_back(self.fingers.values())
         self._learned_store.save()
-        self.controller = None
+        self.controller, self._compiled = None, {}
         self._worn = False
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
@@ -131,9 +150,12 @@ class GraspForce(NodeBase):
         if finger is None:
             self.rejected["unknown finger"] += 1
             return ()
+        self._take_back([finger])
         if controller.assimilate(message, now):
             self.diagnoser.note(finger.name, message, finger.estimator.in_contact)
-        return chain(controller.commands([finger.name], now), self._reports(controller, finger, now))
+        commands = controller.commands([finger.name], now)
+        self._tell_needs()
+        return chain(commands, self._reports(controller, finger, now))
 
     def on_tick(self, now: int) -> Iterable[Message]:
         """Watch for silence; renew commands before they expire."""
@@ -143,7 +165,11 @@ class GraspForce(NodeBase):
         self._take_new_estimators()
         answers: list[Message] = []
         for finger in controller.fingers.values():
+            if self._is_quiet(finger, now):
+                continue
+            self._take_back([finger])
             answers += controller.watch(finger.name, now)
+            self._tell_needs()
             if finger.watchdog.condition > Condition.DEGRADED:
                 answers += self._reports(controller, finger, now)
         return answers
@@ -151,20 +177,157 @@ class GraspForce(NodeBase):
     def on_broken(self, finger: str, now: int) -> None:
         """Tell the watchdog of ``finger``: the bus is there, but what it brings is not to be understood."""
         if finger in self.fingers:
+            self._take_back([self.fingers[finger]])
             self.fingers[finger].watchdog.corrupt(now)
 
     def on_fault(self, now: int) -> Iterable[Message]:
         """Ride out a fault of this node itself, without the estimators."""
         self._is_at_fault = True
-        return self.controller.ride_out(now) if self.controller is not None else ()
+        self._take_back(self.fingers.values())
+        commands = self.controller.ride_out(now) if self.controller is not None else []
+        self._tell_needs()
+        return commands
+
+    # the short way: frames in, frames out
+
+    @property
+    def compiled_fingers(self) -> Mapping[str, CompiledFinger]:
+        """The fingers whose frames run compiled."""
+        return self._compiled
+
+    @property
+    def frame_fingers(self) -> tuple[str, ...]:
+        """The fingers whose frames may run compiled."""
+        return self._names
+
+    def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None:
+        """Answer the frames of ``lines`` compiled from now on, finger by finger, as far as that is possible.
+
+        Args:
+            lines: of the fingers whose frames will come by :meth:`on_frame`; none: all goes by messages.
+            mode: what runs the step, see :func:`vegrip.grip.compiled.finger_module`.
+
+        """
+        self._take_back(self.fingers.values())
+        self._lines, self._kernel_mode = lines, mode
+        self._compile()
+
+    def on_frame(self, name: str, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
+        """Answer a frame of the finger ``name``; see :meth:`CompiledFinger.step`.
+
+        What is left alone is for :meth:`on_message`; for a finger without a compiled step everything is. The
+        answer is :meth:`command_frame`, what is due besides :meth:`reports`.
+        """
+        compiled, controller = self._compiled.get(name), self.controller
+        if compiled is None or controller is None or not self._active:
+            return LEFT_ALONE
+        if not compiled.lent and not compiled.lend(controller.wanted[1], self._periods):
+            return LEFT_ALONE
+        done = compiled.step(frame, length, arrival, now)
+        if done == LEFT_ALONE:
+            self._take_back([compiled.finger])  # the objects answer, and refuse by name
+        return done
+
+    def command_frame(self, name: str) -> np.ndarray:
+        """Return the bytes of the last command that :meth:`on_frame` gave."""
+        return self._compiled[name].answer
+
+    def reports(self, name: str, now: int) -> Iterator[Message]:
+        """Return what is due to be told of a finger; worked out when it is taken."""
+        controller = self.controller
+        return iter(()) if controller is None else self._reports(controller, controller.fingers[name], now)
+
+    def felt(self, name: str) -> tuple[float, float]:
+        """Return normal force [N] and displacement [m] of the last frame that ran compiled."""
+        return self._compiled[name].felt()
+
+    def take_back(self, name: str = "") -> None:
+        """Bring the objects up to date with what ran compiled, of the finger ``name`` or of all."""
+        self._take_back([self.fingers[name]] if name else self.fingers.values())
+
+    def standing_commands(self) -> list[ForceCommand]:
+        """Return the last command of each finger that has one."""
+        self.take_back()
+        controllers = [finger.controller for finger in self.fingers.values()]
+        return [controller.standing_command() for controller in controllers if controller.started]
+
+    def number_commands_from(self, numbers: Mapping[str, int]) -> None:
+        """Give every next command a number above those that were sent in the node's place."""
+        self.take_back()
+        for name, number in numbers.items():
+            if name in self.fingers:
+                self.fingers[name].controller.number_from(number)
+
+    def _compile(self) -> None:
+        """Prepare the compiled step of every finger that can have one, from the state of its objects."""
+        controller, thumb = self.controller, self.parameters.thumb
+        thumb_number = self._names.index(thumb) if thumb in self._names else -1
+        self._needs[:] = np.nan
+        is_common = controller is not None and controller.friction.active  # what is not in the step
+        self._compiled = {
+            name: CompiledFinger(
+                finger,
+                self._lines[name],
+                Place(self._names.index(name), len(self._names), thumb_number),
+                self._needs,
+                self._kernel_mode,
+            )
+            for name, finger in self.fingers.items()
+            if name in self._lines and not is_common and can_compile(finger, self.parameters)
+        }
+        self._tell_needs()
+
+    @property
+    def _periods(self) -> tuple[float, float]:
+        return self.parameters.report_period, self.parameters.health_period
+
+    def _look(self, finger: GraspFinger) -> None:
+        """Let the objects see the contact, whichever way it was followed."""
+        compiled = self._compiled.get(finger.name)
+        if compiled is not None and compiled.lent:
+            for state, touching in compiled.look():
+                self.diagnoser.note(finger.name, state, touching)
+
+    def _told(self, finger: GraspFinger) -> None:
+        """Let the compiled step know what has been reported."""
+        compiled = self._compiled.get(finger.name)
+        if compiled is not None and compiled.lent:
+            compiled.told(self._periods)
+
+    def _take_back(self, fingers: Iterable[GraspFinger]) -> None:
+        """Put the objects of these fingers in force."""
+        for finger in fingers:
+            compiled = self._compiled.get(finger.name)
+            if compiled is not None and compiled.lent:
+                for state, touching in compiled.take_back():
+                    self.diagnoser.note(finger.name, state, touching)
+
+    def _tell_needs(self) -> None:
+        """Let the compiled fingers know what those need that the objects are in force of."""
+        for number, (name, finger) in enumerate(self.fingers.items()):
+            compiled = self._compiled.get(name)
+            if compiled is None or not compiled.lent:
+                self._needs[number] = need_of(finger)
+
+    def _is_quiet(self, finger: GraspFinger, now: int) -> bool:
+        compiled = self._compiled.get(finger.name)
+        return compiled is not None and compiled.lent and compiled.is_quiet(now)
+
+    def _need(self, finger: GraspFinger) -> float:
+        compiled = self._compiled.get(finger.name)
+        return compiled.need if compiled is not None and compiled.lent else need_of(finger)
 
     def _new_estimator(self, finger: str) -> Estimator:
         return self._make_estimator(finger)  # another one after a change of the model
 
     def _reports(self, controller: GripController, finger: GraspFinger, now: int) -> Iterator[Message]:
         looks = finger.health_due(now, self.parameters.health_period)
+        self._look(finger)
         for report in controller.reports(finger.name, now):
+            self._told(finger)
             yield self.diagnoser.annotate(report) if isinstance(report, ModelHealth) else report
+            self._look(finger)  # a frame that came meanwhile may have run compiled
+        self._told(finger)
         # last, so that a state that has come meanwhile need not wait for it
         if looks and (learned := self._learned_store.observe(finger.name, now)):
             yield from finger.learned_messages(learned, now, self.parameters.learned_period)

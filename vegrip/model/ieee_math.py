@@ -16,8 +16,11 @@ import numpy as np
 __all__ = ["copysign", "inf", "isfinite", "isinf", "isnan", "nan", "pi", "uncompiled"]
 
 Function = Callable[..., Any]
-OTHERWISE: dict[str, Function] = {"pow": np.power, "hypot": np.hypot}
-"""numpy's functions that have another name, or round as the C library does where ``math`` does not."""
+LIMITS: dict[str, Function] = {"pow": np.power}
+"""numpy's functions that have another name; they say what comes where ``math`` raises."""
+OTHERWISE: dict[str, Function] = {"hypot": np.hypot}
+"""numpy's functions that round as the C library does where ``math`` does not. (``np.power`` may be
+written for the vector units of this processor.)"""
 
 
 def uncompiled(*, cache: bool = False, **_options: Any) -> Callable[[Function], Function]:
@@ -41,7 +44,7 @@ def _entered(function: Function) -> Function:
 def __getattr__(name: str) -> Function:
     """Return the function ``name`` of ``math``, made to return what compiled code returns."""
     exact: Function = OTHERWISE[name] if name in OTHERWISE else getattr(math, name)
-    limit: Function = OTHERWISE[name] if name in OTHERWISE else getattr(np, name, exact)
+    limit: Function = LIMITS[name] if name in LIMITS else getattr(np, name, exact)
 
     def function(*arguments: Any) -> Any:
         try:

@@ -44,6 +44,10 @@ class ChannelWatch:
         told = (f"{state.finger}: {sentence}" for sentence in self.lacking(channels))
         self._news += [sentence for sentence in told if sentence not in self._said]
 
+    def knows(self, finger: str) -> bool:
+        """Return whether the channels of ``finger`` are known, so that no more of its states are needed."""
+        return finger in self._known or len(self._open) + len(self._known) >= MOST_FINGERS
+
     def news(self) -> Iterator[str]:
         """Yield each new sentence once."""
         while self._news:

@@ -1,5 +1,6 @@
 """The last commands of a node, to be repeated when the node itself can no longer speak."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from vegrip.messages import ForceCommand, Message, Reason
@@ -27,6 +28,19 @@ class CommandHold:
         if last is not None or len(self._last) < self.LIMIT:
             self._last[message.finger] = message
         return message
+
+    def numbers(self) -> dict[str, int]:
+        """Return the number of the last command of each finger."""
+        return {finger: command.seq for finger, command in self._last.items()}
+
+    def take_over(self, standing: Iterable[ForceCommand]) -> None:
+        """Know of commands that were sent without having been remembered."""
+        for command in standing:
+            last = self._last.get(command.finger)
+            if (last is None and len(self._last) < self.LIMIT) or (
+                last is not None and command.seq > last.seq
+            ):
+                self._last[command.finger] = command
 
     def commands(self, now: int) -> list[ForceCommand]:
         """Repeat each last command after half of its lifetime: same force, reason INPUT_HOLD."""

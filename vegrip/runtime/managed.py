@@ -1,5 +1,6 @@
 """A node under its lifecycle: transitions are checked, exceptions counted, and a fault puts it on hold."""
 
+import contextlib
 import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -41,6 +42,7 @@ class ManagedNode:
 
         """
         target = state_after(self.state, transition)
+        self._note_standing()
         if transition == "shutdown":
             self._wind_down()
         else:
@@ -50,10 +52,14 @@ class ManagedNode:
 
     def on_message(self, message: Message, now: int) -> Iterator[Message]:
         """Let an active node answer, as far as the answers are taken; nothing from any other."""
+        return self.answers(lambda: self.node.on_message(message, now), now)
+
+    def answers(self, ask: Callable[[], Iterable[Message]], now: int) -> Iterator[Message]:
+        """Let an active node answer what ``ask`` asks it, as far as the answers are taken."""
         if not self._is_active():
             return
         try:
-            for answer in self.node.on_message(message, now):
+            for answer in ask():
                 yield self._hold.remembered(answer)
                 if not self._is_active():  # it may have been changed before the next answer is taken
                     return
@@ -100,6 +106,22 @@ class ManagedNode:
             self.on_hold = True
             self.state = Lifecycle.INACTIVE
             self._retry_at = now + self._back_off
+            self._note_standing()
+
+    def fail(self, error: Exception, now: int) -> None:
+        """Put the node on hold after an ``error`` of its own outside the calls here."""
+        self._fault(error, now)
+
+    def numbers_sent(self) -> dict[str, int]:
+        """Return the number of the last command of each finger, as far as they were remembered."""
+        return self._hold.numbers()
+
+    def _note_standing(self) -> None:
+        """Learn of commands that a node has sent as frames; not every node does."""
+        standing = getattr(self.node, "standing_commands", None)
+        if standing is not None:
+            with contextlib.suppress(Exception):  # whatever is wrong, the commands that are known are held
+                self._hold.take_over(standing())
 
     def _held(self, now: int) -> Sequence[Message]:
         if now >= self._retry_at and self._recovered(now):

@@ -13,12 +13,14 @@ from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, No
 from vegrip.runtime.call_queue import CallQueue
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.fault_hints import HINTS, FaultHints
+from vegrip.runtime.hot_path import LEFT_ALONE, REPORT, AnswersFrames, GivesFrames, HotPath
 from vegrip.runtime.managed import ManagedNode
 from vegrip.runtime.node import Node
 from vegrip.runtime.schedule import Schedule
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
+from vegrip.transport.codec import Frame
 from vegrip.transport.endpoint import Endpoint, Guarded, Inspected, Timed
 from vegrip.transport.sender_clock import ClockEstimate
 
@@ -92,6 +94,12 @@ class Runner:
         self._senders = SenderWatch()
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
         self.channels = ChannelWatch(lacking) if lacking is not None else None
+        self.hot_path: HotPath | None = None
+        if isinstance(node, AnswersFrames) and isinstance(endpoint, GivesFrames):
+            self.hot_path = HotPath(
+                node, endpoint, clock, self.statistics, self._senders, telemetry, self.channels
+            )
+        self._renumber = True  # commands may have been sent in the node's place
 
     @property
     def state(self) -> Lifecycle:
@@ -141,6 +149,9 @@ class Runner:
             self._refuse_a_second()
             gc.collect()  # takes a tenth of a second, so before the node is said to be active
         self.managed.change(transition)
+        self._renumber = True
+        if transition == "configure" and self.hot_path is not None:
+            self.hot_path.prepare()
         self._pending = False
         if transition == "activate":
             self._settle()
@@ -222,6 +233,25 @@ class Runner:
                 self._unfinished.append(answers)
                 return
 
+    def _intercept(self, frame: Frame) -> bool:
+        """Answer a frame on the short way; return whether that was done."""
+        if self.state is not Lifecycle.ACTIVE or self.hot_path is None:
+            self._renumber = True
+            return False
+        try:
+            if self._renumber:
+                self._renumber = False
+                self.hot_path.renumber(self.managed.numbers_sent())
+            done, finger = self.hot_path.answer(frame)
+        except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
+            self.managed.fail(error, self._clock.now())
+            return False
+        if done & REPORT:
+            now = self._clock.now()
+            node = self.hot_path.node
+            self._unfinished.append(self.managed.answers(lambda: node.reports(finger, now), now))
+        return done != LEFT_ALONE
+
     def _newcomers(self) -> Sequence[Message]:
         """Return what has come while reports were sent, unless a tick or too much else is due."""
         busy = len(self._unfinished) >= MOST_UNFINISHED or self._clock.now() >= self.due
@@ -262,6 +292,8 @@ class Runner:
 
     def _rejected(self) -> Mapping[str, int]:
         of_others = {"also_sent": self._also_sent, "two_senders": self._senders.count}
+        if self.hot_path is not None:
+            self.hot_path.node.take_back()  # the counters of the frames are part of what is counted
         counts = {
             **self._endpoint.rejected,
             **self.managed.node.rejected,
@@ -298,6 +330,10 @@ class Runner:
         self._status_schedule.start(now)
 
     def _forget_the_past(self) -> None:
+        if self.hot_path is not None:
+            self.hot_path.look(None)
         for _ in range(STATE_BACKLOG):
             if not self._endpoint.receive(0.0):
                 break
+        if self.hot_path is not None:
+            self.hot_path.look(self._intercept)

@@ -46,9 +46,8 @@ class _Finger:
         self._count = 0
         self._force, self._displacement = _Channel(), _Channel()
 
-    def note(self, state: FingertipState) -> bool:
+    def note(self, force: float, displacement: float) -> bool:
         self._count += 1
-        force, displacement = state.normal_force, state.displacement
         alternates = force - force == 0.0 and self._force.note(force)
         alternates |= displacement - displacement == 0.0 and self._displacement.note(displacement)
         return alternates and self._count > WINDOW_STATES
@@ -63,9 +62,13 @@ class SenderWatch:
 
     def note(self, state: FingertipState) -> None:
         """Take in the next state of a finger."""
-        finger = self._fingers.get(state.finger)
+        self.note_values(state.finger, state.normal_force, state.displacement)
+
+    def note_values(self, name: str, force: float, displacement: float) -> None:
+        """Take in normal force [N] and displacement [m] of the next state of the finger ``name``."""
+        finger = self._fingers.get(name)
         if finger is None:
             if len(self._fingers) >= MOST_FINGERS:
                 return
-            finger = self._fingers[state.finger] = _Finger()
-        self.count += finger.note(state)
+            finger = self._fingers[name] = _Finger()
+        self.count += finger.note(force, displacement)

@@ -39,6 +39,9 @@ class Sink(Protocol):
     def count(self, message: Message, direction: Direction) -> None:
         """Count a message; called from the loop."""
 
+    def tally(self, kind: type[Message], owner: str, direction: Direction) -> None:
+        """Count a message of this kind that was never made; called from the loop."""
+
     def listen(self) -> None:
         """Read the subscriptions that have begun or ended."""
 
@@ -72,6 +75,15 @@ class Telemetry:
             return
         self._queue.append((message, direction))
         self._offered += 1
+
+    @property
+    def watched(self) -> bool:
+        """Whether a reader wants the messages themselves."""
+        return self._sink.wanted
+
+    def count(self, kind: type[Message], owner: str, direction: Direction) -> None:
+        """Count a message of this kind of a finger or node, that travelled without having been made."""
+        self._sink.tally(kind, owner, direction)
 
     def drain(self) -> bool:
         """Hand everything queued to the sink; return whether there was anything."""

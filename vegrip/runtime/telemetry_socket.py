@@ -79,7 +79,11 @@ class TelemetrySocket:
 
     def count(self, message: Message, direction: Direction) -> None:
         """Count a message."""
-        stream = (type(message), _owner(message), direction)
+        self.tally(type(message), _owner(message), direction)
+
+    def tally(self, kind: type[Message], owner: str, direction: Direction) -> None:
+        """Count a message of this kind that was never made."""
+        stream = (kind, owner, direction)
         known = self._counts.get(stream)
         if known is not None or len(self._counts) < MOST_STREAMS or stream[1] in self._fingers:
             self._counts[stream] = (known or 0) + 1

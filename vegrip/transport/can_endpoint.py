@@ -14,8 +14,9 @@ from vegrip.messages import Message
 from vegrip.transport.can_port import CanPort, open_port
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.canbus.virtual_can import VegripBus
-from vegrip.transport.codec import Frame
-from vegrip.transport.endpoint import ClosedByWith
+from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.line import Line
+from vegrip.transport.endpoint import ClosedByWith, Intercept
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import Lossy, losses
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
@@ -67,6 +68,8 @@ class CanEndpoint(ClosedByWith):
         extended: bool = False,
     ) -> None:
         self.arrivals: Sequence[int] = ()
+        self.intercept: Intercept | None = None
+        """Looks at every frame first."""
         self._codec = codec
         self._reopen = reopen
         self._reopen_at = 0.0  # [s]
@@ -104,19 +107,31 @@ class CanEndpoint(ClosedByWith):
         deadline = time.monotonic() + timeout
         messages: list[Message] = []
         arrivals: list[int] = []
+        intercept, dealt = self.intercept, False
         for _ in range(MOST_FRAMES):
-            frame = self.next_frame(0.0 if messages else max(deadline - time.monotonic(), 0.0))
+            frame = self.next_frame(0.0 if messages or dealt else max(deadline - time.monotonic(), 0.0))
             if frame is None:
                 break
+            if intercept is not None and intercept(frame):
+                dealt = True
+                continue
             message = self._codec.decode(frame)
             if message is not None:
                 messages.append(message)
                 arrivals.append(frame.stamp)
+                if intercept is not None:
+                    break  # it is answered before the next frame is looked at
         if self._order is not None:
             passed = self._order.restore(messages, arrivals, time.monotonic_ns())
             messages, arrivals = [m for m, _ in passed], [arrival for _, arrival in passed]
         self.arrivals = arrivals
         return messages
+
+    def line(self, finger: str) -> Line | None:
+        """Return how states and commands of ``finger`` travel; None: not by single frames."""
+        if not isinstance(self._codec, CanCodec) or self._order is not None or self._clock is not None:
+            return None
+        return self._codec.line(finger)
 
     def send(self, message: Message) -> None:
         """Queue the frames of ``message``; what the bus does not take at once is counted as unsent."""

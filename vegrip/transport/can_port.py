@@ -20,6 +20,9 @@ from vegrip.transport.codec import Frame
 from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.stamps import StampMap
 
+FIRST_EXTENDED = 1 << 11
+"""Identifiers from here on do not fit into 11 bits."""
+
 
 class CanPort(Protocol):
     """An open bus. Both directions raise ``can.CanError`` or ``OSError`` when it fails."""
@@ -68,9 +71,9 @@ class VirtualPort:
         """Return the next frame, or None."""
         deadline = time.monotonic() + timeout
         while True:
-            delivery = self._bus.take(deadline)
-            if delivery is None:
-                return None
+            delivery = self._bus.take_plain(deadline)
+            if delivery is None or isinstance(delivery, Frame):
+                return delivery
             frame = delivery.frame
             if delivery.error:
                 self._faults[error_name(frame.identifier, frame.data)] += 1
@@ -81,7 +84,9 @@ class VirtualPort:
     def send(self, frame: Frame) -> None:
         """Queue ``frame``."""
         identifier = frame.arbitration_id
-        if identifier & EXTENDED:
+        if frame.fd and identifier < FIRST_EXTENDED:
+            self._bus.put_plain(identifier, frame.data)
+        elif identifier & EXTENDED:
             self._bus.put(identifier ^ EXTENDED, frame.data, fd=frame.fd, extended=True)
         else:
             self._bus.put(identifier, frame.data, fd=frame.fd)

@@ -1,10 +1,14 @@
 """What a node sees of the outside: messages come in, messages go out."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, Self, runtime_checkable
 
 from vegrip.messages import Message
+from vegrip.transport.codec import Frame
 from vegrip.transport.sender_clock import ClockEstimate
+
+Intercept = Callable[[Frame], bool]
+"""Looks at a frame before it is decoded; whether it has dealt with it."""
 
 
 class Endpoint(Protocol):

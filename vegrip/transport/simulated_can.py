@@ -18,7 +18,8 @@ from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
 from vegrip.transport.canbus.node_faults import NO_FAULTS, NodeFaults
 from vegrip.transport.codec import CanCodec, Frame
-from vegrip.transport.endpoint import ClosedByWith
+from vegrip.transport.codec.line import Line
+from vegrip.transport.endpoint import ClosedByWith, Intercept
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import losses
 
@@ -129,6 +130,8 @@ class SimulatedEndpoint(ClosedByWith):
 
     def __init__(self, bus: SimulatedCan, node: int, codec: CanCodec, order_window: float = 0.0) -> None:
         self.arrivals: Sequence[int] = ()
+        self.intercept: Intercept | None = None
+        """Looks at every frame first."""
         self.faults: Counter[str] = Counter()
         self.heard = 0  # frames
         self.tamper: Tamper | None = None
@@ -174,6 +177,14 @@ class SimulatedEndpoint(ClosedByWith):
         for frame in self._codec.encode(message):
             self.put(frame, now)
 
+    def line(self, finger: str) -> Line | None:
+        """Return how states and commands of ``finger`` travel; None: not by single frames."""
+        return None if self._order is not None else self._codec.line(finger)
+
+    def send_frame(self, frame: Frame) -> None:
+        """Ask for the bus with ``frame``."""
+        self.put(frame, self._bus.clock.now())
+
     def put(self, frame: Frame, now: int) -> None:
         """Send ``frame`` at ``now`` [ns], past the codec."""
         for time, sent in self.tamper(frame, now) if self.tamper else ((now, frame),):
@@ -208,10 +219,14 @@ class SimulatedEndpoint(ClosedByWith):
         arrivals: list[int] = []
         while self._inbox:
             frame = self._inbox.popleft()
+            if self.intercept is not None and self.intercept(frame):
+                continue
             message = self._codec.decode(frame)
             if message is not None:
                 messages.append(message)
                 arrivals.append(frame.stamp)
+                if self.intercept is not None:
+                    break  # it is answered before the next frame is looked at
         if self._order is not None:
             passed = self._order.restore(messages, arrivals, self._bus.clock.now())
             messages, arrivals = [m for m, _ in passed], [arrival for _, arrival in passed]

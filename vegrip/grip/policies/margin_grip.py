@@ -28,6 +28,7 @@ from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import PolicyKind
 from vegrip.grip.policies.running_median import RunningMedian
 from vegrip.messages import Reason
+from vegrip.types import NamedNumbers
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,23 @@ class MarginGrip:
             return held, Reason.UNTRUSTED
         need = demand.least_force if demand.in_contact else 0.0
         return self._with_play(held, self._follow(held, need, dt), demand)
+
+    def write_to(self, memory: NamedNumbers) -> None:
+        """Put settings and state into a memory, but for the confidence, which the grasp decides."""
+        settings = self.settings
+        memory["RULE_DEAD_BAND"], memory["RULE_RELEASE_TIME"] = settings.dead_band, settings.release_time
+        memory["RULE_SETTLE_TIME"], memory["RULE_USUAL_TIME"] = settings.settle_time, settings.usual_time
+        memory["RULE_SLIP_GROWTH"], memory["RULE_WANTED_MARGIN"] = (
+            settings.slip_growth,
+            settings.wanted_margin,
+        )
+        memory["GRIP_ENVELOPE"], memory["GRIP_QUIET"] = self._envelope, self._quiet
+        self._usual.write_to(memory)
+
+    def read_from(self, memory: NamedNumbers) -> None:
+        """Take the state from where :meth:`write_to` puts it."""
+        self._envelope, self._quiet = memory["GRIP_ENVELOPE"], memory["GRIP_QUIET"]
+        self._usual.read_from(memory)
 
     def _follow(self, held: float, need: float, dt: float) -> float:
         before = min(held, self._envelope)  # what a limit cut off was never there; NaN gives held

@@ -2,6 +2,8 @@
 
 import math
 
+from vegrip.types import NamedNumbers
+
 WINDOW_SLOTS = 25
 """Of one window; the largest need of each counts."""
 
@@ -20,6 +22,21 @@ class RunningMedian:
         self._present = -math.inf  # largest of the slot that is being filled
         self._filled = 0.0  # [s]
         self._median = -math.inf
+
+    def write_to(self, memory: NamedNumbers) -> None:
+        """Put everything into a memory."""
+        memory.section("LARGEST")[: len(self._largest)] = self._largest
+        memory["TURN_SLOTS"], memory["TURN_NEXT_SLOT"] = len(self._largest), len(self._largest) % WINDOW_SLOTS
+        memory["GRIP_SLOT"], memory["GRIP_PRESENT"] = self._slot, self._present
+        memory["GRIP_FILLED"], memory["GRIP_MEDIAN"] = self._filled, self._median
+
+    def read_from(self, memory: NamedNumbers) -> None:
+        """Take everything from where :meth:`write_to` puts it, or where the kernels go on from there."""
+        slots, following = int(memory["TURN_SLOTS"]), int(memory["TURN_NEXT_SLOT"])
+        largest = memory.section("LARGEST").tolist()
+        self._largest = largest[:slots] if slots < WINDOW_SLOTS else largest[following:] + largest[:following]
+        self._slot, self._present = memory["GRIP_SLOT"], memory["GRIP_PRESENT"]
+        self._filled, self._median = memory["GRIP_FILLED"], memory["GRIP_MEDIAN"]
 
     def add(self, need: float, dt: float) -> float:
         """Take in a ``need`` [N] that lasted ``dt`` [s]; return the usual one [N].

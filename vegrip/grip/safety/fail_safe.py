@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from vegrip.config import parameter
 from vegrip.grip.safety.limits import MAX_FORCE_N, MOST_RATE
 from vegrip.messages import Reason
+from vegrip.types import NamedNumbers
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,16 @@ class FailSafe:
     def active(self) -> bool:
         """Whether a fault is being ridden out."""
         return self._elapsed >= 0.0
+
+    def write_to(self, memory: NamedNumbers) -> None:
+        """Put settings and state into a memory."""
+        settings = self.settings
+        memory["RULE_SAFE_FORCE"], memory["RULE_HOLD_TIME"] = settings.force, settings.hold_time
+        memory["RULE_RAMP_RATE"], memory["GRIP_ELAPSED"] = settings.ramp_rate, self._elapsed
+
+    def read_from(self, memory: NamedNumbers) -> None:
+        """Take the state from where :meth:`write_to` puts it."""
+        self._elapsed = memory["GRIP_ELAPSED"]
 
     def command(self, held: float, dt: float, holding: Reason) -> tuple[float, Reason]:
         """Return the force [N] under a fault and its reason.

@@ -2,7 +2,8 @@
 
 from operator import attrgetter
 
-from vegrip.messages import FingertipState
+from vegrip.messages import NAN, FingertipState
+from vegrip.types import NamedNumbers
 
 Values = tuple[float, ...]
 
@@ -22,6 +23,16 @@ class FrozenSignal:
             self._since = now
         self._last = values
         return now - self._since
+
+    def write_to(self, memory: NamedNumbers, values: str, since: str) -> None:
+        """Put what is known into the places ``values`` and ``since`` of a memory."""
+        memory.section(values)[:] = self._last[:-1] if self._last else NAN
+        memory[since] = self._since
+
+    def read_from(self, memory: NamedNumbers, values: str, since: str) -> None:
+        """Take what is known from where :meth:`write_to` puts it."""
+        last = memory.section(values).tolist()
+        self._last, self._since = (*last, last[0]), int(memory[since])
 
     def _repeats(self, values: Values) -> bool:
         if not self._last or values[0] != self._last[0] == self._last[0]:  # the usual case, quickly

@@ -16,6 +16,7 @@ import math
 from operator import attrgetter
 
 from vegrip.messages import FingertipState
+from vegrip.types import NamedNumbers
 
 WINDOW_SAMPLES = 256
 """States over which the shares are averaged; before so many nothing is judged."""
@@ -57,6 +58,20 @@ class StuckNoise:
             self._learn(value)
             self._last = value
         return False
+
+    def write_to(self, memory: NamedNumbers) -> None:
+        """Put what is known into a memory."""
+        memory["WATCH_NOISE_LAST"], memory["WATCH_CHANGE"] = self._last, self._change
+        memory["INPUT_RUN"], memory["WATCH_REPEAT_LIMIT"] = self._run, self._limit
+        memory["WATCH_REPEATS"], memory["WATCH_TURNS"] = self._repeats, self._turns
+        memory["INPUT_COUNT"] = self._count
+
+    def read_from(self, memory: NamedNumbers) -> None:
+        """Take what is known from where :meth:`write_to` puts it."""
+        self._last, self._change = memory["WATCH_NOISE_LAST"], memory["WATCH_CHANGE"]
+        self._run, self._limit = int(memory["INPUT_RUN"]), memory["WATCH_REPEAT_LIMIT"]
+        self._repeats, self._turns = memory["WATCH_REPEATS"], memory["WATCH_TURNS"]
+        self._count = int(memory["INPUT_COUNT"])
 
     def _learn(self, value: float) -> None:
         """Average over the run of repeats that ends, and the change that ends it."""

@@ -22,15 +22,17 @@ plug does not toggle the controller. This protects against faults, not attackers
 
 import math
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import compress
 
 from vegrip.clock import NS
 from vegrip.config import parameter
 from vegrip.grip.safety.frozen_signal import FrozenSignal
-from vegrip.grip.safety.ranges import CHECKED_CHANNELS, Ranges, checked_values
+from vegrip.grip.safety.ranges import CHECKED_CHANNELS, Ranges, bounds_of, checked_values
 from vegrip.grip.safety.stuck_noise import StuckNoise
 from vegrip.messages import Condition, FingertipState
+from vegrip.types import NamedNumbers
 
 MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
 LEAP = 86_400  # [s] by which a stamp may be ahead of the sender's clock as it was; more is no clock of a hand
@@ -104,6 +106,49 @@ class InputWatchdog:
         replayed = self.condition == Condition.REPLAYED  # until it is over, a good one may be an old one
         self._judge(found)
         return found <= Condition.DEGRADED and (not replayed or self.condition <= Condition.DEGRADED)
+
+    def write_to(self, memory: NamedNumbers) -> None:
+        """Put settings and all that is known into a memory (:mod:`vegrip.grip.layout` has the names)."""
+        settings, last = self.settings, self._last
+        memory["RULE_TIME_OUT"] = settings.time_out * NS
+        memory["RULE_FROZEN_AFTER"] = settings.frozen_after * NS
+        memory["RULE_FORCE_FROZEN_AFTER"] = settings.force_frozen_after * NS
+        memory["RULE_DOUBT_AFTER"] = settings.doubt_after * NS
+        memory["RULE_FROZEN_CHANCE"] = settings.frozen_chance
+        memory["SETUP_RECOVER_AFTER"] = settings.recover_after
+        bounds = bounds_of(settings.ranges)
+        memory.section("LOWEST")[:] = [low for low, _ in bounds]
+        memory.section("HIGHEST")[:] = [high for _, high in bounds]
+        memory["INPUT_CONDITION"], memory["INPUT_GOOD"] = self.condition, self._good
+        memory["INPUT_DOUBTFUL"], memory["INPUT_USABLE"] = self.doubtful, self._usable
+        memory["INPUT_LOST"], memory["INPUT_SEEN"] = _bits(self.lost), _bits(self._seen)
+        memory["INPUT_PRESENT"] = _bits(compress(CHECKED_CHANNELS, self._present))
+        memory["INPUT_IS_HEARD"], memory["INPUT_HEARD"] = self._heard is not None, self._heard or 0
+        memory["INPUT_IS_CORRUPT"], memory["INPUT_CORRUPT"] = self._corrupt is not None, self._corrupt or 0
+        memory["INPUT_IS_KNOWN"] = last is not None
+        memory["INPUT_SEQ"], memory["INPUT_STAMP"] = (0, 0) if last is None else (last.seq, last.stamp)
+        memory["INPUT_LEAPS"], memory["WATCH_QUICKEST"] = self._leaps, self._quickest
+        memory.section("FAULTS")[:] = [self.faults[condition] for condition in Condition]
+        self._all_still.write_to(memory, "REPEATED", "INPUT_STILL_SINCE")
+        self._force_still.write_to(memory, "REPEATED_FORCE", "INPUT_FORCE_STILL_SINCE")
+        self._force_noise.write_to(memory)
+
+    def read_from(self, memory: NamedNumbers, last: FingertipState) -> None:
+        """Take all that is known from where :meth:`write_to` puts it; ``last`` is the last state, if any."""
+        self.condition, self._good = Condition(int(memory["INPUT_CONDITION"])), int(memory["INPUT_GOOD"])
+        self.doubtful, self._usable = bool(memory["INPUT_DOUBTFUL"]), bool(memory["INPUT_USABLE"])
+        self.lost, self._seen = _channels(memory["INPUT_LOST"]), _channels(memory["INPUT_SEEN"])
+        present = _channels(memory["INPUT_PRESENT"])
+        self._present = tuple([name in present for name in CHECKED_CHANNELS])
+        self._heard = int(memory["INPUT_HEARD"]) if memory["INPUT_IS_HEARD"] else None
+        self._corrupt = int(memory["INPUT_CORRUPT"]) if memory["INPUT_IS_CORRUPT"] else None
+        self._last = last if memory["INPUT_IS_KNOWN"] else None
+        self._leaps, self._quickest = int(memory["INPUT_LEAPS"]), memory["WATCH_QUICKEST"]
+        counts = zip(Condition, memory.section("FAULTS").tolist(), strict=True)
+        self.faults = Counter({condition: count for condition, count in counts if count})
+        self._all_still.read_from(memory, "REPEATED", "INPUT_STILL_SINCE")
+        self._force_still.read_from(memory, "REPEATED_FORCE", "INPUT_FORCE_STILL_SINCE")
+        self._force_noise.read_from(memory)
 
     def corrupt(self, now: int) -> None:
         """Note that a frame of this finger arrived broken at ``now`` [ns]."""
@@ -181,3 +226,13 @@ class InputWatchdog:
         if not self._usable:
             return Condition.MISSING
         return Condition.DEGRADED if self.lost else Condition.OK
+
+
+def _bits(channels: Iterable[str]) -> int:
+    """Return a set of channels, bit by bit."""
+    return sum(1 << CHECKED_CHANNELS.index(name) for name in channels)
+
+
+def _channels(bits: float) -> frozenset[str]:
+    """Return the set of channels of its bits."""
+    return frozenset(name for i, name in enumerate(CHECKED_CHANNELS) if int(bits) >> i & 1)

@@ -13,6 +13,9 @@ _REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then 
 _NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every member
 _DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, length code; then the data
 
+_PLAIN = struct.Struct("<IQQHIBB")  # number and delivery at once
+_CODES = {size: code for code, size in enumerate(FD_SIZES)}
+
 _EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE, _ERROR = 1, 2, 4, 8, 16, 32
 
 
@@ -56,6 +59,26 @@ def unpack_request(packet: bytes) -> tuple[int, BusFrame] | None:
     time, identifier, flags, code = _REQUEST.unpack_from(packet)
     frame = _frame(identifier, flags, code, packet[_REQUEST.size :])
     return None if frame is None else (time, frame)
+
+
+def pack_plain_request(time: int, identifier: int, data: bytes) -> bytes | None:
+    """Return what :func:`pack_request` returns for a CAN FD data frame; None: there is no such length."""
+    code = _CODES.get(len(data))
+    return None if code is None else _REQUEST.pack(time, identifier, _FD | _SWITCH, code) + data
+
+
+def unpack_plain(packet: bytes) -> tuple[int, int, int, int, bytes] | None:
+    """Return number, end, busy, identifier and data of a CAN FD data frame with 11 bits.
+
+    None for any other packet, which :func:`unpack_delivery` looks into.
+    """
+    if len(packet) < _PLAIN.size:
+        return None
+    number, end, busy, _, identifier, flags, code = _PLAIN.unpack_from(packet)
+    data = packet[_PLAIN.size :]
+    if flags & ~_SWITCH != _FD or code > 15 or identifier >> 11 or len(data) != FD_SIZES[code]:
+        return None
+    return number, end, busy, identifier, data
 
 
 def pack_delivery(sent: Transmission, busy: int) -> bytes:

@@ -5,13 +5,14 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from vegrip.errors import ConfigError
-from vegrip.messages import FingertipState, Message, NodeStatus
+from vegrip.messages import FingertipState, ForceCommand, Message, NodeStatus
 from vegrip.transport.codec.assembly import Assembly
 from vegrip.transport.codec.database import layouts
 from vegrip.transport.codec.decoder import Decoder, HandClock
 from vegrip.transport.codec.encoder import Encoder
 from vegrip.transport.codec.frame import Frame
 from vegrip.transport.codec.layout import Layout, Layouts
+from vegrip.transport.codec.line import Line
 from vegrip.transport.codec.schema import message_set
 
 NODES: Final = ("grasp_force", "virtual_hand", "monitor", "record", "replay")
@@ -125,6 +126,17 @@ class CanCodec:
                 self.broken[decoder.owner] += 1
             return None
         return result
+
+    def line(self, finger: str) -> Line | None:
+        """Return how states and commands of ``finger`` travel, for a program that reads and writes the bytes.
+
+        None where that takes more than the bytes of one frame: in the classic layout, with a clock of the
+        hand, or with messages out of order.
+        """
+        if not self.fd or self._hand_clock is not None or self._reach or finger not in self.fingers:
+            return None
+        states = [d for d in self._decoders.values() if d.owner == finger and d.kind is FingertipState]
+        return Line(states[0], self._encoders[ForceCommand, finger])
 
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""

@@ -56,6 +56,16 @@ class Decoder:
         self._unpack = part.packer.unpack
         self._version_of, self._counter_of = part.version.get, part.counter.get
 
+    @property
+    def identifier(self) -> int:
+        """Of the frames."""
+        return self._identifier
+
+    @property
+    def uses_sender_time(self) -> bool:
+        """Whether messages are stamped with the sender's time."""
+        return self._use_sender_time
+
     def decode(self, frame: Frame) -> Message | str | None:
         """Return the completed message, None while parts are missing, or the name of the fault."""
         fault = self._fault(frame)

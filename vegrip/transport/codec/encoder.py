@@ -28,6 +28,15 @@ class Encoder:
     def __init__(self, layout: Layout, offset: int, version: int, clipped: Counter[str]) -> None:
         self._parts = [_PartEncoder(part, offset, version, clipped) for part in layout.parts]
 
+    @property
+    def identifier(self) -> int:
+        """Of the first frame."""
+        return self._parts[0].identifier
+
+    def raw(self, name: str, value: Any) -> Raw | None:
+        """Return the raw value of a signal of the first frame; None when it cannot carry ``value``."""
+        return self._parts[0].raw(name, value)
+
     def encode(self, message: Any) -> list[Frame]:
         """Return the frames of ``message`` in order; empty parts at the end are left out."""
         rows = []
@@ -45,13 +54,18 @@ class Encoder:
 class _PartEncoder:
     def __init__(self, part: Part, offset: int, version: int, clipped: Counter[str]) -> None:
         self._part = part
-        self._identifier = part.base + offset
+        self.identifier = self._identifier = part.base + offset
         self._clipped = clipped
         self._blank: list[Raw] = [0] * part.cells
         part.version.put(self._blank, version % part.version_modulus)
         self._values = _values_of(part)
         self._writers = [slot.convert.write for slot in part.slots]
         self._payload = _first_cell(part)
+
+    def raw(self, name: str, value: Any) -> Raw | None:
+        """Return the raw value of a signal; None when it cannot carry ``value``."""
+        slot = next(slot for slot in self._part.slots if slot.name == name)
+        return slot.convert.write(value)
 
     def row(self, message: Any) -> list[Raw] | None:
         """Return the cells of this part, None when the message must not be sent."""

@@ -2,6 +2,8 @@
 
 from typing import Final
 
+from vegrip.types import NamedNumbers
+
 RESYNC: Final = 500_000_000
 """[ns] A stream silent for longer may go on anywhere: its sender has started again."""
 
@@ -39,6 +41,15 @@ class Sequence:
         self.last = -1  # nothing received yet
         self.stamp = 0
         self.lost = 0
+
+    def write_to(self, memory: NamedNumbers) -> None:
+        """Put last number, time and losses into a memory; only of a stream without ``reach``."""
+        memory["LINE_LAST"], memory["LINE_STAMP"], memory["LINE_LOST"] = self.last, self.stamp, self.lost
+
+    def read_from(self, memory: NamedNumbers) -> None:
+        """Take them from where :meth:`write_to` puts them."""
+        self.last, self.stamp = int(memory["LINE_LAST"]), int(memory["LINE_STAMP"])
+        self.lost = int(memory["LINE_LOST"])
 
     def behind(self, counter: int) -> bool:
         """Whether ``counter`` is older than the last one taken."""

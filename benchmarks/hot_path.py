@@ -1,0 +1,220 @@
+"""One finger from frame to frame, compiled: against its physics alone, the objects, the loop, and numba.
+
+All on the same recorded frames of a closed loop, in processor time, so that a busy machine does not decide.
+
+* ``finger_step_vs_physics``: the step (checks, watchdog, grip, limits, frames and the physics) against update
+  and least force alone, each called from Python;
+* ``object_path_vs_finger_step``: codec, node and codec by objects against the step;
+* ``loop_vs_finger_step``: a turn of the loop of the node, five states at a wake-up, without reports, against
+  the step; the ratio is the share of the step;
+* ``c_vs_numba``: the step by C against the step by numba; every byte and number they make is compared first.
+"""
+
+import contextlib
+import itertools
+import socket
+import struct
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import replace
+
+import can
+import numpy as np
+
+from vegrip.c99 import host
+from vegrip.clock import WallClock
+from vegrip.estimator import ContactEstimator
+from vegrip.messages import ForceCommand
+from vegrip.runtime.runner import LoopSettings, Runner
+from vegrip.transport.can_endpoint import CanEndpoint
+from vegrip.transport.canbus.bus_events import Transmission
+from vegrip.transport.canbus.frame_time import BusFrame
+from vegrip.transport.canbus.hub_wire import numbered, pack_delivery
+from vegrip.transport.canbus.virtual_can import VegripBus
+from vegrip.transport.codec import Frame
+from vegrip.transport.codec.protection import CAN_PROFILES
+from vegrip.validation.compiled_finger import Log, Replay, record
+from vegrip.validation.controllers.candidates import demo_parameters, make_node
+
+SECONDS = 3.0
+TURNS = 400
+BATCHES = 5
+WITH_NUMBA = True
+SMALLEST = {"SECONDS": 0.5, "TURNS": 5, "BATCHES": 1, "WITH_NUMBA": False}
+
+CONFIDENCE = 0.97
+NEVER = (1e6, 1e6)  # [s] between reports
+LARGEST = 512  # bytes of a packet
+COUNTER_AT, VALUES_AT = 2, 12
+COUNTERS: Counter[int] = Counter()
+"""By identifier: states that were sent."""
+STATE_BYTES = 48
+Timed = dict[str, float]
+Stated = tuple[Frame, str, int]
+
+
+def run() -> dict[str, Timed]:
+    log = record(None, SECONDS, "hand")
+    step = finger_step(log, "c" if host.compiler() is not None else "numba")
+    results = {
+        "finger_step_vs_physics": row(step, physics(log)),
+        "object_path_vs_finger_step": row(step, objects(log)),
+        "loop_vs_finger_step": row(loop(log), step),
+    }
+    if WITH_NUMBA and host.compiler() is not None:
+        require_equal(log)
+        results["c_vs_numba"] = row(step, finger_step(log, "numba"))
+    return results
+
+
+def row(ours: float, theirs: float) -> Timed:
+    return {"ours_us": ours * 1e6, "theirs_us": theirs * 1e6, "ratio": theirs / ours}
+
+
+def states(replay: Replay) -> list[Stated]:
+    """Return the states of a log with their fingers and times."""
+    frames = [(event.frame, event.now) for event in replay.log.events if event.frame is not None]
+    known = [(frame, now) for frame, now in frames if frame.arbitration_id in replay.lines]
+    return [(frame, replay.lines[frame.arbitration_id][0], now) for frame, now in known]
+
+
+def best(prepare: Callable[[], Callable[[], None]]) -> float:
+    """Return the least processor time [s] of what ``prepare`` returns; the first time does not count."""
+    taken = []
+    for _ in range(BATCHES + 1):
+        call = prepare()
+        start = time.process_time()
+        call()
+        taken.append(time.process_time() - start)
+    return min(taken[1:])
+
+
+def finger_step(log: Log, mode: str) -> float:
+    """Return the time of a compiled step [s]."""
+
+    def prepare() -> Callable[[], None]:
+        replay = Replay(log, mode)
+        given, buffer = states(replay), bytearray(64)
+        frame, fingers = np.frombuffer(buffer, dtype=np.uint8), replay.node.compiled_fingers
+        for finger in fingers.values():
+            finger.lend(CONFIDENCE, NEVER)
+
+        def steps() -> None:
+            for state, name, now in given:
+                buffer[:STATE_BYTES] = state.data
+                fingers[name].step(frame, STATE_BYTES, state.stamp, now)
+
+        return steps
+
+    return best(prepare) / len(states(Replay(log, mode)))
+
+
+def physics(log: Log) -> float:
+    """Return the time of update and least force [s]."""
+
+    def prepare() -> Callable[[], None]:
+        replay = Replay(log, "c" if host.compiler() is not None else "numba")
+        calls, begun = [], set()
+        for state, name, _ in states(replay):
+            v = struct.unpack_from("<9f", state.data, VALUES_AT)
+            estimator = replay.node.fingers[name].estimator
+            assert isinstance(estimator, ContactEstimator)
+            module, memory = estimator._module, estimator._m
+            load = float(np.hypot(v[1], v[2]))
+            dt = 1.0 / 200.0 if name in begun else -1.0
+            begun.add(name)
+            calls.append((module, memory, (dt, v[0], v[4], v[8], load, v[3], v[6]), (load, v[3], 0.15, 1.9)))
+
+        def steps() -> None:
+            for module, memory, sample, load in calls:
+                module.update(memory, *sample)
+                module.least_force(memory, *load)
+
+        return steps
+
+    return best(prepare) / len(states(Replay(log, "python")))
+
+
+def objects(log: Log) -> float:
+    """Return the time of a frame by the objects [s], without reports."""
+
+    def prepare() -> Callable[[], None]:
+        replay = Replay(log)
+        given = [(event.frame, event.now) for event in log.events if event.frame is not None]
+
+        def steps() -> None:
+            for frame, now in given:
+                message = replay.codec.decode(frame)
+                for answer in replay.node.on_message(message, now) if message is not None else ():
+                    if isinstance(answer, ForceCommand):
+                        replay.codec.encode(answer)
+                        break
+
+        return steps
+
+    return best(prepare) / log.frames
+
+
+def loop(log: Log) -> float:
+    """Return the time of a state in the loop [s], five at a wake-up, on a socket that is always ready."""
+    channel = f"hotpath{time.monotonic_ns()}"
+    bus = can.Bus(interface="vegrip", channel=channel, fd=True)
+    assert isinstance(bus, VegripBus)
+    bus._socket.close()
+    bus._socket, hub = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    bus._socket.setblocking(False)
+    parameters = replace(demo_parameters(), report_period=10.0, health_period=60.0)
+    with closing(hub), closing(CanEndpoint(bus, replace(log, sender_time=False).codec())) as endpoint:
+        node = make_node(parameters, log.fingers)
+        runner = Runner(node, endpoint, WallClock(), LoopSettings(tick_period=10.0, status_period=60.0))
+        runner.start()
+        runner.step()
+        return min(turn_time(runner, hub, packets(log)) for _ in range(BATCHES))
+
+
+def packets(log: Log) -> Iterator[bytes]:
+    """Yield the states of a log over and over, as the bus delivers them now, with counters that go on."""
+    replay = Replay(log, "python")
+    frames = [frame for frame, _, _ in states(replay)]
+    for number in itertools.count():
+        frame = frames[number % len(frames)]
+        data = bytearray(frame.data)
+        struct.pack_into("<I", data, COUNTER_AT, COUNTERS[frame.arbitration_id])
+        COUNTERS[frame.arbitration_id] += 1
+        CAN_PROFILES["P05"].protect(data, frame.arbitration_id)
+        now = time.monotonic_ns()
+        sent = Transmission(now, now, 1, BusFrame(frame.arbitration_id, bytes(data), fd=True))
+        yield numbered(number, pack_delivery(sent, 0))
+
+
+def turn_time(runner: Runner, hub: socket.socket, states: Iterator[bytes]) -> float:
+    assert runner.hot_path is not None
+    fingers, spent, answered = 5, 0.0, runner.hot_path.frames
+    for _ in range(TURNS):
+        for packet in itertools.islice(states, fingers):
+            hub.send(packet)
+        start = time.process_time()
+        runner.step()
+        spent += time.process_time() - start
+        with contextlib.suppress(BlockingIOError):
+            while hub.recv(LARGEST, socket.MSG_DONTWAIT):
+                pass
+    return spent / max(runner.hot_path.frames - answered, 1)
+
+
+def require_equal(log: Log) -> None:
+    """Raise unless C and numba make the same bytes and numbers."""
+    short = Log(log.fingers, log.sender_time, log.events[: len(log.events) // 4])
+    made = {mode: outcome(short, mode) for mode in ("c", "numba")}
+    if len(set(made.values())) != 1:
+        raise AssertionError("C and numba differ")
+
+
+def outcome(log: Log, mode: str) -> tuple[bytes, ...]:
+    replay = Replay(log, mode)
+    commands = b"".join(data for _, data in replay.run().commands)
+    memories = [finger.memory for finger in replay.node.compiled_fingers.values()]
+    reals = [np.where(np.isnan(memory.f), np.nan, memory.f).tobytes() for memory in memories]
+    return (commands, *reals, *[memory.t.tobytes() for memory in memories])

@@ -1,0 +1,129 @@
+"""The compiled finger step answers every frame as the objects do, to the last byte."""
+
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.parameters import GraspParameters
+from vegrip.validation.compiled_finger import Answers, Log, Replay, differences, hostile, record
+from vegrip.validation.controllers.candidates import demo_parameters
+from vegrip.validation.faults.table import CASES, Case
+
+LONG = bool(os.environ.get("VEGRIP_LONG"))
+SHORT_CASES = ("normal force stuck at 2 N", "all states of one finger lost for 1 s")
+FAULTS = [case for case in CASES if (LONG and not case.slow) or case.name in SHORT_CASES]
+SEEDS = range(40 if LONG else 3)
+
+
+@pytest.fixture(scope="session")
+def by_objects(hand_log: Log) -> Answers:
+    """Return what the objects answer."""
+    return Replay(hand_log).run()
+
+
+def test_every_command_of_a_recorded_grasp_is_equal(hand_log: Log, by_objects: Answers, mode: str) -> None:
+    compiled = Replay(hand_log, mode).run()
+    assert differences(by_objects, compiled) == []
+    assert len(compiled.commands) > 1000
+    assert compiled.compiled_frames >= hand_log.frames - 10, "it hardly ran compiled"
+
+
+@pytest.mark.parametrize("case", FAULTS, ids=[case.name for case in FAULTS])
+def test_every_command_under_a_fault_is_equal(case: Case, mode: str) -> None:
+    log = record(case, 0.0)
+    assert differences(Replay(log).run(), Replay(log, mode).run()) == []
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_command_to_hostile_states_is_equal(hand_log: Log, seed: int, mode: str) -> None:
+    log = hostile(replace(hand_log, sender_time=seed % 2 == 0), seed)
+    objects, compiled = Replay(log).run(), Replay(log, mode).run()
+    assert differences(objects, compiled) == []
+    assert sum(sum(faults.values()) for faults in objects.faults.values()) > 8, "the states were not hostile"
+
+
+def test_hostile_states_go_through_most_conditions(hand_log: Log) -> None:
+    seen = {
+        condition
+        for seed in range(6)
+        for conditions in Replay(hostile(hand_log, seed)).run().conditions
+        for condition in conditions
+    }
+    assert len(seen) >= 7, seen
+
+
+def test_going_to_and_fro_between_both_ways_changes_nothing(
+    hand_log: Log, by_objects: Answers, mode: str
+) -> None:
+    rng = np.random.default_rng(7)
+    replay = Replay(hand_log, mode)
+    for event in hand_log.events:
+        if rng.random() < 0.2:
+            replay.node.take_back(str(rng.choice(hand_log.fingers)))
+        replay.meet(event)
+    assert differences(by_objects, replay.finish()) == []
+
+
+def test_parameters_changed_on_the_way_count_at_once_on_both_ways(hand_log: Log, mode: str) -> None:
+    def answers(mode: str) -> Answers:
+        replay = Replay(hand_log, mode)
+        for number, event in enumerate(hand_log.events):
+            if number == len(hand_log.events) // 2:
+                given: GraspParameters = replay.node.parameters  # type: ignore[assignment]
+                limits = replace(given.limits, min_force=1.0, lower_rate=3.0)
+                grip = replace(given.grip, wanted_margin=0.3, release_time=0.4)
+                watchdog = replace(given.watchdog, time_out=0.004)
+                replay.node.parameters = replace(given, limits=limits, grip=grip, watchdog=watchdog)
+            replay.meet(event)
+        return replay.finish()
+
+    objects = answers("")
+    assert differences(objects, answers(mode)) == []
+    assert objects.commands != Replay(hand_log).run().commands
+
+
+@pytest.mark.parametrize(
+    "special",
+    [
+        {"policy": "constant"},
+        {"policy": "cone"},
+        {"friction": FrictionSettings(shared=True)},
+        {"friction": FrictionSettings(probing=True)},
+        {"friction": FrictionSettings(shared=True, probing=True)},
+        {"contacts": {"thumb": {"normal": [0.0, 0.0, 1.0]}, "index": {"normal": [0.0, 0.0, -1.0]}}},
+    ],
+    ids="-".join,
+)
+def test_what_is_not_compiled_goes_by_the_objects(
+    hand_log: Log, special: dict[str, object], mode: str
+) -> None:
+    parameters = replace(demo_parameters(), **special)  # type: ignore[arg-type]
+    compiled = Replay(hand_log, mode, parameters).run()
+    assert compiled.compiled_frames == 0
+    assert differences(Replay(hand_log, "", parameters).run(), compiled) == []
+
+
+def test_friction_that_is_shared_stays_with_the_objects_until_they_begin_anew(
+    hand_log: Log, mode: str
+) -> None:
+    shared = replace(demo_parameters(), friction=FrictionSettings(shared=True))
+    replay = Replay(hand_log, mode, shared)
+    replay.node.parameters = demo_parameters()
+    replay.node.run_compiled(dict(replay.lines.values()), mode)
+    assert not replay.node.compiled_fingers
+
+
+def test_a_surface_and_settings_of_another_kind_are_equal(hand_log: Log, mode: str) -> None:
+    base = demo_parameters()
+    other = replace(
+        base,
+        thumb="",
+        estimator=replace(base.estimator, surface="ellipse", late=0, hold="position"),
+        grip=replace(base.grip, usual_time=0.0, probability=0.99),
+    )
+    compiled = Replay(hand_log, mode, other).run()
+    assert compiled.compiled_frames > 1000
+    assert differences(Replay(hand_log, "", other).run(), compiled) == []

@@ -1,0 +1,93 @@
+"""What the compiled finger step does and leaves alone, and that all that run it do the same."""
+
+import numpy as np
+import pytest
+
+from vegrip.c99 import host
+from vegrip.estimator.compiled import kernel_mode
+from vegrip.grip.compiled_finger import LEFT_ALONE
+from vegrip.grip.layout import CHANNELS, FingerLayout
+from vegrip.grip.safety.ranges import CHECKED_CHANNELS
+from vegrip.messages import FingertipState
+from vegrip.validation.compiled_finger import Log, Replay, hostile
+
+FRAMES = 600
+
+
+def memories(log: Log, mode: str) -> list[np.ndarray]:
+    """Return the bits of all memories after a log."""
+    replay = Replay(log, mode)
+    replay.run()
+    bits = []
+    for finger in replay.node.compiled_fingers.values():
+        f = np.where(np.isnan(finger.memory.f), np.nan, finger.memory.f)  # NaN has many bits, and one meaning
+        bits += [f.view(np.int64), finger.memory.t.copy()]
+    return bits
+
+
+@pytest.fixture(scope="module")
+def false_log(hand_log: Log) -> Log:
+    log = hostile(hand_log, 3)
+    return Log(log.fingers, log.sender_time, log.events[:FRAMES])
+
+
+@pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
+def test_c_and_plain_python_leave_the_same_bits_in_the_whole_memory(false_log: Log) -> None:
+    for c, python in zip(memories(false_log, "c"), memories(false_log, "python"), strict=True):
+        np.testing.assert_array_equal(c, python)
+
+
+@pytest.mark.skipif(kernel_mode() != "numba", reason="numba compiles for a minute; make test-numba")
+def test_numba_leaves_the_bits_of_plain_python(false_log: Log) -> None:
+    for numba, python in zip(memories(false_log, "numba"), memories(false_log, "python"), strict=True):
+        np.testing.assert_array_equal(numba, python)
+
+
+def test_a_frame_that_is_left_alone_has_changed_nothing(hand_log: Log, mode: str) -> None:
+    replay = Replay(hand_log, mode)
+    for event in hand_log.events[:FRAMES]:
+        replay.meet(event)
+    event = next(event for event in hand_log.events[FRAMES:] if event.frame is not None)
+    assert event.frame is not None
+    finger = replay.lines[event.frame.arbitration_id][0]
+    one = replay.node.compiled_fingers[finger]
+    one.lend(0.9, (0.02, 0.2))
+    before = one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._needs.tobytes()
+    whole = np.zeros(64, dtype=np.uint8)
+    whole[:48] = np.frombuffer(event.frame.data, dtype=np.uint8)
+    for bit in range(48 * 8):
+        broken = whole.copy()
+        broken[bit // 8] ^= 1 << bit % 8
+        assert one.step(broken, 48, event.frame.stamp, event.now) == LEFT_ALONE
+    for length in (0, 8, 47, 49, 64):
+        assert one.step(whole, length, event.frame.stamp, event.now) == LEFT_ALONE
+    assert (one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._needs.tobytes()) == before
+    assert one.step(whole, 48, event.frame.stamp, event.now) != LEFT_ALONE
+    assert one.step(whole, 48, event.frame.stamp, event.now) == LEFT_ALONE, "the same frame twice"
+
+
+def test_what_is_handed_to_and_fro_comes_back_as_it_was(hand_log: Log, mode: str) -> None:
+    replay = Replay(hand_log, mode)
+    for event in hand_log.events[:FRAMES]:
+        replay.meet(event)
+    for one in replay.node.compiled_fingers.values():
+        if one.lent:
+            one.take_back()
+        one.lend(0.9, (0.02, 0.2))
+        before = one.memory.f.tobytes(), one.memory.t.tobytes()
+        assert one.take_back() == []
+        one.lend(0.9, (0.02, 0.2))
+        assert (one.memory.f.tobytes(), one.memory.t.tobytes()) == before
+
+
+def test_channels_stand_in_one_order_everywhere() -> None:
+    assert CHANNELS == CHECKED_CHANNELS == tuple(FingertipState.__dataclass_fields__)[3:]
+
+
+def test_every_place_has_one_name() -> None:
+    layout = FingerLayout(100, late=3, history=5)
+    for places, first, end in ((layout.reals, 100, layout.n_reals), (layout.wholes, 0, layout.n_wholes)):
+        named = {place for name, place in places.items() if not name.endswith("0")}
+        assert min(named) >= first
+        assert max(places.values()) < end
+        assert len(named) == sum(not name.endswith("0") for name in places)

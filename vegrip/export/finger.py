@@ -1,0 +1,155 @@
+"""The files of an exported finger: frames of states in, frames of commands out."""
+
+import hashlib
+from importlib import resources
+from string import Template
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.c99 import literals, translate
+from vegrip.estimator.compiled import text_of
+from vegrip.estimator.layout import REPORT, layout_of
+from vegrip.export.finger_vectors import FingerVectors, Meeting
+from vegrip.export.request import Request
+from vegrip.export.texts import NAMES, NUMBER_DIGITS, ONLY_TOUCHING, Texts, text_number
+from vegrip.grip.compiled import ENTRIES, finger_places, finger_text
+from vegrip.grip.compiled_finger import COMMAND_BYTES
+from vegrip.grip.layout import REALS, FingerLayout
+from vegrip.messages import Condition
+from vegrip.model.file import model_text
+from vegrip.transport.codec.database import database, layouts
+from vegrip.transport.codec.kernel_text import STATE
+
+FILES = {
+    "finger.h": "{p}_finger.h", "finger.c": "{p}_finger.c", "finger_vectors.h": "{p}_vectors.h",
+    "finger_vectors.c": "{p}_vectors.c", "finger_selftest.c": "{p}_selftest.c", "Makefile": "Makefile",
+    "CMakeLists.txt": "CMakeLists.txt", "finger_bare_metal.c": "examples/bare_metal.c",
+    "finger_linux.c": "examples/linux.c",
+    "startup.c": "cortex_m7/startup.c", "link.ld": "cortex_m7/link.ld",
+}  # fmt: skip
+FIXED = ("LIFETIME",)
+"""Settings that others follow from; they are those of the export."""
+UNITS = {
+    "WANTED_MARGIN": "-, that is kept", "QUANTILE": "-, of the confidence, standard normal",
+    "DEAD_BAND": "-, relative play", "RELEASE_TIME": "s", "SETTLE_TIME": "s", "USUAL_TIME": "s",
+    "SLIP_GROWTH": "1/s", "MIN_FORCE": "N", "MAX_FORCE": "N", "RAISE_RATE": "N/s", "LOWER_RATE": "N/s",
+    "SAFE_FORCE": "N", "HOLD_TIME": "s", "RAMP_RATE": "N/s", "TIME_OUT": "ns", "FROZEN_AFTER": "ns",
+    "FORCE_FROZEN_AFTER": "ns", "DOUBT_AFTER": "ns", "FROZEN_CHANCE": "-",
+}  # fmt: skip
+ONE_LINE = 6  # numbers
+OWN = 24
+"""Bytes of a finger beside its arrays."""
+
+
+def write(request: Request, vectors: FingerVectors) -> Texts:
+    """Return the files.
+
+    Raises:
+        UntranslatableError: a line of an effect or kernel has no counterpart in C.
+
+    """
+    model, p = request.model, request.prefix
+    layout = layout_of(model)
+    finger = FingerLayout(layout.size)
+    ellipse = request.settings.surface == "ellipse"
+    text = finger_text(model.effects, layout, finger, ellipse)
+    origins = finger_places(model)
+    entries = {name: ENTRIES[name] for name in ("finger_receive", "finger_tick")}
+    program = translate(
+        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), public=False
+    )
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    estimator = hashlib.sha256(text_of(model, layout, ellipse=ellipse).encode()).hexdigest()
+    places = layout.places()
+    report = {name: str(places["REPORT"][0] + i) for i, name in enumerate(REPORT)}
+    memory = vectors.blank.memory
+    known = {
+        "p": p, "P": p.upper(), "entry": "finger", "hash": digest[:NUMBER_DIGITS],
+        "effects": ", ".join(effect.name for effect in model.effects),
+        "kernels": program.text(), "text_number": literals.real(text_number(estimator)),
+        "reals": str(finger.n_reals), "wholes": str(finger.n_wholes), "numbers": str(layout.size),
+        "saved": str(layout.size + 2), "known": str(places["VALUES"][1]),
+        "bytes": str(_ram(finger)), "state_bytes": str(_state_bytes()), "command_bytes": str(COMMAND_BYTES),
+        "fingers": str(len(request.fingers)), "names": ", ".join(request.fingers),
+        "hands": str(layouts().hands), "hand_stride": str(layouts().hand_stride),
+        "finger_stride": str(layouts().finger_stride), "version": str(layouts().version),
+        "blank_reals": _table([literals.real(one) for one in memory.f.tolist()]),
+        "blank_wholes": _table([literals.whole(one) for one in memory.t.tolist()]),
+        "settings": "\n".join(_setting(p, name) for name in _settable()),
+        "setting_places": ", ".join(str(finger.reals[f"RULE_{name}"]) for name in _settable()),
+        "conditions": "\n".join(f"    {p.upper()}_{one.name} = {one.value}," for one in Condition),
+        "accessors": "\n".join(_accessor(p, name, report) for name in NAMES),
+        "declared": "\n".join(f"{p}_estimate {p}_{name}(const {p}_finger *e);" for name in NAMES),
+        "longest_gap": literals.real(request.settings.longest_gap),
+        **{f"REP_{name}": place for name, place in report.items()},
+        **finger_constants(finger), **_vectors(vectors),
+    }  # fmt: skip
+    folder = resources.files("vegrip.export") / "templates"
+    files = {
+        name.format(p=p): Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
+        for template, name in FILES.items()
+    }
+    files["model.toml"] = model_text(model)
+    return Texts(files, program, digest, _ram(finger))
+
+
+def finger_constants(finger: FingerLayout) -> dict[str, str]:
+    """Return the places that the hand-written part of the C needs."""
+    names = (
+        "SETUP_STATE_ID", "SETUP_COMMAND_ID", "SETUP_FINGER", "INPUT_CONDITION", "FAULTS0", "LINE_LOST",
+        "SAMPLE_BEGUN", "SAMPLE_STAMP", "SAMPLE_INFORMED", "SAMPLE_IS_INFORMED", "SAMPLE_TRUSTED",
+        "SAMPLE_RESUMED", "TURN_STARTED",
+    )  # fmt: skip
+    return {name: str(finger.wholes[name]) for name in names} | {"GRIP_HELD": str(finger.reals["GRIP_HELD"])}
+
+
+def _ram(finger: FingerLayout) -> int:
+    return 8 * (finger.n_reals + finger.n_wholes) + OWN
+
+
+def _state_bytes() -> int:
+    return int(database().get_message_by_name(STATE).length)
+
+
+def _settable() -> list[str]:
+    rules = REALS["RULE"]
+    assert isinstance(rules, tuple)  # noqa: S101
+    return [name for name in rules if name not in FIXED]
+
+
+def _setting(p: str, name: str) -> str:
+    return f"    {p.upper()}_{name}, /* [{UNITS[name]}] */"
+
+
+def _accessor(p: str, name: str, report: dict[str, str]) -> str:
+    value, std = NAMES[name]
+    known = f"{p}_in_contact(e)" if name in ONLY_TOUCHING else "true"
+    body = f"    return {p}_reported(e, {report[value]}, {report[std]}, {known});"
+    return "\n".join([f"{p}_estimate {p}_{name}(const {p}_finger *e)", "{", body, "}", ""])
+
+
+def _vectors(vectors: FingerVectors) -> dict[str, str]:
+    return {
+        "meetings": str(len(vectors.meetings)),
+        "frames": str(sum(bool(meeting.data) for meeting in vectors.meetings)),
+        "rows": "\n".join(_row(meeting) for meeting in vectors.meetings),
+        "reals_at_end": _hexadecimal(vectors.reals),
+    }
+
+
+def _row(meeting: Meeting) -> str:
+    data = ", ".join(map(str, meeting.data)) or "0"
+    command = ", ".join(map(str, meeting.command)) or "0"
+    sizes = f"{len(meeting.data)}, {len(meeting.command)}, {meeting.condition}"
+    head = f"{meeting.arrival}LL, {meeting.now}LL, {sizes}"
+    return f"    {{{head},\n     {{{data}}},\n     {{{command}}}}},"
+
+
+def _hexadecimal(values: NDArray[np.float64]) -> str:
+    return _table([literals.hexadecimal(one) for one in values.tolist()])
+
+
+def _table(words: list[str]) -> str:
+    lines = [words[i : i + ONE_LINE] for i in range(0, len(words), ONE_LINE)]
+    return "\n".join(f"    {', '.join(line)}," for line in lines)

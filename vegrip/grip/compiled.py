@@ -1,0 +1,168 @@
+"""The generated module of a finger: the estimator's text, the control's below it, and frames from the DBC.
+
+``VEGRIP_KERNEL`` says what runs it, as for the estimator alone; when it is not set, C where there is a C
+compiler (seconds) and else numba (a minute, once).
+"""
+
+import ctypes
+import logging
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+from vegrip.c99 import BYTES, LONG, LONGS, MEMORY, UntranslatableError, host
+from vegrip.c99.host import CompilerError
+from vegrip.effects.contract import Effect
+from vegrip.estimator import kernels_c
+from vegrip.estimator.compiled import estimator_parts, kernel_mode, tell_once
+from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS
+from vegrip.estimator.layout import Layout
+from vegrip.estimator.origins import Origins
+from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
+from vegrip.grip.policies.running_median import WINDOW_SLOTS
+from vegrip.model import ContactModel, cache, writer
+from vegrip.model.composer import compose
+from vegrip.transport.codec.kernel_text import wire_text
+
+HERE: Final = Path(__file__).parent / "kernels"
+KERNELS: Final = (
+    "bits", "words", "protection", "receive", "stillness", "noise", "watchdog", "sense", "demand", "takeover",
+    "usual_need", "margin_grip", "fail_safe", "limits", "share", "control", "finger_step",
+)  # fmt: skip
+ENTRIES: Final = {
+    "finger_step": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
+    "finger_tick": (MEMORY, LONGS, MEMORY, LONG, BYTES),
+    "finger_receive": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
+}
+"""What is called from outside, with the kinds of its arguments."""
+
+LOAD_CHANNELS: Final = ("tangential_force_x", "tangential_force_y", "torque_z")
+SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")
+FingerKernels = Any
+"""A generated module, or what stands for it: :class:`FingerKernelsC`."""
+
+log = logging.getLogger(__name__)
+
+
+def finger_module(
+    model: ContactModel, layout: Layout, finger: FingerLayout, *, ellipse: bool = False, mode: str = ""
+) -> FingerKernels:
+    """Return the compiled finger step of a model; ``mode`` goes before ``VEGRIP_KERNEL``."""
+    text, mode = finger_text(model.effects, layout, finger, ellipse), mode or _mode()
+    if mode == "python":
+        return cache.load_plain(text)
+    if mode == "c":
+        try:
+            return FingerKernelsC(kernels_c.library_of(text, ENTRIES, finger_places(model).place))
+        except (CompilerError, UntranslatableError) as error:
+            tell_once(str(error))
+    return cache.load(text)
+
+
+def _mode() -> str:
+    asked = kernel_mode(unset="")
+    return asked or ("c" if host.compiler() is not None else "numba")
+
+
+def finger_places(model: ContactModel) -> Origins:
+    """Return where the functions of a finger's module were written."""
+    return Origins(model.effects, (HERE,))
+
+
+@lru_cache(maxsize=32)
+def finger_text(effects: tuple[Effect, ...], layout: Layout, finger: FingerLayout, ellipse: bool) -> str:
+    """Return the text of the module.
+
+    Raises:
+        ModelError: two functions or constants have one name.
+
+    """
+    kernels = [(HERE / f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
+    parts = [*estimator_parts(layout, ellipse=ellipse), finger.constants(), constants(layout), wire_text()]
+    names = [effect.name for effect in effects]
+    return writer.write(compose(effects), names, [*parts, *kernels], tuple(ENTRIES))
+
+
+def constants(layout: Layout) -> str:
+    """Return what the kernels know beside places."""
+    return "\n".join([
+        f"ESTIMATOR_SIZE = {layout.size}",
+        f"MEASURED = {len(CHANNELS)}",
+        f"MECHANICAL = {MECHANICAL_CHANNELS}",
+        f"USUAL_SLOTS = {WINDOW_SLOTS}",
+        f"LOADING = {bits_of(LOAD_CHANNELS)}",
+        f"SUFFICIENT = {bits_of(SUFFICIENT_CHANNELS)}",
+        f"SLIDES = {SLIPS!r}",
+        f"LEAST_SLIDING_SPEED = {LEAST_SLIP_SPEED!r}",
+        f"MU_LEARNED = {layout.mu_learned}",
+    ])  # fmt: skip
+
+
+def bits_of(channels: tuple[str, ...] | frozenset[str]) -> int:
+    """Return a set of channels, bit by bit."""
+    return sum(1 << CHANNELS.index(name) for name in channels)
+
+
+def channels_of(bits: int) -> frozenset[str]:
+    """Return the set of channels of its bits."""
+    return frozenset(name for i, name in enumerate(CHANNELS) if bits >> i & 1)
+
+
+class FingerKernelsC:
+    """The entries of a finger's module, run by C.
+
+    Args:
+        library: the shared library.
+
+    """
+
+    def __init__(self, library: Path) -> None:
+        loaded = host.load(library)
+        self._step = _entry(loaded, "finger_step", ctypes.c_int)
+        self._tick = _entry(loaded, "finger_tick", ctypes.c_int)
+        self._receive = _entry(loaded, "finger_receive", ctypes.c_int)
+
+    def finger_step(
+        self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
+    ) -> int:
+        """As :func:`vegrip.grip.kernels.finger_step.finger_step`."""
+        at = _address
+        done: int = self._step(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
+        return done
+
+    def finger_tick(self, f: Any, t: Any, g: Any, now: int, out: Any) -> int:
+        """As :func:`vegrip.grip.kernels.finger_step.finger_tick`."""
+        done: int = self._tick(_address(f), _address(t), _address(g), now, _address(out))
+        return done
+
+    def finger_receive(
+        self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
+    ) -> int:
+        """As :func:`vegrip.grip.kernels.finger_step.finger_receive`."""
+        at = _address
+        done: int = self._receive(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
+        return done
+
+
+_known: dict[int, tuple[Any, int]] = {}
+KEPT: Final = 512  # addresses of arrays
+
+
+def _address(array: Any) -> int:
+    """Return where an array lies; asking numpy costs a tenth of a step."""
+    found = _known.get(id(array))
+    if found is not None and found[0] is array:
+        return found[1]
+    if not array.flags.c_contiguous or not array.flags.writeable:
+        raise TypeError("an array without gaps that can be written to is needed")
+    if len(_known) >= KEPT:
+        _known.clear()
+    _known[id(array)] = (array, array.ctypes.data)
+    return _known[id(array)][1]
+
+
+def _entry(library: ctypes.CDLL, name: str, result: Any) -> Any:
+    function = library[f"vg_{name}"]
+    function.argtypes = [ctypes.c_int64 if kind == LONG else ctypes.c_void_p for kind in ENTRIES[name]]
+    function.restype = result
+    return function

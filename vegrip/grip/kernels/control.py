@@ -1,0 +1,72 @@
+"""The control of one finger, from its demand to its command (:mod:`vegrip.grip.finger_controller`)."""
+
+import math
+
+from vegrip.grip.kernels.fail_safe import end_fault, is_at_fault, ride_out_fault
+from vegrip.grip.kernels.generated import (
+    CONDITION_DEGRADED,
+    GRIP_HELD,
+    GRIP_REQUIRED,
+    INPUT_CONDITION,
+    NEED_SLIPPING,
+    REASON_INPUT_HOLD,
+    REASON_MAX_LIMIT,
+    REASON_MIN_LIMIT,
+    REASON_UNTRUSTED,
+    RULE_LIFETIME,
+    SETUP_RENEWAL,
+    TURN_ASKED,
+    TURN_COMMANDED,
+    TURN_REASON,
+    TURN_SEQ,
+    TURN_STARTED,
+    Floats,
+    Wholes,
+)
+from vegrip.grip.kernels.limits import clamped, limited
+from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
+
+
+def start_control(f: Floats, t: Wholes, present: float, now: int) -> None:
+    """Take over at the force ``present`` [N] that the finger has; NaN counts as none."""
+    f[GRIP_HELD] = f[GRIP_REQUIRED] = clamped(f, present)
+    t[TURN_COMMANDED] = t[TURN_ASKED] = now
+    t[TURN_STARTED] = 1
+    forget_grip(f, t)
+    end_fault(f)
+
+
+def require_force(f: Floats, t: Wholes, now: int) -> None:
+    """Find what this finger needs at ``now`` [ns]."""
+    dt = max(0.0, float(now - t[TURN_ASKED]) / 1e9)
+    t[TURN_ASKED] = max(t[TURN_ASKED], now)
+    if t[INPUT_CONDITION] > CONDITION_DEGRADED:
+        ride_out_fault(f, t, dt, REASON_INPUT_HOLD)
+        return
+    base = f[GRIP_HELD] if t[NEED_SLIPPING] == 1 or is_at_fault(f) else f[GRIP_REQUIRED]
+    force, reason = wanted_force(f, t, base, dt)
+    if reason == REASON_UNTRUSTED or math.isnan(force):
+        ride_out_fault(f, t, dt, REASON_UNTRUSTED)
+        return
+    end_fault(f)
+    f[GRIP_REQUIRED] = clamped(f, force)
+    limit = REASON_MAX_LIMIT if force > f[GRIP_REQUIRED] else REASON_MIN_LIMIT
+    t[TURN_REASON] = reason if f[GRIP_REQUIRED] == force else limit
+
+
+def command_share(f: Floats, t: Wholes, share: float, now: int) -> tuple[float, int]:
+    """Command this finger's ``share`` [N]; return the change of its force [N] and the reason."""
+    wanted = f[GRIP_REQUIRED] if is_at_fault(f) else max(share, f[GRIP_REQUIRED])
+    # not longer than a command lives: after a silence the hand is on its own, and must not see a jump
+    dt = min(float(now - t[TURN_COMMANDED]) / 1e9, f[RULE_LIFETIME])
+    force, reason = limited(f, wanted, t[TURN_REASON], dt)
+    adjustment = force - f[GRIP_HELD]
+    f[GRIP_HELD] = force
+    t[TURN_COMMANDED] = max(t[TURN_COMMANDED], now)
+    t[TURN_SEQ] += 1
+    return adjustment, reason
+
+
+def is_renewal_due(t: Wholes, now: int) -> bool:
+    """Return whether the last command is so old that it must be renewed well before it expires."""
+    return t[TURN_STARTED] == 1 and now - t[TURN_COMMANDED] >= t[SETUP_RENEWAL]

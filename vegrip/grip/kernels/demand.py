@@ -1,0 +1,61 @@
+"""What one finger needs: the least force for its load, bounded and doubted as its input deserves."""
+
+import math
+
+from vegrip.estimator.kernels.forecast import least_force
+from vegrip.grip.kernels.generated import (
+    DEMAND_BOUND,
+    DEMAND_LEAST,
+    DEMAND_LOAD,
+    DEMAND_TORQUE,
+    GRIP_HELD,
+    INPUT_DOUBTFUL,
+    INPUT_LOST,
+    LOADING,
+    NEED_IN_CONTACT,
+    NEED_SLIPPING,
+    NEED_TRUSTED,
+    RULE_QUANTILE,
+    RULE_WANTED_MARGIN,
+    SLIDES,
+    STATE_SLIP,
+    STATE_TANGENTIAL_FORCE_X,
+    STATE_TANGENTIAL_FORCE_Y,
+    STATE_TORQUE_Z,
+    TAKEN_BOUND,
+    TAKEN_LOAD,
+    TAKEN_TORQUE,
+    Floats,
+    Wholes,
+)
+from vegrip.grip.kernels.sense import is_force_known, is_sound, touches
+
+
+def demand_nothing(f: Floats, t: Wholes) -> None:
+    """Set the demand of a finger whose input is not believed."""
+    f[DEMAND_LEAST] = f[DEMAND_LOAD] = f[DEMAND_TORQUE] = f[DEMAND_BOUND] = math.nan
+    t[NEED_IN_CONTACT] = t[NEED_SLIPPING] = t[NEED_TRUSTED] = 0
+
+
+def demand_force(f: Floats, t: Wholes) -> None:
+    """Set the demand by the present state and the estimate; the bound of the margin is of the last look."""
+    x, y = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y]
+    f[DEMAND_LOAD], f[DEMAND_TORQUE] = math.sqrt(x * x + y * y), abs(f[STATE_TORQUE_Z])
+    t[NEED_SLIPPING] = 1 if f[STATE_SLIP] >= SLIDES else 0
+    if not touches(f, t):
+        f[DEMAND_LEAST], f[DEMAND_BOUND] = 0.0, math.nan
+        t[NEED_IN_CONTACT], t[NEED_TRUSTED] = 0, 1 if is_force_known(f, t) else 0
+        return
+    f[DEMAND_LEAST], f[DEMAND_BOUND] = math.nan, f[TAKEN_BOUND]
+    if (t[INPUT_LOST] & LOADING) == 0 and is_sound(f, t):
+        f[DEMAND_LEAST] = least_force(
+            f, f[TAKEN_LOAD], f[TAKEN_TORQUE], f[RULE_WANTED_MARGIN], f[RULE_QUANTILE]
+        )
+    t[NEED_IN_CONTACT], t[NEED_TRUSTED] = 1, 0 if math.isnan(f[DEMAND_LEAST]) else 1
+
+
+def hold_doubtful(f: Floats, t: Wholes) -> None:
+    """While the normal force stands still: no less than is held, and no belief in air."""
+    if t[INPUT_DOUBTFUL] == 1:
+        f[DEMAND_LEAST] = max(f[GRIP_HELD], f[DEMAND_LEAST])
+        t[NEED_IN_CONTACT] = 1

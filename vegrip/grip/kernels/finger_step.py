@@ -1,0 +1,128 @@
+"""One frame of one finger: state in, command out, one compiled call."""
+
+import math
+
+from vegrip.grip.kernels.control import (
+    command_share,
+    is_renewal_due,
+    require_force,
+    start_control,
+)
+from vegrip.grip.kernels.demand import demand_force, demand_nothing, hold_doubtful
+from vegrip.grip.kernels.generated import (
+    COMMAND_LENGTH,
+    CONDITION_DEGRADED,
+    GRIP_HELD,
+    GRIP_REQUIRED,
+    HISTORY_STATES,
+    INPUT_CONDITION,
+    REP_FORCE,
+    REP_RADIUS,
+    SETUP_COMMAND_ID,
+    SETUP_EXPIRES,
+    STATE_NORMAL_FORCE,
+    TAKEN_BOUND,
+    TURN_FETCHED,
+    TURN_HAS_MARGIN,
+    TURN_NOTED,
+    TURN_REPORT_DUE,
+    TURN_SEEN,
+    TURN_SEQ,
+    TURN_STARTED,
+    TURN_TOLD,
+    TURN_USED,
+    Bytes,
+    Floats,
+    Wholes,
+    pack_command,
+)
+from vegrip.grip.kernels.protection import protect
+from vegrip.grip.kernels.receive import is_welcome, is_whole, take_frame
+from vegrip.grip.kernels.sense import assimilate, margin_bound
+from vegrip.grip.kernels.share import shared_force, tell_need
+from vegrip.grip.kernels.takeover import begin_transfer, bound_takeover
+from vegrip.grip.kernels.watchdog import accept_state, note_broken, watch_silence
+
+LEFT_ALONE = 0  # the frame is refused, or is not one for this way; nothing has changed
+STEP_TAKEN = 1
+STEP_COMMANDED = 2  # a command has been packed
+STEP_REPORT = 4  # something is due to be told, or fetched from the history
+
+
+def finger_step(
+    f: Floats, t: Wholes, g: Floats, frame: Bytes, length: int, arrival: int, now: int, out: Bytes
+) -> int:
+    """Answer a frame that came at ``arrival`` at ``now`` [ns], in ``out``; return what was done, in bits."""
+    if not is_welcome(t, frame, length, arrival):
+        return LEFT_ALONE
+    take_frame(f, t, frame, arrival)
+    sense(f, t, now)
+    tell_need(f, t, g)
+    done = STEP_TAKEN
+    if t[TURN_STARTED] == 1:
+        command(f, t, g, now, out)
+        done += STEP_COMMANDED
+    return done + STEP_REPORT if is_report_due(t, now) else done
+
+
+def finger_receive(
+    f: Floats, t: Wholes, g: Floats, frame: Bytes, length: int, arrival: int, now: int, out: Bytes
+) -> int:
+    """As :func:`finger_step` for a finger that works alone: what a node does beside the step is done here."""
+    if not is_whole(t, frame, length):
+        note_broken(t, now)
+        return LEFT_ALONE
+    done = finger_step(f, t, g, frame, length, arrival, now, out)
+    if t[TURN_SEEN] == 1:
+        f[TAKEN_BOUND] = margin_bound(f, t)  # where reports are made, they bring it up to date
+    return done
+
+
+def finger_tick(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> int:
+    """Look at the clock: silence is a fault, and a command is renewed before it expires."""
+    watch_silence(f, t, now)
+    if not is_renewal_due(t, now):
+        return LEFT_ALONE
+    if t[INPUT_CONDITION] > CONDITION_DEGRADED:
+        demand_nothing(f, t)
+        require_force(f, t, now)
+        tell_need(f, t, g)
+    command(f, t, g, now, out)
+    return STEP_TAKEN + STEP_COMMANDED
+
+
+def sense(f: Floats, t: Wholes, now: int) -> None:
+    """Judge the present state, take it in, and find what the finger needs."""
+    demand_nothing(f, t)
+    if accept_state(f, t, now):
+        assimilate(f, t)
+        first = t[TURN_SEEN] == 0
+        t[TURN_SEEN] = 1
+        if t[TURN_HAS_MARGIN] == 0:
+            f[TAKEN_BOUND] = margin_bound(f, t)
+            t[TURN_HAS_MARGIN] = 1
+        t[TURN_USED] = now
+        demand_force(f, t)
+        if t[TURN_STARTED] == 0:
+            measured = f[STATE_NORMAL_FORCE]
+            start_control(f, t, f[REP_FORCE] if math.isnan(measured) else measured, now)
+        if first:
+            begin_transfer(f, t, f[GRIP_REQUIRED], f[REP_RADIUS], now)
+    if t[TURN_STARTED] == 1:
+        bound_takeover(f, t, now)
+        hold_doubtful(f, t)
+        require_force(f, t, now)
+
+
+def command(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> None:
+    """Pack the command for this finger's share of the grasp."""
+    adjustment, reason = command_share(f, t, shared_force(t, g), now)
+    pack_command(out, t[TURN_SEQ], now, f[GRIP_HELD], adjustment, reason, t[SETUP_EXPIRES])
+    protect(out, COMMAND_LENGTH, t[SETUP_COMMAND_ID])
+
+
+def is_report_due(t: Wholes, now: int) -> bool:
+    """Return whether a report is due, the condition has changed, or half of the history waits."""
+    waiting = t[TURN_NOTED] - t[TURN_FETCHED]
+    full = HISTORY_STATES > 0 and waiting >= HISTORY_STATES // 2
+    return now >= t[TURN_REPORT_DUE] or t[INPUT_CONDITION] != t[TURN_TOLD] or full

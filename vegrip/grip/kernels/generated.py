@@ -1,0 +1,249 @@
+"""What the control's kernels find in a generated module, beside each other: places, codes, frames.
+
+This file declares them for those who read and check the kernels; their values are of a model and its DBC
+(:mod:`vegrip.grip.layout`, :mod:`vegrip.transport.codec.kernel_text`).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vegrip.estimator.kernels.generated import (
+    CH_USED,
+    CHANNEL0,
+    CHANNEL_DISPLACEMENT,
+    CHANNEL_FORCE,
+    CHANNEL_SIZE,
+    EXOGENOUS0,
+    REP_CONTACT,
+    REP_FORCE,
+    REP_FORCE_STD,
+    REP_GAUGE,
+    REP_GAUGE_ABS,
+    REP_GAUGE_REL,
+    REP_RADIUS,
+    REP_SOUND,
+    SET_LONGEST_GAP,
+    SET_QUANTILE,
+    Floats,
+)
+
+__all__ = [
+    "CHANNEL0",
+    "CHANNEL_DISPLACEMENT",
+    "CHANNEL_FORCE",
+    "CHANNEL_SIZE",
+    "CH_USED",
+    "EXOGENOUS0",
+    "REP_CONTACT",
+    "REP_FORCE",
+    "REP_FORCE_STD",
+    "REP_GAUGE",
+    "REP_GAUGE_ABS",
+    "REP_GAUGE_REL",
+    "REP_RADIUS",
+    "REP_SOUND",
+    "SET_LONGEST_GAP",
+    "SET_QUANTILE",
+    "Floats",
+]  # fmt: skip
+
+Wholes = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
+
+COMMAND_LENGTH: int
+CONDITION_CORRUPT: int
+CONDITION_DEGRADED: int
+CONDITION_FROZEN: int
+CONDITION_MISSING: int
+CONDITION_OK: int
+CONDITION_OUT_OF_RANGE: int
+CONDITION_REPLAYED: int
+CONDITION_STALE: int
+DEMAND_BOUND: int
+DEMAND_LEAST: int
+DEMAND_LOAD: int
+DEMAND_TORQUE: int
+ESTIMATOR_SIZE: int
+FAULTS0: int
+GRIP_ELAPSED: int
+GRIP_ENVELOPE: int
+GRIP_FILLED: int
+GRIP_HELD: int
+GRIP_MEDIAN: int
+GRIP_PRESENT: int
+GRIP_QUIET: int
+GRIP_REQUIRED: int
+GRIP_SLOT: int
+HIGHEST0: int
+HISTORY0: int
+HISTORY_SEQ0: int
+HISTORY_STAMP0: int
+HISTORY_STATES: int
+INPUT_CONDITION: int
+INPUT_CORRUPT: int
+INPUT_COUNT: int
+INPUT_DOUBTFUL: int
+INPUT_FORCE_STILL_SINCE: int
+INPUT_GOOD: int
+INPUT_HEARD: int
+INPUT_IS_CORRUPT: int
+INPUT_IS_HEARD: int
+INPUT_IS_KNOWN: int
+INPUT_LEAPS: int
+INPUT_LOST: int
+INPUT_PRESENT: int
+INPUT_RUN: int
+INPUT_SEEN: int
+INPUT_SEQ: int
+INPUT_STAMP: int
+INPUT_STILL_SINCE: int
+INPUT_USABLE: int
+LARGEST0: int
+LATE_SAMPLES: int
+LEAST_SLIDING_SPEED: float
+LINE_LAST: int
+LINE_LOST: int
+LINE_STAMP: int
+LOADING: int
+LOWEST0: int
+MEASURED: int
+MECHANICAL: int
+MU_LEARNED: bool
+NEED_IN_CONTACT: int
+NEED_SLIPPING: int
+NEED_TRUSTED: int
+NEWS_SEQ: int
+NEWS_STAMP: int
+ORDERED0: int
+REASON_FAIL_SAFE: int
+REASON_FORECAST: int
+REASON_HOLD: int
+REASON_INPUT_HOLD: int
+REASON_LOWER: int
+REASON_MAX_LIMIT: int
+REASON_MIN_LIMIT: int
+REASON_RAISE: int
+REASON_RATE_LIMIT: int
+REASON_SLIP: int
+REASON_UNTRUSTED: int
+REPEATED0: int
+REPEATED_FORCE0: int
+REWIND0: int
+RULE_DEAD_BAND: int
+RULE_DOUBT_AFTER: int
+RULE_FORCE_FROZEN_AFTER: int
+RULE_FROZEN_AFTER: int
+RULE_FROZEN_CHANCE: int
+RULE_HOLD_TIME: int
+RULE_LIFETIME: int
+RULE_LOWER_RATE: int
+RULE_MAX_FORCE: int
+RULE_MIN_FORCE: int
+RULE_QUANTILE: int
+RULE_RAISE_RATE: int
+RULE_RAMP_RATE: int
+RULE_RELEASE_TIME: int
+RULE_SAFE_FORCE: int
+RULE_SETTLE_TIME: int
+RULE_SLIP_GROWTH: int
+RULE_TIME_OUT: int
+RULE_USUAL_TIME: int
+RULE_WANTED_MARGIN: int
+SAMPLE_BACKWARDS: int
+SAMPLE_BEGUN: int
+SAMPLE_INFORMED: int
+SAMPLE_IS_INFORMED: int
+SAMPLE_REFUSED: int
+SAMPLE_RESUMED: int
+SAMPLE_REWIND_NEXT: int
+SAMPLE_SEQ: int
+SAMPLE_SHOWN: int
+SAMPLE_STAMP: int
+SAMPLE_TRUSTED: int
+SETUP_ALONE: int
+SETUP_COMMAND_ID: int
+SETUP_EXPIRES: int
+SETUP_FINGER: int
+SETUP_FINGERS: int
+SETUP_GAP: int
+SETUP_RECOVERY: int
+SETUP_RECOVER_AFTER: int
+SETUP_RENEWAL: int
+SETUP_SENDER_TIME: int
+SETUP_STATE_ID: int
+SETUP_THUMB: int
+SLIDES: float
+STATE0: int
+STATE_CONTACT_RADIUS: int
+STATE_DISPLACEMENT: int
+STATE_LENGTH: int
+STATE_NORMAL_FORCE: int
+STATE_SLIP: int
+STATE_SLIP_SPEED: int
+STATE_TANGENTIAL_FORCE_X: int
+STATE_TANGENTIAL_FORCE_Y: int
+STATE_TEMPERATURE: int
+STATE_TORQUE_Z: int
+SUFFICIENT: int
+TAKEN_BOUND: int
+TAKEN_LOAD: int
+TAKEN_TORQUE: int
+TRANSFER_ARM: int
+TRANSFER_FORCE: int
+TRANSFER_LOAD: int
+TURN_ASKED: int
+TURN_COMMANDED: int
+TURN_FETCHED: int
+TURN_HAS_MARGIN: int
+TURN_IN_TRANSFER: int
+TURN_NEXT_SLOT: int
+TURN_NOTED: int
+TURN_REASON: int
+TURN_REPORT_DUE: int
+TURN_SEEN: int
+TURN_SEQ: int
+TURN_SLOTS: int
+TURN_STARTED: int
+TURN_TOLD: int
+TURN_TRANSFER_SINCE: int
+TURN_USED: int
+USUAL_SLOTS: int
+WATCH_CHANGE: int
+WATCH_NOISE_LAST: int
+WATCH_QUICKEST: int
+WATCH_REPEATS: int
+WATCH_REPEAT_LIMIT: int
+WATCH_TURNS: int
+WIRE_VERSION: int
+
+
+def counter_of_state(data: Bytes) -> int:
+    """Counter of the sender."""
+    raise NotImplementedError
+
+
+def version_of_state(data: Bytes) -> int:
+    """Version of the message set."""
+    raise NotImplementedError
+
+
+def time_of_state(data: Bytes) -> int:
+    """Time of the sender [us], 32 bits."""
+    raise NotImplementedError
+
+
+def values_mean_something(data: Bytes) -> bool:
+    """Whether no value is infinite."""
+    raise NotImplementedError
+
+
+def unpack_state(f: Floats, data: Bytes) -> None:
+    """Take the values of a state, in SI units."""
+    raise NotImplementedError
+
+
+def pack_command(
+    data: Bytes, seq: int, stamp: int, force: float, adjustment: float, reason: int, expires: int
+) -> None:
+    """Write a command, but for its checksum; ``expires`` as it stands in the frame."""
+    raise NotImplementedError

@@ -1,0 +1,83 @@
+"""A frame from the line: checks of its bytes, of its counter and of its time, before anything is changed."""
+
+from vegrip.grip.kernels.generated import (
+    LINE_LAST,
+    LINE_LOST,
+    LINE_STAMP,
+    NEWS_SEQ,
+    NEWS_STAMP,
+    SAMPLE_BEGUN,
+    SAMPLE_RESUMED,
+    SAMPLE_STAMP,
+    SETUP_ALONE,
+    SETUP_SENDER_TIME,
+    SETUP_STATE_ID,
+    STATE_LENGTH,
+    WIRE_VERSION,
+    Bytes,
+    Floats,
+    Wholes,
+    counter_of_state,
+    time_of_state,
+    unpack_state,
+    values_mean_something,
+    version_of_state,
+)
+from vegrip.grip.kernels.protection import is_intact
+
+SILENT = 500_000_000  # [ns] a line silent for longer may go on with any counter
+MOST_LOST = 10_000  # frames lost in a row within that time
+HALF_TIME = 2147483648  # half of what the sender's 32 bits of microseconds count
+ALL_TIME = 4294967295
+
+
+def is_welcome(t: Wholes, frame: Bytes, length: int, arrival: int) -> bool:
+    """Return whether a frame is whole, new and plausible, and can be taken here; changes nothing."""
+    if not is_whole(t, frame, length):
+        return False
+    if t[LINE_LAST] >= 0 and not is_next(t, counter_of_state(frame), arrival):
+        return False
+    return t[SETUP_ALONE] == 1 or follows(t, stamp_of(t, frame, arrival))
+
+
+def is_whole(t: Wholes, frame: Bytes, length: int) -> bool:
+    """Return whether a frame is what the sender has sent, and means something."""
+    if length != STATE_LENGTH or not is_intact(frame, STATE_LENGTH, t[SETUP_STATE_ID]):
+        return False
+    return version_of_state(frame) == WIRE_VERSION and values_mean_something(frame)
+
+
+def is_next(t: Wholes, counter: int, arrival: int) -> bool:
+    """Return whether the counter goes on, or begins anew after a silence."""
+    step = counter - t[LINE_LAST] & ALL_TIME
+    silent = arrival - t[LINE_STAMP] > SILENT
+    return step != 0 and (step <= MOST_LOST or silent)
+
+
+def follows(t: Wholes, stamp: int) -> bool:
+    """Return whether the estimator need not go back in time for a state of this ``stamp`` [ns]."""
+    return t[SAMPLE_RESUMED] == 0 and (t[SAMPLE_BEGUN] == 0 or stamp > t[SAMPLE_STAMP])
+
+
+def stamp_of(t: Wholes, frame: Bytes, arrival: int) -> int:
+    """Return the time of a state [ns]: its arrival, or the instant nearest to that by the sender's bits."""
+    if t[SETUP_SENDER_TIME] == 0:
+        return arrival
+    now = arrival // 1000
+    return (now + (time_of_state(frame) - now + HALF_TIME & ALL_TIME) - HALF_TIME) * 1000
+
+
+def take_frame(f: Floats, t: Wholes, frame: Bytes, arrival: int) -> None:
+    """Take a welcome frame: counter, time and values of the state."""
+    counter = counter_of_state(frame)
+    if t[LINE_LAST] < 0:
+        t[LINE_LAST] = counter
+    else:
+        step = counter - t[LINE_LAST] & ALL_TIME
+        t[LINE_LAST] += step
+        if arrival - t[LINE_STAMP] <= SILENT:
+            t[LINE_LOST] += step - 1
+    t[LINE_STAMP] = arrival
+    t[NEWS_SEQ] = t[LINE_LAST]
+    t[NEWS_STAMP] = stamp_of(t, frame, arrival)
+    unpack_state(f, frame)

@@ -1,0 +1,59 @@
+"""The usual need of the last seconds (:mod:`vegrip.grip.policies.running_median`)."""
+
+import math
+
+from vegrip.grip.kernels.generated import (
+    GRIP_FILLED,
+    GRIP_MEDIAN,
+    GRIP_PRESENT,
+    GRIP_SLOT,
+    LARGEST0,
+    ORDERED0,
+    RULE_USUAL_TIME,
+    TURN_NEXT_SLOT,
+    TURN_SLOTS,
+    USUAL_SLOTS,
+    Floats,
+    Wholes,
+)
+
+
+def forget_usual(f: Floats, t: Wholes) -> None:
+    """Begin anew, with the window that is set now."""
+    f[GRIP_SLOT] = f[RULE_USUAL_TIME] / float(USUAL_SLOTS)
+    f[GRIP_PRESENT] = f[GRIP_MEDIAN] = -math.inf
+    f[GRIP_FILLED] = 0.0
+    t[TURN_SLOTS] = t[TURN_NEXT_SLOT] = 0
+
+
+def add_need(f: Floats, t: Wholes, need: float, dt: float) -> float:
+    """Take in a ``need`` [N] that lasted ``dt`` [s]; return the usual one [N]."""
+    if f[GRIP_SLOT] <= 0.0:
+        return need
+    f[GRIP_PRESENT] = max(f[GRIP_PRESENT], need)
+    f[GRIP_FILLED] += dt
+    if f[GRIP_FILLED] >= f[GRIP_SLOT]:
+        f[LARGEST0 + t[TURN_NEXT_SLOT]] = f[GRIP_PRESENT]
+        t[TURN_NEXT_SLOT] = (t[TURN_NEXT_SLOT] + 1) % USUAL_SLOTS
+        t[TURN_SLOTS] = min(t[TURN_SLOTS] + 1, USUAL_SLOTS)
+        f[GRIP_PRESENT], f[GRIP_FILLED] = -math.inf, 0.0
+        f[GRIP_MEDIAN] = median_of_slots(f, t)
+    return max(f[GRIP_MEDIAN], need) if t[TURN_SLOTS] <= USUAL_SLOTS // 2 else f[GRIP_MEDIAN]
+
+
+def median_of_slots(f: Floats, t: Wholes) -> float:
+    """Return the median of the slots, their largest until half of the window has been seen."""
+    for i in range(USUAL_SLOTS):
+        if i < t[TURN_SLOTS]:
+            insert_ordered(f, i, f[LARGEST0 + i])
+    half = t[TURN_SLOTS] // 2 if t[TURN_SLOTS] > USUAL_SLOTS // 2 else t[TURN_SLOTS] - 1
+    return f[ORDERED0 + half]
+
+
+def insert_ordered(f: Floats, known: int, value: float) -> None:
+    """Put ``value`` among the first ``known`` ordered ones."""
+    at = known
+    while at > 0 and f[ORDERED0 + at - 1] > value:
+        f[ORDERED0 + at] = f[ORDERED0 + at - 1]
+        at -= 1
+    f[ORDERED0 + at] = value

@@ -1,0 +1,148 @@
+"""Supervision of the input (:mod:`vegrip.grip.safety.watchdog` has the table of what is seen)."""
+
+import math
+
+from vegrip.grip.kernels.generated import (
+    CONDITION_CORRUPT,
+    CONDITION_DEGRADED,
+    CONDITION_FROZEN,
+    CONDITION_MISSING,
+    CONDITION_OK,
+    CONDITION_OUT_OF_RANGE,
+    CONDITION_REPLAYED,
+    CONDITION_STALE,
+    FAULTS0,
+    HIGHEST0,
+    INPUT_CONDITION,
+    INPUT_CORRUPT,
+    INPUT_DOUBTFUL,
+    INPUT_GOOD,
+    INPUT_HEARD,
+    INPUT_IS_CORRUPT,
+    INPUT_IS_HEARD,
+    INPUT_IS_KNOWN,
+    INPUT_LEAPS,
+    INPUT_LOST,
+    INPUT_PRESENT,
+    INPUT_SEEN,
+    INPUT_SEQ,
+    INPUT_STAMP,
+    INPUT_USABLE,
+    LOWEST0,
+    MEASURED,
+    NEWS_SEQ,
+    NEWS_STAMP,
+    RULE_DOUBT_AFTER,
+    RULE_FORCE_FROZEN_AFTER,
+    RULE_FROZEN_AFTER,
+    RULE_TIME_OUT,
+    SETUP_RECOVER_AFTER,
+    STATE0,
+    SUFFICIENT,
+    WATCH_QUICKEST,
+    Floats,
+    Wholes,
+)
+from vegrip.grip.kernels.noise import noise_vanished
+from vegrip.grip.kernels.stillness import all_still, force_still
+
+FAR_AHEAD = 86_400e9  # [ns] see watchdog.LEAP
+CLOCK_DRIFT = 2e-4  # [-] see watchdog.DRIFT
+
+
+def accept_state(f: Floats, t: Wholes, now: int) -> bool:
+    """Judge the present state, arriving at ``now`` [ns]; return whether the estimator may use it."""
+    found = judge_order(f, t)
+    found = max(found, judge_lateness(f, t, now))
+    found = max(found, judge_values(f, t, now))
+    found = max(found, judge_channels(f, t))
+    t[INPUT_SEQ], t[INPUT_STAMP], t[INPUT_IS_KNOWN] = t[NEWS_SEQ], t[NEWS_STAMP], 1
+    t[INPUT_HEARD], t[INPUT_IS_HEARD] = now, 1
+    replayed = t[INPUT_CONDITION] == CONDITION_REPLAYED
+    judge(t, found)
+    return found <= CONDITION_DEGRADED and (not replayed or t[INPUT_CONDITION] <= CONDITION_DEGRADED)
+
+
+def watch_silence(f: Floats, t: Wholes, now: int) -> None:
+    """Look at the clock: silence beyond the time-out is a fault."""
+    if t[INPUT_IS_HEARD] == 0:
+        t[INPUT_HEARD], t[INPUT_IS_HEARD] = now, 1
+    if float(now - t[INPUT_HEARD]) > f[RULE_TIME_OUT]:
+        broken = t[INPUT_IS_CORRUPT] == 1 and float(now - t[INPUT_CORRUPT]) <= f[RULE_TIME_OUT]
+        unheard = CONDITION_MISSING if t[INPUT_IS_KNOWN] == 0 else CONDITION_STALE
+        judge(t, CONDITION_CORRUPT if broken else unheard)
+
+
+def note_broken(t: Wholes, now: int) -> None:
+    """Note that a frame of this finger arrived broken at ``now`` [ns]."""
+    t[INPUT_CORRUPT], t[INPUT_IS_CORRUPT] = now, 1
+
+
+def judge(t: Wholes, found: int) -> None:
+    """Take over what was found: a fault at once, its end after enough good states in a row."""
+    if found > CONDITION_DEGRADED:
+        if found != t[INPUT_CONDITION]:
+            t[FAULTS0 + found] += 1
+        t[INPUT_CONDITION], t[INPUT_GOOD] = found, 0
+        return
+    t[INPUT_GOOD] += 1
+    if t[INPUT_CONDITION] <= CONDITION_DEGRADED or t[INPUT_GOOD] >= t[SETUP_RECOVER_AFTER]:
+        t[INPUT_CONDITION] = found
+
+
+def judge_order(f: Floats, t: Wholes) -> int:
+    """Counter and stamp must advance."""
+    advances = t[NEWS_SEQ] > t[INPUT_SEQ] and t[NEWS_STAMP] > t[INPUT_STAMP]
+    if t[INPUT_IS_KNOWN] == 0 or advances:
+        return CONDITION_OK
+    f[WATCH_QUICKEST] = math.inf  # should the sender have started anew, so has its clock
+    return CONDITION_REPLAYED
+
+
+def judge_lateness(f: Floats, t: Wholes, now: int) -> int:
+    """No state takes the time-out longer than the quickest one, and none comes from far ahead."""
+    took = float(now - t[NEWS_STAMP])
+    if leapt(f, t, took):
+        return CONDITION_REPLAYED
+    since = 0.0 if t[INPUT_IS_HEARD] == 0 else float(now - t[INPUT_HEARD])
+    f[WATCH_QUICKEST] = min(f[WATCH_QUICKEST] + CLOCK_DRIFT * since, took)
+    return CONDITION_STALE if took - f[WATCH_QUICKEST] > f[RULE_TIME_OUT] else CONDITION_OK
+
+
+def leapt(f: Floats, t: Wholes, took: float) -> bool:
+    """Return whether the stamp is far ahead; a sender that goes on so has another clock."""
+    ahead = math.isfinite(f[WATCH_QUICKEST]) and took < f[WATCH_QUICKEST] - FAR_AHEAD
+    t[INPUT_LEAPS] = t[INPUT_LEAPS] + 1 if ahead else 0
+    if t[INPUT_LEAPS] > t[SETUP_RECOVER_AFTER]:
+        t[INPUT_LEAPS] = 0
+        f[WATCH_QUICKEST] = math.inf
+    return t[INPUT_LEAPS] > 0
+
+
+def judge_values(f: Floats, t: Wholes, now: int) -> int:
+    """Every value within its range, and alive."""
+    for i in range(MEASURED):
+        value = f[STATE0 + i]
+        if not (f[LOWEST0 + i] <= value <= f[HIGHEST0 + i] or math.isnan(value)):
+            return CONDITION_OUT_OF_RANGE
+    everything, force = float(all_still(f, t, now)), float(force_still(f, t, now))
+    t[INPUT_DOUBTFUL] = 1 if force > f[RULE_DOUBT_AFTER] else 0
+    vanished = noise_vanished(f, t)
+    frozen = everything > f[RULE_FROZEN_AFTER] or force > f[RULE_FORCE_FROZEN_AFTER]
+    return CONDITION_FROZEN if vanished or frozen else CONDITION_OK
+
+
+def judge_channels(f: Floats, t: Wholes) -> int:
+    """Force or displacement must be there, and no channel that was may be missing."""
+    present, bit = 0, 1
+    for i in range(MEASURED):
+        present += 0 if math.isnan(f[STATE0 + i]) else bit
+        bit = bit * 2
+    if present != t[INPUT_PRESENT]:
+        t[INPUT_PRESENT] = present
+        t[INPUT_USABLE] = 1 if (present & SUFFICIENT) != 0 else 0
+        t[INPUT_SEEN] = t[INPUT_SEEN] | present
+        t[INPUT_LOST] = t[INPUT_SEEN] - present
+    if t[INPUT_USABLE] == 0:
+        return CONDITION_MISSING
+    return CONDITION_DEGRADED if t[INPUT_LOST] != 0 else CONDITION_OK

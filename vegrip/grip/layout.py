@@ -1,0 +1,155 @@
+"""Where everything of one finger lies in its two arrays, by name: real numbers, and whole ones.
+
+The real numbers begin with the estimator's memory (:mod:`vegrip.estimator.layout`), so that one array serves
+both. The generated module gets the places as constants, ``GRIP_HELD`` for HELD of the section GRIP and
+``LARGEST0`` for the beginning of the section LARGEST. Times are in seconds where they are real numbers, if
+nothing else is said, and in nanoseconds where they are whole.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from vegrip.grip.policies.running_median import WINDOW_SLOTS
+from vegrip.messages import Condition, Reason
+
+CHANNELS = (
+    "normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement", "temperature",
+    "slip", "slip_speed", "contact_radius",
+)  # fmt: skip
+"""The measured quantities of a state, in the order of FingertipState."""
+
+MECHANICAL_CHANNELS = 5
+"""The first of them, which a finger that lives never repeats all."""
+
+HISTORY_CHANNELS = len(CHANNELS) + 1
+"""Of a state that is kept: its values, and whether the finger touched."""
+
+REALS: dict[str, tuple[str, ...] | int] = {
+    "RULE": (
+        "WANTED_MARGIN", "QUANTILE", "DEAD_BAND", "RELEASE_TIME", "SETTLE_TIME", "USUAL_TIME", "SLIP_GROWTH",
+        "MIN_FORCE", "MAX_FORCE", "RAISE_RATE", "LOWER_RATE", "LIFETIME", "SAFE_FORCE", "HOLD_TIME",
+        "RAMP_RATE", "TIME_OUT", "FROZEN_AFTER", "FORCE_FROZEN_AFTER", "DOUBT_AFTER", "FROZEN_CHANCE",
+    ),
+    "LOWEST": len(CHANNELS), "HIGHEST": len(CHANNELS),
+    "STATE": tuple(name.upper() for name in CHANNELS),
+    "REPEATED": MECHANICAL_CHANNELS, "REPEATED_FORCE": 1,
+    "WATCH": ("QUICKEST", "NOISE_LAST", "CHANGE", "REPEAT_LIMIT", "REPEATS", "TURNS"),
+    "TAKEN": ("LOAD", "TORQUE", "BOUND"),
+    "DEMAND": ("LEAST", "LOAD", "TORQUE", "BOUND"),
+    "TRANSFER": ("FORCE", "LOAD", "ARM"),
+    "GRIP": ("HELD", "REQUIRED", "ENVELOPE", "QUIET", "SLOT", "PRESENT", "FILLED", "MEDIAN", "ELAPSED"),
+    "LARGEST": WINDOW_SLOTS, "ORDERED": WINDOW_SLOTS,
+}  # fmt: skip
+"""RULE: settings (TIME_OUT to DOUBT_AFTER in [ns]); LOWEST, HIGHEST: believable ranges of the channels;
+STATE: the present state; REPEATED, REPEATED_FORCE: the mechanical channels last seen; WATCH: of the watchdog
+(QUICKEST in [ns]); TAKEN: load and torque that the estimator has, and the bound of the margin at the last
+report; DEMAND: what the finger needs; TRANSFER: what a contact met in its middle began with; GRIP: held and
+required force, envelope of the need, running median of it, time since a fault began; LARGEST: the median's
+slots; ORDERED: scratch.
+"""
+
+WHOLES: dict[str, tuple[str, ...] | int] = {
+    "SETUP": (
+        "STATE_ID", "COMMAND_ID", "SENDER_TIME", "FINGER", "FINGERS", "THUMB", "RECOVER_AFTER", "LIFETIME",
+        "EXPIRES", "RENEWAL", "LATE", "HISTORY", "ALONE", "RECOVERY", "GAP",
+    ),
+    "LINE": ("LAST", "STAMP", "LOST"),
+    "NEWS": ("SEQ", "STAMP"),
+    "INPUT": (
+        "CONDITION", "GOOD", "DOUBTFUL", "LOST", "SEEN", "PRESENT", "USABLE", "HEARD", "IS_HEARD", "CORRUPT",
+        "IS_CORRUPT", "SEQ", "STAMP", "IS_KNOWN", "LEAPS", "STILL_SINCE", "FORCE_STILL_SINCE", "RUN", "COUNT",
+    ),
+    "FAULTS": len(Condition),
+    "SAMPLE": ("BEGUN", "STAMP", "INFORMED", "IS_INFORMED", "SHOWN", "TRUSTED", "SEQ", "RESUMED", "REFUSED",
+               "BACKWARDS", "REWIND_NEXT"),
+    "NEED": ("IN_CONTACT", "SLIPPING", "TRUSTED"),
+    "TURN": (
+        "SEEN", "HAS_MARGIN", "TRANSFER_SINCE", "IN_TRANSFER", "STARTED", "COMMANDED", "ASKED", "SEQ",
+        "REASON", "SLOTS", "NEXT_SLOT", "USED", "TOLD", "REPORT_DUE", "NOTED", "FETCHED",
+    ),
+}  # fmt: skip
+"""SETUP: settings; LINE: counter of the frames; NEWS: the present state; INPUT: of the watchdog (LOST, SEEN,
+PRESENT: sets of channels, bit by bit); FAULTS: counts by condition; SAMPLE: of the estimator; NEED: of the
+demand; TURN: of the control: times, counters, states noted in the history and fetched from it.
+"""
+
+
+@dataclass(frozen=True)
+class FingerLayout:
+    """Sizes and places for one finger.
+
+    Args:
+        estimator: length of the estimator's memory.
+        late: samples that the estimator can go back.
+        history: states that are kept for others; 0 keeps none.
+
+    """
+
+    estimator: int
+    late: int = 0
+    history: int = 0
+
+    def real_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
+        """Yield name, names within and length of the sections of real numbers."""
+        yield from _sections(REALS)
+        yield "REWIND", (), self.late * self.estimator
+        yield "HISTORY", (), self.history * HISTORY_CHANNELS
+
+    def whole_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
+        """Yield name, names within and length of the sections of whole numbers."""
+        yield from _sections(WHOLES)
+        yield "HISTORY_STAMP", (), self.history
+        yield "HISTORY_SEQ", (), self.history
+
+    @cached_property
+    def sections(self) -> dict[str, tuple[int, int]]:
+        """Name -> beginning and end of each section, in its array."""
+        found = {"ESTIMATOR": (0, self.estimator)}
+        for table, at in ((self.real_sections(), self.estimator), (self.whole_sections(), 0)):
+            start = at
+            for name, _, length in table:
+                found[name] = (start, start + length)
+                start += length
+        return found
+
+    @cached_property
+    def reals(self) -> dict[str, int]:
+        """Name -> place among the real numbers."""
+        return dict(_places(self.real_sections(), self.estimator))
+
+    @cached_property
+    def wholes(self) -> dict[str, int]:
+        """Name -> place among the whole numbers."""
+        return dict(_places(self.whole_sections(), 0))
+
+    @property
+    def n_reals(self) -> int:
+        """Length of the array of real numbers."""
+        return self.estimator + sum(length for _, _, length in self.real_sections())
+
+    @property
+    def n_wholes(self) -> int:
+        """Length of the array of whole numbers."""
+        return sum(length for _, _, length in self.whole_sections())
+
+    def constants(self) -> str:
+        """Return the places, and the codes of conditions and reasons, as program text."""
+        lines = [f"{name} = {place}" for name, place in [*self.reals.items(), *self.wholes.items()]]
+        lines += [f"CONDITION_{one.name} = {one.value}" for one in Condition]
+        lines += [f"REASON_{one.name} = {one.value}" for one in Reason]
+        lines += [f"LATE_SAMPLES = {self.late}", f"HISTORY_STATES = {self.history}"]
+        return "\n".join(lines)
+
+
+def _sections(table: dict[str, tuple[str, ...] | int]) -> Iterator[tuple[str, tuple[str, ...], int]]:
+    for name, content in table.items():
+        names = () if isinstance(content, int) else content
+        yield name, names, content if isinstance(content, int) else len(content)
+
+
+def _places(sections: Iterator[tuple[str, tuple[str, ...], int]], at: int) -> Iterator[tuple[str, int]]:
+    for section, names, length in sections:
+        yield f"{section}0", at
+        yield from ((f"{section}_{name}", at + i) for i, name in enumerate(names))
+        at += length

@@ -1,0 +1,148 @@
+"""The short way through the loop: a frame of a state in, the frame of its command out, no message in between.
+
+A node that can answer frames (:class:`AnswersFrames`) on a bus that gives them (:class:`GivesFrames`) is
+asked before a frame is decoded. What the node leaves alone, and everything while messages are watched or the
+node is not active, goes the way of messages.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final, Protocol, runtime_checkable
+
+import numpy as np
+
+from vegrip.clock import Clock
+from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.runtime.channel_watch import ChannelWatch
+from vegrip.runtime.sender_watch import SenderWatch
+from vegrip.runtime.statistics import LoopStatistics
+from vegrip.runtime.telemetry import Direction, Telemetry
+from vegrip.transport.codec import Frame
+from vegrip.transport.codec.line import Line
+from vegrip.transport.endpoint import Intercept
+
+LONGEST_FRAME: Final = 64  # [bytes]
+LEFT_ALONE: Final = 0
+COMMANDED: Final = 2
+REPORT: Final = 4
+"""What a node says it did with a frame, in bits."""
+
+
+@runtime_checkable
+class GivesFrames(Protocol):
+    """An endpoint that lets others look at a frame first."""
+
+    intercept: Intercept | None
+
+    def line(self, finger: str) -> Line | None:
+        """Return how states and commands of ``finger`` travel; None: not by single frames."""
+
+    def send_frame(self, frame: Frame) -> None:
+        """Send a frame as it is."""
+
+
+@runtime_checkable
+class AnswersFrames(Protocol):
+    """A node that answers frames without messages."""
+
+    @property
+    def frame_fingers(self) -> tuple[str, ...]:
+        """The fingers whose frames it may answer."""
+
+    def number_commands_from(self, numbers: Mapping[str, int]) -> None:
+        """Give every next command a number above these."""
+
+    def run_compiled(self, lines: Mapping[str, Line]) -> None:
+        """Prepare to answer the frames of ``lines``, as far as that is possible."""
+
+    def on_frame(self, name: str, frame: Any, length: int, arrival: int, now: int) -> int:
+        """Answer a frame of the finger ``name``; return in bits what was done, LEFT_ALONE for nothing."""
+
+    def command_frame(self, name: str) -> Any:
+        """Return the frame of the last command."""
+
+    def felt(self, name: str) -> tuple[float, float]:
+        """Return normal force [N] and displacement [m] of the last frame that was answered."""
+
+    def reports(self, name: str, now: int) -> Iterator[Message]:
+        """Return what is due to be told besides."""
+
+    def take_back(self, name: str = "") -> None:
+        """Bring up to date what messages, counts and settings rest on, of the finger ``name`` or of all."""
+
+
+class HotPath:
+    """Answers the frames of states of one node.
+
+    Args:
+        node: which answers.
+        endpoint: where frames come from.
+        clock: of the loop.
+        statistics: of the loop.
+        senders: sees every state.
+        telemetry: which counts, and is watched or not.
+        channels: sees the first states of every finger.
+
+    """
+
+    def __init__(
+        self,
+        node: AnswersFrames,
+        endpoint: GivesFrames,
+        clock: Clock,
+        statistics: LoopStatistics,
+        senders: SenderWatch,
+        telemetry: Telemetry | None,
+        channels: ChannelWatch | None,
+    ) -> None:
+        self.frames = 0
+        """Frames that went this way."""
+        self.node, self._endpoint, self._clock = node, endpoint, clock
+        self._statistics, self._senders, self._telemetry = statistics, senders, telemetry
+        self._channels = channels
+        self._bytes = bytearray(LONGEST_FRAME)
+        self._array = np.frombuffer(self._bytes, dtype=np.uint8)
+        self._lines: dict[
+            int, tuple[str, int]
+        ] = {}  # identifier of a state: finger, identifier of its command
+
+    def prepare(self) -> None:
+        """Compile what will run; the node has been configured."""
+        fingers = self.node.frame_fingers
+        lines = {finger: line for finger in fingers if (line := self._endpoint.line(finger)) is not None}
+        self.node.run_compiled(lines)
+        self._lines = {line.state_id: (finger, line.command_id) for finger, line in lines.items()}
+
+    def look(self, intercept: Intercept | None) -> None:
+        """Let ``intercept`` look at the frames from now on, if there are any to answer; None: at none."""
+        self._endpoint.intercept = intercept if self._lines else None
+
+    def renumber(self, sent: Mapping[str, int]) -> None:
+        """Go on with the numbers of commands that were sent in the node's place."""
+        self.node.number_commands_from(sent)
+
+    def answer(self, frame: Frame) -> tuple[int, str]:
+        """Answer ``frame``; return what was done, LEFT_ALONE for nothing, and the finger."""
+        known = self._lines.get(frame.arbitration_id)
+        if known is None or not frame.fd:
+            return LEFT_ALONE, ""
+        finger, command = known
+        telemetry, length = self._telemetry, len(frame.data)
+        unknown = self._channels is not None and not self._channels.knows(finger)
+        if unknown or (telemetry is not None and telemetry.watched):
+            self.node.take_back(finger)
+            return LEFT_ALONE, finger
+        self._bytes[:length] = frame.data
+        done = self.node.on_frame(finger, self._array, length, frame.stamp, self._clock.now())
+        if done == LEFT_ALONE:
+            return LEFT_ALONE, finger
+        self.frames += 1
+        self._statistics.state(finger, frame.stamp)
+        if done & COMMANDED:
+            self._endpoint.send_frame(Frame(command, self.node.command_frame(finger).tobytes(), True))
+            self._statistics.command(finger, self._clock.now())
+        self._senders.note_values(finger, *self.node.felt(finger))
+        if telemetry is not None:
+            telemetry.count(FingertipState, finger, Direction.IN)
+            if done & COMMANDED:
+                telemetry.count(ForceCommand, finger, Direction.OUT)
+        return done, finger
