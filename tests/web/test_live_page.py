@@ -61,7 +61,7 @@ def test_every_finger_shows_margin_command_surface_and_pressure_with_units(addre
     until(page, "Object.values(vegrip.now.fingers).every(f => f.surface && f.load && f.margin.wanted)")
     for i in range(5):
         card = page.locator("button.finger").nth(i)
-        assert re.search(r"\d\.\d\d ≥ -?\d\.\d\d, sure to 95 %", card.inner_text())
+        assert re.search(r"-?\d+\.\d\d ≥ -?\d+\.\d\d, sure to 95 %", card.inner_text())
         assert re.search(r"command\s+\d+\.\d\d N", card.inner_text())
         assert "0.15" in card.inner_text()  # the wanted margin
     texts = page.locator("#surface").inner_text() + page.locator("#pressure").inner_text()
