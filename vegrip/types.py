@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 """An array of floating-point numbers; its shape stands in the docstring of what takes or returns it."""
 
 Numbers = MutableSequence[float] | Floats

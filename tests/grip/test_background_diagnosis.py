@@ -108,7 +108,7 @@ REGIME = {
     "hidden", [pytest.param("adhesion", marks=pytest.mark.long), "second_relaxation", "series_compliance"]
 )
 def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypatch, hidden) -> None:
-    states = contacts_of(hidden, 14, 4)
+    states = contacts_of(hidden, 14, 6)  # with seed 4 two effects explain it alike
     # it looks once, near the end: what a look finds in less depends on how late the machine begins it
     monkeypatch.setattr(background_diagnosis, "FAILING_FOR_S", 1e6)
     told = health_of(node, states[:-1000])
@@ -228,11 +228,26 @@ def test_evidence_is_thinned_bounded_and_without_long_air(monkeypatch) -> None:
     assert quiet.columns()["t"].size == 0
 
 
-def test_evidence_begins_out_of_contact() -> None:
+def test_evidence_begins_in_the_middle_of_a_true_stay_in_the_air() -> None:
     ring = SampleRing()
     for i in range(2000):
-        ring.note(state(i), touching=i < 500 or i > 700)
-    assert ring.columns()["normal_force"][0] == pytest.approx(500.0, abs=3)
+        lost_for_a_moment = 300 < i < 320
+        ring.note(state(i), touching=(i < 500 and not lost_for_a_moment) or i > 700)
+    assert ring.columns()["normal_force"][0] == pytest.approx(600.0, abs=4)
+
+
+def test_evidence_in_which_the_touch_never_ends_is_all_there() -> None:
+    ring = SampleRing()
+    for i in range(100):
+        ring.note(state(i), touching=True)
+    assert ring.columns()["normal_force"][0] == 0.0
+
+
+def test_what_comes_after_the_question_is_left_out() -> None:
+    ring = SampleRing()
+    for i in range(2000):
+        ring.note(state(i), touching=i > 100)
+    assert ring.columns(state(1000).stamp)["normal_force"][-1] == pytest.approx(1000.0, abs=3)
 
 
 def failing(stamp: int) -> ModelHealth:

@@ -21,7 +21,7 @@ from vegrip.messages import FingertipState, ModelHealth
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
 from vegrip.runtime.background import run_behind
-from vegrip.types import Floats
+from vegrip.types import Flags, Floats
 
 DIAGNOSED_CHANNELS = (
     "displacement",
@@ -86,21 +86,37 @@ class SampleRing:
     def __len__(self) -> int:
         return min(self._count, RING_SAMPLES)
 
-    def columns(self) -> dict[str, Floats]:
-        """Return copies in order of time from the first air on: ``t`` [s] and what was measured.
+    def columns(self, until: int | None = None) -> dict[str, Floats]:
+        """Return copies in order of time: ``t`` [s] and what was measured, up to the stamp ``until`` [ns].
 
-        The loop may go on writing meanwhile: what is out of order is put in order.
+        They begin in the middle of a stay in the air: a fit takes its memory as recovered there. The
+        loop may go on writing meanwhile: what is out of order is put in order, what is later is left out.
         """
         count = self._count
         order = np.arange(max(count - RING_SAMPLES, 0), count) % RING_SAMPLES
         order = order[np.argsort(self._stamps[order], kind="stable")]
         stamps, values, touching = self._stamps[order], self._values[order], self._touching[order]
         keep = np.diff(stamps, prepend=stamps[:1] - 1) > 0
-        free = np.flatnonzero(keep & ~touching)
-        keep[: free[0] if free.size else 0] = False
+        if until is not None:
+            keep &= stamps <= until
+        keep[: _middle_of_first_air(touching)] = False
         t = (stamps[keep] - stamps[keep][:1]) / NS
         known = {c: values[keep, i] for i, c in enumerate(DIAGNOSED_CHANNELS)}
         return {"t": t, **{c: v for c, v in known.items() if not np.all(np.isnan(v))}}
+
+
+def _middle_of_first_air(touching: Flags) -> int:
+    """Return the row in the middle of the first stay in the air that is long enough, or else of the longest.
+
+    A model that fails may lose the touch for some rows in the midst of a contact: that is no air.
+    """
+    edges = np.flatnonzero(np.diff(touching, prepend=True, append=True))
+    starts, ends = edges[::2], edges[1::2]
+    if not starts.size:
+        return 0
+    rows = ends - starts
+    chosen = np.argmax(rows >= min(AIR_SAMPLES, rows.max()))
+    return int(starts[chosen] + ends[chosen]) // 2
 
 
 class MisfitDiagnoser(Protocol):
@@ -189,7 +205,7 @@ class BackgroundDiagnosis:
 
     def _look(self, finger: str, asked: int, samples: SampleRing) -> None:
         try:
-            found = diagnose_in_subprocess(samples.columns(), self._models()[finger], self._noise)
+            found = diagnose_in_subprocess(samples.columns(asked), self._models()[finger], self._noise)
         except Exception as error:  # noqa: BLE001 (nothing that goes wrong here may end the node)
             self._logger.warning("%s: the look for a suspect failed: %s", finger, error)
             return
