@@ -35,7 +35,7 @@ SENTENCE = (
 KEPT = 256  # addresses of memories
 Entries = Mapping[str, tuple[Kind, ...]]
 
-_libraries: dict[str, Path] = {}
+_libraries: dict[tuple[str, str], Path] = {}
 
 
 class KernelsC:
@@ -105,17 +105,19 @@ def _entry(
     return function
 
 
-def library_of(text: str, entries: Entries, place: Place = unknown_place) -> Path:
+def library_of(text: str, entries: Entries, place: Place = unknown_place, more: str = "") -> Path:
     """Return the library with the ``entries`` of a ``text``, from the cache or compiled now.
+
+    ``more`` is C that stands below, for what calls the entries in turn.
 
     Raises:
         CompilerError: there is no compiler, or it failed.
         UntranslatableError: a line cannot be translated; names file and line.
 
     """
-    if text not in _libraries:
-        _libraries[text] = _library(text, entries, place)
-    return _libraries[text]
+    if (text, more) not in _libraries:
+        _libraries[text, more] = _library(text, entries, place, more)
+    return _libraries[text, more]
 
 
 def load(text: str, place: Place = unknown_place) -> KernelsC:
@@ -129,16 +131,16 @@ def load(text: str, place: Place = unknown_place) -> KernelsC:
     return KernelsC(library_of(text, ENTRIES, place))
 
 
-def _library(text: str, entries: Entries, place: Place) -> Path:
+def _library(text: str, entries: Entries, place: Place, more: str) -> Path:
     compiler = host.compiler()
     if compiler is None:
         raise host.CompilerError("there is no C compiler (cc, gcc or clang)")
 
     def make(library: Path) -> None:
         announce_compiling(SENTENCE)
-        host.build(translate(text, entries, place=place).text(), library)
+        host.build(f"{translate(text, entries, place=place).text()}\n{more}", library)
 
-    return cache.library(_name(text, compiler), make)
+    return cache.library(_name(text + more, compiler), make)
 
 
 def _name(text: str, compiler: str) -> str:
