@@ -248,8 +248,8 @@ class VegripBus(can.BusABC):
             raise can.CanOperationError(f"{self.channel_info} was opened with listen_only: it sends nothing")
         if self._error_state is ErrorState.OFF:
             raise can.CanOperationError(
-                f"{self.channel_info}: this node is bus-off after too many errors; it comes back by itself, "
-                "and what waited is lost"
+                f"{self.channel_info}: this node is bus-off after too many errors; it recovers by itself, "
+                "and frames that waited are lost"
             )
         self._hand_over(pack_request(time.monotonic_ns(), frame), deadline)
 
