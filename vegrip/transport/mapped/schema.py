@@ -112,7 +112,9 @@ class CommandMap:
     sign: int = parameter(1, doc="-1: theirs is negative when it closes")
     scale: float = parameter(1.0, doc="the signal is scale * value + offset, in the unit")
     offset: float = parameter(0.0, doc="in the unit")
-    gain: str = parameter("", doc="kind current: current for a force, as '0.4 A/N'")
+    gain: str = parameter(
+        "", doc="what of the signal is for a force, as '0.4 A/N' or '4 %/N'; current needs it"
+    )
     stiffness: str = parameter("", doc="kind position: of finger and object, as '2 N/mm'")
     feedback: str = parameter("", doc="kind position: the signal of the present position")
     low: float = parameter(float("nan"), doc="smallest value to send, in the unit")
