@@ -35,7 +35,7 @@ from vegrip.transport.mapped.checksums import ChecksumMap
 from vegrip.transport.mapped.units import SI
 
 CHANNELS: Final = tuple(SI)
-FORMATS: Final = ("json", "msgpack")
+FORMATS: Final = ("json", "msgpack", "protobuf")
 SILENCE: Final = ("holds", "opens", "unknown")
 COMMANDS: Final = ("force", "increment", "position", "current")
 
@@ -159,6 +159,7 @@ class MessageMap:
 
     counter: str = parameter("", doc="signal with a counter")
     modulus: int = parameter(0, low=0, high=1 << 32, doc="of the counter; 0: what its bits hold")
+    type: str = parameter("", doc="protobuf: full name of the message, as 'acme.HandState'")
     checksum: ChecksumMap = parameter(ChecksumMap(), doc="see the table of checksums in docs/connect.md")
 
 
@@ -244,7 +245,12 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
 
     """
     top = build(_Top, table, str(path))
-    if bool(top.database) == bool(top.format):
+    if top.format == "protobuf" and not top.database:
+        raise ConfigError(
+            f"{path}: format = 'protobuf' needs database = 'hand.desc', which protoc --include_imports "
+            "--descriptor_set_out=hand.desc hand.proto writes"
+        )
+    if top.format != "protobuf" and bool(top.database) == bool(top.format):
         raise ConfigError(f"{path}: give 'database' (CAN) or 'format' (a network), and only one of them")
     if not top.fingers:
         raise ConfigError(f"{path}: there is no [fingers.NAME]; a map needs one finger at least")
