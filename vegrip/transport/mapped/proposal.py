@@ -77,6 +77,8 @@ def propose(
 
     """
     found = guesses(database, tuple(names) or USUAL)
+    if any(not database.messages[one.message].asked for one in found if one.channel in CHANNELS):
+        found = [one for one in found if not database.messages[one.message].asked]
     if traffic is not None:
         if not heard:
             raise InputError(_nothing_heard(database, traffic))
