@@ -16,6 +16,7 @@ from vegrip.errors import ConfigError, InputError, UsageError
 
 if TYPE_CHECKING:
     from vegrip.transport.mapped.drafts import Setting
+    from vegrip.transport.mapped.now import Now
     from vegrip.transport.mapped.plan import Plan
     from vegrip.transport.mapped.proposal import Proposal
     from vegrip.transport.mapped.questions import Findings, Window
@@ -86,17 +87,22 @@ def connect(
     hand --check
     """
     from vegrip.transport.mapped.drafts import for_each_finger
+    from vegrip.transport.mapped.now import MappedNow, SignalsNow
+    from vegrip.transport.mapped.open import open_plan
     from vegrip.transport.mapped.traffic_log import traces
 
     said = [_setting(each) for each in settings or []]
     _refuse(database, output, log, force=force)
     windows = _windows(rest=rest, press=press, shear=shear, twist=twist)
     transport = _transport(channel, interface, bitrate, fd=fd) if channel else {}
-    traffic = _traffic(log, transport, windows, seconds, ask=ask and not as_json)
     if database.suffix.lower() == ".toml":
-        _tell_map(database, traffic, as_json=as_json)
+        plan = open_plan(database)
+        traffic = _traffic(log, transport, windows, seconds, MappedNow(plan), ask=False, shows=not as_json)
+        _tell(plan, traffic, None, None, None, "", as_json=as_json)
         return
     known = _database(database, _pairs(nodes))
+    asks = ask and not as_json
+    traffic = _traffic(log, transport, windows, seconds, SignalsNow(known), ask=asks, shows=not as_json)
     heard = traces(traffic, known) if traffic is not None else {}
     names = tuple(name.strip() for name in fingers.split(",") if name.strip())
     proposal, findings = _proposed(
@@ -160,7 +166,14 @@ def _database(path: Path, nodes: dict[str, int]) -> Any:
 
 
 def _traffic(
-    log: Path | None, transport: dict[str, Any], windows: "dict[str, Window]", seconds: float, *, ask: bool
+    log: Path | None,
+    transport: dict[str, Any],
+    windows: "dict[str, Window]",
+    seconds: float,
+    now: "Now",
+    *,
+    ask: bool,
+    shows: bool,
 ) -> "Traffic | None":
     from vegrip.identification.recording.can_log import frames_of
     from vegrip.transport.mapped.traffic_log import traffic_of
@@ -169,13 +182,20 @@ def _traffic(
         return traffic_of(frames_of(log, extended=True))
     if not transport:
         return None
-    return _listen(transport, windows, seconds, ask=ask and sys.stdin.isatty() and not windows)
+    asks = ask and sys.stdin.isatty() and not windows
+    return _listen(transport, windows, seconds, now if shows and sys.stdout.isatty() else None, ask=asks)
 
 
 def _listen(
-    transport: dict[str, Any], windows: "dict[str, Window]", seconds: float, *, ask: bool
+    transport: dict[str, Any],
+    windows: "dict[str, Window]",
+    seconds: float,
+    now: "Now | None",
+    *,
+    ask: bool,
 ) -> "Traffic":
-    """Collect live traffic: as long as the windows last, or for each question."""
+    """Collect live traffic, as long as the windows last or for each question; show it in a terminal."""
+    from vegrip.cli._live_values import showing
     from vegrip.clock import NS
     from vegrip.config import build
     from vegrip.transport.can_port import open_port
@@ -189,10 +209,14 @@ def _listen(
     traffic = Traffic()
 
     def take(until: float) -> None:
-        while (left := until - time.monotonic()) > 0.0:
-            frame = port.receive(left)
-            if frame is not None:
-                traffic.add(frame)
+        with showing(now) as show:
+            while (left := until - time.monotonic()) > 0.0:
+                frame = port.receive(min(left, 0.1))
+                if frame is not None:
+                    traffic.add(frame)
+                    if now is not None:
+                        now.take(frame)
+                show()
 
     try:
         if not ask:
@@ -264,14 +288,6 @@ def _setting(text: str) -> "Setting":
     except tomllib.TOMLDecodeError:
         parsed = value.strip()
     return [part.strip() for part in key.split(".")], parsed
-
-
-def _tell_map(path: Path, traffic: "Traffic | None", *, as_json: bool) -> None:
-    """Show what a map makes of traffic, and what it costs."""
-    from vegrip.transport.mapped.open import open_plan
-
-    plan = open_plan(path)
-    _tell(plan, traffic, None, None, None, "", as_json=as_json)
 
 
 def _tell(
