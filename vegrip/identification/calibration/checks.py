@@ -113,7 +113,7 @@ def _longest(recording: Recording, pressed: NDArray[np.bool_], values: Floats, s
 def _slides(recording: Recording, how: str) -> list[str]:
     columns = recording.columns
     if not {"tangential_force_x", "tangential_force_y", "torque_z"} & set(columns):
-        return ["no tangential force is measured, so it tells nothing of friction"]
+        return ["no tangential force is measured, so friction cannot be found from it"]
     if "slip" not in columns:
         return [
             "it has no slip column, so the load at slip is not known: mark the rows that slide with slip = 1"

@@ -77,7 +77,7 @@ def law_of(command: CommandMap, unit: str, where: str) -> Law:
         if stiffness <= 0.0:
             raise ConfigError(
                 f"{where}: 'stiffness' is {command.stiffness!r}; it must be positive; direction "
-                "is told by 'sign'"
+                "is set by 'sign'"
             )
         per_newton = 1.0 / stiffness
     else:

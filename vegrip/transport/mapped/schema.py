@@ -322,7 +322,7 @@ def _finger(table: Mapping[str, Any], where: str) -> FingerMap:
         _check_taxels(taxels, channels, where)
     if taxels is None and not {"normal_force", "displacement"} & channels.keys():
         raise ConfigError(
-            f"{where}: neither normal_force nor displacement is mapped; nothing can be told "
+            f"{where}: neither normal_force nor displacement is mapped; nothing can be estimated "
             "without one of them"
         )
     return FingerMap(channels, keys.trigger, keys.max_age, _rotation(keys, where), taxels, command)
