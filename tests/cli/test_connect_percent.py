@@ -168,6 +168,17 @@ def test_a_count_of_several_pages_is_no_counter_and_one_that_ends_early_has_its_
     assert messages["FINGER_FB"]["checksum"] == {"signal": "Chk", "kind": "sum", "final": 255}
 
 
+def test_the_noise_of_a_held_value_covers_what_it_is_late_by(log, folder):
+    assert connect(log, *WINDOWS, *GAINS) == 0
+    noise = tomllib.loads((folder / "hand.toml").read_text())["fingers"]["thumb"]["displacement"]["noise"]
+    t, depth, *_ = motion()
+    pressing = (t >= 1.0) & (t <= 4.0)
+    held = depth[(np.arange(t.size) // 5) * 5]  # of every fifth sample
+    late = float(np.sqrt(np.mean((depth - held)[pressing] ** 2)))
+    assert noise > np.sqrt(5.0) * late
+    assert noise < 3.0 * np.sqrt(5.0) * np.hypot(late, 0.0005 * INCH / np.sqrt(12.0))
+
+
 def test_a_finger_that_was_not_pressed_has_no_zero_of_its_indentation_and_that_is_told(log, capsys):
     connect(log, *WINDOWS, *GAINS, "--json")
     assert any(
