@@ -15,6 +15,7 @@ from vegrip.cli._outputs import FORCE
 from vegrip.errors import ConfigError, InputError, UsageError
 
 if TYPE_CHECKING:
+    from vegrip.transport.mapped.database import Database
     from vegrip.transport.mapped.drafts import Setting
     from vegrip.transport.mapped.now import Now
     from vegrip.transport.mapped.plan import Plan
@@ -104,14 +105,18 @@ def connect(
     asks = ask and not as_json
     traffic = _traffic(log, transport, windows, seconds, SignalsNow(known), ask=asks, shows=not as_json)
     heard = traces(traffic, known) if traffic is not None else {}
+    if traffic is not None:
+        _check_windows(windows, traffic)
     names = tuple(name.strip() for name in fingers.split(",") if name.strip())
     proposal, findings = _proposed(
         database, output, known, heard, traffic, names, _pairs(nodes), windows, said
     )
     text = _text(proposal, transport, database, settings or [])
     plan, text = _checked(text, output or Path("hand.toml"), for_each_finger(said, proposal.fingers))
+    if findings is not None and traffic is not None:
+        findings.implausible += _short(traffic, known)
     if output is not None:
-        output.write_text(text, encoding="utf-8")
+        _write(output, text)
     _tell(plan, traffic, proposal, findings, output, text, as_json=as_json)
 
 
@@ -142,6 +147,31 @@ def _windows(**given: str) -> "dict[str, Window]":
             raise UsageError(f"--{name} is {text!r}; give two times in seconds, as in 2..5")
         found[name] = window
     return found
+
+
+def _check_windows(windows: "dict[str, Window]", traffic: "Traffic") -> None:
+    for name, (first, last) in windows.items():
+        if traffic.frames and first >= traffic.duration:
+            raise InputError(
+                f"--{name} {first:g}..{last:g} lies after the end of the traffic, which lasts "
+                f"{traffic.duration:.1f} s"
+            )
+
+
+def _short(traffic: "Traffic", database: "Database") -> list[str]:
+    """Return what is told of frames that are too short."""
+    return [
+        f"{count} frames of {name} are shorter than the {database.messages[name].length} bytes that "
+        f"{database.name} says, and were left out; ask for the database of this version of the hand"
+        for name, count in traffic.short.items()
+    ]
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
 
 
 def _pairs(text: str) -> dict[str, int]:

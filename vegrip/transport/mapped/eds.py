@@ -58,7 +58,8 @@ def read_eds(path: Path, nodes: Mapping[str, int]) -> Database:
 
     if not nodes:
         raise ConfigError(
-            f"{path}: the map does not say which node is which finger; add nodes = {{ thumb = 32, ... }}"
+            f"{path}: the map does not say which node is which finger; add nodes = {{ thumb = 32, ... }}, or "
+            "--nodes thumb=32,index=33 to vegrip connect"
         )
     messages: dict[str, ForeignMessage] = {}
     for finger, node in nodes.items():
