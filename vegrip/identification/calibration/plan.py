@@ -86,7 +86,7 @@ def next_of(
     before = distance(np.sqrt(np.diag(now)), goals)
     best: tuple[float, Trial] | None = None
     for kind in kinds:
-        for trial in trials_of(kind, contest, limits, rig):
+        for trial in trials_of(kind, contest, limits, rig, is_first=bool(open_)):
             report(f"weighs {trial.protocol.name}")
             added = _information(contest, trial, fit)
             after = distance(np.sqrt(np.diag(np.linalg.inv(information + added))), goals)

@@ -362,6 +362,14 @@ class VegripBus(can.BusABC):
         return [{"interface": "vegrip", "channel": name} for name in sorted(names)]
 
 
+def hub_process(channel: str) -> int | None:
+    """Return the number of the process that is the bus ``channel``, None when it is not known."""
+    try:
+        return int(socket_path("can", f"{channel}.lock").read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        return None
+
+
 def _join(
     channel: str, bitrate: int | None, data_bitrate: int | None, character: Mapping[str, Any]
 ) -> tuple[socket.socket, dict[str, Any]]:
