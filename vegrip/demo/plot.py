@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vegrip.demo.run import DESCRIPTION
+from vegrip.plotting import save_figure
 from vegrip.validation.controllers.candidates import LABEL
 from vegrip.validation.controllers.closed_loop import Course
 from vegrip.validation.controllers.result import result_of
@@ -24,7 +24,6 @@ def draw_comparison(
     courses: Mapping[str, Course], events: tuple[Disturbance, ...], path: Path, duration: float
 ) -> None:
     """Write the picture of ``courses`` (by name of the controller) to ``path``."""
-    mpl.rcParams["svg.hashsalt"] = "vegrip"  # the same picture gives the same file
     figure = Figure(figsize=(10.0, 7.6), layout="constrained")
     figure.suptitle(
         "One object, the same disturbances: how hard each controller grips, and how near it comes to slipping"
@@ -51,7 +50,7 @@ def draw_comparison(
     margin.set_xlim(SETTLED_S, duration)
     for axes in (force, margin):
         axes.grid(alpha=0.25)
-    figure.savefig(path, dpi=140)
+    save_figure(figure, path, dpi=140)
 
 
 def _legend(name: str, course: Course) -> str:
