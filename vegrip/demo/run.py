@@ -20,7 +20,7 @@ from vegrip.demo.worker_handle import WorkerHandle
 from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission
 from vegrip.identification.recording.background import BackgroundWriter
 from vegrip.identification.recording.writer import RecordingWriter
-from vegrip.messages import ForceCommand, Message, Reason
+from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, Reason
 from vegrip.runtime.monitor import Board
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
@@ -73,7 +73,9 @@ class Demo:
     held: int = 0  # of the commands
     news: HandNews | None = None
     page: Page | None = None
+    believed: Course = field(default_factory=lambda: Course(()))  # of friction
     _load_due: float = 0.0
+    _first_stamp: int | None = None
 
     def watch(self, endpoint: Endpoint, recorder: BackgroundWriter) -> None:
         """Take what is on the bus."""
@@ -81,6 +83,7 @@ class Demo:
         while messages := endpoint.receive(0.0):
             for message in messages:
                 self._count(message)
+                self._believe(message)
                 self.board.take(message, time.monotonic_ns())
                 recorder.offer(message)
                 if self.page is not None:
@@ -92,6 +95,13 @@ class Demo:
             load = endpoint.bus_load()
             if not math.isnan(load):
                 self.loads.append(load)
+
+    def _believe(self, message: Message) -> None:
+        """Note what the estimates say of friction, by the time of the hand."""
+        if isinstance(message, FingertipState) and self._first_stamp is None:
+            self._first_stamp = message.stamp
+        if isinstance(message, ContactEstimate) and self._first_stamp is not None:
+            self.believed.believe(message, (message.stamp - self._first_stamp) / NS)
 
     def _count(self, message: Message) -> None:
         if isinstance(message, ForceCommand) and self.news is not None:
@@ -153,7 +163,8 @@ def run(
     parameters = candidates.parameters("vegrip", candidates.KNOBS[scenario.grasp]["vegrip"])
     fingers = scenario.settings.fingers
     transport: dict[str, Any] = {"kind": "can", "channel": f"demo-{os.getpid()}", "sender_time": True}
-    demo = Demo(scenario, folder, Board(time.monotonic_ns(), fingers), page=page)
+    board = Board(time.monotonic_ns(), fingers)
+    demo = Demo(scenario, folder, board, page=page, believed=Course(fingers))
     noise = {name: getattr(parameters.noise, name) for name in ("normal_force", "displacement", "torque_z")}
     with ExitStack() as stack:
         writer = RecordingWriter(folder, radius=parameters.tip.radius, sensors=noise)
@@ -178,9 +189,9 @@ def run(
         raise KeyboardInterrupt  # interrupted before there was anything to sum up
     load = sum(demo.loads) / len(demo.loads) if demo.loads else math.nan
     held = demo.held / max(demo.commands, 1)
-    return Outcome(
-        folder, hand.statistics_at_end.rest, node.statistics_at_end, load, held, interrupted, writer.problem
-    )
+    course: Course = hand.statistics_at_end.rest
+    course.friction = demo.believed.friction
+    return Outcome(folder, course, node.statistics_at_end, load, held, interrupted, writer.problem)
 
 
 def _play(
