@@ -27,7 +27,7 @@ test-numba: $(STAMP)  ## the tests of estimator and grasp with the estimator com
 test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-Mode-Linux where this kernel has none
 	tests/vcan/run $(V)/python -m pytest -q -p no:cacheprovider tests/vcan tests/canopen/test_with_canopen.py tests/canopen/test_trouble.py
 
-test-c: $(STAMP)  ## the estimator in C against numba, every effect; the export with gcc, clang, sanitizers, cppcheck, an emulated Cortex-M7
+test-c: $(STAMP)  ## the estimator in C against numba, every effect; the export with gcc, clang, sanitizers, cppcheck, MISRA, emulated Cortex-M7 and M4F
 	$(V)/python -m pytest -q -n auto tests/c99 tests/export
 
 test-web: $(STAMP)  ## the pages in a real browser, headless: Chromium of the distribution (apt-get install chromium)

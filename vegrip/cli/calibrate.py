@@ -112,7 +112,13 @@ def _opened(
 ) -> "Calibration":
     from vegrip.cli.experiment import rig_limits
     from vegrip.identification.calibration.practice import practice_tip
-    from vegrip.identification.calibration.session import Calibration, load, save, usual_limits
+    from vegrip.identification.calibration.session import (
+        Calibration,
+        load,
+        other_limits,
+        save,
+        usual_limits,
+    )
     from vegrip.identification.recording.units import parse_length
 
     found = load(folder)
@@ -123,6 +129,7 @@ def _opened(
     if found is not None:
         if metres is not None and metres != found.radius:
             raise UsageError(f"{folder} is the calibration of a fingertip of radius {found.radius:g} m")
+        found.limits = other_limits(found.limits, given)
         return found
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(f"{folder}: is no calibration; give another folder")

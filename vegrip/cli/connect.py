@@ -15,6 +15,7 @@ from vegrip.cli._outputs import FORCE
 from vegrip.errors import ConfigError, InputError, UsageError
 
 if TYPE_CHECKING:
+    from vegrip.transport.mapped.drafts import Setting
     from vegrip.transport.mapped.plan import Plan
     from vegrip.transport.mapped.proposal import Proposal
     from vegrip.transport.mapped.questions import Findings, Window
@@ -40,7 +41,9 @@ SECONDS = Annotated[
 ]
 SETTINGS = Annotated[
     list[str] | None,
-    typer.Option("--set", help="KEY=VALUE of the map, e.g. fingers.thumb.normal_force.sign=-1."),
+    typer.Option(
+        "--set", help="KEY=VALUE of the map, e.g. fingers.thumb.normal_force.sign=-1; fingers.* is all."
+    ),
 ]
 ASK = Annotated[bool, typer.Option("--ask/--no-ask", help="Live: ask for rest, press, shear and twist.")]
 JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -82,8 +85,10 @@ def connect(
     --log foreign.blf --rest 0..2 --press 2..5 --shear 5..8 --twist 8..10 --channel can0 && vegrip launch
     hand --check
     """
+    from vegrip.transport.mapped.drafts import for_each_finger
     from vegrip.transport.mapped.traffic_log import traces
 
+    said = [_setting(each) for each in settings or []]
     _refuse(database, output, log, force=force)
     windows = _windows(rest=rest, press=press, shear=shear, twist=twist)
     transport = _transport(channel, interface, bitrate, fd=fd) if channel else {}
@@ -94,9 +99,11 @@ def connect(
     known = _database(database, _pairs(nodes))
     heard = traces(traffic, known) if traffic is not None else {}
     names = tuple(name.strip() for name in fingers.split(",") if name.strip())
-    proposal, findings = _proposed(database, output, known, heard, traffic, names, _pairs(nodes), windows)
+    proposal, findings = _proposed(
+        database, output, known, heard, traffic, names, _pairs(nodes), windows, said
+    )
     text = _text(proposal, transport, database, settings or [])
-    plan, text = _checked(text, output or Path("hand.toml"), settings or [])
+    plan, text = _checked(text, output or Path("hand.toml"), for_each_finger(said, proposal.fingers))
     if output is not None:
         output.write_text(text, encoding="utf-8")
     _tell(plan, traffic, proposal, findings, output, text, as_json=as_json)
@@ -211,14 +218,18 @@ def _proposed(
     names: tuple[str, ...],
     nodes: Mapping[str, int],
     windows: "dict[str, Window]",
+    said: "list[Setting]",
 ) -> "tuple[Proposal, Findings | None]":
     from vegrip.transport.mapped.proposal import propose
     from vegrip.transport.mapped.questions import learn
+    from vegrip.transport.mapped.unknown_units import leave_out_unknown_units
 
-    proposal = propose(known, heard, traffic, names, nodes)
+    proposal = propose(known, heard, traffic, names, nodes, said)
     folder = (output or Path("hand.toml")).absolute().parent
     proposal.database = os.path.relpath(database.absolute(), folder)
-    return proposal, learn(proposal, heard, windows, known) if traffic is not None else None
+    findings = learn(proposal, heard, windows, known, said) if traffic is not None else None
+    leave_out_unknown_units(proposal)
+    return proposal, findings
 
 
 def _text(proposal: "Proposal", transport: dict[str, Any], database: Path, settings: list[str]) -> str:
@@ -229,7 +240,7 @@ def _text(proposal: "Proposal", transport: dict[str, Any], database: Path, setti
     return map_text(proposal, transport, about)
 
 
-def _checked(text: str, path: Path, settings: list[str]) -> "tuple[Plan, str]":
+def _checked(text: str, path: Path, settings: "list[Setting]") -> "tuple[Plan, str]":
     """Read the text back as a node will; ``--set`` goes over it."""
     from vegrip.transport.mapped.codec import MappedCodec
     from vegrip.transport.mapped.open import read_database
@@ -237,14 +248,14 @@ def _checked(text: str, path: Path, settings: list[str]) -> "tuple[Plan, str]":
     from vegrip.transport.mapped.schema import parse_map
     from vegrip.transport.mapped.writer import changed_text
 
-    text = changed_text(text, [_setting(each) for each in settings])
+    text = changed_text(text, settings)
     hand = parse_map(tomllib.loads(text), path)
     plan = make_plan(hand, read_database(hand), tuple(hand.fingers))
     MappedCodec(plan)  # compiles, and finds what only then shows
     return plan, text
 
 
-def _setting(text: str) -> tuple[list[str], Any]:
+def _setting(text: str) -> "Setting":
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
         raise UsageError(f"--set is {text!r}; write KEY=VALUE, as in fingers.thumb.normal_force.sign=-1")
@@ -284,7 +295,8 @@ def _tell(
             f"({_counts(values.rejected) or 'no message of it came'}); "
             "look at the trigger, and at counter and checksum of [messages]"
         )
-    doubts = proposal.doubts if proposal is not None else []
+    doubts = [*(proposal.doubts if proposal is not None else [])]
+    doubts += findings.open if findings is not None else []
     learned = findings.learned if findings is not None else []
     implausible = [*(findings.implausible if findings is not None else [])]
     implausible += values.implausible() if values is not None else []

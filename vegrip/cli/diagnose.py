@@ -128,7 +128,7 @@ def _print(found: "Diagnosis") -> None:
         console.print(f"what is left depends on {left['variable']} ({left['channel']})")
     if told["experiment"]:
         for name, text in told["experiment"]["suggestions"].items():
-            console.print(f"to tell {name}: {text}")
+            console.print(f"to distinguish {name}: {text}")
     for channel, source in told["noise"].items():
         console.print(f"noise of {channel}: {source}", soft_wrap=True)
     unseen: dict[str, list[str]] = {}

@@ -96,7 +96,7 @@ def experiment(
         else:
             _print(found, output if written else None)
         if best is None and plot is not None:
-            raise UsageError(f"nothing to draw: {found.advice}")
+            raise UsageError(f"there is no motion to draw: {found.advice}")
         return None
 
 

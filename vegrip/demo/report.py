@@ -29,6 +29,7 @@ def as_json(outcome: Outcome) -> dict[str, object]:
         "bus_load": outcome.bus_load,
         "min_margin": figures.min_margin,
         "mean_grip_force": figures.mean_grip_force,
+        "cores": outcome.cores,
         "recording": str(outcome.folder),
     }
 
@@ -41,6 +42,8 @@ def summary(outcome: Outcome, courses: dict[str, Course]) -> Group:
         f" latency {node.latency_p50:.0f} us (p50), {node.latency_p99:.0f} us (p99),"
         f" {node.latency_max:.0f} us (worst); {node.deadline_misses} deadline misses;"
         f" bus load {100.0 * outcome.bus_load:.0f} %",
+        f"processor: {sum(outcome.cores.values()):.2f} cores"
+        f" ({', '.join(f'{name} {share:.2f}' for name, share in outcome.cores.items())})",
         f"recording: {outcome.folder}",
     ]
     lines += compare_results({name: result_of(course) for name, course in courses.items()})

@@ -27,6 +27,7 @@ from vegrip.identification.simulate.protocol import greatest_depth, greatest_spe
 from vegrip.model import read_model
 
 SEED = 4
+SOFT = 11
 
 
 @pytest.fixture(scope="module")
@@ -108,6 +109,20 @@ def test_the_first_trial_is_gentle() -> None:
     assert gentle is not None
     assert bold is not None
     assert greatest_depth(gentle.protocol) < greatest_depth(bold.protocol) <= 0.51 * limits.depth
+
+
+def test_a_fingertip_softer_than_guessed_is_pressed_deeper_and_not_refused(tmp_path: Path) -> None:
+    tip = practice_tip(SOFT)
+    calibration = Calibration(tmp_path, tip.radius, usual_limits(RigLimits(), tip.radius))
+    first = judge(calibration).next.trial
+    assert first is not None
+    done = calibration.take(practise(first, tip, SOFT))
+    assert "too gently" in done.problems[0]
+    second = judge(calibration).next.trial
+    assert second is not None
+    assert second.kind == "press"
+    assert greatest_depth(second.protocol) > 1.5 * greatest_depth(first.protocol)
+    assert calibration.take(practise(second, tip, SOFT + 1)).is_good
 
 
 def _like(recording: Recording, **columns: np.ndarray | None) -> Recording:

@@ -100,7 +100,8 @@ def variance_without_force(m: Floats) -> float:
     relative = m[REP_GAUGE_REL]
     part = m[REP_FORCE_STD] / m[REP_FORCE] if m[REP_FORCE] > 0.0 else math.inf
     if not (relative < UNKNOWN and part < UNKNOWN):
-        return (math.sinh(WIDE * math.sqrt(m[FRI_VAR])) / WIDE) ** 2
+        spread = math.sinh(WIDE * math.sqrt(m[FRI_VAR])) / WIDE
+        return spread * spread
     return float(max(relative * relative - part * part, 0.0))
 
 

@@ -183,7 +183,9 @@ def forget(m: Floats, dt: float, touching: bool) -> None:
     """
     grown = m[SET_MU_DRIFT] * m[SET_MU_DRIFT] * dt
     if touching and m[FRI_TOUCHING] < 0.5:
-        grown += m[SET_REGRASP] * m[SET_REGRASP] * min(m[FRI_SCATTER_VAR] / m[SET_SCATTER] ** 2, 1.0)
+        grown += (
+            m[SET_REGRASP] * m[SET_REGRASP] * min(m[FRI_SCATTER_VAR] / (m[SET_SCATTER] * m[SET_SCATTER]), 1.0)
+        )
         m[FRI_SLIDING] = m[FRI_SLIDE_COUNT] = 0.0
         m[FRI_SMOOTH] = 0.0
         new_loading(m)

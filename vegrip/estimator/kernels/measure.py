@@ -51,7 +51,7 @@ from vegrip.estimator.kernels.generated import (
     readout,
 )
 from vegrip.estimator.kernels.predict import STRAIGHT
-from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
+from vegrip.estimator.kernels.roots import WIDE, bend_variance, shifted, square_root
 from vegrip.estimator.kernels.state import clear, contact, copy_section, copy_state, step_of
 
 RATIO_TIME = 1.0  # [s] over which slopes are averaged where the tip rests
@@ -169,7 +169,7 @@ def regress_force(m: Floats) -> tuple[float, float]:
                 fall = base - contact(m, TRY0)[3]
             m[G0 + j] = (rise + fall) / (2.0 * WIDE)
             missed += (rise - fall) / (2.0 * WIDE * WIDE)
-            bend += (rise - fall) ** 2 * (WIDE * WIDE - 1.0) / (4.0 * WIDE**4)
+            bend += bend_variance(rise - fall)
     solve_slopes(m)
     m[H0 + OFFSET] = 0.0
     m[H0 + BIAS] = 1.0

@@ -56,7 +56,8 @@ def onset_probability(m: Floats, u: float, unsure: float) -> float:
 
 def onset_spread(m: Floats) -> float:
     """Standard deviation of ``ln u*``: friction before this loading, scatter, error of N, a and k."""
-    friction_part = (math.sinh(WIDE * math.sqrt(m[CONSIDER0 + CONSIDERED_MU])) / WIDE) ** 2
+    friction_std = math.sinh(WIDE * math.sqrt(m[CONSIDER0 + CONSIDERED_MU])) / WIDE
+    friction_part = friction_std * friction_std
     rest = max(m[REP_GAUGE_REL] * m[REP_GAUGE_REL] - friction_part, 0.0)
     return math.sqrt(m[FRI_BASE_VAR] + m[FRI_SCATTER_VAR] + min(rest, 1e2))
 

@@ -48,7 +48,7 @@ from vegrip.estimator.kernels.generated import (
     M,
     N,
 )
-from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
+from vegrip.estimator.kernels.roots import WIDE, bend_variance, shifted, square_root
 from vegrip.estimator.kernels.state import copy_section, copy_state, propagate, walk_within
 
 STRAIGHT = 0.02  # relative change below which a law is taken for straight over the spread of the state
@@ -141,7 +141,7 @@ def step_along(m: Floats, dt: float, displacement: float, j: int) -> None:
         m[F0 + i * N + j] = (rise + fall) / (2.0 * WIDE)
         if not KEPT[EFFECTS + i]:
             m[B0 + i] += (rise - fall) / (2.0 * WIDE * WIDE)
-            m[BEND0 + i] += (rise - fall) ** 2 * (WIDE * WIDE - 1.0) / (4.0 * WIDE**4)
+            m[BEND0 + i] += bend_variance(rise - fall)
 
 
 def move_covariance(m: Floats, driven: bool) -> None:

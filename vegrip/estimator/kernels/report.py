@@ -160,7 +160,8 @@ def utilisation(m: Floats) -> tuple[float, float]:
     gauge_now = m[REP_GAUGE]
     if not gauge_now > 0.0 or m[REP_CONTACT] < 0.5:
         return math.nan, math.inf
-    friction_part = (math.sinh(WIDE * math.sqrt(m[CONSIDER0 + CONSIDERED_MU])) / WIDE) ** 2
+    friction_std = math.sinh(WIDE * math.sqrt(m[CONSIDER0 + CONSIDERED_MU])) / WIDE
+    friction_part = friction_std * friction_std
     known = max(m[REP_GAUGE_REL] * m[REP_GAUGE_REL] - friction_part, 0.0)
     noise = m[REP_GAUGE_ABS] / gauge_now
     return gauge_now * math.exp(m[FRI_LN_MU]), math.sqrt(known + noise * noise)

@@ -91,7 +91,8 @@ def unseen_depth(m: Floats) -> float:
     for j in range(LEARNED_FROM, M):
         keep = m[TRY0 + j]
         m[TRY0 + j] = keep + SOFTER * math.sqrt(m[P0 + j * N + j])
-        softer += (contact(m, TRY0)[3] / force - 1.0) ** 2 if force > 0.0 else 0.0
+        change = contact(m, TRY0)[3] / force - 1.0 if force > 0.0 else 0.0
+        softer += change * change
         m[TRY0 + j] = keep
     meet(m, TRY0, threshold * (1.0 + math.sqrt(softer)), 0.0)
     return max(float(m[TRY0 + DELTA]), 0.0)

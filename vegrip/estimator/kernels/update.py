@@ -243,7 +243,8 @@ def begin_all_anew(m: Floats, force: float, displacement: float) -> None:
     m[COUNT_RESTARTS] += 1.0
     period = m[MODE_PERIOD]
     begin(m, force, displacement)
-    loosen(m, OFFSET, (ZERO_MOVED * m[SET_TIP_RADIUS]) ** 2)
+    moved = ZERO_MOVED * m[SET_TIP_RADIUS]
+    loosen(m, OFFSET, moved * moved)
     begin_contact(m, force, displacement)
     m[MODE_PERIOD] = period
     m[DISPLACEMENT_STREAK] = m[FORCE_STREAK] = 0.0

@@ -9,6 +9,7 @@
 """
 
 import json
+import math
 import shutil
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -168,6 +169,13 @@ def judge(calibration: Calibration, report: Report = lambda _: None) -> Standing
     trial = found.next.trial
     calibration.asked = {} if trial is None else {"kind": trial.kind, "name": trial.protocol.name}
     return found
+
+
+def other_limits(limits: RigLimits, given: RigLimits) -> RigLimits:
+    """Return ``limits`` with what is ``given``, neither NaN nor as usual, instead."""
+    usual = asdict(RigLimits())
+    said = {name: v for name, v in asdict(given).items() if not math.isnan(v) and v != usual[name]}
+    return replace(limits, **said)
 
 
 def usual_limits(given: RigLimits, radius: float) -> RigLimits:

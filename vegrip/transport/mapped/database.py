@@ -67,3 +67,4 @@ class Database:
     name: str
     messages: Mapping[str, ForeignMessage]
     opening: tuple[tuple[int, bytes], ...] = ()  # frames to send once, before anything comes
+    descriptors: bytes = b""  # of protobuf

@@ -88,7 +88,7 @@ def _messages(plan: Plan) -> list[str]:
         return [
             (
                 "messages have no checksum, and a counter only if you map one: a repeated or "
-                "replayed state is not told from a new one"
+                "replayed state is not distinguished from a new one"
             )
         ]
     bare = [

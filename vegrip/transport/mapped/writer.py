@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vegrip.transport.mapped.proposal import Draft, Proposal, is_complete
+from vegrip.transport.mapped.drafts import Draft, is_complete
+from vegrip.transport.mapped.proposal import Proposal
 
 UNITS = {"normal": "[N]", "tangential": "[N]", "torque": "[N m]"}
 
