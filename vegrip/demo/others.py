@@ -15,14 +15,14 @@ from vegrip.validation.controllers.result import result_of
 from vegrip.validation.controllers.scenario import Scenario
 
 CONTACT = ("tangential", "torque", "mu", "radius", "exponent")
-AS_FORCEFUL = ", force of vegrip"
+AS_FORCEFUL = ", same force"
 """Ends the name of a controller whose knob gives it about the mean force of vegrip."""
 
 
 def label_of(name: str) -> str:
-    """Return what a controller is called in tables and pictures."""
+    """Return what a controller is called in tables and sentences."""
     base = name.removesuffix(AS_FORCEFUL)
-    return LABEL[base] + name[len(base) :]
+    return LABEL[base].removesuffix(" grip") + name[len(base) :] if base != name else LABEL[base]
 
 
 def run_other_controllers(scenario: Scenario, mean_force: float) -> dict[str, Course]:

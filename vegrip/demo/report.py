@@ -13,6 +13,8 @@ from vegrip.validation.controllers.closed_loop import Course
 from vegrip.validation.controllers.result import Result, result_of
 from vegrip.validation.controllers.scenario import CORES_OF_THE_HAND, SETTLED_S, Scenario
 
+ALIKE = 0.05
+"""Part of the force by which two mean forces may differ and still be called the same."""
 OVERLOAD = 0.01
 """Share of commands from which on it is said that they were late, or held."""
 
@@ -78,7 +80,7 @@ def _compare_result(name: str, theirs: Result, ours: Result) -> str:
         return f"{name} against vegrip: {' and '.join(who)} dropped the object"
     ratio = theirs.mean_grip_force / ours.mean_grip_force
     more, less = f"{ratio:.1f} times the force of", f"{100.0 * (1.0 - ratio):.0f} % less force than"
-    force = more if ratio >= 1.0 else less
+    force = "as much force as" if abs(ratio - 1.0) < ALIKE else more if ratio >= 1.0 else less
     margins = f"least margin {theirs.min_margin:.2f} against {ours.min_margin:.2f}"
     return f"{name}: {force} vegrip, {theirs.slips} slips against {ours.slips}, {margins}"
 
@@ -111,7 +113,7 @@ def _table(courses: dict[str, Course]) -> Table:
         "slips",
         "object",
         "mean grip force",
-        "over the least possible",
+        "over least",
         "least margin",
     ):
         table.add_column(header, justify="left" if header in ("controller", "object") else "right")
