@@ -1,5 +1,6 @@
 """Nodes as processes of their own, for benchmarks, in a runtime folder of their own."""
 
+import math
 import os
 import subprocess
 import sys
@@ -40,6 +41,25 @@ def running(program: str, *settings: str, name: str = "") -> Iterator[None]:
     finally:
         process.terminate()
         process.wait()
+
+
+def latencies_p99(name: str, seconds: int) -> list[float]:
+    """Return the 99th percentile [us] of ``seconds`` seconds in which the node answered something.
+
+    Raises:
+        VegripError: there are not so many within ``PATIENCE`` s more.
+
+    """
+    node, found = find_node(name), list[float]()
+    deadline = time.monotonic() + seconds + PATIENCE
+    while len(found) < seconds:
+        if time.monotonic() > deadline:
+            raise VegripError(f"{name} answers nothing; is the machine too busy for it?")
+        time.sleep(1.0)
+        latest = float(ask(node, "status")["latency_p99"])
+        if math.isfinite(latest):  # NaN: nothing was answered in this second
+            found.append(latest)
+    return found
 
 
 def _wait_until_active(name: str, process: subprocess.Popen[bytes]) -> None:

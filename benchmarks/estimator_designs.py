@@ -7,6 +7,8 @@ prints the table of docs/estimator.md; without a folder, three short recordings 
 * ``driven``: extended Kalman filter driven by the measured displacement (``_designs_driven.py``)
 * ``regression``: the same by iterated statistical linear regression, memory as a force
 * ``product``: :class:`vegrip.estimator.ContactEstimator`
+* ``particles``: reference, Rao-Blackwellised particle filter with the same prior (``_designs_particles.py``),
+  only with ``--particles``: minutes for each recording
 * ``prior``: reference, batch fit of all data up to each look with the same prior (``_designs_reference.py``)
 * ``truth``: reference, everything known but the error of the present displacement (``_designs_reference.py``)
 
@@ -27,6 +29,7 @@ from numpy.typing import NDArray
 from vegrip.benchmarks._designs_contact import BIAS, DELTA, LN_K, SPEED, STATES, ZERO
 from vegrip.benchmarks._designs_driven import follow_regression, follow_tangent
 from vegrip.benchmarks._designs_former import follow
+from vegrip.benchmarks._designs_particles import particle_filtered
 from vegrip.benchmarks._designs_recordings import Truthful, drawn, loaded
 from vegrip.benchmarks._designs_reference import with_the_prior, with_the_truth
 
@@ -108,10 +111,15 @@ def estimated(recording: Truthful, at: Rows) -> Said:
 
 
 def fitted(name: str, recording: Truthful, at: Rows, fits: Rows) -> Said:
-    """Run one of the two references."""
+    """Run one of the references."""
     model, mean, prior = told(recording)
     r, depth = recording, model.reference_depth
     began = perf_counter()
+    if name == "particles":
+        rows = particle_filtered(
+            r.t, r.displacement, r.normal_force, depth, r.noise, mean[:STATES], prior[:STATES]
+        )
+        return Said(at, rows[at], (perf_counter() - began) / r.t.size * 1e6)
     if name == "truth":
         rows = with_the_truth(
             r.t, r.displacement, r.normal_force, depth, r.noise, r.parameters, r.indentation
@@ -123,16 +131,17 @@ def fitted(name: str, recording: Truthful, at: Rows, fits: Rows) -> Said:
     return Said(fits, rows, (perf_counter() - began) / fits.size * 1e6)
 
 
-def judge(recording: Truthful) -> dict[str, dict[str, float]]:
-    """Return the figures of every design on one recording."""
+def judge(recording: Truthful, particles: bool = False) -> dict[str, dict[str, float]]:
+    """Return the figures of every design on one recording, of the particle filter if it is asked for."""
     felt = recording.true_force > FELT
     at = np.flatnonzero(felt & (np.arange(felt.size) % EVERY == 0))
     fits = at[np.unique(np.linspace(0, at.size - 1, min(FITTED, at.size)).round().astype(int))]
     said = {name: filtered(name, recording, at) for name in FILTERS}
     said["product"] = estimated(recording, at)
-    said |= {name: fitted(name, recording, at, fits) for name in ("prior", "truth")}
+    references = ("particles", "prior", "truth") if particles else ("prior", "truth")
+    said |= {name: fitted(name, recording, at, fits) for name in references}
     best = median_errors(recording, said["prior"], fits)
-    return {name: figures(recording, said[name], fits, best) for name in DESIGNS}
+    return {name: figures(recording, one, fits, best) for name, one in said.items()}
 
 
 def errors(recording: Truthful, said: Said) -> Floats:
@@ -210,7 +219,9 @@ def main() -> int:
     """Judge all recordings, print the table, then the mean of each style."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("folder", type=Path, nargs="?", help="of recordings with their truth")
-    folder: Path | None = parser.parse_args().folder
+    parser.add_argument("--particles", action="store_true", help="with the particle filter, for minutes")
+    given = parser.parse_args()
+    folder: Path | None = given.folder
     if folder is None:
         recordings = [drawn(seed) for seed in range(3)]
     else:
@@ -223,12 +234,12 @@ def main() -> int:
     print(f"| {' | '.join(HEADER)} |\n|{'---|' * len(HEADER)}")
     judged: dict[str, list[dict[str, dict[str, float]]]] = {}
     for recording in recordings:
-        one = judge(recording)
+        one = judge(recording, given.particles)
         judged.setdefault(recording.name.partition("-")[0], []).append(one)
-        for design in DESIGNS:
+        for design in one:
             print(line(recording.name, design, one[design]), flush=True)
     for style, found in [*judged.items(), ("all", [one for many in judged.values() for one in many])]:
-        for design in DESIGNS:
+        for design in found[0]:
             print(line(f"**{style}**", design, summary([one[design] for one in found])))
     return 0
 

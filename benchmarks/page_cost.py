@@ -22,11 +22,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from vegrip.benchmarks._nodes import private_runtime, running
+from vegrip.benchmarks._nodes import latencies_p99, private_runtime, running
 from vegrip.benchmarks.one_core import placed
 
 from vegrip.errors import VegripError
-from vegrip.runtime.client import ask
 from vegrip.runtime.registry import find_node
 
 CHANNEL = "transport.channel=page-cost"
@@ -116,9 +115,7 @@ def _measure(turns: Turns, page_pid: int | None) -> None:
     node = find_node("grasp_force")
     before, page_before = _used(node.pid), _used(page_pid)
     started = time.monotonic()
-    for _ in range(WINDOW):
-        time.sleep(1.0)
-        turns.p99.append(ask(node, "status")["latency_p99"])
+    turns.p99 += latencies_p99("grasp_force", WINDOW)
     passed = time.monotonic() - started
     turns.node.append((_used(node.pid) - before) / passed)
     turns.page.append((_used(page_pid) - page_before) / passed)

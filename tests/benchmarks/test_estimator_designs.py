@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vegrip.benchmarks import estimator_designs
-from vegrip.benchmarks._designs_contact import BIAS, LEARNED, LN_K
+from vegrip.benchmarks._designs_contact import BIAS, LEARNED, LN_K, STATES
+from vegrip.benchmarks._designs_particles import particle_filtered
 from vegrip.benchmarks._designs_recordings import drawn, pressed
-from vegrip.benchmarks._designs_reference import most_probable, traced
+from vegrip.benchmarks._designs_reference import most_probable, traced, with_the_prior
 
 
 @pytest.mark.slow
@@ -68,3 +69,19 @@ def test_noise_of_the_displacement_does_not_bias_the_reference_with_the_prior() 
     )
     off = (u[:4] - r.parameters) / np.sqrt(np.diag(np.linalg.inv(information)))[:4]
     assert np.max(np.abs(off)) < 3.0
+
+
+@pytest.mark.slow
+def test_the_particle_filter_agrees_with_the_fit_of_all_data_about_the_same_posterior() -> None:
+    """Two computations that share no more than the equations of the contact."""
+    recording = drawn(1, presses=2)
+    r, (model, mean, prior) = recording, estimator_designs.told(recording)
+    felt = np.flatnonzero(r.true_force > 0.3)
+    looks = felt[[felt.size // 4, felt.size // 2, -1]]
+    given = (model.reference_depth, r.noise, mean[:STATES], prior[:STATES])
+    upto = slice(0, looks[-1] + 1)
+    particles = particle_filtered(r.t[upto], r.displacement[upto], r.normal_force[upto], *given)[looks]
+    fits = with_the_prior(r.t, r.displacement, r.normal_force, *given, looks.tolist())
+    std = fits[:, 1::2]
+    assert np.max(np.abs(particles[:, ::2] - fits[:, ::2]) / std) < 0.7
+    assert np.max(np.abs(np.log(particles[:, 1::2] / std))) < 0.35

@@ -88,7 +88,7 @@ def test_an_effect_that_c_has_no_words_for_is_told_by_file_and_line() -> None:
 
 def test_a_mode_that_does_not_exist_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("VEGRIP_KERNEL", "fortran")
-    with pytest.raises(UsageError, match="numba, c, python"):
+    with pytest.raises(UsageError, match="numba, c, c-float, python"):
         ContactEstimator(paper_model(8e-3), SensorNoise())
 
 

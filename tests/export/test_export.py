@@ -109,11 +109,11 @@ def test_it_runs_on_an_emulated_cortex_m7(exported: tuple[Path, Exported]) -> No
     if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
         pytest.skip("no arm-none-eabi-gcc or no qemu-system-arm")
     measured = exported[1].measured
-    assert measured.cortex_m7 is not None
-    assert measured.cortex_m7.flash > 10_000
-    assert measured.cortex_m7_run is not None
-    assert measured.cortex_m7_run.passed
-    assert measured.cortex_m7_run.equal > 0.9 * measured.cortex_m7_run.numbers
+    assert measured.cortex is not None
+    assert measured.cortex.flash > 10_000
+    assert measured.cortex_run is not None
+    assert measured.cortex_run.passed
+    assert measured.cortex_run.equal > 0.9 * measured.cortex_run.numbers
 
 
 def test_nothing_that_firmware_has_not(exported: tuple[Path, Exported]) -> None:
@@ -230,3 +230,58 @@ def test_stack_is_the_deepest_way_down() -> None:
     assert frames == {"top": 16, "left": 48, "right": 32}
     calls = {"top": frozenset({"left", "right"}), "right": frozenset({"left"})}
     assert deepest("top", calls, frames) == 16 + 32 + 48
+
+
+@pytest.fixture(scope="module")
+def in_floats(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Exported]:
+    folder = tmp_path_factory.mktemp("floats")
+    return folder, write_export(Request(paper_model(8e-3), prefix="lh", precision="float"), folder)
+
+
+@needs_compiler
+def test_in_single_precision_no_estimate_is_off_by_a_fifth_of_its_error(
+    in_floats: tuple[Path, Exported],
+) -> None:
+    test = in_floats[1].measured.host_run
+    assert test is not None
+    assert test.passed
+    assert test.equal < test.numbers
+    assert 1e-6 < test.largest < 0.2
+
+
+@needs_compiler
+@pytest.mark.parametrize("source", [*SOURCES, "examples/linux.c", "examples/bare_metal.c"])
+def test_nothing_is_widened_to_double_in_single_precision(
+    source: str, in_floats: tuple[Path, Exported], tmp_path: Path
+) -> None:
+    strict = (*STRICT, "-Wdouble-promotion") if source == SOURCES[0] else STRICT
+    compiler = str(host.compiler())
+    done = run(
+        compiler, *host.EXACT, "-O2", *strict, "-I.", "-c", source, "-o", tmp_path / "o", where=in_floats[0]
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_single_precision_runs_on_an_emulated_cortex_m4f(in_floats: tuple[Path, Exported]) -> None:
+    if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
+        pytest.skip("no arm-none-eabi-gcc or no qemu-system-arm")
+    measured = in_floats[1].measured
+    assert measured.cortex is not None
+    assert measured.cortex.flash < 40_000
+    assert measured.cortex_run is not None
+    assert measured.cortex_run.machine == "Cortex-M4F in qemu"
+    assert measured.cortex_run.passed
+
+
+def test_a_finger_in_single_precision_is_refused_with_a_remedy() -> None:
+    with pytest.raises(UsageError, match="--precision float is for --entry estimator"):
+        Request(paper_model(8e-3), entry="finger", precision="float")
+
+
+@needs_compiler
+def test_a_folder_named_from_here_is_measured_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    measured = write_export(Request(paper_model(8e-3), frames=50), Path("firmware")).measured
+    assert measured.host is not None
+    assert measured.host_run is not None
+    assert measured.host_run.passed

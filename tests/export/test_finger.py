@@ -105,7 +105,7 @@ def test_cppcheck_finds_nothing(exported: tuple[Path, Exported]) -> None:
 def test_it_runs_on_an_emulated_cortex_m7(exported: tuple[Path, Exported]) -> None:
     if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
         pytest.skip("no arm-none-eabi-gcc or no qemu-system-arm")
-    run_there = exported[1].measured.cortex_m7_run
+    run_there = exported[1].measured.cortex_run
     assert run_there is not None
     assert run_there.passed
     assert run_there.frames == FRAMES

@@ -340,7 +340,7 @@ class Expressions:
         if name in MATHS:
             return Value(f"{MATHS[name]}({given})", REAL)
         if name in TESTS:
-            return Value(f"{name}({given})", BOOL)
+            return Value(f"({name}({given}) != 0)", BOOL)  # these macros give whole numbers
         if name in WHOLE:
             return Value(f"{self.module.helper('whole')}({name}({given}))", INT)
         raise refused(node, f"math.{name} has no counterpart in C99 that is known here")

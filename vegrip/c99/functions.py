@@ -260,7 +260,7 @@ class Function:
             chained = self._block(node.orelse)
             self.at, self.where = at, where
             if chained[0].startswith("if ("):
-                return [*lines, f"}} else {chained[0]}", *chained[1:]]
+                return [*lines, f"}} else {chained[0]}", *_closed(chained[1:])]
             return [*lines, "} else {", *(STEP + line for line in chained), "}"]
         return [*lines, "} else {", *self._inside(node.orelse), "}"]
 
@@ -413,3 +413,11 @@ def _independent(targets: list[ast.expr], values: list[ast.expr]) -> bool:
         elif any(isinstance(one, (ast.Subscript, ast.Call)) for value in later for one in ast.walk(value)):
             return False
     return True
+
+
+def _closed(chained: list[str]) -> list[str]:
+    """Return the lines of a chain of `else if` with an `else` at its end (MISRA C 15.7)."""
+    branches = [line for line in chained if line.startswith("} else")]
+    if branches and not branches[-1].startswith("} else if"):
+        return chained
+    return [*chained[:-1], "} else {", f"{STEP}/* as it is */", "}"]

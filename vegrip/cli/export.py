@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file
 from vegrip.errors import InputError, UsageError
 
@@ -20,10 +21,8 @@ app = typer.Typer(
     help="Write the estimator for firmware; read what firmware has learned.\n\n"
     "Example: vegrip sample press.toml && vegrip export c press.toml -o firmware",
 )
-PRECISIONS = ("double",)
 CONTROL = ("grip", "limits", "fail_safe", "watchdog")
 Model = Annotated[Path, typer.Argument(help="Model file.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 @app.command("c")
@@ -33,7 +32,9 @@ def c_(
     entry: Annotated[
         str, typer.Option(help="What is exported: estimator; finger: all from frame to frame.")
     ] = "estimator",
-    precision: Annotated[str, typer.Option(help="Of all numbers: double.")] = "double",
+    precision: Annotated[
+        str, typer.Option(help="Of all numbers: double; float, of the estimator.")
+    ] = "double",
     prefix: Annotated[str, typer.Option(help="Beginning of every name in C.")] = "vg",
     settings: Annotated[
         Path | None,
@@ -43,20 +44,25 @@ def c_(
         ),
     ] = None,
     force: FORCE = False,
-    as_json: Json = False,
+    as_json: JSON = False,
 ) -> None:
     """Write C99 of the model's estimator, or of the whole finger, with self-test, examples and a report.
 
     Example: vegrip sample press.toml && vegrip export c press.toml -o firmware
     """
     from vegrip.export import Request, write_export
+    from vegrip.export.precision import PRECISIONS
     from vegrip.export.request import ENTRIES
     from vegrip.model import read_model
 
     _check(entry, ENTRIES, "--entry")
-    _check(precision, PRECISIONS, "--precision")
+    _check(precision, tuple(PRECISIONS), "--precision")
     request = Request(
-        read_model(model), **_settings(settings, control=entry == "finger"), prefix=prefix, entry=entry
+        read_model(model),
+        **_settings(settings, control=entry == "finger"),
+        prefix=prefix,
+        precision=precision,
+        entry=entry,
     )
     _claim(output, force=force)
     try:
@@ -64,7 +70,7 @@ def c_(
     except OSError as error:
         raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
     if as_json:
-        typer.echo(json.dumps(_as_dict(exported)))
+        typer.echo(json.dumps(_as_dict(exported, precision)))
     else:
         _show(request, exported, output)
 
@@ -78,7 +84,7 @@ def learned(
     output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
     settings: Annotated[Path | None, typer.Option(help="The TOML file given to the export.")] = None,
     force: FORCE = False,
-    as_json: Json = False,
+    as_json: JSON = False,
 ) -> None:
     """Put what firmware has learned about a contact into a model file; NUMBERS are from the export of MODEL.
 
@@ -136,7 +142,9 @@ def _claim(folder: Path, *, force: bool) -> None:
     require_writable(folder)
 
 
-def _as_dict(exported: "Exported") -> dict[str, Any]:
+def _as_dict(exported: "Exported", precision: str) -> dict[str, Any]:
+    from vegrip.export.precision import PRECISIONS
+
     measured = exported.measured
     host, run = measured.host, measured.host_run
     return {
@@ -148,12 +156,10 @@ def _as_dict(exported: "Exported") -> dict[str, Any]:
         "frames": run.frames if run else None,
         "passed": run.passed if run else None,
         "compiler": host.compiler if host else None,
-        "cortex_m7": {
-            "text_bytes": measured.cortex_m7.flash if measured.cortex_m7 else None,
-            "stack_bytes": max(measured.cortex_m7.stack.values(), default=None)
-            if measured.cortex_m7
-            else None,
-            "run": dataclasses.asdict(measured.cortex_m7_run) if measured.cortex_m7_run else None,
+        PRECISIONS[precision].processor["core"]: {
+            "text_bytes": measured.cortex.flash if measured.cortex else None,
+            "stack_bytes": max(measured.cortex.stack.values(), default=None) if measured.cortex else None,
+            "run": dataclasses.asdict(measured.cortex_run) if measured.cortex_run else None,
         },
         "not_measured": list(measured.missing),
     }
@@ -168,7 +174,7 @@ def _show(request: "Request", exported: "Exported", folder: Path) -> None:
     console.print(
         f"\na finger takes {exported.ram} bytes of memory; sizes and agreement are in {folder}/REPORT.md"
     )
-    for run in (measured.host_run, measured.cortex_m7_run):
+    for run in (measured.host_run, measured.cortex_run):
         if run is not None:
             verdict = f"PASS {run.frames} frames" if run.passed else "FAIL"
             console.print(f"{run.machine}: {verdict}, {run.equal} of {run.numbers} numbers equal to the bit")

@@ -1,7 +1,8 @@
 """The generated module of an estimator: effects, limit surface and kernels in one flat file.
 
 ``VEGRIP_KERNEL`` says what runs it: ``numba`` (when it is not set), ``c``, the C compiler of this machine, or
-``python``, uncompiled. The numbers are the same.
+``python``, uncompiled. The numbers are the same. ``c-float`` is C in single precision, as firmware may run
+it, to see what that costs; a node does not take it.
 """
 
 import functools
@@ -36,7 +37,7 @@ ELLIPSE = "RADIUS_TABLE = 0.0 * RADIUS_TABLE"
 Kernels = Any
 """A generated module, or what stands for it: :class:`vegrip.estimator.kernels_c.KernelsC`."""
 
-MODES = ("numba", "c", "python")
+MODES = ("numba", "c", "c-float", "python")
 
 log = logging.getLogger(__name__)
 
@@ -50,9 +51,10 @@ def module_for(model: ContactModel, layout: Layout, *, plain: bool = False, elli
     text, mode = text_of(model, layout, ellipse=ellipse), kernel_mode()
     if plain or mode == "python":
         return cache.load_plain(text)
-    if mode == "c":
+    if mode in {"c", "c-float"}:
         try:
-            return kernels_c.load(text, Origins(model.effects).place)
+            single = layout.size if mode == "c-float" else 0
+            return kernels_c.load(text, Origins(model.effects).place, single=single)
         except (CompilerError, UntranslatableError) as error:
             tell_once(str(error))
     return cache.load(text)

@@ -16,6 +16,7 @@ import numpy as np
 
 from vegrip import c99
 from vegrip.c99 import MEMORY, REAL, host, translate
+from vegrip.c99.bridge import behind_doubles
 from vegrip.c99.kinds import Kind
 from vegrip.c99.refusal import Place, unknown_place
 from vegrip.compiling import announce_compiling
@@ -32,10 +33,11 @@ ENTRIES: Final = {
 SENTENCE = (
     "compiles for this machine by its C compiler, once; later starts take it from the cache (about 3 s)"
 )
+MARGIN_NUMBERS = 5  # that margin_of writes
 KEPT = 256  # addresses of memories
 Entries = Mapping[str, tuple[Kind, ...]]
 
-_libraries: dict[tuple[str, str], Path] = {}
+_libraries: dict[tuple[str, str, int], Path] = {}
 
 
 class KernelsC:
@@ -105,7 +107,9 @@ def _entry(
     return function
 
 
-def library_of(text: str, entries: Entries, place: Place = unknown_place, more: str = "") -> Path:
+def library_of(
+    text: str, entries: Entries, place: Place = unknown_place, more: str = "", *, single: int = 0
+) -> Path:
     """Return the library with the ``entries`` of a ``text``, from the cache or compiled now.
 
     ``more`` is C that stands below, for what calls the entries in turn.
@@ -115,32 +119,40 @@ def library_of(text: str, entries: Entries, place: Place = unknown_place, more: 
         UntranslatableError: a line cannot be translated; names file and line.
 
     """
-    if (text, more) not in _libraries:
-        _libraries[text, more] = _library(text, entries, place, more)
-    return _libraries[text, more]
+    key = (text, more, single)
+    if key not in _libraries:
+        _libraries[key] = _library(text, entries, place, more, single=single)
+    return _libraries[key]
 
 
-def load(text: str, place: Place = unknown_place) -> KernelsC:
+def load(text: str, place: Place = unknown_place, *, single: int = 0) -> KernelsC:
     """Return the kernels of a generated module's ``text``, from the cache or compiled now.
+
+    With ``single``, the length of the memory, they compute in single precision, as an export with
+    ``--precision float`` does. The memory stays an array of doubles, which are copied at each call.
 
     Raises:
         CompilerError: there is no compiler, or it failed.
         UntranslatableError: a line cannot be translated; names file and line.
 
     """
-    return KernelsC(library_of(text, ENTRIES, place))
+    return KernelsC(library_of(text, ENTRIES, place, single=single))
 
 
-def _library(text: str, entries: Entries, place: Place, more: str) -> Path:
+def _library(text: str, entries: Entries, place: Place, more: str, *, single: int) -> Path:
     compiler = host.compiler()
     if compiler is None:
         raise host.CompilerError("there is no C compiler (cc, gcc or clang)")
 
     def make(library: Path) -> None:
         announce_compiling(SENTENCE)
-        host.build(f"{translate(text, entries, place=place).text()}\n{more}", library)
+        c = translate(text, entries, place=place).text()
+        if single:
+            lengths = dict.fromkeys(entries, (single, MARGIN_NUMBERS))
+            c = behind_doubles(c, entries, lengths)
+        host.build(f"{c}\n{more}", library)
 
-    return cache.library(_name(text + more, compiler), make)
+    return cache.library(_name(f"{single} {text}{more}", compiler), make)
 
 
 def _name(text: str, compiler: str) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from vegrip.export import finger, finger_vectors, texts, vectors
 from vegrip.export.measure import Measured, measure
+from vegrip.export.precision import PRECISIONS
 from vegrip.export.report import report
 from vegrip.export.request import Request
 
@@ -34,7 +35,8 @@ def write_export(request: Request, folder: Path) -> Exported:
     paths = []
     for name, text in written.files.items():
         paths.append(_write(folder / name, text))
-    measured = measure(folder, request.prefix, written.program.calls, request.entry)
+    precision = PRECISIONS[request.precision]
+    measured = measure(folder, request.prefix, written.program.calls, request.entry, precision)
     paths.append(_write(folder / "REPORT.md", report(request, written, measured)))
     return Exported(tuple(paths), written.ram, measured)
 

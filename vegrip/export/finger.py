@@ -11,6 +11,7 @@ from vegrip.c99 import literals, translate
 from vegrip.estimator.compiled import text_of
 from vegrip.estimator.layout import REPORT, layout_of
 from vegrip.export.finger_vectors import FingerVectors, Meeting
+from vegrip.export.precision import PRECISIONS
 from vegrip.export.request import Request
 from vegrip.export.texts import NAMES, NUMBER_DIGITS, ONLY_TOUCHING, Texts, text_number
 from vegrip.grip.compiled import ENTRIES, finger_places, finger_text
@@ -26,13 +27,13 @@ FILES = {
     "finger_vectors.c": "{p}_vectors.c", "finger_selftest.c": "{p}_selftest.c", "Makefile": "Makefile",
     "CMakeLists.txt": "CMakeLists.txt", "finger_bare_metal.c": "examples/bare_metal.c",
     "finger_linux.c": "examples/linux.c",
-    "startup.c": "cortex_m7/startup.c", "link.ld": "cortex_m7/link.ld",
+    "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld",
 }  # fmt: skip
 FIXED = ("LIFETIME",)
 """Settings that others follow from; they are those of the export."""
 UNITS = {
     "WANTED_MARGIN": "-, that is kept", "QUANTILE": "-, of the confidence, standard normal",
-    "DEAD_BAND": "-, relative play", "RELEASE_TIME": "s", "SETTLE_TIME": "s", "USUAL_TIME": "s",
+    "DEAD_BAND": "-, relative dead band", "RELEASE_TIME": "s", "SETTLE_TIME": "s", "USUAL_TIME": "s",
     "SLIP_GROWTH": "1/s", "MIN_FORCE": "N", "MAX_FORCE": "N", "RAISE_RATE": "N/s", "LOWER_RATE": "N/s",
     "SAFE_FORCE": "N", "HOLD_TIME": "s", "RAMP_RATE": "N/s", "TIME_OUT": "ns", "FROZEN_AFTER": "ns",
     "FORCE_FROZEN_AFTER": "ns", "DOUBT_AFTER": "ns", "FROZEN_CHANCE": "-",
@@ -83,11 +84,13 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         "declared": "\n".join(f"{p}_estimate {p}_{name}(const {p}_finger *e);" for name in NAMES),
         "longest_gap": literals.real(request.settings.longest_gap),
         **{f"REP_{name}": place for name, place in report.items()},
-        **finger_constants(finger), **_vectors(vectors),
+        **finger_constants(finger), **_vectors(vectors), **PRECISIONS["double"].known,
     }  # fmt: skip
     folder = resources.files("vegrip.export") / "templates"
     files = {
-        name.format(p=p): Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
+        name.format(p=p, core=known["core"]): Template(
+            (folder / f"{template}.tmpl").read_text("utf-8")
+        ).substitute(known)
         for template, name in FILES.items()
     }
     files["model.toml"] = model_text(model)

@@ -9,12 +9,12 @@ from pathlib import Path
 from shutil import which
 
 from vegrip.c99 import host
+from vegrip.export.precision import PRECISIONS, Precision
 
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror")
-CORTEX_M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv5-d16")
 OPTIMISED = (*host.EXACT, "-O2", "-fno-math-errno")
 LONGEST = 300.0  # [s] that a compiler or a self-test may take
-AGREEMENT = re.compile(r"(\d+) of (\d+) numbers equal to the bit, largest relative difference (\S+)")
+AGREEMENT = re.compile(r"(\d+) of (\d+) numbers equal to the bit, largest [a-z ]+ (\S+)")
 PASSED = re.compile(r"^PASS (\d+) frames$", re.MULTILINE)
 STACK = re.compile(r":([A-Za-z_]\w*)[\w.]*\t(\d+)\t(\S+)")
 CALLS = {
@@ -51,14 +51,18 @@ class Measured:
     """What could be measured here; None for what could not."""
 
     host: Size | None
-    cortex_m7: Size | None
+    cortex: Size | None  # the emulated processor
     host_run: Run | None
-    cortex_m7_run: Run | None
+    cortex_run: Run | None
     missing: tuple[str, ...]  # what was not there, in words
 
 
 def measure(
-    folder: Path, prefix: str, calls: Mapping[str, frozenset[str]], entry: str = "estimator"
+    folder: Path,
+    prefix: str,
+    calls: Mapping[str, frozenset[str]],
+    entry: str = "estimator",
+    precision: Precision = PRECISIONS["double"],
 ) -> Measured:
     """Compile the export in ``folder``, run its self-test, and read off sizes.
 
@@ -67,21 +71,27 @@ def measure(
         prefix: of its names.
         calls: the kernels' functions -> those they call.
         entry: what is exported, ``estimator`` or ``finger``.
+        precision: of its numbers, and the processor that it is tried on.
 
     """
-    missing = []
+    folder = folder.resolve()  # compilers run elsewhere
+    missing, processor = [], precision.processor
     compiler, arm, qemu = host.compiler(), which("arm-none-eabi-gcc"), which("qemu-system-arm")
     with tempfile.TemporaryDirectory() as scratch:
         here = Path(scratch)
         sizes: list[Size | None] = []
-        for tool, flags in ((compiler, ()), (arm, CORTEX_M7)):
+        for tool, flags in ((compiler, ()), (arm, tuple(processor["cpu"].split()))):
             sizes.append(_size(folder, (prefix, entry), calls, tool, flags, here) if tool else None)
         host_run = (
             _run([str(_host_test(folder, (prefix, entry), compiler, here))], "this machine")
             if compiler
             else None
         )
-        arm_run = _run(_emulated(folder, qemu, here), "Cortex-M7 in qemu") if arm and qemu else None
+        arm_run = (
+            _run(_emulated(folder, qemu, processor, here), f"{processor['Core']} in qemu")
+            if arm and qemu
+            else None
+        )
     missing += [] if compiler else ["a C compiler for this machine (cc, gcc or clang)"]
     missing += [] if arm else ["a compiler for Cortex-M (arm-none-eabi-gcc)"]
     missing += [] if qemu else ["an emulator (qemu-system-arm)"]
@@ -143,11 +153,11 @@ def _host_test(folder: Path, names: tuple[str, str], compiler: str, here: Path) 
     return program
 
 
-def _emulated(folder: Path, qemu: str, here: Path) -> list[str]:
+def _emulated(folder: Path, qemu: str, processor: Mapping[str, str], here: Path) -> list[str]:
     """Build for the emulated board as the Makefile of the export does, and return how to run it."""
-    made = _done(["make", "-C", str(folder), f"BUILD={here}", "cortex_m7"], here)
-    program = here / "cortex_m7.elf"
-    board = [qemu, "-M", "mps2-an500", "-nographic", "-icount", "shift=0"]
+    made = _done(["make", "-C", str(folder), f"BUILD={here}", processor["core"]], here)
+    program = here / f"{processor['core']}.elf"
+    board = [qemu, "-M", processor["board"], "-nographic", "-icount", "shift=0"]
     if made.returncode:
         return ["false"]
     return [*board, "-semihosting-config", "enable=on,target=native", "-kernel", str(program)]

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from vegrip.export.measure import Measured, Run, Size
+from vegrip.export.precision import PRECISIONS
 from vegrip.export.request import Request
 from vegrip.export.texts import Texts
 
@@ -36,8 +37,9 @@ def _what(request: Request, texts: Texts) -> Iterator[str]:
     yield ""
     yield f"* model: {', '.join(effect.name for effect in request.model.effects)} (`model.toml`)"
     yield f"* SHA-256 of the generated text: `{texts.text_hash}`"
-    count = len(texts.program.functions)
-    yield f"* double precision; prefix `{request.prefix}`; {count} functions of the {request.entry}"
+    count, precision = len(texts.program.functions), PRECISIONS[request.precision]
+    named = f"{precision.words['precision'].lower()} precision; prefix `{request.prefix}`"
+    yield f"* {named}; {count} functions of the {request.entry}"
     yield ""
 
 
@@ -49,7 +51,7 @@ def _sizes(texts: Texts, measured: Measured) -> Iterator[str]:
     yield ""
     yield "| compiler (-O2, no fused multiply-add) | flash [bytes] | other RAM [bytes] | stack [bytes] |"
     yield "| --- | --- | --- | --- |"
-    for size in (measured.host, measured.cortex_m7):
+    for size in (measured.host, measured.cortex):
         if size is not None:
             yield f"| {size.compiler} | {size.flash} | {size.ram} | {_stack(size)} |"
     yield ""
@@ -61,7 +63,7 @@ def _sizes(texts: Texts, measured: Measured) -> Iterator[str]:
 def _stack(size: Size) -> str:
     return (
         ", ".join(f"{WORDS[name]} {depth}" for name, depth in size.stack.items())
-        or "not told by this compiler"
+        or "not reported by this compiler"
     )
 
 
@@ -70,11 +72,13 @@ def _runs(request: Request, measured: Measured) -> Iterator[str]:
     yield ""
     yield "The self-test runs a recorded sequence"
     yield f"({SEQUENCE[request.entry]})"
-    yield f"and compares {COMPARED[request.entry]} and, at the end, the whole memory."
+    precision = PRECISIONS[request.precision]
+    whole = " and, at the end, the whole memory" if precision.real == "double" else ""
+    yield f"and compares {COMPARED[request.entry]}{whole} with Python's, in double precision."
     yield ""
-    yield "| machine | result | numbers equal to the bit | largest relative difference |"
+    yield f"| machine | result | numbers equal to the bit | largest {precision.words['difference']} |"
     yield "| --- | --- | --- | --- |"
-    for run in (measured.host_run, measured.cortex_m7_run):
+    for run in (measured.host_run, measured.cortex_run):
         if run is not None:
             yield f"| {run.machine} | {_result(run)} | {run.equal} of {run.numbers} | {run.largest:.3g} |"
     yield ""

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from vegrip.c99 import Program, literals, translate
 from vegrip.estimator.compiled import text_of
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS, quantile
-from vegrip.estimator.initial_state import blank
+from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.kernels_c import ENTRIES
 from vegrip.estimator.layout import FRICTION, REPORT, Layout, layout_of
 from vegrip.estimator.origins import Origins
+from vegrip.export.precision import PRECISIONS, WIDE
 from vegrip.export.request import MARGIN, Request
 from vegrip.export.vectors import ESTIMATES, FLAGS, OUTPUTS, Vectors
 from vegrip.model.file import model_text
@@ -25,7 +26,7 @@ NUMBER_DIGITS = 12
 HEAD = 2
 """Saved numbers before the memory: the text's, and whether the finger had begun."""
 BESIDE = 48
-"""Bytes of a finger beside its numbers."""
+"""Bytes of a finger beside the numbers of its memory, in double precision; 40 in single."""
 ONE_LINE = 6  # numbers
 NAMES = {
     "indentation": ("DEPTH_NOW", "DEPTH_STD"), "normal_force": ("FORCE", "FORCE_STD"),
@@ -40,8 +41,10 @@ FILES = {
     "vectors.c": "{p}_vectors.c", "selftest.c": "{p}_selftest.c", "Makefile": "Makefile",
     "CMakeLists.txt": "CMakeLists.txt", "bare_metal.c": "examples/bare_metal.c",
     "linux.c": "examples/linux.c",
-    "startup.c": "cortex_m7/startup.c", "link.ld": "cortex_m7/link.ld",
+    "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld",
 }  # fmt: skip
+IN_PRECISION = ("estimator.h", "estimator.c", "bare_metal.c", "linux.c")
+"""Files in the precision of the export; the self-test and its numbers are double."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ def write(request: Request, vectors: Vectors) -> Texts:
         UntranslatableError: a line of an effect or kernel has no counterpart in C.
 
     """
-    model, p = request.model, request.prefix
+    model, p, precision = request.model, request.prefix, PRECISIONS[request.precision]
     layout = layout_of(model)
     text = text_of(model, layout, ellipse=request.settings.surface == "ellipse")
     origins = Origins(model.effects)
@@ -74,17 +77,26 @@ def write(request: Request, vectors: Vectors) -> Texts:
         "p": p, "P": p.upper(), "entry": "estimator", "hash": digest[:NUMBER_DIGITS],
         "effects": ", ".join(e.name for e in model.effects),
         **_settings(request), **_memory(request, layout), **_vectors(vectors),
-        "kernels": program.text(), "text_number": literals.real(text_number(digest)),
+        "kernels": program.text(), "text_number": f"(({WIDE}){text_number(digest):.0f}LL)",
+        **precision.known,
     }  # fmt: skip
     folder = resources.files("vegrip.export") / "templates"
-    files = {
-        name.format(p=p): Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
-        for template, name in FILES.items()
-    }
+    files = {}
+    for template, name in FILES.items():
+        made = Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
+        files[name.format(p=p, core=known["core"])] = (
+            precision.finished(made) if template in IN_PRECISION else made.replace(WIDE, "double")
+        )
     files["model.toml"] = model_text(model)
     saved = [text_number(digest), 1.0, *vectors.memory.tolist()]
     files["examples/finger.txt"] = "".join(f"{literals.hexadecimal(one)}\n" for one in saved)
-    return Texts(files, program, digest, 8 * layout.size + BESIDE)
+    return Texts(files, program, digest, _ram(request, layout))
+
+
+def _ram(request: Request, layout: Layout) -> int:
+    """Return the bytes of a finger; two of its numbers lie beside the memory."""
+    number = PRECISIONS[request.precision].number_bytes
+    return number * layout.size + BESIDE - 2 * (8 - number)
 
 
 def text_number(digest: str) -> float:
@@ -105,7 +117,6 @@ def _settings(request: Request) -> dict[str, str]:
         "slips": literals.real(SLIPS),
         "least_slip_speed": literals.real(LEAST_SLIP_SPEED),
         "temperature": f"{request.model.reference_temperature:g}",
-        "precision": "Double",
     }
 
 
@@ -121,11 +132,11 @@ def _memory(request: Request, layout: Layout) -> dict[str, str]:
         learned = "learned" if place in layout.learned or place == layout.mu else "as told"
         doc = f"{effect}: {declared.doc}".replace("*/", "* /")
         lines.append(f"    {p.upper()}_PARAMETER_{symbol}, /* [{declared.unit}] {doc}; {learned} */")
-    memory = blank(model, layout, request.noise, request.settings)
+    memory = initial_memory(model, layout, request.noise, request.settings)
     return {
         "size": str(layout.size),
         "saved": str(layout.size + HEAD),
-        "bytes": str(8 * layout.size + BESIDE),
+        "bytes": str(_ram(request, layout)),
         "known": str(places["VALUES"][1]),
         "parameters": "\n".join(lines),
         "variance_of": ", ".join(variances),

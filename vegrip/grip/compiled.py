@@ -97,7 +97,9 @@ def finger_module(
 
 def _mode() -> str:
     asked = kernel_mode(unset="")
-    return asked or ("c" if host.compiler() is not None else "numba")
+    if asked and asked != "c-float":
+        return asked
+    return "c" if host.compiler() is not None else "numba"
 
 
 def finger_places(model: ContactModel) -> Origins:

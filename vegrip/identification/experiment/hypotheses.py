@@ -67,7 +67,7 @@ def hypotheses_of(
     if len(wanted) == 1 and wanted != [NO_EFFECT]:
         wanted.append(NO_EFFECT)
     if len(wanted) < 2:
-        raise UsageError("an experiment tells candidates apart; name two effects, or one to see it at all")
+        raise UsageError("an experiment distinguishes candidates; name two effects, or one to detect it")
     problem = start.problem
     for name in wanted:
         if name != NO_EFFECT and effect(name).name in {one.name for one in problem.model.effects}:

@@ -111,7 +111,7 @@ def burden_table(events: Sequence[Disturbance], step: float, duration: float) ->
 @lru_cache(maxsize=64)
 def _burdens(events: tuple[Disturbance, ...], step: float, duration: float) -> Floats:
     ticks = round(duration / step) + 2
-    return burden_rows(events, np.arange(ticks) * step)
+    return burden_rows(events, np.arange(ticks, dtype=np.float64) * step)
 
 
 @lru_cache(maxsize=64)

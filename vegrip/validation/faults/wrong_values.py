@@ -67,10 +67,26 @@ class Fault:
 
 @dataclass(frozen=True)
 class Run:
-    """One grasp: commands at every SAMPLING, estimates at the end."""
+    """One grasp: commands at every SAMPLING, estimates at one instant."""
 
     command: np.ndarray[tuple[int, int], np.dtype[np.float64]]  # [N], (instants, fingers)
     estimates: tuple[dict[str, Estimate], ...]  # of each finger, BACK after the fault
+
+
+class Reference:
+    """The grasp without a fault: simulated once, as far as it is asked for."""
+
+    def __init__(self) -> None:
+        self._scene = Scene("pinch")
+        self._estimates: list[tuple[dict[str, Estimate], ...]] = []  # at every SAMPLING
+
+    def run(self, end: float, look: float) -> Run:
+        """Return the grasp until ``end`` [s], with the estimates at ``look`` [s]."""
+        while (simulated := len(self._estimates)) < round(end / SAMPLING):
+            self._scene.run_until((simulated + 1) * SAMPLING)
+            self._estimates.append(_all_estimates(self._scene))
+        command = np.array(self._scene.course.command[: round(end / SAMPLING)])
+        return Run(command, self._estimates[round(look / SAMPLING) - 1])
 
 
 @dataclass(frozen=True)
@@ -88,28 +104,27 @@ class Verdict:
         return max(self.fallen, self.maximum, self.off, self.shrunk)
 
 
-def run(end: float, look: float, fault: Fault | None = None) -> Run:
-    """Hold the object until ``end`` [s]; note the estimates at ``look`` [s]."""
+def run(end: float, look: float, fault: Fault) -> Run:
+    """Hold the object until ``end`` [s] with the fault; note the estimates at ``look`` [s]."""
     scene = Scene("pinch")
-    if fault is not None:
-        scene.hand_node.falsify = _falsifier(scene, fault)
+    scene.hand_node.falsify = _falsifier(scene, fault)
     scene.run_until(look)
-    known = tuple(_estimates(scene, finger) for finger in scene.fingers)
+    known = _all_estimates(scene)
     scene.run_until(end)
     return Run(np.array(scene.course.command), known)
 
 
 @cache
-def undisturbed(end: float, look: float) -> Run:
+def reference() -> Reference:
     """Return the grasp without a fault."""
-    return run(end, look)
+    return Reference()
 
 
 def judge(fault: Fault) -> Verdict:
     """Run the grasp with the fault and compare it with the one without."""
     over = round((fault.begin + fault.duration) / SAMPLING) * SAMPLING
     end, look = over + WATCHED_AFTER_S, over + BACK
-    without, disturbed = undisturbed(end, look), run(end, look, fault)
+    without, disturbed = reference().run(end, look), run(end, look, fault)
     n = min(len(without.command), len(disturbed.command))
     begun = round(fault.begin / SAMPLING)
     ratio = disturbed.command[begun:n] / np.maximum(without.command[begun:n], 1e-9)
@@ -130,6 +145,10 @@ def judge(fault: Fault) -> Verdict:
 
 SHRUNK = 1.1
 """By so much a standard deviation may differ: a grip that rises changes the contact, and what is known."""
+
+
+def _all_estimates(scene: Scene) -> tuple[dict[str, Estimate], ...]:
+    return tuple(_estimates(scene, finger) for finger in scene.fingers)
 
 
 def _estimates(scene: Scene, finger: str) -> dict[str, Estimate]:
