@@ -117,6 +117,12 @@ class Runner:
         return self.managed.state
 
     @property
+    def path_taken(self) -> str:
+        """Which way the states of fingers go through the loop, and why; "" for a node that answers none."""
+        node = self.managed.node
+        return node.path_taken if isinstance(node, AnswersFrames) else ""
+
+    @property
     def due(self) -> int:
         """When :meth:`step` has something to do even if nothing comes in [ns]."""
         return min(self.schedule.due, self._status_schedule.due)
@@ -375,6 +381,8 @@ class Runner:
 
     def _settle(self) -> None:
         """Freeze what exists out of the garbage collector's sight, drop what came before, lay the grid."""
+        if self.path_taken:
+            self.managed.logger.info("%s", self.path_taken)
         gc.freeze()
         if sentence := self._priority.take():
             self.managed.logger.warning("%s", sentence)
