@@ -56,10 +56,10 @@ class Pad:
 def draw_pad(rng: np.random.Generator) -> Pad:
     """Draw a pad of a material that no controller knows."""
     total, parts = rng.uniform(*TOTAL_SHARE), rng.dirichlet(np.ones(BRANCHES))
-    rates = np.exp(rng.uniform(*np.log(RATES), BRANCHES))
+    rates = np.exp(rng.uniform(math.log(RATES[0]), math.log(RATES[1]), BRANCHES))
     return Pad(
         radius=float(rng.uniform(8e-3, 15e-3)),
-        stiffness=float(np.exp(rng.uniform(*np.log((1.0, 4.0))))),
+        stiffness=math.exp(rng.uniform(0.0, math.log(4.0))),
         exponent=float(rng.uniform(1.4, 1.9)),
         shares=tuple(float(c) for c in total * parts),
         rates=tuple(float(nu) for nu in rates),
