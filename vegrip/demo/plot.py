@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from vegrip.demo.least import force_over_least, least_grip_force
 from vegrip.demo.others import AS_FORCEFUL
 from vegrip.demo.run import DESCRIPTION
+from vegrip.plotting import save_figure
 from vegrip.types import Floats
 from vegrip.validation.controllers.candidates import LABEL
 from vegrip.validation.controllers.closed_loop import Course
@@ -36,7 +36,6 @@ def draw_comparison(
     courses: Mapping[str, Course], events: tuple[Disturbance, ...], path: Path, duration: float
 ) -> None:
     """Write the picture of ``courses`` (by name of the controller) to ``path``."""
-    mpl.rcParams["svg.hashsalt"] = "vegrip"  # the same picture gives the same file
     figure = Figure(figsize=(12.0, 9.0), layout="constrained")
     figure.suptitle(
         "One object, the same disturbances: grip force against the least that would have held", fontsize=14
@@ -56,7 +55,7 @@ def draw_comparison(
     friction.set_xlabel("time [s]")
     friction.set_xlim(SETTLED_S, duration)
     friction.xaxis.set_major_locator(MaxNLocator(12, integer=True))
-    figure.savefig(path, dpi=140)
+    save_figure(figure, path, dpi=140)
 
 
 def _draw_forces(axes: Axes, courses: Mapping[str, Course]) -> None:
@@ -107,7 +106,7 @@ def _draw_friction(axes: Axes, course: Course) -> None:
         axes.plot(at, mean, color=COLOUR["vegrip"], linewidth=1.6, label="vegrip's estimate")
         axes.fill_between(at, mean - std, mean + std, color=BAND, linewidth=0.0, label="± 1 std", zorder=1)
     axes.set_title(
-        "the friction, which no controller is told, and what vegrip learns of it", loc="left", fontsize=10
+        "the friction, which no controller knows, and what vegrip learns of it", loc="left", fontsize=10
     )
     axes.set_ylabel("friction coefficient\n(thumb) [-]")
     axes.set_ylim(0.0, 1.25)

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vegrip.plotting import save_figure
 from vegrip.validation.controllers.position_hold.study import Fronts
 
 STYLES = {
@@ -24,7 +24,6 @@ ONCE, AGAIN = ("elastic", "last ratio", "forecast"), ("elastic, again", "forecas
 
 def draw_fronts(fronts: Fronts, path: Path) -> None:
     """Write the picture of ``fronts`` to ``path``."""
-    mpl.rcParams["svg.hashsalt"] = "vegrip"  # the same picture gives the same file
     figure = Figure(figsize=(13.0, 5.6), layout="constrained")
     figure.suptitle("A gripper that holds position for about a minute, pads of unknown material", fontsize=14)
     first, second, again = figure.subplots(1, 3)
@@ -44,7 +43,7 @@ def draw_fronts(fronts: Fronts, path: Path) -> None:
     for axes in (first, second, again):
         handles |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3, frameon=False)
-    figure.savefig(path, dpi=140)
+    save_figure(figure, path, dpi=140)
 
 
 def _draw_slips(axes: Axes, rules: Mapping[str, list[dict[str, Any]]], names: tuple[str, ...]) -> None:
