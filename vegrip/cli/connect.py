@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE
 from vegrip.errors import ConfigError, InputError, UsageError
 
@@ -48,7 +49,6 @@ SETTINGS = Annotated[
     ),
 ]
 ASK = Annotated[bool, typer.Option("--ask/--no-ask", help="Live: ask for rest, press, shear and twist.")]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 QUESTIONS = {
     "rest": "leave all fingers in the air",

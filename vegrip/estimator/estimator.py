@@ -6,7 +6,6 @@ from functools import cache
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.errors import InputError
 from vegrip.estimator.compiled import module_for
@@ -29,7 +28,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.model import ContactModel
-from vegrip.types import NamedNumbers
+from vegrip.types import Floats, NamedNumbers
 
 TANGENTIAL, TORQUE, SLIP = int(Channel.TANGENTIAL), int(Channel.TORQUE), int(Channel.SLIP)
 CHANNEL_SETS = tuple(Channel(bits) for bits in range(64))
@@ -82,11 +81,11 @@ class ContactEstimator:
         self._health: ModelHealth | None = None  # the verdict at the last sample, once it was asked for
 
     @property
-    def memory(self) -> NDArray[np.float64]:
+    def memory(self) -> Floats:
         """All that is known, as plain numbers, shape (layout.size,); a copy, for :meth:`resume`."""
         return self._memory.numbers.copy()
 
-    def resume(self, memory: NDArray[np.float64]) -> None:
+    def resume(self, memory: Floats) -> None:
         """Go on from a :attr:`memory` that was kept, this estimator's or that of its export in C.
 
         For how long nothing was heard is not known: the next sample is taken as after a gap.

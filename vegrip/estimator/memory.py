@@ -6,7 +6,6 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.estimator.layout import CHANNELS, COUNTS, FRICTION, MODE, PER_CHANNEL, REPORT, Layout
 from vegrip.messages import Channel, FingertipState
@@ -53,7 +52,7 @@ class EstimatorMemory:
             lent[:] = self.numbers
             self.numbers = lent
 
-    def can_be(self, numbers: NDArray[np.float64]) -> bool:
+    def can_be(self, numbers: Floats) -> bool:
         """Whether ``numbers`` have the size of this memory, and state, covariance and values are finite."""
         known = self._sections["VALUES"].stop
         return numbers.shape == (self.layout.size,) and bool(np.isfinite(numbers[:known]).all())

@@ -24,8 +24,9 @@ from vegrip.transport.mapped.drafts import (
 )
 from vegrip.transport.mapped.guess import words_of
 from vegrip.transport.mapped.proposal import Proposal
-from vegrip.transport.mapped.traffic_log import Array, Trace, rate_of
+from vegrip.transport.mapped.traffic_log import Trace, rate_of
 from vegrip.transport.mapped.units import SI
+from vegrip.types import Floats
 
 Window = tuple[float, float]
 NAMES: Final = ("rest", "press", "shear", "twist")
@@ -335,7 +336,7 @@ class _Finger:
         covariance = float(np.cov(force[pressing], at[pressing])[0, 1])
         return covariance / float(np.var(at[pressing])) if signed or covariance > 0.0 else 0.0
 
-    def _si(self, channel: str, draft: Draft) -> Array:
+    def _si(self, channel: str, draft: Draft) -> Floats:
         return (self._trace(draft).value - float(draft.keys.get("zero", 0.0))) * factor(channel, draft)
 
     def _touch(self) -> None:
@@ -401,7 +402,7 @@ class _Finger:
                 self.findings.learned.append(f"{self.name}: stiffness {slope:.3g} N/m")
         self._check_friction(force, self.heard[normal.signal].t)
 
-    def _check_friction(self, force: Array, t: Array) -> None:
+    def _check_friction(self, force: Floats, t: Floats) -> None:
         normal = self.finger.channels["normal_force"]
         highest = float(np.max(force))
         if highest < CLEAR * float(normal.keys.get("noise", 0.0)):
@@ -498,7 +499,7 @@ def _unrest(trace: Trace, window: Window) -> float:
     return float(np.std(values)) / whole if len(values) > 2 else math.inf
 
 
-def _first_touch(force: Array, at: Array) -> float:
+def _first_touch(force: Floats, at: Floats) -> float:
     """Return where the force of a Hertzian contact, ``F^(2/3) ~ at - zero``, comes to zero."""
     if len(force) < 5 or float(np.ptp(at)) == 0.0:
         return float(at[0])
