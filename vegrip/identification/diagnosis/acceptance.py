@@ -99,7 +99,7 @@ def resolved(candidate: Candidate, new: CandidateFit) -> bool:
     """Whether any amount of the effect is more than the sensors resolve."""
     problem, noise = new.problem, new.problem.measured.noise
     std = amount_std(candidate, new)
-    amounts, plays = dict(candidate.effect.min_amounts), dict(candidate.effect.min_plays)
+    amounts, noises = dict(candidate.effect.min_amounts), dict(candidate.effect.min_displacement_noises)
     for p in candidate.effect.parameters:
         if p.null is None:
             continue
@@ -107,8 +107,8 @@ def resolved(candidate: Candidate, new: CandidateFit) -> bool:
         start = np.log(p.null) if p.transform == "log" else p.null
         amount = abs(float(new.optimum.u[j]) - float(start))
         least = amounts.get(p.symbol, 0.0)
-        if p.symbol in plays:
-            least = plays[p.symbol] * noise.displacement / problem.depth
+        if p.symbol in noises:
+            least = noises[p.symbol] * noise.displacement / problem.depth
         if amount > MIN_STANDARD_ERRORS * std[j] and abs(new.value(p.symbol) - p.null) > least:
             return True
     return False
