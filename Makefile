@@ -4,6 +4,9 @@ V := .venv/bin
 STAMP := .venv/.installed
 DEMO := .venv/.demo
 
+# every process would compile all its modules anew, and each of hundreds in the tests does
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: demo test test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs site examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
 
 demo: $(DEMO)  ## run the main job in this terminal
@@ -16,7 +19,7 @@ test: $(STAMP)  ## pass the tests
 	$(V)/python -m pytest -q -n $(WORKERS) --dist worksteal -m "not wheel and not long"
 
 test-long: $(STAMP)  ## the few tests that take more than twenty seconds each
-	$(V)/python -m pytest -q -n auto --dist load -m long
+	$(V)/python -m pytest -q -n auto --dist load -m long $$(grep -rl --include='*.py' mark.long tests)
 
 test-fast: $(STAMP)
 	$(V)/python -m pytest -q -n $(WORKERS) -m "not slow and not long and not wheel"

@@ -24,11 +24,10 @@ from vegrip.types import Floats
 
 LEFT_ALONE: Final = 0
 """The compiled step did not take the frame, and changed nothing."""
-COMMANDED: Final = 2
-"""Bit of a step after which a command stands in :attr:`CompiledFinger.answer`."""
 REPORT: Final = 4
 """Bit of a step after which something is due to be told."""
 
+STATE_BYTES: Final = 48
 COMMAND_BYTES: Final = 24
 MOST_LATE: Final = RECENT_STATES // 2
 """Samples an estimator may go back: a rewind needs the states, and half of the history is fetched at once."""
@@ -155,6 +154,16 @@ class CompiledFinger:
     def felt(self) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the present state."""
         return self._f.item(self._force_at), self._f.item(self._displacement_at)
+
+    @property
+    def state_id(self) -> int:
+        """Identifier of the frames of states."""
+        return self._line.state_id
+
+    @property
+    def command_id(self) -> int:
+        """Identifier of the frames of commands."""
+        return self._line.command_id
 
     @property
     def need(self) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from vegrip.effects.contract import Effect
 from vegrip.identification.fit.channels import ChannelError, channel_errors, overall_error
-from vegrip.identification.fit.problem import Problem
+from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.fit.solve import Optimum, covariance
 from vegrip.model import ContactModel
 from vegrip.parameters import Parameter, changed, in_si
@@ -156,6 +156,7 @@ def fit_of(problem: Problem, optimum: Optimum) -> Fit:
 def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
     yield from _about_data(fit)
     yield from _missing(fit)
+    yield from _airless(fit)
     for j, name in enumerate(fit.problem.unknowns.names):
         yield from _about_unknown(fit, j, name)
     for one, other, c in fit.correlations(ENTANGLED):
@@ -215,6 +216,16 @@ def _about_misfit(fit: Fit, *, advise: bool) -> Iterator[str]:
         yield (
             "no model of this kind may be right to the noise here; --tolerance 0.01 asks for 1 % of each "
             "episode's peak force, and keeps the deepest press from deciding alone"
+        )
+
+
+def _airless(fit: Fit) -> Iterator[str]:
+    """Say that a recording is of one contact that was there before it and after it."""
+    if not np.any(fit.problem.table(fit.optimum.u)[:, AT["contact_radius"]] == 0.0):
+        yield (
+            "the fingertip is never in the air, so neither the zeros of the sensors are known nor what the "
+            "contact remembers from before, and what is fitted makes up for both: record from before the "
+            "touch, as when the hand lets go and grips again"
         )
 
 

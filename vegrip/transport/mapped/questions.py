@@ -260,12 +260,24 @@ class _Finger:
         spread = float(np.std(np.diff(still))) / math.sqrt(2.0)  # of neighbours: a drift is no noise
         least = self._resolution(draft) / math.sqrt(12.0)
         times = self._states_per_value(draft.signal)
-        draft.keys["noise"] = float(
-            f"{max(spread, least) * abs(factor(channel, draft)) * math.sqrt(times):.3g}"
-        )
+        late = self._lateness(draft, spread) if times > 1.0 else 0.0
+        size = math.hypot(max(spread, least), late) * abs(factor(channel, draft)) * math.sqrt(times)
+        draft.keys["noise"] = float(f"{size:.3g}")
         draft.notes["noise"] = f"[{SI[channel]}] standard deviation at rest"
         if times > 1.0:
-            draft.notes["noise"] += f", times the root of the {times:.3g} states in which each value stands"
+            draft.notes["noise"] += (
+                f", and what a held value was late by, times the root of its {times:.3g} states"
+            )
+
+    def _lateness(self, draft: Draft, spread: float) -> float:
+        """Return the rms error of a value that stands until the next one comes, while the fingertip moves.
+
+        A value that changes by ``d`` until the next one is off by 0 to ``d``, evenly: ``d / sqrt(3)`` rms.
+        """
+        trace = self._trace(draft)
+        moved = np.diff(trace.within(self.windows.get("press") or (float(trace.t[0]), float(trace.t[-1]))))
+        changed = float(np.mean(moved**2)) - 2.0 * spread**2 if len(moved) else 0.0  # without the noise
+        return math.sqrt(max(changed, 0.0) / 3.0)
 
     def _states_per_value(self, signal: str) -> float:
         """Return in how many states a value of ``signal`` stands."""

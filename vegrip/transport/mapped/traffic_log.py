@@ -35,7 +35,7 @@ class Traffic:
     start: int = 0  # [ns]
     end: int = 0
     order: list[int] = field(default_factory=list)  # identifiers as they came, of the first frames
-    short: int = 0  # frames shorter than the database says
+    short: dict[str, int] = field(default_factory=dict)  # message -> frames shorter than the database says
 
     def add(self, frame: Frame) -> None:
         """Take in a frame."""
@@ -72,7 +72,9 @@ def traces(traffic: Traffic, database: Database) -> dict[str, Trace]:
     found: dict[str, Trace] = {}
     for message in database.messages.values():
         frames = [f for f in traffic.frames.get(message.identifier, []) if len(f.data) >= message.length]
-        traffic.short += len(traffic.frames.get(message.identifier, [])) - len(frames)
+        short = len(traffic.frames.get(message.identifier, [])) - len(frames)
+        if short:
+            traffic.short[message.name] = short
         if frames:
             found |= _of_message(message, frames, traffic.start)
     return found
