@@ -191,7 +191,7 @@ class ContactEstimator:
         return self._clock.taken is not None and self._memory.has_contact
 
     @property
-    def excited(self) -> bool:
+    def is_excited(self) -> bool:
         """Whether the tip moves in contact, or did within ``settings.learning_rest``: only then it learns."""
         return self.in_contact and self._memory.mode("REST") <= self.settings.learning_rest
 
