@@ -74,7 +74,7 @@ def _before(problem: Problem) -> Iterator[Doubt]:
             grave=True,
         )
     pressed = np.isfinite(m.force) & (m.motion.displacement > 0.0)
-    if opposed(m.motion.displacement[pressed], m.force[pressed]):
+    if is_force_opposed(m.motion.displacement[pressed], m.force[pressed]):
         yield Doubt(
             "the force falls where the tip goes deeper: one of the two has the wrong sign (compression and "
             "indentation are positive)",
@@ -96,7 +96,7 @@ def _before(problem: Problem) -> Iterator[Doubt]:
         )
 
 
-def opposed(depth: Floats, force: Floats) -> bool:
+def is_force_opposed(depth: Floats, force: Floats) -> bool:
     """Return whether the force falls with the depth."""
     if depth.size < MIN_CONTACT_ROWS or not np.ptp(depth) > 0.0 or not np.ptp(force) > 0.0:
         return False
