@@ -25,6 +25,7 @@ COLOUR = {"vegrip": "#0072b2", "constant": "#6e6e6e", "cone": "#d55e00"}
 STYLE = {"vegrip": "-", "constant": "--", "cone": "-."}
 SLIP = {"vegrip": "1", "constant": "x", "cone": "+"}
 LEAST = "#222222"
+BAND = "#cfe3f3"
 BAR = "#b7c9e2"
 SHADE = "#eef2f8"
 CHARACTER = 0.0088  # width of one of a label, as a share of the time axis
@@ -103,11 +104,11 @@ def _draw_friction(axes: Axes, course: Course) -> None:
     if course.friction:
         at, mean, std = np.array(course.friction).T
         axes.plot(at, mean, color=COLOUR["vegrip"], linewidth=1.6, label="vegrip's estimate")
-        axes.fill_between(
-            at, mean - std, mean + std, color=COLOUR["vegrip"], alpha=0.2, linewidth=0.0, label="± 1 std"
-        )
+        axes.fill_between(at, mean - std, mean + std, color=BAND, linewidth=0.0, label="± 1 std", zorder=1)
     axes.set_title(
-        "the friction, which no controller knows, and what vegrip learns of it", loc="left", fontsize=10
+        "friction, which no controller knows beforehand, and what vegrip learns of it",
+        loc="left",
+        fontsize=10,
     )
     axes.set_ylabel("friction coefficient\n(thumb) [-]")
     axes.set_ylim(0.0, 1.25)

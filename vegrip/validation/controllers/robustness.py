@@ -166,10 +166,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 status.update(f"{case}: {name}")
                 told[f"{case}: {name}"] = figures_of_case(name, CASES[case], seeds)
     if given.json:
-        sys.stdout.write(json.dumps(told) + "\n")
+        sys.stdout.write(json.dumps(_plain(told)) + "\n")
     else:
         Console().print(table(told))
     return 0
+
+
+def _plain(value: Any) -> Any:
+    """Return ``value`` with what is not a number as null: JSON has no NaN."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def table(told: dict[str, dict[str, Any]]) -> Table:

@@ -11,7 +11,6 @@
 """
 
 import math
-from collections import deque
 from statistics import NormalDist
 from typing import Protocol
 
@@ -82,20 +81,15 @@ class Elastic:
 class ElasticAgain(Elastic):
     """Close, and tighten again once the knob is lost, to the need times ``(1 + GUARD) (1 + knob)``."""
 
-    MEAN = 10  # samples
-
     def begin(self, pad: Pad, friction: float, load: Load) -> None:
         """Keep what is told; nothing measured yet."""
         super().begin(pad, friction, load)
-        self._forces: deque[float] = deque(maxlen=self.MEAN)
-        self._depth, self._held = 0.0, -1.0
+        self._force, self._depth = math.inf, 0.0
 
     def feel(self, state: FingertipState, held: float) -> None:
-        """Keep the last forces."""
-        if held <= 0.0:
-            self._forces.clear()
-        self._forces.append(state.normal_force)
-        self._depth, self._held = state.displacement, held
+        """Keep what was measured last."""
+        del held
+        self._force, self._depth = state.normal_force, state.displacement
 
     def is_enough(self, depth: float, force: float) -> bool:
         """Whether the force is the wanted one."""
@@ -103,8 +97,7 @@ class ElasticAgain(Elastic):
 
     def wants_more(self) -> bool:
         """Whether the force has come near the need."""
-        full = len(self._forces) == self.MEAN
-        return full and float(np.mean(self._forces)) < (1.0 + GUARD) * self.need(self._depth)
+        return self._force < (1.0 + GUARD) * self.need(self._depth)
 
 
 class LastRatio(ElasticAgain):
@@ -126,7 +119,7 @@ class LastRatio(ElasticAgain):
         super().feel(state, held)
         if held <= 0.0:
             self._first = state.normal_force
-        self._last = float(np.mean(self._forces))
+        self._last = state.normal_force
 
     def is_enough(self, depth: float, force: float) -> bool:
         """Whether the force is the wanted one."""

@@ -59,7 +59,7 @@ def draw_pad(rng: np.random.Generator) -> Pad:
     rates = np.exp(rng.uniform(math.log(RATES[0]), math.log(RATES[1]), BRANCHES))
     return Pad(
         radius=float(rng.uniform(8e-3, 15e-3)),
-        stiffness=float(np.exp(rng.uniform(*np.log((1.0, 4.0))))),
+        stiffness=math.exp(rng.uniform(0.0, math.log(4.0))),
         exponent=float(rng.uniform(1.4, 1.9)),
         shares=tuple(float(c) for c in total * parts),
         rates=tuple(float(nu) for nu in rates),
