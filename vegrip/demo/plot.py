@@ -107,9 +107,7 @@ def _draw_friction(axes: Axes, course: Course) -> None:
             at, mean - std, mean + std, color=COLOUR["vegrip"], alpha=0.2, linewidth=0.0, label="± 1 std"
         )
     axes.set_title(
-        "friction, which no controller knows beforehand, and what vegrip learns of it",
-        loc="left",
-        fontsize=10,
+        "the friction, which no controller knows, and what vegrip learns of it", loc="left", fontsize=10
     )
     axes.set_ylabel("friction coefficient\n(thumb) [-]")
     axes.set_ylim(0.0, 1.25)

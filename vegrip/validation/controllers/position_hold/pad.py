@@ -56,7 +56,7 @@ class Pad:
 def draw_pad(rng: np.random.Generator) -> Pad:
     """Draw a pad of a material that no controller knows."""
     total, parts = rng.uniform(*TOTAL_SHARE), rng.dirichlet(np.ones(BRANCHES))
-    rates = np.exp(rng.uniform(*np.log(RATES), BRANCHES))
+    rates = np.exp(rng.uniform(math.log(RATES[0]), math.log(RATES[1]), BRANCHES))
     return Pad(
         radius=float(rng.uniform(8e-3, 15e-3)),
         stiffness=float(np.exp(rng.uniform(*np.log((1.0, 4.0))))),
