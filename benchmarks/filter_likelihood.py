@@ -31,7 +31,7 @@ from vegrip.contact import limit_surface
 from vegrip.effects.contract import Effect
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import KERNELS
-from vegrip.estimator.initial_state import blank
+from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import Layout, layout_of
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, extend_problem
@@ -92,7 +92,7 @@ class FilterLikelihood:
         self.model: ContactModel = dataclasses.replace(problem.model, values=known)
         self.layout = layout_of(self.model)
         self.module = compiled(self.model.effects, self.layout)
-        self.blank = blank(self.model, self.layout, self.noise, EstimatorSettings())
+        self.blank = initial_memory(self.model, self.layout, self.noise, EstimatorSettings())
         self.place = slice(*self.layout.places()["VALUES"])
         self.calls = 0
 

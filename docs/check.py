@@ -71,11 +71,15 @@ def english_of_page(page: Path, text: str) -> Iterator[str]:
 
 
 def english_of_code() -> Iterator[str]:
-    """The same for docstrings and comments."""
+    """The same for docstrings and comments, and for the messages of what is installed."""
     for folder in ("vegrip", "nodes", "proto", "launch", "benchmarks", "examples", "docs"):
         for source in sorted((ROOT / folder).rglob("*.py")):
-            for line, text in english.prose_of(source):
-                for _, complaint in english.complaints(text):
+            shown = english.messages_of(source) if folder in ("vegrip", "nodes") else ()
+            for line, text, message in [
+                *((line, text, False) for line, text in english.prose_of(source)),
+                *((line, text, True) for line, text in shown),
+            ]:
+                for _, complaint in english.complaints(text, message=message):
                     yield f"{source.relative_to(ROOT)}:{line}: {complaint}"
 
 

@@ -45,10 +45,24 @@ NAMELESS = r"(who(m?)ever|somebody|nobody|anybody|everybody|someone|anyone|every
 QUOTED = re.compile(r"```.*?```|``.*?``|`[^`\n]*`|https?://\S+|<[^>\n]*>", re.DOTALL)
 
 
-def complaints(text: str) -> Iterator[tuple[int, str]]:
-    """Yield (position, what is wrong) for the prose in ``text``."""
+PRIVATE = {
+    # word of ours: the field's word; in messages, which are read without the pages beside them
+    r"(tells?|told)\b": "report, show, say, distinguish",
+    r"(untold|dear(er|est))\b": "not reported; expensive, large",
+    r"wanted\b": "target, required",
+    r"play\b(?! a\b)": "backlash; of a command: clearance",
+    r"nothing to\b": "say what is missing, and what to do",
+    r"(comes?|came) back\b": "recovers, returns",
+}
+LEAST_SPACES = 2
+"""Texts with fewer are names and keys rather than messages."""
+
+
+def complaints(text: str, *, message: bool = False) -> Iterator[tuple[int, str]]:
+    """Yield (position, what is wrong) for the prose in ``text``; ``message``: those of PRIVATE too."""
     prose = QUOTED.sub(lambda quoted: re.sub(r"[^\n]", " ", quoted[0]), text)
-    for pattern, better in [*SPELLINGS.items(), (NAMELESS, "say who: the node, a reader")]:
+    private = PRIVATE if message else {}
+    for pattern, better in [*SPELLINGS.items(), *private.items(), (NAMELESS, "say who: the node, a reader")]:
         for found in re.finditer(rf"(?<![\w.])(?:{pattern})", prose, re.IGNORECASE):
             if found[0].lower() not in KEPT:
                 yield found.start(), f"{found[0]!r}: {better}"
@@ -64,3 +78,23 @@ def prose_of(source: Path) -> Iterator[tuple[int, str]]:
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type == tokenize.COMMENT:
             yield token.start[0], token.string
+
+
+def messages_of(source: Path) -> Iterator[tuple[int, str]]:
+    """Yield (line, text) of what a Python file may show: raised, printed, logged, or said as help."""
+    tree = ast.parse(source.read_text(encoding="utf-8"))
+    skipped = {id(part) for node in ast.walk(tree) for part in _no_messages(node)}
+    for node in ast.walk(tree):
+        match node:
+            case ast.Constant(value=str() as text) if id(node) not in skipped:
+                if text.count(" ") >= LEAST_SPACES:
+                    yield node.lineno, text
+
+
+def _no_messages(node: ast.AST) -> Iterator[ast.expr]:
+    """Yield docstrings, and places in a picture such as ``lower center``."""
+    match node:
+        case ast.Expr(value=ast.Constant() as docstring):
+            yield docstring
+        case ast.keyword(arg="loc", value=place):
+            yield place

@@ -84,3 +84,15 @@ def test_american_spelling_and_sentences_without_an_actor_are_reported(text: str
 )
 def test_identifiers_and_british_words_pass(text: str) -> None:
     assert not list(english.complaints(text))
+
+
+def test_messages_are_in_the_words_of_the_field(tmp_path: Path) -> None:
+    source = tmp_path / "module.py"
+    source.write_text(
+        '"""A module that is told of nothing."""\n'
+        'def f(x):\n    raise ValueError(f"{x} cannot be told apart")\n'
+        'plot(loc="lower center right")\nKEY = "told"\n'
+    )
+    assert [text for _, text in english.messages_of(source)] == [" cannot be told apart"]
+    assert list(english.complaints(" cannot be told apart", message=True))
+    assert not list(english.complaints(" cannot be distinguished", message=True))

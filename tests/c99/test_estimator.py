@@ -40,7 +40,7 @@ def differing(model: ContactModel, samples: int = 1200) -> str:
     estimator = ContactEstimator(model, SensorNoise())
     by_numba, by_c = estimator._module, kernels_c.load(text_of(model, estimator.layout))
     memories, margins = (
-        [estimator._blank.copy(), estimator._blank.copy()],
+        [estimator._memory.blank.copy(), estimator._memory.blank.copy()],
         [np.full(5, np.nan), np.full(5, np.nan)],
     )
     places = estimator.layout.places()
@@ -80,7 +80,7 @@ def test_every_effect(name: str) -> None:
 def test_the_filter_alone() -> None:
     estimator = ContactEstimator(paper_model(8e-3), SensorNoise())
     by_c = kernels_c.load(text_of(estimator.model, estimator.layout))
-    ours, theirs = estimator._m.copy(), estimator._m.copy()
+    ours, theirs = estimator._memory.numbers.copy(), estimator._memory.numbers.copy()
     for _, sample in eventful(estimator.model, 300):
         dt = max(sample[0], 0.0)
         estimator._module.filter_step(ours, dt, *sample[1:4])

@@ -11,6 +11,7 @@ from vegrip.identification.calibration.practice import practice_tip, practise
 from vegrip.identification.calibration.trials import Trial
 from vegrip.identification.recording import write_recording
 from vegrip.identification.simulate import read_protocol
+from vegrip.identification.simulate.protocol import greatest_depth
 
 RADIUS = f"{1e3 * practice_tip(4).radius} mm"
 
@@ -73,6 +74,17 @@ def test_another_radius_is_refused(capsys):
     assert main(["calibrate", "tip", "--radius", "9 mm", "--json"]) == 0
     assert main(["calibrate", "tip", "--radius", "8 mm", "--json"]) == 2
     assert "is the calibration of a fingertip of radius 0.009 m" in capsys.readouterr().err
+
+
+def test_limits_that_are_given_later_are_those_of_the_next_trial(tmp_path, capsys):
+    assert main(["calibrate", "tip", "--radius", "9 mm", "--json"]) == 0
+    before = read_protocol(tmp_path / json.loads(capsys.readouterr().out)["motion"])
+    assert main(["calibrate", "tip", "--depth", "2e-4", "--json"]) == 0
+    after = read_protocol(tmp_path / json.loads(capsys.readouterr().out)["motion"])
+    assert greatest_depth(after) < 0.5 * greatest_depth(before)
+    assert main(["calibrate", "tip", "--json"]) == 0
+    capsys.readouterr()
+    assert json.loads((tmp_path / "tip" / "calibration.json").read_text())["limits"]["depth"] == 2e-4
 
 
 def test_in_a_terminal_a_mistake_is_told_and_asked_again(monkeypatch, capsys):

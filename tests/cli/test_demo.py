@@ -21,6 +21,7 @@ KEYS = {
     "bus_load",
     "min_margin",
     "mean_grip_force",
+    "cores",
     "recording",
 }
 pytestmark = pytest.mark.slow

@@ -70,7 +70,7 @@ FAULTS = {
     "radius": (lambda good: replace(good, fingertip=Fingertip(1e-3)), "the radius of the tip is stated as"),
     "millimetres": (in_millimetres, "unit of the displacement is wrong"),
     "sign": (pulled, "has the wrong sign"),
-    "a touch": (touched, "too little to tell effects apart"),
+    "a touch": (touched, "too little to distinguish effects"),
     "clocks": (lambda good: later(good, 0.06), "their clocks disagree"),
 }
 

@@ -107,7 +107,7 @@ def test_learned_friction_covers_the_truth(model: ContactModel, compiled: Contac
     prior, s = math.log(model.values["mu"].value), model.values["mu"].std
     inside = 0
     for _ in range(200):
-        m = compiled._blank.copy()
+        m = compiled._memory.blank.copy()
         ln_mu = prior + s * rng.standard_normal()
         for _ in range(12):
             limit = math.exp(ln_mu + 0.06 * rng.standard_normal())

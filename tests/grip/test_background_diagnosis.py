@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from vegrip.nodes.grasp_force import build
 
-from vegrip.estimator.health import CALM, FAILS, MENDED, Watch, wrongness
+from vegrip.estimator.health import CALM, FAILS, MENDED, HealthHysteresis, misfit_of_cells
 from vegrip.estimator.layout import CHANNELS, REGIMES
 from vegrip.grip import background_diagnosis
 from vegrip.grip.background_diagnosis import BackgroundDiagnosis, SampleRing
@@ -164,42 +164,42 @@ def cells(value: float = 0.0, *, at: tuple[int, int] = (1, 2)) -> np.ndarray:
 
 
 def test_the_verdict_comes_after_a_while_and_goes_after_a_longer_one() -> None:
-    watch, now = Watch(), 0
-    assert watch.look(cells(1.2), now) is None
-    assert watch.look(cells(1.2), now + round(FAILS * 1e9)) == (1, 2)
+    watch, now = HealthHysteresis(), 0
+    assert watch.update(cells(1.2), now) is None
+    assert watch.update(cells(1.2), now + round(FAILS * 1e9)) == (1, 2)
     now += 10**9
-    assert watch.look(cells(0.9), now) == (1, 2)  # between calm and the edge it stays
+    assert watch.update(cells(0.9), now) == (1, 2)  # between calm and the edge it stays
     now += 10**11
-    assert watch.look(cells(0.9), now) == (1, 2)
-    assert watch.look(cells(CALM / 2), now) == (1, 2)
-    assert watch.look(cells(CALM / 2), now + round(0.9 * MENDED * 1e9)) == (1, 2)
-    assert watch.look(cells(CALM / 2), now + round(MENDED * 1e9)) is None
+    assert watch.update(cells(0.9), now) == (1, 2)
+    assert watch.update(cells(CALM / 2), now) == (1, 2)
+    assert watch.update(cells(CALM / 2), now + round(0.9 * MENDED * 1e9)) == (1, 2)
+    assert watch.update(cells(CALM / 2), now + round(MENDED * 1e9)) is None
 
 
 def test_a_single_look_a_little_outside_changes_nothing_and_one_far_outside_does() -> None:
-    watch = Watch()
+    watch = HealthHysteresis()
     for i in range(100):
-        assert watch.look(cells(1.5 if i % 2 else 0.1), i * 200_000_000) is None
-    assert watch.look(cells(2.5), 10**11) == (1, 2)
+        assert watch.update(cells(1.5 if i % 2 else 0.1), i * 200_000_000) is None
+    assert watch.update(cells(2.5), 10**11) == (1, 2)
 
 
 def test_another_cell_takes_over_only_when_it_is_clearly_worse() -> None:
-    watch = Watch()
-    watch.look(cells(1.2), 0)
-    watch.look(cells(1.2), 10**9)
+    watch = HealthHysteresis()
+    watch.update(cells(1.2), 0)
+    watch.update(cells(1.2), 10**9)
     both = cells(1.2)
     both[0, 1] = 1.3
-    assert watch.look(both, 2 * 10**9) == (1, 2)
+    assert watch.update(both, 2 * 10**9) == (1, 2)
     both[0, 1] = 2.0
-    assert watch.look(both, 3 * 10**9) == (0, 1)
+    assert watch.update(both, 3 * 10**9) == (0, 1)
 
 
 def test_a_cell_with_little_in_it_is_not_judged() -> None:
     raw = np.zeros((len(CHANNELS), len(REGIMES), 3))
     raw[1, 2] = 150.0, 3.0, 9.0
-    assert np.all(wrongness(raw.ravel()) == 0.0)
+    assert np.all(misfit_of_cells(raw.ravel()) == 0.0)
     raw[1, 2, 0] = 500.0
-    found = wrongness(raw.ravel())
+    found = misfit_of_cells(raw.ravel())
     assert found[1, 2] > 3.0
     assert np.count_nonzero(found) == 1
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from vegrip.virtual.drive import Drives, share
+from vegrip.virtual.drive import Drives
+from vegrip.virtual.kernels import share_forces
 from vegrip.virtual.settings import ActuatorSettings
 
 DT = 1e-3
@@ -66,14 +67,18 @@ def test_forces_outside_the_range_are_held_inside(wanted) -> None:
     assert forces[-1, 0] == pytest.approx(min(max(wanted, 0.0), 4.0), abs=1e-6)
 
 
+def share(first: float, *others: float) -> list[float]:
+    """Return the forces of the opposed fingers."""
+    return share_forces(np.array([first, *others])).tolist()
+
+
 def test_first_finger_can_raise_but_never_lower_the_others() -> None:
-    others = np.array([1.0, 3.0])
-    assert share(2.0, others) is others
-    assert share(np.nan, others) is others
-    assert share(8.0, others) == pytest.approx([2.0, 6.0])
-    assert share(8.0, np.zeros(2)) == pytest.approx([4.0, 4.0])
+    assert share(2.0, 1.0, 3.0) == [1.0, 3.0]
+    assert share(np.nan, 1.0, 3.0) == [1.0, 3.0]
+    assert share(8.0, 1.0, 3.0) == pytest.approx([2.0, 6.0])
+    assert share(8.0, 0.0, 0.0) == pytest.approx([4.0, 4.0])
 
 
 def test_a_finger_without_command_takes_no_share() -> None:
-    assert share(6.0, np.array([2.0, np.nan])) == pytest.approx([6.0, np.nan], nan_ok=True)
-    assert np.isnan(share(6.0, np.full(2, np.nan))).all()
+    assert share(6.0, 2.0, np.nan) == pytest.approx([6.0, np.nan], nan_ok=True)
+    assert np.isnan(share(6.0, np.nan, np.nan)).all()

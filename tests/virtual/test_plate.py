@@ -72,7 +72,7 @@ def test_kinetic_and_elastic_energy_only_fall_after_a_push() -> None:
         m, inertia = SETTINGS.mass, SETTINGS.inertia
         v = held.pose[3:]
         kinetic = 0.5 * m * (v[0] ** 2 + v[1] ** 2) + 0.5 * inertia * v[2] ** 2
-        bent = (held._bristle**2).sum(axis=(0, 2, 3))
+        bent = (held.bristle**2).sum(axis=(0, 2, 3))
         return float(kinetic + 0.5 * element @ bent)
 
     peaks = []
@@ -98,7 +98,7 @@ def test_a_light_plate_does_not_blow_up() -> None:
     held = plate(settings=ObjectSettings(mass=1e-3, inertia=1e-7))
     carry(held, 0.05, N=3.0, burden=Burden(force_x=0.1, torque=1e-4))
     assert np.abs(held.shift[:2]).max() < 1e-4
-    assert held._substeps(np.full(3, 5e-3), 1e-3, DT) > 10
+    assert held.substeps(np.full(3, 5e-3), 1e-3, DT) > 10
 
 
 def test_it_is_lost_after_sliding_or_turning_far() -> None:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors, quantize
+from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import SensorSettings
 
 TRUE = np.array([[3.0, 0.5, -1.0, 0.01, 1e-3, 25.0, 0.02, 4e-3]])
@@ -56,7 +56,6 @@ def test_bias_is_constant_in_a_run_and_scatters_between_runs_as_stated() -> None
 def test_values_are_multiples_of_the_resolution() -> None:
     forces = measured(SensorSettings(force_step=0.01), 100)[:, 0]
     assert forces / 0.01 == pytest.approx(np.round(forces / 0.01), abs=1e-9)
-    assert quantize(np.array([0.123]), np.array([0.0]))[0] == 0.123
 
 
 def test_missing_sensors_read_nan() -> None:

@@ -82,7 +82,7 @@ def test_a_finger_is_shown_with_its_margin_command_and_load(view: LiveView) -> N
     assert shown["margin"]["bound"] == 0.2
     assert shown["margin"]["wanted"] == 0.15
     assert shown["margin"]["never"]
-    assert shown["command"]["words"] == "holds: the wanted margin is met"
+    assert shown["command"]["words"] == "holds: the margin is at its target"
     assert shown["load"] == {"force": 0.5, "torque": 1e-3}
 
 

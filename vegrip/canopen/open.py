@@ -42,7 +42,7 @@ class CanopenSettings:
     )
     sync_period: float = parameter(0.0, unit="s", low=0.0, high=10.0, doc="of SYNC; 0: none is produced")
     time_period: float = parameter(0.0, unit="s", low=0.0, high=60.0, doc="of TIME; 0: none is produced")
-    master: bool = parameter(True, doc="the grasp force node tells the fingers to start")
+    master: bool = parameter(True, doc="the grasp force node starts the fingers (NMT)")
 
 
 def open_canopen(table: Mapping[str, Any], hand: Hand, where: str) -> CanopenEndpoint:

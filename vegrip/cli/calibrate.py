@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.errors import InputError, UsageError, VegripError
 
 if TYPE_CHECKING:
@@ -42,7 +43,6 @@ ASK = Annotated[bool, typer.Option("--ask/--no-ask", help="Ask in the terminal f
 WEB = Annotated[bool, typer.Option("--web", help="Guide on a page in the browser.")]
 PORT = Annotated[int, typer.Option(min=0, max=65535, help="of the page; 0 = any free one")]
 OPENS = Annotated[bool, typer.Option("--open", help="open the page in the browser")]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def calibrate(
@@ -112,7 +112,13 @@ def _opened(
 ) -> "Calibration":
     from vegrip.cli.experiment import rig_limits
     from vegrip.identification.calibration.practice import practice_tip
-    from vegrip.identification.calibration.session import Calibration, load, save, usual_limits
+    from vegrip.identification.calibration.session import (
+        Calibration,
+        load,
+        other_limits,
+        save,
+        usual_limits,
+    )
     from vegrip.identification.recording.units import parse_length
 
     found = load(folder)
@@ -123,6 +129,7 @@ def _opened(
     if found is not None:
         if metres is not None and metres != found.radius:
             raise UsageError(f"{folder} is the calibration of a fingertip of radius {found.radius:g} m")
+        found.limits = other_limits(found.limits, given)
         return found
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(f"{folder}: is no calibration; give another folder")

@@ -1,6 +1,8 @@
 """The main job, end to end: virtual hand -> virtual CAN bus -> grasp force node, watched and recorded.
 
 Three processes on one bus: the hand, the node, and this one, which listens as a monitor and recorder would.
+It keeps the frames, decodes what is looked at (all of them when a page is open), and writes the recording in
+the end: what it takes of the machine the loops of hand and node do not have.
 Latency is measured in the node, from the arrival of a state to the departure of its command.
 """
 
@@ -15,14 +17,17 @@ from typing import Any, Protocol
 
 from vegrip.clock import NS
 from vegrip.demo.hand_node import DemoHand, HandNews
+from vegrip.demo.recorder import FrameRecorder
 from vegrip.demo.worker import Job, RunStatistics
 from vegrip.demo.worker_handle import WorkerHandle
+from vegrip.host.processor_time import processor_time
 from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission
-from vegrip.identification.recording.background import BackgroundWriter
 from vegrip.identification.recording.writer import RecordingWriter
-from vegrip.messages import ForceCommand, Message, Reason
+from vegrip.messages import ContactEstimate, Message
 from vegrip.runtime.monitor import Board
-from vegrip.transport.endpoint import Endpoint
+from vegrip.transport.can_endpoint import CanEndpoint
+from vegrip.transport.canbus.virtual_can import hub_process
+from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.validation.controllers import candidates
 from vegrip.validation.controllers.closed_loop import Course
@@ -30,7 +35,7 @@ from vegrip.validation.controllers.scenario import Scenario
 
 REFRESH_PERIOD_S = 0.1  # [s] of the screen
 LOOK_PAUSE_S = 0.02  # [s] between two looks at the bus: a process that waits for each frame is woken by each
-HOLD_REASONS = (Reason.INPUT_HOLD, Reason.FAIL_SAFE)
+FLUSH_PERIOD_S = 1.0  # [s] between two flushes of what is recorded
 TICK_PERIODS_S = {"hand": 0.002, "node": 0.005}  # [s]
 
 
@@ -56,6 +61,7 @@ class Outcome:
     node: RunStatistics
     bus_load: float  # [-] mean over the run
     held: float  # [-] share of the commands that only held, because states came too late or not at all
+    cores: dict[str, float]  # processor time over time while the hand held, by program; NaN = not known
     interrupted: bool = False
     problem: str = ""  # what is not in the recording, in a sentence
 
@@ -69,34 +75,44 @@ class Demo:
     board: Board
     loads: list[float] = field(default_factory=list)
     acting: frozenset[str] = frozenset()
-    commands: int = 0
-    held: int = 0  # of the commands
     news: HandNews | None = None
     page: Page | None = None
+    codec: CanCodec | None = None  # of what is shown
+    believed: Course = field(default_factory=lambda: Course(()))  # of friction, by the time of the hand
     _load_due: float = 0.0
+    _flush_due: float = 0.0
 
-    def watch(self, endpoint: Endpoint, recorder: BackgroundWriter) -> None:
-        """Take what is on the bus."""
+    def watch(self, endpoint: CanEndpoint, recorder: FrameRecorder) -> None:
+        """Take what is on the bus: the newest of every kind to show it, everything to record it."""
         time.sleep(LOOK_PAUSE_S)
-        while messages := endpoint.receive(0.0):
-            for message in messages:
-                self._count(message)
-                self.board.take(message, time.monotonic_ns())
-                recorder.offer(message)
-                if self.page is not None:
-                    self.page.take(message, time.monotonic_ns(), NODE)
+        shown: dict[int, Frame] = {}
+        while (frame := endpoint.next_frame(0.0)) is not None:
+            recorder.offer(frame)
+            shown[frame.arbitration_id if self.page is None else len(shown)] = frame
+        for frame in shown.values():
+            self._show(frame)
         if self.page is not None:
             self.page.tick()
-        if time.monotonic() >= self._load_due:
-            self._load_due = time.monotonic() + 1.0
+        now = time.monotonic()
+        if now >= self._flush_due:
+            self._flush_due = now + FLUSH_PERIOD_S
+            recorder.flush()
+        if now >= self._load_due:
+            self._load_due = now + 1.0
             load = endpoint.bus_load()
             if not math.isnan(load):
                 self.loads.append(load)
 
-    def _count(self, message: Message) -> None:
-        if isinstance(message, ForceCommand) and self.news is not None:
-            self.commands += 1
-            self.held += message.reason in HOLD_REASONS
+    def _show(self, frame: Frame) -> None:
+        message = self.codec.decode(frame) if self.codec is not None else None
+        if message is None:
+            return
+        now = time.monotonic_ns()
+        self.board.take(message, now)
+        if isinstance(message, ContactEstimate) and self.news is not None:
+            self.believed.believe(message, self.news.time)
+        if self.page is not None:
+            self.page.take(message, now, NODE)
 
     def title(self) -> str:
         """Return the headline of the screen; the scenario's time is behind the clock on a slow machine."""
@@ -153,12 +169,20 @@ def run(
     parameters = candidates.parameters("vegrip", candidates.KNOBS[scenario.grasp]["vegrip"])
     fingers = scenario.settings.fingers
     transport: dict[str, Any] = {"kind": "can", "channel": f"demo-{os.getpid()}", "sender_time": True}
-    demo = Demo(scenario, folder, Board(time.monotonic_ns(), fingers), page=page)
+    demo = Demo(
+        scenario,
+        folder,
+        Board(time.monotonic_ns(), fingers),
+        page=page,
+        codec=CanCodec(fingers, fd=True, use_sender_time=True),
+        believed=Course(fingers),
+    )
     noise = {name: getattr(parameters.noise, name) for name in ("normal_force", "displacement", "torque_z")}
     with ExitStack() as stack:
         writer = RecordingWriter(folder, radius=parameters.tip.radius, sensors=noise)
-        recorder = stack.enter_context(closing(BackgroundWriter(writer)))
+        recorder = stack.enter_context(closing(FrameRecorder(writer, transport["channel"], fingers)))
         endpoint = stack.enter_context(closing(open_endpoint(transport, Hand(fingers))))
+        assert isinstance(endpoint, CanEndpoint)  # noqa: S101 (the transport of the table above)
         if sentence := choose_scheduling(NODE_PRIORITY, permission(), on=is_switched_on()).sentence:
             say(sentence)
         say("starting hand and node (the first run compiles, which takes a minute)")
@@ -171,15 +195,29 @@ def run(
             "virtual_hand", Job(DemoHand, (scenario,), transport, fingers, TICK_PERIODS_S["hand"])
         )
         stack.callback(hand.stop)
-        interrupted = _play(demo, hand, node, endpoint, recorder, refresh)
+        programs = {"hand": hand.process_id, "node": node.process_id, "watch": os.getpid()}
+        if (hub := hub_process(transport["channel"])) is not None:
+            programs["bus"] = hub
+        cores = CoreCount(programs)
+        interrupted = _play(demo, hand, node, endpoint, recorder, refresh, cores)
         hand.stop()
         node.stop()
+        say("writing the recording ...")
     if hand.statistics_at_end is None or node.statistics_at_end is None:
         raise KeyboardInterrupt  # interrupted before there was anything to sum up
     load = sum(demo.loads) / len(demo.loads) if demo.loads else math.nan
-    held = demo.held / max(demo.commands, 1)
+    held = recorder.held / max(recorder.commands, 1)
+    course: Course = hand.statistics_at_end.rest
+    course.friction = demo.believed.friction
     return Outcome(
-        folder, hand.statistics_at_end.rest, node.statistics_at_end, load, held, interrupted, writer.problem
+        folder,
+        course,
+        node.statistics_at_end,
+        load,
+        held,
+        cores.shares(),
+        interrupted,
+        writer.problem,
     )
 
 
@@ -187,9 +225,10 @@ def _play(
     demo: Demo,
     hand: WorkerHandle,
     node: WorkerHandle,
-    endpoint: Endpoint,
-    recorder: BackgroundWriter,
+    endpoint: CanEndpoint,
+    recorder: FrameRecorder,
     refresh: Callable[[Demo], None],
+    cores: "CoreCount",
 ) -> bool:
     """Start both nodes and watch until the hand is done; tell whether it was interrupted."""
     for child in (node, hand):  # both compile at the same time; the node is active before the hand speaks
@@ -198,11 +237,15 @@ def _play(
         child.say("start")
         child.wait("active")
     demo.board.start = time.monotonic_ns()
+    cores.begin()
     due = 0.0
     with suppress(KeyboardInterrupt):
         while hand.listen() and node.listen():
+            cores.look()
             demo.watch(endpoint, recorder)
             demo.tell(hand.news)
+            if recorder.since is None and demo.news is not None:
+                recorder.since = time.monotonic_ns()
             if time.monotonic() >= due:
                 due = time.monotonic() + REFRESH_PERIOD_S
                 demo.board.look(time.monotonic_ns())
@@ -211,6 +254,42 @@ def _play(
         refresh(demo)
         return False
     return True
+
+
+@dataclass
+class CoreCount:
+    """What programs take of the processor.
+
+    Args:
+        programs: name to number of the process.
+
+    """
+
+    programs: dict[str, int]
+    _looks: list[tuple[float, dict[str, float]]] = field(default_factory=list)  # the first and the last
+
+    def begin(self) -> None:
+        """Count from now on."""
+        self._looks = [self._now()] * 2
+
+    def look(self) -> None:
+        """Count up to now; a process that has ended by the next time was there until now."""
+        if time.monotonic() - self._looks[1][0] > REFRESH_PERIOD_S:
+            now = self._now()
+            if not any(math.isnan(taken) for taken in now[1].values()):
+                self._looks[1] = now
+
+    def shares(self) -> dict[str, float]:
+        """Return processor time over time, by name."""
+        (first, before), (last, after) = self._looks
+        time_taken = last - first
+        return {
+            name: (after[name] - before[name]) / time_taken if time_taken > 0.0 else math.nan
+            for name in self.programs
+        }
+
+    def _now(self) -> tuple[float, dict[str, float]]:
+        return time.monotonic(), {name: processor_time(number) for name, number in self.programs.items()}
 
 
 def elapsed(demo: Demo) -> float:

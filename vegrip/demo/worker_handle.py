@@ -26,6 +26,11 @@ class WorkerHandle:
         self._process.start()
         theirs.close()
 
+    @property
+    def process_id(self) -> int:
+        """Number of the process."""
+        return self._process.pid or 0
+
     def wait(self, word: str) -> None:
         """Wait until the child says ``word``.
 

@@ -22,11 +22,11 @@ EFFECT = Effect(
     parameters=(
         Parameter("play", "1", 0.02, 0.02, 0.0, 1.0, "width of the gap, in x_ref", null=0.0, of="x_ref"),
     ),
-    states=(State("x_p", "m", "indentation behind the play", low="x", high="x", lasting=True),),
+    states=(State("x_p", "m", "indentation behind the backlash", low="x", high="x", lasting=True),),
     hooks=(hook(tip),),
     confounded=("sensor_lag", "guide_friction"),
     experiment="reversals of equal size at 0.1 and at 5 Hz",
     kinked=True,
-    min_plays=(("play", 3.0),),
+    min_displacement_noises=(("play", 3.0),),
     trial_sizes=(0.2, 1.0, 4.0),
 )

@@ -40,5 +40,5 @@ EFFECT = Effect(
     channels=("torque_z",),
     confounded=("contact_radius_law",),
     experiment="pure twists to slip after two hold times, with a contact image",
-    imitated_by="where only torques tell, a radius other than {radius:.3g} m would show alike",
+    imitated_by="where only torques show it, a radius other than {radius:.3g} m has the same effect",
 )

@@ -6,15 +6,15 @@ from functools import cache
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vegrip.clock import NS
 from vegrip.errors import InputError
 from vegrip.estimator.compiled import module_for
-from vegrip.estimator.health import Watch, health_of
-from vegrip.estimator.initial_state import blank
-from vegrip.estimator.layout import CHANNELS, COUNTS, FRICTION, MODE, PER_CHANNEL, REPORT, Layout, layout_of
-from vegrip.estimator.rewind_buffer import Past
+from vegrip.estimator.health import HealthHysteresis, health_of
+from vegrip.estimator.initial_state import initial_memory
+from vegrip.estimator.layout import CHANNELS, FRICTION, Layout, layout_of, state_names
+from vegrip.estimator.memory import REPORT_PLACE, EstimatorMemory
+from vegrip.estimator.rewind_buffer import RewindBuffer
+from vegrip.estimator.sample_clock import SampleClock, Turn
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.messages import (
     NAN,
@@ -28,9 +28,8 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.model import ContactModel
-from vegrip.types import NamedNumbers
+from vegrip.types import Floats, NamedNumbers
 
-FLAGS = (int(Channel.POSITION), int(Channel.FORCE), int(Channel.RADIUS))
 TANGENTIAL, TORQUE, SLIP = int(Channel.TANGENTIAL), int(Channel.TORQUE), int(Channel.SLIP)
 CHANNEL_SETS = tuple(Channel(bits) for bits in range(64))
 """Every set of channels: joining two flags costs as much as a third of a filter step."""
@@ -40,7 +39,6 @@ LOST = "lost"
 """Regime of a contact whose estimate contradicts its own measurement."""
 LEAST_SLIP_SPEED = 2e-4
 """Of a sliding contact [m/s]; a slower one contradicts the slip channel."""
-R = {name: i for i, name in enumerate(REPORT)}
 
 
 class ContactEstimator:
@@ -64,40 +62,30 @@ class ContactEstimator:
         self.settings = settings if settings is not None else EstimatorSettings()
         self.layout: Layout = layout_of(model)
         self._module = module_for(model, self.layout, ellipse=self.settings.surface == "ellipse")
-        self._places = {name: slice(*place) for name, place in self.layout.places().items()}
-        self._past = Past(self.settings.late, self.layout.size)
-        self._used_places = tuple(self.layout.channel_place(i, "USED") for i in range(len(CHANNELS)))
-        self._report_start = self._places["REPORT"].start
-        self._blank = blank(model, self.layout, noise, self.settings)
+        self._memory = EstimatorMemory(self.layout, initial_memory(model, self.layout, noise, self.settings))
+        self._clock = SampleClock(self.settings)
+        self._rewind = RewindBuffer(self.settings.late, self.layout.size)
         self._warm()
         self.reset()
 
     def reset(self) -> None:
         """Forget everything but the model: as before the first sample."""
-        self._m = self._blank.copy()
-        self._margin = np.full(5, NAN)
-        self._state: FingertipState | None = None
-        self._tangential = self._torque = NAN
-        self._informed = NAN  # stamp of the last sample that said something about the contact
-        self._seq = 0
-        self.refused = 0
-        """Samples refused because their stamp did not advance."""
+        self._memory.reset()
+        self._clock.reset()
+        self._rewind.clear()
+        self._load = self._torque = NAN  # of the last sample that was taken
         self.late = 0
         """Samples that came late and were put in their place."""
-        self._backwards = 0
-        self._resumed = False  # whether the memory is one that was kept
-        self._past.clear()
-        self._watch = Watch()
+        self._margin = np.full(5, NAN)
+        self._hysteresis = HealthHysteresis()
         self._health: ModelHealth | None = None  # the verdict at the last sample, once it was asked for
-        self._shown: FingertipState | None = None  # the last sample offered, taken or not
-        self._trusted = False  # whether it was taken
 
     @property
-    def memory(self) -> NDArray[np.float64]:
+    def memory(self) -> Floats:
         """All that is known, as plain numbers, shape (layout.size,); a copy, for :meth:`resume`."""
-        return self._m.copy()
+        return self._memory.numbers.copy()
 
-    def resume(self, memory: NDArray[np.float64]) -> None:
+    def resume(self, memory: Floats) -> None:
         """Go on from a :attr:`memory` that was kept, this estimator's or that of its export in C.
 
         For how long nothing was heard is not known: the next sample is taken as after a gap.
@@ -106,45 +94,30 @@ class ContactEstimator:
             InputError: it is of another model, or the state, covariance or values in it are not finite.
 
         """
-        known = self._places["VALUES"].stop
-        if memory.shape != (self.layout.size,) or not np.isfinite(memory[:known]).all():
+        if not self._memory.can_be(memory):
             raise InputError("these are not the numbers of a finger with this model")
         self.reset()
-        self._m[:] = memory
-        self._resumed = True
+        self._memory.numbers[:] = memory
+        self._clock.resume()
 
     def write_to(self, memory: NamedNumbers) -> None:
         """Lend everything to the compiled finger step: from now on ``memory`` is where it lies."""
-        lent = memory.section("ESTIMATOR")
-        if self._m.ctypes.data != lent.ctypes.data:
-            lent[:] = self._m
-            self._m = lent
+        self._memory.move_to(memory.section("ESTIMATOR"))
         if self.settings.late:
-            self._past.lie_in(memory.section("REWIND").reshape(self.settings.late, -1))
-            memory["SAMPLE_REWIND_NEXT"] = self._past.next_slot
-        state, shown = self._state, self._shown
-        memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"] = self._tangential, self._torque
-        memory["SAMPLE_BEGUN"], memory["SAMPLE_STAMP"] = state is not None, state.stamp if state else 0
-        informed = self._informed == self._informed
-        memory["SAMPLE_IS_INFORMED"], memory["SAMPLE_INFORMED"] = informed, self._informed if informed else 0
-        memory["SAMPLE_SHOWN"], memory["SAMPLE_TRUSTED"] = shown.stamp if shown else 0, self._trusted
-        memory["SAMPLE_SEQ"], memory["SAMPLE_RESUMED"] = self._seq, self._resumed
-        memory["SAMPLE_REFUSED"], memory["SAMPLE_BACKWARDS"] = self.refused, self._backwards
-        memory["SETUP_RECOVERY"] = self.settings.recovery
-        memory["SETUP_GAP"] = round(self.settings.longest_gap * NS) + 1
+            self._rewind.move_to(memory.section("REWIND").reshape(self.settings.late, -1))
+            memory["SAMPLE_REWIND_NEXT"] = self._rewind.next_slot
+        memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"] = self._load, self._torque
+        self._clock.write_to(memory)
 
     def read_from(self, memory: NamedNumbers, taken: list[FingertipState]) -> None:
         """Take what the compiled finger step has made of the states ``taken`` since :meth:`write_to`."""
         if not taken:
             return
         if self.settings.late:
-            self._past.taken(taken, self._state)
-        self._state = self._shown = taken[-1]
+            self._rewind.note_kept(taken, self._clock.taken)
+        self._clock.read_from(memory, taken[-1])
+        self._load, self._torque = memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"]
         self._health = None
-        self._tangential, self._torque = memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"]
-        self._informed = int(memory["SAMPLE_INFORMED"]) if memory["SAMPLE_IS_INFORMED"] else NAN
-        self._trusted, self._seq = bool(memory["SAMPLE_TRUSTED"]), int(memory["SAMPLE_SEQ"])
-        self._backwards = int(memory["SAMPLE_BACKWARDS"])
 
     def update(self, state: FingertipState) -> ContactEstimate:
         """Take one sample and return what is known now: :meth:`assimilate`, then :meth:`contact_estimate`."""
@@ -161,43 +134,27 @@ class ContactEstimator:
         gap, and what is known of the contact is carried over it. Values that are not finite count as not
         measured.
         """
-        self._shown, self._trusted, self._health = state, False, None
-        if self._resumed:
-            self._resumed = False
-            self._follow_clock(state, state)
-            return
-        last = self._state
-        if last is not None and state.stamp <= last.stamp:
-            if self._late(state):
-                return
-            self.refused += 1
-            self._backwards += 1
-            if self._backwards >= self.settings.recovery:
-                self._follow_clock(last, state)
-            return
-        self._backwards = 0
+        self._health = None
+        turn = self._clock.turn(state)
+        if turn is Turn.NEXT:
+            self._take(state)
+        elif turn is Turn.RESUMED or (not self._take_late(state) and self._clock.refuse()):
+            self._follow_clock(state)
+
+    def _follow_clock(self, state: FingertipState) -> None:
+        """Take ``state``, the next one but by a clock that has started anew."""
+        self._rewind.clear()
+        self._hysteresis.follow_clock()
+        self._clock.follow(state)
         self._take(state)
 
-    def _follow_clock(self, last: FingertipState, state: FingertipState) -> None:
-        """Take ``state``, the next after ``last`` but by a clock that has started anew.
-
-        The silence has an unknown length: it is taken as the time after which the motion counts as unknown.
-        """
-        self._backwards = 0
-        self._past.clear()
-        self._watch.follow_clock()
-        gap = round(self.settings.longest_gap * NS) + 1
-        self._state = replace(last, stamp=state.stamp - gap)
-        self._informed = state.stamp - gap
-        self._take(state)
-
-    def _late(self, state: FingertipState) -> bool:
-        """Go back, take ``state``, and again those that came after it."""
-        found = self._past.rewind(state.stamp)
+    def _take_late(self, state: FingertipState) -> bool:
+        """Go back, take ``state``, and again those that came after it; return whether that is possible."""
+        found = self._rewind.rewind(state.stamp)
         if found is None:
             return False
-        self._m[:], self._state, later = found
-        self._seq -= len(later)
+        self._memory.numbers[:], before, later = found
+        self._clock.rewind(before, len(later))
         for sample in (state, *later):
             self._take(sample)
         self.late += 1
@@ -205,77 +162,79 @@ class ContactEstimator:
 
     def _take(self, state: FingertipState) -> None:
         """Take the sample that follows the last one."""
-        last = self._state
-        dt = -1.0 if last is None else (state.stamp - last.stamp) / NS
+        memory, clock = self._memory, self._clock
+        dt = clock.since_last(state)
         force, displacement, radius = state.normal_force, state.displacement, state.contact_radius
         usable = math.isfinite(force) or math.isfinite(displacement)
-        if last is None and not usable:
+        if clock.taken is None and not usable:
             return
         if self.settings.late:
-            self._past.note(state, last, self._m)
-        self._state, self._trusted = state, True
+            self._rewind.note(state, clock.taken, memory.numbers)
         # not math.hypot: Python's rounds otherwise than C's
         x, y = state.tangential_force_x, state.tangential_force_y
-        self._tangential = math.sqrt(x * x + y * y)
-        if not math.isfinite(self._tangential):
-            self._tangential = NAN
+        load = math.sqrt(x * x + y * y)
+        self._load = load if math.isfinite(load) else NAN
         self._torque = state.torque_z if math.isfinite(state.torque_z) else NAN
-        self._outside(state)
+        memory.set_exogenous(state, self._load, self._torque)
         slip = _slip_of(state) if self.layout.mu_learned else NAN
-        self._module.update(self._m, dt, force, displacement, radius, self._tangential, self._torque, slip)
-        if usable and self._used_any():
-            self._informed = state.stamp
-        self._seq += 1
+        self._module.update(memory.numbers, dt, force, displacement, radius, self._load, self._torque, slip)
+        clock.take(state, informs=usable and memory.is_informed)
+
+    @property
+    def refused(self) -> int:
+        """Samples refused because their stamp did not advance."""
+        return self._clock.refused
 
     @property
     def in_contact(self) -> bool:
         """Whether the fingertip touches; made at two standard deviations, broken at half of one."""
-        return self._state is not None and self._report("CONTACT") > 0.5
+        return self._clock.taken is not None and self._memory.has_contact
 
     @property
-    def excited(self) -> bool:
+    def is_excited(self) -> bool:
         """Whether the tip moves in contact, or did within ``settings.learning_rest``: only then it learns."""
-        rest = self._m[self._places["MODE"].start + MODE.index("REST")]
-        return self.in_contact and bool(rest <= self.settings.learning_rest)
+        return self.in_contact and self._memory.mode("REST") <= self.settings.learning_rest
 
     @property
     def normal_force(self) -> Estimate:
         """The normal force [N], one of the quantities of :meth:`contact_estimate`."""
-        if self._state is None or self._shown is None:
+        offered = self._clock.offered
+        if self._clock.taken is None or offered is None:
             return UNKNOWN
-        value, std = self._report("FORCE"), self._report("FORCE_STD")
-        valid = self._trusted and self._valid() and math.isfinite(value + std)
-        return Estimate(value, std, valid, self._age(self._shown))
+        value, std = self._memory.report("FORCE"), self._memory.report("FORCE_STD")
+        return Estimate(
+            value, std, self._is_current() and math.isfinite(value + std), self._clock.age(offered)
+        )
 
     def contact_estimate(self) -> ContactEstimate:
         """Return what is known of the contact since the last sample."""
-        state = self._shown
+        clock, state = self._clock, self._clock.offered
         if state is None:
             return ContactEstimate(0, "", 0)
-        if self._state is None:
-            return ContactEstimate(state.stamp, state.finger, self._seq)
-        r = self._m[self._places["REPORT"]].tolist()
-        age, valid = self._age(state), self._trusted and self._valid()
+        if clock.taken is None:
+            return ContactEstimate(state.stamp, state.finger, clock.seq)
+        known, at = self._memory.reports(), REPORT_PLACE
+        age, current = clock.age(state), self._is_current()
 
-        def of(name: str, *, known: bool = True) -> Estimate:
-            value, std = r[R[name]], r[R[name + "_STD"]]
-            return Estimate(value, std, valid and known and math.isfinite(value + std), age)
+        def of(name: str, *, when: bool = True) -> Estimate:
+            value, std = known[at[name]], known[at[name + "_STD"]]
+            return Estimate(value, std, current and when and math.isfinite(value + std), age)
 
-        touching = r[R["CONTACT"]] > 0.5
+        touching = known[at["CONTACT"]] > 0.5
         return ContactEstimate(
             state.stamp,
             state.finger,
-            self._seq,
+            clock.seq,
             in_contact=touching,
-            channels=self._channels_used() if self._trusted else Channel.NONE,
-            indentation=Estimate(r[R["DEPTH_NOW"]], r[R["DEPTH_STD"]], valid, age),
+            channels=self._channels_used() if clock.is_trusted else Channel.NONE,
+            indentation=Estimate(known[at["DEPTH_NOW"]], known[at["DEPTH_STD"]], current, age),
             normal_force=of("FORCE"),
-            contact_radius=of("RADIUS", known=r[R["RADIUS_SOUND"]] > 0.5),
-            pressure_exponent=of("EXPONENT", known=touching),
+            contact_radius=of("RADIUS", when=known[at["RADIUS_SOUND"]] > 0.5),
+            pressure_exponent=of("EXPONENT", when=touching),
             friction_coefficient=of("MU"),
             limit_force=of("LIMIT_FORCE"),
             limit_torque=of("LIMIT_TORQUE"),
-            limit_radius=of("LIMIT_RADIUS", known=touching),
+            limit_radius=of("LIMIT_RADIUS", when=touching),
         )
 
     def slip_margin(self) -> SlipMargin:
@@ -284,23 +243,23 @@ class ContactEstimator:
         Out of contact, or without a measured tangential force, nothing is valid and the numbers are NaN. A
         torque that is not measured counts as zero.
         """
-        state = self._state
+        state = self._clock.taken
         if state is None:
             return SlipMargin(0, "", 0)
-        out = self._margin
-        self._module.margin_of(self._m, self._tangential, self._torque, out)
+        memory, out = self._memory, self._margin
+        self._module.margin_of(memory.numbers, self._load, self._torque, out)
         gauge, upper, reserve, when, earliest = out.tolist()
-        relative, absolute = self._report("GAUGE_REL"), self._report("GAUGE_ABS")
-        valid = self._valid() and self.in_contact and math.isfinite(upper)
+        relative, absolute = memory.report("GAUGE_REL"), memory.report("GAUGE_ABS")
+        valid = self._is_valid() and self.in_contact and math.isfinite(upper)
         spread = gauge * relative
         std = math.sqrt(spread * spread + absolute * absolute)
-        margin = Estimate(1.0 - gauge, std, valid, self._age(state))
+        margin = Estimate(1.0 - gauge, std, valid, self._clock.age(state))
         if not valid:
             margin, upper, reserve, when, earliest = UNKNOWN, NAN, NAN, NAN, NAN
         return SlipMargin(
             state.stamp,
             state.finger,
-            self._seq,
+            self._clock.seq,
             margin=margin,
             lower_bound=1.0 - upper,
             confidence=self.settings.confidence,
@@ -316,39 +275,36 @@ class ContactEstimator:
         over ``settings.horizon`` of the hold in ``settings.hold``. NaN when the load or the contact is not
         known, inf when no force suffices.
         """
-        if self._state is None or not self._valid():
+        if not self._is_valid():
             return NAN
         at = quantile(self.settings.confidence if confidence is None else confidence)
-        return float(self._module.least_force(self._m, self._tangential, self._torque, margin, at))
+        return float(self._module.least_force(self._memory.numbers, self._load, self._torque, margin, at))
 
     @property
     def friction(self) -> tuple[float, float, float, float]:
         """Mean and variance of ln mu: now, and before the present loading."""
-        at = self._places["FRICTION"].start
-        mean, variance, mean_before, variance_before = self._m[at : at + 4].tolist()
-        return mean, variance, mean_before, variance_before
+        return self._memory.friction
 
     def believe_friction(self, belief: tuple[float, float, float, float]) -> None:
         """Go on from another belief of friction, in the order of :attr:`friction`."""
         if self.layout.mu_learned:
-            at = self._places["FRICTION"].start
-            self._m[at : at + 4] = belief
+            self._memory.friction = belief
 
     def utilisation(self) -> tuple[float, float, float]:
         """Return the friction coefficient at which the load would slip, its relative std, and the load [N].
 
         The load has the torque as a force at the contact radius. NaN and inf where there is no contact.
         """
-        r = self._m[self._places["REPORT"]].tolist()
-        gauge, radius = r[R["GAUGE"]], r[R["RADIUS"]]
-        if not (gauge > 0.0 and r[R["CONTACT"]] > 0.5 and radius > 0.0):
+        report = self._memory.report
+        gauge, radius = report("GAUGE"), report("RADIUS")
+        if not (gauge > 0.0 and self._memory.has_contact and radius > 0.0):
             return NAN, math.inf, NAN
-        mu = r[R["MU"]]
-        friction_part = r[R["MU_STD"]] / mu if mu > 0.0 else 0.0
-        known = max(r[R["GAUGE_REL"]] ** 2 - friction_part**2, 0.0)
-        relative = math.sqrt(known + (r[R["GAUGE_ABS"]] / gauge) ** 2)
+        mu = report("MU")
+        friction_part = report("MU_STD") / mu if mu > 0.0 else 0.0
+        rest = max(report("GAUGE_REL") ** 2 - friction_part**2, 0.0)
+        relative = math.sqrt(rest + (report("GAUGE_ABS") / gauge) ** 2)
         torque = 0.0 if math.isnan(self._torque) else self._torque / radius
-        return gauge * mu, relative, math.hypot(self._tangential, torque)
+        return gauge * mu, relative, math.hypot(self._load, torque)
 
     def health(self) -> ModelHealth:
         """Return whether the model still explains the measurements, and what it fails at most.
@@ -357,59 +313,56 @@ class ContactEstimator:
         sample it stays the same, and asking again costs nothing.
         """
         if self._health is None:
-            self._health = self._assessed()
+            self._health = self._assess()
         return self._health
 
-    def _assessed(self) -> ModelHealth:
-        if self._state is None:
+    def _assess(self) -> ModelHealth:
+        clock, memory = self._clock, self._memory
+        if clock.taken is None:
             return ModelHealth(0, "", 0)
         condition = Condition.OK if self._channels_used() & 3 == 3 else Condition.DEGRADED
-        if not self._valid():
+        if not self._is_valid():
             condition = Condition.STALE
-        cells, channels = self._m[self._places["HEALTH"]], self._m[self._places["CHANNEL"]]
-        health = health_of(self._state, self._seq, condition, cells, channels, self._watch)
+        cells, channels = memory.section("HEALTH"), memory.section("CHANNEL")
+        health = health_of(clock.taken, clock.seq, condition, cells, channels, self._hysteresis)
         if self.lost == 0.0:
             return health
-        refused = self._m[self.layout.channel_place(0, "STREAK")] > 0.0
-        return replace(health, consistent=False, channel=CHANNELS[0 if refused else 1], regime=LOST)
+        channel = CHANNELS[0 if memory.is_refused(CHANNELS[0]) else 1]
+        return replace(health, consistent=False, channel=channel, regime=LOST)
 
     @property
     def lost(self) -> float:
         """For how long an estimate has contradicted its own measurement [s]; 0 while none does."""
-        lost = float(self._m[self._places["MODE"].start + MODE.index("LOST")])
+        lost = self._memory.mode("LOST")
         return lost if lost > 0.0 else 0.0
 
     @property
     def restarts(self) -> int:
         """How often what is known of the contact was begun anew because it was lost."""
-        return self._count("RESTARTS")
+        return self._memory.count("RESTARTS")
 
     @property
     def overflows(self) -> int:
         """How often a number of the filter was not finite any more, and everything was begun anew."""
-        return self._count("OVERFLOWS")
-
-    def _count(self, name: str) -> int:
-        return int(self._m[self._places["COUNTS"].start + COUNTS.index(name)])
+        return self._memory.count("OVERFLOWS")
 
     def reset_health(self) -> None:
         """Forget how well the model explained what was felt so far; what is known of the contact stays."""
-        self._m[self._places["HEALTH"]] = 0.0
-        self._m[self._places["CHANNEL"]].reshape(len(CHANNELS), -1)[:, PER_CHANNEL.index("REJECTED")] = 0.0
-        self._watch, self._health = Watch(), None
+        self._memory.reset_health()
+        self._hysteresis, self._health = HealthHysteresis(), None
 
     def value(self, symbol: str) -> Estimate:
         """Return the present estimate of a parameter of the model; its std is that of the coordinate."""
         place = list(self.model.parameters).index(symbol)
-        value = float(self._m[self._places["VALUES"]][place])
+        value = float(self._memory.section("VALUES")[place])
         if place == self.layout.mu:
-            variance = self._friction_variance()
+            variance = float(self._memory.section("FRICTION")[FRICTION.index("VAR")])
         elif place in self.layout.learned:
             j = self.layout.learned_from + self.layout.learned.index(place)
             variance = float(self.covariance[j, j])
         else:
             variance = self.model.values[symbol].std ** 2
-        return Estimate(value, math.sqrt(variance), self._valid(), 0.0)
+        return Estimate(value, math.sqrt(variance), self._is_valid(), 0.0)
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -418,23 +371,18 @@ class ContactEstimator:
         ``indentation`` [m], ``speed`` [m/s], states of the effects, each learned parameter (``ln K`` where
         it is learned in its logarithm), ``displacement_offset`` [m] and ``force_bias`` [N].
         """
-        symbols = list(self.model.parameters)
-        learned = [
-            f"ln {symbols[place]}" if log else symbols[place]
-            for place, log in zip(self.layout.learned, self.layout.learned_log, strict=True)
-        ]
-        effects = self.model.plan.states
-        return ("indentation", "speed", *effects, *learned, "displacement_offset", "force_bias")
+        return state_names(self.model, self.layout)
 
     @property
     def state(self) -> dict[str, Estimate]:
         """The filter's state by :attr:`state_names`, each with the spread that the covariance says."""
-        means = self._m[self._places["Y"]].tolist()
+        means = self._memory.means.tolist()
         variances = np.diag(self.covariance).tolist()
-        age = math.inf if self._shown is None else self._age(self._shown)
-        valid = self._trusted and self._valid()
+        offered = self._clock.offered
+        age = math.inf if offered is None else self._clock.age(offered)
+        current = self._is_current()
         estimates = (
-            Estimate(mean, math.sqrt(max(variance, 0.0)), valid, age)
+            Estimate(mean, math.sqrt(max(variance, 0.0)), current, age)
             for mean, variance in zip(means, variances, strict=True)
         )
         return dict(zip(self.state_names, estimates, strict=True))
@@ -442,52 +390,30 @@ class ContactEstimator:
     @property
     def covariance(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
         """Covariance of the filter's state (delta, speed, effect states, learned, d0, bF); a copy."""
-        n = self.layout.n
-        return self._m[self._places["P"]].reshape(n, n).copy()
+        return self._memory.covariance
 
-    def _friction_variance(self) -> float:
-        return float(self._m[self._places["FRICTION"]][FRICTION.index("VAR")])
-
-    def _outside(self, state: FingertipState) -> None:
-        """Pass on what effects may feel; a value that is not measured stays as it was."""
-        at = self._places["EXOGENOUS"].start
-        speed = 0.0 if state.slip == 0.0 else state.slip_speed  # noise is not sliding
-        x, y = state.tangential_force_x, state.tangential_force_y
-        given = (state.temperature, self._tangential, self._torque, speed, x, y)
-        for i, value in enumerate(given):
-            if math.isfinite(value):
-                self._m[at + i] = value
-
-    def _report(self, name: str) -> float:
-        return float(self._m[self._report_start + R[name]])
-
-    def _age(self, state: FingertipState) -> float:
-        return (state.stamp - self._informed) / NS if self._informed == self._informed else math.inf
-
-    def _valid(self) -> bool:
-        """An estimate counts while measurements come and are not all refused."""
-        if self._state is None or not self._age(self._state) <= self.settings.longest_gap:
+    def _is_valid(self) -> bool:
+        """Whether measurements come and are not all refused: only then an estimate counts."""
+        taken = self._clock.taken
+        if taken is None or not self._clock.age(taken) <= self.settings.longest_gap:
             return False
-        return self._report("SOUND") > 0.5
+        return self._memory.is_sound
 
-    def _used_any(self) -> bool:
-        displacement, force, _ = self._used_places
-        return bool(self._m[displacement] > 0.0 or self._m[force] > 0.0)
+    def _is_current(self) -> bool:
+        """Whether an estimate counts and contains the last sample offered."""
+        return self._clock.is_trusted and self._is_valid()
 
     def _channels_used(self) -> Channel:
-        bits = 0
-        for place, flag in zip(self._used_places, FLAGS, strict=True):
-            if self._m[place] > 0.0:
-                bits |= flag
-        if self._state is not None:
-            bits |= TANGENTIAL if math.isfinite(self._tangential) else 0
+        bits = self._memory.used_bits()
+        if self._clock.taken is not None:
+            bits |= TANGENTIAL if math.isfinite(self._load) else 0
             bits |= TORQUE if math.isfinite(self._torque) else 0
-            bits |= SLIP if math.isfinite(self._state.slip) else 0
+            bits |= SLIP if math.isfinite(self._clock.taken.slip) else 0
         return CHANNEL_SETS[bits]
 
     def _warm(self) -> None:
         """Compile, or load from the cache, before the loop begins."""
-        m = self._blank.copy()
+        m = self._memory.blank.copy()
         for dt in (-1.0, 1e-3):
             self._module.update(m, dt, 0.0, 0.0, NAN, 0.0, 0.0, 0.0)
         self._module.margin_of(m, 0.0, 0.0, np.zeros(5))
@@ -507,6 +433,3 @@ def _slip_of(state: FingertipState) -> float:
 def quantile(confidence: float) -> float:
     """Return the standard normal quantile; asked at every sample, for few values."""
     return NormalDist().inv_cdf(min(max(confidence, 1e-9), 1.0 - 1e-9))
-
-
-assert len(FLAGS) == len(CHANNELS)  # noqa: S101

@@ -50,7 +50,7 @@ MENDED = 10.0  # [s] for so long, before it is said to explain again
 TAKES_OVER = 1.25  # by how much another cell has to be worse than the one that was told
 
 
-class Watch:
+class HealthHysteresis:
     """The verdict over time, with hysteresis: it neither comes with a single look nor goes with one."""
 
     def __init__(self) -> None:
@@ -62,22 +62,22 @@ class Watch:
         """Count anew what has lasted: the stamps come from another clock now."""
         self._outside = self._inside = None
 
-    def look(self, wrong: Floats, stamp: int) -> tuple[int, int] | None:
-        """Take a look at ``wrong`` (channels, regimes), 1 = at the edge; return which cell fails, if any."""
-        worst = np.unravel_index(int(np.argmax(wrong)), wrong.shape)
-        top = float(wrong[worst])
+    def update(self, misfit: Floats, stamp: int) -> tuple[int, int] | None:
+        """Judge ``misfit`` (channels, regimes), 1 = at the edge; return which cell fails, if any."""
+        worst = np.unravel_index(int(np.argmax(misfit)), misfit.shape)
+        top = float(misfit[worst])
         self._outside = None if top <= 1.0 else stamp if self._outside is None else self._outside
         self._inside = None if top >= CALM else stamp if self._inside is None else self._inside
         lasting = self._outside is not None and stamp - self._outside >= FAILS * NS
         if lasting or top > PLAIN:
-            if self.failing is None or top > TAKES_OVER * float(wrong[self.failing]):
+            if self.failing is None or top > TAKES_OVER * float(misfit[self.failing]):
                 self.failing = (int(worst[0]), int(worst[1]))
         elif self._inside is not None and stamp - self._inside >= MENDED * NS:
             self.failing = None
         return self.failing
 
 
-def wrongness(cells: Floats) -> Floats:
+def misfit_of_cells(cells: Floats) -> Floats:
     """Return how far each cell (channels, regimes) is outside, 1 = at the edge, 0 = too little is known."""
     weight, mean, nis = np.moveaxis(cells.reshape(len(CHANNELS), len(REGIMES), len(PER_CELL)), 2, 0)
     bias = abs(mean) / EDGES
@@ -93,13 +93,13 @@ def health_of(
     condition: Condition,
     cells: Floats,
     channels: Floats,
-    watch: Watch,
+    hysteresis: HealthHysteresis,
 ) -> ModelHealth:
     """Return the health message from the sections HEALTH and CHANNEL of an estimator's memory."""
     weight, _, nis = np.moveaxis(cells.reshape(len(CHANNELS), len(REGIMES), len(PER_CELL)), 2, 0)
     told = np.where(np.array(REGIMES) == JERK, 0.0, weight)
     total = float(np.sum(told))
-    failing = watch.look(wrongness(cells), state.stamp)
+    failing = hysteresis.update(misfit_of_cells(cells), state.stamp)
     return ModelHealth(
         state.stamp,
         state.finger,

@@ -13,7 +13,9 @@ from vegrip.parameters import coordinate
 from vegrip.types import Floats
 
 
-def blank(model: ContactModel, layout: Layout, noise: SensorNoise, settings: EstimatorSettings) -> Floats:
+def initial_memory(
+    model: ContactModel, layout: Layout, noise: SensorNoise, settings: EstimatorSettings
+) -> Floats:
     """Return a memory in which nothing is known but the model's prior."""
     m = np.zeros(layout.size)
     at = {name: slice(*place) for name, place in layout.places().items()}

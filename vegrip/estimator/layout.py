@@ -244,6 +244,16 @@ def layout_of(model: ContactModel) -> Layout:
     )
 
 
+def state_names(model: ContactModel, layout: Layout) -> tuple[str, ...]:
+    """Return the names of the filter's state in its order, such as ``indentation`` and ``ln K``."""
+    symbols = list(model.parameters)
+    learned = [
+        f"ln {symbols[place]}" if log else symbols[place]
+        for place, log in zip(layout.learned, layout.learned_log, strict=True)
+    ]
+    return ("indentation", "speed", *model.plan.states, *learned, "displacement_offset", "force_bias")
+
+
 def _taken(model: ContactModel, stages: tuple[str, ...]) -> set[str]:
     return {name for stage in stages for call in model.plan.calls[stage] for name in call.takes}
 

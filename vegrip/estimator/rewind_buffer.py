@@ -8,7 +8,7 @@ from vegrip.messages import FingertipState
 from vegrip.types import Floats
 
 
-class Past:
+class RewindBuffer:
     """A ring of memories; noting one costs a copy of the estimator's array.
 
     Args:
@@ -53,13 +53,13 @@ class Past:
         """Where the next memory goes."""
         return self._next
 
-    def lie_in(self, ring: Floats) -> None:
+    def move_to(self, ring: Floats) -> None:
         """Keep the memories in ``ring`` from now on, shape (depth, size); what is kept moves there."""
         if self._ring.base is not ring.base or self._ring.base is None:
             ring[:] = self._ring
             self._ring = ring
 
-    def taken(self, samples: list[FingertipState], before: FingertipState | None) -> None:
+    def note_kept(self, samples: list[FingertipState], before: FingertipState | None) -> None:
         """Note that ``samples`` came after ``before`` and their memories went into the ring in order."""
         for sample in samples:
             self._samples.append((sample, before, self._next))

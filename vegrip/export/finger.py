@@ -33,7 +33,7 @@ FIXED = ("LIFETIME",)
 """Settings that others follow from; they are those of the export."""
 UNITS = {
     "WANTED_MARGIN": "-, that is kept", "QUANTILE": "-, of the confidence, standard normal",
-    "DEAD_BAND": "-, relative play", "RELEASE_TIME": "s", "SETTLE_TIME": "s", "USUAL_TIME": "s",
+    "DEAD_BAND": "-, relative dead band", "RELEASE_TIME": "s", "SETTLE_TIME": "s", "USUAL_TIME": "s",
     "SLIP_GROWTH": "1/s", "MIN_FORCE": "N", "MAX_FORCE": "N", "RAISE_RATE": "N/s", "LOWER_RATE": "N/s",
     "SAFE_FORCE": "N", "HOLD_TIME": "s", "RAMP_RATE": "N/s", "TIME_OUT": "ns", "FROZEN_AFTER": "ns",
     "FORCE_FROZEN_AFTER": "ns", "DOUBT_AFTER": "ns", "FROZEN_CHANCE": "-",

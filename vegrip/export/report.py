@@ -63,7 +63,7 @@ def _sizes(texts: Texts, measured: Measured) -> Iterator[str]:
 def _stack(size: Size) -> str:
     return (
         ", ".join(f"{WORDS[name]} {depth}" for name, depth in size.stack.items())
-        or "not told by this compiler"
+        or "not reported by this compiler"
     )
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vegrip.c99 import Program, literals, translate
 from vegrip.estimator.compiled import text_of
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS, quantile
-from vegrip.estimator.initial_state import blank
+from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.kernels_c import ENTRIES
 from vegrip.estimator.layout import FRICTION, REPORT, Layout, layout_of
 from vegrip.estimator.origins import Origins
@@ -132,7 +132,7 @@ def _memory(request: Request, layout: Layout) -> dict[str, str]:
         learned = "learned" if place in layout.learned or place == layout.mu else "as told"
         doc = f"{effect}: {declared.doc}".replace("*/", "* /")
         lines.append(f"    {p.upper()}_PARAMETER_{symbol}, /* [{declared.unit}] {doc}; {learned} */")
-    memory = blank(model, layout, request.noise, request.settings)
+    memory = initial_memory(model, layout, request.noise, request.settings)
     return {
         "size": str(layout.size),
         "saved": str(layout.size + HEAD),

@@ -24,7 +24,7 @@ class ControlSettings:
 
     policy: str = parameter(
         "margin",
-        doc="rule that finds the wanted force: margin, constant, cone, elastic, or one of another package",
+        doc="rule that finds the required force: margin, constant, cone, elastic, or one of another package",
         live=False,
     )
     policy_settings: dict[str, Any] = parameter({}, doc="of a policy of another package", live=False)

@@ -56,7 +56,7 @@ OUTPUTS: Final = (
         "contact",
         "normal_force or displacement",
         _presses,
-        "nothing can be told",
+        "nothing can be estimated",
     ),
     Output(
         "slip margin, time to slip, grip command",
@@ -70,7 +70,7 @@ OUTPUTS: Final = (
         "torque",
         "those and torque_z",
         lambda channels: _knows_load(channels) and "torque_z" in channels,
-        "counts as zero: a load off the centre slips earlier than told",
+        "counts as zero: a load off the centre slips earlier than reported",
     ),
     Output(
         "stiffness and relaxation learned",
@@ -124,7 +124,7 @@ def lacking(channels: Channels, remedy: str = "") -> list[str]:
         told.append(f"no slip margin and no grip command: {missing} {are} not measured{advice}")
     elif "torque_z" not in channels:
         told.append(
-            "torque_z is not measured and counts as zero: a load off the centre slips earlier than told"
+            "torque_z is not measured and counts as zero: a load off the centre slips earlier than reported"
         )
     for name, other in (("normal_force", "displacement"), ("displacement", "normal_force")):
         if name not in channels:

@@ -33,7 +33,7 @@ def broken_laws(effect: Effect) -> list[str]:
 
 def _declared(effect: Effect, _: ContactModel) -> Iterator[str]:
     if not any(p.null is not None for p in effect.parameters):
-        yield "no parameter has a null value, so no test can tell whether the effect is there"
+        yield "no parameter has a null value, so no test can show whether the effect is there"
     for p in effect.parameters:
         if not p.low <= p.default <= p.high or p.std <= 0.0:
             yield f"{p.symbol}: the default must lie within the bounds, and the prior's std above 0"

@@ -11,7 +11,7 @@ QUIET_NS: Final = 60 * NS
 HINTS: Final[Mapping[str, str]] = {
     "also_sent": "another node on this bus also sends what only this one may send; stop one of the two, or "
     "give them different hands (hand, namespace or channel)",
-    "reports_lowered": "this machine cannot keep up, so margins, estimates and health are told only 5 "
+    "reports_lowered": "this machine cannot keep up, so margins, estimates and health are reported only 5 "
     "times a second for each finger; every command is sent. Close other programs, and see `vegrip doctor`",
     "no_traffic": "nothing of the map (transport.map) has come since the bus was opened; look at channel and "
     "bit rate, whether the hand is switched on, and with `vegrip connect` whether this is its database",
@@ -51,7 +51,7 @@ HINTS: Final[Mapping[str, str]] = {
     "`lifecycle` or `topic` of this version",
     "subscription": "a program sent something to the telemetry socket that is not a subscription; use "
     "`vegrip topic` or `monitor`, or a ZeroMQ socket of kind SUB",
-    "fd_refused": "CAN FD frames come, and this node was told that there are none; set transport.fd = true",
+    "fd_refused": "CAN FD frames come, but this node is set to classic CAN; set transport.fd = true",
     "key_refused": "a publisher refuses us because it does not know our key; put our public key there "
     "with `vegrip keys trust`, and start it again",
     "key_wrong": "a publisher cannot prove to have the key in curve.publisher; put its present public key "

@@ -1,7 +1,9 @@
 """The compiled finger step against the objects: the same frames into both, and every byte that comes out.
 
 ``python -m vegrip.validation.compiled_finger`` records a hand in a closed loop, makes its states hostile, and
-records a pinch under the faults of :mod:`vegrip.validation.faults`; ``--quick`` records less.
+records a pinch under the faults of :mod:`vegrip.validation.faults`; ``--quick`` records less. ``--bits``
+compares C, numba and plain Python instead: every command and every number of all memories after 35 s of the
+hand, as recorded and with hostile states.
 """
 
 import argparse
@@ -15,7 +17,8 @@ from typing import Any
 import numpy as np
 from e2e.p05 import e2e_p05_protect
 
-from vegrip.grip.compiled_finger import COMMANDED, LEFT_ALONE, REPORT
+from vegrip.grip.compiled import COMMANDED
+from vegrip.grip.compiled_finger import LEFT_ALONE, REPORT
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import Condition, ForceCommand, Message
@@ -31,6 +34,8 @@ QUICK_CASES = 4
 HOSTILE_SEEDS = 20
 SILENCES = 0.003  # share of frames after which nothing comes for a while
 WATCHED_AFTER_S = 0.7
+BITS_DURATION_S = 35.0  # [s] 35 000 frames
+MODES = ("c", "numba", "python")
 
 
 @dataclass
@@ -343,12 +348,26 @@ def differences(left: Answers, right: Answers) -> list[str]:
     return found + [f"{name}: {a}, {b}" for name, (a, b) in counts.items() if a != b]
 
 
+def bits_left(log: Log, mode: str) -> tuple[int, dict[str, bytes]]:
+    """Return how many frames ``mode`` took, and the bits of all commands and memories after a log."""
+    replay = Replay(log, mode)
+    answers = replay.run()
+    left = {"commands": b"".join(data for _, data in answers.commands)}
+    for name, finger in replay.node.compiled_fingers.items():
+        f = np.where(np.isnan(finger.memory.f), np.nan, finger.memory.f)  # NaN has many bits, and one meaning
+        left[f"{name}, real numbers"], left[f"{name}, whole numbers"] = f.tobytes(), finger.memory.t.tobytes()
+    return answers.compiled_frames, left
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Compare on the table of faults and print a line for each case; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few and short recordings")
-    parser.add_argument("--mode", default="c", choices=("c", "numba", "python"), help="what runs the step")
+    parser.add_argument("--mode", default="c", choices=MODES, help="what runs the step")
+    parser.add_argument("--bits", action="store_true", help="compare C, numba and Python instead")
     chosen = parser.parse_args(arguments)
+    if chosen.bits:
+        return 4 if _compare_bits(record(None, 2.0 if chosen.quick else BITS_DURATION_S, "hand")) else 0
     cases = [case for case in CASES if not case.slow]
     cases = cases[:: max(1, len(cases) // QUICK_CASES)] if chosen.quick else cases
     hand = record(None, 2.0 if chosen.quick else 10.0, "hand")
@@ -359,6 +378,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         failed += _compare(case.name, record(case, 0.0), chosen.mode)
     sys.stdout.write(f"{failed} differ\n")
     return 4 if failed else 0
+
+
+def _compare_bits(hand: Log) -> int:
+    """Print for a log and its hostile form what C, numba and Python left differently; return how much."""
+    failed = 0
+    for name, log in {"a hand, undisturbed": hand, "a hand, hostile states": hostile(hand, 0)}.items():
+        left = {mode: bits_left(log, mode) for mode in MODES}
+        frames, expected = left["c"]
+        unequal = [
+            f"{mode}: {key}" for mode in MODES for key in expected if left[mode][1][key] != expected[key]
+        ]
+        sys.stdout.write(f"{name}: {', '.join(unequal) or 'equal to the bit'} ({frames} frames compiled)\n")
+        sys.stdout.flush()
+        failed += len(unequal)
+    return failed
 
 
 def _compare(name: str, log: Log, mode: str) -> int:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vegrip.types import Floats
+
 
 @dataclass(frozen=True, slots=True)
 class Burden:
@@ -150,6 +152,22 @@ def total(events: Iterable[Disturbance], time: float) -> Burden:
         if event.start < time < event.start + event.duration:
             burden = burden + event.burden(time)
     return burden
+
+
+def burden_rows(events: Iterable[Disturbance], times: Floats) -> Floats:
+    """Return what acts at the times [s], which grow; (n, 6).
+
+    Columns: force x, y [N], torque [N m], mass [kg], turn [rad], factor of friction [-].
+    """
+    rows = np.zeros((len(times), 6))
+    rows[:, 5] = 1.0
+    first, last = float(times[0]), float(times[-1])
+    near = [event for event in events if event.start < last and first < event.start + event.duration]
+    for i, time in enumerate(times.tolist() if near else ()):
+        b = total(near, time)
+        if b is not NO_BURDEN:
+            rows[i] = b.force_x, b.force_y, b.torque, b.mass, b.turn, b.friction
+    return rows
 
 
 def disturbances(

@@ -27,42 +27,42 @@ class Fingertips:
         self.p = np.array([tip.exponent for tip in tips])
         self._F0 = np.array([tip.reference_force for tip in tips])
         self.F0 = self._F0.copy()  # [N] at the present temperature
-        self._history = History([tip.relaxing() for tip in tips], step, fine)
+        self.history = History([tip.relaxing() for tip in tips], step, fine)
         self._past: Floats | None = None
-        self._C_fresh = float(profile.coefficient(np.array(profile.HERTZ)))
+        self.fresh_coefficient = float(profile.coefficient(np.array(profile.HERTZ)))
         self.reset()
 
     def reset(self) -> None:
         """Make the material fully recovered and out of contact."""
         n = len(self.tips)
-        self._history.clear()
+        self.history.clear()
         self._past = None
         self.before = np.zeros(n)  # [N] N_e of the surface at the last step
         self.force = np.zeros(n)  # [N]
         self.indentation = np.zeros(n)  # [m] of the imposed position; negative out of contact
-        self._reference = np.zeros(n)  # [N] greatest force of this contact
+        self.reference = np.zeros(n)  # [N] greatest force of this contact
 
     @property
     def error_bound(self) -> Floats:
         """Largest error of the force per unit of total variation of N_e [-]; see :class:`History`."""
-        return self._history.error_bound
+        return self.history.error_bound
 
     @property
     def instant(self) -> Floats:
         """Share of an increment of N_e that is felt within the step [-]."""
-        return self._history.instant
+        return self.history.instant
 
     @property
     def past(self) -> Floats:
         """What all earlier increments contribute to the force of the coming step [N]."""
         if self._past is None:
-            self._past = self._history.past()
+            self._past = self.history.past()
         return self._past
 
     def heat(self, stiffness: float, speed: float) -> None:
         """Set the material: stiffness and relaxation rates as multiples of the nominal [-]."""
         self.F0 = stiffness * self._F0
-        self._history.reweigh([tip.relaxing(speed) for tip in self.tips])
+        self.history.reweigh([tip.relaxing(speed) for tip in self.tips])
         self._past = None
 
     def elastic_force(self, indentation: Floats) -> Floats:
@@ -90,10 +90,10 @@ class Fingertips:
 
     def _close(self, indentation: Floats, force: Floats) -> None:
         surface = self.before + (force - self.past) / self.instant  # the N_e that gives this force
-        self._history.append(surface - self.before)
+        self.history.append(surface - self.before)
         self.before, self._past = surface, None
         self.force, self.indentation = force, indentation
-        self._reference = np.where(force > 0.0, np.maximum(self._reference, force), 0.0)
+        self.reference = np.where(force > 0.0, np.maximum(self.reference, force), 0.0)
 
     @property
     def contact_radius(self) -> Floats:
@@ -109,7 +109,7 @@ class Fingertips:
         N_ref is the greatest force of this contact, so a held indentation keeps its profile and a held force
         flattens it ([TiezziKao2007]_, eq. (36); H is never below one).
         """
-        fresh = self.elastic_indentation(self._reference)
+        fresh = self.elastic_indentation(self.reference)
         creep = np.ones_like(fresh)
         np.divide(self.indentation, fresh, out=creep, where=fresh > 0.0)
-        return profile.exponent(self._C_fresh / np.maximum(creep, 1.0))
+        return profile.exponent(self.fresh_coefficient / np.maximum(creep, 1.0))

@@ -16,18 +16,22 @@ from vegrip.errors import UsageError
 from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
-from vegrip.virtual.disturbance import NO_BURDEN, Burden, Disturbance, total
-from vegrip.virtual.drive import Drives, share
+from vegrip.virtual.disturbance import Burden, Disturbance, burden_rows, total
+from vegrip.virtual.drive import Drives
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.plate import Plate
+from vegrip.virtual.profile import FIRST, RATIO, coefficient_logarithms, ring_shares
 from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import HandSettings
-from vegrip.virtual.slips import SlipCounter, is_sliding
+from vegrip.virtual.slips import CONSTANTS, SlipCounter
 from vegrip.virtual.thermal import Warming
 
 CLEARANCE_M = 2e-4
 """Distance of the opposed fingers from the object at the start [m]."""
+
+CHUNK = 64
+"""Steps of the mechanics that are taken at once, at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,21 +79,24 @@ class VirtualHand:
         self.soft = Fingertips(self.tips, s.step)
         n = len(self.tips)
         self._side = np.where(np.arange(n) == 0, 1.0, -1.0)  # an opposed finger is relieved when z grows
+        self._turned = np.where(self._side[:, None] > 0.0, [-1.0, 1.0, -1.0], [1.0, 1.0, 1.0])
         self._drives = Drives(s.actuator, n - 1)
         self._drives.position[:] = -CLEARANCE_M
         self._grid = even_grid(s.rings, s.spokes)
         self.plate = Plate(s.plate, self.tips, np.column_stack([s.x, s.y]), self._grid)
         self._sensors = Sensors(s.sensor, s.fingers, noise)
         self._warming = Warming(s.thermal)
-        self._counter = SlipCounter()
+        self._counter = SlipCounter(n)
         self._friction = np.array([tip.friction for tip in self.tips])
-        self._mu = self._friction
-        self._z = 0.0
-        self._sliding = np.zeros(n, bool)
+        self._mu = self._friction.copy()
+        self._a, self._k = self.soft.contact_radius, self.soft.pressure_exponent
+        self._state = np.zeros(2)  # place of the object along the normals [m], 1 when it was dropped
+        self._closing = np.array([s.actuator.initial_force, s.actuator.close_time, s.actuator.lift_time])
+        self._tables = coefficient_logarithms(), ring_shares(self._grid.edges), FIRST, RATIO
+        self._burdens, self._burdens_from = np.zeros((0, 6)), 0  # of the steps from that number on
         self._ticks = 0
         self.asked = 0.0  # [s] simulated time asked for
         self._samples = 0
-        self.dropped = False
         self.epoch = 0  # [ns] stamp of simulated time zero
 
     @property
@@ -101,6 +108,11 @@ class VirtualHand:
     def slips(self) -> int:
         """Number of distinct slips so far."""
         return self._counter.count
+
+    @property
+    def dropped(self) -> bool:
+        """Whether the object was lost."""
+        return bool(self._state[1] > 0.0)
 
     @property
     def burden(self) -> Burden:
@@ -122,8 +134,8 @@ class VirtualHand:
         states: list[FingertipState] = []
         self.asked += dt
         while (self._ticks + 0.5) * self.settings.step < self.asked:
-            self._tick(commands)
-            if self.time * self.settings.sensor.rate >= self._samples + 1.0 - 1e-9:
+            self._advance(self._steps_at_once(), commands)
+            if self._is_sampled(self._ticks):
                 self._samples += 1
                 states += self._sensors.measure(self._reading(), self.time, self.epoch)
         return states
@@ -131,8 +143,8 @@ class VirtualHand:
     def truth(self, finger: str) -> FingerTruth:
         """Return what is really the case at the contact of ``finger``."""
         i = self.fingers.index(finger)
-        N, a, mu = float(self.soft.force[i]), float(self.soft.contact_radius[i]), float(self._mu[i])
-        k = float(self.soft.pressure_exponent[i])
+        N, a, mu = float(self.soft.force[i]), float(self._a[i]), float(self._mu[i])
+        k = float(self._k[i])
         fx, fy, torque = self._contact_wrench()[i].tolist()
         f = float(np.hypot(fx, fy))
         used = utilisation(self._grid, k, f / (mu * N), torque / (mu * N * a)) if N > 0.0 and a > 0.0 else 0.0
@@ -149,75 +161,65 @@ class VirtualHand:
             torque_z=torque,
             utilisation=used,
             limit_radius=load / used if used > 0.0 else mu * N,
-            sliding=bool(self._sliding[i]),
+            sliding=bool(self._counter.sliding[i] > 0.0),
             sliding_share=share_sliding,
             slip_speed=speed,
             slip_distance=slid,
         )
 
-    def _tick(self, commands: Floats) -> None:
-        dt = self.settings.step
-        self._ticks += 1
-        self._warm()
-        self._drives.move(self._wanted(commands), self.soft.force[1:], self._chain_stiffness(), dt)
-        self.soft.press(self._indentation())
-        burden = total(self.events, self.time) if self.events else NO_BURDEN
-        self._mu = burden.friction * self._friction
-        if not self.dropped:
-            load = self._grid.load(self.soft.pressure_exponent)
-            a, N = self.soft.contact_radius, self.soft.force
-            self.plate.carry(a, N, load, self._mu, burden, self._stand(), dt)
-            self._sliding = is_sliding(self.plate.slip[:, 0], self.plate.slip[:, 1], a)
-            self._counter.watch(self._sliding, self.plate.slip[:, 1], dt)
-            if self.plate.lost:
-                self.dropped = True
-                self._sliding = np.zeros_like(self._sliding)
-                self.plate.wrench[:] = 0.0
-                self.plate.slip[:, :2] = 0.0
+    def _steps_at_once(self) -> int:
+        """Return how many steps to take before something other than mechanics is due: one at least."""
+        step, steps = self.settings.step, 1
+        most = 1 if self.settings.thermal.warming else min(CHUNK, self.soft.history.room)
+        while steps < most and (self._ticks + steps + 0.5) * step < self.asked:
+            if self._is_sampled(self._ticks + steps):
+                break
+            steps += 1
+        return steps
 
-    def _wanted(self, commands: Floats) -> Floats:
-        """Forces of the opposed fingers: the hand's own grip while it closes, then what is commanded."""
-        s = self.settings.actuator
-        if self.dropped:
-            return np.full(len(commands) - 1, np.nan)
-        if self.time <= s.close_time:
-            return np.full(len(commands) - 1, s.initial_force)
-        return share(float(commands[0]), commands[1:])
+    def _is_sampled(self, tick: int) -> bool:
+        """Whether the next sample is taken after step number ``tick``."""
+        return tick * self.settings.step * self.settings.sensor.rate >= self._samples + 1.0 - 1e-9
 
-    def _stand(self) -> float:
-        """Share of gravity that the stand carries: all while the hand closes, then less and less."""
-        s = self.settings.actuator
-        gone = (self.time - s.close_time) / s.lift_time if s.lift_time > 0.0 else self.time - s.close_time
-        return float(np.clip(1.0 - gone, 0.0, 1.0)) if s.lift_time > 0.0 else float(gone <= 0.0)
+    def _acting(self, steps: int) -> Floats:
+        """Return what acts on the object in the coming steps, see :func:`~.disturbance.burden_rows`."""
+        first = self._ticks + 1
+        ahead = first - self._burdens_from
+        if not 0 <= ahead <= len(self._burdens) - steps:
+            times = np.arange(first, first + CHUNK, dtype=np.float64) * np.float64(self.settings.step)
+            self._burdens, self._burdens_from = burden_rows(self.events, times), first
+            ahead = 0
+        return self._burdens[ahead : ahead + steps]
 
-    def _chain_stiffness(self) -> Floats:
-        """Stiffness each drive works against when all move together: its tip and the first in series."""
-        soft = self.soft
-        depth = np.maximum(soft.indentation, 0.05 * soft.d0)
-        own = soft.instant * soft.p * soft.elastic_force(depth) / depth
-        chain: Floats = 1.0 / (1.0 / own[1:] + (len(own) - 1) / own[0])
-        return chain
+    def _advance(self, steps: int, commands: Floats) -> None:
+        """Take ``steps`` steps of the mechanics."""
+        if self.settings.thermal.warming:
+            self._warm((self._ticks + 1) * self.settings.step)
+        soft, drives, plate, grid, counter = self.soft, self._drives, self.plate, self._grid, self._counter
+        past = soft.history
+        kernels.hand_ticks(
+            steps, self._ticks, self.settings.step, self._closing, commands, self._acting(steps), self._state,
+            self._side, soft.radius, soft.d0, soft.p, soft.F0, self._friction,
+            soft.indentation, soft.force, soft.before, soft.reference, self._mu, self._a, self._k,
+            drives.position, drives.target, drives.limits,
+            past.recent, past.reversed_weights, past.instant, past.older, past.newer, past.filled,
+            past.fine, past.block,
+            plate.pose, plate.start, plate.bristle, plate.wrench, plate.slip, plate.place,
+            plate.stiffness, plate.damping, plate.laws,
+            counter.sliding, counter.slid, counter.event, CONSTANTS,
+            grid.area, grid.reach, grid.cosine, grid.sine, *self._tables, soft.fresh_coefficient,
+        )  # fmt: skip
+        past.grow(steps)
+        self._ticks += steps
 
-    def _indentation(self) -> Floats:
-        soft = self.soft
-        if self.dropped:
-            return -soft.d0  # nothing is between the fingers any more
-        x = np.concatenate([[0.0], self._drives.position])
-        self._z = kernels.balance(
-            x, self._side, soft.past, soft.instant, soft.before, soft.F0, soft.d0, soft.p, self._z
-        )
-        depth: Floats = x + self._side * self._z
-        return depth
-
-    def _warm(self) -> None:
-        material = self._warming.material(self.time) if self.settings.thermal.warming else None
+    def _warm(self, time: float) -> None:
+        material = self._warming.material(time)
         if material is not None:
             self.soft.heat(*material)
 
     def _contact_wrench(self) -> Floats:
         """Force x, y [N] and torque z [N m] of the object on each fingertip, in its contact frame; (n, 3)."""
-        turned = np.where(self._side[:, None] > 0.0, [-1.0, 1.0, -1.0], [1.0, 1.0, 1.0])
-        wrench: Floats = turned * self.plate.wrench
+        wrench: Floats = self._turned * self.plate.wrench
         return wrench
 
     def _reading(self) -> Reading:
@@ -227,5 +229,5 @@ class VirtualHand:
         values[:, 4] = self.soft.indentation
         values[:, 5] = self._warming.temperature(self.time)
         values[:, 6] = self.plate.slip[:, 1]
-        values[:, 7] = self.soft.contact_radius
-        return Reading(values, self._sliding.astype(float))
+        values[:, 7] = self._a
+        return Reading(values, self._counter.sliding.copy())

@@ -40,21 +40,20 @@ class History:
         block: int = 32,
         blocks: int = 4096,
     ) -> None:
-        self._step, self._fine, self._block = step, fine, block
+        self._step, self.fine, self.block = step, fine, block
         n = len(relaxations)
-        self._recent = np.zeros((n, fine + block))
-        self._filled = 0
+        self.recent = np.zeros((n, fine + block))
+        self.filled = 0
         self._merged = np.zeros((n, blocks))  # newest block first
         self._lumped = np.zeros(n)
-        self._coarse = np.zeros((2, n))  # relaxed sum of the blocks at the last merge and one block later
         self.reweigh(relaxations)
 
     def reweigh(self, relaxations: Sequence[Relaxation]) -> None:
         """Take other relaxation functions for the same history (a warmer material relaxes faster)."""
-        length, step = self._recent.shape[1], self._step
+        length, step = self.recent.shape[1], self._step
         self._weights = np.stack([_means(g, 0.0, step, length) for g in relaxations])
-        self._reversed = np.ascontiguousarray(self._weights[:, :0:-1])
-        start, long = (self._fine + 1) * step, self._block * step  # where the newest block begins
+        self.reversed_weights = np.ascontiguousarray(self._weights[:, :0:-1])
+        start, long = (self.fine + 1) * step, self.block * step  # where the newest block begins
         blocks = self._merged.shape[1]
         self._block_weights = np.stack([_means(g, start, long, blocks + 1) for g in relaxations])
         never = np.array([1e300])
@@ -76,31 +75,40 @@ class History:
 
     def past(self) -> Floats:
         """Return what all earlier increments contribute at the end of the present step [N]; (n,)."""
-        m = self._filled
-        fresh = np.vecdot(self._recent[:, :m], self._reversed[:, self._reversed.shape[1] - m :])
-        part = max(0.0, (m - self._fine) / self._block)  # of a block since the last merge
-        older: Floats = (1.0 - part) * self._coarse[0] + part * self._coarse[1] + self._lumped
+        m = self.filled
+        fresh = np.vecdot(self.recent[:, :m], self.reversed_weights[:, self.reversed_weights.shape[1] - m :])
+        part = max(0.0, (m - self.fine) / self.block)  # of a block since the last merge
+        older: Floats = (1.0 - part) * self.older + part * self.newer
         total: Floats = fresh + older
         return total
 
     def append(self, increment: Floats) -> None:
         """Close the present step with the increment of N_e it brought [N]; (n,)."""
-        self._recent[:, self._filled] = increment
-        self._filled += 1
-        if self._filled == self._recent.shape[1]:
+        self.recent[:, self.filled] = increment
+        self.grow(1)
+
+    @property
+    def room(self) -> int:
+        """How many steps may be written into ``recent`` before :meth:`grow` is called."""
+        return self.recent.shape[1] - self.filled
+
+    def grow(self, steps: int) -> None:
+        """Count ``steps`` that were written into ``recent``; merge the oldest when it is full."""
+        self.filled += steps
+        if self.filled == self.recent.shape[1]:
             self._merge()
 
     def clear(self) -> None:
         """Forget everything: a fully recovered material."""
-        for store in (self._recent, self._merged, self._lumped, self._coarse):
+        for store in (self.recent, self._merged, self._lumped, self.older, self.newer):
             store[:] = 0.0
-        self._filled = 0
+        self.filled = 0
 
     def _merge(self) -> None:
-        oldest = self._recent[:, : self._block].sum(axis=1)
-        left = self._filled - self._block
-        self._recent[:, :left] = self._recent[:, self._block : self._filled].copy()
-        self._filled = left
+        oldest = self.recent[:, : self.block].sum(axis=1)
+        left = self.filled - self.block
+        self.recent[:, :left] = self.recent[:, self.block : self.filled].copy()
+        self.filled = left
         self._lumped += self._block_weights[:, -1] * self._merged[:, -1]
         self._merged[:, 1:] = self._merged[:, :-1].copy()
         self._merged[:, 0] = oldest
@@ -108,8 +116,8 @@ class History:
 
     def _sum_blocks(self) -> None:
         w = self._block_weights
-        self._coarse[0] = np.vecdot(self._merged, w[:, :-1])
-        self._coarse[1] = np.vecdot(self._merged, w[:, 1:])
+        self.older: Floats = np.vecdot(self._merged, w[:, :-1]) + self._lumped
+        self.newer: Floats = np.vecdot(self._merged, w[:, 1:]) + self._lumped
 
 
 def _means(g: Relaxation, start: float, width: float, count: int) -> Floats:

@@ -199,6 +199,273 @@ def carry(
 
 
 @njit
+def substeps_of(
+    pose: Floats, place: Floats, a: Floats, stiffness: Floats, damping: Floats,
+    mass: float, inertia: float, courant: float, dt: float,
+) -> int:  # fmt: skip
+    """Return how finely to divide a step so that the explicit scheme is far inside its stability limit."""
+    push, turn, push_damped, turn_damped = 0.0, 0.0, 0.0, 0.0
+    for i in range(len(a)):
+        s = stiffness[i] * math.pi * a[i] * a[i]
+        lx, ly = place[i, 0] - pose[0], place[i, 1] - pose[1]
+        turning = s * (lx * lx + ly * ly + 0.5 * a[i] * a[i]) / inertia
+        push += s / mass
+        turn += turning
+        push_damped += s / mass * damping[i]
+        turn_damped += turning * damping[i]
+    square = max(push, turn)  # of the greatest angular frequency
+    viscous = max(push_damped, turn_damped)
+    return max(1, math.ceil(dt * max(math.sqrt(square), viscous) / courant))
+
+
+@njit
+def share_forces(commands: Floats) -> Floats:
+    """Return the forces of the opposed fingers [N] from the commands of all, the first finger's included.
+
+    The first finger carries the sum of the others. If it asks for more, all of them give more in proportion
+    (or evenly, if they ask for nothing); it can never make them give less. NaN = no valid command.
+    """
+    first, others = commands[0], commands[1:].copy()
+    asked, valid = 0.0, 0
+    for force in others:
+        if not math.isnan(force):
+            asked += force
+            valid += 1
+    if first > asked:
+        for i in range(len(others)):
+            if asked > 0.0:
+                others[i] *= first / asked
+            elif not math.isnan(others[i]):
+                others[i] = first / max(1, valid)
+    return others
+
+
+@njit
+def move_drives(
+    position: Floats, target: Floats, limits: Floats, wanted: Floats, force: Floats, stiffness: Floats,
+    dt: float,
+) -> None:  # fmt: skip
+    """Move drives for ``dt`` [s] towards the ``wanted`` forces [N]; NaN holds the position.
+
+    ``force`` [N] and ``stiffness`` [N/m] are those of the contacts now; ``limits`` the greatest force [N],
+    the fastest change of it [N/s], stiction [N], fastest motion [m/s] and bandwidth [Hz]. Returns in place:
+    position [m] and ``target`` [N].
+    """
+    most, rate, stiction, fastest, bandwidth = limits[0], limits[1], limits[2], limits[3], limits[4]
+    for i in range(len(position)):
+        if math.isnan(wanted[i]):
+            target[i] = math.nan
+            continue
+        start = force[i] if math.isnan(target[i]) else target[i]
+        change = min(max(wanted[i], 0.0), most) - start
+        target[i] = start + min(max(change, -rate * dt), rate * dt)
+        error = target[i] - force[i]
+        pull = error - min(max(error, -stiction), stiction)
+        speed = 2.0 * math.pi * bandwidth * pull / stiffness[i]
+        if not math.isnan(speed):
+            position[i] += dt * min(max(speed, -fastest), fastest)
+
+
+@njit
+def chain_stiffness(
+    depth: Floats, instant: Floats, F0: Floats, d0: Floats, p: Floats
+) -> Floats:  # fmt: skip
+    """Return the stiffness [N/m] each drive works against when all move: its tip and the first in series."""
+    n = len(depth)
+    own = np.empty(n)
+    for i in range(n):
+        d = max(depth[i], 0.05 * d0[i])
+        own[i] = instant[i] * p[i] * F0[i] * (d / d0[i]) ** p[i] / d
+    chain = np.empty(n - 1)
+    for i in range(1, n):
+        chain[i - 1] = 1.0 / (1.0 / own[i] + (n - 1) / own[0])
+    return chain
+
+
+@njit
+def fresh_past(recent: Floats, reversed_weights: Floats, filled: int, i: int) -> float:
+    """Return what the increments of finger ``i`` that are kept one by one contribute [N].
+
+    Four partial sums: one alone would wait for each addition.
+    """
+    first = reversed_weights.shape[1] - filled
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    whole = filled - filled % 4
+    for j in range(0, whole, 4):
+        a += recent[i, j] * reversed_weights[i, first + j]
+        b += recent[i, j + 1] * reversed_weights[i, first + j + 1]
+        c += recent[i, j + 2] * reversed_weights[i, first + j + 2]
+        d += recent[i, j + 3] * reversed_weights[i, first + j + 3]
+    for j in range(whole, filled):
+        a += recent[i, j] * reversed_weights[i, first + j]
+    return (a + b) + (c + d)
+
+
+@njit
+def press_tips(
+    depth: Floats, past: Floats, instant: Floats, F0: Floats, d0: Floats, p: Floats,
+    before: Floats, force: Floats, reference: Floats, increment: Floats,
+) -> None:  # fmt: skip
+    """Impose indentations [m] on all tips, as :meth:`vegrip.virtual.fingertip.Fingertips.press` does.
+
+    Returns in place: ``before`` (N_e of the surface), ``force``, ``reference`` (greatest force of this
+    contact) and ``increment`` (of N_e in this step), all [N].
+    """
+    for i in range(len(depth)):
+        force[i] = normal_force(past[i], instant[i], before[i], F0[i], d0[i], p[i], depth[i])
+        surface = before[i] + (force[i] - past[i]) / instant[i]  # the N_e that gives this force
+        increment[i] = surface - before[i]
+        before[i] = surface
+        reference[i] = max(reference[i], force[i]) if force[i] > 0.0 else 0.0
+
+
+@njit
+def find_contacts(
+    depth: Floats, force: Floats, reference: Floats, radius: Floats, F0: Floats, d0: Floats, p: Floats,
+    fresh_coefficient: float, a: Floats, C: Floats,
+) -> None:  # fmt: skip
+    """Return in place the contact radii ``a`` [m] and pressure coefficients ``C`` [-] of all tips."""
+    for i in range(len(depth)):
+        a[i] = math.sqrt(2.0 * radius[i] * max(depth[i], 0.0)) if force[i] > 0.0 else 0.0
+        fresh = d0[i] * (max(reference[i], 0.0) / F0[i]) ** (1.0 / p[i])
+        creep = depth[i] / fresh if fresh > 0.0 else 1.0
+        C[i] = fresh_coefficient / max(creep, 1.0)
+
+
+@njit
+def watch_slips(
+    slip: Floats, a: Floats, sliding: Floats, slid: Floats, count: Floats, constants: Floats, dt: float
+) -> None:
+    """Note which patches slide as a whole, and count the slips; in place: ``sliding``, ``slid``, ``count``.
+
+    ``count`` holds the slips so far, whether an event is open and counted, and for how long [s] none has
+    slid; ``slid`` how far each patch went in the event [m]. ``constants`` are those of
+    :mod:`vegrip.virtual.slips`, in its order.
+    """
+    whole, creeping, distance, rest = constants[0], constants[1], constants[2], constants[3]
+    some = False
+    for i in range(len(a)):
+        slides = slip[i, 0] > whole and slip[i, 1] > creeping * a[i]
+        sliding[i] = 1.0 if slides else 0.0
+        some = some or slides
+    if some:
+        if count[1] == 0.0:
+            count[1], count[2] = 1.0, 0.0
+            slid[:] = 0.0
+        count[3] = 0.0
+        for i in range(len(a)):
+            slid[i] += slip[i, 1] * dt * sliding[i]
+        if count[2] == 0.0 and slid.max() > distance:
+            count[2] = 1.0
+            count[0] += 1.0
+    elif count[1] > 0.0:
+        count[3] += dt
+        count[1] = 1.0 if count[3] < rest else 0.0
+
+
+@njit
+def hand_ticks(
+    ticks: int, tick: int, dt: float, closing: Floats, commands: Floats, burdens: Floats, state: Floats,
+    side: Floats, radius: Floats, d0: Floats, p: Floats, F0: Floats, friction: Floats,
+    depth: Floats, force: Floats, before: Floats, reference: Floats, mu: Floats, a: Floats, k: Floats,
+    position: Floats, target: Floats, limits: Floats,
+    recent: Floats, reversed_weights: Floats, instant: Floats, older: Floats, newer: Floats, filled: int,
+    fine: int, block: int,
+    pose: Floats, start: Floats, bristle: Floats, wrench: Floats, slip: Floats, place: Floats,
+    stiffness: Floats, damping: Floats, plate: Floats,
+    sliding: Floats, slid: Floats, count: Floats, slips: Floats,
+    area: Floats, reach: Floats, cosine: Floats, sine: Floats,
+    exponents: Floats, rings: Floats, first: float, ratio: float, fresh_coefficient: float,
+) -> None:  # fmt: skip
+    """Advance the whole hand by ``ticks`` steps of ``dt`` [s] after step number ``tick``; all in place.
+
+    * ``ticks``: no more than there is room for in ``recent``; ``tick``: number of steps so far;
+    * ``closing``: force [N] and time [s] of closing, time of lifting [s]; ``commands``: normal forces asked
+      of all fingers [N], NaN = none; ``burdens``: force x, y [N], torque [N m], mass [kg], turn [rad] and
+      factor of friction of each step;
+    * ``state``: place of the object along the normals [m], 1 when it was dropped; ``side``: 1 for the first
+      finger, -1 for the opposed ones;
+    * ``radius`` to ``friction``: of the tips; ``depth`` to ``k``: of the contacts, as in Fingertips;
+    * ``position`` to ``limits``: of the drives, see :func:`move_drives`;
+    * ``recent`` to ``block``: the history, see :meth:`~vegrip.virtual.history.History.past`; ``older`` and
+      ``newer`` are what the merged blocks contribute now and a block later;
+    * ``pose`` to ``damping``: of the plate, see :func:`carry`; ``plate``: mass, inertia, gravity, distance
+      and angle at which it is lost, Courant number;
+    * ``sliding`` to ``slips``: see :func:`watch_slips`, its constants last;
+    * ``area`` to ``sine``: of the patch; the rest: tables of the pressure profile.
+    """
+    n = len(depth)
+    past, increment, C, applied = np.empty(n), np.empty(n), np.empty(n), np.empty(3)
+    for step in range(ticks):
+        now, full = (tick + step + 1) * dt, filled + step
+        part = max(0.0, (full - fine) / block)  # of a block since the last merge
+        for i in range(n):
+            past[i] = fresh_past(recent, reversed_weights, full, i)
+            past[i] += (1.0 - part) * older[i] + part * newer[i]
+        wanted = share_forces(commands)
+        if state[1] > 0.0:
+            wanted[:] = math.nan
+        elif now <= closing[1]:
+            wanted[:] = closing[0]
+        chain = chain_stiffness(depth, instant, F0, d0, p)
+        move_drives(position, target, limits, wanted, force[1:], chain, dt)
+        depth[0], depth[1:] = 0.0, position
+        if state[1] > 0.0:
+            depth[:] = -d0  # nothing is between the fingers any more
+        else:
+            state[0] = balance(depth, side, past, instant, before, F0, d0, p, state[0])
+            depth += side * state[0]
+        press_tips(depth, past, instant, F0, d0, p, before, force, reference, increment)
+        recent[:, full] = increment
+        find_contacts(depth, force, reference, radius, F0, d0, p, fresh_coefficient, a, C)
+        k[:] = pressure_exponents(C, exponents, first, ratio)
+        mu[:] = burdens[step, 5] * friction
+        if state[1] > 0.0:
+            continue
+        gone = now - closing[1]
+        stand = (
+            min(max(1.0 - gone / closing[2], 0.0), 1.0) if closing[2] > 0.0 else (1.0 if gone <= 0.0 else 0.0)
+        )
+        mass = plate[0] + burdens[step, 3]
+        weight = (1.0 - stand) * mass * plate[2]
+        applied[0] = burdens[step, 0] + weight * math.sin(burdens[step, 4])
+        applied[1] = burdens[step, 1] - weight * math.cos(burdens[step, 4])
+        applied[2] = burdens[step, 2]
+        load = ring_loads(k, rings, first, ratio) / len(cosine)
+        parts = substeps_of(pose, place, a, stiffness, damping, mass, plate[1], plate[5], dt)
+        carry(
+            pose, bristle, wrench, slip, load, area, reach, cosine, sine, a, force, mu, stiffness, damping,
+            place, mass, plate[1], applied, parts, dt / parts,
+        )  # fmt: skip
+        watch_slips(slip, a, sliding, slid, count, slips, dt)
+        far = math.hypot(pose[0] - start[0], pose[1] - start[1]) > plate[3]
+        if far or abs(pose[2] - start[2]) > plate[4]:
+            state[1] = 1.0
+            sliding[:] = 0.0
+            wrench[:] = 0.0
+            slip[:, :2] = 0.0
+
+
+@njit
+def sense(values: Floats, errors: Floats, step: Floats, present: Floats) -> Floats:
+    """Return what is sensed of the true ``values`` (n, 8): with errors, in steps, NaN without a sensor.
+
+    ``step`` is the resolution of each quantity, 0 = exact; ``present`` 0 for a quantity without a sensor.
+    The last two are magnitudes.
+    """
+    sensed = np.empty_like(values)
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            value = values[i, j] + errors[i, j]
+            if step[j] > 0.0:
+                value = round(value / step[j]) * step[j]
+            if j >= values.shape[1] - 2:
+                value = max(value, 0.0)
+            sensed[i, j] = value if present[j] > 0.0 else math.nan
+    return sensed
+
+
+@njit
 def limit_point(load: Floats, reach: Floats, cosine: Floats, sine: Floats, d: float) -> tuple[float, float]:
     """Return |f|/(mu N) and |m|/(mu N a) when all elements slide about a centre at distance ``d`` [a]."""
     f, m = 0.0, 0.0

@@ -31,10 +31,14 @@ class Plate:
         n = len(tips)
         self.settings, self.grid, self.place = settings, grid, place
         self.pose = np.array([settings.offset_x, settings.offset_y, 0.0, 0.0, 0.0, 0.0])  # and its rate
-        self._start = self.pose[:3].copy()
-        self._stiffness = np.array([tip.bristle_stiffness for tip in tips])
-        self._damping = np.array([tip.bristle_damping for tip in tips])
-        self._bristle = grid.bristles(n)
+        self.start = self.pose[:3].copy()
+        self.stiffness = np.array([tip.bristle_stiffness for tip in tips])
+        self.damping = np.array([tip.bristle_damping for tip in tips])
+        self.bristle = grid.bristles(n)
+        self.laws = np.array([
+            settings.mass, settings.inertia, settings.gravity, settings.drop_distance, settings.drop_angle,
+            COURANT,
+        ])  # fmt: skip
         self.wrench = np.zeros(
             (n, 3)
         )  # of the plate on each finger, hand frame: force x, y [N], torque [N m]
@@ -43,7 +47,7 @@ class Plate:
     @property
     def shift(self) -> Floats:
         """How far the plate has moved from where it was grasped: x, y [m], angle [rad]."""
-        moved: Floats = self.pose[:3] - self._start
+        moved: Floats = self.pose[:3] - self.start
         return moved
 
     @property
@@ -68,20 +72,16 @@ class Plate:
             burden.force_y - weight * math.cos(burden.turn),
             burden.torque,
         ])  # fmt: skip
-        substeps = self._substeps(a, mass, dt)
+        substeps = self.substeps(a, mass, dt)
         kernels.carry(
-            self.pose, self._bristle, self.wrench, self.slip,
+            self.pose, self.bristle, self.wrench, self.slip,
             load, grid.area, grid.reach, grid.cosine, grid.sine,
-            a, N, mu, self._stiffness, self._damping, self.place,
+            a, N, mu, self.stiffness, self.damping, self.place,
             mass, s.inertia, applied, substeps, dt / substeps,
         )  # fmt: skip
 
-    def _substeps(self, a: Floats, mass: float, dt: float) -> int:
-        """How finely to divide a step so that the explicit scheme is far inside its stability limit."""
-        stiffness = self._stiffness * math.pi * a**2
-        lever = self.place - self.pose[:2]
-        turning = stiffness * (np.vecdot(lever, lever) + 0.5 * a**2) / self.settings.inertia
-        pushing = stiffness / mass
-        square = float(max(pushing.sum(), turning.sum()))  # of the greatest angular frequency
-        viscous = float(max(pushing @ self._damping, turning @ self._damping))
-        return max(1, math.ceil(dt * max(math.sqrt(square), viscous) / COURANT))
+    def substeps(self, a: Floats, mass: float, dt: float) -> int:
+        """Return how finely to divide a step to stay far inside the stability limit."""
+        return kernels.substeps_of(
+            self.pose, self.place, a, self.stiffness, self.damping, mass, self.settings.inertia, COURANT, dt
+        )

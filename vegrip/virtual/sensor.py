@@ -8,6 +8,7 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.messages import NAN, FingertipState
 from vegrip.types import Floats
+from vegrip.virtual import kernels
 from vegrip.virtual.settings import SensorSettings
 
 SENSED_CHANNELS = (
@@ -44,6 +45,7 @@ class Sensors:
         ])  # fmt: skip
         steps = [s.force_step, s.force_step, s.force_step, s.torque_step, s.displacement_step, 0.0, 0.0, 0.0]
         self._step = np.array(steps)
+        self._present = np.array([1.0] * 6 + [float(s.slip_sensor), float(s.radius_sensor)])
         spread = np.array([force, force, force, 0.0, shift, 0.0, 0.0, 0.0])
         self.bias = spread * rng.standard_normal((len(fingers), len(SENSED_CHANNELS)))
         self._flags: deque[Floats] = deque(maxlen=round(s.slip_delay * s.rate) + 1)
@@ -56,12 +58,7 @@ class Sensors:
         """
         s, n = self.settings, len(self.fingers)
         errors, chance, shifts = self.draw()
-        values = quantize(reading.values + errors, self._step)
-        np.maximum(values[:, 6:], 0.0, out=values[:, 6:])  # speed and radius are magnitudes
-        if not s.slip_sensor:
-            values[:, 6] = NAN
-        if not s.radius_sensor:
-            values[:, 7] = NAN
+        values = kernels.sense(reading.values, errors, self._step, self._present)
         slip = self._felt(reading) if s.slip_sensor else np.full(n, NAN)
         lost = chance < s.dropout
         stamps = epoch + np.rint((time + s.jitter * shifts) * NS).astype(np.int64)
@@ -85,9 +82,3 @@ class Sensors:
         self._flags.appendleft(reading.slip * (reading.values[:, 6] >= s.slip_threshold))
         late: Floats = self._flags[-1]
         return late if len(self._flags) == self._flags.maxlen else np.zeros(len(self.fingers))
-
-
-def quantize(values: Floats, step: Floats) -> Floats:
-    """Round to multiples of ``step``; a step of zero leaves the value as it is."""
-    rounded = np.round(values / np.where(step > 0.0, step, 1.0)) * step
-    return np.where(step > 0.0, rounded, values)

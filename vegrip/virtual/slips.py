@@ -4,6 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vegrip.types import Floats
+from vegrip.virtual import kernels
 
 Sliding = npt.NDArray[np.bool_]
 
@@ -20,6 +21,9 @@ SEPARATING_REST_S = 0.05
 """A slip is over when no patch has slid for this long [s]."""
 
 
+CONSTANTS = np.array([SLIDING, CREEPING, DISTANCE, SEPARATING_REST_S])
+
+
 def is_sliding(sliding: Floats, speed: Floats, a: Floats) -> Sliding:
     """Return which patches slide as a whole: ratio of speeds [-], slip speed [m/s], contact radius [m]."""
     whole: Sliding = (sliding > SLIDING) & (speed > CREEPING * a)
@@ -27,24 +31,26 @@ def is_sliding(sliding: Floats, speed: Floats, a: Floats) -> Sliding:
 
 
 class SlipCounter:
-    """Counts the slips of a hand; patches that slide within :data:`SEPARATING_REST_S` are one slip."""
+    """Counts the slips of a hand; patches that slide within :data:`SEPARATING_REST_S` are one slip.
 
-    def __init__(self) -> None:
-        self.count = 0
-        self._open = False
-        self._counted = False
-        self._still = 0.0
-        self._slid = np.zeros(0)
+    Args:
+        fingers: how many patches there are.
 
-    def watch(self, whole: Sliding, speed: Floats, dt: float) -> None:
-        """Look at which patches slide, and their slip speeds [m/s], over ``dt`` [s]."""
-        if whole.any():
-            if not self._open:
-                self._open, self._counted, self._slid = True, False, np.zeros(len(speed))
-            self._still = 0.0
-            self._slid += np.where(whole, speed * dt, 0.0)
-            if not self._counted and self._slid.max() > DISTANCE:
-                self._counted, self.count = True, self.count + 1
-        elif self._open:
-            self._still += dt
-            self._open = self._still < SEPARATING_REST_S
+    """
+
+    def __init__(self, fingers: int) -> None:
+        self.sliding = np.zeros(fingers)  # 1 for a patch that slides as a whole
+        self.slid = np.zeros(fingers)  # [m] of each patch in this event
+        self.event = np.zeros(4)  # slips so far, 1 in an event, 1 when it was counted, [s] of rest in it
+
+    @property
+    def count(self) -> int:
+        """Number of distinct slips so far."""
+        return int(self.event[0])
+
+    def watch(self, slip: Floats, a: Floats, dt: float) -> None:
+        """Look at the slip of every patch over ``dt`` [s].
+
+        ``slip`` has the ratio of speeds [-] and the slip speed [m/s] of each, ``a`` the contact radii [m].
+        """
+        kernels.watch_slips(slip, a, self.sliding, self.slid, self.event, CONSTANTS, dt)

@@ -22,11 +22,13 @@ from vegrip.identification.calibration.session import (
 )
 from vegrip.identification.calibration.trials import KINDS
 from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.fit.noise import in_air
 from vegrip.identification.recording import Recording
 from vegrip.identification.simulate.protocol import greatest_depth, greatest_speed
 from vegrip.model import read_model
 
 SEED = 4
+SOFT = 11
 
 
 @pytest.fixture(scope="module")
@@ -108,6 +110,37 @@ def test_the_first_trial_is_gentle() -> None:
     assert gentle is not None
     assert bold is not None
     assert greatest_depth(gentle.protocol) < greatest_depth(bold.protocol) <= 0.51 * limits.depth
+
+
+def test_a_fingertip_softer_than_guessed_is_pressed_deeper_and_not_refused(tmp_path: Path) -> None:
+    tip = practice_tip(SOFT)
+    calibration = Calibration(tmp_path, tip.radius, usual_limits(RigLimits(), tip.radius))
+    first = judge(calibration).next.trial
+    assert first is not None
+    done = calibration.take(practise(first, tip, SOFT))
+    assert "too gently" in done.problems[0]
+    second = judge(calibration).next.trial
+    assert second is not None
+    assert second.kind == "press"
+    assert greatest_depth(second.protocol) > 1.5 * greatest_depth(first.protocol)
+    assert calibration.take(practise(second, tip, SOFT + 1)).is_good
+
+
+def test_a_zero_that_differs_from_trial_to_trial_is_taken_off_each(tmp_path: Path) -> None:
+    tip = practice_tip(SEED)
+    joined = []
+    for folder, zeros in (("same", (0.0, 0.0)), ("other", (0.02, -0.03))):
+        calibration = Calibration(tmp_path / folder, tip.radius, usual_limits(RigLimits(), tip.radius))
+        trial = first_of(tip.radius, calibration.limits).trial
+        assert trial is not None
+        for number, zero in enumerate(zeros):
+            made = practise(trial, tip, number)
+            force = made.columns["normal_force"] + zero
+            calibration.take(replace(made, columns={**made.columns, "normal_force": force}), "press")
+        joined.append(calibration.joined().columns["normal_force"])
+    assert joined[0] == pytest.approx(joined[1], abs=1e-9)
+    air = in_air(calibration.joined())
+    assert abs(float(np.mean(joined[0][air]))) < 1e-3
 
 
 def _like(recording: Recording, **columns: np.ndarray | None) -> Recording:

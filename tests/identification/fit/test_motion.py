@@ -95,3 +95,18 @@ def test_exact_displacement_is_left_alone() -> None:
     motion = motion_of(T, first, path("sine"), 0.0)
     assert np.array_equal(motion.displacement, path("sine"))
     assert not motion.std.any()
+
+
+@pytest.mark.parametrize("frequency", [0.05, 0.2, 0.45])
+def test_what_curves_slowly_between_two_bends_is_not_taken_for_straight(frequency) -> None:
+    """Taken for straight it is said to be known ten times better than it is."""
+    t, noise = np.arange(0.0, 12.0, 0.01), 6.5e-6
+    true = 1.5e-3 + 6e-4 * np.sin(2.0 * np.pi * frequency * t)
+    first = (np.arange(t.size) == 0).astype(float)
+    far = []
+    for seed in range(12):
+        motion = motion_of(
+            t, first, true + noise * np.random.default_rng(seed).standard_normal(t.size), noise
+        )
+        far.append(np.abs(motion.displacement - true) > 4.0 * motion.std)
+    assert np.mean(far) < 0.01

@@ -145,3 +145,18 @@ def test_to_conclude_a_frame_first_changes_nothing(make, asked, looks):
             for bus in (one, other):
                 bus.request(time, node, BusFrame(identifier, bytes([node])))
     assert told + one.advance(10**9) == wanted + other.advance(10**9)
+
+
+def test_a_bus_is_healthy_until_a_node_has_errors_or_is_to_have_some() -> None:
+    bus = BusModel(BitTiming())
+    bus.attach(1)
+    bus.attach(2)
+    assert bus.is_healthy
+    bus.endure(2, NodeFaults(corruption=0.5))
+    assert not bus.is_healthy
+    bus.endure(2, NodeFaults())
+    assert bus.is_healthy
+    bus.detach(2)
+    bus.request(0, 1, BusFrame(1, b""))
+    bus.advance(1_000_000)  # nobody acknowledges
+    assert not bus.is_healthy

@@ -202,8 +202,8 @@ def gauge_gradient(k: float, f: float, m: float) -> tuple[float, float, float, f
     ratio = 1.0 - w * p
     value = ellipse / ratio
     by_u = -value / ratio * (0.5 * u * p - w * p_u)
-    by_f = value * f / square + by_u * 4.0 * f * b * b / square**2
-    by_b = value * b / square - by_u * 4.0 * f * f * b / square**2
+    by_f = value * f / square + by_u * 4.0 * f * b * b / (square * square)
+    by_b = value * b / square - by_u * 4.0 * f * f * b / (square * square)
     by_t = value / ratio * w * p_t - by_b * b * limit_t / limit
     return value, -2.0 * by_t / (k * k), by_f, by_b / limit
 
@@ -245,8 +245,8 @@ def support_gradient(k: float, v: float, omega: float) -> tuple[float, float, fl
     ellipse = math.sqrt(square)
     ratio = 1.0 - w * q
     by_u = ellipse * (0.5 * u * q - w * q_u)
-    f = ratio * v / ellipse + by_u * 4.0 * v * b * b / square**2
-    by_b = ratio * b / ellipse - by_u * 4.0 * v * v * b / square**2
+    f = ratio * v / ellipse + by_u * 4.0 * v * b * b / (square * square)
+    by_b = ratio * b / ellipse - by_u * 4.0 * v * v * b / (square * square)
     return ellipse * ratio, f, by_b * limit
 
 

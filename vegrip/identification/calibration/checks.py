@@ -8,7 +8,9 @@ from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.recording import Recording
 from vegrip.types import Floats
 
-NOISES = 20.0  # standard deviations of the noise that a press must reach at least
+NOISES = 20.0  # standard deviations of the noise that a good press reaches at least
+LEAST_NOISES = 8.0  # below, nothing is told at all: noise alone reaches five
+CLEAR = 6.0  # standard deviations of the noise above the least force: no noise
 AIR_S = 0.15  # [s] out of contact before the first touch
 HOLD_S = 2.0  # [s] that a hold lasts at least
 STILL = 0.04  # of the greatest value: what counts as still
@@ -33,12 +35,17 @@ def check_trial(kind: str, recording: Recording) -> list[str]:
     force = np.nan_to_num(recording.columns["normal_force"])
     rest = float(np.percentile(force, 5))
     peak = float(np.nanmax(force)) - rest
-    if not peak > NOISES * noise.normal_force:
+    if not peak > LEAST_NOISES * noise.normal_force:
         raise RecordingError(
             f"{recording.name}: nothing is pressed: the force rises by {peak:.3g} N, and its noise is "
-            f"{noise.normal_force:.2g} N"
+            f"{noise.normal_force:.2g} N; press deeper (--depth allows it)"
         )
-    touches = force - rest > 0.1 * peak
+    if not peak > NOISES * noise.normal_force:
+        return [
+            f"it is pressed too gently: the force rises by {peak:.2g} N only, {NOISES:g} times its noise of "
+            f"{noise.normal_force:.2g} N is needed: press deeper"
+        ]
+    touches = force - rest > max(0.1 * peak, CLEAR * noise.normal_force)
     said = _air(recording, touches)
     if kind == "press":
         said += _speeds(recording, touches)
@@ -106,7 +113,7 @@ def _longest(recording: Recording, pressed: NDArray[np.bool_], values: Floats, s
 def _slides(recording: Recording, how: str) -> list[str]:
     columns = recording.columns
     if not {"tangential_force_x", "tangential_force_y", "torque_z"} & set(columns):
-        return ["no tangential force is measured, so it tells nothing of friction"]
+        return ["no tangential force is measured, so friction cannot be found from it"]
     if "slip" not in columns:
         return [
             "it has no slip column, so the load at slip is not known: mark the rows that slide with slip = 1"

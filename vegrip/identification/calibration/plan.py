@@ -52,7 +52,7 @@ def first_of(radius: float, limits: RigLimits) -> Next:
         limits.torque, limits.duration, limits.pause,
     )  # fmt: skip
     contest = _contest(paper_model(radius), DEFAULT_NOISE, PLAN_RATE)
-    why = "nothing is known yet: gentle presses tell the stiffness, and how deep the fingertip may be pressed"
+    why = "nothing is known yet: gentle presses show the stiffness, and how deep the fingertip may be pressed"
     return Next(first_trial(rig_of(contest, gentle)), why, {})
 
 
@@ -86,7 +86,7 @@ def next_of(
     before = distance(np.sqrt(np.diag(now)), goals)
     best: tuple[float, Trial] | None = None
     for kind in kinds:
-        for trial in trials_of(kind, contest, limits, rig):
+        for trial in trials_of(kind, contest, limits, rig, is_first=bool(open_)):
             report(f"weighs {trial.protocol.name}")
             added = _information(contest, trial, fit)
             after = distance(np.sqrt(np.diag(np.linalg.inv(information + added))), goals)
@@ -95,7 +95,7 @@ def next_of(
                 best = rate, trial
     if best is None or (not open_ and best[0] * math.sqrt(best[1].protocol.duration) < PAYS):
         text = ", ".join(missing)
-        return Next(None, f"no trial within these limits tells more of {text}", left_out)
+        return Next(None, f"no trial within these limits shows more of {text}", left_out)
     return Next(best[1], _reason(best[1], missing, is_first=bool(open_)), left_out)
 
 
@@ -103,7 +103,11 @@ def _reason(trial: Trial, missing: list[str], *, is_first: bool) -> str:
     if not missing:
         return f"there is no good {trial.kind} yet; it shows whether an effect is missing"
     wanted = f"not yet known well enough: {', '.join(missing)}"
-    return f"{wanted}; there is no good {trial.kind} yet" if is_first else f"{wanted}; this tells most of it"
+    return (
+        f"{wanted}; there is no good {trial.kind} yet"
+        if is_first
+        else f"{wanted}; this trial shows most of it"
+    )
 
 
 def _contest(model: ContactModel, sensors: Mapping[str, float], rate: float) -> Hypotheses:

@@ -9,6 +9,7 @@
 """
 
 import json
+import math
 import shutil
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -20,6 +21,7 @@ from vegrip.identification.calibration.checks import check_trial
 from vegrip.identification.calibration.goals import Known, known_of
 from vegrip.identification.calibration.plan import Next, Report, first_of, next_of
 from vegrip.identification.calibration.trials import KINDS
+from vegrip.identification.calibration.zeros import without_zeros
 from vegrip.identification.experiment.limits import RigLimits
 from vegrip.identification.fit import Fit, fit
 from vegrip.identification.fit.result import MISFIT
@@ -105,7 +107,7 @@ class Calibration:
         shutil.rmtree(self.folder / self.trials.pop(number - 1).folder, ignore_errors=True)
 
     def joined(self) -> Recording:
-        """Return all trials as one recording.
+        """Return all trials as one recording, each without its own zeros.
 
         Raises:
             UsageError: there is none yet.
@@ -113,7 +115,7 @@ class Calibration:
         """
         if not self.trials:
             raise UsageError("nothing was recorded yet")
-        parts = [read_recording(self.folder / one.folder) for one in self.trials]
+        parts = [without_zeros(read_recording(self.folder / one.folder)) for one in self.trials]
         return join_recordings(parts, self.folder.resolve().name)
 
     @property
@@ -168,6 +170,13 @@ def judge(calibration: Calibration, report: Report = lambda _: None) -> Standing
     trial = found.next.trial
     calibration.asked = {} if trial is None else {"kind": trial.kind, "name": trial.protocol.name}
     return found
+
+
+def other_limits(limits: RigLimits, given: RigLimits) -> RigLimits:
+    """Return ``limits`` with what is ``given``, neither NaN nor as usual, instead."""
+    usual = asdict(RigLimits())
+    said = {name: v for name, v in asdict(given).items() if not math.isnan(v) and v != usual[name]}
+    return replace(limits, **said)
 
 
 def usual_limits(given: RigLimits, radius: float) -> RigLimits:

@@ -18,6 +18,8 @@ ITEMS = {
     "slide": ("pulls at four loads", "slides at four speeds"),
     "twist": ("twists and pulls after two waits",),
 }
+SHOWS = {**ITEMS, "press": ITEMS["press"][:1]}
+"""Those that show what their kind is for: growing peaks are all equally fast."""
 GENTLE = 0.5  # of the greatest force, in the first trial: the stiffness is then only guessed
 
 
@@ -59,10 +61,15 @@ class Trial:
         return {"t": t, "depth": depth, "moves": moves}
 
 
-def trials_of(kind: str, contest: Hypotheses, limits: RigLimits, rig: Rig) -> list[Trial]:
-    """Return the trials of a kind that the rig can do, each of its amplitudes."""
+def trials_of(
+    kind: str, contest: Hypotheses, limits: RigLimits, rig: Rig, *, is_first: bool = False
+) -> list[Trial]:
+    """Return the trials of a kind that the rig can do, each of its amplitudes.
+
+    ``is_first``: only those that show what the kind is for.
+    """
     found = []
-    for item in (item for item in MENU if item.name in ITEMS[kind]):
+    for item in (item for item in MENU if item.name in (SHOWS if is_first else ITEMS)[kind]):
         own, reason = suited_rig(item, contest, limits, rig)
         if not reason:
             found += [_trial(kind, item, own, amplitudes) for amplitudes in item.choices()]

@@ -52,7 +52,7 @@ def refuse_unusable(recording: Recording, measured: Measured) -> None:
     if span < 8.0 * measured.noise.normal_force:
         raise RecordingError(
             f"in {recording.name} the normal force stays within its noise ({floor:.3g} N, "
-            f"+-{measured.noise.normal_force:.2g} N): without contact there is nothing to diagnose"
+            f"+-{measured.noise.normal_force:.2g} N): a diagnosis needs contact"
         )
 
 
@@ -70,11 +70,11 @@ def _before(problem: Problem) -> Iterator[Doubt]:
     if np.count_nonzero(touching) < MIN_CONTACT_ROWS or lasted < BRIEF_CONTACT_S:
         yield Doubt(
             f"only {lasted:.2g} s ({np.count_nonzero(touching)} rows) are in contact: "
-            "too little to tell effects apart",
+            "too little to distinguish effects",
             grave=True,
         )
     pressed = np.isfinite(m.force) & (m.motion.displacement > 0.0)
-    if opposed(m.motion.displacement[pressed], m.force[pressed]):
+    if is_force_opposed(m.motion.displacement[pressed], m.force[pressed]):
         yield Doubt(
             "the force falls where the tip goes deeper: one of the two has the wrong sign (compression and "
             "indentation are positive)",
@@ -96,7 +96,7 @@ def _before(problem: Problem) -> Iterator[Doubt]:
         )
 
 
-def opposed(depth: Floats, force: Floats) -> bool:
+def is_force_opposed(depth: Floats, force: Floats) -> bool:
     """Return whether the force falls with the depth."""
     if depth.size < MIN_CONTACT_ROWS or not np.ptp(depth) > 0.0 or not np.ptp(force) > 0.0:
         return False

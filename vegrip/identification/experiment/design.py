@@ -104,12 +104,14 @@ class Design:
         between = " and ".join(self.contest.names)
         if self.best is not None:
             nats, seconds = self.best.nats, self.best.whole.duration
-            odds = f"expected to tell {between} apart by {nats:.0f} nats in {seconds:.0f} s"
+            odds = f"expected to distinguish {between} by {nats:.0f} nats in {seconds:.0f} s"
             return f"{self.best.item}: {odds} (decides with probability {chance_to_decide(nats):.2f})"
         most = f" (at most {self.tried[0].nats:.1f} nats, {self.tried[0].item})" if self.tried else ""
         told = [effect(n).experiment for n in self.contest.names if n != NO_EFFECT]
         hints = "; ".join(dict.fromkeys(text for text in told if text))
-        return f"no experiment on the menu tells {between} apart within these limits{most}; what may: {hints}"
+        return (
+            f"no experiment on the menu distinguishes {between} within these limits{most}; what may: {hints}"
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Return what ``--json`` prints, and the ``experiment`` of a diagnosis."""
@@ -240,9 +242,9 @@ def _force_at(contest: Hypotheses, rig: Rig, depth: float) -> float:
 
 def suited_rig(item: Item, contest: Hypotheses, limits: RigLimits, rig: Rig) -> tuple[Rig, str]:
     """Return the rig for an item, or why it cannot be done."""
-    if not item.rubs:
+    if not item.has_tangential_load:
         return rig, ""
-    if not contest.rubs:
+    if not contest.has_tangential_load:
         return rig, "no tangential force is measured"
     if not limits.tangential_force > 0.0:
         return rig, "the rig does not pull"

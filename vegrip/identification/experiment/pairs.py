@@ -80,7 +80,7 @@ def main(arguments: list[str] | None = None) -> int:
             what = f"{first.item}, {first.protocol.duration:.0f} s" + (
                 f" (x {first.times})" if first.times > 1 else ""
             )
-            what += "" if found.best is not None else " - tells nothing"
+            what += "" if found.best is not None else " - shows nothing"
             what += f" [{assumed} at its declared size]" if assumed else ""
             print(f"{truth:24s}{rival:26s}{nats:9.1f}{np.mean(got):9.1f} +-{spread:5.1f}  {what}", flush=True)  # noqa: T201
     return 0

@@ -6,8 +6,12 @@ The test is a hinge. Through the samples on both sides of an instant goes a line
 
 and ``c`` over its standard error is a standard normal number where nothing bends. The windows double from 8
 samples on each side to 1024: a jerk shows in the short ones, a slow creep in the long ones. Of a bend only
-the shortest window that sees it counts; a longer one that contains such a window says nothing.
+the shortest window that sees it counts; a longer one that contains such a window says nothing. What is left
+between two bends may be too short for the windows that would see its own: there, square and cube of time are
+tested over the whole run.
 """
+
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +21,8 @@ from vegrip.types import Floats
 
 HALVES = (8, 16, 32, 64, 128, 256, 512, 1024)  # samples on each side of the instant
 BENT = 4.0  # standard errors of the hinge; chance alone gets there in one window of 16 000
+LINE, CUBIC = 1, 3  # degrees
+CURVED = 9.0  # of two squared standard normal numbers; chance alone gets there in one run of 90
 
 
 def straight(t: Floats, first: Floats, measured: Floats, noise: float) -> NDArray[np.bool_]:
@@ -28,7 +34,26 @@ def straight(t: Floats, first: Floats, measured: Floats, noise: float) -> NDArra
     bent = np.zeros(t.size, dtype=np.bool_)
     for half in HALVES:
         bent |= _bends(t, first, measured, noise, half, BENT, bent)
+    for low, high in _runs(~bent, first):
+        bent[low:high] = _curvature(t[low:high], measured[low:high]) > CURVED * noise**2
     return ~bent
+
+
+def _runs(wanted: NDArray[np.bool_], first: Floats) -> list[tuple[int, int]]:
+    """Return where runs of ``wanted`` samples of one episode begin and end, of those a window fits into."""
+    episode = np.cumsum(first > 0.5)
+    at = np.flatnonzero(np.diff(np.where(wanted, episode, -1), prepend=-1, append=-1))
+    return [(low, high) for low, high in pairwise(at.tolist()) if wanted[low] and high - low > CUBIC + 1]
+
+
+def _curvature(t: Floats, measured: Floats) -> float:
+    """Return how much the sum of squares [m^2] falls when square and cube of time are fitted to a run too."""
+    known = ~np.isnan(measured)
+    if np.count_nonzero(known) <= CUBIC:
+        return 0.0
+    u = np.interp(t[known], [t[0], t[-1]], [-1.0, 1.0])
+    powers, _ = np.linalg.qr(np.vander(u, CUBIC + 1, increasing=True))
+    return float(np.sum((powers[:, LINE + 1 :].T @ (measured[known] - measured[known][0])) ** 2))
 
 
 @njit

@@ -38,7 +38,7 @@ def clock_source(root: Path) -> Finding:
     folder = root / "sys/devices/system/clocksource/clocksource0"
     current = _read(folder / "current_clocksource")
     if not current:
-        return warn("clock source", "not readable", "nothing to do if `vegrip doctor` finds the clock fine")
+        return warn("clock source", "not readable", "ignore this if `vegrip doctor` finds the clock fine")
     if current in ("tsc", "kvm-clock", "arch_sys_counter", "hyperv_clocksource_tsc_page"):
         return ok("clock source", current)
     remedy = f"echo tsc | sudo tee {folder / 'current_clocksource'}, if `tsc` is among the available ones"

@@ -65,6 +65,7 @@ class BusModel:
         self._troubled: set[int] = set()  # nodes with a counter that is not zero
         self._off: set[int] = set()
         self._misreaders: list[int] = []
+        self._faulty = False  # whether a node suffers faults
 
     def attach(
         self, node: int, *, listen_only: bool = False, faults: NodeFaults = NO_FAULTS, time: int = 0
@@ -105,6 +106,11 @@ class BusModel:
     def queued(self) -> int:
         """How many frames of all nodes wait for the bus or are on it."""
         return self._arbiter.queued
+
+    @property
+    def is_healthy(self) -> bool:
+        """Whether no node has errors, and none is made to have some."""
+        return not (self._troubled or self._off or self._faulty)
 
     def is_heard(self, node: int) -> bool:
         """Whether another node would acknowledge a frame of ``node``."""
@@ -338,6 +344,7 @@ class BusModel:
             for number, node in self._nodes.items()
             if node.chance is not None and node.chance.faults.misreading > 0.0 and node.acknowledges
         ]
+        self._faulty = any(node.chance is not None for node in self._nodes.values())
         self._hopeless = False
 
     def _babble(self, node: int, time: int) -> None:

@@ -248,8 +248,8 @@ class VegripBus(can.BusABC):
             raise can.CanOperationError(f"{self.channel_info} was opened with listen_only: it sends nothing")
         if self._error_state is ErrorState.OFF:
             raise can.CanOperationError(
-                f"{self.channel_info}: this node is bus-off after too many errors; it comes back by itself, "
-                "and what waited is lost"
+                f"{self.channel_info}: this node is bus-off after too many errors; it recovers by itself, "
+                "and frames that waited are lost"
             )
         self._hand_over(pack_request(time.monotonic_ns(), frame), deadline)
 
@@ -360,6 +360,14 @@ class VegripBus(can.BusABC):
     def _detect_available_configs() -> Sequence[can.typechecking.AutoDetectedConfig]:
         names = [path.stem for path in runtime_folder("can").glob("*.bus")]
         return [{"interface": "vegrip", "channel": name} for name in sorted(names)]
+
+
+def hub_process(channel: str) -> int | None:
+    """Return the number of the process that is the bus ``channel``, None when it is not known."""
+    try:
+        return int(socket_path("can", f"{channel}.lock").read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        return None
 
 
 def _join(

@@ -58,6 +58,7 @@ class ForeignMessage:
     length: int  # [bytes]
     fd: bool
     signals: Mapping[str, Signal]
+    asked: bool = False  # comes as the answer to a request (CANopen SDO)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,3 +68,4 @@ class Database:
     name: str
     messages: Mapping[str, ForeignMessage]
     opening: tuple[tuple[int, bytes], ...] = ()  # frames to send once, before anything comes
+    descriptors: bytes = b""  # of protobuf

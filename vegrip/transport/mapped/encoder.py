@@ -33,7 +33,7 @@ _FLOATS: Final = {16: "<e", 32: "<f", 64: "<d"}
 class Law:
     """From a force to the value of their signal, in its unit: what does not depend on the protocol.
 
-    ``per_newton`` is that of current, or the inverse of the stiffness.
+    ``per_newton`` is what their signal gets for a newton, or the inverse of the stiffness.
     """
 
     kind: str
@@ -66,7 +66,7 @@ def law_of(command: CommandMap, unit: str, where: str) -> Law:
         ConfigError: a unit of another quantity.
 
     """
-    if command.kind == "current":
+    if command.gain and command.kind != "position":
         number, per = quantity(command.gain, f"{where}: 'gain'")
         per_newton = number * (conversion(product("N", per), unit, f"{where}: 'gain'")[0] if unit else 1.0)
     elif command.kind == "position":
@@ -77,7 +77,7 @@ def law_of(command: CommandMap, unit: str, where: str) -> Law:
         if stiffness <= 0.0:
             raise ConfigError(
                 f"{where}: 'stiffness' is {command.stiffness!r}; it must be positive; direction "
-                "is told by 'sign'"
+                "is set by 'sign'"
             )
         per_newton = 1.0 / stiffness
     else:
@@ -148,7 +148,11 @@ class CommandEncoder:
     def unset(self) -> dict[str, list[str]]:
         """The signals of each message that are sent as raw zero because the map says nothing of them."""
         return {
-            one.message.name: [name for name in one.message.signals if name not in _filled(one)]
+            one.message.name: [
+                name
+                for name, signal in one.message.signals.items()
+                if _is_sent(one, signal) and name not in _filled(one)
+            ]
             for one in self._outgoing.values()
         }
 
@@ -287,6 +291,11 @@ def _filled(outgoing: _Outgoing) -> set[str]:
     named = {outgoing.counter, outgoing.checksum}
     shared = {signal.name for target in outgoing.targets for signal, _ in target.shares}
     return {target.signal.name for target in outgoing.targets} | shared | outgoing.blank.keys() | named
+
+
+def _is_sent(outgoing: _Outgoing, signal: Signal) -> bool:
+    """Whether ``signal`` is on the page that is sent."""
+    return not signal.selected_by or outgoing.blank.get(signal.selected_by) in signal.selectors
 
 
 def _selectors(message: ForeignMessage, signal: Signal) -> dict[str, int]:

@@ -42,7 +42,9 @@ def open_mapped_zmq(table: ZmqSettings, hand: Hand, keys: Keys | None) -> Endpoi
     """
     plan = open_plan(table.map, hand.fingers)
     if not plan.hand.format:
-        raise ConfigError(f"{table.map}: is for CAN; over ZeroMQ a map has format = 'json' or 'msgpack'")
+        raise ConfigError(
+            f"{table.map}: is for CAN; over ZeroMQ a map has format = 'json', 'msgpack' or 'protobuf'"
+        )
     return MappedZmqEndpoint(table.publish, table.subscribe, TopicCodec(plan), keys)
 
 

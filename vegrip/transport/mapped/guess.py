@@ -184,7 +184,7 @@ def _kind(  # noqa: PLR0911, PLR0912 (a list of questions, each with its answer)
     if quantity == "force" or (
         not quantity
         and words & (FORCE_WORDS | SHEAR_WORDS | {"fx", "fy", "fz", "fn", "ft"})
-        and (axis or words & (FORCE_WORDS - {"f"}))
+        and (axis or words & ((FORCE_WORDS | SHEAR_WORDS) - {"f"}))
     ):
         return _force(words, axis, sure=quantity == "force")
     if quantity == "torque":

@@ -1,5 +1,6 @@
 """From the path of a map to a plan: the database is read by the kind of file that it is."""
 
+from importlib.util import find_spec
 from pathlib import Path
 
 from vegrip.errors import ConfigError
@@ -18,6 +19,8 @@ def read_database(hand: HandMap) -> Database:
     """
     if hand.database is None:
         return Database("", {})
+    if hand.format:
+        return _descriptors(hand.database)
     if hand.database.suffix.lower() == ".eds":
         from vegrip.transport.mapped.eds import read_eds  # noqa: PLC0415 (a CANopen hand only)
 
@@ -25,6 +28,18 @@ def read_database(hand: HandMap) -> Database:
     if hand.nodes:
         raise ConfigError(f"{hand.path}: 'nodes' belongs to an .eds, not to {hand.database.name}")
     return read_dbc(hand.database)
+
+
+def _descriptors(path: Path) -> Database:
+    """Read the descriptor set of protobuf messages; who reads it further is the codec."""
+    if find_spec("google") is None or find_spec("google.protobuf") is None:
+        raise ConfigError(f"{path}: protobuf needs its library; pip install 'vegrip[protobuf]'")
+    try:
+        return Database(path.name, {}, descriptors=path.read_bytes())
+    except OSError as error:
+        raise ConfigError(
+            f"{path}: cannot be read ({error.strerror}); 'database' is relative to the map"
+        ) from None
 
 
 def open_plan(path: Path | str, fingers: tuple[str, ...] | None = None) -> Plan:

@@ -8,7 +8,15 @@ from typing import Any, Final
 
 from vegrip.errors import InputError
 from vegrip.transport.mapped.database import Database, ForeignMessage
+from vegrip.transport.mapped.drafts import (
+    Draft,
+    FingerDraft,
+    Setting,
+    is_complete,
+    say,
+)
 from vegrip.transport.mapped.find_checksum import find_checksum
+from vegrip.transport.mapped.find_counter import find_modulus
 from vegrip.transport.mapped.guess import Guess, guesses, quantity_of, words_of
 from vegrip.transport.mapped.schema import CHANNELS
 from vegrip.transport.mapped.traffic_log import Trace, Traffic, rate_of
@@ -18,33 +26,8 @@ FEW_TAXELS: Final = 4
 """Forces of no known axis that make an array."""
 
 SLACK: Final = 3.0  # periods of the slowest message after which its values are missing
-ENABLE: Final = {"enable", "en", "enabled", "valid", "active", "on"}
+ENABLE: Final = {"enable", "en", "enabled", "valid", "active", "on", "run"}
 INCREMENT: Final = {"delta", "inc", "increment", "adj", "adjust", "adjustment", "d"}
-
-
-@dataclass(slots=True)
-class Draft:
-    """The table of one channel, and why it is so."""
-
-    keys: dict[str, Any]
-    notes: dict[str, str] = field(default_factory=dict)  # of keys
-
-    @property
-    def signal(self) -> str:
-        """The signal, "" when there are several."""
-        return str(self.keys.get("signal", ""))
-
-
-@dataclass(slots=True)
-class FingerDraft:
-    """What is proposed of one finger."""
-
-    channels: dict[str, Draft] = field(default_factory=dict)
-    taxels: Draft | None = None
-    command: Draft | None = None
-    trigger: str = ""
-    max_age: float = 0.0
-    others: list[Guess] = field(default_factory=list)  # forces that no name tells apart
 
 
 @dataclass(slots=True)
@@ -77,6 +60,7 @@ def propose(
     traffic: Traffic | None,
     names: Sequence[str] = (),
     nodes: Mapping[str, int] | None = None,
+    settings: Sequence[Setting] = (),
 ) -> Proposal:
     """Return the map that names, units and traffic suggest.
 
@@ -86,12 +70,15 @@ def propose(
         traffic: the frames, for checksums and rates.
         names: of the fingers, in the order of the hand's numbers.
         nodes: CANopen: node-IDs by finger.
+        settings: what the user says; it goes over every guess.
 
     Raises:
         InputError: nothing in the database looks like a fingertip, or nothing of it was heard.
 
     """
     found = guesses(database, tuple(names) or USUAL)
+    if any(not database.messages[one.message].asked for one in found if one.channel in CHANNELS):
+        found = [one for one in found if not database.messages[one.message].asked]
     if traffic is not None:
         if not heard:
             raise InputError(_nothing_heard(database, traffic))
@@ -101,6 +88,8 @@ def propose(
         found = [one for one in found if one.message in spoken or one.channel not in CHANNELS]
     fingers = _by_finger(found, tuple(names))
     drafts = {name: _finger(own, database) for name, own in fingers.items()}
+    say(drafts, settings)
+    _take_units(drafts, database)
     drafts = {name: draft for name, draft in drafts.items() if draft.channels or draft.taxels is not None}
     if not drafts:
         raise InputError(
@@ -112,12 +101,27 @@ def propose(
     if traffic is not None:
         _time(proposal, database, traffic, heard)
     _doubt(proposal, fingers)
+    _doubt_names(proposal, database, tuple(names))
     return proposal
+
+
+def _take_units(drafts: Mapping[str, FingerDraft], database: Database) -> None:
+    """Give signals that the user named the unit of the database."""
+    for finger in drafts.values():
+        for draft in (*finger.channels.values(), *([finger.command] if finger.command else [])):
+            message, _, signal = draft.signal.partition(".")
+            found = database.messages.get(message)
+            if found is not None and signal in found.signals and "unit" not in draft.keys:
+                draft.keys["unit"] = found.signals[signal].unit
+                draft.notes["unit"] = "as the database says"
 
 
 def _nothing_heard(database: Database, traffic: Traffic) -> str:
     if not traffic.frames:
-        return "no frame came; look at channel and bit rate, and whether the hand is switched on"
+        return (
+            "no frame came; look at channel and bit rate, and whether the hand is switched on; of a log, "
+            "whether it is one (.asc, .blf, or .log of candump)"
+        )
     seen = ", ".join(f"0x{identifier & 0x1FFFFFFF:X}" for identifier in sorted(traffic.frames)[:6])
     return (
         f"no message of {database.name} came, but {sum(map(len, traffic.frames.values()))} frames of {seen}: "
@@ -173,10 +177,19 @@ def _finger(found: list[Guess], database: Database) -> FingerDraft:
         draft.others = []
     elif "normal_force" not in draft.channels and forces:
         draft.channels["normal_force"] = _channel(forces[0], database)
+    _second_shear(draft, database)
     command = next((one for one in found if one.channel == "command"), None)
     if command is not None:
         draft.command = _command(command, database)
     return draft
+
+
+def _second_shear(draft: FingerDraft, database: Database) -> None:
+    """Two shears of no named axis are x and y in their order, until a shear tells."""
+    second = next((one for one in draft.others if one.channel == "tangential_force_x"), None)
+    if second is not None and "tangential_force_y" not in draft.channels:
+        draft.channels["tangential_force_y"] = _channel(second, database)
+        draft.others.remove(second)
 
 
 def _natural(name: str) -> list[tuple[int, str]]:
@@ -206,7 +219,7 @@ def _command(one: Guess, database: Database) -> Draft:
 
 
 def _protect(proposal: Proposal, database: Database, found: list[Guess], traffic: Traffic | None) -> None:
-    used = {name.partition(".")[0] for name in _signals(proposal)}
+    used = {name.partition(".")[0] for name in _signals(proposal)} & database.messages.keys()
     silent = {
         name for name in used if traffic is None or database.messages[name].identifier not in traffic.frames
     }
@@ -216,12 +229,37 @@ def _protect(proposal: Proposal, database: Database, found: list[Guess], traffic
         notes: dict[str, str] = {}
         counter = next((g.signal for g in found if g.message == name and g.channel == "counter"), "")
         if counter:
-            keys["counter"], notes["counter"] = counter, "its name"
+            _counter(proposal, message, counter, traffic, keys, notes)
         checksum = next((g.signal for g in found if g.message == name and g.channel == "checksum"), "")
         if checksum:
             _checksum(proposal, message, checksum, traffic, keys, notes)
         if keys:
             proposal.messages[name] = Draft(keys, notes)
+
+
+def _counter(
+    proposal: Proposal,
+    message: ForeignMessage,
+    signal: str,
+    traffic: Traffic | None,
+    keys: dict[str, Any],
+    notes: dict[str, str],
+) -> None:
+    frames = traffic.frames.get(message.identifier, []) if traffic is not None else []
+    modulus = find_modulus(message, signal, [frame.data for frame in frames])
+    if modulus is None:
+        proposal.doubts.append(
+            f"{message.name}.{signal} does not go up by one from frame to frame (one count for several "
+            "pages?), so it is not used, and repeated frames are not seen"
+        )
+        return
+    keys["counter"], notes["counter"] = signal, "its name"
+    alike = [d.keys for d in proposal.messages.values() if d.keys.get("counter") == signal]
+    if not frames:
+        modulus = next((one["modulus"] for one in alike if "modulus" in one), 0)
+    if modulus:
+        keys["modulus"] = modulus
+        notes["modulus"] = "as it came" if frames else "as in the messages that came; try it"
 
 
 def _checksum(
@@ -257,7 +295,7 @@ def _signals(proposal: Proposal) -> list[str]:
     found: list[str] = []
     for finger in proposal.fingers.values():
         drafts = [*finger.channels.values(), *([finger.command] if finger.command else [])]
-        found += [draft.signal for draft in drafts if draft.signal]
+        found += [name for draft in drafts for name in draft.names]
         found += finger.taxels.keys["normal"] if finger.taxels else []
     return found
 
@@ -266,19 +304,31 @@ def _time(proposal: Proposal, database: Database, traffic: Traffic, heard: Mappi
     """Find the rate of states, the message that ends a cycle, and when values of others are too old."""
     rates: list[float] = []
     for finger in proposal.fingers.values():
-        signals = [draft.signal for draft in finger.channels.values() if draft.signal in heard]
+        signals = [name for draft in finger.channels.values() for name in draft.names if name in heard]
         signals += [name for name in (finger.taxels.keys["normal"] if finger.taxels else []) if name in heard]
+        if not signals:
+            continue
         own = {name: rate_of(heard[name]) for name in signals}
         main = finger.channels.get("normal_force") or finger.channels.get("displacement")
-        lead = main.signal if main is not None and main.signal in own else signals[0]
+        lead = next((name for name in (main.names if main is not None else ()) if name in own), signals[0])
         rates.append(own[lead])
         messages = {name.partition(".")[0] for name in signals}
         if len(messages) > 1:
             cycle = {name.partition(".")[0] for name, rate in own.items() if rate > 0.8 * own[lead]}
-            finger.trigger = _last_of(sorted(cycle), lead.partition(".")[0], database, traffic)
+            last = _last_of(sorted(cycle), lead.partition(".")[0], database, traffic)
+            finger.trigger = _trigger(last, lead, signals, database)
         slowest = min((rate for rate in own.values() if rate), default=0.0)
         finger.max_age = round(SLACK / slowest, 4) if slowest else 0.0
     proposal.rate = round(min(rates), 1) if rates and min(rates) > 0.0 else 0.0
+
+
+def _trigger(message: str, lead: str, signals: Sequence[str], database: Database) -> str:
+    """Return ``message``, or the signal of this finger in it where other pages of it are of other fingers."""
+    own = sorted(
+        (name for name in signals if name.partition(".")[0] == message), key=lambda name: name != lead
+    )
+    paged = database.messages[message].signals[own[0].partition(".")[2]].selected_by
+    return own[0] if paged else message
 
 
 def _last_of(names: list[str], lead: str, database: Database, traffic: Traffic) -> str:
@@ -300,7 +350,7 @@ def _last_of(names: list[str], lead: str, database: Database, traffic: Traffic) 
 def _doubt(proposal: Proposal, fingers: Mapping[str, list[Guess]]) -> None:
     for name, finger in proposal.fingers.items():
         where = f"fingers.{name}"
-        kinds = {one.channel: one for one in reversed(fingers[name])}
+        kinds = {one.channel: one for one in reversed(fingers.get(name, []))}
         if "displacement" not in finger.channels and "joint" in kinds:
             proposal.doubts.append(
                 f"{kinds['joint'].name} is an angle; to make an indentation of it, give the lever: "
@@ -310,18 +360,35 @@ def _doubt(proposal: Proposal, fingers: Mapping[str, list[Guess]]) -> None:
             proposal.doubts.append(
                 f"{kinds['current'].name} is a current; as a poor force give its gain and noise: --set "
                 f'{where}.normal_force=\'{{ signal = "{kinds["current"].name}", gain = "2.5 '
-                "N/A\", noise = 0.3 }}'"
+                "N/A\", noise = 0.3 }'"
             )
         if finger.command is not None:
             _doubt_command(proposal, finger.command, where)
 
 
-def _doubt_command(proposal: Proposal, command: Draft, where: str) -> None:
-    needed = {"position": ("stiffness", "2 N/mm"), "current": ("gain", "0.4 A/N")}.get(command.keys["kind"])
-    if needed is not None:
+def _doubt_names(proposal: Proposal, database: Database, names: tuple[str, ...]) -> None:
+    """Say which names have no finger, and which fingers no name."""
+    left = [name for name in names if name not in proposal.fingers]
+    if left:
         proposal.doubts.append(
-            f"{command.signal} takes a {command.keys['kind']}, so nothing is commanded until you say the "
-            f"{needed[0]}: --set {where}.command.{needed[0]}='\"{needed[1]}\"'"
+            f"{', '.join(left)}: the hand has no further finger that this name could be of"
+        )
+    numbers = {one.finger for one in guesses(database, USUAL) if one.channel in CHANNELS}
+    numbers = {number for number in numbers if number.startswith("#")}
+    if 0 < len(names) < len(numbers):
+        proposal.doubts.append(
+            f"the hand has {len(numbers)} fingers and {len(names)} names: give --fingers a name for each, or "
+            "the others stay out"
+        )
+
+
+def _doubt_command(proposal: Proposal, command: Draft, where: str) -> None:
+    kind = command.keys.get("kind", "force")
+    needed = {"position": ("stiffness", "2 N/mm"), "current": ("gain", "0.4 A/N")}.get(kind)
+    if needed is not None and not is_complete(command):
+        proposal.doubts.append(
+            f"{command.signal} takes a {kind}, so nothing is commanded until you say the "
+            f"{needed[0]}: --set '{where}.command.{needed[0]}={needed[1]}'"
             + (f" and --set {where}.command.feedback=MESSAGE.SIGNAL" if needed[0] == "stiffness" else "")
         )
 
@@ -338,12 +405,6 @@ def _finger_table(finger: FingerDraft) -> dict[str, Any]:
     if finger.command is not None and is_complete(finger.command):
         found["command"] = _given(finger.command.keys)
     return found
-
-
-def is_complete(command: Draft) -> bool:
-    """Whether everything is known that a command of this kind needs."""
-    needed = {"position": ("stiffness", "feedback"), "current": ("gain",)}.get(command.keys["kind"], ())
-    return all(command.keys.get(key) for key in needed)
 
 
 def _given(keys: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,17 +7,26 @@ compression.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from vegrip.errors import ConfigError
 from vegrip.transport.mapped.database import Database
-from vegrip.transport.mapped.proposal import Draft, FingerDraft, Proposal
-from vegrip.transport.mapped.traffic_log import Array, Trace, rate_of
-from vegrip.transport.mapped.units import SI, conversion
+from vegrip.transport.mapped.drafts import (
+    Draft,
+    FingerDraft,
+    Setting,
+    factor,
+    is_of_unknown_unit,
+    say,
+)
+from vegrip.transport.mapped.guess import words_of
+from vegrip.transport.mapped.proposal import Proposal
+from vegrip.transport.mapped.traffic_log import Trace, rate_of
+from vegrip.transport.mapped.units import SI
+from vegrip.types import Floats
 
 Window = tuple[float, float]
 NAMES: Final = ("rest", "press", "shear", "twist")
@@ -26,6 +35,7 @@ ZEROED: Final = (*FORCES, "torque_z")
 CLEAR: Final = 8.0  # standard deviations at rest that a response must exceed
 HELD: Final = 1.2  # states per value from which a message counts as slower than the states
 QUIET: Final = 1.0  # [s] of the window that is searched for a rest
+CALM: Final = 1.5  # times the least change in a second: as quiet
 STIFFNESS: Final = (10.0, 1e6)  # [N/m] of a soft fingertip and what it touches
 LARGEST_FORCE: Final = 300.0  # [N] that a fingertip carries
 LARGEST_RATIO: Final = 2.5  # of tangential to normal force: no friction is larger for long
@@ -38,17 +48,28 @@ class Findings:
 
     learned: list[str] = field(default_factory=list)
     implausible: list[str] = field(default_factory=list)
+    open: list[str] = field(default_factory=list)  # what this traffic could not tell
 
 
 def learn(
-    proposal: Proposal, heard: Mapping[str, Trace], windows: Mapping[str, Window], database: Database
+    proposal: Proposal,
+    heard: Mapping[str, Trace],
+    windows: Mapping[str, Window],
+    database: Database,
+    settings: Sequence[Setting] = (),
 ) -> Findings:
-    """Put zeros, signs and noise into ``proposal``; return what was found."""
+    """Put zeros, signs and noise into ``proposal``, but for what ``settings`` say; return what was found."""
     findings = Findings()
     fingers = [_Finger(name, f, heard, windows, database, findings) for name, f in proposal.fingers.items()]
     for finger in fingers:
         finger.find_places()
+    if "rest" not in windows and fingers and fingers[0].rest is not None:
+        findings.learned.append(
+            f"rest is taken to be {fingers[0].rest[0]:.1f}..{fingers[0].rest[1]:.1f} s, the first quiet "
+            "second; --rest A..B says another"
+        )
     _inherit_places(proposal, findings)
+    say(proposal.fingers, settings)
     for finger in fingers:
         finger.learn()
     _inherit(proposal, findings)
@@ -112,8 +133,24 @@ class _Finger:
                 )
 
     def _draft(self, channel: str) -> Draft | None:
+        """The draft of a channel that is one signal, heard, and linear; a table or a threshold is not."""
         draft = self.finger.channels.get(channel)
-        return draft if draft is not None and draft.signal in self.heard else None
+        if draft is None or draft.signal not in self.heard:
+            return None
+        return None if "table" in draft.keys or "above" in draft.keys else draft
+
+    def _trace(self, draft: Draft) -> Trace:
+        """What came of the signal of a draft, with its scale and offset."""
+        trace, keys = self.heard[draft.signal], draft.keys
+        values = trace.raw if keys.get("raw") else trace.value
+        return Trace(
+            trace.t, values * float(keys.get("scale", 1.0)) + float(keys.get("offset", 0.0)), trace.raw
+        )
+
+    def _resolution(self, draft: Draft) -> float:
+        """The smallest step of the signal of a draft, with its scale."""
+        step = 1.0 if draft.keys.get("raw") else _step(self.database, draft.signal)
+        return step * abs(float(draft.keys.get("scale", 1.0)))
 
     def _response(self, signal: str, window: Window) -> float:
         """How far ``signal`` goes from its rest in ``window``, with its sign; 0 within its noise."""
@@ -130,40 +167,57 @@ class _Finger:
         )
         return peak if abs(peak) > CLEAR * max(float(np.std(still)), _step(self.database, signal)) else 0.0
 
-    def _candidates(self) -> dict[str, str]:
-        """All forces of this finger, mapped or not: signal -> unit."""
-        found = {d.signal: d.keys.get("unit", "") for c in FORCES if (d := self._draft(c)) is not None}
+    def _candidates(self) -> dict[str, Draft]:
+        """All forces of this finger, mapped or not, by their signals."""
+        found = {d.signal: d for c in FORCES if (d := self._draft(c)) is not None}
         for one in self.finger.others:
             if one.name in self.heard:
-                found[one.name] = self.database.messages[one.message].signals[one.signal].unit
+                unit = self.database.messages[one.message].signals[one.signal].unit
+                found[one.name] = Draft({"signal": one.name, "unit": unit})
         return found
+
+    def _strengths(self, candidates: Mapping[str, Draft], window: Window) -> dict[str, float]:
+        """How far each goes in ``window``: in newtons, or where a unit does not tell, in steps of noise."""
+        comparable = not any(is_of_unknown_unit("normal_force", draft) for draft in candidates.values())
+        return {
+            signal: abs(self._response(signal, window))
+            * (abs(factor("normal_force", draft)) if comparable else 1.0 / self._spread(signal))
+            for signal, draft in candidates.items()
+        }
+
+    def _spread(self, signal: str) -> float:
+        assert self.rest is not None  # noqa: S101 (looked at by find_places)
+        still = self.heard[signal].within(self.rest)
+        return max(float(np.std(still)) if len(still) else 0.0, _step(self.database, signal), 1e-12)
 
     def _find_normal(self, window: Window) -> None:
         candidates = self._candidates()
-        strength = {
-            s: abs(self._response(s, window)) * _scale("normal_force", unit) for s, unit in candidates.items()
-        }
+        strength = self._strengths(candidates, window)
         best = max(strength, key=lambda signal: strength[signal], default="")
         if not best or not strength[best]:
             return
-        present = self._draft("normal_force")
+        present = self.finger.channels.get("normal_force")
+        if present is not None and present.is_said("signal"):
+            best = present.signal if strength.get(present.signal) else ""
         now = present.signal if present is not None else ""
-        if best != now and strength[best] > UNEQUAL * strength.get(now, 0.0):
+        if best and best != now and strength[best] > UNEQUAL * strength.get(now, 0.0):
             self._swap("normal_force", best, "it answers to the press most")
+        if not best:
+            return
         normal = self.finger.channels["normal_force"]
         normal.notes["placed"] = "by the press"
         self.findings.learned.append(f"{self.name} presses on {normal.signal}")
 
     def _find_shear(self, window: Window) -> None:
         normal = self._draft("normal_force")
-        candidates = {s: u for s, u in self._candidates().items() if normal is None or s != normal.signal}
-        strength = {
-            s: abs(self._response(s, window)) * _scale("normal_force", unit) for s, unit in candidates.items()
-        }
+        candidates = {s: d for s, d in self._candidates().items() if normal is None or s != normal.signal}
+        strength = self._strengths(candidates, window)
         best = max(strength, key=lambda signal: strength[signal], default="")
         if not best or not strength[best]:
             return
-        present = self._draft("tangential_force_x")
+        present = self.finger.channels.get("tangential_force_x")
+        if present is not None and present.is_said("signal"):
+            best = present.signal
         now = present.signal if present is not None else ""
         if best != now and strength[best] > UNEQUAL * strength.get(now, 0.0):
             self._swap("tangential_force_x", best, "it answers to the shear most")
@@ -176,7 +230,7 @@ class _Finger:
         channels = self.finger.channels
         before = next((c for c in FORCES if c in channels and channels[c].signal == signal), None)
         replaced = channels.get(channel)
-        unit = self._candidates()[signal]
+        unit = self._candidates()[signal].keys.get("unit", "")
         channels[channel] = Draft({"signal": signal, "unit": unit}, {"signal": why})
         if before is not None and before != channel:
             del channels[before]
@@ -186,31 +240,44 @@ class _Finger:
 
     def _zero(self, channel: str) -> None:
         draft = self._draft(channel)
-        if draft is None or self.rest is None:
+        if draft is None or self.rest is None or draft.is_said("zero"):
             return
-        still = self.heard[draft.signal].within(self.rest)
+        still = self._trace(draft).within(self.rest)
         if not len(still):
             return
         mean, error = float(np.mean(still)), float(np.std(still)) / math.sqrt(len(still))
-        if abs(mean) > max(4.0 * error, 0.5 * _step(self.database, draft.signal)):
+        if abs(mean) > max(4.0 * error, 0.5 * self._resolution(draft)):
             draft.keys["zero"] = float(f"{mean:.6g}")
             draft.notes["zero"] = "the mean at rest"
 
     def _noise(self, channel: str) -> None:
         draft = self._draft(channel)
-        if draft is None or self.rest is None:
+        if draft is None or self.rest is None or draft.is_said("noise"):
             return
-        still = self.heard[draft.signal].within(self.rest)
+        still = self._trace(draft).within(self.rest)
         if len(still) < 10:
             return
         spread = float(np.std(np.diff(still))) / math.sqrt(2.0)  # of neighbours: a drift is no noise
-        least = _step(self.database, draft.signal) / math.sqrt(12.0)
-        factor = abs(_factor(channel, draft))
+        least = self._resolution(draft) / math.sqrt(12.0)
         times = self._states_per_value(draft.signal)
-        draft.keys["noise"] = float(f"{max(spread, least) * factor * math.sqrt(times):.3g}")
+        late = self._lateness(draft, spread) if times > 1.0 else 0.0
+        size = math.hypot(max(spread, least), late) * abs(factor(channel, draft)) * math.sqrt(times)
+        draft.keys["noise"] = float(f"{size:.3g}")
         draft.notes["noise"] = f"[{SI[channel]}] standard deviation at rest"
         if times > 1.0:
-            draft.notes["noise"] += f", times the root of the {times:.3g} states in which each value stands"
+            draft.notes["noise"] += (
+                f", and what a held value was late by, times the root of its {times:.3g} states"
+            )
+
+    def _lateness(self, draft: Draft, spread: float) -> float:
+        """Return the rms error of a value that stands until the next one comes, while the fingertip moves.
+
+        A value that changes by ``d`` until the next one is off by 0 to ``d``, evenly: ``d / sqrt(3)`` rms.
+        """
+        trace = self._trace(draft)
+        moved = np.diff(trace.within(self.windows.get("press") or (float(trace.t[0]), float(trace.t[-1]))))
+        changed = float(np.mean(moved**2)) - 2.0 * spread**2 if len(moved) else 0.0  # without the noise
+        return math.sqrt(max(changed, 0.0) / 3.0)
 
     def _states_per_value(self, signal: str) -> float:
         """Return in how many states a value of ``signal`` stands."""
@@ -244,9 +311,11 @@ class _Finger:
             self._turn(draft, response, why)
 
     def _turn(self, draft: Draft, response: float, why: str) -> None:
-        factor = draft.keys.get("sign", 1) * (1 if response > 0.0 else -1)
+        if draft.is_said("sign"):
+            return
+        turned = draft.keys.get("sign", 1) * (1 if response > 0.0 else -1)
         draft.keys.pop("sign", None)
-        if factor < 0:
+        if turned < 0:
             draft.keys["sign"] = -1
             draft.notes["sign"] = why
         draft.notes.setdefault("seen", why)
@@ -267,13 +336,13 @@ class _Finger:
         covariance = float(np.cov(force[pressing], at[pressing])[0, 1])
         return covariance / float(np.var(at[pressing])) if signed or covariance > 0.0 else 0.0
 
-    def _si(self, channel: str, draft: Draft) -> Array:
-        return (self.heard[draft.signal].value - float(draft.keys.get("zero", 0.0))) * _factor(channel, draft)
+    def _si(self, channel: str, draft: Draft) -> Floats:
+        return (self._trace(draft).value - float(draft.keys.get("zero", 0.0))) * factor(channel, draft)
 
     def _touch(self) -> None:
         """Indentation counts from the first touch: where the normal force leaves its noise."""
         displacement, normal = self._draft("displacement"), self._draft("normal_force")
-        if displacement is None or normal is None:
+        if displacement is None or normal is None or displacement.is_said("zero"):
             return
         force = self._si("normal_force", normal)
         t = self.heard[normal.signal].t
@@ -284,8 +353,9 @@ class _Finger:
         above = np.flatnonzero(inside & (force > level))
         before = np.flatnonzero(inside & (force < level))
         if not len(above) or not len(before) or before[0] > above[0]:
+            self._doubt_touch(displacement)
             return
-        trace = self.heard[displacement.signal]
+        trace = self._trace(displacement)
         end = (
             above[np.flatnonzero(force[above] > 0.5 * highest)[0]]
             if np.any(force[above] > 0.5 * highest)
@@ -294,17 +364,26 @@ class _Finger:
         rise = np.arange(above[0], end + 1)
         at = np.interp(t[rise], trace.t, trace.value)
         zero = _first_touch(force[rise], at)
-        if abs(zero) > 2.0 * _step(self.database, displacement.signal):
+        if abs(zero) > 2.0 * self._resolution(displacement):
             displacement.keys["zero"] = float(f"{zero:.6g}")
             displacement.notes["zero"] = (
                 "where the normal force begins: F^(2/3) of the first press, drawn on to zero"
             )
+
+    def _doubt_touch(self, displacement: Draft) -> None:
+        self.findings.open.append(
+            f"{self.name} was not pressed from the air, so where {displacement.signal} touches is not known: "
+            f"press it too, or say it: --set fingers.{self.name}.displacement.zero=VALUE "
+            f"[{displacement.keys.get('unit') or 'm'}]"
+        )
 
     def _check(self) -> None:
         normal, displacement = self._draft("normal_force"), self._draft("displacement")
         if normal is None:
             return
         force = self._si("normal_force", normal)
+        if is_of_unknown_unit("normal_force", normal):
+            return  # said elsewhere
         highest = float(np.percentile(force, 99.9))
         if highest > LARGEST_FORCE:
             self.findings.implausible.append(
@@ -312,7 +391,7 @@ class _Finger:
                 "carries; its unit "
                 f"is not {normal.keys.get('unit') or 'SI'}: --set fingers.{self.name}.normal_force.unit=mN"
             )
-        if displacement is not None and "sign" in displacement.notes | {"sign": ""}:
+        if displacement is not None and not is_of_unknown_unit("displacement", displacement):
             slope = self._slope(normal, displacement, signed=False)
             if slope and not STIFFNESS[0] <= slope <= STIFFNESS[1]:
                 self.findings.implausible.append(
@@ -323,11 +402,15 @@ class _Finger:
                 self.findings.learned.append(f"{self.name}: stiffness {slope:.3g} N/m")
         self._check_friction(force, self.heard[normal.signal].t)
 
-    def _check_friction(self, force: Array, t: Array) -> None:
-        pressed = force > 0.2 * float(np.max(force))
+    def _check_friction(self, force: Floats, t: Floats) -> None:
+        normal = self.finger.channels["normal_force"]
+        highest = float(np.max(force))
+        if highest < CLEAR * float(normal.keys.get("noise", 0.0)):
+            return  # it was not touched
+        pressed = force > 0.2 * highest
         for channel in FORCES[1:]:
             draft = self._draft(channel)
-            if draft is None or not np.any(pressed) or float(np.max(force)) <= 0.0:
+            if draft is None or is_of_unknown_unit(channel, draft) or highest <= 0.0:
                 continue
             shear = np.interp(t, self.heard[draft.signal].t, self._si(channel, draft))
             ratio = float(np.median(np.abs(shear[pressed]) / force[pressed]))
@@ -368,14 +451,14 @@ def _inherit_places(proposal: Proposal, findings: Findings) -> None:
         model = proposal.fingers[min(shown)]
         own = {d.signal: d for c, d in finger.channels.items() if c in FORCES}
         own |= {one.name: Draft({"signal": one.name}, {"signal": one.why}) for one in finger.others}
-        by_name = {signal.partition(".")[2]: signal for signal in own}
-        places = {
-            c: by_name.get(d.signal.partition(".")[2], "") for c, d in model.channels.items() if c in FORCES
-        }
+        by_name = {_own_name(signal): signal for signal in own}
+        places = {c: by_name.get(_own_name(d.signal), "") for c, d in model.channels.items() if c in FORCES}
         if not all(places.values()) or all(
             finger.channels.get(c, Draft({})).signal == s for c, s in places.items()
         ):
             continue
+        for channel in [c for c, d in finger.channels.items() if c in FORCES and d.signal in places.values()]:
+            del finger.channels[channel]
         for channel, signal in places.items():
             draft = own[signal]
             draft.keys.setdefault("unit", model.channels[channel].keys.get("unit", ""))
@@ -385,8 +468,16 @@ def _inherit_places(proposal: Proposal, findings: Findings) -> None:
         findings.learned.append(f"{name}: the forces are placed as at {min(shown)}")
 
 
+def _own_name(signal: str) -> tuple[str, ...]:
+    """Return the words of the name of a signal without the number of its finger."""
+    return tuple(word for word in words_of(signal.partition(".")[2]) if not word.isdecimal())
+
+
 def _quietest(finger: FingerDraft, heard: Mapping[str, Trace]) -> Window | None:
-    """Return the second in which the forces of a finger change the least, None without traffic."""
+    """Return the first second in which the forces of a finger hardly change, None without traffic.
+
+    A hold is as quiet as a rest; what is logged begins with a rest more often than with a hold.
+    """
     traces = [heard[d.signal] for d in finger.channels.values() if d.signal in heard]
     forces = [
         heard[d.signal] for c, d in finger.channels.items() if c in FORCES and d.signal in heard
@@ -398,18 +489,17 @@ def _quietest(finger: FingerDraft, heard: Mapping[str, Trace]) -> Window | None:
         return begin, end
     starts = np.linspace(begin, end - QUIET, 200)
     unrest = [sum(_unrest(trace, (s, s + QUIET)) for trace in forces) for s in starts]
-    best = float(starts[int(np.argmin(unrest))])
-    return best, best + QUIET
+    first = float(starts[int(np.argmax(np.array(unrest) <= CALM * min(unrest)))])
+    return first, first + QUIET
 
 
 def _unrest(trace: Trace, window: Window) -> float:
     values = trace.within(window)
     whole = float(np.ptp(trace.value)) or 1.0
-    away = abs(float(np.mean(values)) - float(np.median(trace.value))) if len(values) else 0.0
-    return (float(np.std(values)) + 0.1 * away) / whole if len(values) > 2 else math.inf
+    return float(np.std(values)) / whole if len(values) > 2 else math.inf
 
 
-def _first_touch(force: Array, at: Array) -> float:
+def _first_touch(force: Floats, at: Floats) -> float:
     """Return where the force of a Hertzian contact, ``F^(2/3) ~ at - zero``, comes to zero."""
     if len(force) < 5 or float(np.ptp(at)) == 0.0:
         return float(at[0])
@@ -422,16 +512,3 @@ def _step(database: Database, name: str) -> float:
     message, _, signal = name.partition(".")
     found = database.messages[message].signals[signal]
     return 0.0 if found.is_float else abs(found.scale)
-
-
-def _scale(channel: str, unit: str) -> float:
-    try:
-        return conversion(unit, SI[channel], channel)[0]
-    except ConfigError:
-        return 1.0
-
-
-def _factor(channel: str, draft: Draft) -> float:
-    """Return what one unit of the signal is in SI, with its sign."""
-    keys: Mapping[str, Any] = draft.keys
-    return float(keys.get("sign", 1)) * float(keys.get("scale", 1.0)) * _scale(channel, keys.get("unit", ""))

@@ -35,7 +35,7 @@ from vegrip.transport.mapped.checksums import ChecksumMap
 from vegrip.transport.mapped.units import SI
 
 CHANNELS: Final = tuple(SI)
-FORMATS: Final = ("json", "msgpack")
+FORMATS: Final = ("json", "msgpack", "protobuf")
 SILENCE: Final = ("holds", "opens", "unknown")
 COMMANDS: Final = ("force", "increment", "position", "current")
 
@@ -112,7 +112,9 @@ class CommandMap:
     sign: int = parameter(1, doc="-1: theirs is negative when it closes")
     scale: float = parameter(1.0, doc="the signal is scale * value + offset, in the unit")
     offset: float = parameter(0.0, doc="in the unit")
-    gain: str = parameter("", doc="kind current: current for a force, as '0.4 A/N'")
+    gain: str = parameter(
+        "", doc="what of the signal is for a force, as '0.4 A/N' or '4 %/N'; current needs it"
+    )
     stiffness: str = parameter("", doc="kind position: of finger and object, as '2 N/mm'")
     feedback: str = parameter("", doc="kind position: the signal of the present position")
     low: float = parameter(float("nan"), doc="smallest value to send, in the unit")
@@ -157,6 +159,7 @@ class MessageMap:
 
     counter: str = parameter("", doc="signal with a counter")
     modulus: int = parameter(0, low=0, high=1 << 32, doc="of the counter; 0: what its bits hold")
+    type: str = parameter("", doc="protobuf: full name of the message, as 'acme.HandState'")
     checksum: ChecksumMap = parameter(ChecksumMap(), doc="see the table of checksums in docs/connect.md")
 
 
@@ -166,6 +169,9 @@ class SendingMap:
 
     period: float = parameter(
         0.02, unit="s", low=0.001, high=1.0, doc="the last command is repeated so often"
+    )
+    poll: float = parameter(
+        0.005, unit="s", low=0.001, high=1.0, doc="CANopen: between two requests by SDO to a node"
     )
     silence: str = parameter("unknown", choices=SILENCE, doc="what the hand does when commands stop")
     opening: tuple[Any, ...] = parameter((), doc="frames sent once: { identifier = 0x40, data = '01 02' }")
@@ -242,7 +248,12 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
 
     """
     top = build(_Top, table, str(path))
-    if bool(top.database) == bool(top.format):
+    if top.format == "protobuf" and not top.database:
+        raise ConfigError(
+            f"{path}: format = 'protobuf' needs database = 'hand.desc', which protoc --include_imports "
+            "--descriptor_set_out=hand.desc hand.proto writes"
+        )
+    if top.format != "protobuf" and bool(top.database) == bool(top.format):
         raise ConfigError(f"{path}: give 'database' (CAN) or 'format' (a network), and only one of them")
     if not top.fingers:
         raise ConfigError(f"{path}: there is no [fingers.NAME]; a map needs one finger at least")
@@ -311,7 +322,7 @@ def _finger(table: Mapping[str, Any], where: str) -> FingerMap:
         _check_taxels(taxels, channels, where)
     if taxels is None and not {"normal_force", "displacement"} & channels.keys():
         raise ConfigError(
-            f"{where}: neither normal_force nor displacement is mapped; nothing can be told "
+            f"{where}: neither normal_force nor displacement is mapped; nothing can be estimated "
             "without one of them"
         )
     return FingerMap(channels, keys.trigger, keys.max_age, _rotation(keys, where), taxels, command)

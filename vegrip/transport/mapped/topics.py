@@ -1,21 +1,18 @@
-"""Messages of another shape on a network: JSON or msgpack, read by paths. Pure: no socket, no clock."""
+"""Messages of another shape on a network: JSON, msgpack or protobuf, by paths. Pure: no socket, no clock."""
 
-import json
 import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-import msgpack
-
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, ForceCommand, Message
-from vegrip.transport.codec.msgpack_codec import LIMITS
 from vegrip.transport.codec.sequence import Sequence
+from vegrip.transport.mapped.bodies import bodies_of
 from vegrip.transport.mapped.encoder import Law, law_of
-from vegrip.transport.mapped.paths import Step, getter, parse_path, put
+from vegrip.transport.mapped.paths import Step, parse_path
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.mapped.schema import CommandMap
 from vegrip.transport.mapped.states import FingerStates
@@ -23,7 +20,6 @@ from vegrip.transport.mapped.states import FingerStates
 LARGEST: Final = 65_536  # [bytes]
 MODULUS: Final = 1 << 32
 NEVER: Final = -(1 << 62)  # [ns]
-WIDER: Final = {**LIMITS, "max_array_len": 1024, "max_map_len": 1024}
 
 
 @dataclass(slots=True)
@@ -66,7 +62,7 @@ class TopicCodec:
     """A foreign hand on a network, read and written by paths.
 
     Nothing that comes raises: it is counted in ``rejected`` under ``unknown_topic``, ``size``, ``schema``
-    (not JSON, not msgpack, not a map or list), ``value`` (something that is no number where one belongs) or
+    (not a message of the format), ``value`` (something that is no number where one belongs) or
     ``counter``.
     """
 
@@ -79,12 +75,12 @@ class TopicCodec:
         self.clipped: Counter[str] = Counter()
         self.held = 0
         self._slots: list[float] = [math.nan] * len(plan.slots)
+        self._bodies = bodies_of(plan)
         names = list(plan.messages)
         groups = [names.index(slot.message) for slot in plan.slots]
         self._heard = [NEVER] * len(names)
         self._states = [FingerStates(finger, plan.slots, groups) for finger in plan.fingers]
         self._topics = {name: self._topic(name, number) for number, name in enumerate(names)}
-        self._json = plan.hand.format == "json"
         self._period = round(plan.hand.sending.period * NS)
         self._outgoing: dict[str, _Outgoing] = {}
         self._of: dict[str, tuple[_Outgoing, _Target]] = {}
@@ -104,7 +100,7 @@ class TopicCodec:
         if incoming is None:
             self.rejected["unknown_topic"] += 1
             return []
-        body, fault = self._body(payload)
+        body, fault = self._body(topic, payload)
         if fault:
             return self._refuse(fault, incoming)
         seq = None
@@ -155,14 +151,13 @@ class TopicCodec:
             packed += [message] if message is not None else []
         return packed
 
-    def _body(self, payload: bytes) -> tuple[Any, str]:
+    def _body(self, topic: str, payload: bytes) -> tuple[Any, str]:
         if len(payload) > LARGEST:
             return None, "size"
         try:
-            body = json.loads(payload) if self._json else msgpack.unpackb(payload, **WIDER)
-        except (ValueError, RecursionError, msgpack.UnpackException):
+            return self._bodies.load(topic, payload), ""
+        except ValueError:
             return None, "schema"
-        return (body, "") if isinstance(body, (dict, list)) else (None, "schema")
 
     def _number(self, value: Any) -> float:
         if value is None:
@@ -184,7 +179,8 @@ class TopicCodec:
         plan = self.plan
         where = f"{plan.hand.path} {name}"
         mine = [slot for slot in plan.slots if slot.message == name]
-        reads = [(s.number, getter(parse_path(s.signal, where)), s.scale, s.offset) for s in mine]
+        get = self._bodies.getter
+        reads = [(s.number, get(name, parse_path(s.signal, where), where), s.scale, s.offset) for s in mine]
         numbers = {slot.number for slot in mine}
         owners = [
             f.name for f in plan.fingers if any(numbers.intersection(c.slots) for c in f.channels.values())
@@ -193,7 +189,7 @@ class TopicCodec:
         topic = _Topic(number, reads, fingers, owners)
         spec = plan.protection.get(name)
         if spec is not None and spec.counter:
-            topic.counter = getter(parse_path(spec.counter, where))
+            topic.counter = get(name, parse_path(spec.counter, where), where)
             topic.sequence = Sequence(spec.modulus or MODULUS)
         return topic
 
@@ -213,9 +209,12 @@ class TopicCodec:
         target = _Target(finger, steps, law_of(command, command.unit, where), low, high)
         outgoing.targets.append(target)
         outgoing.constants += [(parse_path(name, where), value) for name, value in command.set.items()]
+        for each in (steps, *(constant for constant, _ in outgoing.constants)):
+            self._bodies.check(outgoing.topic, each, where)
         spec = self.plan.protection.get(topic.strip())
         if spec is not None and spec.counter:
             outgoing.counter = parse_path(spec.counter, where)
+            self._bodies.check(outgoing.topic, outgoing.counter, where)
         self._of[finger] = outgoing, target
 
     def _packed(self, outgoing: _Outgoing, now: int) -> tuple[str, bytes] | None:
@@ -224,16 +223,16 @@ class TopicCodec:
             value = self._value(target)
             if value is None:
                 return None
-            body = put(body, target.steps, value)
+            body = self._bodies.put(outgoing.topic, body, target.steps, value)
         for steps, constant in outgoing.constants:
-            body = put(body, steps, constant)
+            body = self._bodies.put(outgoing.topic, body, steps, constant)
         if outgoing.counter:
-            body = put(body, outgoing.counter, outgoing.count)
+            body = self._bodies.put(outgoing.topic, body, outgoing.counter, outgoing.count)
         for target in outgoing.targets:
             target.fresh, target.sent = False, self._force(target)
         outgoing.count += 1
         outgoing.last = now
-        return outgoing.topic, json.dumps(body).encode() if self._json else msgpack.packb(body)
+        return outgoing.topic, self._bodies.dump(body)
 
     def _force(self, target: _Target) -> float:
         if target.command is not None:

@@ -49,6 +49,16 @@ SPELLINGS: Final = {
     "Newtons": "N",
     "µm": "um",
     "cN": "cN",
+    "cnt": "count",
+    "cnts": "count",
+    "counts": "count",
+    "digit": "count",
+    "digits": "count",
+    "LSB": "count",
+    "lsb": "count",
+    "raw": "count",
+    "ticks": "count",
+    "tick": "count",
 }
 """How units are spelled -> what pint reads. ``Nm`` would be no unit and ``g`` a mass; where a force is
 wanted, grams are the weight of grams."""
@@ -69,6 +79,15 @@ def conversion(unit: str, wanted: str, what: str) -> tuple[float, float]:
         return to_si(SPELLINGS.get(unit.strip(), unit.strip()), wanted, what)
     except RecordingError as error:
         raise ConfigError(str(error)) from None
+
+
+def is_force(unit: str) -> bool:
+    """Whether ``unit`` is one of force; an empty one is newtons."""
+    try:
+        conversion(unit, "N", "unit")
+    except ConfigError:
+        return False
+    return True
 
 
 def quantity(text: str, what: str) -> tuple[float, str]:

@@ -18,7 +18,7 @@ from vegrip import c99
 from vegrip.c99 import MEMORY, REAL, host, translate
 from vegrip.estimator import compiled as estimator_text
 from vegrip.estimator.estimator import quantile
-from vegrip.estimator.initial_state import blank
+from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import layout_of
 from vegrip.grip import friction_belief
 from vegrip.grip.joint_confidence import each_confidence
@@ -78,7 +78,7 @@ def run_compiled(
     h = hand_memory(layout, hand, seed, PERIOD_S)
     set_control(h, layout, settings, quantile(each), quantile(grip.known_probability))
     g, q = learning_memory(settings, models[0], n)
-    tips = [blank(model, layout_of(model), settings.noise, settings.estimator) for model in models]
+    tips = [initial_memory(model, layout_of(model), settings.noise, settings.estimator) for model in models]
     tips += [tips[-1]] * (FINGERS - n)
     periods = round(duration / PERIOD_S)
     rows = np.zeros((round(duration / SAMPLING_S) + 2, layout.row))

@@ -16,7 +16,7 @@ from vegrip.model import ContactModel
 from vegrip.types import Floats
 from vegrip.validation.controllers.layout import FLAGS, SLOTS, TrialLayout
 from vegrip.virtual import Disturbance, HandSettings, profile
-from vegrip.virtual.disturbance import NO_BURDEN, total
+from vegrip.virtual.disturbance import burden_rows
 from vegrip.virtual.hand import CLEARANCE_M
 from vegrip.virtual.patch import even_grid
 from vegrip.virtual.sensor import Sensors
@@ -111,15 +111,7 @@ def burden_table(events: Sequence[Disturbance], step: float, duration: float) ->
 @lru_cache(maxsize=64)
 def _burdens(events: tuple[Disturbance, ...], step: float, duration: float) -> Floats:
     ticks = round(duration / step) + 2
-    rows = np.zeros((ticks, 6))
-    rows[:, 5] = 1.0
-    for tick in range(ticks):
-        acting = total(events, tick * step)
-        if acting is not NO_BURDEN:
-            rows[tick] = (
-                acting.force_x, acting.force_y, acting.torque, acting.mass, acting.turn, acting.friction
-            )  # fmt: skip
-    return rows
+    return burden_rows(events, np.arange(ticks, dtype=np.float64) * step)
 
 
 @lru_cache(maxsize=64)

@@ -26,7 +26,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--slips", type=int, help="instead: time to slip, over so many slips in each scenario"
     )
-    parser.add_argument("--branches", type=int, help="relaxation times told with --slips (default: all)")
+    parser.add_argument(
+        "--branches", type=int, help="number of relaxation times, with --slips (default: all)"
+    )
     parser.add_argument("--styles", type=int, help="instead: lives from outside, so many fingers per style")
     parser.add_argument("--worst", type=int, help="instead: search the worst of so many lives per style")
     options = parser.parse_args(arguments)

@@ -230,7 +230,7 @@ ACTS = (
     Act("messages of 1, 3 and 100 parts", _send_parts, "parts", 2.0, UNNOTICED),
     Act("stamps of 2^63 and 2^64 - 1", _send_wide_stamps, "value", 2.0, UNNOTICED),
     Act("one counter that is 2^31 ahead", _jump_in_sequence, "counter", 2.0, UNNOTICED),
-    Act("two hands in turn, 0.5 N apart", _speak_as_two, "two_senders", 2.0, "told; both are believed"),
+    Act("two hands in turn, 0.5 N apart", _speak_as_two, "two_senders", 2.0, "reported; both are believed"),
     Act("requests of three frames to the control socket", _ask_in_many_frames, "request", 2.0, UNNOTICED),
     Act("an empty message to the telemetry socket", _send_to_telemetry, "subscription", 2.0, UNNOTICED),
     Act("1500 connections to the control socket", _connect_without_end, "connections", 2.0, UNNOTICED),

@@ -27,7 +27,7 @@ class Specimen(Fingertips):
         self._g = tip.relaxing()
         for one in hidden:
             self._g = one.relaxation(self._g)
-        self._history = History([self._g], step, fine)
+        self.history = History([self._g], step, fine)
         self._changes = bool(_those(hidden, "warmed"))
         self._indented, self._stressed = _those(hidden, "indentation"), _those(hidden, "elastic")
         self._more, self._pulls = _those(hidden, "more"), _those(hidden, "pull")
@@ -40,7 +40,7 @@ class Specimen(Fingertips):
         """Make the material recovered and out of contact; what lasts is with the hidden effects."""
         super().reset()
         if self._changes:
-            self._history.reweigh([self._g])
+            self.history.reweigh([self._g])
         self.position = 0.0
         """Where the drive stands [m]."""
         self._pressed = 0.0
@@ -149,9 +149,9 @@ class Specimen(Fingertips):
         elastic = self._elastic(x) if pressed > 0.0 else float(self.before[0])
         more = self._added(x, elastic)
         self._x = x
-        largest = np.maximum(self._reference, pressed) if pressed > 0.0 else np.zeros(1)
+        largest = np.maximum(self.reference, pressed) if pressed > 0.0 else np.zeros(1)
         self._close(np.array([x]), np.array([pressed - more]))
-        self._pressed, self._reference = pressed, largest
+        self._pressed, self.reference = pressed, largest
         self.force = np.array([force])
         for one in self._hidden:
             one.remember(x, force, self.step)

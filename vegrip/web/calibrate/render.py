@@ -117,7 +117,7 @@ def _ended(told: Told) -> str:
     model = f"the paper's model with {added}" if added else "the paper's model"
     more = ""
     if told["next"] is not None:
-        more = f"<p>{escape(told['why'])}: a further {escape(told['next']['kind'])} would tell.</p>"
+        more = f"<p>{escape(told['why'])}: a further {escape(told['next']['kind'])} would show it.</p>"
     return (
         f'<section class="card"><h2>the model</h2><p class="huge">{ended["error"]:.2f} '
         f"<small>times the noise (1 is all that noise allows)</small></p><p>{escape(model)}: "
@@ -141,7 +141,7 @@ def _known(told: Told) -> str:
     misfit = f'<p class="warn">{escape(told["misfit"])}</p>' if told["misfit"] else ""
     return (
         '<section class="card"><h2>what is known</h2><div class="scroll"><table><tr><th></th>'
-        '<th class="num">value</th><th>unit</th><th class="num">std</th><th class="num">wanted</th><th></th>'
+        '<th class="num">value</th><th>unit</th><th class="num">std</th><th class="num">target</th><th></th>'
         f"<th></th></tr>{rows}</table></div>{misfit}</section>"
     )
 

@@ -167,7 +167,7 @@ class Controller:
         with self._lock:
             rung = self._standing()
             if not candidates.strip():
-                raise UsageError("name the effects to tell apart, e.g. adhesion,guide_friction")
+                raise UsageError("name the effects to distinguish, e.g. adhesion,guide_friction")
             file = self._path(f"next-{self.session.current}.toml")
             arguments = ["experiment", *self._with(rung.model), "--candidates", candidates]
             arguments += [*(["--duration", duration] if duration else []), "-o", file, "--force"]

@@ -323,7 +323,7 @@ def _experiment(rung: Rung, *, busy: bool) -> str:
     found = rung.experiment
     candidates = ",".join(_rivals(rung))
     form = (
-        '<form data-do="plan" class="inline"><label>tell apart <input name="candidates" id="candidates" '
+        '<form data-do="plan" class="inline"><label>distinguish <input name="candidates" id="candidates" '
         f'value="{escape(candidates)}" placeholder="adhesion,guide_friction" {_off(busy)}></label>'
         f'<label>in at most <input name="duration" id="duration" size="4" value="60" {_off(busy)}> s</label>'
         f"<button {_off(busy)}>find an experiment</button></form>"
@@ -394,14 +394,15 @@ def _candidate(one: Told, most: float, *, named: bool, buttons: bool, busy: bool
 
 def _undecided(told: Told) -> str:
     said = [
-        f"cannot be told apart by this recording: {', '.join(group)}" for group in told["indistinguishable"]
+        f"cannot be distinguished by this recording: {', '.join(group)}"
+        for group in told["indistinguishable"]
     ]
     if told["unexplained"]:
         said.append(
             f"what is left depends on {told['unexplained']['variable']} ({told['unexplained']['channel']})"
         )
     suggestions = (told["experiment"] or {}).get("suggestions", {})
-    said += [f"to tell {name}: {text}" for name, text in suggestions.items()]
+    said += [f"to distinguish {name}: {text}" for name, text in suggestions.items()]
     said += told["doubts"]
     return _list([one.replace("_", " ") for one in said]) if said else ""
 

@@ -84,7 +84,7 @@ class Session:
         """
         rung = self.rung
         if rung is None or rung.parent is None:
-            raise UsageError("there is nothing to undo: this is the model that the check began with")
+            raise UsageError("this is the model that the check began with; there is no step to undo")
         self.current = rung.parent
 
 

@@ -3,8 +3,8 @@
 from vegrip.messages import Condition, ModelHealth, Reason
 
 REASONS = {
-    Reason.HOLD: "holds: the wanted margin is met",
-    Reason.RAISE: "raises: the margin is below the wanted one",
+    Reason.HOLD: "holds: the margin is at its target",
+    Reason.RAISE: "raises: the margin is below its target",
     Reason.LOWER: "lowers: less force suffices",
     Reason.SLIP: "raises: slip is felt",
     Reason.FORECAST: "raises: the relaxing contact would slip soon",

@@ -141,4 +141,4 @@ def _unknown(told: Account) -> str:
             said.append(f"what is left depends on {found['unexplained']['variable']}")
         said += [f"{name} could not be seen: {reason}" for name, reason in found["out_of_sight"].items()]
         said += found["doubts"]
-    return listed(said) or "<p>Nothing that this recording could tell.</p>"
+    return listed(said) or "<p>Nothing that this recording could show.</p>"

@@ -14,6 +14,7 @@ Gauss and Hermite [AbramowitzStegun1964]_.
 
 import math
 
+from vegrip.estimator.kernels.covariance_root import WIDE
 from vegrip.estimator.kernels.generated import (
     CONSIDER0,
     CONSIDERED_MU,
@@ -24,7 +25,6 @@ from vegrip.estimator.kernels.generated import (
     REP_GAUGE_REL,
     Floats,
 )
-from vegrip.estimator.kernels.roots import WIDE
 
 NODES = (
     (0.0, 0.5333333333333333),
@@ -56,7 +56,8 @@ def onset_probability(m: Floats, u: float, unsure: float) -> float:
 
 def onset_spread(m: Floats) -> float:
     """Standard deviation of ``ln u*``: friction before this loading, scatter, error of N, a and k."""
-    friction_part = (math.sinh(WIDE * math.sqrt(m[CONSIDER0 + CONSIDERED_MU])) / WIDE) ** 2
+    friction_std = math.sinh(WIDE * math.sqrt(m[CONSIDER0 + CONSIDERED_MU])) / WIDE
+    friction_part = friction_std * friction_std
     rest = max(m[REP_GAUGE_REL] * m[REP_GAUGE_REL] - friction_part, 0.0)
     return math.sqrt(m[FRI_BASE_VAR] + m[FRI_SCATTER_VAR] + min(rest, 1e2))
 

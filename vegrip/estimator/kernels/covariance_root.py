@@ -35,7 +35,16 @@ def square_root(m: Floats, p: int) -> None:
                     m[L0 + i * N + j] = s / root
 
 
-def shifted(m: Floats, y: int, j: int, sign: float) -> None:
+def shift_along_root(m: Floats, y: int, j: int, sign: float) -> None:
     """Put the state ``y`` plus or minus column ``j`` of L into TRY."""
     for i in range(N):
         m[TRY0 + i] = m[y + i] + sign * WIDE * m[L0 + i * N + j]
+
+
+def bend_variance(difference: float) -> float:
+    """Variance that a bend adds, from the difference of the changes on both sides of a root.
+
+    ``(rise - fall)^2 (h^2 - 1) / (4 h^4)`` for steps of h standard deviations.
+    """
+    square = WIDE * WIDE
+    return difference * difference * (square - 1.0) / (4.0 * (square * square))

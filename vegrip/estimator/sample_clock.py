@@ -1,0 +1,125 @@
+"""The clock of an estimator: in which order its samples come, and how old the last one that counted is.
+
+Stamps are those of the sender. A stamp that does not advance is either a late sample, which still finds its
+place (:mod:`vegrip.estimator.rewind_buffer`), or refused; after some refusals in a row the sender's clock is
+taken to have started anew.
+"""
+
+import math
+from dataclasses import replace
+from enum import Enum
+
+from vegrip.clock import NS
+from vegrip.estimator.settings import EstimatorSettings
+from vegrip.messages import NAN, FingertipState
+from vegrip.types import NamedNumbers
+
+
+class Turn(Enum):
+    """When a sample comes, measured at the last one that was taken."""
+
+    NEXT = "after it"
+    BEHIND = "not after it: late, repeated, or by a clock that was set back"
+    RESUMED = "first after the memory was resumed, so that the time between is unknown"
+
+
+class SampleClock:
+    """Stamps, counts and ages of the samples of one estimator.
+
+    Args:
+        settings: of the estimator; ``recovery`` and ``longest_gap`` count here.
+
+    """
+
+    def __init__(self, settings: EstimatorSettings) -> None:
+        self._recovery = settings.recovery
+        self._unknown_gap = round(settings.longest_gap * NS) + 1  # [ns] after which the motion is unknown
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin before the first sample."""
+        self.taken: FingertipState | None = None
+        """The last sample that was taken."""
+        self.offered: FingertipState | None = None
+        """The last sample, taken or not."""
+        self.is_trusted = False
+        """Whether the last sample offered was taken."""
+        self.seq = 0
+        """Samples taken."""
+        self.refused = 0
+        """Samples refused because their stamp did not advance."""
+        self._informed = NAN  # [ns] stamp of the last sample that said something about the contact
+        self._refused_in_a_row = 0
+        self._is_resumed = False
+
+    def resume(self) -> None:
+        """Begin with a memory that was kept: when the next sample comes, an unknown time has passed."""
+        self.reset()
+        self._is_resumed = True
+
+    def turn(self, sample: FingertipState) -> Turn:
+        """Take note that ``sample`` is offered; return whether it is its turn."""
+        self.offered, self.is_trusted = sample, False
+        if self._is_resumed:
+            return Turn.RESUMED
+        if self.taken is not None and sample.stamp <= self.taken.stamp:
+            return Turn.BEHIND
+        self._refused_in_a_row = 0
+        return Turn.NEXT
+
+    def refuse(self) -> bool:
+        """Count the sample offered as refused; return whether the sender's clock has started anew."""
+        self.refused += 1
+        self._refused_in_a_row += 1
+        return self._refused_in_a_row >= self._recovery
+
+    def follow(self, sample: FingertipState) -> None:
+        """Go on by the clock of ``sample``, the next one.
+
+        The silence before it has an unknown length: it is taken as the time after which the motion counts as
+        unknown.
+        """
+        self._is_resumed, self._refused_in_a_row = False, 0
+        self.taken = replace(self.taken or sample, stamp=sample.stamp - self._unknown_gap)
+        self._informed = self.taken.stamp
+
+    def rewind(self, before: FingertipState | None, samples: int) -> None:
+        """Go back by ``samples`` to the sample ``before``."""
+        self.taken = before
+        self.seq -= samples
+
+    def since_last(self, sample: FingertipState) -> float:
+        """Return the time [s] from the last sample taken to ``sample``; -1 when that is the first."""
+        return -1.0 if self.taken is None else (sample.stamp - self.taken.stamp) / NS
+
+    def take(self, sample: FingertipState, *, informs: bool) -> None:
+        """Take note that ``sample`` was taken, and whether it ``informs``: says something of the contact."""
+        self.taken, self.is_trusted = sample, True
+        if informs:
+            self._informed = sample.stamp
+        self.seq += 1
+
+    def age(self, sample: FingertipState) -> float:
+        """Return how old [s] the last sample that informed is at ``sample``; inf when there was none."""
+        return (sample.stamp - self._informed) / NS if self._informed == self._informed else math.inf
+
+    def write_to(self, memory: NamedNumbers) -> None:
+        """Hand everything to the compiled finger step."""
+        taken, offered = self.taken, self.offered
+        is_informed = self._informed == self._informed
+        memory["SAMPLE_BEGUN"], memory["SAMPLE_STAMP"] = taken is not None, taken.stamp if taken else 0
+        memory["SAMPLE_IS_INFORMED"], memory["SAMPLE_INFORMED"] = (
+            is_informed,
+            self._informed if is_informed else 0,
+        )
+        memory["SAMPLE_SHOWN"], memory["SAMPLE_TRUSTED"] = offered.stamp if offered else 0, self.is_trusted
+        memory["SAMPLE_SEQ"], memory["SAMPLE_RESUMED"] = self.seq, self._is_resumed
+        memory["SAMPLE_REFUSED"], memory["SAMPLE_BACKWARDS"] = self.refused, self._refused_in_a_row
+        memory["SETUP_RECOVERY"], memory["SETUP_GAP"] = self._recovery, self._unknown_gap
+
+    def read_from(self, memory: NamedNumbers, last: FingertipState) -> None:
+        """Take back what the compiled finger step has made of the samples up to ``last``."""
+        self.taken = self.offered = last
+        self._informed = int(memory["SAMPLE_INFORMED"]) if memory["SAMPLE_IS_INFORMED"] else NAN
+        self.is_trusted, self.seq = bool(memory["SAMPLE_TRUSTED"]), int(memory["SAMPLE_SEQ"])
+        self._refused_in_a_row = int(memory["SAMPLE_BACKWARDS"])
