@@ -51,8 +51,8 @@ def refuse_unusable(recording: Recording, measured: Measured) -> None:
     span = float(np.quantile(force, 0.999) - np.quantile(force, 0.001))
     if span < 8.0 * measured.noise.normal_force:
         raise RecordingError(
-            f"in {recording.name} the normal force stays within its noise ({floor:.3g} N, "
-            f"+-{measured.noise.normal_force:.2g} N): a diagnosis needs contact"
+            f"{recording.name} is without contact: the normal force stays within its noise "
+            f"({floor:.3g} N, +-{measured.noise.normal_force:.2g} N)"
         )
 
 
