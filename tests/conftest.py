@@ -11,9 +11,14 @@ from hypothesis import HealthCheck, settings
 
 from vegrip.c99 import host
 
-# The same examples in every run, and no complaint about a slow machine.
+# The same examples in every run, and no complaint about a slow machine; VEGRIP_EXAMPLES=1000 draws others.
+EXAMPLES = os.environ.get("VEGRIP_EXAMPLES", "")
 settings.register_profile(
-    "vegrip", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+    "vegrip",
+    max_examples=int(EXAMPLES or 50),
+    derandomize=not EXAMPLES,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("vegrip")
 
