@@ -106,7 +106,9 @@ def _draw_friction(axes: Axes, course: Course) -> None:
         axes.plot(at, mean, color=COLOUR["vegrip"], linewidth=1.6, label="vegrip's estimate")
         axes.fill_between(at, mean - std, mean + std, color=BAND, linewidth=0.0, label="± 1 std", zorder=1)
     axes.set_title(
-        "the friction, which no controller knows, and what vegrip learns of it", loc="left", fontsize=10
+        "friction, which no controller knows beforehand, and what vegrip learns of it",
+        loc="left",
+        fontsize=10,
     )
     axes.set_ylabel("friction coefficient\n(thumb) [-]")
     axes.set_ylim(0.0, 1.25)

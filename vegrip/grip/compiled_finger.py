@@ -7,12 +7,13 @@ frame that is refused, a sender's clock that starts anew, parameters, silence) i
 """
 
 from dataclasses import dataclass
+from types import FunctionType
 from typing import Final
 
 import numpy as np
 
 from vegrip.estimator import ContactEstimator
-from vegrip.grip.compiled import FingerKernels, finger_module
+from vegrip.grip.compiled import FingerKernels, FingerKernelsC, finger_module
 from vegrip.grip.finger import RECENT_STATES, GraspFinger
 from vegrip.grip.layout import HISTORY_CHANNELS, FingerLayout
 from vegrip.grip.memory import FingerMemory
@@ -42,22 +43,26 @@ class Place:
     thumb: int
 
 
-def can_compile(finger: GraspFinger, settings: ControlSettings) -> bool:
-    """Return whether the compiled step does all that this finger is told to do.
+def why_not_compiled(finger: GraspFinger, settings: ControlSettings) -> str:
+    """Return what this finger is told to do that the compiled step does not; "" when it does everything.
 
-    It has the margin grip alone, shares between thumb and fingers but not by the places of the ``contacts``,
-    and takes friction as the finger's own estimator learns it: where friction is shared between the fingers
-    or probed (``friction.shared``, ``friction.probing``), and for any other policy or estimator, the objects
-    answer.
+    The step has the margin grip alone, shares between thumb and fingers but not by the places of the
+    ``contacts``, and takes friction as the finger's own estimator learns it: where friction is shared between
+    the fingers or probed (``friction.shared``, ``friction.probing``), and for any other policy or estimator,
+    the objects answer.
     """
     estimator = finger.estimator
-    return (
-        isinstance(estimator, ContactEstimator)
-        and isinstance(finger.controller.policy, MarginGrip)
-        and not settings.contacts
-        and not (settings.friction.shared or settings.friction.probing)
-        and estimator.settings.late <= MOST_LATE
-    )
+    if not isinstance(finger.controller.policy, MarginGrip):
+        return f"the policy is {settings.policy}"
+    if settings.contacts:
+        return "the places of the contacts are given"
+    if settings.friction.shared or settings.friction.probing:
+        return "friction is shared or probed"
+    if not isinstance(estimator, ContactEstimator):
+        return "the estimator is of another make"
+    if estimator.settings.late > MOST_LATE:
+        return f"the estimator goes back by more than {MOST_LATE} states"
+    return ""
 
 
 class CompiledFinger:
@@ -154,6 +159,13 @@ class CompiledFinger:
     def felt(self) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the present state."""
         return self._f.item(self._force_at), self._f.item(self._displacement_at)
+
+    @property
+    def runs_by(self) -> str:
+        """What runs the step: C, numba, or Python where nothing is compiled."""
+        if isinstance(self.module, FingerKernelsC):
+            return "C"
+        return "Python" if isinstance(self.module.finger_step, FunctionType) else "numba"
 
     @property
     def state_id(self) -> int:

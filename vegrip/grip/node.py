@@ -7,7 +7,7 @@ import numpy as np
 
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
 from vegrip.grip.compiled_batch import CompiledBatch, can_batch
-from vegrip.grip.compiled_finger import LEFT_ALONE, STATE_BYTES, CompiledFinger, Place, can_compile
+from vegrip.grip.compiled_finger import LEFT_ALONE, STATE_BYTES, CompiledFinger, Place, why_not_compiled
 from vegrip.grip.controller import GripController, need_of
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger
@@ -308,10 +308,27 @@ class GraspForce(NodeBase):
                 self._kernel_mode,
             )
             for name, finger in self.fingers.items()
-            if name in self._lines and not is_common and can_compile(finger, self.parameters)
+            if name in self._lines and not is_common and not why_not_compiled(finger, self.parameters)
         }
         self._batch = self._batch_of(list(self._compiled.values()))
         self._tell_needs()
+
+    @property
+    def path_taken(self) -> str:
+        """How states are answered: by the compiled step or by objects, and why, in a sentence."""
+        if self._compiled and len(self._compiled) == len(self.fingers):
+            compiled = next(iter(self._compiled.values()))
+            how = "all fingers at once" if self._batch is not None else "finger by finger"
+            return f"states are answered by the compiled step ({compiled.runs_by}), {how}"
+        if not self._lines:
+            return "states are answered by objects: this transport brings no CAN FD frames"
+        reasons = {why_not_compiled(finger, self.parameters) for finger in self.fingers.values()} - {""}
+        if self.controller is not None and self.controller.friction.active:
+            reasons.add("friction is shared or probed")
+        told = ", ".join(sorted(reasons)) or "a new model has been taken over"
+        return (
+            f"states are answered by objects ({len(self._compiled)} of {len(self.fingers)} compiled): {told}"
+        )
 
     def _batch_of(self, fingers: list[CompiledFinger]) -> CompiledBatch | None:
         """Return one step for all fingers, None unless every one has a compiled step that allows it."""

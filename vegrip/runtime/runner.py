@@ -85,6 +85,7 @@ class Runner:
         self._stop = False
         self._unfinished: deque[Iterator[Message]] = deque()  # answers of which the command has been sent
         self._more = False  # the last look at the bus may have left something there
+        self._owed: set[str] = set()  # fingers whose reports are among them
         self.running = False  # whether run() has begun
         self._pending = False  # to be activated as soon as nothing stands in the way
         self._remedies = FaultHints()
@@ -114,6 +115,12 @@ class Runner:
     def state(self) -> Lifecycle:
         """The lifecycle state of the node."""
         return self.managed.state
+
+    @property
+    def path_taken(self) -> str:
+        """Which way the states of fingers go through the loop, and why; "" for a node that answers none."""
+        node = self.managed.node
+        return node.path_taken if isinstance(node, AnswersFrames) else ""
 
     @property
     def due(self) -> int:
@@ -187,9 +194,15 @@ class Runner:
         """Wait for messages or the next tick, whichever comes first, and serve it."""
         wait = (self.due - self._clock.now()) / NS
         self._answer_all(self._gather(min(max(wait, 0.0), LONGEST_WAIT)))
-        while self._unfinished:
+        while self._unfinished and not (self._stop or self.managed.node.finished):
             self._answer_all(self._newcomers())
+            if self._clock.now() >= self.due:
+                self._serve_due()
             self._finish_one()
+        self._serve_due()
+
+    def _serve_due(self) -> None:
+        """Serve requests, the tick and the status, as far as they are due."""
         self.inbox.serve()
         if self._broken:
             self._tell_broken()
@@ -267,9 +280,17 @@ class Runner:
 
     def _put_off_reports(self, path: HotPath | BatchPath, finger: str) -> None:
         now = self._clock.now()
-        if self.statistics.pace.allows(finger, now):
-            node = path.node
-            self._unfinished.append(self.managed.answers(lambda: node.reports(finger, now), now))
+        if finger in self._owed or not self.statistics.pace.allows(finger, now):
+            return
+        node = path.node
+        self._owed.add(finger)
+        reports = self.managed.answers(lambda: node.reports(finger, now), now)
+        self._unfinished.append(self._until_delivered(finger, reports))
+
+    def _until_delivered(self, finger: str, reports: Iterator[Message]) -> Iterator[Message]:
+        """Yield the reports of ``finger``; where they end, they are owed no longer."""
+        yield from reports
+        self._owed.discard(finger)
 
     def _intercept(self, frame: Frame) -> bool:
         """Answer a frame on the short way; return whether that was done."""
@@ -289,9 +310,8 @@ class Runner:
         return done != LEFT_ALONE
 
     def _newcomers(self) -> Sequence[Message]:
-        """Return what has come while reports were sent, unless a tick or too much else is due."""
-        busy = len(self._unfinished) >= MOST_UNFINISHED or self._clock.now() >= self.due
-        return () if busy else self._endpoint.receive(0.0)
+        """Return what has come while reports were sent, unless too much waits to be sent."""
+        return () if len(self._unfinished) >= MOST_UNFINISHED else self._endpoint.receive(0.0)
 
     def _finish_one(self) -> None:
         """Send one message of what was to come after the commands."""
@@ -361,6 +381,8 @@ class Runner:
 
     def _settle(self) -> None:
         """Freeze what exists out of the garbage collector's sight, drop what came before, lay the grid."""
+        if self.path_taken:
+            self.managed.logger.info("%s", self.path_taken)
         gc.freeze()
         if sentence := self._priority.take():
             self.managed.logger.warning("%s", sentence)

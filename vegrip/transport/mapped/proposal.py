@@ -26,7 +26,7 @@ FEW_TAXELS: Final = 4
 """Forces of no known axis that make an array."""
 
 SLACK: Final = 3.0  # periods of the slowest message after which its values are missing
-ENABLE: Final = {"enable", "en", "enabled", "valid", "active", "on"}
+ENABLE: Final = {"enable", "en", "enabled", "valid", "active", "on", "run"}
 INCREMENT: Final = {"delta", "inc", "increment", "adj", "adjust", "adjustment", "d"}
 
 
