@@ -142,12 +142,12 @@ class Forecast(Elastic):
     def begin(self, pad: Pad, friction: float, load: Load) -> None:
         """Keep what is told; what was learned of the pads stays."""
         super().begin(pad, friction, load)
-        self._held, self._depth, self._part = -1.0, 0.0, 0.0
+        self._held, self._depth, self._force, self._part = -1.0, 0.0, 0.0, 0.0
 
     def feel(self, state: FingertipState, held: float) -> None:
         """Let the estimator take the sample, and see how much of the force will be left."""
         self.forecast.feel(state)
-        self._held, self._depth = max(held, 0.0), state.displacement
+        self._held, self._depth, self._force = max(held, 0.0), state.displacement, state.normal_force
         self._part = math.nan  # of the present force that counts; found when it is asked for
 
     def is_enough(self, depth: float, force: float) -> bool:
@@ -200,7 +200,7 @@ class ForecastAgain(Forecast):
             return False
         self._looked = self._held
         ahead = min(REACTION_S, max(self._load.duration - self._held, LOOK_S))
-        return self.forecast.force * self.part_left(ahead, self.knob) < self.need(self._depth)
+        return self._force * self.part_left(ahead, self.knob) < self.need(self._depth)
 
 
 RULES = {

@@ -35,7 +35,7 @@ def draw_fronts(fronts: Fronts, path: Path) -> None:
     again.set_title("may tighten again, material never met", fontsize=11)
     limit = max(axes.get_xlim()[1] for axes in (first, second, again))
     for axes in (first, second, again):
-        axes.set_xlim(0.95, limit)
+        axes.set_xlim(0.85, limit)
         axes.set_xlabel("mean force over the least possible [-]")
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)
@@ -69,7 +69,7 @@ def _draw_tightenings(axes: Axes, rules: Mapping[str, list[dict[str, Any]]]) -> 
             if point["slipped"]:
                 share = 100.0 * point["slipped"] / point["holds"]
                 axes.annotate(
-                    f"{share:.0f} % slip", (x, y), xytext=(5, 5), textcoords="offset points", fontsize=8
+                    f"{share:.0f} % slip", (x, y), xytext=(-14, -16), textcoords="offset points", fontsize=8
                 )
     _draw_known(axes, rules)
     axes.set_ylim(bottom=0.0)
