@@ -48,14 +48,15 @@ def can_compile(finger: GraspFinger, settings: ControlSettings) -> bool:
 
     It has the margin grip alone, shares between thumb and fingers but not by the places of the ``contacts``,
     and takes friction as the finger's own estimator learns it: where friction is shared between the fingers
-    or probed (``friction.shared``, ``friction.probing``), and for any other policy or estimator, the objects
-    answer.
+    or probed (``friction.shared``, ``friction.probing``), where the load is led (``grip.drive_lag``) or a
+    need gone back to (``grip.proven_time``), and for any other policy or estimator, the objects answer.
     """
     estimator = finger.estimator
     return (
         isinstance(estimator, ContactEstimator)
         and isinstance(finger.controller.policy, MarginGrip)
         and not settings.contacts
+        and settings.grip.drive_lag == settings.grip.proven_time == 0.0
         and not (settings.friction.shared or settings.friction.probing)
         and estimator.settings.late <= MOST_LATE
     )

@@ -8,7 +8,8 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 COLOURS = {
-    "vegrip": "#0b6e4f", "learning": "#b8336a", "ellipse": "#7fb69f", "constant": "#8a8a8a",
+    "vegrip": "#0b6e4f", "learning": "#b8336a", "known": "#222222",
+    "ellipse": "#7fb69f", "constant": "#8a8a8a",
     "cone": "#d1603d", "elastic": "#4a7bd0",
 }  # fmt: skip
 
