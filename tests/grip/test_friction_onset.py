@@ -61,6 +61,20 @@ def test_what_may_be_nothing_teaches_nothing(slips: list[float], relative: float
     assert feel(g, q, u, [0.0] * 50 + slips, relative) == LN_MU
 
 
+def test_where_slip_is_expected_one_sample_of_it_is_an_onset() -> None:
+    """A probe ends in slip, which is over at once because the force comes back."""
+    g, q = grasp()
+    q[PROBE_SHIFT] = 0.3
+    assert feel(g, q, 0.9, [0.0] * 50 + [1.0]) == pytest.approx(math.log(0.9), abs=0.03)
+    assert believed_variance(g, 0) < 0.2**2
+
+
+def test_one_sample_of_slip_far_below_what_is_believed_teaches_nothing_in_a_probe_either() -> None:
+    g, q = grasp()
+    q[PROBE_SHIFT] = 0.3
+    assert feel(g, q, 0.4, [0.0] * 50 + [1.0]) == LN_MU
+
+
 def test_a_channel_that_always_says_slip_teaches_at_most_once() -> None:
     g, q = grasp()
     once = feel(g, q, 0.5, [1.0] * 3)

@@ -268,17 +268,20 @@ class ContactEstimator:
             earliest_slip=earliest,
         )
 
-    def least_force(self, margin: float, confidence: float | None = None) -> float:
+    def least_force(
+        self, margin: float, confidence: float | None = None, load: tuple[float, float] | None = None
+    ) -> float:
         """Return the least normal force [N] with which the margin's lower bound stays at ``margin``.
 
-        For the load of the last sample, at ``confidence`` (one-sided; else ``settings.confidence``), now and
-        over ``settings.horizon`` of the hold in ``settings.hold``. NaN when the load or the contact is not
-        known, inf when no force suffices.
+        For the load of the last sample or the given one (tangential force [N], torque [N m]), at
+        ``confidence`` (one-sided; else ``settings.confidence``), now and over ``settings.horizon`` of the
+        hold in ``settings.hold``. NaN when the load or the contact is not known, inf when no force suffices.
         """
         if not self._is_valid():
             return NAN
         at = quantile(self.settings.confidence if confidence is None else confidence)
-        return float(self._module.least_force(self._memory.numbers, self._load, self._torque, margin, at))
+        tangential, torque = (self._load, self._torque) if load is None else load
+        return float(self._module.least_force(self._memory.numbers, tangential, torque, margin, at))
 
     @property
     def friction(self) -> tuple[float, float, float, float]:

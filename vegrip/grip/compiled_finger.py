@@ -58,6 +58,8 @@ def why_not_compiled(finger: GraspFinger, settings: ControlSettings) -> str:
         return "the places of the contacts are given"
     if settings.friction.shared or settings.friction.probing:
         return "friction is shared or probed"
+    if settings.grip.drive_lag or settings.grip.proven_time:
+        return "the load is led by the drives' lag, or a proven need gone back to"
     if not isinstance(estimator, ContactEstimator):
         return "the estimator is of another make"
     if estimator.settings.late > MOST_LATE:

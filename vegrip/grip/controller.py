@@ -138,6 +138,7 @@ class GripController:
         self._settings = settings
         for finger in self.fingers.values():
             finger.apply(settings)
+            self._lead(finger)
 
     def reset(self) -> None:
         """Forget contacts and commands; nothing is commanded before the next state of a finger."""
@@ -202,7 +203,13 @@ class GripController:
         )
         phase = self.names.index(name) / len(self.names)
         watchdog = InputWatchdog(settings.watchdog)
-        return GraspFinger(name, self._make_estimator(name), controller, watchdog, phase)
+        finger = GraspFinger(name, self._make_estimator(name), controller, watchdog, phase)
+        self._lead(finger)
+        return finger
+
+    def _lead(self, finger: GraspFinger) -> None:
+        noise = getattr(self._settings, "noise", SensorNoise())
+        finger.lead(self._settings.grip.drive_lag, noise.tangential_force, noise.torque_z)
 
     @property
     def wanted(self) -> Wanted:

@@ -31,10 +31,11 @@ class Estimator(Protocol):
     def reset_health(self) -> None:
         """Forget how well the model explained what was felt so far."""
 
-    def least_force(self, margin: float, confidence: float) -> float:
+    def least_force(self, margin: float, confidence: float, load: tuple[float, float] | None = None) -> float:
         """Return the least normal force [N] for the wanted margin over the horizon; NaN = unknown.
 
-        The margin is kept with the one-sided ``confidence``.
+        The margin is kept with the one-sided ``confidence``, under the last load or the given one, tangential
+        force [N] and torque [N m].
         """
 
     def reset(self) -> None:

@@ -11,6 +11,7 @@ from vegrip.estimator.learning import Learned
 from vegrip.grip.bumpless_transfer import BumplessTransfer
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger_controller import FingerController
+from vegrip.grip.load_lead import LEAD_SIZE, begin_lead, lead_load
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.safety.watchdog import InputWatchdog
 from vegrip.grip.settings import ControlSettings, apply_policy
@@ -33,6 +34,8 @@ Wanted = tuple[float, float]
 UNTRUSTED_DEMAND = Demand()
 """The demand of a finger whose input is not believed."""
 
+LONGEST_STEP_S = 0.1
+"""A longer pause between two states counts as so much."""
 RECENT_STATES = 2000
 """States kept for a successor: four seconds at 500 Hz, some relaxation times and mostly the first touch."""
 
@@ -73,6 +76,8 @@ class GraspFinger:
         self._reports = self._healths = self._learned_count = 0  # how often
         self._told: Condition | None = None  # the condition in the last ModelHealth
         self._phase = phase
+        self._lead: list[float] | None = None
+        self._led = 0  # [ns] stamp of the last state whose load was led
         self.past: deque[FingertipState] = deque(maxlen=RECENT_STATES)
         """What was believed of late, for an estimator that takes over."""
 
@@ -102,6 +107,14 @@ class GraspFinger:
             demand = self._hold_doubtful(demand) if self.watchdog.doubtful else demand
             self.controller.update(self.watchdog.condition, demand, now)
         return believed
+
+    def lead(self, lag: float, noise: float, torque_noise: float) -> None:
+        """Answer the load as it will be a ``lag`` [s] of the drive later; its noise in N and N m."""
+        if lag == 0.0:
+            self._lead = None
+            return
+        self._lead = self._lead or [0.0] * LEAD_SIZE
+        begin_lead(self._lead, lag, noise, torque_noise)
 
     def watch(self, now: int) -> None:
         """Look for silence; under a fault the controller rides it out by the clock."""
@@ -274,7 +287,7 @@ class GraspFinger:
             trusted = self.estimator.normal_force.valid
             return Demand(0.0, load, torque, in_contact=False, slipping=slipping, trusted=trusted)
         asked = self.controller.policy.uses_least_force and not self.watchdog.lost & LOAD_CHANNELS
-        least = self.estimator.least_force(*wanted) if asked else math.nan
+        least = self._least_force(state, wanted) if asked else math.nan
         return Demand(
             least_force=least,
             tangential_force=load,
@@ -284,6 +297,14 @@ class GraspFinger:
             slipping=slipping,
             trusted=not math.isnan(least),  # infinite: no force suffices, so the largest is best
         )
+
+    def _least_force(self, state: FingertipState, wanted: Wanted) -> float:
+        if self._lead is None:
+            return self.estimator.least_force(*wanted)
+        dt = min(max((state.stamp - self._led) / NS, 0.0), LONGEST_STEP_S)
+        self._led = state.stamp
+        x, y, torque = state.tangential_force_x, state.tangential_force_y, state.torque_z
+        return self.estimator.least_force(*wanted, lead_load(self._lead, 0, dt, x, y, torque))
 
 
 def _due(last: float, now: int, period: float) -> bool:

@@ -5,6 +5,8 @@ and steady) tells of creep long before. From ``ONSET_RUN_LENGTH`` samples of it 
 a measurement of ln mu, u being the friction coefficient at which the present load would slip. Once a run,
 and only
 
+* where two samples in a row say so; one, where the finger was being let go of and u is not below what was
+  to be expected;
 * where u is known well: a light touch tells nothing;
 * where the channel was quiet before, so that one that says slip all the time teaches at most once;
 * where u is not far below what the finger held a moment ago: friction does not fall so fast.
@@ -25,7 +27,7 @@ from vegrip.grip.friction_belief import (
     believed_variance,
     widen_belief,
 )
-from vegrip.grip.friction_probe import PROBE_CLIMB, PROBE_SIZE
+from vegrip.grip.friction_probe import PROBE_CLIMB, PROBE_SHIFT, PROBE_SIZE
 from vegrip.types import Numbers
 
 ONSET_NOISE = PROBE_SIZE  # std of ln mu from one onset to the next
@@ -38,7 +40,10 @@ ONSET_DOUBTED = ONSET_HELD + BELIEF_MOST  # how often the channel contradicted t
 ONSET_SILENT = ONSET_DOUBTED + BELIEF_MOST  # 1 while slip is not sensed
 ONSET_SIZE = ONSET_SILENT + BELIEF_MOST
 
-ONSET_RUN_LENGTH = 3.0
+ONSET_RUN_LENGTH = 2.0
+ONSET_PROBED_LENGTH = 1.0  # the same where the finger was being let go of: there slip is expected
+ONSET_PROBED = 0.05  # of ln mu by which it was let go
+ONSET_PROBED_BELOW = 1.5  # standard deviations below the mean down to which slip is expected
 ONSET_VAGUE = 0.1  # relative std of u beyond which nothing is learned
 ONSET_QUIET_TIME = 0.05  # [s] without slip before an onset
 ONSET_FAR = 0.6  # of what was held: friction does not fall below this within ONSET_FADING
@@ -94,10 +99,21 @@ def feel_onset(
         return
     q[ONSET_RUN + i] += 1.0
     q[ONSET_SUM + i] += math.log(u)
-    if q[ONSET_RUN + i] >= ONSET_RUN_LENGTH:
+    if q[ONSET_RUN + i] >= onset_length(g, q, i):
         mean = q[ONSET_SUM + i] / q[ONSET_RUN + i]
         q[ONSET_RUN + i] = -1.0
         take_onset(g, q, i, mean, relative)
+
+
+def onset_length(g: Numbers, q: Numbers, i: int) -> float:
+    """Return how many samples of slip in a row make an onset, at the mean ln u of this run.
+
+    A probe ends with the first sample, because the force comes back; one is enough where slip is expected.
+    """
+    spread = math.sqrt(believed_variance(g, i) + q[ONSET_NOISE] * q[ONSET_NOISE])
+    expected = g[BELIEF_MEAN + i] - ONSET_PROBED_BELOW * spread
+    probed = q[PROBE_SHIFT + i] > ONSET_PROBED and q[ONSET_SUM + i] > q[ONSET_RUN + i] * expected
+    return ONSET_PROBED_LENGTH if probed else ONSET_RUN_LENGTH
 
 
 def take_onset(g: Numbers, q: Numbers, i: int, ln_u: float, relative: float) -> None:

@@ -9,7 +9,8 @@ needs for the wanted probability of the grasp (``confidence.py``), and ``c`` the
 
    and no release at all within ``settle_time`` of the last rise: loads come in bursts. U is the median of
    the last ``usual_time`` (``usual.py``): a sensor that errs for less than half of it can neither let the
-   grip down nor keep it up.
+   grip down nor keep it up. A need that was usual before, within ``proven_time``, is gone back to without
+   that wait: U is the lower of the two.
 2. Felt slip lifts the envelope by ``slip_growth`` per second as long as it lasts, from wherever the command
    is: the model has just been proven wrong, so its answer is not the only one asked.
 3. A play of relative width ``dead_band`` (a backlash operator) between envelope and command: noise smaller
@@ -53,6 +54,13 @@ class GripSettings:
     usual_time: float = parameter(
         2.5, unit="s", low=0.0, high=60.0, doc="the need is not believed to have fallen for half of it"
     )
+    proven_time: float = parameter(
+        0.0, unit="s", low=0.0, high=3600.0,
+        doc="a need that was usual in the last so many seconds is gone back to at once; 0 = none is",
+    )  # fmt: skip
+    drive_lag: float = parameter(
+        0.0, unit="s", low=0.0, high=0.2, doc="of the force behind its command, by which the load is led",
+    )  # fmt: skip
     slip_growth: float = parameter(
         8.0, unit="1/s", low=0.0, high=100.0, doc="growth of grip while slip is felt"
     )
@@ -71,7 +79,7 @@ class MarginGrip:
         """Forget the past."""
         self._envelope = math.nan  # [N]
         self._quiet = 0.0  # [s] since the need last rose
-        self._usual = RunningMedian(self.settings.usual_time)
+        self._usual = RunningMedian(self.settings.usual_time, self.settings.proven_time)
 
     def wanted(self, held: float, demand: Demand, dt: float) -> tuple[float, Reason]:
         """Return the wanted normal force [N] and its reason; an untrusted demand holds."""

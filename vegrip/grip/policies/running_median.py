@@ -13,15 +13,17 @@ class RunningMedian:
 
     Args:
         window: [s]; 0 forgets at once.
+        proven_time: [s] within which the lowest median rises to the present one; 0 keeps none.
 
     """
 
-    def __init__(self, window: float) -> None:
+    def __init__(self, window: float, proven_time: float = 0.0) -> None:
         self._slot = window / WINDOW_SLOTS
         self._largest: list[float] = []  # of each slot, oldest first
         self._present = -math.inf  # largest of the slot that is being filled
         self._filled = 0.0  # [s]
         self._median = -math.inf
+        self._proven, self._proven_time = math.inf, proven_time
 
     def write_to(self, memory: NamedNumbers) -> None:
         """Put everything into a memory."""
@@ -41,7 +43,8 @@ class RunningMedian:
     def add(self, need: float, dt: float) -> float:
         """Take in a ``need`` [N] that lasted ``dt`` [s]; return the usual one [N].
 
-        Until half of the window has been seen, the largest need so far is the usual one.
+        Where a lower one was usual of late, that one. Until half of the window has been seen, the largest
+        need so far is the usual one.
         """
         if self._slot <= 0.0:
             return need
@@ -53,4 +56,15 @@ class RunningMedian:
             ordered = sorted(self._largest)
             half = WINDOW_SLOTS // 2
             self._median = ordered[len(ordered) // 2] if len(ordered) > half else ordered[-1]
-        return max(self._median, need) if len(self._largest) <= WINDOW_SLOTS // 2 else self._median
+            if len(ordered) > half:
+                self._prove(self._median)
+        if len(self._largest) <= WINDOW_SLOTS // 2:
+            return max(self._median, need)
+        return min(self._median, self._proven)
+
+    def _prove(self, usual: float) -> None:
+        """Keep the lowest median, and let it rise to the present one."""
+        if self._proven_time > 0.0:
+            part = min(self._slot / self._proven_time, 1.0)
+            rise = part * (usual - self._proven) if self._proven < usual else 0.0
+            self._proven = min(usual, self._proven + rise)

@@ -11,7 +11,8 @@ from vegrip.virtual import HandSettings
 KNOBS = {
     "hand": {
         "vegrip": 0.15,
-        "learning": 0.2,
+        "learning": 0.15,
+        "known": 0.1,
         "ellipse": 0.15,
         "constant": 4.0,
         "cone": 1.5,
@@ -19,7 +20,8 @@ KNOBS = {
     },
     "pinch": {
         "vegrip": 0.15,
-        "learning": 0.15,
+        "learning": 0.25,
+        "known": 0.1,
         "ellipse": 0.15,
         "constant": 8.0,
         "cone": 11.0,
@@ -28,9 +30,13 @@ KNOBS = {
 }
 """By grasp, the trade-off between force and risk as tuned.
 
-Wanted margin [-] of vegrip and of the ellipse: the default in both grasps. Force [N], safety [-] and friction
+Wanted margin [-] of vegrip, of learning, of one that knows the truth of friction and contact at every instant
+(the bound of what any of them can reach), and of the ellipse. Force [N], safety [-] and friction
 coefficient [-] set by hand of the others: tuned for each grasp.
 """
+
+BOUND = "known"
+"""What knows the truth; only the compiled trial has it (``run_compiled(known=True)``)."""
 
 LABEL = {"vegrip": "vegrip", "constant": "constant grip", "cone": "Coulomb cone"}
 """What those of the demonstration are called in tables and pictures."""
@@ -44,7 +50,7 @@ Their knobs: wanted margin [-], and how much of that friction the elastic surfac
 TOLD_SPREAD = 0.1
 """Std of ln mu with which vegrip takes what it is told; the fingertips alone scatter by 0.08."""
 
-NAMES = (*KNOBS["hand"], *INFORMED)
+NAMES = (*(name for name in KNOBS["hand"] if name != BOUND), *INFORMED)
 
 
 def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParameters:
@@ -56,7 +62,7 @@ def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParam
     if name in ("elastic", "elastic, told"):
         believed = knob * friction if name in INFORMED else knob
         return replace(base, policy="elastic", elastic=replace(base.elastic, friction=believed))
-    if name == "learning":
+    if name in ("learning", "known"):
         base = learning_parameters(base)
     if name == "ellipse":
         base = replace(base, estimator=replace(base.estimator, surface="ellipse"))
@@ -74,7 +80,9 @@ def learning_parameters(base: GraspParameters) -> GraspParameters:
     return replace(
         base,
         friction=replace(base.friction, shared=True, probing=True),
-        grip=replace(base.grip, release_time=0.3, settle_time=0.1),
+        grip=replace(
+            base.grip, release_time=0.3, settle_time=0.1, slip_growth=20.0, proven_time=20.0, drive_lag=0.01
+        ),
         estimator=replace(base.estimator, friction_drift=0.03),
     )
 

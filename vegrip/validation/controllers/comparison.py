@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vegrip.grip.policies.margin_grip import GripSettings
-from vegrip.validation.controllers.candidates import INFORMED, KNOBS, NAMES, make_node, parameters
+from vegrip.validation.controllers.candidates import BOUND, INFORMED, KNOBS, NAMES, make_node, parameters
 from vegrip.validation.controllers.closed_loop import Course, Loop
 from vegrip.validation.controllers.result import Result, result_of
 from vegrip.validation.controllers.scenario import GRASPS, Scenario
@@ -124,7 +124,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="these controllers alone")
     given = parser.parse_args(arguments)
     first = TUNING_SEED if given.sweep else 0
-    tuned = INFORMED if given.told else KNOBS[given.grasp]
+    tuned = INFORMED if given.told else {n: knob for n, knob in KNOBS[given.grasp].items() if n != BOUND}
     knobs = SWEEP if given.sweep else {name: (knob,) for name, knob in tuned.items()}
     trials = [
         Trial(name, seed, given.duration, knob, given.grasp, given.correlation)

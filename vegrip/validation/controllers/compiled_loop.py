@@ -43,7 +43,7 @@ FINGERS = 5  # that the compiled trial has room for
 PERIOD_S = 0.002
 SAMPLING_S = 0.01
 
-SHARED = ("friction_belief", "friction_probe", "friction_onset")  # of vegrip.grip
+SHARED = ("friction_belief", "friction_probe", "friction_onset", "load_lead")  # of vegrip.grip
 RunTrial = Callable[..., float]
 
 
@@ -67,8 +67,13 @@ def run_compiled(
     events: tuple[Disturbance, ...],
     settings: GraspParameters,
     duration: float,
+    *,
+    known: bool = False,
 ) -> CompiledRun:
-    """Run one trial to ``duration`` [s], or until the object is lost."""
+    """Run one trial to ``duration`` [s], or until the object is lost.
+
+    A margin grip that is ``known`` knows the truth of friction and contact instead of estimating it.
+    """
     n = len(hand.fingers)
     layout = TrialLayout(n, hand.rings, hand.spokes, len(hand.tip.rates))
     models = models_of(settings, hand.fingers, "grasp_force")
@@ -77,6 +82,7 @@ def run_compiled(
     each = each_confidence(grip.probability, n, grip.correlation)
     h = hand_memory(layout, hand, seed, PERIOD_S)
     set_control(h, layout, settings, quantile(each), quantile(grip.known_probability))
+    h[layout.places()["G_KNOWN"]] = float(known)
     g, q = learning_memory(settings, models[0], n)
     tips = [initial_memory(model, layout_of(model), settings.noise, settings.estimator) for model in models]
     tips += [tips[-1]] * (FINGERS - n)

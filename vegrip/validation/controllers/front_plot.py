@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from vegrip.plotting import save_figure
 
 COLOURS = {
-    "vegrip": "#0b6e4f", "learning": "#b8336a", "ellipse": "#7fb69f", "constant": "#8a8a8a",
+    "vegrip": "#0b6e4f", "learning": "#b8336a", "known": "#222222",
+    "ellipse": "#7fb69f", "constant": "#8a8a8a",
     "cone": "#d1603d", "elastic": "#4a7bd0",
 }  # fmt: skip
 

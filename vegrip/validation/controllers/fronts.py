@@ -11,7 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vegrip.validation.controllers.candidates import KNOBS, parameters
+from vegrip.validation.controllers.candidates import BOUND, KNOBS, parameters
 from vegrip.validation.controllers.compiled_loop import SAMPLING_S, CompiledRun, run_compiled
 from vegrip.validation.controllers.grip_quality import GripRecord, figures_of, record_of
 from vegrip.validation.controllers.scenario import Scenario
@@ -21,6 +21,7 @@ SWEEPS = {
     "hand": {
         "vegrip": (0.0, 0.05, 0.1, 0.15, 0.2, 0.3),
         "learning": (0.05, 0.1, 0.15, 0.2, 0.3),
+        "known": (0.05, 0.1, 0.15, 0.2),
         "constant": (2.0, 3.0, 4.0, 6.0),
         "cone": (0.5, 1.0, 1.5, 2.0),
         "elastic": (0.3, 0.35, 0.4, 0.45, 0.5, 0.6),
@@ -28,6 +29,7 @@ SWEEPS = {
     "pinch": {
         "vegrip": (0.0, 0.05, 0.1, 0.15, 0.2, 0.3),
         "learning": (0.05, 0.1, 0.15, 0.2, 0.3),
+        "known": (0.05, 0.1, 0.15, 0.2),
         "constant": (4.0, 6.0, 8.0, 11.0),
         "cone": (3.0, 5.0, 8.0, 11.0),
         "elastic": (0.3, 0.35, 0.4, 0.5, 0.6),
@@ -84,7 +86,9 @@ def run_quality_trial(trial: QualityTrial) -> CompiledRun:
         slip_delay=hand.sensor.slip_delay,
     )
     settings = replace(settings, friction=friction)
-    return run_compiled(hand, trial.seed, scenario.events, settings, trial.duration)
+    return run_compiled(
+        hand, trial.seed, scenario.events, settings, trial.duration, known=trial.name == BOUND
+    )
 
 
 def record_trial(trial: QualityTrial) -> GripRecord:

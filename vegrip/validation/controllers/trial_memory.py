@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 
 from vegrip.estimator.layout import friction_symbol
 from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief, expect_finger
-from vegrip.grip.friction_onset import ONSET_SIZE, begin_onsets
+from vegrip.grip.friction_onset import begin_onsets
 from vegrip.grip.friction_probe import begin_probing
+from vegrip.grip.load_lead import LEAD_SIZE, begin_lead
 from vegrip.grip.parameters import GraspParameters
 from vegrip.model import ContactModel
 from vegrip.types import Floats
@@ -90,7 +91,8 @@ def set_control(
         "POLICY": POLICIES[settings.policy], "MARGIN": grip.wanted_margin, "QUANTILE": at_quantile,
         "QUANTILE_KNOWN": known_quantile,
         "DEAD_BAND": grip.dead_band, "RELEASE_TIME": grip.release_time, "SETTLE_TIME": grip.settle_time,
-        "SLOT": grip.usual_time / SLOTS, "SLIP_GROWTH": grip.slip_growth, "MIN_FORCE": limits.min_force,
+        "SLOT": grip.usual_time / SLOTS, "PROVEN_TIME": grip.proven_time,
+        "SLIP_GROWTH": grip.slip_growth, "MIN_FORCE": limits.min_force,
         "MAX_FORCE": limits.max_force, "RAISE_RATE": limits.raise_rate, "LOWER_RATE": limits.lower_rate,
         "LIFETIME": limits.lifetime, "FAIL_FORCE": safe.force, "FAIL_HOLD": safe.hold_time,
         "FAIL_RAMP": safe.ramp_rate, "CONSTANT": settings.constant.force,
@@ -126,7 +128,7 @@ def noise_table(settings: HandSettings, seed: int, samples: int) -> Floats:
 
 def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int) -> tuple[Floats, Floats]:
     """Return the belief of the grasp before anything was felt, and the state of its probing."""
-    g, q = np.zeros(BELIEF_SIZE), np.zeros(ONSET_SIZE)
+    g, q = np.zeros(BELIEF_SIZE), np.zeros(LEAD_SIZE)
     mu = model.values[friction_symbol(model)]
     f = settings.friction
     begin_belief(g, fingers, settings.estimator.friction_drift, f.shock)
@@ -138,4 +140,6 @@ def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int
         f.quiet_change, f.pause, f.reach,
     )  # fmt: skip
     begin_onsets(q, f.onset_noise if f.onsets else math.inf, f.shock)
+    noise = settings.noise
+    begin_lead(q, settings.grip.drive_lag, noise.tangential_force, noise.torque_z)
     return g, q

@@ -105,7 +105,12 @@ class Scene:
     """A pinch of thumb and index (or a whole hand) that has closed and lifted its object."""
 
     def __init__(
-        self, grasp: str = "pinch", writer: FickleWriter | None = None, *, sender_time: bool = False
+        self,
+        grasp: str = "pinch",
+        writer: FickleWriter | None = None,
+        *,
+        sender_time: bool = False,
+        parameters: GraspParameters | None = None,
     ) -> None:
         self.sender_time = sender_time
         self.clock = SimulatedClock()
@@ -117,7 +122,7 @@ class Scene:
         self.fingers: Sequence[str] = self.settings.fingers
         self.loop = LoopSettings(tick_period=1.0 / STATE_RATE_HZ)
         self.course = Course()
-        self.grip = self.start_grip()
+        self.grip = self.start_grip(parameters)
         self.hand_node = Hand("virtual_hand", replace(Parameters(), hand=self.settings, disturbed=False))
         self.hand = self.simulation.add(self.hand_node, self.endpoint(), self.loop)
         self.recorder = Recorder(writer) if writer is not None else None

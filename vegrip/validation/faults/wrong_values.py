@@ -23,7 +23,7 @@ from itertools import cycle
 import numpy as np
 
 from vegrip.messages import Estimate, FingertipState
-from vegrip.validation.controllers.candidates import demo_parameters
+from vegrip.validation.controllers.candidates import KNOBS, demo_parameters, parameters
 from vegrip.validation.faults.testbed import SAMPLING, STATE_RATE_HZ, Falsify, Scene
 
 FAULT_BEGIN_S = 6.0  # [s] of the fault, unless it is drawn
@@ -77,8 +77,8 @@ class Run:
 class Reference:
     """The grasp without a fault: simulated once, as far as it is asked for."""
 
-    def __init__(self) -> None:
-        self._scene = Scene("pinch")
+    def __init__(self, *, learning: bool = False) -> None:
+        self._scene = scene_of(learning=learning)
         self._estimates: list[tuple[dict[str, Estimate], ...]] = []  # at every SAMPLING
 
     def run(self, end: float, look: float) -> Run:
@@ -105,9 +105,16 @@ class Verdict:
         return max(self.fallen, self.maximum, self.off, self.shrunk)
 
 
-def run(end: float, look: float, fault: Fault) -> Run:
+def scene_of(*, learning: bool = False) -> Scene:
+    """Return the grasp that all faults meet."""
+    if not learning:
+        return Scene("pinch")
+    return Scene("pinch", parameters=parameters("learning", KNOBS["pinch"]["learning"]))
+
+
+def run(end: float, look: float, fault: Fault, *, learning: bool = False) -> Run:
     """Hold the object until ``end`` [s] with the fault; note the estimates at ``look`` [s]."""
-    scene = Scene("pinch")
+    scene = scene_of(learning=learning)
     scene.hand_node.falsify = _falsifier(scene, fault)
     scene.run_until(look)
     known = _all_estimates(scene)
@@ -116,16 +123,16 @@ def run(end: float, look: float, fault: Fault) -> Run:
 
 
 @cache
-def reference() -> Reference:
+def reference(*, learning: bool = False) -> Reference:
     """Return the grasp without a fault."""
-    return Reference()
+    return Reference(learning=learning)
 
 
-def judge(fault: Fault) -> Verdict:
+def judge(fault: Fault, *, learning: bool = False) -> Verdict:
     """Run the grasp with the fault and compare it with the one without."""
     over = round((fault.begin + fault.duration) / SAMPLING) * SAMPLING
     end, look = over + WATCHED_AFTER_S, over + BACK
-    without, disturbed = reference().run(end, look), run(end, look, fault)
+    without, disturbed = reference(learning=learning).run(end, look), run(end, look, fault, learning=learning)
     n = min(len(without.command), len(disturbed.command))
     begun = round(fault.begin / SAMPLING)
     ratio = disturbed.command[begun:n] / np.maximum(without.command[begun:n], 1e-9)
@@ -210,6 +217,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--worst", type=int, help="look for the worst case in so many tries")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--learning", action="store_true", help="with friction learned together, and probed")
     parser.add_argument("--only", help="channel")
     parser.add_argument("--all", action="store_true", help="print every line")
     options = parser.parse_args(arguments)
@@ -218,7 +226,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     worst: dict[str, tuple[float, Fault]] = {}  # in each part of the law
     broken = count = 0
     for fault in _cases(options, worst):
-        verdict = judge(fault)
+        verdict = judge(fault, learning=options.learning)
         count += 1
         broken += verdict.worst > 1.0
         if verdict.worst > 1.0 or options.all:

@@ -8,6 +8,7 @@ from vegrip.estimator.kernels.report import utilisation
 from vegrip.estimator.kernels.update import update
 from vegrip.grip.friction_onset import feel_onset, may_probe
 from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
+from vegrip.grip.load_lead import LEAD_LAG, lead_load
 from vegrip.validation.controllers.kernels.generated import (
     CH_USED,
     CHANNEL0,
@@ -27,6 +28,7 @@ from vegrip.validation.controllers.kernels.generated import (
     G_FIRST_FORCE,
     G_FIRST_LOAD,
     G_INFORMED,
+    G_KNOWN,
     G_LEARNS,
     G_LIFETIME,
     G_LONGEST_GAP,
@@ -35,6 +37,8 @@ from vegrip.validation.controllers.kernels.generated import (
     G_MAX_FORCE,
     G_MIN_FORCE,
     G_POLICY,
+    G_PROVEN,
+    G_PROVEN_TIME,
     G_QUANTILE,
     G_QUANTILE_KNOWN,
     G_QUIET,
@@ -52,6 +56,10 @@ from vegrip.validation.controllers.kernels.generated import (
     G_SLOTS_USED,
     G_SORTED,
     G_TRANSFER,
+    H_FORCE,
+    H_K,
+    H_MU,
+    H_RADIUS,
     HAND_FINGERS,
     REP_CONTACT,
     REP_FORCE,
@@ -74,6 +82,7 @@ def reset_policy(h: Floats, i: int) -> None:
     h[G_QUIET + i] = 0.0
     h[G_SLOTS_USED + i] = h[G_SLOT_FILLED + i] = 0.0
     h[G_SLOT_PRESENT + i] = h[G_SLOT_MEDIAN + i] = -math.inf
+    h[G_PROVEN + i] = math.inf
 
 
 def usual_need(h: Floats, i: int, need: float, dt: float) -> float:
@@ -97,7 +106,20 @@ def usual_need(h: Floats, i: int, need: float, dt: float) -> float:
         h[G_SLOT_FILLED + i] = 0.0
         sort_needs(h, first, used)
         h[G_SLOT_MEDIAN + i] = h[G_SORTED + used // 2] if used > half else h[G_SORTED + used - 1]
-    return float(max(h[G_SLOT_MEDIAN + i], need) if used <= half else h[G_SLOT_MEDIAN + i])
+        if used > half:
+            prove_need(h, i)
+    if used <= half:
+        return float(max(h[G_SLOT_MEDIAN + i], need))
+    return float(min(h[G_SLOT_MEDIAN + i], h[G_PROVEN + i]))
+
+
+def prove_need(h: Floats, i: int) -> None:
+    """Keep the lowest need that was usual, and let it rise to the present one within PROVEN_TIME."""
+    usual = h[G_SLOT_MEDIAN + i]
+    if h[G_PROVEN_TIME] > 0.0:
+        proven = h[G_PROVEN + i]
+        rise = min(h[G_SLOT] / h[G_PROVEN_TIME], 1.0) * (usual - proven) if proven < usual else 0.0
+        h[G_PROVEN + i] = min(usual, proven + rise)
 
 
 def sort_needs(h: Floats, first: int, used: int) -> None:
@@ -150,6 +172,7 @@ def control_finger(
     learns = h[G_LEARNS] > 0.5
     if learns:
         take_belief(m, h, g, i)
+    ahead, turn = load_ahead(q, i, 0.0 if first else dt, x, y, torque)
     ln, variance = m[FRI_LN_MU], m[FRI_VAR]
     update(m, -1.0 if first else dt, force, displacement, math.nan, tangential, torque, believed)
     age = informed_age(m, h, i, dt)
@@ -168,7 +191,7 @@ def control_finger(
     else:
         least = math.nan
         if h[G_POLICY] == 0.0 and valid:
-            least = least_force(m, tangential, torque, margin, at)
+            least = needed_force(m, h, i, ahead, turn, margin, at)
         trusted = not math.isnan(least)
     if first:
         start = force if not math.isnan(force) else 0.0
@@ -185,6 +208,34 @@ def control_finger(
     command_finger(h, i, dt if not first else 0.0)
     if learns:
         learn_friction_of(m, h, g, q, i, 0.0 if first else dt, ln, variance, tangential, torque, slip, at)
+
+
+def load_ahead(q: Floats, i: int, dt: float, x: float, y: float, torque: float) -> tuple[float, float]:
+    """Return the load of finger ``i`` that counts: ahead by the drive's lag where that is told."""
+    if q[LEAD_LAG] > 0.0:
+        return lead_load(q, i, dt, x, y, torque)
+    return math.sqrt(x * x + y * y), torque
+
+
+def needed_force(
+    m: Floats, h: Floats, i: int, tangential: float, torque: float, margin: float, at: float
+) -> float:
+    """Return the least force [N] of finger ``i``, by its estimate or by the truth."""
+    if h[G_KNOWN] > 0.5:
+        return known_force(h, i, tangential, torque)
+    return float(least_force(m, tangential, torque, margin, at))
+
+
+def known_force(h: Floats, i: int, tangential: float, torque: float) -> float:
+    """Return the least force [N] of finger ``i`` that keeps the margin, by the truth."""
+    if not (h[H_FORCE + i] > 0.0 and h[H_RADIUS + i] > 0.0):
+        return 0.0 if tangential + torque == 0.0 else math.inf
+    mu = h[H_MU + i] * (1.0 - h[G_MARGIN])
+    return float(
+        least_normal_force(
+            tangential, abs(torque), mu, h[H_RADIUS + i], h[H_K + i], h[H_FORCE + i], 1.0 / 3.0, 0.0
+        )
+    )
 
 
 def learn_friction_of(

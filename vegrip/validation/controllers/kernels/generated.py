@@ -126,6 +126,8 @@ G_CONSTANT: int
 G_CONE: int
 G_LONGEST_GAP: int
 G_LEARNS: int
+G_KNOWN: int
+G_PROVEN_TIME: int
 G_COMMAND: int
 G_REQUIRED: int
 G_FAULTY: int
@@ -144,6 +146,7 @@ G_SLOTS_USED: int
 G_SLOT_FILLED: int
 G_SLOT_PRESENT: int
 G_SLOT_MEDIAN: int
+G_PROVEN: int
 G_ELASTIC: int
 G_SLOTS: int
 G_SORTED: int

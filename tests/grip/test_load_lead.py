@@ -1,0 +1,53 @@
+"""The load ahead: a ramp is foreseen by the drive's lag, a steady load is told without its noise."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vegrip.grip.load_lead import LEAD_SIZE, begin_lead, lead_load
+
+DT, NOISE, TORQUE_NOISE, LAG = 0.002, 0.01, 1e-4, 0.01
+
+
+def led(loads: list[tuple[float, float, float]], lag: float = LAG) -> list[tuple[float, float]]:
+    """Return what comes ahead of (x, y, torque) by sample."""
+    q = [0.0] * LEAD_SIZE
+    begin_lead(q, lag, NOISE, TORQUE_NOISE)
+    return [lead_load(q, 1, DT, *load) for load in loads]
+
+
+def test_a_ramp_is_told_as_it_will_be_a_lag_later() -> None:
+    slope = 20.0
+    loads = [(0.0, slope * k * DT, 0.0) for k in range(100)]
+    now = loads[-1][1]
+    assert led(loads)[-1][0] - now == pytest.approx(slope * LAG, rel=0.15)
+
+
+def test_a_ramp_of_torque_is_led_with_the_same_sign() -> None:
+    loads = [(0.0, 0.0, -0.4 * k * DT) for k in range(100)]
+    assert led(loads)[-1][1] > abs(loads[-1][2])
+
+
+def test_a_falling_load_is_led_downwards() -> None:
+    loads = [(5.0 - 10.0 * k * DT, 0.0, 0.0) for k in range(100)]
+    assert led(loads)[-1][0] < loads[-1][0]
+
+
+def test_the_noise_of_a_steady_load_is_less_than_half_of_what_is_felt() -> None:
+    rng = np.random.default_rng(4)
+    loads = [(1.0 + NOISE * rng.standard_normal(), 0.0, 0.0) for _ in range(5000)]
+    ahead = [force for force, _ in led(loads)][100:]
+    assert np.std(ahead) < 0.75 * NOISE
+    assert np.mean(ahead) == pytest.approx(1.0, abs=0.002)
+
+
+def test_an_unknown_load_stays_unknown_and_the_next_one_begins_anew() -> None:
+    ahead = led([(1.0, 0.0, 0.0)] * 50 + [(math.nan, 0.0, 0.0), (3.0, 4.0, 0.01)])
+    assert math.isnan(ahead[-2][0])
+    assert ahead[-1] == pytest.approx((5.0, 0.01))
+
+
+def test_a_torque_that_is_not_measured_leaves_the_force() -> None:
+    ahead = led([(1.0, 0.0, math.nan)] * 3)
+    assert ahead[-1] == pytest.approx((1.0, 0.0))

@@ -1,0 +1,79 @@
+"""The load that the drive has to answer: what is felt, without its noise, and ahead by the drive's lag.
+
+A force that is commanded now is there a lag later, so the load that counts is that of then. Each component of
+the load (tangential force x and y, torque) passes two exponential filters; their difference tells its rate of
+change::
+
+    rate = (fast - slow) / (slow_time - fast_time),     ahead = fast + (fast_time + lag) rate .
+
+Of the difference, ``LEAD_GATE`` standard deviations of its noise do not count: a steady load has no lead.
+
+Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, behind its sections and those
+of :mod:`~vegrip.grip.friction_onset`; the same text is compiled.
+"""
+
+import math
+
+from vegrip.grip.friction_belief import BELIEF_MOST
+from vegrip.grip.friction_onset import ONSET_SIZE
+from vegrip.types import Numbers
+
+LEAD_LAG = ONSET_SIZE  # [s] of the drive; 0 = the load as it is felt
+LEAD_NOISE = ONSET_SIZE + 1  # [N] std of a tangential force
+LEAD_TORQUE_NOISE = ONSET_SIZE + 2  # [N m]
+LEAD_BEGUN = ONSET_SIZE + 3
+LEAD_AHEAD = LEAD_BEGUN + BELIEF_MOST  # x, y [N] and torque [N m] of finger i from 3 i on
+LEAD_FAST = LEAD_AHEAD + 3 * BELIEF_MOST
+LEAD_SLOW = LEAD_FAST + 3 * BELIEF_MOST
+LEAD_SIZE = LEAD_SLOW + 3 * BELIEF_MOST
+
+LEAD_FAST_TIME = 0.003  # [s]
+LEAD_SLOW_TIME = 0.012  # [s]
+LEAD_GATE = 2.0  # standard deviations
+
+
+def begin_lead(q: Numbers, lag: float, noise: float, torque_noise: float) -> None:
+    """Set the drive's lag [s] and the noise of the load [N], [N m]; nothing is felt yet."""
+    q[LEAD_LAG], q[LEAD_NOISE], q[LEAD_TORQUE_NOISE] = lag, noise, torque_noise
+    for i in range(BELIEF_MOST):
+        q[LEAD_BEGUN + i] = 0.0
+
+
+def lead_load(q: Numbers, i: int, dt: float, x: float, y: float, torque: float) -> tuple[float, float]:
+    """Take in one sample of the load of finger ``i``; return tangential force [N] and torque [N m] ahead.
+
+    A load that is not known leads nowhere: it is returned as it is, and the next one begins anew.
+    """
+    turn = 0.0 if math.isnan(torque) else torque
+    if not abs(x) + abs(y) + abs(turn) < math.inf:
+        q[LEAD_BEGUN + i] = 0.0
+        return math.sqrt(x * x + y * y), abs(torque)
+    begun = q[LEAD_BEGUN + i] > 0.5
+    q[LEAD_BEGUN + i] = 1.0
+    lead_component(q, 3 * i, dt, x, q[LEAD_NOISE], begun)
+    lead_component(q, 3 * i + 1, dt, y, q[LEAD_NOISE], begun)
+    lead_component(q, 3 * i + 2, dt, turn, q[LEAD_TORQUE_NOISE], begun)
+    at = LEAD_AHEAD + 3 * i
+    return math.sqrt(q[at] * q[at] + q[at + 1] * q[at + 1]), abs(q[at + 2])
+
+
+def lead_component(q: Numbers, at: int, dt: float, value: float, noise: float, begun: bool) -> None:
+    """Follow one component of the load, whose noise has the std ``noise``."""
+    if not begun:
+        q[LEAD_FAST + at] = q[LEAD_SLOW + at] = q[LEAD_AHEAD + at] = value
+        return
+    keep, hold = math.exp(-dt / LEAD_FAST_TIME), math.exp(-dt / LEAD_SLOW_TIME)
+    q[LEAD_FAST + at] = value + keep * (q[LEAD_FAST + at] - value)
+    q[LEAD_SLOW + at] = value + hold * (q[LEAD_SLOW + at] - value)
+    off = q[LEAD_FAST + at] - q[LEAD_SLOW + at]
+    gate = LEAD_GATE * noise * math.sqrt(lead_variance(keep, hold))
+    beyond = math.copysign(max(abs(off) - gate, 0.0), off)
+    rate = beyond / (LEAD_SLOW_TIME - LEAD_FAST_TIME)
+    q[LEAD_AHEAD + at] = q[LEAD_FAST + at] + (LEAD_FAST_TIME + q[LEAD_LAG]) * rate
+
+
+def lead_variance(keep: float, hold: float) -> float:
+    """Return the variance of fast minus slow for white noise of variance 1, from what each keeps a step."""
+    fast, slow = (1.0 - keep) / (1.0 + keep), (1.0 - hold) / (1.0 + hold)
+    both = (1.0 - keep) * (1.0 - hold) / (1.0 - keep * hold) if keep * hold < 1.0 else 0.0
+    return max(fast + slow - 2.0 * both, 0.0)
