@@ -51,27 +51,25 @@ def why_not_compiled(finger: GraspFinger, settings: ControlSettings) -> str:
     the fingers or probed (``friction.shared``, ``friction.probing``), and for any other policy or estimator,
     the objects answer.
     """
-    estimator = finger.estimator
-    if not isinstance(finger.controller.policy, MarginGrip):
-        return f"the policy is {settings.policy}"
-    if settings.contacts:
-        return "the places of the contacts are given"
-    if settings.friction.shared or settings.friction.probing:
-        return "friction is shared or probed"
-    if settings.grip.drive_lag or settings.grip.proven_time:
-        return "the load is led by the drives' lag, or a proven need gone back to"
-    if not isinstance(estimator, ContactEstimator):
-        return "the estimator is of another make"
-    if estimator.settings.late > MOST_LATE:
-        return f"the estimator goes back by more than {MOST_LATE} states"
-    return ""
+    estimator, friction, grip = finger.estimator, settings.friction, settings.grip
+    reasons = {
+        f"the policy is {settings.policy}": not isinstance(finger.controller.policy, MarginGrip),
+        "the places of the contacts are given": bool(settings.contacts),
+        "friction is shared or probed": friction.shared or friction.probing,
+        "the load is led by the lag of the drives": grip.drive_lag > 0.0,
+        "the grip goes back to a proven need": grip.proven_time > 0.0,
+        "the estimator is of another make": not isinstance(estimator, ContactEstimator),
+        f"the estimator goes back by more than {MOST_LATE} states": isinstance(estimator, ContactEstimator)
+        and estimator.settings.late > MOST_LATE,
+    }
+    return next((reason for reason, holds in reasons.items() if holds), "")
 
 
 class CompiledFinger:
     """One finger and its memory.
 
     Args:
-        finger: the objects; :func:`can_compile` must be true of them.
+        finger: the objects; :func:`why_not_compiled` has nothing against them.
         line: of its frames.
         place: in the grasp.
         needs: what every finger of the grasp needs [N], NaN without a command; shared by all.
