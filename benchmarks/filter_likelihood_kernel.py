@@ -2,8 +2,6 @@
 
 import math
 
-from vegrip.estimator.kernels.begin import begin
-from vegrip.estimator.kernels.gain import correct
 from vegrip.estimator.kernels.generated import (
     MODE_CORNER,
     MODE_ZERO_KNOWN,
@@ -13,10 +11,12 @@ from vegrip.estimator.kernels.generated import (
     Y0,
     Floats,
 )
+from vegrip.estimator.kernels.initialisation import begin_filter
 from vegrip.estimator.kernels.measure import expect_force
 from vegrip.estimator.kernels.motion import follow_motion, predict_motion
 from vegrip.estimator.kernels.predict import follow_extremes, predict
-from vegrip.estimator.kernels.state import bound, contact
+from vegrip.estimator.kernels.scalar_update import apply_measurement
+from vegrip.estimator.kernels.state import bound_state, contact
 from vegrip.estimator.kernels.update import note_regime
 
 
@@ -32,17 +32,17 @@ def likelihood(m: Floats, blank: Floats, t: Floats, first: Floats, y: Floats, ou
         if first[i] > 0.5:
             for j in range(m.shape[0]):
                 m[j] = blank[j]
-            begin(m, y[i, 1], y[i, 0])
+            begin_filter(m, y[i, 1], y[i, 0])
         else:
             dt = t[i] - t[i - 1]
         predict_motion(m, dt)
         note_regime(m, dt)
         m[MODE_CORNER] = y[i, 0] - m[MOTION_POSITION]
         predict(m, dt, y[i, 0])
-        bound(m)
+        bound_state(m)
         innovation, S = expect_force(m, y[i, 1])
         out[1] -= 0.5 * (min(innovation * innovation / S, 100.0) + math.log(S))
-        correct(m, 1, innovation, S)
+        apply_measurement(m, 1, innovation, S)
         follow_motion(m, y[i, 0], dt)
         follow_extremes(m, dt, True)
         force = contact(m, Y0)[2]

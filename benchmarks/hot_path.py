@@ -8,20 +8,33 @@ All on the same recorded frames of a closed loop, in processor time, so that a b
 * ``loop_vs_finger_step``: a turn of the loop of the node, five states at a wake-up, without reports, against
   the step; the ratio is the share of the step;
 * ``c_vs_numba``: the step by C against the step by numba; every byte and number they make is compared first.
+
+And as cores, on the wall clock, so that what else the machine does counts (with ``load``, the programs that
+wanted a core meanwhile):
+
+* ``demo_cores``: all programs of ``vegrip demo --grasp hand``, together and each;
+* ``twenty_fingers_core``: a node that answers twenty fingers at 1 kHz over the batch link.
 """
 
 import contextlib
 import itertools
+import json
+import os
 import socket
 import struct
+import subprocess
+import sys
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 
 import can
 import numpy as np
+from vegrip.benchmarks._twenty_fingers import measure
 
 from vegrip.c99 import host
 from vegrip.clock import WallClock
@@ -42,7 +55,15 @@ SECONDS = 3.0
 TURNS = 400
 BATCHES = 5
 WITH_NUMBA = True
-SMALLEST = {"SECONDS": 0.5, "TURNS": 5, "BATCHES": 1, "WITH_NUMBA": False}
+DEMO_SECONDS, TWENTY_SECONDS = 10.0, 5.0
+SMALLEST = {
+    "SECONDS": 0.5,
+    "TURNS": 5,
+    "BATCHES": 1,
+    "WITH_NUMBA": False,
+    "DEMO_SECONDS": 3.0,
+    "TWENTY_SECONDS": 0.5,
+}
 
 CONFIDENCE = 0.97
 NEVER = (1e6, 1e6)  # [s] between reports
@@ -66,7 +87,33 @@ def run() -> dict[str, Timed]:
     if WITH_NUMBA and host.compiler() is not None:
         require_equal(log)
         results["c_vs_numba"] = row(step, finger_step(log, "numba"))
+    results["demo_cores"] = demo_cores()
+    results["twenty_fingers_core"] = measure(TWENTY_SECONDS) | {"load": os.getloadavg()[0]}
     return results
+
+
+def demo_cores() -> Timed:
+    """Return what the demonstration took of the processor, and how late its commands were [us]."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [
+            sys.executable,
+            "-m",
+            "vegrip",
+            "demo",
+            "--grasp",
+            "hand",
+            "--headless",
+            "--json",
+            "--no-plot",
+        ]
+        command += ["--duration", str(DEMO_SECONDS), "-o", str(Path(folder) / "demo")]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise AssertionError(f"vegrip demo: {done.stderr.strip().splitlines()[-1]}")
+    told = json.loads(done.stdout)
+    late = {"p50_us": told["latency_us"]["p50"], "p99_us": told["latency_us"]["p99"]}
+    misses = {"deadline_misses": float(told["deadline_misses"]), "load": os.getloadavg()[0]}
+    return {"cores": sum(told["cores"].values()), **told["cores"], **late, **misses}
 
 
 def row(ours: float, theirs: float) -> Timed:

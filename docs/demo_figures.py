@@ -1,7 +1,7 @@
 """Draw the pictures of the demonstration: ``python docs/demo_figures.py`` writes into ``docs/images/``.
 
 The screen is that of a real run (30 s) on this machine. The curves are of the same scenario in simulated
-time, for all three controllers, so they are the same on every machine.
+time, for all controllers, so they are the same on every machine.
 """
 
 import shutil
@@ -13,12 +13,13 @@ from pathlib import Path
 
 from rich.console import Console
 
-from vegrip.demo.command import run_other_controllers
+from vegrip.demo.others import run_other_controllers
 from vegrip.demo.plot import draw_comparison
 from vegrip.demo.run import Demo, elapsed, run
 from vegrip.runtime.monitor import render
 from vegrip.validation.controllers.candidates import KNOBS
 from vegrip.validation.controllers.comparison import Trial, run_course
+from vegrip.validation.controllers.result import result_of
 from vegrip.validation.controllers.scenario import Scenario
 
 IMAGES = Path(__file__).parent / "images"
@@ -48,9 +49,8 @@ def main() -> int:
     for grasp, name in PICTURES.items():
         scenario = Scenario(SEED, DURATION, grasp)
         ours = run_course(Trial("vegrip", SEED, DURATION, KNOBS[grasp]["vegrip"], grasp))
-        draw_comparison(
-            {"vegrip": ours, **run_other_controllers(scenario)}, scenario.events, IMAGES / name, DURATION
-        )
+        others = run_other_controllers(scenario, result_of(ours).mean_grip_force)
+        draw_comparison({"vegrip": ours, **others}, scenario.events, IMAGES / name, DURATION)
     return 0
 
 

@@ -1,6 +1,8 @@
 """docs/architecture.md names every folder once, and imports point one way: to folders above in its table."""
 
+import ast
 import importlib.util
+import re
 from pathlib import Path
 
 import pytest
@@ -51,3 +53,24 @@ def test_modules_of_the_package_itself_import_no_folder(monkeypatch: pytest.Monk
     arrows = folders.arrows()
     monkeypatch.setattr(folders, "arrows", lambda: arrows | {folders.GROUND: {"model"}})
     assert any("modules of vegrip itself import `model`" in said for said in folders.complaints(PAGE))
+
+
+PLACES = re.findall(r"`(vegrip/[\w/]+\.py)`: ((?:`[\w.]+`(?:, )?)+)", PAGE)
+
+
+@pytest.mark.parametrize(("file", "names"), PLACES, ids=[f"{file}-{names}" for file, names in PLACES])
+def test_what_the_page_says_is_in_a_file_is_there(file: str, names: str) -> None:
+    tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
+    for name in re.findall(r"`([\w.]+)`", names):
+        place: ast.AST = tree
+        for part in name.split("."):
+            kinds = ast.FunctionDef | ast.ClassDef
+            found = [
+                one for one in ast.iter_child_nodes(place) if isinstance(one, kinds) and one.name == part
+            ]
+            assert found, f"{file} has no {name}"
+            place = found[0]
+
+
+def test_the_page_says_where_the_steps_of_a_sample_are() -> None:
+    assert len(PLACES) > 20

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.toml_text import toml_value
+from vegrip.transport.mapped.writer import changed_text
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]))
 PLAIN = TEXT | st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False) | st.dates()
@@ -35,3 +36,9 @@ def test_what_toml_does_not_have_is_refused():
     with pytest.raises(TypeError, match="TOML has no NoneType"):
         toml_value({"there": [None]})
     assert toml_value(datetime.time(12, 30)) == "12:30:00"
+
+
+@given(TEXT, PLAIN)
+def test_a_key_that_is_set_in_a_map_reads_back_whatever_its_name(name, value):
+    text = changed_text("", [(["messages", name, "signal"], value)])
+    assert tomllib.loads(text)["messages"][name]["signal"] == value

@@ -1,13 +1,24 @@
-"""Values as TOML text that reads back as the same value, bit for bit."""
+"""Keys and values as TOML text that reads back as the same, bit for bit."""
 
 import datetime
 import json
+import re
 from collections.abc import Mapping
 from typing import Any
 
+BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def toml_key(name: str) -> str:
+    """Return ``name`` as a key: bare where TOML allows that, else quoted."""
+    return name if BARE_KEY.fullmatch(name) else toml_value(name)
+
 
 def toml_value(value: Any) -> str:
-    """Return ``value`` as TOML: text, number, truth, date, or a list or table of them.
+    """Return ``value`` as TOML on one line: text, number, truth, date, or a list or table of them.
+
+    >>> toml_value({"kind": "crc8", "polynomial": 47, "data_id": [1]})
+    '{ kind = "crc8", polynomial = 47, data_id = [1] }'
 
     Raises:
         TypeError: TOML has no such value.
@@ -24,7 +35,8 @@ def toml_value(value: Any) -> str:
         case datetime.date() | datetime.time():
             return value.isoformat()
         case Mapping():
-            return "{" + ", ".join(f"{toml_value(k)} = {toml_value(v)}" for k, v in value.items()) + "}"
+            inner = ", ".join(f"{toml_key(key)} = {toml_value(each)}" for key, each in value.items())
+            return f"{{ {inner} }}" if inner else "{}"
         case list() | tuple():
             return "[" + ", ".join(map(toml_value, value)) + "]"
     raise TypeError(f"TOML has no {type(value).__name__}: {value!r}")

@@ -48,6 +48,9 @@ def test_every_benchmark_runs_in_its_smallest_size(
     results = json.loads(capsys.readouterr().out)
     assert results
     for row in results.values():
+        if "cores" in row:
+            assert row["cores"] > 0.0
+            continue
         assert row["ratio"] == pytest.approx(row["theirs_us"] / row["ours_us"])
 
 

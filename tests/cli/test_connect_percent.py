@@ -1,6 +1,7 @@
 """A hand that speaks percent, counts and inches, on pages of big-endian frames: mapped by options alone."""
 
 import json
+import shlex
 import tomllib
 
 import cantools.database
@@ -168,6 +169,17 @@ def test_a_count_of_several_pages_is_no_counter_and_one_that_ends_early_has_its_
     assert messages["FINGER_FB"]["checksum"] == {"signal": "Chk", "kind": "sum", "final": 255}
 
 
+def test_the_noise_of_a_held_value_covers_what_it_is_late_by(log, folder):
+    assert connect(log, *WINDOWS, *GAINS) == 0
+    noise = tomllib.loads((folder / "hand.toml").read_text())["fingers"]["thumb"]["displacement"]["noise"]
+    t, depth, *_ = motion()
+    pressing = (t >= 1.0) & (t <= 4.0)
+    held = depth[(np.arange(t.size) // 5) * 5]  # of every fifth sample
+    late = float(np.sqrt(np.mean((depth - held)[pressing] ** 2)))
+    assert noise > np.sqrt(5.0) * late
+    assert noise < 3.0 * np.sqrt(5.0) * np.hypot(late, 0.0005 * INCH / np.sqrt(12.0))
+
+
 def test_a_finger_that_was_not_pressed_has_no_zero_of_its_indentation_and_that_is_told(log, capsys):
     connect(log, *WINDOWS, *GAINS, "--json")
     assert any(
@@ -204,6 +216,71 @@ def test_the_remedy_for_names_that_tell_nothing_works(log, folder, capsys):
     assert connect(log, *said, "--set", "fingers.thumb.normal_force.gain=0.25 N/%") == 0
     thumb = tomllib.loads((folder / "hand.toml").read_text())["fingers"]["thumb"]
     assert thumb["normal_force"]["zero"] == pytest.approx(3.4, abs=0.05)
+
+
+BAD = {
+    "a window after the end": ([*GAINS, "--press", "100..110"], "--press 100..110 lies after the end"),
+    "a gain of another quantity": (["--set", "fingers.*.normal_force.gain=0.25 N/A"], "'gain'"),
+    "a gain without a number": (["--set", "fingers.*.normal_force.gain=abc"], "must be a number and a unit"),
+    "a signal that is not there": (
+        [*GAINS, "--set", "fingers.thumb.normal_force.signal=FINGER_FB.F9"],
+        "FINGER_FB has no signal 'F9'",
+    ),
+    "two fingers on one signal": (
+        [*GAINS, "--set", "fingers.index.normal_force.signal=FINGER_FB.F1_Load"],
+        "FINGER_FB.F1_Load is already the normal_force of thumb",
+    ),
+    "a place that cannot be written": (
+        [*GAINS, "-o", "/proc/hand.toml"],
+        "/proc/hand.toml cannot be written",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_gets_one_sentence(log, folder, capsys, name):
+    options, sentence = BAD[name]
+    assert connect(log, *options) == 3
+    said = " ".join(capsys.readouterr().err.split())
+    assert sentence in said
+    assert "Traceback" not in said
+    assert not (folder / "hand.toml").exists()
+
+
+def test_frames_that_are_too_short_are_told_with_the_remedy(log, folder, capsys):
+    short = [line[:-2] if " 18FE5022#" in line else line for line in log.read_text().splitlines()]
+    (folder / "short.log").write_text("\n".join(short) + "\n")
+    assert connect(folder / "short.log", *GAINS) == 3
+    said = " ".join(capsys.readouterr().err.split())
+    assert "800 frames of MOTOR_FB are shorter than the 8 bytes that krn.dbc says" in said
+
+
+@pytest.mark.parametrize(
+    ("names", "sentence"),
+    [("a,b,c", "c: the hand has no further finger"), ("a", "the hand has 2 fingers and 1 names")],
+)
+def test_names_and_fingers_that_are_left_over_are_told(log, capsys, names, sentence):
+    connect(log, *GAINS, "--fingers", names, "--json")
+    assert any(sentence in each for each in json.loads(capsys.readouterr().out)["open"])
+
+
+def test_the_option_for_a_current_as_a_poor_force_works_as_it_is_told(log, folder, capsys):
+    text = (
+        (folder / "krn.dbc")
+        .read_text()
+        .replace("_Load ", "_Lqd ")
+        .replace("_Temp ", "_Cur ")
+        .replace("degF", "mA")
+    )
+    (folder / "krn.dbc").write_text(text)
+    connect(log, "--json")
+    told = json.loads(capsys.readouterr().out)["open"]
+    option = next(each for each in told if "is a current" in each).partition("--set ")[2]
+    assert (
+        main(["connect", "krn.dbc", "--log", str(log), "-o", "b.toml", "--set", shlex.split(option)[0]]) == 0
+    )
+    thumb = tomllib.loads((folder / "b.toml").read_text())["fingers"]["thumb"]
+    assert thumb["normal_force"]["gain"] == "2.5 N/A"
 
 
 def test_a_position_command_is_complete_with_the_two_options_that_were_asked_for(log, folder, capsys):

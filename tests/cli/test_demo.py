@@ -83,9 +83,9 @@ def test_it_ends_by_itself_prints_its_contract_and_leaves_a_recording(tmp_path: 
 
 def test_ctrl_c_ends_it_in_order(tmp_path: Path) -> None:
     process = start("--duration", "600", "--no-plot", "-o", str(tmp_path / "demo"))
-    recording = tmp_path / "demo" / "thumb" / "recording.csv"
+    frames = tmp_path / "demo" / "frames.log"
     deadline = time.monotonic() + 200
-    while not recording.exists() and time.monotonic() < deadline:
+    while not (frames.exists() and frames.stat().st_size) and time.monotonic() < deadline:
         time.sleep(0.2)
     time.sleep(1.0)
     os.killpg(process.pid, signal.SIGINT)
@@ -96,6 +96,8 @@ def test_ctrl_c_ends_it_in_order(tmp_path: Path) -> None:
             os.killpg(process.pid, signal.SIGKILL)
     assert process.returncode == 130
     assert "states in" in out  # the summary of what there was
+    assert read_fingers(tmp_path / "demo")  # written in the end from the frames, which are not needed then
+    assert not frames.exists()
     assert "Traceback" not in out + err
     assert_nothing_left(process.pid)
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from vegrip.demo.others import AS_FORCEFUL
 from vegrip.demo.report import compare_results, describe_scenario, judge_machine
 from vegrip.validation.controllers.result import Result
 from vegrip.validation.controllers.scenario import GRASPS, Scenario, fitting_grasp
@@ -20,6 +21,13 @@ def test_a_controller_that_takes_less_force_is_said_to_as_well() -> None:
     theirs = Result(0, False, 3.0, 15.0, 0.1)
     (sentence,) = compare_results({"vegrip": OURS, "cone": theirs})
     assert sentence.startswith("Coulomb cone: 25 % less force than vegrip")
+
+
+def test_a_controller_with_about_the_same_force_is_said_to_have_it() -> None:
+    theirs = Result(2, False, 4.1, 15.0, 0.0)
+    assert compare_results({"vegrip": OURS, "cone" + AS_FORCEFUL: theirs}) == [
+        "Coulomb cone, same force: as much force as vegrip, 2 slips against 0, least margin 0.00 against 0.20"
+    ]
 
 
 def test_who_dropped_the_object_is_named_also_when_it_was_vegrip() -> None:

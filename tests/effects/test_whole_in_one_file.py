@@ -49,7 +49,7 @@ def test_what_an_effect_says_of_itself_is_about_itself(name: str) -> None:
     one = effect(name)
     symbols = {p.symbol for p in one.parameters}
     amounts = {p.symbol for p in one.parameters if p.null is not None}
-    assert {symbol for symbol, _ in (*one.min_amounts, *one.min_plays)} <= amounts
+    assert {symbol for symbol, _ in (*one.min_amounts, *one.min_displacement_noises)} <= amounts
     assert {symbol for symbol, _ in one.trial_shapes} <= symbols - amounts
     for _, values in one.trial_shapes:
         assert all(value > 0.0 for value in values)

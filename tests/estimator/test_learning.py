@@ -61,7 +61,7 @@ def test_a_tip_that_rests_teaches_nothing(model, truth):
         estimator = ContactEstimator(model, SensorNoise(), EstimatorSettings(learning_rest=rest))
         learn(estimator, states(truth, t, depth, drift))
         stiffness[rest] = estimator.value("K").value / truth.values["K"].value
-        assert estimator.excited == (rest > 1e3)
+        assert estimator.is_excited == (rest > 1e3)
     assert abs(stiffness[20.0] - 1.0) < 0.02
     assert abs(stiffness[1e6] - 1.0) > 0.03, "without the rule it would be; otherwise this test shows nothing"
 

@@ -24,7 +24,7 @@ def test_every_name_finds_the_number_that_the_layout_puts_there(memory):
     memory.numbers[:] = np.arange(memory.layout.size)
     places = memory.layout.places()
     assert memory.report("SOUND") == places["REPORT"][0] + REPORT.index("SOUND")
-    assert memory.reports() == {name: memory.report(name) for name in REPORT}
+    assert memory.reports() == [memory.report(name) for name in REPORT]
     assert memory.count("OVERFLOWS") == places["COUNTS"][0] + 1
     assert memory.friction[0] == memory.section("FRICTION")[0]
     assert memory.means.tolist() == memory.section("Y").tolist()

@@ -29,7 +29,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_each_can_be_read_by_what_it_is_for(written: Path) -> None:
     press = read_recording(written / "press")
-    assert press.report.clean
+    assert press.report.is_clean
     assert press.fingertip.radius == RADIUS == read_model(written / MODEL).tip_radius
     log = read_can_log(written / LOG, ("thumb",))["thumb"]
     assert log.report.rows_lost == 0

@@ -52,7 +52,7 @@ def test_a_can_bus_is_opened_by_kind_and_channel_and_closed_by_with() -> None:
         open_endpoint("can", channel="front-door") as other,
     ):
         hand.send(state)
-        (found,) = other.receive(timeout=5.0)
+        (found,) = other.receive(timeout=60.0)
     assert isinstance(found, FingertipState)
     assert found.finger == "index"
     assert found.normal_force == pytest.approx(2.0, abs=1e-3)
@@ -76,7 +76,7 @@ def test_settings_of_a_table_and_keywords_are_the_same() -> None:
 def test_a_transport_of_another_package_is_found_by_its_entry_point() -> None:
     with open_endpoint("back_to_back", label="a") as bus:
         OTHERS[0].send(FingertipState(0, "thumb", 0))
-        assert len(bus.receive(timeout=1.0)) == 1
+        assert len(bus.receive(timeout=60.0)) == 1
 
 
 @pytest.mark.usefixtures("installed")

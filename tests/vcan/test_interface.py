@@ -18,7 +18,7 @@ def spare(links):
         links.remove("vcan7")
 
 
-def heard(sender, receiver, patience=5.0):
+def heard(sender, receiver, patience=60.0):
     """Send until something arrives: a lost bus is opened again once a second."""
     deadline = time.monotonic() + patience
     seq = time.monotonic_ns() & 0xFFFF

@@ -7,7 +7,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.web.axes import BOTTOM, LEFT, RIGHT, TOP, Axes, extent, log_ticks, ticks
+from vegrip.web.axes import BOTTOM, LEFT, RIGHT, TOP, Axes, extent, log_ticks, runs, ticks
 
 ENDS = st.floats(-1e6, 1e6)
 
@@ -44,3 +44,21 @@ def test_text_cannot_become_markup() -> None:
     drawn = Axes((0.0, 1.0), (0.0, 1.0), "<script>", '"><b>').svg('"><script>alert(1)</script>')
     assert "<script" not in drawn
     assert "<b>" not in drawn
+
+
+def test_no_line_is_drawn_over_a_time_in_which_nothing_was_measured() -> None:
+    from vegrip.web.figures import over_time
+
+    time = [0.0, 0.1, 0.2, 3.0, 3.1, 3.2]
+    names = ("measured_low", "measured_high", "model_low", "model_high")
+    columns = {"time": time} | {name: [1.0] * 6 for name in names}
+    told = {"columns": columns, "unit": "N", "noise": 0.1}
+    whole = told | {"columns": columns | {"time": [0.1 * i for i in range(6)]}}
+    blue = 'stroke="var(--blue)"'
+    assert over_time("normal_force", told).count(blue) == 2
+    assert over_time("normal_force", whole).count(blue) == 1
+
+
+@given(st.lists(st.floats(0.0, 1e6), max_size=20, unique=True).map(sorted))
+def test_runs_are_all_columns_once_and_in_their_order(times: list[float]) -> None:
+    assert [t for run in runs(times) for t in times[run]] == times

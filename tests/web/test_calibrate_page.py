@@ -31,7 +31,7 @@ def test_a_new_fingertip_is_guided_from_the_first_press_to_the_next_trial(world,
     page.locator("#radius").fill("a few")
     page.locator("#radius").press("Enter")
     page.get_by_text("give a length like '8 mm'").wait_for()
-    page.locator("#radius:not([disabled])").fill(f"{1e3 * practice_tip(SEED).radius} mm")
+    page.locator("#radius:not([disabled])").fill(f"{1e3 * practice_tip(SEED).radius:.3g} mm")
     page.locator("#radius").press("Enter")
     page.get_by_text("nothing is known yet").wait_for()
     page.locator("#trial-recording:not([disabled])").fill("nowhere")
@@ -50,6 +50,8 @@ def test_a_new_fingertip_is_guided_from_the_first_press_to_the_next_trial(world,
     assert "known" in page.locator("tr", has_text="K").first.inner_text()
     shown = page.locator("#commands").inner_text()
     assert "vegrip calibrate tip --take pressed --kind press" in shown
+    assert "nowhere" not in shown  # what was refused did nothing
+    assert "a few" not in shown
     if SHOTS:
         page.screenshot(path=f"{SHOTS}/web-calibrate.png", full_page=True)
     page.set_viewport_size({"width": 390, "height": 844})

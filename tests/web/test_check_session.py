@@ -26,7 +26,7 @@ def test_undo_goes_back_and_keeps_the_model(session: Session) -> None:
 
 def test_the_start_cannot_be_undone(session: Session) -> None:
     session.undo()
-    with pytest.raises(UsageError, match="nothing to undo"):
+    with pytest.raises(UsageError, match="there is no step to undo"):
         session.undo()
 
 

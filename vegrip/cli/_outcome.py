@@ -40,7 +40,7 @@ def print_outcome(outcome: Outcome, reports: Mapping[str, LoadReport]) -> None:
         table.add_row(f"{title}, last", *(_estimate(each[key]) for each in told.values()))
     console.print(table)
     for finger, report in reports.items():
-        if not report.clean:
+        if not report.is_clean:
             console.print(f"recording of {finger}: {report.summary()}")
     for name, count in outcome.rejected.items():
         console.print(f"refused on the bus or in the node: {name} ({count} x)")

@@ -1,26 +1,22 @@
 """``vegrip add``: one effect into a model."""
 
 from functools import partial
-from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
+from vegrip.cli._options import JSON, MODEL_OUT, RECORDING, START_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
 
 EFFECT = Annotated[str, typer.Argument(help="Name of an effect, built in or of your own package.")]
-RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
-MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model.")]
-OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write.")]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def add(
     effect: EFFECT,
     recording: RECORDING,
-    model: MODEL = None,
-    output: OUT = None,
+    model: START_MODEL = None,
+    output: MODEL_OUT = None,
     force: FORCE = False,
     zeros_each_episode: EACH = False,
     tolerance: TOLERANCE = 0.0,

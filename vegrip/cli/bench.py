@@ -114,5 +114,8 @@ def _measuring(name: str) -> Iterator[None]:
 
 
 def _line(name: str, row: dict[str, float]) -> str:
+    if "cores" in row:
+        parts = ", ".join(f"{part} {value:.3g}" for part, value in row.items() if part != "cores")
+        return f"{name:44} {row['cores']:.3g} cores ({parts})"
     unit = " bytes" if "ours_bytes" in row else ""
     return f"{name:44} {row['ours_us']:12.3g} {row['theirs_us']:12.3g} {row['ratio']:8.3g}{unit}"

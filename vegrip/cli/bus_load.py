@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON
+
 if TYPE_CHECKING:
     from vegrip.transport.canbus.traffic import Forecast, TrafficPlan
 
@@ -26,7 +28,7 @@ def bus_load(
     queue: Annotated[
         str, typer.Option(help="Transmit queues: fifo (SocketCAN, virtual bus) or priority (mailboxes).")
     ] = "fifo",
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: JSON = False,
 ) -> None:
     """Tell how busy a CAN bus will be, how late each frame can arrive, and whether it fits.
 

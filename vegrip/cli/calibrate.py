@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.errors import InputError, UsageError, VegripError
 
 if TYPE_CHECKING:
@@ -42,7 +43,6 @@ ASK = Annotated[bool, typer.Option("--ask/--no-ask", help="Ask in the terminal f
 WEB = Annotated[bool, typer.Option("--web", help="Guide on a page in the browser.")]
 PORT = Annotated[int, typer.Option(min=0, max=65535, help="of the page; 0 = any free one")]
 OPENS = Annotated[bool, typer.Option("--open", help="open the page in the browser")]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def calibrate(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vegrip.cli._fits import EACH, HOLD_BACK, ONLY, TOLERANCE
+from vegrip.cli._options import JSON, RECORDING
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from vegrip.identification.recording import Recording
     from vegrip.model import ContactModel
 
-RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
 MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model is fitted.")]
 VERSUS = Annotated[
     Path | None, typer.Option("--versus", help="A second model (file) or recording (folder) beside it.")
@@ -25,7 +25,6 @@ CURVES = Annotated[
     bool,
     typer.Option("--curves", help="In the JSON: curves over time, residuals by regime and over variables."),
 ]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def compare(

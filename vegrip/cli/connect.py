@@ -11,11 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE
 from vegrip.errors import ConfigError, InputError, UsageError
 
 if TYPE_CHECKING:
+    from vegrip.transport.mapped.database import Database
     from vegrip.transport.mapped.drafts import Setting
+    from vegrip.transport.mapped.now import Now
     from vegrip.transport.mapped.plan import Plan
     from vegrip.transport.mapped.proposal import Proposal
     from vegrip.transport.mapped.questions import Findings, Window
@@ -46,7 +49,6 @@ SETTINGS = Annotated[
     ),
 ]
 ASK = Annotated[bool, typer.Option("--ask/--no-ask", help="Live: ask for rest, press, shear and twist.")]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 QUESTIONS = {
     "rest": "leave all fingers in the air",
@@ -86,26 +88,35 @@ def connect(
     hand --check
     """
     from vegrip.transport.mapped.drafts import for_each_finger
+    from vegrip.transport.mapped.now import MappedNow, SignalsNow
+    from vegrip.transport.mapped.open import open_plan
     from vegrip.transport.mapped.traffic_log import traces
 
     said = [_setting(each) for each in settings or []]
     _refuse(database, output, log, force=force)
     windows = _windows(rest=rest, press=press, shear=shear, twist=twist)
     transport = _transport(channel, interface, bitrate, fd=fd) if channel else {}
-    traffic = _traffic(log, transport, windows, seconds, ask=ask and not as_json)
     if database.suffix.lower() == ".toml":
-        _tell_map(database, traffic, as_json=as_json)
+        plan = open_plan(database)
+        traffic = _traffic(log, transport, windows, seconds, MappedNow(plan), ask=False, shows=not as_json)
+        _tell(plan, traffic, None, None, None, "", as_json=as_json)
         return
     known = _database(database, _pairs(nodes))
+    asks = ask and not as_json
+    traffic = _traffic(log, transport, windows, seconds, SignalsNow(known), ask=asks, shows=not as_json)
     heard = traces(traffic, known) if traffic is not None else {}
+    if traffic is not None:
+        _check_windows(windows, traffic)
     names = tuple(name.strip() for name in fingers.split(",") if name.strip())
     proposal, findings = _proposed(
         database, output, known, heard, traffic, names, _pairs(nodes), windows, said
     )
     text = _text(proposal, transport, database, settings or [])
     plan, text = _checked(text, output or Path("hand.toml"), for_each_finger(said, proposal.fingers))
+    if findings is not None and traffic is not None:
+        findings.implausible += _short(traffic, known)
     if output is not None:
-        output.write_text(text, encoding="utf-8")
+        _write(output, text)
     _tell(plan, traffic, proposal, findings, output, text, as_json=as_json)
 
 
@@ -138,6 +149,31 @@ def _windows(**given: str) -> "dict[str, Window]":
     return found
 
 
+def _check_windows(windows: "dict[str, Window]", traffic: "Traffic") -> None:
+    for name, (first, last) in windows.items():
+        if traffic.frames and first >= traffic.duration:
+            raise InputError(
+                f"--{name} {first:g}..{last:g} lies after the end of the traffic, which lasts "
+                f"{traffic.duration:.1f} s"
+            )
+
+
+def _short(traffic: "Traffic", database: "Database") -> list[str]:
+    """Return what is told of frames that are too short."""
+    return [
+        f"{count} frames of {name} are shorter than the {database.messages[name].length} bytes that "
+        f"{database.name} says, and were left out; ask for the database of this version of the hand"
+        for name, count in traffic.short.items()
+    ]
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
+
+
 def _pairs(text: str) -> dict[str, int]:
     found = {}
     for part in (part.strip() for part in text.split(",") if part.strip()):
@@ -160,7 +196,14 @@ def _database(path: Path, nodes: dict[str, int]) -> Any:
 
 
 def _traffic(
-    log: Path | None, transport: dict[str, Any], windows: "dict[str, Window]", seconds: float, *, ask: bool
+    log: Path | None,
+    transport: dict[str, Any],
+    windows: "dict[str, Window]",
+    seconds: float,
+    now: "Now",
+    *,
+    ask: bool,
+    shows: bool,
 ) -> "Traffic | None":
     from vegrip.identification.recording.can_log import frames_of
     from vegrip.transport.mapped.traffic_log import traffic_of
@@ -169,13 +212,20 @@ def _traffic(
         return traffic_of(frames_of(log, extended=True))
     if not transport:
         return None
-    return _listen(transport, windows, seconds, ask=ask and sys.stdin.isatty() and not windows)
+    asks = ask and sys.stdin.isatty() and not windows
+    return _listen(transport, windows, seconds, now if shows and sys.stdout.isatty() else None, ask=asks)
 
 
 def _listen(
-    transport: dict[str, Any], windows: "dict[str, Window]", seconds: float, *, ask: bool
+    transport: dict[str, Any],
+    windows: "dict[str, Window]",
+    seconds: float,
+    now: "Now | None",
+    *,
+    ask: bool,
 ) -> "Traffic":
-    """Collect live traffic: as long as the windows last, or for each question."""
+    """Collect live traffic, as long as the windows last or for each question; show it in a terminal."""
+    from vegrip.cli._live_values import showing
     from vegrip.clock import NS
     from vegrip.config import build
     from vegrip.transport.can_port import open_port
@@ -189,10 +239,14 @@ def _listen(
     traffic = Traffic()
 
     def take(until: float) -> None:
-        while (left := until - time.monotonic()) > 0.0:
-            frame = port.receive(left)
-            if frame is not None:
-                traffic.add(frame)
+        with showing(now) as show:
+            while (left := until - time.monotonic()) > 0.0:
+                frame = port.receive(min(left, 0.1))
+                if frame is not None:
+                    traffic.add(frame)
+                    if now is not None:
+                        now.take(frame)
+                show()
 
     try:
         if not ask:
@@ -264,14 +318,6 @@ def _setting(text: str) -> "Setting":
     except tomllib.TOMLDecodeError:
         parsed = value.strip()
     return [part.strip() for part in key.split(".")], parsed
-
-
-def _tell_map(path: Path, traffic: "Traffic | None", *, as_json: bool) -> None:
-    """Show what a map makes of traffic, and what it costs."""
-    from vegrip.transport.mapped.open import open_plan
-
-    plan = open_plan(path)
-    _tell(plan, traffic, None, None, None, "", as_json=as_json)
 
 
 def _tell(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.errors import UsageError
 from vegrip.spelling import suggestion
@@ -31,7 +32,6 @@ DELAY = Annotated[float, typer.Option("--slip-delay", help="Felt slip is late by
 CHANNEL = Annotated[bool, typer.Option("--slip-channel/--no-slip-channel", help="Whether slip is felt.")]
 JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Processes.")]
 PICTURE = Annotated[Path | None, typer.Option("-o", "--output", help="Picture of the fronts.")]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def controllers(

@@ -36,7 +36,8 @@ def demo(
 
     Soft fingertips hold an object of unknown friction while it is pushed, twisted, shaken and made wet.
     The live page's address is printed; the page opens where there is a display.
-    Afterwards the same scenario is run with a constant grip and with a Coulomb cone, and drawn.
+    Afterwards the same scenario is run with a constant grip and with a Coulomb cone, and drawn
+    against the least force that would have held.
 
     Example: vegrip demo --duration 20
     """

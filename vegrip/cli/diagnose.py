@@ -7,15 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
+from vegrip.cli._options import JSON, RECORDING, REFITTED_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
     from vegrip.identification.diagnosis import Diagnosis
 
-RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
-MODEL = Annotated[
-    Path | None, typer.Option("--model", help="Model file; else the paper's model. It is refitted.")
-]
 OUT = Annotated[
     Path | None,
     typer.Option(
@@ -24,12 +21,11 @@ OUT = Annotated[
         help="Folder for pictures, diagnosis.json and model.toml; or the model file alone, FILE.toml.",
     ),
 ]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def diagnose(
     recording: RECORDING,
-    model: MODEL = None,
+    model: REFITTED_MODEL = None,
     output: OUT = None,
     force: FORCE = False,
     zeros_each_episode: EACH = False,

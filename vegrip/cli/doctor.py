@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._options import JSON
+
 
 def doctor(
     recordings: Annotated[Path, typer.Option(help="Folder that recordings go to.")] = Path(),
@@ -15,7 +17,7 @@ def doctor(
     channels: Annotated[
         str, typer.Option("--channels", help="Yours, by commas, or a recording; with --sensors.")
     ] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: JSON = False,
 ) -> None:
     """Check kernel, clock, scheduler, rights, CAN interfaces, compiler cache and disk of this machine.
 

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._options import JSON
+
 NAMES = Annotated[
     list[str] | None,
     typer.Argument(help="Effects to test; by default all that other packages have added."),
@@ -14,7 +16,7 @@ EXIT_BROKEN_LAW = 3  # exit code: an effect that breaks a law is bad input
 
 def effect_laws(
     effects: NAMES = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: JSON = False,
 ) -> None:
     """Test whether effects hold to the laws that every effect of vegrip holds to.
 

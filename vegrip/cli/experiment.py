@@ -6,16 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON, RECORDING, REFITTED_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
     from vegrip.identification.experiment import Design, Hypotheses, RigLimits
     from vegrip.identification.recording import Recording
 
-RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
-MODEL = Annotated[
-    Path | None, typer.Option("--model", help="Model file; else the paper's model. It is refitted.")
-]
 CANDIDATE = Annotated[
     list[str] | None,
     typer.Option("--candidates", metavar="NAME", help="Effects to separate (repeat for each), or 'nothing'."),
@@ -34,12 +31,11 @@ PLOT = Annotated[
     Path | None, typer.Option("--plot", metavar="PNG", help="Draw it, with the prediction of each candidate.")
 ]
 OPTIONS = {"force": "--normal-force"}  # where the key of a limit is not the option's name
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def experiment(
     recording: RECORDING,
-    model: MODEL = None,
+    model: REFITTED_MODEL = None,
     candidates: CANDIDATE = None,
     output: OUT = None,
     force: FORCE = False,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file
 from vegrip.errors import InputError, UsageError
 
@@ -22,7 +23,6 @@ app = typer.Typer(
 )
 CONTROL = ("grip", "limits", "fail_safe", "watchdog")
 Model = Annotated[Path, typer.Argument(help="Model file.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 @app.command("c")
@@ -44,7 +44,7 @@ def c_(
         ),
     ] = None,
     force: FORCE = False,
-    as_json: Json = False,
+    as_json: JSON = False,
 ) -> None:
     """Write C99 of the model's estimator, or of the whole finger, with self-test, examples and a report.
 
@@ -84,7 +84,7 @@ def learned(
     output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
     settings: Annotated[Path | None, typer.Option(help="The TOML file given to the export.")] = None,
     force: FORCE = False,
-    as_json: Json = False,
+    as_json: JSON = False,
 ) -> None:
     """Put what firmware has learned about a contact into a model file; NUMBERS are from the export of MODEL.
 

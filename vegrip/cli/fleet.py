@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON, START_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
     from vegrip.identification.fleet import Finding, Found, Row
 
 FOLDER = Annotated[Path, typer.Argument(help="Folder with recordings in it, at any depth.")]
-MODEL = Annotated[
-    Path | None, typer.Option("--model", help="Model file to start from; else the paper's model.")
-]
 OUT = Annotated[Path | None, typer.Option("-o", "--output", metavar="CSV", help="Write the table.")]
 LEDGER = Annotated[
     Path | None,
@@ -26,12 +24,11 @@ PROCESSES = Annotated[int, typer.Option("-j", "--processes", min=0, help="On thi
 SCHEDULER = Annotated[
     str, typer.Option("--scheduler", metavar="ADDRESS", help="Of a Dask cluster, tcp://host:8786.")
 ]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def fleet(
     folder: FOLDER,
-    model: MODEL = None,
+    model: START_MODEL = None,
     output: OUT = None,
     force: FORCE = False,
     ledger: LEDGER = None,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
 from vegrip.errors import InputError, UsageError
 
@@ -29,7 +30,6 @@ MAP = Annotated[list[str] | None, typer.Option("--map", help="CHANNEL=COLUMN, e.
 UNIT = Annotated[list[str] | None, typer.Option("--unit", help="CHANNEL=UNIT, e.g. displacement=mm.")]
 RADIUS = Annotated[str, typer.Option(help="Radius of the fingertip, e.g. '8 mm'; overrides the map's.")]
 FINGERS = Annotated[str, typer.Option(help="CAN logs: fingers in the order of the bus, by commas.")]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 LOGS = (".asc", ".blf")
 BAGS = (".bag", ".db3", ".mcap")  # and a folder, of rosbag 2
 ALL = "thumb,index,middle,ring,little"

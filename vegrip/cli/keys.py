@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._options import JSON
+
 app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -14,14 +16,13 @@ app = typer.Typer(
     "Example: vegrip keys new hand && vegrip keys trust keys/hand.key",
 )
 Folder = Annotated[Path, typer.Option(help="Folder of our own keys.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 @app.command()
 def new(
     name: Annotated[str, typer.Argument(help="Whose keys: one name for each program on the network.")],
     folder: Folder = Path("keys"),
-    as_json: Json = False,
+    as_json: JSON = False,
 ) -> None:
     """Make a pair of keys: NAME.key is public, NAME.key_secret stays here.
 
@@ -44,7 +45,7 @@ def trust(
     peers: Annotated[Path, typer.Option(help="Folder of the public keys of allowed subscribers.")] = Path(
         "keys/peers"
     ),
-    as_json: Json = False,
+    as_json: JSON = False,
 ) -> None:
     """Let the owner of a public key subscribe to us.
 
@@ -58,7 +59,7 @@ def trust(
 
 
 @app.command("list")
-def list_(folder: Folder = Path("keys"), as_json: Json = False) -> None:
+def list_(folder: Folder = Path("keys"), as_json: JSON = False) -> None:
     """List the public keys in a folder, to be compared over another way than the network.
 
     Example: vegrip keys new glove && vegrip keys list

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._tables import show, table
 from vegrip.cli._values import jsonable
 
@@ -17,11 +18,10 @@ app = typer.Typer(
 NodeName = Annotated[
     str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 @app.command("list")
-def list_(as_json: Json = False) -> None:
+def list_(as_json: JSON = False) -> None:
     """List the running nodes and their states, and those that could not be started, with the reason.
 
     Example: vegrip lifecycle list
@@ -49,7 +49,7 @@ def list_(as_json: Json = False) -> None:
 
 
 @app.command()
-def get(node: NodeName, as_json: Json = False) -> None:
+def get(node: NodeName, as_json: JSON = False) -> None:
     """Print the state of a node.
 
     Example: vegrip lifecycle get grasp_force
@@ -59,7 +59,7 @@ def get(node: NodeName, as_json: Json = False) -> None:
 
 
 @app.command()
-def status(node: NodeName, as_json: Json = False) -> None:
+def status(node: NodeName, as_json: JSON = False) -> None:
     """Print how a node is doing: its last NodeStatus, and the hand's clock where it is estimated.
 
     Example: vegrip lifecycle status grasp_force
@@ -80,7 +80,7 @@ def set_(
         str,
         typer.Argument(help="unconfigured, inactive, active, finalized, or a transition such as activate."),
     ],
-    as_json: Json = False,
+    as_json: JSON = False,
 ) -> None:
     """Bring a node to a state, by way of others if need be.
 

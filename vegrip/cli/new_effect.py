@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, require_writable
 
 
@@ -15,7 +16,7 @@ def new_effect(
         Path | None, typer.Option("-o", "--output", help="Folder to write to; by default ./NAME.")
     ] = None,
     force: FORCE = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: JSON = False,
 ) -> None:
     """Write a package that adds an effect of your own; it works at once and is yours to change.
 

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._tables import show, table
 from vegrip.spelling import suggestion
 
@@ -18,11 +19,10 @@ app = typer.Typer(
 NodeName = Annotated[
     str, typer.Argument(help="Name of a running node, e.g. grasp_force or /left/grasp_force.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 @app.command("list")
-def list_(node: NodeName, as_json: Json = False) -> None:
+def list_(node: NodeName, as_json: JSON = False) -> None:
     """List the parameters of a node with value, unit, bounds and meaning.
 
     Example: vegrip param list grasp_force
@@ -41,7 +41,7 @@ def list_(node: NodeName, as_json: Json = False) -> None:
 
 @app.command()
 def get(
-    node: NodeName, name: Annotated[str, typer.Argument(help="Parameter.")], as_json: Json = False
+    node: NodeName, name: Annotated[str, typer.Argument(help="Parameter.")], as_json: JSON = False
 ) -> None:
     """Print the value of one parameter.
 
@@ -56,7 +56,7 @@ def set_(
     node: NodeName,
     name: Annotated[str, typer.Argument(help="Parameter.")],
     value: Annotated[str, typer.Argument(help="New value, written as in TOML.")],
-    as_json: Json = False,
+    as_json: JSON = False,
 ) -> None:
     """Set one parameter; refused outside its bounds.
 

@@ -8,26 +8,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
+from vegrip.cli._options import JSON, MODEL_OUT, RECORDING, START_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
 
 if TYPE_CHECKING:
     from vegrip.identification.diagnosis.error_ladder import Rung
 
-RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording.")]
-MODEL = Annotated[Path | None, typer.Option("--model", help="Model file; else the paper's model.")]
-OUT = Annotated[Path | None, typer.Option("-o", "--output", help="Model file to write.")]
 REPORT = Annotated[
     Path | None,
     typer.Option("--report", metavar="DIR", help="Write ladder.png and report.json, for `vegrip report`."),
 ]
 MOST = Annotated[int, typer.Option(min=1, max=10, help="Add at most this many effects.")]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def refine(
     recording: RECORDING,
-    model: MODEL = None,
-    output: OUT = None,
+    model: START_MODEL = None,
+    output: MODEL_OUT = None,
     force: FORCE = False,
     report: REPORT = None,
     most: MOST = 4,

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
 
 WHAT = Annotated[
@@ -18,7 +19,6 @@ MODEL = Annotated[
 OUT = Annotated[
     Path | None, typer.Option("-o", "--output", help="File to write; NAME-report.html by default.")
 ]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def report(

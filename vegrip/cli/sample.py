@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
 from vegrip.errors import UsageError
 from vegrip.spelling import suggestion
@@ -16,7 +17,6 @@ NAME = Annotated[
 OUT = Annotated[
     Path | None, typer.Option("-o", "--output", help="Where to write it; by default here, under its name.")
 ]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def sample(name: NAME = "", output: OUT = None, force: FORCE = False, as_json: JSON = False) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs, claim_recording
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ RATE = Annotated[float, typer.Option("--rate", min=1.0, max=1e5, help="Samples p
 SEED = Annotated[int, typer.Option("--seed", min=0, help="Of the noise.")]
 WARM = Annotated[float | None, typer.Option("--temperature", help="[degC]; else the model's reference.")]
 PLOT = Annotated[Path | None, typer.Option("--plot", metavar="PNG", help="Draw the protocol and the forces.")]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def simulate(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
 from vegrip.errors import RecordingError, UsageError
 from vegrip.spelling import suggestion
@@ -30,7 +31,6 @@ OUT = Annotated[
     Path | None,
     typer.Option("-o", "--output", help="File of results, one per line; trials in it are not repeated."),
 ]
-JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def trial(

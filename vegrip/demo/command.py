@@ -8,7 +8,6 @@ import sys
 import time
 import webbrowser
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from typing import Any
 from rich.console import Console
 from rich.live import Live
 
+from vegrip.demo.others import run_other_controllers
 from vegrip.demo.report import as_json, describe_scenario, summary
 from vegrip.demo.run import Demo, Outcome, Page, run
 from vegrip.errors import DeviceError
@@ -23,10 +23,9 @@ from vegrip.runtime.monitor import render
 from vegrip.validation.controllers import candidates
 from vegrip.validation.controllers.candidates import KNOBS
 from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.comparison import Trial, run_course
+from vegrip.validation.controllers.result import result_of
 from vegrip.validation.controllers.scenario import Scenario
 
-OTHERS = ("constant", "cone")
 PAGE_PORT = 8520  # of the live page; any other where it is in use
 
 
@@ -49,7 +48,7 @@ def run_demo(
     courses = {"vegrip": outcome.course}
     if plot and not outcome.interrupted:
         console.print("the same scenario with a constant grip and a Coulomb cone, in simulated time ...")
-        courses |= run_other_controllers(scenario)
+        courses |= run_other_controllers(scenario, result_of(outcome.course).mean_grip_force)
         _draw(courses, scenario, folder, console)
     console.print(summary(outcome, courses))
     console.print(f"next: {what_to_try(folder, web=web)}", markup=False, soft_wrap=True)
@@ -107,14 +106,6 @@ def _run_shown(
 
 def _show(live: Live, demo: Demo) -> None:
     live.update(render(demo.board, time.monotonic_ns(), demo.title(), size=live.console.size), refresh=True)
-
-
-def run_other_controllers(scenario: Scenario) -> dict[str, Course]:
-    """Run the other controllers through the same scenario, in simulated time."""
-    knobs = KNOBS[scenario.grasp]
-    trials = [Trial(n, scenario.seed, scenario.duration, knobs[n], scenario.grasp) for n in OTHERS]
-    with ProcessPoolExecutor(len(trials)) as pool:
-        return dict(zip(OTHERS, pool.map(run_course, trials), strict=True))
 
 
 def _draw(courses: dict[str, Course], scenario: Scenario, folder: Path, console: Console) -> None:

@@ -6,12 +6,15 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from vegrip.demo.least import force_over_least
+from vegrip.demo.others import label_of
 from vegrip.demo.run import Outcome
-from vegrip.validation.controllers.candidates import LABEL
 from vegrip.validation.controllers.closed_loop import Course
 from vegrip.validation.controllers.result import Result, result_of
-from vegrip.validation.controllers.scenario import CORES_OF_THE_HAND, Scenario
+from vegrip.validation.controllers.scenario import CORES_OF_THE_HAND, SETTLED_S, Scenario
 
+ALIKE = 0.05
+"""Part of the force by which two mean forces may differ and still be called the same."""
 OVERLOAD = 0.01
 """Share of commands from which on it is said that they were late, or held."""
 
@@ -65,7 +68,9 @@ def compare_results(results: Mapping[str, Result]) -> list[str]:
     """Return a sentence for each other controller: what it took against vegrip, whichever is better."""
     ours = results["vegrip"]
     return [
-        _compare_result(LABEL[name], theirs, ours) for name, theirs in results.items() if theirs is not ours
+        _compare_result(label_of(name), theirs, ours)
+        for name, theirs in results.items()
+        if theirs is not ours
     ]
 
 
@@ -75,7 +80,7 @@ def _compare_result(name: str, theirs: Result, ours: Result) -> str:
         return f"{name} against vegrip: {' and '.join(who)} dropped the object"
     ratio = theirs.mean_grip_force / ours.mean_grip_force
     more, less = f"{ratio:.1f} times the force of", f"{100.0 * (1.0 - ratio):.0f} % less force than"
-    force = more if ratio >= 1.0 else less
+    force = "as much force as" if abs(ratio - 1.0) < ALIKE else more if ratio >= 1.0 else less
     margins = f"least margin {theirs.min_margin:.2f} against {ours.min_margin:.2f}"
     return f"{name}: {force} vegrip, {theirs.slips} slips against {ours.slips}, {margins}"
 
@@ -103,16 +108,23 @@ def judge_machine(held: float, late: float) -> list[str]:
 
 def _table(courses: dict[str, Course]) -> Table:
     table = Table(title="the same hand, object and disturbances")
-    for header in ("controller", "slips", "object", "mean grip force", "peak", "least margin"):
+    for header in (
+        "controller",
+        "slips",
+        "object",
+        "mean grip force",
+        "over least",
+        "least margin",
+    ):
         table.add_column(header, justify="left" if header in ("controller", "object") else "right")
     for name, course in courses.items():
         figures = result_of(course)
         table.add_row(
-            LABEL[name],
+            label_of(name),
             str(figures.slips),
             Text("dropped", "red") if figures.dropped else "held",
             f"{figures.mean_grip_force:.2f} N",
-            f"{figures.peak_grip_force:.1f} N",
+            f"{force_over_least(course, SETTLED_S):.2f}",
             f"{figures.min_margin:.2f}",
         )
     return table

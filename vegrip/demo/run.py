@@ -23,7 +23,7 @@ from vegrip.demo.worker_handle import WorkerHandle
 from vegrip.host.processor_time import processor_time
 from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission
 from vegrip.identification.recording.writer import RecordingWriter
-from vegrip.messages import Message
+from vegrip.messages import ContactEstimate, Message
 from vegrip.runtime.monitor import Board
 from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.canbus.virtual_can import hub_process
@@ -78,6 +78,7 @@ class Demo:
     news: HandNews | None = None
     page: Page | None = None
     codec: CanCodec | None = None  # of what is shown
+    believed: Course = field(default_factory=lambda: Course(()))  # of friction, by the time of the hand
     _load_due: float = 0.0
     _flush_due: float = 0.0
 
@@ -108,6 +109,8 @@ class Demo:
             return
         now = time.monotonic_ns()
         self.board.take(message, now)
+        if isinstance(message, ContactEstimate) and self.news is not None:
+            self.believed.believe(message, self.news.time)
         if self.page is not None:
             self.page.take(message, now, NODE)
 
@@ -172,6 +175,7 @@ def run(
         Board(time.monotonic_ns(), fingers),
         page=page,
         codec=CanCodec(fingers, fd=True, use_sender_time=True),
+        believed=Course(fingers),
     )
     noise = {name: getattr(parameters.noise, name) for name in ("normal_force", "displacement", "torque_z")}
     with ExitStack() as stack:
@@ -203,9 +207,11 @@ def run(
         raise KeyboardInterrupt  # interrupted before there was anything to sum up
     load = sum(demo.loads) / len(demo.loads) if demo.loads else math.nan
     held = recorder.held / max(recorder.commands, 1)
+    course: Course = hand.statistics_at_end.rest
+    course.friction = demo.believed.friction
     return Outcome(
         folder,
-        hand.statistics_at_end.rest,
+        course,
         node.statistics_at_end,
         load,
         held,

@@ -117,7 +117,7 @@ class Effect:
         companions: effects that are tried where it is tried, and the other way round.
         min_gain: evidence [nats] below which it is not named, where more is asked than of others.
         min_amounts: parameter and amount that sensors resolve at least, in the parameter's unit.
-        min_plays: the same in standard deviations of the displacement over the reference depth.
+        min_displacement_noises: the same in standard deviations of the displacement over the reference depth.
         trial_sizes: multiples of the declared amount at which it is tried; several where it is not
             proportional to it.
         trial_shapes: parameter that only shapes it and the values at which it is tried.
@@ -143,7 +143,7 @@ class Effect:
     companions: tuple[str, ...] = ()
     min_gain: float = 0.0
     min_amounts: tuple[tuple[str, float], ...] = ()
-    min_plays: tuple[tuple[str, float], ...] = ()
+    min_displacement_noises: tuple[tuple[str, float], ...] = ()
     trial_sizes: tuple[float, ...] = (1.0,)
     trial_shapes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     trials_at: Callable[[Mapping[str, float], float], Iterator[Mapping[str, float]]] | None = None

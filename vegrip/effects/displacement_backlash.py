@@ -27,6 +27,6 @@ EFFECT = Effect(
     confounded=("sensor_lag", "guide_friction"),
     experiment="reversals of equal size at 0.1 and at 5 Hz",
     kinked=True,
-    min_plays=(("play", 3.0),),
+    min_displacement_noises=(("play", 3.0),),
     trial_sizes=(0.2, 1.0, 4.0),
 )

@@ -25,8 +25,9 @@ from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
 
 KERNELS = (
-    "state", "roots", "motion", "predict", "gain", "measure", "sight", "begin", "gap", "touch", "quantities",
-    "report", "belief", "friction", "hold", "onset", "forecast", "update",
+    "state", "covariance_root", "motion", "predict", "scalar_update", "measure", "displacement_loss",
+    "initialisation", "gap", "touch_detection", "quantities", "report", "consistency", "friction",
+    "hold_model", "slip_probability", "forecast", "update",
 )  # fmt: skip
 ENTRIES = ("update", "margin_of", "least_force", "filter_step")
 

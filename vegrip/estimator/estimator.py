@@ -6,14 +6,13 @@ from functools import cache
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.errors import InputError
 from vegrip.estimator.compiled import module_for
 from vegrip.estimator.health import HealthHysteresis, health_of
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import CHANNELS, FRICTION, Layout, layout_of, state_names
-from vegrip.estimator.memory import EstimatorMemory
+from vegrip.estimator.memory import REPORT_PLACE, EstimatorMemory
 from vegrip.estimator.rewind_buffer import RewindBuffer
 from vegrip.estimator.sample_clock import SampleClock, Turn
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
@@ -29,7 +28,7 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.model import ContactModel
-from vegrip.types import NamedNumbers
+from vegrip.types import Floats, NamedNumbers
 
 TANGENTIAL, TORQUE, SLIP = int(Channel.TANGENTIAL), int(Channel.TORQUE), int(Channel.SLIP)
 CHANNEL_SETS = tuple(Channel(bits) for bits in range(64))
@@ -82,11 +81,11 @@ class ContactEstimator:
         self._health: ModelHealth | None = None  # the verdict at the last sample, once it was asked for
 
     @property
-    def memory(self) -> NDArray[np.float64]:
+    def memory(self) -> Floats:
         """All that is known, as plain numbers, shape (layout.size,); a copy, for :meth:`resume`."""
         return self._memory.numbers.copy()
 
-    def resume(self, memory: NDArray[np.float64]) -> None:
+    def resume(self, memory: Floats) -> None:
         """Go on from a :attr:`memory` that was kept, this estimator's or that of its export in C.
 
         For how long nothing was heard is not known: the next sample is taken as after a gap.
@@ -192,7 +191,7 @@ class ContactEstimator:
         return self._clock.taken is not None and self._memory.has_contact
 
     @property
-    def excited(self) -> bool:
+    def is_excited(self) -> bool:
         """Whether the tip moves in contact, or did within ``settings.learning_rest``: only then it learns."""
         return self.in_contact and self._memory.mode("REST") <= self.settings.learning_rest
 
@@ -214,23 +213,23 @@ class ContactEstimator:
             return ContactEstimate(0, "", 0)
         if clock.taken is None:
             return ContactEstimate(state.stamp, state.finger, clock.seq)
-        known = self._memory.reports()
+        known, at = self._memory.reports(), REPORT_PLACE
         age, current = clock.age(state), self._is_current()
 
         def of(name: str, *, when: bool = True) -> Estimate:
-            value, std = known[name], known[name + "_STD"]
+            value, std = known[at[name]], known[at[name + "_STD"]]
             return Estimate(value, std, current and when and math.isfinite(value + std), age)
 
-        touching = known["CONTACT"] > 0.5
+        touching = known[at["CONTACT"]] > 0.5
         return ContactEstimate(
             state.stamp,
             state.finger,
             clock.seq,
             in_contact=touching,
             channels=self._channels_used() if clock.is_trusted else Channel.NONE,
-            indentation=Estimate(known["DEPTH_NOW"], known["DEPTH_STD"], current, age),
+            indentation=Estimate(known[at["DEPTH_NOW"]], known[at["DEPTH_STD"]], current, age),
             normal_force=of("FORCE"),
-            contact_radius=of("RADIUS", when=known["RADIUS_SOUND"] > 0.5),
+            contact_radius=of("RADIUS", when=known[at["RADIUS_SOUND"]] > 0.5),
             pressure_exponent=of("EXPONENT", when=touching),
             friction_coefficient=of("MU"),
             limit_force=of("LIMIT_FORCE"),
@@ -299,14 +298,14 @@ class ContactEstimator:
 
         The load has the torque as a force at the contact radius. NaN and inf where there is no contact.
         """
-        known = self._memory.reports()
-        gauge, radius = known["GAUGE"], known["RADIUS"]
-        if not (gauge > 0.0 and known["CONTACT"] > 0.5 and radius > 0.0):
+        report = self._memory.report
+        gauge, radius = report("GAUGE"), report("RADIUS")
+        if not (gauge > 0.0 and self._memory.has_contact and radius > 0.0):
             return NAN, math.inf, NAN
-        mu = known["MU"]
-        friction_part = known["MU_STD"] / mu if mu > 0.0 else 0.0
-        rest = max(known["GAUGE_REL"] ** 2 - friction_part**2, 0.0)
-        relative = math.sqrt(rest + (known["GAUGE_ABS"] / gauge) ** 2)
+        mu = report("MU")
+        friction_part = report("MU_STD") / mu if mu > 0.0 else 0.0
+        rest = max(report("GAUGE_REL") ** 2 - friction_part**2, 0.0)
+        relative = math.sqrt(rest + (report("GAUGE_ABS") / gauge) ** 2)
         torque = 0.0 if math.isnan(self._torque) else self._torque / radius
         return gauge * mu, relative, math.hypot(self._load, torque)
 

@@ -37,7 +37,7 @@ MARGIN_NUMBERS = 5  # that margin_of writes
 KEPT = 256  # addresses of memories
 Entries = Mapping[str, tuple[Kind, ...]]
 
-_libraries: dict[tuple[str, int], Path] = {}
+_libraries: dict[tuple[str, str, int], Path] = {}
 
 
 class KernelsC:
@@ -107,17 +107,22 @@ def _entry(
     return function
 
 
-def library_of(text: str, entries: Entries, place: Place = unknown_place, *, single: int = 0) -> Path:
+def library_of(
+    text: str, entries: Entries, place: Place = unknown_place, more: str = "", *, single: int = 0
+) -> Path:
     """Return the library with the ``entries`` of a ``text``, from the cache or compiled now.
+
+    ``more`` is C that stands below, for what calls the entries in turn.
 
     Raises:
         CompilerError: there is no compiler, or it failed.
         UntranslatableError: a line cannot be translated; names file and line.
 
     """
-    if (text, single) not in _libraries:
-        _libraries[text, single] = _library(text, entries, place, single=single)
-    return _libraries[text, single]
+    key = (text, more, single)
+    if key not in _libraries:
+        _libraries[key] = _library(text, entries, place, more, single=single)
+    return _libraries[key]
 
 
 def load(text: str, place: Place = unknown_place, *, single: int = 0) -> KernelsC:
@@ -134,7 +139,7 @@ def load(text: str, place: Place = unknown_place, *, single: int = 0) -> Kernels
     return KernelsC(library_of(text, ENTRIES, place, single=single))
 
 
-def _library(text: str, entries: Entries, place: Place, *, single: int) -> Path:
+def _library(text: str, entries: Entries, place: Place, more: str, *, single: int) -> Path:
     compiler = host.compiler()
     if compiler is None:
         raise host.CompilerError("there is no C compiler (cc, gcc or clang)")
@@ -145,9 +150,9 @@ def _library(text: str, entries: Entries, place: Place, *, single: int) -> Path:
         if single:
             lengths = dict.fromkeys(entries, (single, MARGIN_NUMBERS))
             c = behind_doubles(c, entries, lengths)
-        host.build(c, library)
+        host.build(f"{c}\n{more}", library)
 
-    return cache.library(_name(f"{single} {text}", compiler), make)
+    return cache.library(_name(f"{single} {text}{more}", compiler), make)
 
 
 def _name(text: str, compiler: str) -> str:

@@ -83,7 +83,7 @@ class Learner:
     def _judged(self, symbol: str, raw: Estimate, dt: float, *, sound: bool) -> Learned:
         prior = self.model.values[symbol]
         old = self.learned.get(symbol, Learned(raw, prior.value, valid=False, excited=0.0))
-        moving = raw.valid and sound and self.estimator.excited and math.isfinite(raw.std)
+        moving = raw.valid and sound and self.estimator.is_excited and math.isfinite(raw.std)
         if not moving:
             return Learned(raw, old.filtered, old.valid and sound, old.excited)
         excited = old.excited + dt

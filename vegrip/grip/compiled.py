@@ -22,6 +22,7 @@ from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
 from vegrip.grip.policies.running_median import WINDOW_SLOTS
 from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
+from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, ROW_STRIDE
 from vegrip.transport.codec.kernel_text import wire_text
 
 HERE: Final = Path(__file__).parent / "kernels"
@@ -35,6 +36,40 @@ ENTRIES: Final = {
     "finger_receive": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
 }
 """What is called from outside, with the kinds of its arguments."""
+
+COMMANDED: Final = 2
+"""Bit of a step after which a command was packed."""
+_POINTER, _WHOLE = ctypes.c_void_p, ctypes.c_int64
+BATCH_ARGUMENTS: Final = (
+    *[_POINTER] * 3, *[_WHOLE] * 5, ctypes.c_char_p, *[_WHOLE] * 3, *[_POINTER] * 2,
+)  # fmt: skip
+BATCH_STEP: Final = f"""
+int64_t vg_batch_step(double *const *f, int64_t *const *t, double *g, int64_t places, int64_t state_row,
+    int64_t state_base, int64_t command_row, int64_t command_base, const uint8_t *payload, int64_t rows,
+    int64_t arrival, int64_t now, uint8_t *answers, uint8_t *done)
+{{
+    int64_t commands = 0;
+    for (int64_t i = 0; i < rows; i++) {{
+        const uint8_t *row = payload + {FIRST_ROW} + i * state_row;
+        const int64_t id = row[0] + 256 * row[1], n = id / {ROW_STRIDE} - 1;
+        uint8_t *answer = answers + commands * command_row;
+        done[i] = 0;
+        if (n < 0 || n >= places || f[n] == 0 || id % {ROW_STRIDE} != state_base) {{
+            continue;
+        }}
+        done[i] = (uint8_t)vg_finger_step(f[n], t[n], g, row + {ROW_ID.size}, state_row - {ROW_ID.size},
+            arrival, now, answer + {ROW_ID.size});
+        if (done[i] & {COMMANDED}) {{
+            answer[0] = (uint8_t)((command_base + (n + 1) * {ROW_STRIDE}) & 255);
+            answer[1] = (uint8_t)((command_base + (n + 1) * {ROW_STRIDE}) >> 8);
+            commands++;
+        }}
+    }}
+    return commands;
+}}
+"""
+"""Goes through the rows of a batch, see :mod:`vegrip.grip.compiled_batch`: pointers to pointers are the one
+thing that the text of the kernels has no words for."""
 
 LOAD_CHANNELS: Final = ("tangential_force_x", "tangential_force_y", "torque_z")
 SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")
@@ -53,7 +88,8 @@ def finger_module(
         return cache.load_plain(text)
     if mode == "c":
         try:
-            return FingerKernelsC(kernels_c.library_of(text, ENTRIES, finger_places(model).place))
+            places = finger_places(model)
+            return FingerKernelsC(kernels_c.library_of(text, ENTRIES, places.place, BATCH_STEP))
         except (CompilerError, UntranslatableError) as error:
             tell_once(str(error))
     return cache.load(text)
@@ -120,6 +156,10 @@ class FingerKernelsC:
 
     def __init__(self, library: Path) -> None:
         loaded = host.load(library)
+        self.library = library
+        batch_step: Any = loaded["vg_batch_step"]
+        batch_step.argtypes, batch_step.restype = BATCH_ARGUMENTS, ctypes.c_int64
+        self.batch_step = batch_step
         self._step = _entry(loaded, "finger_step", ctypes.c_int)
         self._tick = _entry(loaded, "finger_tick", ctypes.c_int)
         self._receive = _entry(loaded, "finger_receive", ctypes.c_int)

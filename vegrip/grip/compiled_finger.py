@@ -7,12 +7,13 @@ frame that is refused, a sender's clock that starts anew, parameters, silence) i
 """
 
 from dataclasses import dataclass
+from types import FunctionType
 from typing import Final
 
 import numpy as np
 
 from vegrip.estimator import ContactEstimator
-from vegrip.grip.compiled import FingerKernels, finger_module
+from vegrip.grip.compiled import FingerKernels, FingerKernelsC, finger_module
 from vegrip.grip.finger import RECENT_STATES, GraspFinger
 from vegrip.grip.layout import HISTORY_CHANNELS, FingerLayout
 from vegrip.grip.memory import FingerMemory
@@ -24,11 +25,10 @@ from vegrip.types import Floats
 
 LEFT_ALONE: Final = 0
 """The compiled step did not take the frame, and changed nothing."""
-COMMANDED: Final = 2
-"""Bit of a step after which a command stands in :attr:`CompiledFinger.answer`."""
 REPORT: Final = 4
 """Bit of a step after which something is due to be told."""
 
+STATE_BYTES: Final = 48
 COMMAND_BYTES: Final = 24
 MOST_LATE: Final = RECENT_STATES // 2
 """Samples an estimator may go back: a rewind needs the states, and half of the history is fetched at once."""
@@ -43,30 +43,33 @@ class Place:
     thumb: int
 
 
-def can_compile(finger: GraspFinger, settings: ControlSettings) -> bool:
-    """Return whether the compiled step does all that this finger is told to do.
+def why_not_compiled(finger: GraspFinger, settings: ControlSettings) -> str:
+    """Return what this finger is told to do that the compiled step does not; "" when it does everything.
 
-    It has the margin grip alone, shares between thumb and fingers but not by the places of the ``contacts``,
-    and takes friction as the finger's own estimator learns it: where friction is shared between the fingers
-    or probed (``friction.shared``, ``friction.probing``), where the load is led (``grip.drive_lag``) or a
-    need gone back to (``grip.proven_time``), and for any other policy or estimator, the objects answer.
+    The step has the margin grip alone, shares between thumb and fingers but not by the places of the
+    ``contacts``, and takes friction as the finger's own estimator learns it: where friction is shared between
+    the fingers or probed (``friction.shared``, ``friction.probing``), and for any other policy or estimator,
+    the objects answer.
     """
-    estimator = finger.estimator
-    return (
-        isinstance(estimator, ContactEstimator)
-        and isinstance(finger.controller.policy, MarginGrip)
-        and not settings.contacts
-        and settings.grip.drive_lag == settings.grip.proven_time == 0.0
-        and not (settings.friction.shared or settings.friction.probing)
-        and estimator.settings.late <= MOST_LATE
-    )
+    estimator, friction, grip = finger.estimator, settings.friction, settings.grip
+    reasons = {
+        f"the policy is {settings.policy}": not isinstance(finger.controller.policy, MarginGrip),
+        "the places of the contacts are given": bool(settings.contacts),
+        "friction is shared or probed": friction.shared or friction.probing,
+        "the load is led by the lag of the drives": grip.drive_lag > 0.0,
+        "the grip goes back to a proven need": grip.proven_time > 0.0,
+        "the estimator is of another make": not isinstance(estimator, ContactEstimator),
+        f"the estimator goes back by more than {MOST_LATE} states": isinstance(estimator, ContactEstimator)
+        and estimator.settings.late > MOST_LATE,
+    }
+    return next((reason for reason, holds in reasons.items() if holds), "")
 
 
 class CompiledFinger:
     """One finger and its memory.
 
     Args:
-        finger: the objects; :func:`can_compile` must be true of them.
+        finger: the objects; :func:`why_not_compiled` has nothing against them.
         line: of its frames.
         place: in the grasp.
         needs: what every finger of the grasp needs [N], NaN without a command; shared by all.
@@ -156,6 +159,23 @@ class CompiledFinger:
     def felt(self) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the present state."""
         return self._f.item(self._force_at), self._f.item(self._displacement_at)
+
+    @property
+    def runs_by(self) -> str:
+        """What runs the step: C, numba, or Python where nothing is compiled."""
+        if isinstance(self.module, FingerKernelsC):
+            return "C"
+        return "Python" if isinstance(self.module.finger_step, FunctionType) else "numba"
+
+    @property
+    def state_id(self) -> int:
+        """Identifier of the frames of states."""
+        return self._line.state_id
+
+    @property
+    def command_id(self) -> int:
+        """Identifier of the frames of commands."""
+        return self._line.command_id
 
     @property
     def need(self) -> float:

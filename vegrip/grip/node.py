@@ -6,7 +6,8 @@ from itertools import chain
 import numpy as np
 
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
-from vegrip.grip.compiled_finger import LEFT_ALONE, CompiledFinger, Place, can_compile
+from vegrip.grip.compiled_batch import CompiledBatch, can_batch
+from vegrip.grip.compiled_finger import LEFT_ALONE, STATE_BYTES, CompiledFinger, Place, why_not_compiled
 from vegrip.grip.controller import GripController, need_of
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger
@@ -57,6 +58,7 @@ class GraspForce(NodeBase):
         self._compiled: dict[str, CompiledFinger] = {}
         self._lines: Mapping[str, Line] = {}
         self._kernel_mode = ""
+        self._batch: CompiledBatch | None = None
         self._needs = np.full(max(1, len(self._names)), np.nan)
         super().__init__(name, settings)
         self._make_estimator = make_estimator
@@ -106,13 +108,14 @@ class GraspForce(NodeBase):
         for name, estimator in (successors or {}).items():
             if name in self.fingers:
                 self._take_back([self.fingers[name]])
+                self._batch = None
                 self._compiled.pop(name, None)  # its step is of the former model; to compile stops the loop
                 self.fingers[name].replace_estimator(estimator)
                 self.diagnoser.forget(name)
 
     def configure(self) -> None:
         """Build every finger and compile what will run."""
-        self._compiled = {}
+        self._compiled, self._batch = {}, None
         self.controller = GripController(
             self._names, settings=self.parameters, make_estimator=self._new_estimator
         )
@@ -126,7 +129,7 @@ class GraspForce(NodeBase):
             self.controller.restart()
         elif self.controller is not None and self._worn:
             self._learned_store.save()
-            self._compiled = {}
+            self._compiled, self._batch = {}, None
             self.controller.reset()
         self._compile()
         self._active, self._is_at_fault = True, False
@@ -141,7 +144,7 @@ class GraspForce(NodeBase):
         """Forget the fingers, but not what they learned."""
         self._take_back(self.fingers.values())
         self._learned_store.save()
-        self.controller, self._compiled = None, {}
+        self.controller, self._compiled, self._batch = None, {}, None
         self._worn = False
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
@@ -231,6 +234,35 @@ class GraspForce(NodeBase):
             self._take_back([compiled.finger])  # the objects answer, and refuse by name
         return done
 
+    def on_batch(self, payload: bytes, rows: int, arrival: int, now: int) -> tuple[bytearray, int] | None:
+        """Answer the rows of a batch of states, see :meth:`CompiledBatch.step`; None: all are left alone.
+
+        What is left alone is for :meth:`on_message`; the answer is :meth:`batch_commands`.
+        """
+        batch, controller = self._batch, self.controller
+        if batch is None or controller is None or not self._active:
+            return None
+        for compiled in batch.fingers:
+            if not compiled.lent and not compiled.lend(controller.wanted[1], self._periods):
+                return None
+        done, commands = batch.step(payload, rows, arrival, now)
+        row = done.find(LEFT_ALONE, 0, rows)
+        while row >= 0:
+            if (refused := batch.finger_of(payload, row)) is not None:
+                self._take_back([refused.finger])  # the objects answer, and refuse by name
+            row = done.find(LEFT_ALONE, row + 1, rows)
+        return done, commands
+
+    @property
+    def batch_commands(self) -> bytearray:
+        """The rows of the commands that :meth:`on_batch` gave last, below a head that is still empty."""
+        return bytearray() if self._batch is None else self._batch.commands
+
+    def name_in(self, payload: bytes, row: int) -> str:
+        """Return whose state a row of a batch is, "" for another one's."""
+        finger = self._batch.finger_of(payload, row) if self._batch is not None else None
+        return "" if finger is None else finger.finger.name
+
     def command_frame(self, name: str) -> np.ndarray:
         """Return the bytes of the last command that :meth:`on_frame` gave."""
         return self._compiled[name].answer
@@ -276,9 +308,33 @@ class GraspForce(NodeBase):
                 self._kernel_mode,
             )
             for name, finger in self.fingers.items()
-            if name in self._lines and not is_common and can_compile(finger, self.parameters)
+            if name in self._lines and not is_common and not why_not_compiled(finger, self.parameters)
         }
+        self._batch = self._batch_of(list(self._compiled.values()))
         self._tell_needs()
+
+    @property
+    def path_taken(self) -> str:
+        """How states are answered: by the compiled step or by objects, and why, in a sentence."""
+        if self._compiled and len(self._compiled) == len(self.fingers):
+            compiled = next(iter(self._compiled.values()))
+            how = "all fingers at once" if self._batch is not None else "finger by finger"
+            return f"states are answered by the compiled step ({compiled.runs_by}), {how}"
+        if not self._lines:
+            return "states are answered by objects: this transport brings no CAN FD frames"
+        reasons = {why_not_compiled(finger, self.parameters) for finger in self.fingers.values()} - {""}
+        if self.controller is not None and self.controller.friction.active:
+            reasons.add("friction is shared or probed")
+        told = ", ".join(sorted(reasons)) or "a new model has been taken over"
+        return (
+            f"states are answered by objects ({len(self._compiled)} of {len(self.fingers)} compiled): {told}"
+        )
+
+    def _batch_of(self, fingers: list[CompiledFinger]) -> CompiledBatch | None:
+        """Return one step for all fingers, None unless every one has a compiled step that allows it."""
+        if len(fingers) < len(self.fingers) or not fingers or not can_batch(fingers):
+            return None
+        return CompiledBatch(fingers, self._needs, STATE_BYTES)
 
     @property
     def _periods(self) -> tuple[float, float]:

@@ -4,12 +4,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vegrip.effects.contract import FACTORS, GEOMETRY, STAGES, STARTS, Effect
 from vegrip.errors import ModelError
 from vegrip.model.composer import Call, Plan
+from vegrip.types import Floats
 
 PROBED_DEPTHS = (-0.5, 0.0, 1e-6, 0.3, 1.0, 2.0)  # in reference depths
 PROBED_STEPS_S = (0.0, 1e-3, 1.0)  # [s]
@@ -18,7 +16,7 @@ PROBED_STEPS_S = (0.0, 1e-3, 1.0)  # [s]
 def probe(
     effects: Sequence[Effect],
     plan: Plan,
-    values: NDArray[np.float64],
+    values: Floats,
     reference_depth: float,
 ) -> None:
     """Run every hook once at each depth and step.

@@ -79,7 +79,9 @@ class NodeCalls:
         status, clock = self._runner.status, self._runner.clock
         if status is None:
             return None
-        told = {} if clock is None else {"clock": dataclasses.asdict(clock)}
+        told: dict[str, Any] = {} if clock is None else {"clock": dataclasses.asdict(clock)}
+        if path := self._runner.path_taken:
+            told["path"] = path
         return {**dataclasses.asdict(status), "state": status.state.name.lower(), **told}
 
     def _in_loop(self, call: Call) -> None:

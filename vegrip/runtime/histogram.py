@@ -29,6 +29,13 @@ class Histogram:
         if duration > self.maximum:  # noqa: PLR1730
             self.maximum = duration
 
+    def add_equal(self, duration: int, times: int) -> None:
+        """Count ``duration`` [ns] several ``times``."""
+        duration = min(max(duration, 0), LONGEST)
+        self._counts[_bucket(duration)] += times
+        self.count += times
+        self.maximum = max(self.maximum, duration)
+
     def percentile(self, share: float) -> float:
         """Return the duration [ns] that a ``share`` (0 .. 1) of all does not exceed; NaN when empty.
 

@@ -66,6 +66,10 @@ class AnswersFrames(Protocol):
     def reports(self, name: str, now: int) -> Iterator[Message]:
         """Return what is due to be told besides."""
 
+    @property
+    def path_taken(self) -> str:
+        """Which way states go, and why, in a sentence."""
+
     def take_back(self, name: str = "") -> None:
         """Bring up to date what messages, counts and settings rest on, of the finger ``name`` or of all."""
 

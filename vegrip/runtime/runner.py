@@ -11,6 +11,7 @@ from vegrip.config import parameter
 from vegrip.errors import DeviceError
 from vegrip.host.realtime import LoopPriority, Scheduling
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus
+from vegrip.runtime.batch_path import AnswersBatches, BatchPath, GivesBatches
 from vegrip.runtime.call_queue import CallQueue
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.fault_hints import HINTS, FaultHints
@@ -22,7 +23,7 @@ from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.transport.codec import Frame
-from vegrip.transport.endpoint import Endpoint, Guarded, Inspected, Selective, Timed
+from vegrip.transport.endpoint import Endpoint, Gathering, Guarded, Inspected, Selective, Timed
 from vegrip.transport.sender_clock import ClockEstimate
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
@@ -84,6 +85,7 @@ class Runner:
         self._stop = False
         self._unfinished: deque[Iterator[Message]] = deque()  # answers of which the command has been sent
         self._more = False  # the last look at the bus may have left something there
+        self._owed: set[str] = set()  # fingers whose reports are among them
         self.running = False  # whether run() has begun
         self._pending = False  # to be activated as soon as nothing stands in the way
         self._remedies = FaultHints()
@@ -100,17 +102,25 @@ class Runner:
         self._senders = SenderWatch()
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
         self.channels = ChannelWatch(lacking) if lacking is not None else None
-        self.hot_path: HotPath | None = None
+        self.hot_path: HotPath | BatchPath | None = None
+        beside_path = (clock, self.statistics, self._senders, telemetry, self.channels)
         if isinstance(node, AnswersFrames) and isinstance(endpoint, GivesFrames):
-            self.hot_path = HotPath(
-                node, endpoint, clock, self.statistics, self._senders, telemetry, self.channels
-            )
+            self.hot_path = HotPath(node, endpoint, *beside_path)
+        elif isinstance(node, AnswersBatches) and isinstance(endpoint, GivesBatches):
+            self.hot_path = BatchPath(node, endpoint, *beside_path)
+        self._gathering = endpoint if isinstance(endpoint, Gathering) else None
         self._renumber = True  # commands may have been sent in the node's place
 
     @property
     def state(self) -> Lifecycle:
         """The lifecycle state of the node."""
         return self.managed.state
+
+    @property
+    def path_taken(self) -> str:
+        """Which way the states of fingers go through the loop, and why; "" for a node that answers none."""
+        node = self.managed.node
+        return node.path_taken if isinstance(node, AnswersFrames) else ""
 
     @property
     def due(self) -> int:
@@ -184,9 +194,15 @@ class Runner:
         """Wait for messages or the next tick, whichever comes first, and serve it."""
         wait = (self.due - self._clock.now()) / NS
         self._answer_all(self._gather(min(max(wait, 0.0), LONGEST_WAIT)))
-        while self._unfinished:
+        while self._unfinished and not (self._stop or self.managed.node.finished):
             self._answer_all(self._newcomers())
+            if self._clock.now() >= self.due:
+                self._serve_due()
             self._finish_one()
+        self._serve_due()
+
+    def _serve_due(self) -> None:
+        """Serve requests, the tick and the status, as far as they are due."""
         self.inbox.serve()
         if self._broken:
             self._tell_broken()
@@ -242,9 +258,43 @@ class Runner:
                     self._unfinished.append(answers)
                 return
 
+    def _intercept_batch(self, payload: bytes, rows: int, arrival: int) -> Sequence[int] | None:
+        """Answer a batch on the short way; return what was done with each row, None: with none."""
+        path = self.hot_path
+        if self.state is not Lifecycle.ACTIVE or not isinstance(path, BatchPath):
+            self._renumber = True
+            return None
+        try:
+            if self._renumber:
+                self._renumber = False
+                path.renumber(self.managed.numbers_sent())
+            answered = path.answer(payload, rows, arrival)
+        except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
+            self.managed.fail(error, self._clock.now())
+            return None
+        if answered is None:
+            return None
+        for finger in answered[1]:
+            self._put_off_reports(path, finger)
+        return answered[0]
+
+    def _put_off_reports(self, path: HotPath | BatchPath, finger: str) -> None:
+        now = self._clock.now()
+        if finger in self._owed or not self.statistics.pace.allows(finger, now):
+            return
+        node = path.node
+        self._owed.add(finger)
+        reports = self.managed.answers(lambda: node.reports(finger, now), now)
+        self._unfinished.append(self._until_delivered(finger, reports))
+
+    def _until_delivered(self, finger: str, reports: Iterator[Message]) -> Iterator[Message]:
+        """Yield the reports of ``finger``; where they end, they are owed no longer."""
+        yield from reports
+        self._owed.discard(finger)
+
     def _intercept(self, frame: Frame) -> bool:
         """Answer a frame on the short way; return whether that was done."""
-        if self.state is not Lifecycle.ACTIVE or self.hot_path is None:
+        if self.state is not Lifecycle.ACTIVE or not isinstance(self.hot_path, HotPath):
             self._renumber = True
             return False
         try:
@@ -255,16 +305,13 @@ class Runner:
         except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
             self.managed.fail(error, self._clock.now())
             return False
-        now = self._clock.now()
-        if done & REPORT and self.statistics.pace.allows(finger, now):
-            node = self.hot_path.node
-            self._unfinished.append(self.managed.answers(lambda: node.reports(finger, now), now))
+        if done & REPORT:
+            self._put_off_reports(self.hot_path, finger)
         return done != LEFT_ALONE
 
     def _newcomers(self) -> Sequence[Message]:
-        """Return what has come while reports were sent, unless a tick or too much else is due."""
-        busy = len(self._unfinished) >= MOST_UNFINISHED or self._clock.now() >= self.due
-        return () if busy else self._endpoint.receive(0.0)
+        """Return what has come while reports were sent, unless too much waits to be sent."""
+        return () if len(self._unfinished) >= MOST_UNFINISHED else self._endpoint.receive(0.0)
 
     def _finish_one(self) -> None:
         """Send one message of what was to come after the commands."""
@@ -287,6 +334,8 @@ class Runner:
                 self.statistics.states_sent += 1
             if self._telemetry is not None:
                 self._telemetry.offer(message, Direction.OUT)
+        if self._gathering is not None and messages:
+            self._gathering.flush()
 
     def _report(self, now: int) -> None:
         dropped = self._telemetry.dropped if self._telemetry is not None else 0
@@ -332,6 +381,8 @@ class Runner:
 
     def _settle(self) -> None:
         """Freeze what exists out of the garbage collector's sight, drop what came before, lay the grid."""
+        if self.path_taken:
+            self.managed.logger.info("%s", self.path_taken)
         gc.freeze()
         if sentence := self._priority.take():
             self.managed.logger.warning("%s", sentence)
@@ -342,11 +393,17 @@ class Runner:
         self.schedule.start(now)
         self._status_schedule.start(now)
 
+    def _look_first(self) -> None:
+        """Have the short way look at what comes before it is decoded."""
+        if isinstance(self.hot_path, BatchPath):
+            self.hot_path.look(self._intercept_batch)
+        elif self.hot_path is not None:
+            self.hot_path.look(self._intercept)
+
     def _forget_the_past(self) -> None:
         if self.hot_path is not None:
             self.hot_path.look(None)
         for _ in range(STATE_BACKLOG):
             if not self._endpoint.receive(0.0):
                 break
-        if self.hot_path is not None:
-            self.hot_path.look(self._intercept)
+        self._look_first()

@@ -42,6 +42,19 @@ class LoopStatistics:
         if arrived is not None:
             self._answered(now - arrived)
 
+    def batch(self, states: int, commands: int, arrived: int, now: int) -> None:
+        """Count states that arrived together at ``arrived`` [ns], and commands that left at ``now``."""
+        self.states += states
+        self.commands += commands
+        if not commands:
+            return
+        latency = now - arrived
+        self.latency.add_equal(latency, commands)
+        self._recent.add_equal(latency, commands)
+        self.pace.answered(latency)
+        if latency > self.deadline:
+            self.deadline_misses += commands
+
     def forget_states(self) -> None:
         """Let no command answer what came before now."""
         self._unanswered.clear()

@@ -89,6 +89,14 @@ class Selective(Protocol):
 
 
 @runtime_checkable
+class Gathering(Protocol):
+    """An endpoint that keeps what is sent together until it is told that this is all."""
+
+    def flush(self) -> None:
+        """Send what was kept."""
+
+
+@runtime_checkable
 class Guarded(Protocol):
     """An endpoint whose connections may be refused, by others or by itself."""
 

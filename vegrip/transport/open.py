@@ -80,6 +80,7 @@ class ZmqSettings:
     publish: str = parameter("", doc="address to publish at: ipc:NAME or tcp://127.0.0.1:PORT")
     subscribe: tuple[str, ...] = parameter((), doc="addresses to listen to")
     sender_time: bool = parameter(True, doc="keep the sender's stamps; false: the time of arrival")
+    batch: bool = parameter(False, doc="states and commands of all fingers as one message each")
     curve: dict[str, Any] = parameter({}, doc="key files: own, peers, publisher")
     map: str = parameter("", doc="file that says where the values stand in messages of another shape")
 
@@ -224,4 +225,10 @@ def open_zmq(table: Mapping[str, Any], hand: Hand, where: str) -> Endpoint:
         mapped: Endpoint = importlib.import_module(MAPPED).open_mapped_zmq(settings, hand, keys)
         return mapped
     codec = MsgpackCodec(hand.namespace, hand.fingers, remap=hand.remap, use_sender_time=settings.sender_time)
+    if settings.batch:
+        from vegrip.transport.batch_endpoint import BatchEndpoint  # noqa: PLC0415
+        from vegrip.transport.codec.batch_codec import BatchCodec  # noqa: PLC0415
+
+        batches = BatchCodec(hand.fingers, hand.namespace, use_sender_time=settings.sender_time)
+        return BatchEndpoint(settings.publish, settings.subscribe, codec, batches, keys)
     return ZmqEndpoint(settings.publish, settings.subscribe, codec, keys)

@@ -176,15 +176,16 @@ class ZmqEndpoint(ClosedByWith):
                 parts = subscription.take()
                 if parts is None:
                     break
-                message = self._decoded(parts)
-                if message is not None:
-                    messages.append(message)
+                self._take(parts, time.monotonic_ns(), messages)
 
-    def _decoded(self, parts: Sequence[bytes]) -> Message | None:
+    def _take(self, parts: Sequence[bytes], arrived: int, messages: list[Message]) -> None:
+        """Add what the parts say, which arrived at ``arrived`` [ns]."""
         if len(parts) != 2:
             self._faults["parts"] += 1
-            return None
-        return self._codec.decode(parts[0].decode("utf-8", "replace"), parts[1], time.monotonic_ns())
+            return
+        message = self._codec.decode(parts[0].decode("utf-8", "replace"), parts[1], arrived)
+        if message is not None:
+            messages.append(message)
 
     def _readable(self, deadline: float) -> bool:
         """Wait for a message until ``deadline`` [s].

@@ -79,6 +79,7 @@ class VirtualHand:
         self.soft = Fingertips(self.tips, s.step)
         n = len(self.tips)
         self._side = np.where(np.arange(n) == 0, 1.0, -1.0)  # an opposed finger is relieved when z grows
+        self._turned = np.where(self._side[:, None] > 0.0, [-1.0, 1.0, -1.0], [1.0, 1.0, 1.0])
         self._drives = Drives(s.actuator, n - 1)
         self._drives.position[:] = -CLEARANCE_M
         self._grid = even_grid(s.rings, s.spokes)
@@ -218,8 +219,7 @@ class VirtualHand:
 
     def _contact_wrench(self) -> Floats:
         """Force x, y [N] and torque z [N m] of the object on each fingertip, in its contact frame; (n, 3)."""
-        turned = np.where(self._side[:, None] > 0.0, [-1.0, 1.0, -1.0], [1.0, 1.0, 1.0])
-        wrench: Floats = turned * self.plate.wrench
+        wrench: Floats = self._turned * self.plate.wrench
         return wrench
 
     def _reading(self) -> Reading:

@@ -3,7 +3,9 @@
 Colours are names of the style sheet, so that a drawing is light or dark as its page is, and prints.
 """
 
+import itertools
 import math
+import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
@@ -11,7 +13,20 @@ from html import escape
 Pair = tuple[float, float]
 TICKS = 5  # about so many on an axis
 MARK = 58  # [px] half of the words on a mark
+GAP = 8.0  # times the usual step, from which on nothing was measured between two columns
 LEFT, RIGHT, TOP, BOTTOM = 62, 12, 16, 40  # [px] around the drawing
+
+
+def runs(times: Sequence[float]) -> list[slice]:
+    """Return the stretches of ``times`` that no gap parts: what was not measured is not drawn.
+
+    >>> runs([0.0, 1.0, 2.0, 60.0, 61.0])
+    [slice(0, 3, None), slice(3, 5, None)]
+    """
+    steps = [later - sooner for sooner, later in itertools.pairwise(times)]
+    gap = GAP * statistics.median(steps) if steps else 0.0
+    ends = [0, *(i for i, step in enumerate(steps, 1) if step > gap), len(times)]
+    return [slice(begin, end) for begin, end in itertools.pairwise(ends) if end > begin]
 
 
 @dataclass

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vegrip.identification.compare.words import format_quantity
-from vegrip.web.axes import Axes, extent
+from vegrip.web.axes import Axes, extent, runs
 
 WIDE, LOW = (1300, 260), (1300, 170)  # [px]
 FEW = 80  # columns, with less of which each is drawn as a point
@@ -41,15 +41,15 @@ def over_time(channel: str, told: Told, beside: Told | None = None) -> str:
         WIDE,
     )
     noise = SIGMA * scale * (told["noise"] or 0.0)
-    axes.band(columns["time"], [v - noise for v in low], [v + noise for v in high], "measured")
+    time = columns["time"]
+    for run in runs(time):
+        axes.band(time[run], [v - noise for v in low[run]], [v + noise for v in high[run]], "measured")
     if beside is not None and beside["columns"]:
-        axes.line(
-            beside["columns"]["time"],
-            _model(beside["columns"], scale),
-            "orange",
-            **{"stroke-dasharray": "5 4"},
-        )
-    axes.line(columns["time"], model, "blue")
+        other, its = beside["columns"]["time"], _model(beside["columns"], scale)
+        for run in runs(other):
+            axes.line(other[run], its[run], "orange", **{"stroke-dasharray": "5 4"})
+    for run in runs(time):
+        axes.line(time[run], model[run], "blue")
     return axes.svg(f"{channel}: measured and modelled over time")
 
 
@@ -66,7 +66,8 @@ def residual_over_time(channel: str, told: Told) -> str:
     axes.band([time[0], time[-1]], [-SIGMA] * 2, [SIGMA] * 2, "band")
     if len(time) < FEW:
         axes.points(time, columns["z_high"], "ink-soft")
-    axes.band(time, columns["z_low"], columns["z_high"], "ink-soft")
+    for run in runs(time):
+        axes.band(time[run], columns["z_low"][run], columns["z_high"][run], "ink-soft")
     return axes.svg(f"{channel}: residual over time")
 
 

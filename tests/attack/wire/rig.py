@@ -13,6 +13,8 @@ from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import Message
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
+from vegrip.transport.codec.line import Line
+from vegrip.transport.endpoint import Intercept
 from vegrip.validation.controllers.candidates import make_node
 
 PERIOD = 0.005  # [s] between states
@@ -83,17 +85,37 @@ class Link:
         return self._codec.decode(str(sent.place), sent.data, now)
 
 
-class Rig:
-    """A hand, a wire, a node."""
+class FrameLink(Link):
+    """The endpoint of a node on CAN, which may answer a frame by the compiled step before it is a message."""
 
-    endpoint = Link
+    def __init__(self, wire: str, clock: SimulatedClock) -> None:
+        super().__init__(wire, clock)
+        self.intercept: Intercept | None = None
+
+    def line(self, finger: str) -> Line | None:
+        return self._can.line(finger) if self._can is not None else None
+
+    def send_frame(self, frame: Frame) -> None:
+        self.outgoing.append(Sent(frame.arbitration_id, frame.data))
+
+    def _decoded(self, sent: Sent, now: int) -> Message | None:
+        frame = Frame(int(sent.place), sent.data, fd=True, stamp=now)
+        if self.intercept is not None and self.intercept(frame):
+            return None
+        return super()._decoded(sent, now)
+
+
+class Rig:
+    """A hand, a wire, a node; on CAN as it runs by default, with its step compiled."""
+
+    endpoint: type[Link] | None = None  # another one: everything goes by messages
 
     def __init__(self, wire: str) -> None:
         self.wire, self.hand, self.course = WIRES[wire], Hand(), Course()
         self.clock, self.seq = SimulatedClock(), [0] * len(FINGERS)
         self.clock.sleep_until(7200 * NS)  # so that an hour before now is a time
         self.started = self.clock.now()
-        self.link = self.endpoint(wire, self.clock)
+        self.link = (self.endpoint or (FrameLink if wire == "can" else Link))(wire, self.clock)
         node = make_node(GraspParameters(), FINGERS)
         self.limits = node.parameters.limits
         self.runner = Runner(

@@ -28,3 +28,9 @@ def test_the_attack_sees_every_node_that_is_broken_on_purpose() -> None:
     assert len(lines) == 4, done.stdout + done.stderr
     assert [line for line in lines if not line.startswith("FAILED")] == []
     assert done.returncode == 1
+
+
+def test_on_can_the_attack_meets_the_compiled_step() -> None:
+    told = "from rig import Rig; rig = Rig('can'); rig.run_until(1.0); print(rig.runner.hot_path.frames)"
+    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=False, cwd=HERE)
+    assert int(done.stdout) > 300, done.stderr

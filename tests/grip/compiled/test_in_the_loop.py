@@ -1,10 +1,13 @@
 """The node in its loop answers frames compiled, and everything else goes on as before."""
 
+import logging
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from vegrip.grip.node import GraspForce
 from vegrip.messages import Condition, Lifecycle, Message
 from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.validation.faults.testbed import Scene
@@ -52,6 +55,21 @@ def test_a_hand_is_held_with_the_same_forces_on_both_ways() -> None:
     assert frames(compiled) > 1000
     assert compiled.course.force == objects.course.force
     assert compiled.course.command == objects.course.command
+
+
+def test_the_loop_says_which_way_states_go(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO, "vegrip"):
+        runner = Scene("pinch", sender_time=True).grip.runner
+    assert "states are answered by the compiled step (" in caplog.text
+    assert runner.path_taken.endswith("finger by finger")
+    node = runner.managed.node
+    assert isinstance(node, GraspForce)
+    node.parameters = replace(node.parameters, friction=replace(node.parameters.friction, shared=True))
+    node.deactivate()
+    node.activate()
+    assert runner.path_taken.endswith("by objects (0 of 2 compiled): friction is shared or probed")
+    node.run_compiled({})
+    assert runner.path_taken.endswith("brings no CAN FD frames")
 
 
 def test_counts_and_status_are_those_of_messages() -> None:

@@ -1,5 +1,6 @@
 """A calibration leads a soft fingertip to its model, by trials of a bench that shares no physics with it."""
 
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from vegrip.identification.calibration.session import (
 )
 from vegrip.identification.calibration.trials import KINDS
 from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.fit.noise import in_air
 from vegrip.identification.recording import Recording
 from vegrip.identification.simulate.protocol import greatest_depth, greatest_speed
 from vegrip.model import read_model
@@ -71,7 +73,9 @@ def test_the_model_is_that_of_the_fingertip(done: tuple[Calibration, list[str]])
     assert ended.error < 1.15
     assert ended.account["calibration"]["again"] == []
     if ended.added:  # what was found missing is asked for from then on
-        assert {one.symbol for one in judge(calibration).known} == {one.symbol for one in ended.known}
+        assert {one.symbol for one in judge(deepcopy(calibration)).known} == {
+            one.symbol for one in ended.known
+        }
 
 
 def test_a_calibration_goes_on_where_it_was(done: tuple[Calibration, list[str]]) -> None:
@@ -123,6 +127,23 @@ def test_a_fingertip_softer_than_guessed_is_pressed_deeper_and_not_refused(tmp_p
     assert second.kind == "press"
     assert greatest_depth(second.protocol) > 1.5 * greatest_depth(first.protocol)
     assert calibration.take(practise(second, tip, SOFT + 1)).is_good
+
+
+def test_a_zero_that_differs_from_trial_to_trial_is_taken_off_each(tmp_path: Path) -> None:
+    tip = practice_tip(SEED)
+    joined = []
+    for folder, zeros in (("same", (0.0, 0.0)), ("other", (0.02, -0.03))):
+        calibration = Calibration(tmp_path / folder, tip.radius, usual_limits(RigLimits(), tip.radius))
+        trial = first_of(tip.radius, calibration.limits).trial
+        assert trial is not None
+        for number, zero in enumerate(zeros):
+            made = practise(trial, tip, number)
+            force = made.columns["normal_force"] + zero
+            calibration.take(replace(made, columns={**made.columns, "normal_force": force}), "press")
+        joined.append(calibration.joined().columns["normal_force"])
+    assert joined[0] == pytest.approx(joined[1], abs=1e-9)
+    air = in_air(calibration.joined())
+    assert abs(float(np.mean(joined[0][air]))) < 1e-3
 
 
 def _like(recording: Recording, **columns: np.ndarray | None) -> Recording:

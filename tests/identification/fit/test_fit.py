@@ -127,3 +127,22 @@ def test_command_writes_a_model_that_reads_back(bench, plain, tmp_path, capsys) 
 def test_command_refuses_what_is_no_recording(tmp_path, capsys) -> None:
     assert main(["fit", str(tmp_path / "nowhere")]) == 3
     assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_grasp_without_air_is_told_to_determine_no_zero() -> None:
+    rng = np.random.default_rng(1)
+    t = np.arange(0.0, 4.0, 0.005)
+    depth = 1.5e-3 + 1e-4 * np.sin(4.0 * t)
+    before = np.interp(np.arange(-2.0, 0.0, 0.005), [-2.0, -1.0, -0.5, 0.0], [-1e-4, -1e-4, 1.5e-3, 1.5e-3])
+    whole = paper_model(8e-3).simulate(np.arange(-2.0, 4.0, 0.005), np.r_[before, depth]).normal_force
+    columns = {
+        "displacement": depth + 5e-6 * rng.standard_normal(t.size),
+        "normal_force": whole[-t.size :] + 0.01 * rng.standard_normal(t.size),
+    }
+    recording = Recording("grasp", t, np.zeros(t.size, dtype=np.int64), columns, Fingertip(8e-3), {}, {})
+    said = "the fingertip is never in the air"
+    assert any(said in warning for warning in fit(recording).warnings())
+
+
+def test_a_recording_with_air_is_not_told_so(plain) -> None:
+    assert not any("never in the air" in warning for warning in plain.warnings())

@@ -53,10 +53,10 @@ def frame(identifier):
 def heard(bus, sender, *identifiers, last=0x10):
     """Return what comes of ``identifiers`` and a last frame that passes all filters of these tests."""
     for identifier in (*identifiers, last):
-        sender.send(frame(identifier), timeout=5.0)
+        sender.send(frame(identifier), timeout=60.0)
     got = []
     while not got or got[-1] != last:
-        got.append(bus.recv(5.0).arbitration_id)
+        got.append(bus.recv(60.0).arbitration_id)
     return got
 
 
@@ -70,7 +70,7 @@ def test_what_does_not_pass_is_neither_brought_nor_counted_as_lost():
             assert heard(bus, sender, 0x11F, 0x120, 0x12F, 0x130) == [0x120, 0x12F, 0x10]
             sender.send(frame(0x500))
             sender.send(frame(0x10))
-            assert bus.take(time.monotonic() + 5.0).frame.identifier == 0x10, "the short way, too"
+            assert bus.take(time.monotonic() + 60.0).frame.identifier == 0x10, "the short way, too"
             assert bus.overruns == 0
             bus.set_filters([LAST])
             heard(bus, sender)
@@ -87,9 +87,9 @@ def test_error_frames_pass_every_filter():
         can.Bus(interface="vegrip", channel="errors", faults=faults) as sender,
     ):
         sender.send(frame(0x10))
-        kinds = [bus.recv(5.0).is_error_frame]
+        kinds = [bus.recv(60.0).is_error_frame]
         while kinds[-1]:
-            kinds.append(bus.recv(5.0).is_error_frame)
+            kinds.append(bus.recv(60.0).is_error_frame)
         assert len(kinds) > 1
 
 

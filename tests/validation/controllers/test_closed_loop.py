@@ -63,7 +63,7 @@ def test_trials_are_summed_up_by_controller() -> None:
 def test_every_controller_of_the_comparison_is_what_its_name_says(grasp: str) -> None:
     policies = {name: parameters(name, knob).policy for name, knob in KNOBS[grasp].items()}
     margin = {name for name, policy in policies.items() if policy == "margin"}
-    assert margin == {"vegrip", "learning", "ellipse"}
+    assert margin == {"vegrip", "learning", "ellipse", "known"}
     assert parameters("ellipse", 0.15).estimator.surface == "ellipse"
     assert parameters("vegrip", 0.15).estimator.surface == "exact"
     assert policies["elastic"] == "elastic"

@@ -1,13 +1,14 @@
 """What comes: when a held contact slips, and the least force that keeps a margin.
 
-The forecast is the model itself, stepped through the hold (``hold.py``); radius and exponent follow from its
-states. The spread of the gauge grows with what the forecast adds,
+The forecast is the model itself, stepped through the hold (``hold_model.py``); radius and exponent follow
+from its states. The spread of the gauge grows with what the forecast adds,
 ``s(T)^2 = s(0)^2 + [ln(N(0) / N(T)) s_c]^2``, s_c being the relative spread of the relaxing share. That the
-contact holds by now is used too (``onset.py``): what has held its load does not slip at once.
+contact holds by now is used too (``slip_probability.py``): what has held its load does not slip at once.
 """
 
 import math
 
+from vegrip.estimator.kernels.covariance_root import WIDE
 from vegrip.estimator.kernels.generated import (
     DELTA,
     FRI_LN_MU,
@@ -28,10 +29,9 @@ from vegrip.estimator.kernels.generated import (
     Floats,
     gauge,
 )
-from vegrip.estimator.kernels.hold import begin_hold, keep_hold, surface_of, try_hold
-from vegrip.estimator.kernels.onset import onset_probability
+from vegrip.estimator.kernels.hold_model import begin_hold, keep_hold, surface_of, try_hold
 from vegrip.estimator.kernels.report import upper_gauge
-from vegrip.estimator.kernels.roots import WIDE
+from vegrip.estimator.kernels.slip_probability import onset_probability
 from vegrip.estimator.kernels.state import copy_state, put_learned
 
 Load = tuple[float, float]
@@ -55,7 +55,7 @@ def gauge_of(force: float, a: float, k: float, mu: float, load: Load) -> float:
     return gauge(k, f / limit, moment / (limit * a))
 
 
-def gauge_then(
+def gauge_after(
     m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load, quantile: float
 ) -> tuple[float, float, float]:
     """Bound of the gauge after another dt of the hold; ``delta``, ``elastic_force``."""
@@ -67,7 +67,7 @@ def gauge_then(
     return g, delta, elastic
 
 
-def slipped_by(
+def slip_probability_after(
     m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load
 ) -> tuple[float, float, float]:
     """Probability of slip within another dt of the hold; ``delta``, ``elastic_force``."""
@@ -118,28 +118,28 @@ def time_to_slip(m: Floats, tangential: float, torque: float, chance: float) -> 
     put_learned(m, y)
     elastic, origin, fresh = begin_hold(m, y)
     begun = (origin, fresh)
-    slipped = slipped_by(m, y, elastic, 0.0, begun, load)[0]
+    slipped = slip_probability_after(m, y, elastic, 0.0, begun, load)[0]
     if m[FRI_SLIDING] > 0.5 or slipped >= chance:
         return 0.0
     t, dt = 0.0, FIRST
     while t < LAST and not math.isnan(slipped):
-        slipped, delta, after = slipped_by(m, y, elastic, dt, begun, load)
+        slipped, delta, after = slip_probability_after(m, y, elastic, dt, begun, load)
         if slipped >= chance:
-            return t + crossing(m, y, elastic, dt, begun, load, chance)
+            return t + crossing_time(m, y, elastic, dt, begun, load, chance)
         keep_hold(m, y, delta)
         t, elastic = t + dt, after
         dt = GROWTH * t
     return math.nan if math.isnan(slipped) else math.inf
 
 
-def crossing(
+def crossing_time(
     m: Floats, y: int, before: float, dt: float, begun: tuple[float, float], load: Load, chance: float
 ) -> float:
     """Part of the step ``dt`` [s] after which slip has the probability ``chance``, by halving."""
     low, high = 0.0, dt
     for _ in range(30):
         middle = 0.5 * (low + high)
-        if slipped_by(m, y, before, middle, begun, load)[0] >= chance:
+        if slip_probability_after(m, y, before, middle, begun, load)[0] >= chance:
             high = middle
         else:
             low = middle
@@ -155,13 +155,13 @@ def worst_gauge(m: Floats, y: int, depth: float, load: Load, quantile: float) ->
     m[y + DELTA] = depth
     elastic, _, fresh = begin_hold(m, y)
     begun = (depth, fresh)
-    worst = gauge_then(m, y, elastic, 0.0, begun, load, quantile)[0]
+    worst = gauge_after(m, y, elastic, 0.0, begun, load, quantile)[0]
     if m[SET_HOLD] == 0.0 or m[SET_HORIZON] == 0.0 or math.isnan(worst):
         return worst
     t = 0.0
     for part in PARTS:
         dt = part * m[SET_HORIZON] - t
-        g, delta, elastic = gauge_then(m, y, elastic, dt, begun, load, quantile)
+        g, delta, elastic = gauge_after(m, y, elastic, dt, begun, load, quantile)
         if math.isnan(g):
             return math.nan
         keep_hold(m, y, delta)
@@ -234,7 +234,7 @@ def load_of(tangential: float, torque: float) -> Load:
     return abs(tangential), moment
 
 
-def reserve(m: Floats, tangential: float, torque: float) -> float:
+def force_reserve(m: Floats, tangential: float, torque: float) -> float:
     """Normal force [N] that could be lost now before the margin's lower bound is 0; negative: too little."""
     hold = m[SET_HOLD]
     m[SET_HOLD] = 0.0  # now, not over the horizon

@@ -60,14 +60,14 @@ def learn_friction(
 
     Nothing is learned where the estimate is not ``sound``.
     """
-    forget(m, dt, touching)
+    inflate_friction(m, dt, touching)
     if not (0.0 < u < math.inf and relative_std < 10.0 and touching and sound) or math.isnan(slip):
         m[FRI_SLIDE_COUNT] = m[FRI_HELD_TIME] = 0.0
         return
     noise = relative_std * relative_std + m[FRI_SCATTER_VAR]
     if slip >= 0.5:
         m[FRI_HELD_TIME] = 0.0
-        slide(m, math.log(u), noise)
+        count_slide(m, math.log(u), noise)
         return
     if m[FRI_SLIDING] > 0.5:
         new_loading(m)
@@ -78,10 +78,10 @@ def learn_friction(
         return
     m[FRI_SMOOTH] += (1.0 - math.exp(-dt / 0.02)) * (u - m[FRI_SMOOTH])  # a peak of noise is no evidence
     follow_loading(m, m[FRI_SMOOTH])
-    hold(m, dt, u, noise)
+    count_stick(m, dt, u, noise)
 
 
-def slide(m: Floats, ln_u: float, noise: float) -> None:
+def count_slide(m: Floats, ln_u: float, noise: float) -> None:
     """One sample of slip: believed from SLIDE of them on, while u stays the same."""
     count = m[FRI_SLIDE_COUNT]
     if count == 0.0:
@@ -92,14 +92,14 @@ def slide(m: Floats, ln_u: float, noise: float) -> None:
     count += 1.0
     m[FRI_SLIDE_COUNT] = count
     m[FRI_SLIDE_MEAN] += (ln_u - m[FRI_SLIDE_MEAN]) / count
-    if count == SLIDE and not confirmed(m, m[FRI_SLIDE_MEAN], noise):
+    if count == SLIDE and not is_confirmed(m, m[FRI_SLIDE_MEAN], noise):
         m[FRI_SLIDE_COUNT] = -1.0
         return
     if count >= SLIDE:
-        slipped(m, m[FRI_SLIDE_MEAN], noise, count == SLIDE)
+        update_by_slip(m, m[FRI_SLIDE_MEAN], noise, count == SLIDE)
 
 
-def confirmed(m: Floats, ln_u: float, noise: float) -> bool:
+def is_confirmed(m: Floats, ln_u: float, noise: float) -> bool:
     """Whether a slide at ``ln_u`` is to be believed; one far above the belief waits for another like it."""
     above = (ln_u - m[FRI_BASE_LN]) / math.sqrt(m[FRI_BASE_VAR] + noise)
     alike = abs(ln_u - m[FRI_UNCONFIRMED]) < ALIKE
@@ -107,7 +107,7 @@ def confirmed(m: Floats, ln_u: float, noise: float) -> bool:
     return bool(above <= FAR_ABOVE or alike)
 
 
-def slipped(m: Floats, ln_u: float, noise: float, first: bool) -> None:
+def update_by_slip(m: Floats, ln_u: float, noise: float, first: bool) -> None:
     """Gaussian update, from before this loading: that it held until now says nothing more.
 
     Later samples of the same slide are the ``first`` one again, better averaged.
@@ -143,18 +143,18 @@ def follow_loading(m: Floats, u: float) -> None:
     m[FRI_PEAK] = max(m[FRI_PEAK], u)
 
 
-def hold(m: Floats, dt: float, u: float, noise: float) -> None:
+def count_stick(m: Floats, dt: float, u: float, noise: float) -> None:
     """One sample without slip: after SUSTAINED, the least u of that time is proven."""
     if m[FRI_HELD_TIME] == 0.0:
         m[FRI_HELD_LEAST] = u
     m[FRI_HELD_LEAST] = min(m[FRI_HELD_LEAST], u)
     m[FRI_HELD_TIME] += dt
     if m[FRI_HELD_TIME] >= SUSTAINED:
-        held(m, m[FRI_HELD_LEAST], noise)
+        update_by_stick(m, m[FRI_HELD_LEAST], noise)
         m[FRI_HELD_TIME] = 0.0
 
 
-def held(m: Floats, u: float, noise: float) -> None:
+def update_by_stick(m: Floats, u: float, noise: float) -> None:
     """Stick at utilisation ``u``: the posterior of this loading, from its beginning, with its largest u."""
     if u <= m[FRI_PROVEN]:
         return
@@ -176,7 +176,7 @@ def inverse_mills(z: float) -> float:
     return math.exp(-0.5 * z * z) * 0.3989422804014327 / (0.5 * math.erfc(-z * 0.7071067811865476))
 
 
-def forget(m: Floats, dt: float, touching: bool) -> None:
+def inflate_friction(m: Floats, dt: float, touching: bool) -> None:
     """Friction may change: slowly with time, and with every new contact; never wider than the prior.
 
     Where slips scatter less than was told, regrasping changes less as well.

@@ -8,7 +8,6 @@ that is possible at this indentation.
 
 import math
 
-from vegrip.estimator.kernels.begin import begin_contact, is_touching, named, share_of
 from vegrip.estimator.kernels.generated import (
     B0,
     BEND0,
@@ -30,9 +29,10 @@ from vegrip.estimator.kernels.generated import (
     Floats,
     N,
 )
+from vegrip.estimator.kernels.initialisation import begin_contact, bound_scale, bounding_quantity, is_touching
 from vegrip.estimator.kernels.motion import begin_motion
-from vegrip.estimator.kernels.predict import predict, walk
-from vegrip.estimator.kernels.state import bound, contact, copy_section, copy_state, propagate
+from vegrip.estimator.kernels.predict import add_random_walks, predict
+from vegrip.estimator.kernels.state import bound_state, contact, copy_section, copy_state, propagate
 
 RECOVERY_STEPS = 60  # into which a pause is cut
 
@@ -42,12 +42,12 @@ def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
     if m[REP_CONTACT] < 0.5 and math.isfinite(displacement) and not is_touching(m, force):
         m[MODE_CORNER] = 0.0
         for i in range(RECOVERY_STEPS):
-            predict(m, part_of(dt, i), displacement)
-            bound(m)
+            predict(m, gap_step(dt, i), displacement)
+            bound_state(m)
         begin_motion(m, displacement)
         return
     zero_known = m[MODE_ZERO_KNOWN]
-    walk(m, dt)
+    add_random_walks(m, dt)
     for i in range(NS):
         for j in range(N):
             m[B0 + i * N + j] = m[P0 + (EFFECTS + i) * N + j]
@@ -58,7 +58,7 @@ def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
     for i in range(NS):
         m[BEND0 + i] = m[TRY0 + EFFECTS + i]
     for i in range(RECOVERY_STEPS):
-        propagate(m, TRY0, -m[SET_TIP_RADIUS], 0.0, part_of(dt, i), TRIAL0)
+        propagate(m, TRY0, -m[SET_TIP_RADIUS], 0.0, gap_step(dt, i), TRIAL0)
         copy_section(m, TRIAL0, TRY0 + EFFECTS, NS)
     copy_section(m, TRIAL0, OLD0, NS)
     begin_contact(m, force, displacement)
@@ -68,7 +68,7 @@ def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
     for i in range(NS):
         before = m[BEND0 + i]
         left = min(max(m[OLD0 + i] / before, 1e-12), 1.0) if before != 0.0 else 1.0
-        mean, square = remaining(left)
+        mean, square = mean_decay(left)
         z = EFFECTS + i
         m[Y0 + z] = before * mean
         for j in range(LEARNED_FROM, N):
@@ -78,7 +78,7 @@ def bridge_gap(m: Floats, dt: float, force: float, displacement: float) -> None:
         m[P0 + z * N + z] = mean * mean * m[B0 + i * N + z] + spread
 
 
-def part_of(dt: float, i: int) -> float:
+def gap_step(dt: float, i: int) -> float:
     """Return the step ``i`` of the pause ``dt`` [s]: short first, while the memory is large.
 
     A step is exact for an elastic force that is linear in time; that of a free surface decays exponentially.
@@ -92,10 +92,14 @@ def largest_memory(m: Floats, i: int) -> float:
     x, elastic_force, force, _ = contact(m, Y0)
     if STATE_HIGH[i] == 0:
         return float(m[Y0 + EFFECTS + i])
-    return float(max(m[Y0 + EFFECTS + i], share_of(m, i) * named(STATE_HIGH[i], x, elastic_force, force)))
+    return float(
+        max(
+            m[Y0 + EFFECTS + i], bound_scale(m, i) * bounding_quantity(STATE_HIGH[i], x, elastic_force, force)
+        )
+    )
 
 
-def remaining(left: float) -> tuple[float, float]:
+def mean_decay(left: float) -> tuple[float, float]:
     """Mean and mean square of ``left^u``, u even between 0 and 1."""
     if left > 0.999:
         return 1.0, 1.0

@@ -7,7 +7,7 @@ touch tells stiffness and zero at once, and slopes at the mean would count the s
 
 import math
 
-from vegrip.estimator.kernels.gain import correct, spread_of
+from vegrip.estimator.kernels.covariance_root import WIDE, bend_variance, shift_along_root, square_root
 from vegrip.estimator.kernels.generated import (
     B0,
     BIAS,
@@ -51,8 +51,8 @@ from vegrip.estimator.kernels.generated import (
     readout,
 )
 from vegrip.estimator.kernels.predict import STRAIGHT
-from vegrip.estimator.kernels.roots import WIDE, bend_variance, shifted, square_root
-from vegrip.estimator.kernels.state import clear, contact, copy_section, copy_state, step_of
+from vegrip.estimator.kernels.scalar_update import apply_measurement, spread_of
+from vegrip.estimator.kernels.state import clear_section, contact, copy_section, copy_state, difference_step
 
 RATIO_TIME = 1.0  # [s] over which slopes are averaged where the tip rests
 NEAR = 5.0  # noise of the displacement within which it rests
@@ -101,7 +101,7 @@ def expect_force(m: Floats, value: float) -> Expected:
         if narrow:
             break
     if m[MODE_ZERO_KNOWN] > 0.5:
-        S += coherent(m, bend)
+        S += coherent_variance(m, bend)
     m[MODE_SLOPE] = m[H0 + DELTA]
     if m[H0 + DELTA] > 0.0 and expected - m[MID0 + BIAS] > SURELY * math.sqrt(S):
         S += smooth_slopes(m)
@@ -110,7 +110,7 @@ def expect_force(m: Floats, value: float) -> Expected:
     return innovation, S
 
 
-def coherent(m: Floats, bend: float) -> float:
+def coherent_variance(m: Floats, bend: float) -> float:
     """Variance [N^2] by which a bend counts again in every sample, because it is the same in many.
 
     What is left of the law's bend over the spread of the state errs the same way from sample to sample. Taken
@@ -161,11 +161,11 @@ def regress_force(m: Floats) -> tuple[float, float]:
     for j in range(M):
         m[G0 + j] = 0.0
         if m[L0 + j * N + j] > 0.0:
-            shifted(m, MID0, j, 1.0)
+            shift_along_root(m, MID0, j, 1.0)
             rise = contact(m, TRY0)[3] - base
             fall = rise
             if not (base > 0.0 and abs(rise) <= STRAIGHT * base):
-                shifted(m, MID0, j, -1.0)
+                shift_along_root(m, MID0, j, -1.0)
                 fall = base - contact(m, TRY0)[3]
             m[G0 + j] = (rise + fall) / (2.0 * WIDE)
             missed += (rise - fall) / (2.0 * WIDE * WIDE)
@@ -187,12 +187,12 @@ def solve_slopes(m: Floats) -> None:
 
 
 def expect_force_alone(m: Floats, value: float) -> Expected:
-    """The same without a displacement: linearised where the force puts the indentation (sight.py)."""
+    """As ``expect_force`` without a displacement (displacement_loss.py): linearised where the force is."""
     y = TRY0
     copy_state(m)
     R = force_variance(m)
     bias = m[y + BIAS]
-    meet(m, y, value - bias, 3.0 * math.sqrt(R + m[P0 + BIAS * N + BIAS]))
+    linearise_at_force(m, y, value - bias, 3.0 * math.sqrt(R + m[P0 + BIAS * N + BIAS]))
     base = force_gradient(m, y)
     innovation = value - base - bias
     for j in range(M):
@@ -203,10 +203,10 @@ def expect_force_alone(m: Floats, value: float) -> Expected:
 
 def force_gradient(m: Floats, y: int) -> float:
     """Fill H with the derivative of the sensed force at ``y``; return that force."""
-    clear(m, H0, H1)
+    clear_section(m, H0, H1)
     base = contact(m, y)[3]
     for j in range(LEARNED_FROM if m[MODE_BLIND] > 0.5 else M):
-        h = step_of(m, y, j)
+        h = difference_step(m, y, j)
         if FELT[j] and h > 0.0:
             keep = m[y + j]
             m[y + j] = keep + h
@@ -216,7 +216,7 @@ def force_gradient(m: Floats, y: int) -> float:
     return base
 
 
-def meet(m: Floats, y: int, force: float, threshold: float) -> None:
+def linearise_at_force(m: Floats, y: int, force: float, threshold: float) -> None:
     """Move the point of linearisation to the indentation at which the model gives the force.
 
     At first touch the model's slope is zero and a linearisation there would never leave the air.
@@ -239,18 +239,18 @@ def measure_radius(m: Floats, value: float) -> None:
     """``contact_radius = a``."""
     y = TRY0
     copy_state(m)
-    clear(m, H0, H1)
+    clear_section(m, H0, H1)
     base = radius_of(m, y)
     if base <= 0.0:
         return
     for j in range(M):
-        h = step_of(m, y, j)
+        h = difference_step(m, y, j)
         if FELT[j] and h > 0.0:
             keep = m[y + j]
             m[y + j] = keep + h
             m[H0 + j] = (radius_of(m, y) - base) / h
             m[y + j] = keep
-    correct(m, CHANNEL_RADIUS, value - base, m[SET_R_RADIUS] + spread_of(m))
+    apply_measurement(m, CHANNEL_RADIUS, value - base, m[SET_R_RADIUS] + spread_of(m))
 
 
 def radius_of(m: Floats, y: int) -> float:

@@ -72,10 +72,10 @@ def follow_motion(m: Floats, displacement: float, dt: float) -> None:
     m[MOTION_VAR_SPEED] = max(left, LEAST_LEFT * m[MOTION_VAR_SPEED])
     m[MOTION_COV] *= 1.0 - to_position
     m[MOTION_VAR_POSITION] *= 1.0 - to_position
-    restless(m, nis)
+    adapt_process_noise(m, nis)
 
 
-def restless(m: Floats, nis: float) -> None:
+def adapt_process_noise(m: Floats, nis: float) -> None:
     """Adapt how restless the motion is taken to be, a factor on the density of the acceleration."""
     calm = m[MOTION_RESTLESS] * (1.0 + 0.03 * (min(nis, 25.0) - 1.0))
     if nis > SUDDEN:

@@ -11,6 +11,7 @@ Without a displacement the tip goes on at the speed it had (``motion.py``).
 
 import math
 
+from vegrip.estimator.kernels.covariance_root import WIDE, bend_variance, shift_along_root, square_root
 from vegrip.estimator.kernels.generated import (
     B0,
     BEND0,
@@ -48,7 +49,6 @@ from vegrip.estimator.kernels.generated import (
     M,
     N,
 )
-from vegrip.estimator.kernels.roots import WIDE, bend_variance, shifted, square_root
 from vegrip.estimator.kernels.state import copy_section, copy_state, propagate, walk_within
 
 STRAIGHT = 0.02  # relative change below which a law is taken for straight over the spread of the state
@@ -61,30 +61,30 @@ WITHIN = 0.4  # std of where within a step the motion turned, in steps
 def predict(m: Floats, dt: float, displacement: float) -> None:
     """Move state and covariance by ``dt`` [s] to ``displacement`` [m]; NaN: by the speed of the tip."""
     driven = math.isfinite(displacement)
-    walk(m, dt)
+    add_random_walks(m, dt)
     copy_section(m, Y0, OLD0, N)
     m[Y0 + SPEED] = m[MOTION_SPEED]
     square_root(m, P0)
     error = m[SET_R_DISPLACEMENT]
     if not driven:
         error = dt * dt * (m[MOTION_VAR_SPEED] + m[SET_ACCELERATION] * dt / 3.0)
-    end = end_of(m, Y0, displacement, dt)
+    end = predicted_depth(m, Y0, displacement, dt)
     effects_ahead(m, dt, displacement, math.sqrt(error))
     move_covariance(m, driven)
-    disturb(m, error, dt)
+    add_depth_error(m, error, dt)
     m[Y0 + DELTA] = end
     for i in range(NS):
         m[Y0 + EFFECTS + i] = m[NEXT0 + i]
 
 
-def end_of(m: Floats, y: int, displacement: float, dt: float) -> float:
+def predicted_depth(m: Floats, y: int, displacement: float, dt: float) -> float:
     """Indentation [m] at the end of the step, from the state ``y``."""
     if math.isfinite(displacement):
         return float(displacement - m[y + OFFSET])
     return float(m[y + DELTA] + m[MOTION_SPEED] * dt)
 
 
-def walk(m: Floats, dt: float) -> None:
+def add_random_walks(m: Floats, dt: float) -> None:
     """Random walks of the learned parameters and the zeros, never wider than at the very beginning.
 
     In a long rest nothing is learned, so what changes then is a zero: both may drift RESTING times as fast.
@@ -100,7 +100,7 @@ def effects_ahead(m: Floats, dt: float, displacement: float, error: float) -> No
     if NS == 0:
         return
     copy_state(m)
-    end = end_of(m, Y0, displacement, dt)
+    end = predicted_depth(m, Y0, displacement, dt)
     propagate(m, TRY0, end, m[Y0 + SPEED], dt, NEXT0)
     propagate(m, TRY0, end + error, m[Y0 + SPEED], dt, TRIAL0)
     for i in range(NS):
@@ -113,7 +113,7 @@ def effects_ahead(m: Floats, dt: float, displacement: float, error: float) -> No
             m[F0 + i * N + j] = 0.0
         known = (
             LEARNED_FROM <= j < M and m[MODE_BLIND] > 0.5
-        )  # parameters without a displacement, see sight.py
+        )  # parameters without a displacement, see displacement_loss.py
         if j != BIAS and m[L0 + j * N + j] > 0.0 and not known:
             step_along(m, dt, displacement, j)
     for i in range(NS):
@@ -122,8 +122,8 @@ def effects_ahead(m: Floats, dt: float, displacement: float, error: float) -> No
 
 def step_along(m: Floats, dt: float, displacement: float, j: int) -> None:
     """One column of F; where the law bends, also what that adds to mean (B) and variance (BEND)."""
-    shifted(m, Y0, j, 1.0)
-    propagate(m, TRY0, end_of(m, TRY0, displacement, dt), m[TRY0 + SPEED], dt, TRIAL0)
+    shift_along_root(m, Y0, j, 1.0)
+    propagate(m, TRY0, predicted_depth(m, TRY0, displacement, dt), m[TRY0 + SPEED], dt, TRIAL0)
     straight = True
     for i in range(NS):
         m[F0 + i * N + j] = m[TRIAL0 + i] - m[NEXT0 + i]
@@ -134,8 +134,8 @@ def step_along(m: Floats, dt: float, displacement: float, j: int) -> None:
         for i in range(NS):
             m[F0 + i * N + j] /= WIDE
         return
-    shifted(m, Y0, j, -1.0)
-    propagate(m, TRY0, end_of(m, TRY0, displacement, dt), m[TRY0 + SPEED], dt, TRIAL0)
+    shift_along_root(m, Y0, j, -1.0)
+    propagate(m, TRY0, predicted_depth(m, TRY0, displacement, dt), m[TRY0 + SPEED], dt, TRIAL0)
     for i in range(NS):
         rise, fall = m[F0 + i * N + j], m[NEXT0 + i] - m[TRIAL0 + i]
         m[F0 + i * N + j] = (rise + fall) / (2.0 * WIDE)
@@ -169,7 +169,7 @@ def move_covariance(m: Floats, driven: bool) -> None:
     m[P0 + SPEED * N + SPEED] = m[MOTION_VAR_SPEED]
 
 
-def disturb(m: Floats, error: float, dt: float) -> None:
+def add_depth_error(m: Floats, error: float, dt: float) -> None:
     """Add the error of the indentation [m^2], what it does to the memory, and where the motion turned."""
     sd = math.sqrt(error)
     for i in range(NS):

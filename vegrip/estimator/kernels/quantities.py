@@ -11,6 +11,8 @@ what the bend would add to that column is 1 % of it, and half of the work is sav
 
 import math
 
+from vegrip.estimator.kernels.covariance_root import WIDE, shift_along_root, square_root
+from vegrip.estimator.kernels.displacement_loss import slope_at_constant_force
 from vegrip.estimator.kernels.generated import (
     CONSIDER0,
     CONSIDERED,
@@ -37,8 +39,6 @@ from vegrip.estimator.kernels.generated import (
     N,
     readout,
 )
-from vegrip.estimator.kernels.roots import WIDE, shifted, square_root
-from vegrip.estimator.kernels.sight import sight_slope
 from vegrip.estimator.kernels.state import contact, copy_state
 
 Quantities = tuple[float, float, float, float]
@@ -66,12 +66,12 @@ def spread_quantities(m: Floats) -> Quantities:
     for j in range(M):
         up = down = now
         if m[L0 + j * N + j] > 0.0:
-            shifted(m, Y0, j, 1.0)
+            shift_along_root(m, Y0, j, 1.0)
             up = quantities(m, TRY0)
-            if slight(now, up) or (j >= LEARNED_FROM and same(now, up)):
-                down = mirrored(now, up)
+            if is_slight(now, up) or (j >= LEARNED_FROM and is_unchanged(now, up)):
+                down = mirror_step(now, up)
             else:
-                shifted(m, Y0, j, -1.0)
+                shift_along_root(m, Y0, j, -1.0)
                 down = quantities(m, TRY0)
         note_difference(m, j, up, down, now[2])
         m[D_DELTA0 + j] = m[L0 + DELTA * N + j]
@@ -93,8 +93,8 @@ def spread_considered(m: Floats, now: Quantities) -> None:
             m, VALUES0, TRIAL0, m[TRY0 + DELTA], m[TRY0 + SPEED], EXOGENOUS0, x, elastic_force, force
         )
         up = force, a, k, friction
-        down = mirrored(now, up)
-        if not slight(now, up):
+        down = mirror_step(now, up)
+        if not is_slight(now, up):
             m[at] = keep * math.exp(-sd) if CONSIDERED_LOG[i] else keep - sd
             a, k, friction = readout(
                 m, VALUES0, TRIAL0, m[TRY0 + DELTA], m[TRY0 + SPEED], EXOGENOUS0, x, elastic_force, force
@@ -105,7 +105,7 @@ def spread_considered(m: Floats, now: Quantities) -> None:
         m[D_DELTA0 + M + i] = 0.0
 
 
-def slight(now: Quantities, up: Quantities) -> bool:
+def is_slight(now: Quantities, up: Quantities) -> bool:
     """Whether a step changed little, and k, which may lie at an end of its law, at all."""
     return (
         abs(up[0] - now[0]) <= SLIGHT * now[0]
@@ -115,20 +115,20 @@ def slight(now: Quantities, up: Quantities) -> bool:
     )
 
 
-def same(now: Quantities, up: Quantities) -> bool:
+def is_unchanged(now: Quantities, up: Quantities) -> bool:
     """Whether a step changed nothing: a rate of relaxation is not felt at an instant."""
     return up[0] == now[0] and up[1] == now[1] and up[2] == now[2] and up[3] == now[3]
 
 
-def mirrored(now: Quantities, up: Quantities) -> Quantities:
+def mirror_step(now: Quantities, up: Quantities) -> Quantities:
     """Return what a step the other way changes if the law is straight."""
     return 2.0 * now[0] - up[0], 2.0 * now[1] - up[1], 2.0 * now[2] - up[2], 2.0 * now[3] - up[3]
 
 
 def at_constant_force(m: Floats) -> None:
-    """Without a displacement a change of a parameter moves the indentation so that N stays (lose_sight)."""
+    """Without a displacement a change of a parameter moves the indentation, so that N stays."""
     for i in range(LEARNED_FROM, M):
-        slope = sight_slope(m, TRY0, i)
+        slope = slope_at_constant_force(m, TRY0, i)
         for j in range(LEARNED_FROM, i + 1):
             m[L0 + DELTA * N + j] += slope * m[L0 + i * N + j]
 
@@ -148,7 +148,7 @@ def note_difference(
     m[D_FRICTION0 + j] = (up[3] - down[3]) / (2.0 * WIDE)
 
 
-def spread(m: Floats, a0: float, a1: float, a2: float, a3: float, a4: float) -> float:
+def combined_std(m: Floats, a0: float, a1: float, a2: float, a3: float, a4: float) -> float:
     """Standard deviation of ``a0 N + a1 a + a2 k + a3 friction + a4 delta``."""
     total = 0.0
     for j in range(M + N_CONSIDERED):

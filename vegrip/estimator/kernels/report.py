@@ -10,6 +10,7 @@ there on the derivatives are written out. With the gauge g of the limit surface 
 
 import math
 
+from vegrip.estimator.kernels.covariance_root import WIDE
 from vegrip.estimator.kernels.generated import (
     CONSIDER0,
     CONSIDERED_MU,
@@ -49,8 +50,7 @@ from vegrip.estimator.kernels.generated import (
     radius_gradient_towards,
     torsion_gradient,
 )
-from vegrip.estimator.kernels.quantities import spread, spread_quantities
-from vegrip.estimator.kernels.roots import WIDE
+from vegrip.estimator.kernels.quantities import combined_std, spread_quantities
 
 LEAST_FORCE_STD = 0.5  # of the noise of the force: what the air, where N = 0 exactly, says of a touch
 LEAST_RADIUS_STD = 1e-4  # of the tip radius
@@ -67,16 +67,16 @@ def report(m: Floats, tangential: float, torque: float) -> None:
     force, a, k, mu = spread_quantities(m)
     m[REP_FORCE], m[REP_RADIUS], m[REP_EXPONENT], m[REP_MU] = force, a, k, mu
     least = LEAST_FORCE_STD * math.sqrt(m[SET_R_FORCE])
-    m[REP_FORCE_STD] = max(spread(m, 1.0, 0.0, 0.0, 0.0, 0.0), least)
-    m[REP_RADIUS_STD] = max(spread(m, 0.0, 1.0, 0.0, 0.0, 0.0), LEAST_RADIUS_STD * m[SET_TIP_RADIUS])
-    m[REP_EXPONENT_STD] = max(spread(m, 0.0, 0.0, 1.0, 0.0, 0.0), LEAST_EXPONENT_STD)
-    m[REP_MU_STD] = spread(m, 0.0, 0.0, 0.0, 1.0, 0.0)
-    m[REP_DEPTH_NOW], m[REP_DEPTH_STD] = m[Y0 + DELTA], spread(m, 0.0, 0.0, 0.0, 0.0, 1.0)
-    touch(m)
+    m[REP_FORCE_STD] = max(combined_std(m, 1.0, 0.0, 0.0, 0.0, 0.0), least)
+    m[REP_RADIUS_STD] = max(combined_std(m, 0.0, 1.0, 0.0, 0.0, 0.0), LEAST_RADIUS_STD * m[SET_TIP_RADIUS])
+    m[REP_EXPONENT_STD] = max(combined_std(m, 0.0, 0.0, 1.0, 0.0, 0.0), LEAST_EXPONENT_STD)
+    m[REP_MU_STD] = combined_std(m, 0.0, 0.0, 0.0, 1.0, 0.0)
+    m[REP_DEPTH_NOW], m[REP_DEPTH_STD] = m[Y0 + DELTA], combined_std(m, 0.0, 0.0, 0.0, 0.0, 1.0)
+    update_contact(m)
     m[REP_LIMIT_FORCE] = mu * force
-    m[REP_LIMIT_FORCE_STD] = max(spread(m, mu, 0.0, 0.0, force, 0.0), mu * least)
-    limits(m, force, a, k, mu)
-    along(m, tangential, torque, force, a, k, mu)
+    m[REP_LIMIT_FORCE_STD] = max(combined_std(m, mu, 0.0, 0.0, force, 0.0), mu * least)
+    report_limits(m, force, a, k, mu)
+    report_along_load(m, tangential, torque, force, a, k, mu)
 
 
 def friction_in(m: Floats) -> None:
@@ -85,7 +85,7 @@ def friction_in(m: Floats) -> None:
     m[CONSIDER0 + CONSIDERED_MU] = m[FRI_VAR]
 
 
-def touch(m: Floats) -> None:
+def update_contact(m: Floats) -> None:
     """In contact or not, with hysteresis: two standard deviations to make it, half of one to break it."""
     by_force = m[REP_FORCE] / max(m[REP_FORCE_STD], 1e-300)
     by_depth = m[REP_DEPTH_NOW] / max(m[REP_DEPTH_STD], 1e-300)
@@ -98,7 +98,7 @@ def touch(m: Floats) -> None:
         m[REP_CONTACT] = 0.0
 
 
-def limits(m: Floats, force: float, a: float, k: float, mu: float) -> None:
+def report_limits(m: Floats, force: float, a: float, k: float, mu: float) -> None:
     """Pure torsion, ``mu N a M(k)``."""
     if not (force > 0.0 and a > 0.0):
         m[REP_LIMIT_TORQUE] = 0.0
@@ -107,10 +107,12 @@ def limits(m: Floats, force: float, a: float, k: float, mu: float) -> None:
     reach, by_k = torsion_gradient(k)
     torque = mu * force * a * reach
     m[REP_LIMIT_TORQUE] = torque
-    m[REP_LIMIT_TORQUE_STD] = torque * spread(m, 1.0 / force, 1.0 / a, by_k / reach, 1.0 / mu, 0.0)
+    m[REP_LIMIT_TORQUE_STD] = torque * combined_std(m, 1.0 / force, 1.0 / a, by_k / reach, 1.0 / mu, 0.0)
 
 
-def along(m: Floats, tangential: float, torque: float, force: float, a: float, k: float, mu: float) -> None:
+def report_along_load(
+    m: Floats, tangential: float, torque: float, force: float, a: float, k: float, mu: float
+) -> None:
     """Limit radius and gauge along the present load; the gauge with relative and absolute spread.
 
     ``GAUGE_REL`` comes from what is estimated (it scales the gauge), ``GAUGE_ABS`` from the noise of the
@@ -135,13 +137,13 @@ def along(m: Floats, tangential: float, torque: float, force: float, a: float, k
     limit = mu * force * reach
     gauge_now = load / limit
     # d ln reach by d ln a is -turn s c: a larger patch turns the load towards pure force
-    rest = spread(m, 1.0 / force, -turn * s * c / a, by_k / reach, 1.0 / mu, 0.0)
+    rest = combined_std(m, 1.0 / force, -turn * s * c / a, by_k / reach, 1.0 / mu, 0.0)
     swing = math.hypot(s * s_f, c * s_m / a) / max(load, 1e-300)  # std of psi from the load's noise
     m[REP_LIMIT_RADIUS] = limit
     m[REP_LIMIT_RADIUS_STD] = limit * math.hypot(rest, turn * min(swing, 1.0))
     m[REP_GAUGE] = gauge_now
     by_a = (s * s - turn * s * c) / a
-    m[REP_GAUGE_REL] = spread(m, 1.0 / force, by_a, by_k / reach, 1.0 / mu, 0.0)
+    m[REP_GAUGE_REL] = combined_std(m, 1.0 / force, by_a, by_k / reach, 1.0 / mu, 0.0)
     by_f, by_m = (c + turn * s) / limit, (s - turn * c) / (limit * a)
     m[REP_GAUGE_ABS] = math.hypot(by_f * s_f, by_m * s_m)
 

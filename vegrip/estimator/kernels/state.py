@@ -26,7 +26,7 @@ from vegrip.estimator.kernels.generated import (
 )
 
 
-def clear(m: Floats, start: int, end: int) -> None:
+def clear_section(m: Floats, start: int, end: int) -> None:
     """Set a section to zero."""
     for i in range(start, end):
         m[i] = 0.0
@@ -50,7 +50,7 @@ def put_learned(m: Floats, y: int) -> None:
         m[VALUES0 + LEARNED[j]] = math.exp(u) if LEARNED_LOG[j] else u
 
 
-def step_of(m: Floats, y: int, j: int) -> float:
+def difference_step(m: Floats, y: int, j: int) -> float:
     """Difference step of coordinate ``j``: a thousandth of its standard deviation."""
     sd = math.sqrt(max(m[P0 + j * N + j], 0.0))
     return float(max(1e-3 * sd, 1e-8 * abs(m[y + j])))
@@ -69,7 +69,7 @@ def propagate(m: Floats, y: int, delta: float, speed: float, dt: float, into: in
     advance(m, VALUES0, into, delta, speed, EXOGENOUS0, before, dt, into)
 
 
-def bound(m: Floats) -> None:
+def bound_state(m: Floats) -> None:
     """Keep the state where the model makes sense."""
     y = Y0
     R = m[SET_TIP_RADIUS]

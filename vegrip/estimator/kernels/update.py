@@ -2,17 +2,10 @@
 
 import math
 
-from vegrip.estimator.kernels.begin import (
-    begin,
-    begin_contact,
-    keep_belief,
-    keep_finite,
-    return_belief,
-)
-from vegrip.estimator.kernels.belief import PATIENCE, contradicted
-from vegrip.estimator.kernels.forecast import reserve, time_to_slip
+from vegrip.estimator.kernels.consistency import PATIENCE, note_contradiction
+from vegrip.estimator.kernels.displacement_loss import follow_displacement_loss
+from vegrip.estimator.kernels.forecast import force_reserve, time_to_slip
 from vegrip.estimator.kernels.friction import learn_friction
-from vegrip.estimator.kernels.gain import GATE, accept, cell_of, correct, note, refuse, regime_of
 from vegrip.estimator.kernels.gap import bridge_gap
 from vegrip.estimator.kernels.generated import (
     BIAS,
@@ -65,13 +58,28 @@ from vegrip.estimator.kernels.generated import (
     Floats,
     N,
 )
+from vegrip.estimator.kernels.initialisation import (
+    begin_contact,
+    begin_filter,
+    keep_belief,
+    keep_finite,
+    return_belief,
+)
 from vegrip.estimator.kernels.measure import expect_force, expect_force_alone, measure_radius
 from vegrip.estimator.kernels.motion import follow_motion, predict_motion, surprise_of
 from vegrip.estimator.kernels.predict import follow_extremes, predict
 from vegrip.estimator.kernels.report import report, upper_gauge, utilisation
-from vegrip.estimator.kernels.sight import look
-from vegrip.estimator.kernels.state import bound
-from vegrip.estimator.kernels.touch import feel
+from vegrip.estimator.kernels.scalar_update import (
+    GATE,
+    accept,
+    apply_measurement,
+    cell_of,
+    record_innovation,
+    refuse,
+    regime_of,
+)
+from vegrip.estimator.kernels.state import bound_state
+from vegrip.estimator.kernels.touch_detection import detect_touch
 
 CAUTIOUS = 0.1  # [s] after a contradiction in which nothing is learned
 RESTART = 0.1  # [s] for which a channel has contradicted before the memory of the contact begins anew
@@ -89,7 +97,7 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
     known, felt = math.isfinite(displacement), math.isfinite(force)
     blind = m[DISPLACEMENT_AGE] > m[SET_LONGEST_GAP] and not known
     age_channels(m, dt)
-    look(m, blind)
+    follow_displacement_loss(m, blind)
     if dt > m[SET_LONGEST_GAP] and dt > STEADY * m[MODE_PERIOD]:
         bridge_gap(m, dt, force, displacement)
         dt = 0.0
@@ -97,7 +105,7 @@ def filter_step(m: Floats, dt: float, force: float, displacement: float, radius:
     note_regime(m, dt)
     m[MODE_SLOPE] = 0.0
     take_sample(m, dt, force if felt else math.nan, displacement if known else math.nan)
-    feel(m, force, displacement)
+    detect_touch(m, force, displacement)
     if math.isfinite(radius) and radius > 0.0:
         measure_radius(m, radius)
     begin_lost_contact_anew(m, dt, force, displacement)
@@ -132,11 +140,11 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
     if not math.isfinite(displacement):
         m[MODE_CORNER] = 0.0
         predict(m, dt, math.nan)
-        bound(m)
+        bound_state(m)
         if m[MODE_BLIND] > 0.5 and m[Y0 + DELTA] < 0.0:
             m[Y0 + DELTA] = m[Y0 + SPEED] = 0.0  # out of contact nothing tells how far
         if math.isfinite(force):
-            innovation, S = expect(m, force)
+            innovation, S = expect_innovation(m, force)
             use_force(m, dt, innovation, S)
         follow_extremes(m, dt, False)
         return
@@ -144,33 +152,33 @@ def take_sample(m: Floats, dt: float, force: float, displacement: float) -> None
     keep_belief(m)
     m[MODE_CORNER] = displacement - m[MOTION_POSITION]
     predict(m, dt, displacement)
-    bound(m)
+    bound_state(m)
     if math.isfinite(force):
-        innovation, S = expect(m, force)
+        innovation, S = expect_innovation(m, force)
         if innovation * innovation > GATE * S and surprise > GATE:
-            if trust_motion(m, dt, force):
+            if follow_if_motion_fits(m, dt, force):
                 refuse_displacement(m, surprise)
                 return
             return_belief(m)
             predict(m, dt, displacement)
-            bound(m)
-            innovation, S = expect(m, force)
+            bound_state(m)
+            innovation, S = expect_innovation(m, force)
         use_force(m, dt, innovation, S)
     use_displacement(m, dt, displacement, surprise)
     follow_extremes(m, dt, True)
 
 
-def expect(m: Floats, force: float) -> tuple[float, float]:
+def expect_innovation(m: Floats, force: float) -> tuple[float, float]:
     """Innovation of the force, and its variance."""
     return expect_force_alone(m, force) if m[MODE_BLIND] > 0.5 else expect_force(m, force)
 
 
-def trust_motion(m: Floats, dt: float, force: float) -> bool:
+def follow_if_motion_fits(m: Floats, dt: float, force: float) -> bool:
     """Whether the force fits the motion as it was expected, without the displacement; then it is taken in."""
     return_belief(m)
     predict(m, dt, math.nan)
-    bound(m)
-    innovation, S = expect(m, force)
+    bound_state(m)
+    innovation, S = expect_innovation(m, force)
     if innovation * innovation > GATE * S:
         return False
     m[MODE_CAUTION] = CAUTIOUS
@@ -188,20 +196,20 @@ def use_force(m: Floats, dt: float, innovation: float, S: float) -> None:
         gain = dt / (LEARNED_ERROR + dt)
         excess = innovation * innovation - (S - m[MODE_TOLERATED])
         m[MODE_UNEXPLAINED] = max(m[MODE_UNEXPLAINED] + gain * (excess - m[MODE_UNEXPLAINED]), 0.0)
-    correct(m, CHANNEL_FORCE, innovation, S)
+    apply_measurement(m, CHANNEL_FORCE, innovation, S)
 
 
 def use_displacement(m: Floats, dt: float, displacement: float, surprise: float) -> None:
     """Follow the displacement, which drives the contact already."""
     off = math.sqrt(surprise)
-    note(m, CHANNEL_DISPLACEMENT, off if displacement >= m[MOTION_POSITION] else -off, surprise)
+    record_innovation(m, CHANNEL_DISPLACEMENT, off if displacement >= m[MOTION_POSITION] else -off, surprise)
     follow_motion(m, displacement, dt)
     accept(m, CHANNEL_DISPLACEMENT)
 
 
 def refuse_displacement(m: Floats, surprise: float) -> None:
     """Note a displacement that jumped alone."""
-    note(m, CHANNEL_DISPLACEMENT, math.sqrt(surprise), surprise)
+    record_innovation(m, CHANNEL_DISPLACEMENT, math.sqrt(surprise), surprise)
     refuse(m, CHANNEL_DISPLACEMENT)
 
 
@@ -220,7 +228,7 @@ def begin_lost_contact_anew(m: Floats, dt: float, force: float, displacement: fl
     elif refused:
         m[COUNT_RESTARTS] += 1.0
         for j in (OFFSET, BIAS):
-            loosen(m, j, m[PRIOR0 + j])
+            free_coordinate(m, j, m[PRIOR0 + j])
         begin_contact(m, force, displacement)
         m[MODE_CAUTION] = 10.0 * CAUTIOUS
         m[MODE_UNEXPLAINED] = 0.0
@@ -242,15 +250,15 @@ def begin_all_anew(m: Floats, force: float, displacement: float) -> None:
     """Begin as with the first sample."""
     m[COUNT_RESTARTS] += 1.0
     period = m[MODE_PERIOD]
-    begin(m, force, displacement)
+    begin_filter(m, force, displacement)
     moved = ZERO_MOVED * m[SET_TIP_RADIUS]
-    loosen(m, OFFSET, moved * moved)
+    free_coordinate(m, OFFSET, moved * moved)
     begin_contact(m, force, displacement)
     m[MODE_PERIOD] = period
     m[DISPLACEMENT_STREAK] = m[FORCE_STREAK] = 0.0
 
 
-def loosen(m: Floats, j: int, variance: float) -> None:
+def free_coordinate(m: Floats, j: int, variance: float) -> None:
     """Give coordinate ``j`` a ``variance`` of its own."""
     for c in range(N):
         m[P0 + j * N + c] = m[P0 + c * N + j] = 0.0
@@ -268,15 +276,16 @@ def update(
     slip: float,
 ) -> None:
     """One sample: filter, quantities, limit surface, friction. ``dt < 0`` begins."""
-    force, displacement, radius = measured(force), measured(displacement), measured(radius)
-    tangential, torque = measured(tangential), measured(torque)
+    force, displacement = plausible_value(force), plausible_value(displacement)
+    radius, tangential = plausible_value(radius), plausible_value(tangential)
+    torque = plausible_value(torque)
     if dt < 0.0:
-        begin(m, force, displacement)
+        begin_filter(m, force, displacement)
         dt = 0.0
     filter_step(m, dt, force, displacement, radius)
     keep_finite(m)
     report(m, tangential, torque)
-    contradicted(m, dt, force, displacement, radius)
+    note_contradiction(m, dt, force, displacement, radius)
     if m[REP_FORCE] <= 0.0:
         m[MODE_ZERO_KNOWN] = 1.0  # in the air: the next touch tells where zero is
     u, relative = utilisation(m)
@@ -284,7 +293,7 @@ def update(
     learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5, sound)
 
 
-def measured(value: float) -> float:
+def plausible_value(value: float) -> float:
     """Return ``value``, NaN for one so large that its powers are infinite: no sensor measures that."""
     return value if abs(value) < LARGEST else math.nan
 
@@ -293,6 +302,6 @@ def margin_of(m: Floats, tangential: float, torque: float, out: Floats) -> None:
     """Fill ``out`` with gauge, its upper bound, force reserve, time to slip and its earliest."""
     out[0] = m[REP_GAUGE]
     out[1] = upper_gauge(m[REP_GAUGE], m[REP_GAUGE_REL], m[REP_GAUGE_ABS], m[SET_QUANTILE])
-    out[2] = reserve(m, tangential, torque)
+    out[2] = force_reserve(m, tangential, torque)
     out[3] = time_to_slip(m, tangential, torque, 0.5)
     out[4] = time_to_slip(m, tangential, torque, 0.5 * math.erfc(m[SET_QUANTILE] * 0.7071067811865476))

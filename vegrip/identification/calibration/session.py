@@ -21,6 +21,7 @@ from vegrip.identification.calibration.checks import check_trial
 from vegrip.identification.calibration.goals import Known, known_of
 from vegrip.identification.calibration.plan import Next, Report, first_of, next_of
 from vegrip.identification.calibration.trials import KINDS
+from vegrip.identification.calibration.zeros import without_zeros
 from vegrip.identification.experiment.limits import RigLimits
 from vegrip.identification.fit import Fit, fit
 from vegrip.identification.fit.result import MISFIT
@@ -106,7 +107,7 @@ class Calibration:
         shutil.rmtree(self.folder / self.trials.pop(number - 1).folder, ignore_errors=True)
 
     def joined(self) -> Recording:
-        """Return all trials as one recording.
+        """Return all trials as one recording, each without its own zeros.
 
         Raises:
             UsageError: there is none yet.
@@ -114,7 +115,7 @@ class Calibration:
         """
         if not self.trials:
             raise UsageError("nothing was recorded yet")
-        parts = [read_recording(self.folder / one.folder) for one in self.trials]
+        parts = [without_zeros(read_recording(self.folder / one.folder)) for one in self.trials]
         return join_recordings(parts, self.folder.resolve().name)
 
     @property

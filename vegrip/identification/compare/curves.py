@@ -6,7 +6,6 @@ Long recordings are thinned to columns that keep the smallest and the greatest v
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.identification.compare.comparison import Comparison, residuals_of
 from vegrip.identification.compare.features import PHASES, Features
@@ -109,5 +108,5 @@ def _summary(z: Floats) -> dict[str, float | int]:
     }
 
 
-def _short(values: NDArray[np.float64]) -> list[float]:
+def _short(values: Floats) -> list[float]:
     return [float(f"{value:.4g}") for value in values]

@@ -5,12 +5,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from vegrip.errors import UsageError
 from vegrip.identification.compare.comparison import Comparison, residuals_of
 from vegrip.identification.compare.features import PHASES
 from vegrip.identification.compare.where import Residuals
 from vegrip.identification.compare.words import SPOKEN_UNITS
 from vegrip.identification.recording import Recording
+from vegrip.plotting import new_figure, save_figure
 from vegrip.types import Floats
 
 PAUSE_DRAWN_S: Final = 0.5  # [s] that is drawn between trials
@@ -30,20 +30,14 @@ def draw_comparison(comparison: Comparison, folder: Path, name: str = "model") -
 
     Raises:
         UsageError: matplotlib is not installed.
+        InputError: the picture cannot be written.
 
     """
-    try:
-        import matplotlib as mpl  # noqa: PLC0415
-    except ImportError as error:
-        raise UsageError("pictures need matplotlib; pip install 'vegrip[plot]'") from error
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt  # noqa: PLC0415
-
     folder.mkdir(parents=True, exist_ok=True)
     features = comparison.features
     files = []
     for residuals in residuals_of(comparison.problem, comparison.u):
-        figure, every = plt.subplots(4, 1, figsize=(9, 10), constrained_layout=True)
+        figure, every = new_figure(4, size=(9, 10))
         t = drawn_time(comparison.problem.measured.recording)[residuals.rows]
         _measured(every[0], comparison, residuals, t, name)
         axes = every[1:]
@@ -61,8 +55,7 @@ def draw_comparison(comparison: Comparison, folder: Path, name: str = "model") -
         )
         _labels(axes[2], "time in contact [s]", "residual / std")
         files.append(folder / f"{residuals.channel}.png")
-        figure.savefig(files[-1], dpi=110)
-        plt.close(figure)
+        save_figure(figure, files[-1])
     return files
 
 

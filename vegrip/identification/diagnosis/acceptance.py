@@ -39,7 +39,7 @@ class Verdict:
     failed: tuple[str, ...]
 
     @property
-    def passed(self) -> bool:
+    def is_passed(self) -> bool:
         """Whether it may be named."""
         return not self.failed
 
@@ -72,14 +72,14 @@ def judge_candidate(
         failed.append("regimes")
     if not new.error < base.error:
         failed.append("error")
-    if not resolved(candidate, new):
+    if not is_resolved(candidate, new):
         failed.append("resolution")
-    if strained(base, new):
+    if drives_onto_bound(base, new):
         failed.append("bounds")
     return Verdict(gain, float(change.sum()), tuple(failed))
 
 
-def strained(base: CandidateFit, new: CandidateFit) -> bool:
+def drives_onto_bound(base: CandidateFit, new: CandidateFit) -> bool:
     """Whether the candidate drives a parameter of the base model onto its bound.
 
     Such a fit describes one recording and no other. Effects that were added may well end at a bound, which is
@@ -95,11 +95,11 @@ def _at_bounds(fitted: CandidateFit) -> set[str]:
     return {n for n, at in zip(k.names, (u - k.low < near) | (k.high - u < near), strict=True) if at}
 
 
-def resolved(candidate: Candidate, new: CandidateFit) -> bool:
+def is_resolved(candidate: Candidate, new: CandidateFit) -> bool:
     """Whether any amount of the effect is more than the sensors resolve."""
     problem, noise = new.problem, new.problem.measured.noise
     std = amount_std(candidate, new)
-    amounts, plays = dict(candidate.effect.min_amounts), dict(candidate.effect.min_plays)
+    amounts, noises = dict(candidate.effect.min_amounts), dict(candidate.effect.min_displacement_noises)
     for p in candidate.effect.parameters:
         if p.null is None:
             continue
@@ -107,8 +107,8 @@ def resolved(candidate: Candidate, new: CandidateFit) -> bool:
         start = np.log(p.null) if p.transform == "log" else p.null
         amount = abs(float(new.optimum.u[j]) - float(start))
         least = amounts.get(p.symbol, 0.0)
-        if p.symbol in plays:
-            least = plays[p.symbol] * noise.displacement / problem.depth
+        if p.symbol in noises:
+            least = noises[p.symbol] * noise.displacement / problem.depth
         if amount > MIN_STANDARD_ERRORS * std[j] and abs(new.value(p.symbol) - p.null) > least:
             return True
     return False

@@ -109,7 +109,7 @@ def extend_problem(base: CandidateFit, hint: Hint, groups: Floats) -> CandidateF
             problem, _start(problem, base, _as_declared(hint), 1.0), EVALUATIONS, known, near
         )
         best = min(best, found, key=lambda one: one.cost)
-    if _astray(base):
+    if _is_astray(base):
         start = _start(problem, base, hint, START_FACTORS[-1])
         found = refine_optimum(problem, _unshifted(problem, start), 2 * EVALUATIONS, near=near)
         best = min(best, found, key=lambda one: one.cost)
@@ -151,7 +151,7 @@ def _problem(base: CandidateFit, candidate: Candidate) -> Problem:
     return Problem(model, p.measured, zeros=p.zeros, symbols=ordered, like=p, within=within)
 
 
-def _astray(base: CandidateFit) -> bool:
+def _is_astray(base: CandidateFit) -> bool:
     at = zip(base.problem.unknowns.names, base.optimum.u, strict=True)
     return any(abs(zero) > ASTRAY for name, zero in at if name.startswith("zero_displacement"))
 

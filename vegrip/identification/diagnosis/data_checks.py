@@ -51,8 +51,8 @@ def refuse_unusable(recording: Recording, measured: Measured) -> None:
     span = float(np.quantile(force, 0.999) - np.quantile(force, 0.001))
     if span < 8.0 * measured.noise.normal_force:
         raise RecordingError(
-            f"in {recording.name} the normal force stays within its noise ({floor:.3g} N, "
-            f"+-{measured.noise.normal_force:.2g} N): a diagnosis needs contact"
+            f"{recording.name} is without contact: the normal force stays within its noise "
+            f"({floor:.3g} N, +-{measured.noise.normal_force:.2g} N)"
         )
 
 
@@ -74,7 +74,7 @@ def _before(problem: Problem) -> Iterator[Doubt]:
             grave=True,
         )
     pressed = np.isfinite(m.force) & (m.motion.displacement > 0.0)
-    if opposed(m.motion.displacement[pressed], m.force[pressed]):
+    if is_force_opposed(m.motion.displacement[pressed], m.force[pressed]):
         yield Doubt(
             "the force falls where the tip goes deeper: one of the two has the wrong sign (compression and "
             "indentation are positive)",
@@ -96,7 +96,7 @@ def _before(problem: Problem) -> Iterator[Doubt]:
         )
 
 
-def opposed(depth: Floats, force: Floats) -> bool:
+def is_force_opposed(depth: Floats, force: Floats) -> bool:
     """Return whether the force falls with the depth."""
     if depth.size < MIN_CONTACT_ROWS or not np.ptp(depth) > 0.0 or not np.ptp(force) > 0.0:
         return False

@@ -94,17 +94,17 @@ class Diagnosis:
                 if rest is not None and (after > MAX_NOISE_CHI2 or rest.gain > MIN_CURVE_NATS)
                 else "adequate"
             )
-        if after > MAX_NOISE_CHI2 and not self._sufficient:
+        if after > MAX_NOISE_CHI2 and not self._is_sufficient:
             return "unexplained"
         if (
             s.last.error > (MAX_ERROR_BY_REGIME if after > MAX_NOISE_CHI2 else MAX_ERROR_EVEN)
-            and not self._nearly_all
+            and not self._explains_nearly_all
         ):
             return "unexplained"
         return "ambiguous" if self.indistinguishable else "named"
 
     @property
-    def _sufficient(self) -> bool:
+    def _is_sufficient(self) -> bool:
         """Whether what still stands out beside what is accepted may be the forms of its laws."""
         s, rest = self.search, self._rest
         if len(s.accepted) >= PATCHWORK_EFFECTS:
@@ -117,7 +117,7 @@ class Diagnosis:
         return find_discrepancy(self.search.last)
 
     @property
-    def _nearly_all(self) -> bool:
+    def _explains_nearly_all(self) -> bool:
         """Whether what is accepted takes nearly all of the excess of the squared error over the noise's."""
         first, last = (one.error**2 - 1.0 for one in (self.search.first, self.search.last))
         return last <= MAX_EXCESS_SHARE * first and self.search.last.error <= MAX_ERROR
@@ -134,7 +134,7 @@ class Diagnosis:
             close = [
                 one.candidate.name
                 for one in step.tried
-                if one.verdict.passed
+                if one.verdict.is_passed
                 and (
                     best - one.verdict.gain <= INDISTINGUISHABLE_NATS + INDISTINGUISHABLE_SHARE * best
                     or are_alike(step.taken, one, rough=rough)
@@ -200,11 +200,11 @@ class Diagnosis:
         return {name: si for name in symbols if (si := last.in_si(name)) is not None}
 
     def _told(self, one: Tried, beside: list[Tried]) -> dict[str, Any]:
-        best = max(0.0, *(other.verdict.gain for other in beside if other.verdict.passed), 0.0)
+        best = max(0.0, *(other.verdict.gain for other in beside if other.verdict.is_passed), 0.0)
         weights = {
             other.candidate.name: math.exp(other.verdict.gain - best)
             for other in beside
-            if other.verdict.passed
+            if other.verdict.is_passed
         }
         total = sum(weights.values()) + math.exp(-best)
         return {

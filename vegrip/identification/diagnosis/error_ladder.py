@@ -22,6 +22,7 @@ from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
+from vegrip.plotting import new_figure, save_figure
 
 
 @dataclass(frozen=True)
@@ -113,21 +114,14 @@ def draw_ladder(rungs: list[Rung], path: Path) -> None:
 
     Raises:
         UsageError: matplotlib is not installed.
+        InputError: the picture cannot be written.
 
     """
-    try:
-        import matplotlib as mpl  # noqa: PLC0415
-    except ImportError as error:
-        raise UsageError("pictures need matplotlib; pip install 'vegrip[plot]'") from error
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt  # noqa: PLC0415
-
-    figure, axis = plt.subplots(figsize=(7, 4), constrained_layout=True)
+    figure, (axis,) = new_figure(size=(7, 4))
     names = ["start", *(f"+ {rung.effect}" for rung in rungs[1:])]
     axis.semilogy(names, [rung.error for rung in rungs], "o-", label="training")
     axis.semilogy(names, [rung.heldout_error for rung in rungs], "s--", label="held-out episodes")
     axis.axhline(1.0, color="0.6", lw=1)
     axis.set_ylabel("error / noise")
     axis.legend()
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
+    save_figure(figure, path)

@@ -6,7 +6,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from vegrip.errors import UsageError
 from vegrip.identification.compare.comparison import residuals_of
 from vegrip.identification.compare.features import features_of
 from vegrip.identification.compare.plot import SECONDS, drawn_time
@@ -15,6 +14,7 @@ from vegrip.identification.compare.words import SPOKEN_UNITS
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
 from vegrip.identification.diagnosis.discrepancy import find_discrepancy
 from vegrip.identification.fit.problem import Problem
+from vegrip.plotting import new_figure, save_figure
 from vegrip.types import Floats
 
 AXES: Final = {
@@ -48,15 +48,9 @@ def draw_diagnosis(found: Diagnosis, folder: Path, start: str) -> list[Path]:
 
     Raises:
         UsageError: matplotlib is not installed.
+        InputError: the picture cannot be written.
 
     """
-    try:
-        import matplotlib as mpl  # noqa: PLC0415 (an extra)
-    except ImportError as error:
-        raise UsageError("pictures need matplotlib; pip install 'vegrip[plot]'") from error
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt  # noqa: PLC0415
-
     folder.mkdir(parents=True, exist_ok=True)
     problem, u = found.search.first.problem, found.search.first.optimum.u
     values = features_of(problem, problem.table(u)).values
@@ -66,7 +60,7 @@ def draw_diagnosis(found: Diagnosis, folder: Path, start: str) -> list[Path]:
     files = []
     for sides in _channels(found, start):
         channel = sides[0].residuals.channel
-        figure, axes = plt.subplots(3, 1, figsize=(9, 9), constrained_layout=True)
+        figure, axes = new_figure(3, size=(9, 9))
         title = f"{problem.measured.recording.name}: {channel.replace('_', ' ')}, {found.verdict}"
         figure.suptitle(f"{title} {', '.join(found.named)}".rstrip())
         t = drawn_time(problem.measured.recording)
@@ -75,8 +69,7 @@ def draw_diagnosis(found: Diagnosis, folder: Path, start: str) -> list[Path]:
         _draw_left(axes[2], sides, factor * values[feature], label)
         axes[1].legend(markerscale=6, fontsize=8)
         files.append(folder / f"{channel}.png")
-        figure.savefig(files[-1], dpi=110)
-        plt.close(figure)
+        save_figure(figure, files[-1])
     return files
 
 

@@ -67,7 +67,7 @@ def screen_candidates(
         along = float(p @ padded)
         firm = left + _prior(candidate, trial)
         multiple = -along / firm
-        gain = 0.5 * along * along / firm if _allowed(candidate, trial, multiple) else 0.0
+        gain = 0.5 * along * along / firm if _is_allowed(candidate, trial, multiple) else 0.0
         return Hint(
             candidate, gain, trial, multiple, left / power, (p / math.sqrt(left))[:rows].astype(np.float32)
         )
@@ -150,7 +150,7 @@ def _prior(candidate: Candidate, trial: Trial) -> float:
     return total
 
 
-def _allowed(candidate: Candidate, trial: Trial, multiple: float) -> bool:
+def _is_allowed(candidate: Candidate, trial: Trial, multiple: float) -> bool:
     """Whether the amount stays on the side of its bounds."""
     for p in candidate.effect.parameters:
         if p.null is not None and trial[p.symbol] != p.null:

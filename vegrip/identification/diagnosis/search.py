@@ -128,7 +128,7 @@ def rivals(found: Search) -> list[Tried]:
     if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= MAX_NOISE_CHI2):
         return []
     least = RIVAL_SHARE * first.taken.verdict.gain
-    passed = [one for one in first.tried if one.verdict.passed and one.verdict.gain >= least]
+    passed = [one for one in first.tried if one.verdict.is_passed and one.verdict.gain >= least]
     return [one for one in passed if one.candidate.name not in names][:MAX_RIVALS]
 
 
@@ -139,7 +139,7 @@ def _grown(
     found = Search([Step(first.base, first.hints, first.tried)], empty.out_of_sight, empty.regimes)
     while True:
         step = found.steps[-1]
-        passed = [one for one in step.tried if one.verdict.passed]
+        passed = [one for one in step.tried if one.verdict.is_passed]
         if not passed or len(found.accepted) >= most:
             break
         step.taken = choice or max(passed, key=lambda one: one.verdict.gain)

@@ -242,9 +242,9 @@ def _force_at(contest: Hypotheses, rig: Rig, depth: float) -> float:
 
 def suited_rig(item: Item, contest: Hypotheses, limits: RigLimits, rig: Rig) -> tuple[Rig, str]:
     """Return the rig for an item, or why it cannot be done."""
-    if not item.rubs:
+    if not item.has_tangential_load:
         return rig, ""
-    if not contest.rubs:
+    if not contest.has_tangential_load:
         return rig, "no tangential force is measured"
     if not limits.tangential_force > 0.0:
         return rig, "the rig does not pull"

@@ -52,7 +52,7 @@ class Item:
     name: str
     make: Make
     levels: Levels
-    rubs: bool = False  # it pulls or twists
+    has_tangential_load: bool = False  # it pulls or twists
 
     def choices(self) -> Iterator[dict[str, float]]:
         """Yield the amplitudes to begin with."""
@@ -184,10 +184,20 @@ MENU = (
     Item("taps and pull-offs at three speeds", _taps, {"depth": (0.15, 0.4)}),
     Item("light touch before and after a deep press", _touches, {"depth": DEPTH_SHARES, "time": (0.5, 5.0)}),
     Item("strokes in air", _strokes, {"depth": (1.0,)}),
-    Item("pulls at four loads", _loads, {"depth": DEPTH_SHARES, "time": (0.5,)}, rubs=True),
-    Item("pulls after short and long waits", _waits, {"depth": DEPTH_SHARES, "time": (3.0, 10.0)}, rubs=True),
-    Item("slides at four speeds", _slides, {"depth": DEPTH_SHARES}, rubs=True),
-    Item("twists and pulls after two waits", _twists, {"depth": DEPTH_SHARES, "time": (3.0,)}, rubs=True),
-    Item("pulls in four directions", _directions, {"depth": DEPTH_SHARES}, rubs=True),
+    Item("pulls at four loads", _loads, {"depth": DEPTH_SHARES, "time": (0.5,)}, has_tangential_load=True),
+    Item(
+        "pulls after short and long waits",
+        _waits,
+        {"depth": DEPTH_SHARES, "time": (3.0, 10.0)},
+        has_tangential_load=True,
+    ),
+    Item("slides at four speeds", _slides, {"depth": DEPTH_SHARES}, has_tangential_load=True),
+    Item(
+        "twists and pulls after two waits",
+        _twists,
+        {"depth": DEPTH_SHARES, "time": (3.0,)},
+        has_tangential_load=True,
+    ),
+    Item("pulls in four directions", _directions, {"depth": DEPTH_SHARES}, has_tangential_load=True),
 )
 """What is tried, and at which amplitudes first."""

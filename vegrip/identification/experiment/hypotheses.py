@@ -48,7 +48,7 @@ class Hypotheses:
         return tuple(self.models)
 
     @property
-    def rubs(self) -> bool:
+    def has_tangential_load(self) -> bool:
         """Whether loads in the plane of the contact are measured."""
         return "tangential_force" in self.sensors
 
@@ -82,7 +82,7 @@ def hypotheses_of(
         if name == NO_EFFECT:
             models[name] = start.model
             continue
-        if name in hidden and not _reachable(name, problem.measured):
+        if name in hidden and not _is_reachable(name, problem.measured):
             raise UsageError(f"no experiment with these sensors shows {name}: {hidden[name]}")
         found = None
         for candidate in possible:
@@ -100,10 +100,10 @@ def _model(found: CandidateFit) -> ContactModel:
     return fit_of(found.problem, found.optimum).model
 
 
-def _reachable(name: str, measured: Measured) -> bool:
+def _is_reachable(name: str, measured: Measured) -> bool:
     """Whether another motion would show the effect with the channels that were recorded."""
-    rubs = bool(LOADS & set(measured.recording.columns))
-    return rubs and bool({"tangential_force", "torque_z"} & set(effect(name).channels))
+    loaded = bool(LOADS & set(measured.recording.columns))
+    return loaded and bool({"tangential_force", "torque_z"} & set(effect(name).channels))
 
 
 def sensors_of(measured: Measured) -> dict[str, float]:

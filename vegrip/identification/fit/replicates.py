@@ -38,7 +38,7 @@ def find_pairs(recording: Recording, noise: float) -> list[Pair]:
     while free:
         i = free.pop(0)
         for j in free:
-            if _same(recording.t, depth, rows[i], rows[j], noise):
+            if _is_same(recording.t, depth, rows[i], rows[j], noise):
                 n = min(rows[i].size, rows[j].size)
                 found.append(Pair(rows[i][:n], rows[j][:n]))
                 free.remove(j)
@@ -46,7 +46,7 @@ def find_pairs(recording: Recording, noise: float) -> list[Pair]:
     return found
 
 
-def _same(t: Floats, depth: Floats, one: np.ndarray, other: np.ndarray, noise: float) -> bool:
+def _is_same(t: Floats, depth: Floats, one: np.ndarray, other: np.ndarray, noise: float) -> bool:
     if abs(one.size - other.size) > MAX_LENGTH_DIFFERENCE_SAMPLES:
         return False
     n = min(one.size, other.size)

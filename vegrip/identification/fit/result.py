@@ -10,7 +10,7 @@ import numpy as np
 
 from vegrip.effects.contract import Effect
 from vegrip.identification.fit.channels import ChannelError, channel_errors, overall_error
-from vegrip.identification.fit.problem import Problem
+from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.fit.solve import Optimum, covariance
 from vegrip.model import ContactModel
 from vegrip.parameters import Parameter, changed, in_si
@@ -154,40 +154,56 @@ def fit_of(problem: Problem, optimum: Optimum) -> Fit:
 
 
 def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
-    problem, k = fit.problem, fit.problem.unknowns
-    yield from problem.measured.noise.doubts
-    for channel, count in problem.measured.outliers.items():
+    yield from _about_data(fit)
+    yield from _missing(fit)
+    yield from _airless(fit)
+    for j, name in enumerate(fit.problem.unknowns.names):
+        yield from _about_unknown(fit, j, name)
+    for one, other, c in fit.correlations(ENTANGLED):
+        yield f"{one} and {other} are known only together (correlation {c:+.3f})"
+    yield from _about_misfit(fit, advise=advise)
+
+
+def _about_data(fit: Fit) -> Iterator[str]:
+    """What was left out, and what is doubtful of the noise."""
+    measured = fit.problem.measured
+    yield from measured.noise.doubts
+    for channel, count in measured.outliers.items():
         yield f"{count} single outlier(s) of {channel} were left out"
-    for event in problem.measured.events:
-        count = int(
-            np.count_nonzero(np.isfinite(problem.measured.recording.columns["normal_force"][event.rows]))
-        )
+    force = measured.recording.columns["normal_force"]
+    for event in measured.events:
+        count = int(np.count_nonzero(np.isfinite(force[event.rows])))
         yield (
             f"at {event.time:.4g} s the force falls by {event.loss:.3g} N and no motion explains it (a slip, "
             f"a tear?); {count} rows until it has recovered were left out"
         )
-    yield from _missing(fit)
-    for j, name in enumerate(k.names):
-        found = fit.declared(name)
-        if found is None:
-            if abs(fit.optimum.u[j]) > (1.0 - AT_BOUND) * k.high[j]:
-                yield f"{name} is on its bound: check the zero of the recording, and the radius"
+
+
+def _about_unknown(fit: Fit, j: int, name: str) -> Iterator[str]:
+    """What is wrong with unknown ``j``: not determined, or on a bound."""
+    k = fit.problem.unknowns
+    found = fit.declared(name)
+    if found is None:
+        if abs(fit.optimum.u[j]) > (1.0 - AT_BOUND) * k.high[j]:
+            yield f"{name} is on its bound: check the zero of the recording, and the radius"
+        return
+    effect, parameter = found
+    described = f"{name} ({effect.name})"
+    if fit.std[name] > UNDETERMINED_SHARE * k.std[j]:
+        yield f"{described} is not determined by this recording; it keeps its prior value"
+        return
+    span = min(k.std[j], k.high[j] - k.low[j])
+    for bound, side in ((k.low[j], "lower"), (k.high[j], "upper")):
+        if not (math.isfinite(bound) and abs(fit.optimum.u[j] - bound) < AT_BOUND * span):
             continue
-        told = f"{name} ({found[0].name})"
-        if fit.std[name] > UNDETERMINED_SHARE * k.std[j]:
-            yield f"{told} is not determined by this recording; it keeps its prior value"
-            continue
-        span = min(k.std[j], k.high[j] - k.low[j])
-        for bound, side in ((k.low[j], "lower"), (k.high[j], "upper")):
-            if math.isfinite(bound) and abs(fit.optimum.u[j] - bound) < AT_BOUND * span:
-                absent = side == "lower" and bound == 0.0 and found[1].transform != "log"
-                yield (
-                    f"this recording shows no {found[0].name}: {name} sits at 0"
-                    if absent
-                    else f"{told} sits on its {side} bound; its standard error is meaningless"
-                )
-    for one, other, c in fit.correlations(ENTANGLED):
-        yield f"{one} and {other} are known only together (correlation {c:+.3f})"
+        if side == "lower" and bound == 0.0 and parameter.transform != "log":
+            yield f"this recording shows no {effect.name}: {name} sits at 0"
+        else:
+            yield f"{described} sits on its {side} bound; its standard error is meaningless"
+
+
+def _about_misfit(fit: Fit, *, advise: bool) -> Iterator[str]:
+    """What is left of the noise, and what to do about it."""
     if fit.error > MISFIT:
         advice = "; `vegrip diagnose` looks for what is missing" if advise else ""
         yield f"the model leaves {fit.error:.2f} times the noise{advice}"
@@ -196,10 +212,20 @@ def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
             f"the model leaves {fit.error:.2f} times the noise, so the noise was taken to be too large; what "
             "is less than it goes unseen"
         )
-    if fit.error > HOPELESS and not problem.measured.noise.tolerance:
+    if fit.error > HOPELESS and not fit.problem.measured.noise.tolerance:
         yield (
             "no model of this kind may be right to the noise here; --tolerance 0.01 asks for 1 % of each "
             "episode's peak force, and keeps the deepest press from deciding alone"
+        )
+
+
+def _airless(fit: Fit) -> Iterator[str]:
+    """Say that a recording is of one contact that was there before it and after it."""
+    if not np.any(fit.problem.table(fit.optimum.u)[:, AT["contact_radius"]] == 0.0):
+        yield (
+            "the fingertip is never in the air, so neither the zeros of the sensors are known nor what the "
+            "contact remembers from before, and what is fitted makes up for both: record from before the "
+            "touch, as when the hand lets go and grips again"
         )
 
 
@@ -216,10 +242,10 @@ def _missing(fit: Fit) -> Iterator[str]:
     force = measured.force[np.isfinite(measured.force)]
     top = force.max()
     flat = np.count_nonzero(force > top - 0.5 * measured.noise.normal_force)
-    if flat > max(20, 0.002 * force.size) and _clipped(force):
+    if flat > max(20, 0.002 * force.size) and _is_clipped(force):
         yield f"the force ends flat at {top:.4g} N in {flat} rows: the sensor may saturate"
 
 
-def _clipped(force: Floats) -> bool:
+def _is_clipped(force: Floats) -> bool:
     """Return whether the greatest value repeats, as it does at the end of a scale."""
     return bool(np.count_nonzero(force == force.max()) > 10)

@@ -39,7 +39,7 @@ class Ledger:
 
         """
         self._known[self._key(found)] = row
-        told = {key: None if _missing(value) else value for key, value in row.as_dict().items()}
+        told = {key: None if _is_missing(value) else value for key, value in row.as_dict().items()}
         try:
             with self.path.open("a", encoding="utf-8") as stream:
                 stream.write(json.dumps({"key": self._key(found), **told}) + "\n")
@@ -62,5 +62,5 @@ class Ledger:
                 continue
 
 
-def _missing(value: object) -> bool:
+def _is_missing(value: object) -> bool:
     return isinstance(value, float) and math.isnan(value)

@@ -85,7 +85,7 @@ class LoadReport:
         return self.rows_read - self.rows_kept
 
     @property
-    def clean(self) -> bool:
+    def is_clean(self) -> bool:
         """Whether there is nothing to report."""
         return not self.findings
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.spelling import suggestion
+from vegrip.types import Floats
 
 BLOCK: Final = 20_000
 """Rows converted at once, fewer when they are wide."""
@@ -53,7 +54,7 @@ class Layout:
 class Table:
     """The wanted columns of a file, and the line each row came from."""
 
-    numbers: dict[str, NDArray[np.float64]]
+    numbers: dict[str, Floats]
     words: dict[str, list[str]]
     lines: NDArray[np.int64]
 
@@ -269,7 +270,7 @@ def _converted(
     lines = np.array([line for line, _, _ in block], dtype=np.int64)
     columns = {name: [cells[at[name]].strip() for _, cells, _ in block] for name in (*numbers, *words)}
     keep = np.ones(len(block), dtype=bool)
-    values: dict[str, NDArray[np.float64]] = {}
+    values: dict[str, Floats] = {}
     for name in numbers:
         values[name], bad = _floats(columns[name], layout.decimal)
         infinite = np.isinf(values[name])
@@ -281,7 +282,7 @@ def _converted(
     return Table({name: values[name][keep] for name in numbers}, texts, lines[keep])
 
 
-def _floats(cells: list[str], decimal: str) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def _floats(cells: list[str], decimal: str) -> tuple[Floats, NDArray[np.bool_]]:
     """Convert a column at once, or cell by cell when something in it is not a plain number."""
     if decimal != ".":
         cells = [cell.replace(decimal, ".") for cell in cells]

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vegrip.errors import UsageError
 from vegrip.identification.recording import Recording
 from vegrip.identification.simulate.protocol import Protocol
 from vegrip.identification.simulate.run import DEFAULT_NOISE, simulate
 from vegrip.model import ContactModel
+from vegrip.plotting import new_figure, save_figure
 
 GAP = 0.02  # of the duration, drawn between episodes in place of the pause
 
@@ -18,21 +18,15 @@ def draw_simulation(protocol: Protocol, models: dict[str, ContactModel], path: P
 
     Raises:
         UsageError: matplotlib is not installed.
+        InputError: the picture cannot be written.
 
     """
-    try:
-        import matplotlib as mpl  # noqa: PLC0415
-    except ImportError as error:
-        raise UsageError("pictures need matplotlib; pip install 'vegrip[plot]'") from error
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt  # noqa: PLC0415
-
     exact = dict.fromkeys(DEFAULT_NOISE, 0.0)
     found = {name: simulate(model, protocol, sensors=exact) for name, model in models.items()}
     one = next(iter(found.values()))
     t, loads = _drawn_time(one), bool(np.any(one.columns["slip"] > 0.0))
     rows = 2 + (len(found) > 1) + loads
-    figure, axes = plt.subplots(rows, 1, figsize=(10, 2.1 * rows), sharex=True, constrained_layout=True)
+    figure, axes = new_figure(rows, size=(10, 2.1 * rows), share_x=True)
     axes[0].plot(t, 1e3 * _cut(one, one.columns["displacement"]), "k", lw=1)
     axes[0].set_ylabel("depth [mm]")
     axes[0].set_title(f"{protocol.name}, {protocol.duration:.0f} s with pauses of {protocol.pause:g} s")
@@ -56,8 +50,7 @@ def draw_simulation(protocol: Protocol, models: dict[str, ContactModel], path: P
         )
         axes[-1].set_ylabel("tangential [N]")
     axes[-1].set_xlabel("time without the pauses [s]")
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
+    save_figure(figure, path)
 
 
 def _drawn_time(recording: Recording) -> np.ndarray:

@@ -1,6 +1,5 @@
 """A picture of one finger: what was measured, and what the node said of it."""
 
-import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vegrip.errors import InputError
 from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.folder import read_recording
 from vegrip.identification.recording.session import read_output
+from vegrip.plotting import new_figure, save_figure
 
 Array = NDArray[Any]
 MEASURED, ESTIMATED, BOUND = "0.45", "C0", "C3"
@@ -41,36 +40,21 @@ def draw_replay(folder: Path, picture: Path, title: str) -> None:
     """Draw the finger recorded in ``folder`` of a session to ``picture``.
 
     Raises:
-        InputError: matplotlib is not installed, or the picture cannot be written.
+        UsageError: matplotlib is not installed.
+        InputError: the picture cannot be written.
 
     """
-    try:
-        import matplotlib  # noqa: PLC0415
-    except ImportError:
-        raise InputError("--plot needs matplotlib; install it with pip install 'vegrip[plot]'") from None
-    matplotlib.use("Agg")
-    logging.getLogger("matplotlib").setLevel(logging.WARNING)
-    from matplotlib import pyplot  # noqa: PLC0415
-
     told = read_told(folder)
     panels: list[Callable[[Any, Told], None]] = [_force, _error, _depth, _radius, _nis]
     if np.any(~np.isnan(told.margin.get("margin", np.array([np.nan])))):
         panels.append(_margin)
-    figure, axes = pyplot.subplots(
-        len(panels), 1, sharex=True, figsize=(9, 2.1 * len(panels)), layout="constrained"
-    )
+    figure, axes = new_figure(len(panels), size=(9, 2.1 * len(panels)), share_x=True)
     for axis, panel in zip(axes, panels, strict=True):
         panel(axis, told)
         axis.grid(alpha=0.3)
     axes[0].set_title(title, loc="left")
     axes[-1].set_xlabel("time [s]")
-    try:
-        picture.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(picture, dpi=110)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{picture}: the picture cannot be written ({error})") from None
-    finally:
-        pyplot.close(figure)
+    save_figure(figure, picture)
 
 
 def _force(axis: Any, told: Told) -> None:

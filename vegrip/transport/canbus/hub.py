@@ -37,7 +37,7 @@ from vegrip.transport.canbus.hub_wire import (
 )
 
 LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
-GATHERED = 300_000  # [ns] for so long frames are gathered, and handed out at once, while others wait
+GATHERED = 300_000  # [ns] frames that end so soon after another are handed out with it, while more wait
 LINGER = 1.0  # [s] the hub waits for a member to come (back)
 TRANSMIT_QUEUE = 64  # frames of one member that may wait for the bus; then the member is not read
 AT_ONCE = int(

@@ -36,7 +36,7 @@ from vegrip.transport.canbus.hub_wire import (
 )
 from vegrip.transport.codec.frame import Frame
 
-HUB_TIMEOUT_S = 10.0  # [s] to find or start the hub
+HUB_TIMEOUT_S = 60.0  # [s] to find or start the hub; on a busy machine a start takes many seconds
 READ_AHEAD = (
     4096  # frames looked through for the error state; as many as the bus keeps for one that does not read
 )
@@ -395,7 +395,7 @@ def _greet(path: Path, greeting: bytes) -> tuple[socket.socket, dict[str, Any]]:
     while time.monotonic() < deadline:
         connection = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
-        connection.settimeout(1.0)
+        connection.settimeout(HUB_TIMEOUT_S / 6)
         try:
             connection.connect(str(path))
             connection.send(greeting)

@@ -48,6 +48,7 @@ class MessageSchema:
     topic: str  # with the place holder {finger}
     fields: tuple[Field, ...]
     on_can: bool = True
+    batch: str = ""  # topic on which the messages of all fingers travel together, "" = none
 
     @property
     def owner(self) -> str:
@@ -91,7 +92,8 @@ def _message(name: str, entry: Mapping[str, Any]) -> MessageSchema:
     if name not in CLASSES:
         raise ConfigError(f"messages.toml: there is no message {name!r}; there are {', '.join(CLASSES)}")
     fields = tuple(_field(key, value, f"messages.toml [{name}]") for key, value in entry["fields"].items())
-    return MessageSchema(CLASSES[name], entry["topic"], fields, entry.get("can", True))
+    on_can, batch = entry.get("can", True), entry.get("batch", "")
+    return MessageSchema(CLASSES[name], entry["topic"], fields, on_can, batch)
 
 
 def _field(name: str, entry: Mapping[str, Any], where: str) -> Field:

@@ -31,6 +31,11 @@ class Route:
     data_id: int
 
 
+def data_id_of(topic: str) -> int:
+    """Return the Data ID of what travels on a topic of the wire."""
+    return zlib.crc32(topic.encode())
+
+
 class Topics:
     """The topics of one hand.
 
@@ -94,7 +99,7 @@ class Topics:
             if match:
                 owner = match.groupdict().get("finger")
                 known = owner is None or self._fingers is None or owner in self._fingers
-                return Route(topic, schema, owner, zlib.crc32(topic.encode())) if known else None
+                return Route(topic, schema, owner, data_id_of(topic)) if known else None
         return None
 
 

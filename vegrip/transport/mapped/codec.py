@@ -5,9 +5,11 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from vegrip.clock import NS
 from vegrip.messages import FingertipState, ForceCommand, Message
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.sequence import Sequence
+from vegrip.transport.mapped.canopen_nodes import CanopenNodes
 from vegrip.transport.mapped.checksums import Protection, protection
 from vegrip.transport.mapped.compiled import Read, compile_raw, compile_reader, groups_of
 from vegrip.transport.mapped.database import ForeignMessage
@@ -35,7 +37,8 @@ class MappedCodec:
     """A foreign hand on a CAN bus, decoded and encoded as its map says.
 
     Nothing that comes from the bus raises: :meth:`decode_all` returns nothing and counts in ``rejected``
-    under ``length`` (shorter than the message), ``checksum`` or ``counter`` (a repeat, or older).
+    under ``length`` (shorter than the message), ``checksum`` or ``counter`` (a repeat, or older);
+    the nodes of a CANopen hand as in :class:`~vegrip.transport.mapped.canopen_nodes.CanopenNodes`.
     ``foreign`` counts frames that the map does not read. ``lost`` are gaps in their counters; ``clipped``,
     by finger, commands beyond the range of their signal.
     """
@@ -65,6 +68,7 @@ class MappedCodec:
         for message, read in readers:
             self._incoming[message.identifier] = self._make(message, read)
         self.encoder = CommandEncoder(plan, self._state_of, self.clipped)
+        self._nodes = _nodes(plan, self.rejected)
 
     @property
     def lost(self) -> int:
@@ -83,8 +87,9 @@ class MappedCodec:
     def decode_all(self, frame: Frame) -> tuple[FingertipState, ...] | list[FingertipState]:
         """Return the states that ``frame`` completes."""
         incoming = self._incoming.get(frame.arbitration_id)
+        known = self._nodes is not None and self._nodes.take(frame)
         if incoming is None:
-            self.foreign += 1
+            self.foreign += not known
             return ()
         data, stamp, seq = frame.data, frame.stamp, None
         length = incoming.message.length
@@ -110,6 +115,15 @@ class MappedCodec:
             finger.count = finger.count + 1 if seq is None else seq
             states.append(finger.state(slots, self._heard, finger.count, stamp))
         return states
+
+    def due(self, now: int) -> list[Frame]:
+        """Return the frames to send at ``now`` [ns]: commands to repeat, requests, starts of nodes."""
+        return [*self.encoder.due(now), *(self._nodes.due(now) if self._nodes is not None else ())]
+
+    @property
+    def identifiers(self) -> set[int]:
+        """Those of all frames that are read."""
+        return set(self._incoming) | (self._nodes.identifiers if self._nodes is not None else set())
 
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""
@@ -149,3 +163,16 @@ class MappedCodec:
         ]
         fingers = [s for s, f in zip(self._states, plan.fingers, strict=True) if f.trigger == message.name]
         return _Incoming(message, read, guard, counter, sequence, tuple(fingers), tuple(owners))
+
+
+def _nodes(plan: Plan, rejected: Counter[str]) -> CanopenNodes | None:
+    """Return the nodes of a CANopen hand, with what is asked of them; None for other hands."""
+    if not plan.hand.nodes:
+        return None
+    objects = [
+        (plan.database.messages[slot.message].identifier & 0x7F, where >> 8 & 0xFFFF, where >> 24)
+        for slot in plan.slots
+        if plan.database.messages[slot.message].asked and slot.place is not None
+        for where in slot.place.selectors[:1]
+    ]
+    return CanopenNodes(plan.hand.nodes.values(), objects, round(plan.hand.sending.poll * NS), rejected)

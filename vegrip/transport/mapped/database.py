@@ -58,6 +58,7 @@ class ForeignMessage:
     length: int  # [bytes]
     fd: bool
     signals: Mapping[str, Signal]
+    asked: bool = False  # comes as the answer to a request (CANopen SDO)
 
 
 @dataclass(frozen=True, slots=True)

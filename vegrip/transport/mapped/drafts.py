@@ -135,8 +135,8 @@ def factor(channel: str, draft: Draft) -> float:
 
 def is_of_unknown_unit(channel: str, draft: Draft) -> bool:
     """Whether the unit of the signal does not tell how much of the channel's quantity it is."""
-    if any(draft.keys.get(key) for key in ("stated", "table", "raw")) or "above" in draft.keys:
-        return False
+    if any(draft.keys.get(key) for key in ("stated", "table", "raw", "gain")) or "above" in draft.keys:
+        return False  # a gain that cannot be is refused with its reason when the map is read
     try:
         _worth(channel, draft.keys)
     except ConfigError:

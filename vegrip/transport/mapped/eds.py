@@ -1,7 +1,9 @@
 """The EDS of a CANopen hand -> a database: its PDO mapping says which objects lie in which frames.
 
 Each finger is a node. The frames of a finger are called ``<finger>_TPDO1`` .. and ``<finger>_RPDO1`` ..,
-their signals as the objects are in the EDS.
+their signals as the objects are in the EDS. Objects that are in no PDO are read as signals of
+``<finger>_SDO``, the answers of its SDO server, and written as signals of ``<finger>_SDO_WRITE``: frames
+that are multiplexed by command, index and sub-index.
 """
 
 import re
@@ -19,6 +21,28 @@ PDOS: Final = {
 SIGNED: Final = (0x02, 0x03, 0x04, 0x15, 0x10)
 FLOATS: Final = (0x08, 0x11)
 START: Final = 1
+SIZES: Final = {1: (0x4F, 0x2F), 2: (0x4B, 0x2B), 3: (0x47, 0x27), 4: (0x43, 0x23)}
+"""Bytes -> command of an expedited upload's answer and of a download."""
+
+OBJECT: Final = "object"
+"""The multiplexer of frames of SDO: command, index and sub-index."""
+
+ANY_SIZE: Final = 0x42  # an answer that does not say its size
+WHOLE: Final = {
+    0x01: 8,
+    0x02: 8,
+    0x03: 16,
+    0x04: 32,
+    0x05: 8,
+    0x06: 16,
+    0x07: 32,
+    0x08: 32,
+    0x10: 24,
+    0x16: 24,
+}
+"""Data types of at most four bytes -> bits."""
+
+OWN: Final = 0x2000  # where the objects of the maker and of device profiles begin
 UNUSED: Final = 1 << 31
 """Bit of a COB-ID that says: this PDO is not there."""
 
@@ -34,7 +58,8 @@ def read_eds(path: Path, nodes: Mapping[str, int]) -> Database:
 
     if not nodes:
         raise ConfigError(
-            f"{path}: the map does not say which node is which finger; add nodes = {{ thumb = 32, ... }}"
+            f"{path}: the map does not say which node is which finger; add nodes = {{ thumb = 32, ... }}, or "
+            "--nodes thumb=32,index=33 to vegrip connect"
         )
     messages: dict[str, ForeignMessage] = {}
     for finger, node in nodes.items():
@@ -52,10 +77,11 @@ def read_eds(path: Path, nodes: Mapping[str, int]) -> Database:
         for kind in PDOS:
             for message in _messages(objects, kind, finger, node, path):
                 messages[message.name] = message
+        messages |= {message.name: message for message in _asked(objects, finger, node)}
     if not messages:
         raise ConfigError(
-            f"{path}: maps no object into a PDO; ask the maker for the EDS with the PDO mapping of "
-            "the delivered hand"
+            f"{path}: maps no object into a PDO and describes none that SDO reads; ask the maker for the EDS "
+            "of the delivered hand"
         )
     opening = tuple((0, bytes((START, node))) for node in nodes.values())
     return Database(path.name, messages, opening)
@@ -76,6 +102,56 @@ def _messages(objects: Any, kind: str, finger: str, node: int, path: Path) -> li
             name = f"{finger}_{kind}{number + 1}"
             found.append(ForeignMessage(name, identifier, (bits + 7) // 8, False, signals))
     return found
+
+
+def _asked(objects: Any, finger: str, node: int) -> list[ForeignMessage]:
+    """Return the answers and the requests by SDO, with a signal for each object."""
+    reads: dict[str, Signal] = {}
+    writes: dict[str, Signal] = {}
+    for name, variable in _variables(objects):
+        bits, access = WHOLE.get(variable.data_type, 0), str(variable.access_type)
+        if not bits or variable.index < OWN:
+            continue
+        answer, download = SIZES[bits // 8]
+        place = variable.index << 8 | variable.subindex << 24
+        if access != "wo":
+            reads[_unique(name, reads)] = _object(
+                _unique(name, reads), variable, bits, (answer | place, ANY_SIZE | place)
+            )
+        if access not in ("ro", "const"):
+            writes[_unique(name, writes)] = _object(
+                _unique(name, writes), variable, bits, (download | place,)
+            )
+    found = []
+    for name, base, signals in (("SDO", 0x580, reads), ("SDO_WRITE", 0x600, writes)):
+        if signals:
+            whole = {OBJECT: Signal(OBJECT, 0, 32), **signals}
+            found.append(ForeignMessage(f"{finger}_{name}", base + node, 8, False, whole, asked=True))
+    return found
+
+
+def _variables(objects: Any) -> list[tuple[str, Any]]:
+    found = []
+    for entry in objects.values():
+        if hasattr(entry, "data_type"):
+            found.append((_plain(entry.name), entry))
+        else:
+            found += [(_plain(f"{entry.name}_{part.name}"), part) for part in entry.values()]
+    return found
+
+
+def _object(name: str, variable: Any, bits: int, selectors: tuple[int, ...]) -> Signal:
+    return Signal(
+        name,
+        32,
+        bits,
+        signed=variable.data_type in SIGNED,
+        is_float=variable.data_type in FLOATS,
+        scale=float(getattr(variable, "factor", 1) or 1),
+        unit=str(getattr(variable, "unit", "") or ""),
+        selected_by=OBJECT,
+        selectors=selectors,
+    )
 
 
 def _identifier(objects: Any, index: int, usual: int) -> int | None:

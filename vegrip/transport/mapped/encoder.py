@@ -148,7 +148,11 @@ class CommandEncoder:
     def unset(self) -> dict[str, list[str]]:
         """The signals of each message that are sent as raw zero because the map says nothing of them."""
         return {
-            one.message.name: [name for name in one.message.signals if name not in _filled(one)]
+            one.message.name: [
+                name
+                for name, signal in one.message.signals.items()
+                if _is_sent(one, signal) and name not in _filled(one)
+            ]
             for one in self._outgoing.values()
         }
 
@@ -287,6 +291,11 @@ def _filled(outgoing: _Outgoing) -> set[str]:
     named = {outgoing.counter, outgoing.checksum}
     shared = {signal.name for target in outgoing.targets for signal, _ in target.shares}
     return {target.signal.name for target in outgoing.targets} | shared | outgoing.blank.keys() | named
+
+
+def _is_sent(outgoing: _Outgoing, signal: Signal) -> bool:
+    """Whether ``signal`` is on the page that is sent."""
+    return not signal.selected_by or outgoing.blank.get(signal.selected_by) in signal.selectors
 
 
 def _selectors(message: ForeignMessage, signal: Signal) -> dict[str, int]:

@@ -12,9 +12,11 @@ from vegrip.messages import FingertipState, Message
 from vegrip.transport.can_endpoint import MOST_FRAMES, CanEndpoint, Open
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import Frame
+from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.price import price
 
+MASKS: Final = {False: 0x7FF, True: 0x1FFFFFFF}
 SILENT: Final = 2 * NS
 """[ns] after opening without one message of the map: the wrong bus, rate or database."""
 
@@ -65,10 +67,25 @@ class MappedCanEndpoint(CanEndpoint):
             states = self._mapped.decode_all(frame)
             messages += states
             arrivals += [frame.stamp] * len(states)
-        self._heard = self._heard or bool(messages)
+        self._repeat()
+        if messages and not self._heard:
+            self._heard = True
+            self._bring_only_its_own()
         self.arrivals = arrivals
         return messages
 
     def _repeat(self) -> None:
-        for frame in self._mapped.encoder.due(time.monotonic_ns()):
+        for frame in self._mapped.due(time.monotonic_ns()):
             self.send_frame(frame)
+
+    def _bring_only_its_own(self) -> None:
+        """Have the controller leave out the frames of others, once it is known that this is the right bus."""
+        self._filters = [
+            {
+                "can_id": one & ~EXTENDED,
+                "can_mask": MASKS[bool(one & EXTENDED)],
+                "extended": bool(one & EXTENDED),
+            }
+            for one in sorted(self._mapped.identifiers)
+        ]
+        self._filter()

@@ -91,6 +91,7 @@ def _messages(plan: Plan) -> list[str]:
                 "replayed state is not distinguished from a new one"
             )
         ]
+    asked = [name for name in plan.messages if plan.database.messages[name].asked]
     bare = [
         name for name in plan.messages if name not in plan.protection or not plan.protection[name].counter
     ]
@@ -100,6 +101,11 @@ def _messages(plan: Plan) -> list[str]:
         if name not in plan.protection or plan.protection[name].checksum.kind == "none"
     ]
     said = []
+    if asked:
+        said.append(
+            f"{_list(asked)}: values are asked for one after the other, one each "
+            f"{1e3 * plan.hand.sending.poll:g} ms and node, so they are not of the same moment"
+        )
     if bare:
         said.append(
             f"{_list(bare)}: no counter: a lost, repeated or replayed message is not seen, only "

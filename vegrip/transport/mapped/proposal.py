@@ -26,7 +26,7 @@ FEW_TAXELS: Final = 4
 """Forces of no known axis that make an array."""
 
 SLACK: Final = 3.0  # periods of the slowest message after which its values are missing
-ENABLE: Final = {"enable", "en", "enabled", "valid", "active", "on"}
+ENABLE: Final = {"enable", "en", "enabled", "valid", "active", "on", "run"}
 INCREMENT: Final = {"delta", "inc", "increment", "adj", "adjust", "adjustment", "d"}
 
 
@@ -77,6 +77,8 @@ def propose(
 
     """
     found = guesses(database, tuple(names) or USUAL)
+    if any(not database.messages[one.message].asked for one in found if one.channel in CHANNELS):
+        found = [one for one in found if not database.messages[one.message].asked]
     if traffic is not None:
         if not heard:
             raise InputError(_nothing_heard(database, traffic))
@@ -99,6 +101,7 @@ def propose(
     if traffic is not None:
         _time(proposal, database, traffic, heard)
     _doubt(proposal, fingers)
+    _doubt_names(proposal, database, tuple(names))
     return proposal
 
 
@@ -115,7 +118,10 @@ def _take_units(drafts: Mapping[str, FingerDraft], database: Database) -> None:
 
 def _nothing_heard(database: Database, traffic: Traffic) -> str:
     if not traffic.frames:
-        return "no frame came; look at channel and bit rate, and whether the hand is switched on"
+        return (
+            "no frame came; look at channel and bit rate, and whether the hand is switched on; of a log, "
+            "whether it is one (.asc, .blf, or .log of candump)"
+        )
     seen = ", ".join(f"0x{identifier & 0x1FFFFFFF:X}" for identifier in sorted(traffic.frames)[:6])
     return (
         f"no message of {database.name} came, but {sum(map(len, traffic.frames.values()))} frames of {seen}: "
@@ -354,10 +360,26 @@ def _doubt(proposal: Proposal, fingers: Mapping[str, list[Guess]]) -> None:
             proposal.doubts.append(
                 f"{kinds['current'].name} is a current; as a poor force give its gain and noise: --set "
                 f'{where}.normal_force=\'{{ signal = "{kinds["current"].name}", gain = "2.5 '
-                "N/A\", noise = 0.3 }}'"
+                "N/A\", noise = 0.3 }'"
             )
         if finger.command is not None:
             _doubt_command(proposal, finger.command, where)
+
+
+def _doubt_names(proposal: Proposal, database: Database, names: tuple[str, ...]) -> None:
+    """Say which names have no finger, and which fingers no name."""
+    left = [name for name in names if name not in proposal.fingers]
+    if left:
+        proposal.doubts.append(
+            f"{', '.join(left)}: the hand has no further finger that this name could be of"
+        )
+    numbers = {one.finger for one in guesses(database, USUAL) if one.channel in CHANNELS}
+    numbers = {number for number in numbers if number.startswith("#")}
+    if 0 < len(names) < len(numbers):
+        proposal.doubts.append(
+            f"the hand has {len(numbers)} fingers and {len(names)} names: give --fingers a name for each, or "
+            "the others stay out"
+        )
 
 
 def _doubt_command(proposal: Proposal, command: Draft, where: str) -> None:

@@ -24,8 +24,9 @@ from vegrip.transport.mapped.drafts import (
 )
 from vegrip.transport.mapped.guess import words_of
 from vegrip.transport.mapped.proposal import Proposal
-from vegrip.transport.mapped.traffic_log import Array, Trace, rate_of
+from vegrip.transport.mapped.traffic_log import Trace, rate_of
 from vegrip.transport.mapped.units import SI
+from vegrip.types import Floats
 
 Window = tuple[float, float]
 NAMES: Final = ("rest", "press", "shear", "twist")
@@ -259,12 +260,24 @@ class _Finger:
         spread = float(np.std(np.diff(still))) / math.sqrt(2.0)  # of neighbours: a drift is no noise
         least = self._resolution(draft) / math.sqrt(12.0)
         times = self._states_per_value(draft.signal)
-        draft.keys["noise"] = float(
-            f"{max(spread, least) * abs(factor(channel, draft)) * math.sqrt(times):.3g}"
-        )
+        late = self._lateness(draft, spread) if times > 1.0 else 0.0
+        size = math.hypot(max(spread, least), late) * abs(factor(channel, draft)) * math.sqrt(times)
+        draft.keys["noise"] = float(f"{size:.3g}")
         draft.notes["noise"] = f"[{SI[channel]}] standard deviation at rest"
         if times > 1.0:
-            draft.notes["noise"] += f", times the root of the {times:.3g} states in which each value stands"
+            draft.notes["noise"] += (
+                f", and what a held value was late by, times the root of its {times:.3g} states"
+            )
+
+    def _lateness(self, draft: Draft, spread: float) -> float:
+        """Return the rms error of a value that stands until the next one comes, while the fingertip moves.
+
+        A value that changes by ``d`` until the next one is off by 0 to ``d``, evenly: ``d / sqrt(3)`` rms.
+        """
+        trace = self._trace(draft)
+        moved = np.diff(trace.within(self.windows.get("press") or (float(trace.t[0]), float(trace.t[-1]))))
+        changed = float(np.mean(moved**2)) - 2.0 * spread**2 if len(moved) else 0.0  # without the noise
+        return math.sqrt(max(changed, 0.0) / 3.0)
 
     def _states_per_value(self, signal: str) -> float:
         """Return in how many states a value of ``signal`` stands."""
@@ -323,7 +336,7 @@ class _Finger:
         covariance = float(np.cov(force[pressing], at[pressing])[0, 1])
         return covariance / float(np.var(at[pressing])) if signed or covariance > 0.0 else 0.0
 
-    def _si(self, channel: str, draft: Draft) -> Array:
+    def _si(self, channel: str, draft: Draft) -> Floats:
         return (self._trace(draft).value - float(draft.keys.get("zero", 0.0))) * factor(channel, draft)
 
     def _touch(self) -> None:
@@ -389,7 +402,7 @@ class _Finger:
                 self.findings.learned.append(f"{self.name}: stiffness {slope:.3g} N/m")
         self._check_friction(force, self.heard[normal.signal].t)
 
-    def _check_friction(self, force: Array, t: Array) -> None:
+    def _check_friction(self, force: Floats, t: Floats) -> None:
         normal = self.finger.channels["normal_force"]
         highest = float(np.max(force))
         if highest < CLEAR * float(normal.keys.get("noise", 0.0)):
@@ -486,7 +499,7 @@ def _unrest(trace: Trace, window: Window) -> float:
     return float(np.std(values)) / whole if len(values) > 2 else math.inf
 
 
-def _first_touch(force: Array, at: Array) -> float:
+def _first_touch(force: Floats, at: Floats) -> float:
     """Return where the force of a Hertzian contact, ``F^(2/3) ~ at - zero``, comes to zero."""
     if len(force) < 5 or float(np.ptp(at)) == 0.0:
         return float(at[0])

@@ -170,6 +170,9 @@ class SendingMap:
     period: float = parameter(
         0.02, unit="s", low=0.001, high=1.0, doc="the last command is repeated so often"
     )
+    poll: float = parameter(
+        0.005, unit="s", low=0.001, high=1.0, doc="CANopen: between two requests by SDO to a node"
+    )
     silence: str = parameter("unknown", choices=SILENCE, doc="what the hand does when commands stop")
     opening: tuple[Any, ...] = parameter((), doc="frames sent once: { identifier = 0x40, data = '01 02' }")
     request: tuple[Any, ...] = parameter(

@@ -5,26 +5,24 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.compiled import compile_reader, groups_of
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
 from vegrip.transport.mapped.plan import Slot
-
-Array = NDArray[np.float64]
+from vegrip.types import Floats
 
 
 @dataclass(frozen=True, slots=True)
 class Trace:
     """One signal over time."""
 
-    t: Array  # [s] from the first frame of the traffic
-    value: Array  # physical, in the unit of the database
-    raw: Array
+    t: Floats  # [s] from the first frame of the traffic
+    value: Floats  # physical, in the unit of the database
+    raw: Floats
 
-    def within(self, window: tuple[float, float]) -> Array:
+    def within(self, window: tuple[float, float]) -> Floats:
         """Return the values in ``window`` [s]."""
         return self.value[(self.t >= window[0]) & (self.t <= window[1])]
 
@@ -37,7 +35,7 @@ class Traffic:
     start: int = 0  # [ns]
     end: int = 0
     order: list[int] = field(default_factory=list)  # identifiers as they came, of the first frames
-    short: int = 0  # frames shorter than the database says
+    short: dict[str, int] = field(default_factory=dict)  # message -> frames shorter than the database says
 
     def add(self, frame: Frame) -> None:
         """Take in a frame."""
@@ -74,7 +72,9 @@ def traces(traffic: Traffic, database: Database) -> dict[str, Trace]:
     found: dict[str, Trace] = {}
     for message in database.messages.values():
         frames = [f for f in traffic.frames.get(message.identifier, []) if len(f.data) >= message.length]
-        traffic.short += len(traffic.frames.get(message.identifier, [])) - len(frames)
+        short = len(traffic.frames.get(message.identifier, [])) - len(frames)
+        if short:
+            traffic.short[message.name] = short
         if frames:
             found |= _of_message(message, frames, traffic.start)
     return found
@@ -97,6 +97,6 @@ def _of_message(message: ForeignMessage, frames: list[Frame], start: int) -> dic
     }
 
 
-def _trace(signal: Signal, t: Array, raw: Array) -> Trace:
+def _trace(signal: Signal, t: Floats, raw: Floats) -> Trace:
     there = ~np.isnan(raw)
     return Trace(t[there], raw[there] * signal.scale + signal.offset, raw[there])

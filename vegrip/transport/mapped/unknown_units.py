@@ -3,7 +3,7 @@
 from typing import Final
 
 from vegrip.errors import InputError
-from vegrip.transport.mapped.drafts import Draft, is_of_unknown_unit
+from vegrip.transport.mapped.drafts import Draft, FingerDraft, is_of_unknown_unit
 from vegrip.transport.mapped.proposal import Proposal
 from vegrip.transport.mapped.units import SI, is_force
 
@@ -28,6 +28,7 @@ def leave_out_unknown_units(proposal: Proposal) -> None:
             forces = forces or channel == "normal_force"
             worth = f"{ONE_IS_WORTH[SI[channel]]}/{_unit(draft)}"
             options.setdefault(f"--set 'fingers.*.{channel}.gain={worth}'", f"{_named(draft)} for {channel}")
+        _forget_trigger(finger)
         command = finger.command
         if command is not None and _is_open(command):
             finger.command = None
@@ -45,6 +46,14 @@ def leave_out_unknown_units(proposal: Proposal) -> None:
         f"your own: {option}"
         for option, what in options.items()
     ]
+
+
+def _forget_trigger(finger: FingerDraft) -> None:
+    """Take back a trigger of which no channel is left: the message of the force or the indentation is it."""
+    names = [name for draft in finger.channels.values() for name in draft.names]
+    names += finger.taxels.keys["normal"] if finger.taxels is not None else []
+    if finger.trigger not in {*names, *(name.partition(".")[0] for name in names)}:
+        finger.trigger = ""
 
 
 def _is_open(command: Draft) -> bool:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from vegrip.toml_text import toml_key, toml_value
 from vegrip.transport.mapped.drafts import Draft, is_complete
 from vegrip.transport.mapped.proposal import Proposal
 
@@ -20,20 +21,20 @@ def map_text(proposal: Proposal, transport: Mapping[str, Any], about: list[str])
     if transport:
         lines += ["", "[transport]", *(_line(key, value, "") for key, value in transport.items())]
     for name, draft in proposal.messages.items():
-        lines += ["", f"[messages.{_key(name)}]", *_table(draft)]
+        lines += ["", f"[messages.{toml_key(name)}]", *_table(draft)]
     for name, finger in proposal.fingers.items():
         own = [_line("trigger", finger.trigger, "the last message of a cycle")] if finger.trigger else []
         if finger.max_age:
             own.append(
                 _line("max_age", finger.max_age, "[s] after which a value of another message is missing")
             )
-        lines += ["", f"[fingers.{_key(name)}]", *own]
+        lines += ["", f"[fingers.{toml_key(name)}]", *own]
         for channel, each in finger.channels.items():
-            lines += [f"[fingers.{_key(name)}.{channel}]", *_table(each)]
+            lines += [f"[fingers.{toml_key(name)}.{channel}]", *_table(each)]
         if finger.taxels is not None:
-            lines += [f"[fingers.{_key(name)}.taxels]", *_table(finger.taxels)]
+            lines += [f"[fingers.{toml_key(name)}.taxels]", *_table(finger.taxels)]
         if finger.command is not None and is_complete(finger.command):
-            lines += [f"[fingers.{_key(name)}.command]", *_table(finger.command)]
+            lines += [f"[fingers.{toml_key(name)}.command]", *_table(finger.command)]
     if any(finger.command is not None for finger in proposal.fingers.values()):
         lines += ["", "[command]", _line("period", 0.02, "[s] the last command is repeated so often")]
         lines.append(_line("silence", "unknown", "what the hand does when commands stop: holds or opens?"))
@@ -51,30 +52,8 @@ def _table(draft: Draft) -> list[str]:
 
 
 def _line(key: str, value: Any, note: str) -> str:
-    text = f"{_key(key)} = {toml(value)}"
+    text = f"{toml_key(key)} = {toml_value(value)}"
     return f"{text:<44} # {note}" if note else text
-
-
-def toml(value: Any) -> str:
-    """Return ``value`` as TOML writes it, on one line.
-
-    >>> toml({"kind": "crc8", "polynomial": 47, "data_id": [1]})
-    '{ kind = "crc8", polynomial = 47, data_id = [1] }'
-    """
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-        return f'"{escaped}"'
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(key)} = {toml(each)}" for key, each in value.items()) + " }"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(toml(each) for each in value) + "]"
-    return repr(value)
-
-
-def _key(name: str) -> str:
-    return name if name.replace("_", "").replace("-", "").isalnum() and name.isascii() else toml(str(name))
 
 
 def changed_text(text: str, settings: list[tuple[list[str], Any]]) -> str:
@@ -87,10 +66,10 @@ def changed_text(text: str, settings: list[tuple[list[str], Any]]) -> str:
 def _changed(text: str, path: list[str], value: Any) -> str:
     *tables, key = path
     lines = text.split("\n")
-    header = f"[{'.'.join(_key(name) for name in tables)}]" if tables else ""
+    header = f"[{'.'.join(toml_key(name) for name in tables)}]" if tables else ""
     line = _line(key, value, "said by --set")
-    inline = f"{_key(key)} ="
-    nested = f"[{'.'.join(_key(name) for name in path)}]"
+    inline = f"{toml_key(key)} ="
+    nested = f"[{'.'.join(toml_key(name) for name in path)}]"
     if nested in lines:  # a table is replaced by what was said of it
         first = lines.index(nested)
         last = next(

@@ -4,6 +4,7 @@ The node is the very :class:`~vegrip.grip.node.GraspForce` that runs on the bus.
 of one period act on the hand from the next period on, which is the delay that a bus would bring.
 """
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
@@ -11,9 +12,11 @@ import numpy as np
 
 from vegrip.clock import NS
 from vegrip.grip.node import GraspForce
-from vegrip.messages import ForceCommand, Message
+from vegrip.messages import ContactEstimate, ForceCommand, Message
 from vegrip.types import Floats
 from vegrip.virtual import VirtualHand
+
+BELIEF_PERIOD_S = 0.05
 
 
 @dataclass
@@ -28,6 +31,10 @@ class Course:
     force: list[list[float]] = field(default_factory=list)  # [N] true normal forces
     command: list[list[float]] = field(default_factory=list)  # [N] NaN = none
     slipped: list[int] = field(default_factory=list)  # slips so far
+    contact: list[list[tuple[float, ...]]] = field(default_factory=list)
+    """True tangential force [N], torque [N m], friction, contact radius [m] and pressure exponent."""
+    friction: list[tuple[float, float, float]] = field(default_factory=list)
+    """What is believed of the first finger's friction: time [s], estimate [-], its std [-]."""
 
     def since(self, start: float) -> tuple[Floats, Floats, Floats]:
         """Return time (n,) [s], margins (n, fingers) [-] and forces (n, fingers) [N] from ``start`` on."""
@@ -42,7 +49,27 @@ class Course:
         self.slipped.append(hand.slips)
         self.margin.append([truth.margin for truth in truths])
         self.force.append([truth.normal_force for truth in truths])
+        self.contact.append(
+            [
+                (
+                    math.hypot(truth.tangential_force_x, truth.tangential_force_y),
+                    abs(truth.torque_z),
+                    truth.friction_coefficient,
+                    truth.contact_radius,
+                    truth.pressure_exponent,
+                )
+                for truth in truths
+            ]
+        )
         self.command.append([commands.get(finger, np.nan) for finger in self.fingers])
+
+    def believe(self, contact: ContactEstimate, time: float) -> None:
+        """Note what is believed of friction at ``time`` [s], every :data:`BELIEF_PERIOD_S`."""
+        mu = contact.friction_coefficient
+        if contact.finger != self.fingers[0] or not (contact.in_contact and mu.valid):
+            return
+        if not self.friction or time >= self.friction[-1][0] + BELIEF_PERIOD_S:
+            self.friction.append((time, mu.value, mu.std))
 
 
 class Loop:
@@ -88,3 +115,5 @@ class Loop:
         for message in answers:
             if isinstance(message, ForceCommand):
                 self.commands[message.finger] = message
+            elif isinstance(message, ContactEstimate):
+                self.course.believe(message, self.hand.time)

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 from matplotlib.figure import Figure
+
+from vegrip.plotting import save_figure
 
 COLOURS = {
     "vegrip": "#0b6e4f", "learning": "#b8336a", "known": "#222222",
@@ -16,7 +17,6 @@ COLOURS = {
 
 def draw_fronts(told: Mapping[str, Any], grasp: str, path: Path) -> None:
     """Write the picture of the fronts of ``told`` (as ``vegrip controllers --json`` has them) to ``path``."""
-    mpl.rcParams["svg.hashsalt"] = "vegrip"  # the same picture gives the same file
     figure = Figure(figsize=(8.0, 5.0), layout="constrained")
     axes = figure.subplots()
     for name, one in told.items():
@@ -40,4 +40,4 @@ def draw_fronts(told: Mapping[str, Any], grasp: str, path: Path) -> None:
     axes.grid(alpha=0.25)
     axes.set_title(f"{grasp}: every controller over its knob; squares: operating points with 95 % intervals")
     axes.legend(frameon=False)
-    figure.savefig(path, dpi=140)
+    save_figure(figure, path, dpi=140)

@@ -5,12 +5,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.estimator.estimator import ContactEstimator
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.messages import ContactEstimate, Estimate
+from vegrip.types import Floats
 from vegrip.validation.estimator_coverage.lives import Life, drawn, lived, told
 from vegrip.validation.estimator_coverage.outside import Contact
 
@@ -27,14 +27,14 @@ class Result:
     """What one life showed."""
 
     life: Life
-    errors: NDArray[np.float64]  # (looks, quantities) in standard deviations; NaN = not valid or not asked
+    errors: Floats  # (looks, quantities) in standard deviations; NaN = not valid or not asked
     not_valid: int  # looks
     lost: int  # contacts
     started: tuple[float, ...]  # [s] when they were lost
     worst_at: float  # [s] of the worst error of force or indentation
 
     @property
-    def coverage(self) -> NDArray[np.float64]:
+    def coverage(self) -> Floats:
         """Share of the looks inside the interval for each quantity; NaN without looks."""
         return coverage_of(self.errors)
 
@@ -49,7 +49,7 @@ class Result:
         return float(np.mean(np.nanmax(self.errors[:, :2], axis=1, initial=0.0) > FAR_STDS))
 
 
-def coverage_of(errors: NDArray[np.float64]) -> NDArray[np.float64]:
+def coverage_of(errors: Floats) -> Floats:
     """Return the share inside for each column, NaN with less than FEWEST looks."""
     count = np.sum(np.isfinite(errors), axis=0)
     inside = np.sum(errors < INSIDE_STDS, axis=0)

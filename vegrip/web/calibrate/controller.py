@@ -23,7 +23,7 @@ class Calibrator:
     def __init__(self, folder: Path, node: str = "") -> None:
         self.folder, self.node = folder, node
         self.told: dict[str, Any] | None = None
-        self.commands: list[str] = []
+        self.commands: list[str] = []  # that did something
         self.error = ""
         self.job: Job | None = None
         self.what = ""
@@ -123,7 +123,10 @@ class Calibrator:
             self.version += 1
             if code == 0 and told is not None and not stopped:
                 self.told = told
-            elif stopped:
+                return
+            if told is None:  # it did nothing: what is shown is what leads here
+                self.commands = self.commands[:-1]
+            if stopped:
                 self.error = f"{self.what} was stopped; what was recorded is kept"
             else:
                 self.error = last_words.removeprefix("vegrip: ") or f"{self.what} ended with exit code {code}"

@@ -114,7 +114,7 @@ const drawFinger = (card, name, finger) => {
   const level = finger.fresh ? finger.health.level : "unknown";
   put(card.querySelector(".status"), `<span class="chip ${level}">${finger.fresh ? text(finger.health.condition === "ok" ? "ok" : finger.health.input) : "old"}</span>`);
   put(card.querySelector(".big"), finger.fresh
-    ? finger.in_contact === false ? `air <small>no contact, no margin</small>` : `${number(margin.value)} <small>≥ ${number(margin.bound)}, sure to ${margin.confidence == null ? "?" : (100 * margin.confidence).toFixed(0)} %</small>`
+    ? finger.in_contact === false ? `air <small>no contact, no margin</small>` : `${number(margin.value)} <small>${margin.bound == null ? "its bound is not known yet" : `≥ ${number(margin.bound)}, sure to ${margin.confidence == null ? "?" : (100 * margin.confidence).toFixed(0)} %`}</small>`
     : `${dash} <small>no news for ${ago(finger.age)}</small>`);
   put(card.querySelector(".bar"), drawMargin(finger.in_contact ? margin : margin && { wanted: margin.wanted }));
   const scale = (state.scales[name] = surfaceScale(finger.surface, finger.load, state.scales[name]));
@@ -148,14 +148,14 @@ const drawModel = (finger) => {
   put($("model"), `<p><span class="chip ${level}">${text(health.words || "no news")}</span></p><p class="soft">normalised innovation squared ${number(health.nis)} (1 is right); measurements refused ${health.rejected ?? dash}${health.suspect ? `; suspect <b>${text(health.suspect)}</b>` : ""}</p><div class="scroll"><table><tr><th>quantity</th><th class="num">value ± std</th><th></th><th></th></tr>${rows.join("")}${learned.join("")}</table></div>`);
 };
 
-const HEAD = `<tr><th>node</th><th></th><th>state</th><th class="num">in [Hz]</th><th class="num">out [Hz]</th><th class="num">p50 [ms]</th><th class="num">p99 [ms]</th><th class="num">max [ms]</th><th class="num">late</th><th class="num">dropped</th><th>refused now</th></tr>`;
+const HEAD = `<tr><th>node</th><th></th><th>state</th><th class="num">in [Hz]</th><th class="num">out [Hz]</th><th class="num">p50 / p99 / max [ms]</th><th class="num">late</th><th class="num">dropped</th><th>refused now</th></tr>`;
 
 // Rows stay while their numbers change: a button that is replaced while it is pressed is not pressed.
 const drawNodes = (nodes) => {
   const table = $("nodes"), names = Object.keys(nodes);
   if (table.dataset.names !== names.join("\n")) {
     table.dataset.names = names.join("\n");
-    table.innerHTML = HEAD + (names.map((name) => `<tr><td>${text(name)}</td><td><button type="button" data-node="${text(name)}">parameters</button></td>${"<td></td>".repeat(9)}</tr>`).join("") || `<tr><td colspan="11" class="soft">no node yet</td></tr>`);
+    table.innerHTML = HEAD + (names.map((name) => `<tr><td>${text(name)}</td><td><button type="button" data-node="${text(name)}">parameters</button></td>${"<td></td>".repeat(7)}</tr>`).join("") || `<tr><td colspan="9" class="soft">no node yet</td></tr>`);
   }
   names.forEach((name, i) => drawNode(table.rows[i + 1], nodes[name]));
 };
@@ -165,9 +165,9 @@ const drawNode = (row, one) => {
   const level = running ? (one.state === "active" ? "ok" : "warn") : one.presence === "ended" || one.presence === "starting" ? "unknown" : "bad";
   const said = running ? one.state ?? "running" : `${one.presence} ${ago(one.age)}`;
   const refused = Object.entries(one.refused).map(([why, count]) => `${why} ${count}`).join(", ");
-  const cells = [`<span class="chip ${level}">${said}</span>`, rate(one.rate_in), rate(one.rate_out), ms(one.latency_p50), ms(one.latency_p99), ms(one.latency_max), one.misses ?? dash, one.dropped ?? dash, text(refused) || dash];
+  const cells = [`<span class="chip ${level}">${said}</span>`, rate(one.rate_in), rate(one.rate_out), `${ms(one.latency_p50)} / ${ms(one.latency_p99)} / ${ms(one.latency_max)}`, one.misses ?? dash, one.dropped ?? dash, text(refused).replaceAll("_", "_<wbr>") || dash];
   cells.forEach((html, i) => {
-    row.cells[i + 2].className = i > 0 && i < 8 ? "num" : "";
+    row.cells[i + 2].className = i > 0 && i < 6 ? "num" : "";
     put(row.cells[i + 2], String(html));
   });
   row.querySelector("button").disabled = !running;

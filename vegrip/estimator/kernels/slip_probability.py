@@ -14,6 +14,7 @@ Gauss and Hermite [AbramowitzStegun1964]_.
 
 import math
 
+from vegrip.estimator.kernels.covariance_root import WIDE
 from vegrip.estimator.kernels.generated import (
     CONSIDER0,
     CONSIDERED_MU,
@@ -24,7 +25,6 @@ from vegrip.estimator.kernels.generated import (
     REP_GAUGE_REL,
     Floats,
 )
-from vegrip.estimator.kernels.roots import WIDE
 
 NODES = (
     (0.0, 0.5333333333333333),

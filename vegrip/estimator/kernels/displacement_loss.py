@@ -10,25 +10,25 @@ from vegrip.estimator.kernels.generated import (
     M,
     N,
 )
-from vegrip.estimator.kernels.state import contact, step_of
+from vegrip.estimator.kernels.state import contact, difference_step
 
 
-def look(m: Floats, blind: bool) -> None:
+def follow_displacement_loss(m: Floats, blind: bool) -> None:
     """Note whether the displacement is measured, and what changes when it is lost."""
     was = m[MODE_BLIND] > 0.5
     m[MODE_BLIND] = 1.0 if blind else 0.0
     if blind:
         m[MOTION_RESTLESS] = 1.0
     if blind and not was:
-        lose_sight(m)
+        lose_displacement(m)
 
 
-def lose_sight(m: Floats) -> None:
+def lose_displacement(m: Floats) -> None:
     """No displacement any more: from here on the indentation is the one the present parameters give.
 
     Force alone cannot tell stiffness from indentation, and a filter linearised anew at every force believes
     that it can. So the parameters are taken as known in the filter, uncorrelated with the rest, and their
-    spread enters where something is published, at constant force (``sight_slope``).
+    spread enters where something is published, at constant force (``slope_at_constant_force``).
     """
     for i in range(LEARNED_FROM, M):
         for j in range(N):
@@ -37,14 +37,14 @@ def lose_sight(m: Floats) -> None:
                 m[P0 + j * N + i] = 0.0
 
 
-def sight_slope(m: Floats, y: int, j: int) -> float:
+def slope_at_constant_force(m: Floats, y: int, j: int) -> float:
     """Change of the indentation with learned parameter ``j`` at constant force, ``- N_theta / N_delta``."""
     base = contact(m, y)[2]
-    keep, h = m[y + DELTA], step_of(m, y, 0)
+    keep, h = m[y + DELTA], difference_step(m, y, 0)
     m[y + DELTA] = keep + h
     by_depth = (contact(m, y)[2] - base) / h if h > 0.0 else 0.0
     m[y + DELTA] = keep
-    keep, h = m[y + j], step_of(m, y, j)
+    keep, h = m[y + j], difference_step(m, y, j)
     m[y + j] = keep + h
     by_parameter = (contact(m, y)[2] - base) / h if h > 0.0 else 0.0
     m[y + j] = keep

@@ -58,7 +58,7 @@ from vegrip.estimator.kernels.generated import (
     M,
     N,
 )
-from vegrip.estimator.kernels.state import bound
+from vegrip.estimator.kernels.state import bound_state
 
 GATE = 49.0
 """Normalised square of an innovation above which a sample contradicts what is known."""
@@ -81,7 +81,7 @@ Zero error, unknown history, stiffness and exponent all explain the same force t
 felt ends it.
 """
 
-SUSPECTED = 2.0  # sum of excess forces, see touch.py, from which a touch is suspected
+SUSPECTED = 2.0  # sum of excess forces, see touch_detection.py, from which a touch is suspected
 FAST = 2.0  # [x_ref / s] above which loading and unloading are fast
 LATE = 1.0  # [s] at rest from which a hold is late
 SETTLED = 0.05  # [s] after a jerk for which innovations tell of the motion more than of the contact
@@ -114,7 +114,7 @@ def accept(m: Floats, channel: int) -> None:
     m[at + CH_USED] = 1.0
 
 
-def correct(m: Floats, channel: int, innovation: float, S: float) -> None:
+def apply_measurement(m: Floats, channel: int, innovation: float, S: float) -> None:
     """Take in one measurement with the gradient H, ``G = P H`` and the innovation's variance S.
 
     Above HUBER its weight falls (S grows with the root of the excess), above GATE it is refused. A running
@@ -125,7 +125,7 @@ def correct(m: Floats, channel: int, innovation: float, S: float) -> None:
     """
     nis = innovation * innovation / S
     plain = max(S - m[MODE_TOLERATED], 0.1 * S) if channel == CHANNEL_FORCE else S
-    note(m, channel, innovation / math.sqrt(plain), innovation * innovation / plain)
+    record_innovation(m, channel, innovation / math.sqrt(plain), innovation * innovation / plain)
     if not nis <= GATE:
         refuse(m, channel)
         return
@@ -156,10 +156,10 @@ def correct(m: Floats, channel: int, innovation: float, S: float) -> None:
             m[P0 + j * N + i] = m[P0 + i * N + j]
         floor = 1e-12 * m[G0 + i] * m[G0 + i] / S  # what rounding may have left of a variance
         m[P0 + i * N + i] = max(m[P0 + i * N + i], floor)
-    bound(m)
+    bound_state(m)
 
 
-def note(m: Floats, channel: int, normalised: float, nis: float) -> None:
+def record_innovation(m: Floats, channel: int, normalised: float, nis: float) -> None:
     """Remember the innovation for the consistency check, by channel and regime."""
     at = HEALTH0 + CELL_SIZE * (REGIMES * channel + int(m[MODE_CELL]))
     keep = m[MODE_HEALTH_DECAY]  # exp(-dt / memory), set by update

@@ -31,7 +31,7 @@ from vegrip.estimator.kernels.generated import (
     M,
     N,
 )
-from vegrip.estimator.kernels.measure import meet
+from vegrip.estimator.kernels.measure import linearise_at_force
 from vegrip.estimator.kernels.state import contact, copy_state
 
 ALLOWED = 1.0  # std of the force by which each sample must exceed, on average, to count as touch
@@ -44,7 +44,7 @@ POORLY_KNOWN = 1.5  # noise of the displacement, std of the zero above which its
 ACTIVE = -3.0  # bound in std of the zero below which it cuts nothing off
 
 
-def feel(m: Floats, force: float, displacement: float) -> None:
+def detect_touch(m: Floats, force: float, displacement: float) -> None:
     """Cumulative sum of the force over its noise [Page1954]_: whether the contact is felt."""
     if not math.isfinite(force) or m[MODE_BLIND] > 0.5:
         return
@@ -56,10 +56,10 @@ def feel(m: Floats, force: float, displacement: float) -> None:
     elif m[MODE_TOUCH] <= 0.0 and m[MODE_FELT] > 0.5:
         m[MODE_FELT] = 0.0
     if m[MODE_MET] < 0.5 and math.isfinite(displacement):
-        exclude(m, excess, displacement)
+        exclude_zeros(m, excess, displacement)
 
 
-def exclude(m: Floats, excess: float, displacement: float) -> None:
+def exclude_zeros(m: Floats, excess: float, displacement: float) -> None:
     """Exclude the zeros at which the contact would be felt here: before the first touch, while poorly known.
 
     Later the tip may be in the air where the memory of a contact has left a dent, and the bound would be a
@@ -76,7 +76,7 @@ def exclude(m: Floats, excess: float, displacement: float) -> None:
         return
     spread = math.sqrt(m[MODE_ZERO_VAR])
     a = (m[MODE_FREE_DEPTH] - m[MODE_ZERO_MEAN]) / spread
-    above = mills(a)
+    above = truncated_mean(a)
     move_zero(m, m[MODE_ZERO_MEAN] + spread * above, m[MODE_ZERO_VAR] * (1.0 + a * above - above * above))
 
 
@@ -85,7 +85,7 @@ def unseen_depth(m: Floats) -> float:
     copy_state(m)
     m[TRY0 + DELTA] = 0.0
     threshold = UNSEEN * math.sqrt(m[SET_R_FORCE])
-    meet(m, TRY0, threshold, 0.0)
+    linearise_at_force(m, TRY0, threshold, 0.0)
     force = contact(m, TRY0)[3]
     softer = 0.0
     for j in range(LEARNED_FROM, M):
@@ -94,11 +94,11 @@ def unseen_depth(m: Floats) -> float:
         change = contact(m, TRY0)[3] / force - 1.0 if force > 0.0 else 0.0
         softer += change * change
         m[TRY0 + j] = keep
-    meet(m, TRY0, threshold * (1.0 + math.sqrt(softer)), 0.0)
+    linearise_at_force(m, TRY0, threshold * (1.0 + math.sqrt(softer)), 0.0)
     return max(float(m[TRY0 + DELTA]), 0.0)
 
 
-def mills(a: float) -> float:
+def truncated_mean(a: float) -> float:
     """Mean of a standard normal variable above ``a``: ``phi(a) / Q(a)``."""
     if a > 8.0:
         return a + 1.0 / a - 2.0 / (a * a * a)

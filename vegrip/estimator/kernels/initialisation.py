@@ -39,15 +39,22 @@ from vegrip.estimator.kernels.generated import (
     M,
     N,
 )
-from vegrip.estimator.kernels.measure import meet
+from vegrip.estimator.kernels.measure import linearise_at_force
 from vegrip.estimator.kernels.motion import begin_motion
-from vegrip.estimator.kernels.state import bound, clear, contact, copy_section, copy_state, step_of
+from vegrip.estimator.kernels.state import (
+    bound_state,
+    clear_section,
+    contact,
+    copy_section,
+    copy_state,
+    difference_step,
+)
 
 
-def begin(m: Floats, force: float, displacement: float) -> None:
+def begin_filter(m: Floats, force: float, displacement: float) -> None:
     """Set up the state from the first sample, in the air or in the middle of a contact."""
-    clear(m, P0, P1)
-    clear(m, MODE0, MODE1)
+    clear_section(m, P0, P1)
+    clear_section(m, MODE0, MODE1)
     copy_section(m, START0, Y0, N)
     for j in range(N):
         m[P0 + j * N + j] = m[PRIOR0 + j]
@@ -75,12 +82,12 @@ def begin_contact(m: Floats, force: float, displacement: float) -> None:
         for j in range(N):
             m[P0 + (EFFECTS + i) * N + j] = m[P0 + j * N + EFFECTS + i] = 0.0
         m[Y0 + EFFECTS + i] = m[START0 + EFFECTS + i]
-    bound(m)
+    bound_state(m)
     touching = is_touching(m, force)
     m[MODE_ZERO_KNOWN] = 0.0 if touching else 1.0
     if touching:
         m[MODE_MET] = 1.0
-        within_contact(m, force, displacement)
+        set_unknown_history(m, force, displacement)
 
 
 def is_touching(m: Floats, force: float) -> bool:
@@ -98,79 +105,79 @@ def keep_finite(m: Floats) -> None:
     if total != 0.0 or math.isnan(total):
         m[COUNT_OVERFLOWS] += 1.0
         contradicted, lost = m[MODE_CONTRADICTED], m[MODE_LOST]
-        begin(m, math.nan, math.nan)
+        begin_filter(m, math.nan, math.nan)
         m[MODE_CONTRADICTED], m[MODE_LOST] = contradicted, lost
 
 
-def within_contact(m: Floats, force: float, displacement: float) -> None:
+def set_unknown_history(m: Floats, force: float, displacement: float) -> None:
     """The effects may have any history: each state lies evenly between its bounds, and moves with them."""
     copy_state(m)
     if not math.isfinite(displacement):
-        meet(m, TRY0, force, 0.0)
+        linearise_at_force(m, TRY0, force, 0.0)
         m[Y0 + DELTA] = m[TRY0 + DELTA]
     m[Y0 + DELTA] = max(m[Y0 + DELTA], 0.01 * m[SET_DEPTH])
-    settle(m, Y0)
+    set_midpoint_states(m, Y0)
     copy_state(m)
     for j in range(M):
-        if foreign(j):
-            h = min(step_of(m, Y0, j), 1e-3 * m[Y0 + DELTA] if j < EFFECTS else 1e-3)
+        if is_not_effect_state(j):
+            h = min(difference_step(m, Y0, j), 1e-3 * m[Y0 + DELTA] if j < EFFECTS else 1e-3)
             m[TRY0 + j] = m[Y0 + j] + h
-            settle(m, TRY0)
+            set_midpoint_states(m, TRY0)
             m[TRY0 + j] = m[Y0 + j]
             for i in range(NS):
                 m[F0 + i * N + j] = (m[TRY0 + EFFECTS + i] - m[Y0 + EFFECTS + i]) / h if h > 0.0 else 0.0
     for i in range(NS):
         for c in range(N):
-            if foreign(c):
-                m[P0 + (EFFECTS + i) * N + c] = m[P0 + c * N + EFFECTS + i] = along_states(m, i, c)
+            if is_not_effect_state(c):
+                m[P0 + (EFFECTS + i) * N + c] = m[P0 + c * N + EFFECTS + i] = covariance_with_state(m, i, c)
     for i in range(NS):
         for k in range(NS):
-            spread = settled_spread(m, i) if i == k else 0.0
+            spread = midpoint_variance(m, i) if i == k else 0.0
             for j in range(M):
-                if foreign(j):
+                if is_not_effect_state(j):
                     spread += m[P0 + (EFFECTS + i) * N + j] * m[F0 + k * N + j]
             m[P0 + (EFFECTS + i) * N + EFFECTS + k] = spread
 
 
-def along_states(m: Floats, i: int, c: int) -> float:
+def covariance_with_state(m: Floats, i: int, c: int) -> float:
     """Covariance of effect state ``i`` with coordinate ``c``, by the slopes in F."""
     s = 0.0
     for j in range(M):
-        if foreign(j):
+        if is_not_effect_state(j):
             s += m[F0 + i * N + j] * m[P0 + j * N + c]
     return s
 
 
-def foreign(j: int) -> bool:
+def is_not_effect_state(j: int) -> bool:
     """Whether a coordinate is not an effect state."""
     return j < EFFECTS or j >= LEARNED_FROM
 
 
-def settle(m: Floats, y: int) -> None:
+def set_midpoint_states(m: Floats, y: int) -> None:
     """Put every effect state into the middle of what it can be at this indentation."""
     for _ in range(2):  # a bound may rest on another state
         x, elastic_force, force, _ = contact(m, y)
         for j in range(NS):
             if STATE_HIGH[j] != 0:
-                low = named(STATE_LOW[j], x, elastic_force, force)
-                high = named(STATE_HIGH[j], x, elastic_force, force)
-                m[y + EFFECTS + j] = 0.5 * share_of(m, j) * (low + high)
+                low = bounding_quantity(STATE_LOW[j], x, elastic_force, force)
+                high = bounding_quantity(STATE_HIGH[j], x, elastic_force, force)
+                m[y + EFFECTS + j] = 0.5 * bound_scale(m, j) * (low + high)
 
 
-def settled_spread(m: Floats, j: int) -> float:
+def midpoint_variance(m: Floats, j: int) -> float:
     """Variance of an effect state that lies evenly between its bounds."""
     x, elastic_force, force, _ = contact(m, Y0)
-    low = named(STATE_LOW[j], x, elastic_force, force)
-    width = share_of(m, j) * (named(STATE_HIGH[j], x, elastic_force, force) - low)
+    low = bounding_quantity(STATE_LOW[j], x, elastic_force, force)
+    width = bound_scale(m, j) * (bounding_quantity(STATE_HIGH[j], x, elastic_force, force) - low)
     return width * width / 12.0
 
 
-def share_of(m: Floats, j: int) -> float:
+def bound_scale(m: Floats, j: int) -> float:
     """Return the parameter that scales the bounds of effect state ``j``; the contact was looked at before."""
     return m[VALUES0 + STATE_SHARE[j]] if STATE_SHARE[j] >= 0 else 1.0
 
 
-def named(code: int, x: float, elastic_force: float, force: float) -> float:
+def bounding_quantity(code: int, x: float, elastic_force: float, force: float) -> float:
     """Return the quantity a state's bound is named after (the place in ``layout.BOUNDS``)."""
     if code == 1:
         return elastic_force

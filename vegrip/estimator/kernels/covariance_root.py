@@ -35,7 +35,7 @@ def square_root(m: Floats, p: int) -> None:
                     m[L0 + i * N + j] = s / root
 
 
-def shifted(m: Floats, y: int, j: int, sign: float) -> None:
+def shift_along_root(m: Floats, y: int, j: int, sign: float) -> None:
     """Put the state ``y`` plus or minus column ``j`` of L into TRY."""
     for i in range(N):
         m[TRY0 + i] = m[y + i] + sign * WIDE * m[L0 + i * N + j]

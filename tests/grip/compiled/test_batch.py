@@ -1,0 +1,137 @@
+"""A batch is answered as its rows one by one, byte for byte, and the loop answers it in one call."""
+
+import time
+from contextlib import closing
+from dataclasses import replace
+from itertools import groupby
+
+import numpy as np
+import pytest
+
+from vegrip.clock import WallClock
+from vegrip.grip.compiled import COMMANDED
+from vegrip.grip.compiled_finger import LEFT_ALONE
+from vegrip.grip.node import GraspForce
+from vegrip.messages import FingertipState, ForceCommand, SlipMargin
+from vegrip.runtime.batch_path import BatchPath
+from vegrip.runtime.runner import LoopSettings, Runner
+from vegrip.transport.batch_endpoint import BatchEndpoint
+from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
+from vegrip.transport.open import Hand, open_endpoint
+from vegrip.validation.compiled_finger import Log
+from vegrip.validation.controllers.candidates import demo_parameters, make_node
+
+STATE_ROW, COMMAND_ROW = 50, 26
+Batch = tuple[int, bytes]
+
+
+def batches_of(log: Log, seed: int = -1) -> list[Batch]:
+    """Return the states of a log with their times, as batches; from a ``seed`` on, some rows are broken."""
+    codec, out = log.codec(), BatchCodec(log.fingers)
+    rng, found = np.random.default_rng(max(seed, 0)), []
+    heard = [(event.now, codec.decode(event.frame)) for event in log.events if event.frame is not None]
+    states = [(now, message) for now, message in heard if isinstance(message, FingertipState)]
+    for _, group in groupby(states, lambda pair: pair[1].seq):
+        pairs = list(group)
+        rows = [row for _, state in pairs if (row := out.encode(state)) is not None]
+        data = out.pack(FingertipState, rows)
+        if seed >= 0 and rng.random() < 0.3:
+            data[int(rng.integers(FIRST_ROW, len(data)))] ^= 1 << int(rng.integers(8))
+            out.seal(data, FingertipState, len(rows))
+        found.append((pairs[-1][0], bytes(data)))
+    return found
+
+
+def node_for(log: Log, mode: str) -> GraspForce:
+    node, codec = make_node(demo_parameters(), log.fingers), BatchCodec(log.fingers)
+    node.configure()
+    node.activate()
+    lines = {finger: line for finger in log.fingers if (line := codec.line(finger)) is not None}
+    node.run_compiled(lines, mode)
+    return node
+
+
+def answers_to_batches(log: Log, mode: str, given: list[Batch]) -> list[list[bytes]]:
+    """Return the rows of commands to each batch, answered at once; what is left alone goes unanswered."""
+    node, answers = node_for(log, mode), []
+    for now, payload in given:
+        answered = node.on_batch(payload, payload[13], now, now)
+        assert answered is not None
+        starts = range(FIRST_ROW, FIRST_ROW + answered[1] * COMMAND_ROW, COMMAND_ROW)
+        answers.append([bytes(node.batch_commands[at : at + COMMAND_ROW]) for at in starts])
+    return answers
+
+
+def answers_to_rows(log: Log, mode: str, given: list[Batch]) -> list[list[bytes]]:
+    """Return the same, answered row by row as frames are."""
+    node, answers = node_for(log, mode), []
+    fingers = {finger.state_id: name for name, finger in node.compiled_fingers.items()}
+    for now, payload in given:
+        found = []
+        for at in range(FIRST_ROW, len(payload), STATE_ROW):
+            name = fingers.get(ROW_ID.unpack_from(payload, at)[0])
+            frame = np.zeros(64, dtype=np.uint8)
+            frame[:48] = np.frombuffer(payload, np.uint8, 48, at + 2)
+            if name is not None and node.on_frame(name, frame, 48, now, now) & COMMANDED:
+                head = ROW_ID.pack(node.compiled_fingers[name].command_id)
+                found.append(head + node.command_frame(name).tobytes())
+        answers.append(found)
+    return answers
+
+
+@pytest.mark.parametrize("seed", [-1, 0, 1])
+def test_a_batch_is_answered_as_its_rows_one_by_one(hand_log: Log, mode: str, seed: int) -> None:
+    given = batches_of(hand_log, seed)
+    answers = answers_to_batches(hand_log, mode, given)
+    assert answers == answers_to_rows(hand_log, mode, given)
+    assert sum(map(len, answers)) > 1000
+
+
+def test_plain_python_answers_as_what_runs_compiled(hand_log: Log, mode: str) -> None:
+    given = batches_of(hand_log, 2)[:40]
+    assert answers_to_batches(hand_log, "python", given) == answers_to_batches(hand_log, mode, given)
+
+
+def test_a_row_that_is_refused_is_left_alone_and_the_others_are_answered(hand_log: Log, mode: str) -> None:
+    node, given = node_for(hand_log, mode), batches_of(hand_log)
+    for now, payload in given[:100]:
+        node.on_batch(payload, payload[13], now, now)
+    now, payload = given[100]
+    broken = bytearray(payload)
+    broken[FIRST_ROW + 2 * STATE_ROW + 20] ^= 1
+    answered = node.on_batch(bytes(broken), payload[13], now, now)
+    assert answered is not None
+    assert answered[0][2] == LEFT_ALONE
+    assert answered[1] == len(hand_log.fingers) - 1
+
+
+@pytest.mark.usefixtures("runtime")
+def test_the_loop_answers_batches_and_reports_besides(hand_log: Log) -> None:
+    """Over a socket within one process; the states are stamped anew, so that they are of now."""
+    codec, seq = hand_log.codec(), 0
+    heard = [codec.decode(event.frame) for event in hand_log.events if event.frame is not None]
+    states = [state for state in heard if isinstance(state, FingertipState)]
+    here = Hand(hand_log.fingers)
+    grip = {"kind": "zmq", "batch": True, "publish": "ipc:grip", "subscribe": ("ipc:hand",)}
+    hand = {"kind": "zmq", "batch": True, "publish": "ipc:hand", "subscribe": ("ipc:grip",)}
+    with closing(open_endpoint(grip, here)) as ours, closing(open_endpoint(hand, here)) as theirs:
+        assert isinstance(theirs, BatchEndpoint)
+        node = make_node(replace(demo_parameters(), report_period=0.005), hand_log.fingers)
+        runner = Runner(node, ours, WallClock(), LoopSettings(tick_period=0.01))
+        runner.start()
+        got: list[object] = []
+        fingers = len(hand_log.fingers)
+        deadline = time.monotonic() + 60.0
+        while sum(isinstance(one, ForceCommand) for one in got) < 200 and time.monotonic() < deadline:
+            for state in states[seq * fingers : (seq + 1) * fingers]:
+                theirs.send(replace(state, stamp=time.monotonic_ns(), seq=seq))
+            theirs.flush()
+            seq = min(seq + 1, len(states) // fingers - 1)
+            runner.step()
+            got += theirs.receive(0.0)
+        assert isinstance(runner.hot_path, BatchPath)
+        assert runner.hot_path.frames >= 150
+        assert runner.statistics.commands >= 200
+        assert {one.finger for one in got if isinstance(one, ForceCommand)} == set(hand_log.fingers)
+        assert any(isinstance(one, SlipMargin) for one in got)
+        assert not ours.rejected

@@ -1,0 +1,86 @@
+"""Batches: what goes in comes out, and a damaged one says nothing."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vegrip.errors import ConfigError
+from vegrip.messages import FingertipState, ForceCommand, Reason
+from vegrip.transport.codec.batch_codec import FIRST_ROW, MOST_FINGERS, BatchCodec
+
+FINGERS = tuple(f"finger{number}" for number in range(20))
+NOW = 7_000_000_000
+
+
+def states(seq: int = 5) -> list[FingertipState]:
+    return [FingertipState(NOW, f, seq, 1.5 + i, displacement=1e-3) for i, f in enumerate(FINGERS)]
+
+
+def packed(codec: BatchCodec, messages: list[FingertipState]) -> bytes:
+    return bytes(codec.pack(FingertipState, [f for m in messages if (f := codec.encode(m))]))
+
+
+def unpacked(codec: BatchCodec, payload: bytes) -> list[FingertipState]:
+    rows = codec.rows_in(payload, FingertipState)
+    found = [codec.decode(codec.frame(payload, FingertipState, row, NOW)) for row in range(rows)]
+    return [message for message in found if isinstance(message, FingertipState)]
+
+
+def test_all_fingers_come_out_as_they_went_in() -> None:
+    got = unpacked(BatchCodec(FINGERS), packed(BatchCodec(FINGERS), states()))
+    assert [(m.finger, m.seq, m.stamp) for m in got] == [(f, 5, NOW) for f in FINGERS]
+    assert [m.normal_force for m in got] == [1.5 + i for i in range(len(FINGERS))]
+    assert all(math.isnan(m.temperature) for m in got)
+
+
+def test_commands_come_out_as_they_went_in() -> None:
+    codec, other = BatchCodec(FINGERS), BatchCodec(FINGERS)
+    sent = ForceCommand(NOW, "finger19", 3, 2.5, 0.125, Reason.RAISE, expires=NOW + 100_000_000)
+    frame = codec.encode(sent)
+    assert frame is not None
+    payload = bytes(codec.pack(ForceCommand, [frame]))
+    assert other.rows_in(payload, ForceCommand) == 1
+    assert other.decode(other.frame(payload, ForceCommand, 0, NOW)) == sent
+
+
+def test_every_flipped_bit_is_noticed() -> None:
+    codec, payload = BatchCodec(FINGERS), packed(BatchCodec(FINGERS), states())
+    for bit in np.random.default_rng(0).choice(8 * len(payload), 300, replace=False).tolist():
+        broken = bytearray(payload)
+        broken[bit // 8] ^= 1 << bit % 8
+        assert codec.rows_in(bytes(broken), FingertipState) == -1
+    assert codec.rejected["checksum"] == 300
+
+
+@pytest.mark.parametrize("cut", [0, 3, FIRST_ROW - 1, FIRST_ROW, FIRST_ROW + 49])
+def test_a_cut_batch_is_refused(cut: int) -> None:
+    codec = BatchCodec(FINGERS)
+    assert codec.rows_in(packed(codec, states())[:cut], FingertipState) == -1
+    assert codec.rejected.total() == 1
+
+
+def test_a_batch_of_states_is_none_of_commands_and_none_of_another_hand() -> None:
+    payload = packed(BatchCodec(FINGERS, "left"), states())
+    assert BatchCodec(FINGERS, "left").rows_in(payload, FingertipState) == len(FINGERS)
+    assert BatchCodec(FINGERS, "left").rows_in(payload, ForceCommand) == -1
+    assert BatchCodec(FINGERS, "right").rows_in(payload, FingertipState) == -1
+
+
+def test_a_repeated_batch_says_nothing_new() -> None:
+    codec, payload = BatchCodec(FINGERS), packed(BatchCodec(FINGERS), states())
+    assert len(unpacked(codec, payload)) == len(FINGERS)
+    assert unpacked(codec, payload) == []
+    assert codec.rejected["counter"] == len(FINGERS)
+    assert not codec.broken
+
+
+def test_a_row_of_a_finger_that_is_not_there_is_counted() -> None:
+    assert len(unpacked(codec := BatchCodec(FINGERS[:3]), packed(BatchCodec(FINGERS), states()))) == 3
+    assert codec.rejected["finger"] == len(FINGERS) - 3
+
+
+def test_more_fingers_than_identifiers_are_refused() -> None:
+    BatchCodec([str(number) for number in range(MOST_FINGERS)])
+    with pytest.raises(ConfigError, match="at most 30"):
+        BatchCodec([str(number) for number in range(MOST_FINGERS + 1)])

@@ -1,0 +1,134 @@
+"""A CANopen hand beyond its PDOs: restarts, heartbeats, emergencies, and objects that only SDO reads."""
+
+import time
+from collections import Counter
+from contextlib import closing
+from pathlib import Path
+
+import can
+import canopen
+import pytest
+
+from vegrip.messages import ForceCommand, Reason
+from vegrip.transport.codec import Frame
+from vegrip.transport.mapped.canopen_nodes import CanopenNodes
+from vegrip.transport.mapped.codec import MappedCodec
+from vegrip.transport.mapped.endpoint import MappedCanEndpoint
+from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.price import price
+
+EDS = Path(__file__).parents[3] / "proto" / "fingertip.eds"
+MS = 1_000_000
+MAP = """
+database = "their.eds"
+rate = 100.0
+nodes = { thumb = 32 }
+[fingers.thumb.normal_force]
+signal = "thumb_SDO.State_1_normal_force"
+unit = "mN"
+[fingers.thumb.displacement]
+signal = "thumb_SDO.State_2_displacement"
+unit = "um"
+zero_is_measured = true
+[fingers.thumb.command]
+signal = "thumb_SDO_WRITE.ForceCommand_normal_force"
+unit = "mN"
+"""
+
+
+@pytest.fixture
+def plan(tmp_path):
+    (tmp_path / "their.eds").write_text(EDS.read_text())
+    (tmp_path / "hand.toml").write_text(MAP)
+    return open_plan(tmp_path / "hand.toml")
+
+
+def frame(identifier, *data, stamp=1):
+    return Frame(identifier, bytes(data), False, stamp)
+
+
+def test_a_node_that_was_switched_off_and_on_is_started_again_and_counted(plan):
+    codec = MappedCodec(plan)
+    codec.decode_all(frame(0x720, 0x00))
+    assert Frame(0, bytes([1, 32])) in codec.due(0)
+    assert Frame(0, bytes([1, 32])) not in codec.due(1)
+    assert codec.rejected["restarted"] == 1
+    assert codec.foreign == 0
+
+
+def test_a_node_that_is_not_operational_and_an_emergency_are_counted_by_name(plan):
+    codec = MappedCodec(plan)
+    for state in (0x7F, 0x04, 0x05):
+        codec.decode_all(frame(0x720, state))
+    codec.decode_all(frame(0xA0, 0x30, 0x81, 0x11, 0, 0, 0, 0, 0))
+    codec.decode_all(frame(0xA0, 0, 0, 0, 0, 0, 0, 0, 0))  # it is over
+    codec.decode_all(frame(0x721, 0x7F))  # of another node
+    assert codec.rejected["not_operational"] == 2
+    assert codec.rejected["emergency"] == 1
+    assert codec.foreign == 1
+
+
+def test_one_request_of_a_node_is_on_its_way_at_a_time_and_one_without_answer_is_given_up():
+    rejected = Counter()
+    nodes = CanopenNodes([32, 33], [(32, 0x2000, 1), (32, 0x2001, 0), (33, 0x2000, 1)], 5 * MS, rejected)
+    first = nodes.due(0)
+    assert [(one.arbitration_id, one.data[:4].hex()) for one in first] == [
+        (0x620, "40002001"),
+        (0x621, "40002001"),
+    ]
+    assert nodes.due(10 * MS) == []
+    assert nodes.take(frame(0x5A0, 0x4F, 0, 0x20, 1, 7, 0, 0, 0))
+    (second,) = nodes.due(11 * MS)
+    assert second.data[:4].hex() == "40012000"
+    assert nodes.take(frame(0x5A0, 0x80, 1, 0x20, 0, 0, 0, 2, 6))
+    assert rejected["sdo_abort"] == 1
+    assert [one.arbitration_id for one in nodes.due(51 * MS)] == [0x620, 0x621]
+    assert rejected["sdo_timeout"] == 1
+
+
+def test_an_answer_that_refuses_is_no_value(plan):
+    codec = MappedCodec(plan)
+    ask = next(one for one in codec.due(0) if one.arbitration_id == 0x620)
+    assert codec.decode_all(frame(0x5A0, 0x80, *ask.data[1:4], 0, 0, 2, 6)) == []
+    (state,) = codec.decode_all(frame(0x5A0, 0x4B, *ask.data[1:4], 0xDC, 0x05, 0, 0))
+    assert state.normal_force == pytest.approx(1.5)
+
+
+def test_the_owner_is_told_that_values_are_not_of_one_moment(plan):
+    said = price(plan)
+    assert any("asked for one after the other" in sentence for sentence in said)
+    assert not any("SDO_WRITE: sent as zero" in sentence for sentence in said)
+
+
+def test_a_device_with_an_sdo_server_is_read_and_commanded_over_sdo_alone(plan):
+    channel = "sdo-only"
+    device = canopen.Network()
+    device.connect(interface="virtual", channel=channel)
+    try:
+        node = device.create_node(32, str(EDS))
+        names = {
+            signal: place.selectors[0]
+            for signal, place in plan.database.messages["thumb_SDO"].signals.items()
+            if place.selectors
+        }
+        written = plan.database.messages["thumb_SDO_WRITE"].signals["ForceCommand_normal_force"].selectors[0]
+
+        def entry(where):
+            return node.sdo[where >> 8 & 0xFFFF][where >> 24]
+
+        entry(names["State_1_normal_force"]).raw = 1500
+        entry(names["State_2_displacement"]).raw = 1000
+        bus = can.Bus(interface="virtual", channel=channel)
+        with closing(MappedCanEndpoint(bus, MappedCodec(plan))) as endpoint:
+            end = time.monotonic() + 60.0
+            state = None
+            while state is None or state.displacement != state.displacement or entry(written).raw != 2000:
+                assert time.monotonic() < end
+                state = next(iter(endpoint.receive(0.01)), state)
+                now = time.monotonic_ns()
+                endpoint.send(ForceCommand(now, "thumb", 0, 2.0, 0.0, Reason.HOLD, now + 100 * MS))
+            assert state.normal_force == pytest.approx(1.5)
+            assert state.displacement == pytest.approx(1e-3)
+            assert "sdo_abort" not in endpoint.rejected
+    finally:
+        device.disconnect()

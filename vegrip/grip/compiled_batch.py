@@ -1,0 +1,107 @@
+"""All fingers of a hand in one compiled call: a batch of states in, the batch of their commands out.
+
+A row is answered exactly as :meth:`~vegrip.grip.compiled_finger.CompiledFinger.step` answers its frame, in
+the order of the rows. Where C runs the step, the rows are gone through in C; else here.
+"""
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from vegrip.grip.compiled import COMMANDED, FingerKernelsC
+from vegrip.grip.compiled_finger import COMMAND_BYTES, LEFT_ALONE, CompiledFinger
+from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, ROW_STRIDE
+from vegrip.types import Floats
+
+COMMAND_ROW: Final = ROW_ID.size + COMMAND_BYTES
+LONGEST_STATE: Final = 64  # [bytes]
+
+
+class CompiledBatch:
+    """The compiled steps of all fingers, called at once.
+
+    Args:
+        fingers: whose frames travel as rows, see :func:`can_batch`.
+        needs: what every finger needs [N]; the array that the steps share.
+        state_bytes: length of the frame of a state.
+
+    """
+
+    def __init__(self, fingers: Sequence[CompiledFinger], needs: Floats, state_bytes: int) -> None:
+        self.fingers = tuple(fingers)
+        self.commands = bytearray(FIRST_ROW + len(fingers) * COMMAND_ROW)
+        """The batch of the last commands; its head is still to be written."""
+        self._rows = {finger.state_id: finger for finger in fingers}
+        self._state_row = ROW_ID.size + state_bytes
+        self._frame = np.zeros(LONGEST_STATE, dtype=np.uint8)
+        numbers = [number_of(finger.state_id) for finger in fingers]
+        self._done = bytearray(2**8)
+        self._call: Any = None
+        if isinstance(fingers[0].module, FingerKernelsC):
+            self._call = self._bound(fingers[0].module, needs, max(numbers) + 1)
+
+    def step(self, payload: bytes, rows: int, arrival: int, now: int) -> tuple[bytearray, int]:
+        """Answer the ``rows`` of a batch that is whole, which arrived at ``arrival`` at ``now`` [ns].
+
+        Returns:
+            What was done with each row, in bits (more items than rows), and how many commands there are.
+
+        """
+        if self._call is not None:
+            return self._done, self._call(payload, rows, arrival, now)
+        return self._done, self._step_by_step(payload, rows, arrival, now)
+
+    def finger_of(self, payload: bytes, row: int) -> CompiledFinger | None:
+        """Return whose state a row is, None for another one's."""
+        (identifier,) = ROW_ID.unpack_from(payload, FIRST_ROW + row * self._state_row)
+        return self._rows.get(identifier)
+
+    def _step_by_step(self, payload: bytes, rows: int, arrival: int, now: int) -> int:
+        commands, length = 0, self._state_row - ROW_ID.size
+        for row in range(rows):
+            finger, self._done[row] = self.finger_of(payload, row), LEFT_ALONE
+            if finger is None:
+                continue
+            start = FIRST_ROW + row * self._state_row + ROW_ID.size
+            self._frame[:length] = np.frombuffer(payload, np.uint8, length, start)
+            self._done[row] = finger.step(self._frame, length, arrival, now)
+            if self._done[row] & COMMANDED:
+                at = FIRST_ROW + commands * COMMAND_ROW
+                ROW_ID.pack_into(self.commands, at, finger.command_id)
+                self.commands[at + ROW_ID.size : at + COMMAND_ROW] = finger.answer.tobytes()
+                commands += 1
+        return commands
+
+    def _bound(self, module: FingerKernelsC, needs: Floats, places: int) -> Any:
+        """Return the call of C with all that stays the same."""
+        kinds = ctypes.c_void_p * places
+        reals, wholes = kinds(), kinds()
+        for finger in self.fingers:
+            number = number_of(finger.state_id)
+            reals[number], wholes[number] = finger.memory.f.ctypes.data, finger.memory.t.ctypes.data
+        first = self.fingers[0]
+        kept = [ctypes.addressof(reals), ctypes.addressof(wholes), needs.ctypes.data, places]
+        kept += [self._state_row, first.state_id % ROW_STRIDE, COMMAND_ROW, first.command_id % ROW_STRIDE]
+        answers = ctypes.addressof(ctypes.c_uint8.from_buffer(self.commands, FIRST_ROW))
+        done = ctypes.addressof(ctypes.c_uint8.from_buffer(self._done))
+        step = module.batch_step
+
+        def call(payload: bytes, rows: int, arrival: int, now: int) -> int:
+            commands: int = step(*kept, payload, rows, arrival, now, answers, done)
+            return commands
+
+        call.lives = (reals, wholes, needs)  # type: ignore[attr-defined]
+        return call
+
+
+def number_of(identifier: int) -> int:
+    """Return the number of the finger whose row has this Data ID."""
+    return identifier // ROW_STRIDE - 1
+
+
+def can_batch(fingers: Sequence[CompiledFinger]) -> bool:
+    """Return whether one call can answer for all: their frames travel as rows, and one module runs them."""
+    modules = {getattr(finger.module, "library", id(finger.module)) for finger in fingers}
+    return len(modules) == 1 and all(finger.state_id >= ROW_STRIDE for finger in fingers)

@@ -1,0 +1,124 @@
+"""The short way through the loop for a batch: states of all fingers in, their commands out, one call.
+
+As :mod:`vegrip.runtime.hot_path` for the frames of single fingers; what is left alone goes the way of
+messages.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Protocol, runtime_checkable
+
+from vegrip.clock import Clock
+from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.runtime.channel_watch import ChannelWatch
+from vegrip.runtime.hot_path import COMMANDED, REPORT, AnswersFrames
+from vegrip.runtime.sender_watch import SenderWatch
+from vegrip.runtime.statistics import LoopStatistics
+from vegrip.runtime.telemetry import Direction, Telemetry
+from vegrip.transport.batch_endpoint import BatchIntercept
+from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
+from vegrip.transport.codec.line import Line
+
+
+@runtime_checkable
+class GivesBatches(Protocol):
+    """An endpoint that lets others look at a batch of states first."""
+
+    intercept_batch: BatchIntercept | None
+    batches: BatchCodec
+
+    def line(self, finger: str) -> Line | None:
+        """Return how states and commands of ``finger`` travel within a batch."""
+
+    def send_batch(self, kind: type[Message], payload: bytes | bytearray) -> None:
+        """Send a batch as it is."""
+
+
+@runtime_checkable
+class AnswersBatches(AnswersFrames, Protocol):
+    """A node that answers the states of all fingers at once."""
+
+    def on_batch(self, payload: bytes, rows: int, arrival: int, now: int) -> tuple[bytearray, int] | None:
+        """Answer the rows; return what was done with each in bits, and the number of commands."""
+
+    @property
+    def batch_commands(self) -> bytearray:
+        """The rows of the last commands, below a head that is still empty."""
+
+    def name_in(self, payload: bytes, row: int) -> str:
+        """Return whose state a row is, "" for another one's."""
+
+
+class BatchPath:
+    """Answers the batches of states of one node; the arguments are those of HotPath."""
+
+    def __init__(
+        self,
+        node: AnswersBatches,
+        endpoint: GivesBatches,
+        clock: Clock,
+        statistics: LoopStatistics,
+        senders: SenderWatch,
+        telemetry: Telemetry | None,
+        channels: ChannelWatch | None,
+    ) -> None:
+        self.frames = 0
+        """Rows that went this way."""
+        self.node, self._endpoint, self._clock = node, endpoint, clock
+        self._statistics, self._senders, self._telemetry = statistics, senders, telemetry
+        self._channels = channels
+        self._fingers: tuple[str, ...] = ()
+        self._command_row = ROW_ID.size + endpoint.batches.lengths[ForceCommand]
+
+    def prepare(self) -> None:
+        """Compile what will run; the node has been configured."""
+        lines = {f: line for f in self.node.frame_fingers if (line := self._endpoint.line(f)) is not None}
+        self.node.run_compiled(lines)
+        self._fingers = tuple(lines)
+
+    def look(self, intercept: BatchIntercept | None) -> None:
+        """Let ``intercept`` look at the batches from now on, if there are any to answer; None: at none."""
+        self._endpoint.intercept_batch = intercept if self._fingers else None
+
+    def renumber(self, sent: Mapping[str, int]) -> None:
+        """Go on with the numbers of commands that were sent in the node's place."""
+        self.node.number_commands_from(sent)
+
+    def answer(self, payload: bytes, rows: int, arrival: int) -> tuple[Sequence[int], Collection[str]] | None:
+        """Answer a batch; return what was done with each row and who has something to report, or None."""
+        telemetry = self._telemetry
+        if self._is_unknown() or (telemetry is not None and telemetry.watched):
+            self.node.take_back()
+            return None
+        answered = self.node.on_batch(payload, rows, arrival, self._clock.now())
+        if answered is None:
+            return None
+        done, commands = answered
+        if commands:
+            self._send(commands)
+        taken = rows - done.count(0, 0, rows)
+        self.frames += taken
+        self._statistics.batch(taken, commands, arrival, self._clock.now())
+        if taken:
+            self._senders.note_values(self._fingers[0], *self.node.felt(self._fingers[0]))
+        reporting = [self.node.name_in(payload, row) for row in range(rows) if done[row] & REPORT]
+        if telemetry is not None and taken:
+            for row in range(rows):
+                self._count(telemetry, self.node.name_in(payload, row), done[row])
+        return done, reporting
+
+    def _send(self, commands: int) -> None:
+        data = self.node.batch_commands[: FIRST_ROW + commands * self._command_row]
+        self._endpoint.batches.seal(data, ForceCommand, commands)
+        self._endpoint.send_batch(ForceCommand, data)
+
+    def _is_unknown(self) -> bool:
+        """Whether the channels of a finger have not been seen yet."""
+        channels = self._channels
+        return channels is not None and not all(map(channels.knows, self._fingers))
+
+    @staticmethod
+    def _count(telemetry: Telemetry, finger: str, done: int) -> None:
+        if done:
+            telemetry.count(FingertipState, finger, Direction.IN)
+        if done & COMMANDED:
+            telemetry.count(ForceCommand, finger, Direction.OUT)

@@ -1,0 +1,120 @@
+"""A hand on a network whose states and commands travel together: one message for all fingers each way.
+
+Everything else goes by topics as in :class:`~vegrip.transport.zmq_endpoint.ZmqEndpoint`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import zmq
+
+from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.transport.codec.batch_codec import BatchCodec
+from vegrip.transport.codec.frame import Frame
+from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.msgpack_codec import MsgpackCodec
+from vegrip.transport.curve import Keys
+from vegrip.transport.zmq_endpoint import ZmqEndpoint
+
+BatchIntercept = Callable[[bytes, int, int], Sequence[int] | None]
+"""Looks at a batch of states first, with its number of rows and its arrival [ns].
+
+Returns in bits what it did with each row, 0 = left alone, or None when it left alone all.
+"""
+
+
+class BatchEndpoint(ZmqEndpoint):
+    """States and commands as batches; what one call of the loop sends goes out with :meth:`flush`.
+
+    ``rejected`` has besides, for batches and rows, the names of
+    :class:`~vegrip.transport.codec.batch_codec.BatchCodec`.
+
+    Args:
+        publish: address to bind, "" to send nothing.
+        subscribe: addresses to connect to.
+        codec: of all other messages.
+        batches: of states and commands.
+        keys: CURVE keys.
+
+    Raises:
+        ConfigError: an address that is none, or open to the world without keys.
+        DeviceError: an address in use.
+
+    """
+
+    def __init__(
+        self,
+        publish: str,
+        subscribe: Sequence[str],
+        codec: MsgpackCodec,
+        batches: BatchCodec,
+        keys: Keys | None = None,
+    ) -> None:
+        self.intercept_batch: BatchIntercept | None = None
+        self.batches = batches
+        self._kinds = {topic.encode(): kind for kind, topic in batches.topics.items()}
+        self._topics = {kind: topic for topic, kind in self._kinds.items()}
+        self._gathered: dict[type[Any], dict[int, Frame]] = {FingertipState: {}, ForceCommand: {}}
+        super().__init__(publish, subscribe, codec, keys)
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """What went wrong so far, by name."""
+        found = dict(super().rejected)
+        clipped = {"clipped": sum(self.batches.clipped.values()), "lost": self.batches.lost}
+        for name, count in [*self.batches.rejected.items(), *clipped.items()]:
+            if count:
+                found[name] = found.get(name, 0) + count
+        return found
+
+    @property
+    def broken(self) -> Mapping[str, int]:
+        """States that arrived and could not be understood, by finger."""
+        return self.batches.broken
+
+    def line(self, finger: str) -> Line | None:
+        """Return how states and commands of ``finger`` travel within a batch."""
+        return self.batches.line(finger)
+
+    def send(self, message: Message) -> None:
+        """Publish ``message``; a state or command with the others at the next :meth:`flush`."""
+        if not isinstance(message, FingertipState | ForceCommand):
+            super().send(message)
+            return
+        frame = self.batches.encode(message)
+        if frame is None:
+            return
+        gathered = self._gathered[type(message)]
+        if frame.arbitration_id in gathered:
+            self.flush()
+        gathered[frame.arbitration_id] = frame
+
+    def flush(self) -> None:
+        """Publish what was gathered."""
+        for kind, frames in self._gathered.items():
+            if frames:
+                self.send_batch(kind, bytes(self.batches.pack(kind, list(frames.values()))))
+                frames.clear()
+
+    def send_batch(self, kind: type[Message], payload: bytes | bytearray) -> None:
+        """Publish a batch as it is."""
+        try:
+            self._publisher.send_multipart([self._topics[kind], payload], zmq.DONTWAIT)
+        except zmq.ZMQError:
+            self._faults["unsent"] += 1
+
+    def _take(self, parts: Sequence[bytes], arrived: int, messages: list[Message]) -> None:
+        kind = self._kinds.get(parts[0]) if len(parts) == 2 else None
+        if kind is None:
+            super()._take(parts, arrived, messages)
+            return
+        payload = parts[1]
+        rows = self.batches.rows_in(payload, kind)
+        done: Sequence[int] | None = None
+        if kind is FingertipState and self.intercept_batch is not None and rows > 0:
+            done = self.intercept_batch(payload, rows, arrived)
+        for row in range(rows):
+            if done is None or not done[row]:
+                message = self.batches.decode(self.batches.frame(payload, kind, row, arrived))
+                if message is not None:
+                    messages.append(message)

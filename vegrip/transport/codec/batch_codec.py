@@ -1,0 +1,168 @@
+"""States and commands of all fingers of a hand in one message each: rows of CAN FD frames.
+
+::
+
+    0   header of E2E profile 4: length, counter, Data ID (CRC-32 of the topic), CRC-32
+    12  version of the message set   uint8
+    13  number of rows               uint8
+    14  bytes of a row               uint16, least significant byte first, like all that follows
+    16  rows: Data ID of the frame (uint16), then the frame of ``proto/fingertip.dbc`` as on CAN FD
+
+So a row carries its own checksum, counter, version and time, whatever carried the batch, and a program that
+reads frames reads rows. The Data ID of a row is the identifier of finger 0 on CAN plus ``ROW_STRIDE`` times
+the number of the finger from 1: no frame of a bus passes for a row.
+"""
+
+import struct
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any, Final
+
+from vegrip.errors import ConfigError
+from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.transport.codec.assembly import Assembly
+from vegrip.transport.codec.database import layouts
+from vegrip.transport.codec.decoder import Decoder
+from vegrip.transport.codec.encoder import Encoder
+from vegrip.transport.codec.frame import Frame
+from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.protection import P04, P04_HEADER, P04_LIMIT
+from vegrip.transport.codec.schema import message_set
+from vegrip.transport.codec.topics import Topics, data_id_of
+
+ROW_STRIDE: Final = 0x800
+MOST_FINGERS: Final = 30  # the Data ID of a row has 16 bits
+HEAD: Final = struct.Struct("<BBH")  # version, rows, bytes of a row
+ROW_ID: Final = struct.Struct("<H")
+FIRST_ROW: Final = P04_HEADER + HEAD.size
+COUNTER: Final = slice(2, 4)  # of profile 4, most significant byte first
+KINDS: Final = (FingertipState, ForceCommand)
+WHOLE: Final = frozenset({"counter"})
+"""Why a row is refused that is not broken."""
+
+
+class BatchCodec:
+    """The batches of one hand.
+
+    Nothing that comes from outside raises: what is refused is counted in ``rejected``, a batch as ``size``,
+    ``checksum``, ``version`` or ``rows``, a row as by :class:`~vegrip.transport.codec.can_codec.CanCodec`.
+
+    Args:
+        fingers: names in the order of their numbers, at most 30.
+        namespace: in front of every topic.
+        use_sender_time: keep the sender's stamps.
+
+    Raises:
+        ConfigError: too many fingers, or a name twice.
+
+    """
+
+    def __init__(self, fingers: Sequence[str], namespace: str = "", *, use_sender_time: bool = True) -> None:
+        if len(fingers) > MOST_FINGERS or len(set(fingers)) != len(fingers):
+            raise ConfigError(
+                f"fingers {list(fingers)} must be at most {MOST_FINGERS} different names to travel as a batch"
+            )
+        self.fingers = tuple(fingers)
+        self.rejected: Counter[str] = Counter()
+        self.broken: Counter[str] = Counter()
+        self.clipped: Counter[str] = Counter()
+        self._encoders: dict[tuple[type[Any], str], Encoder] = {}
+        self._decoders: dict[int, Decoder] = {}
+        self._counter = 0
+        plan, schemas = layouts(), message_set().messages
+        self._version = plan.version
+        prefix = Topics(namespace, fingers).prefix
+        self.topics: dict[type[Any], str] = {kind: prefix + schemas[kind].batch for kind in KINDS}
+        self._data_ids = {kind: data_id_of(topic) for kind, topic in self.topics.items()}
+        self.bases: dict[type[Any], int] = {}
+        self.lengths: dict[type[Any], int] = {}
+        for layout in plan.layouts:
+            if not layout.fd or layout.schema.cls not in KINDS:
+                continue
+            part = layout.parts[0]
+            self.bases[layout.schema.cls], self.lengths[layout.schema.cls] = part.base, part.length
+            for number, finger in enumerate(fingers):
+                offset = ROW_STRIDE * (number + 1)
+                self._encoders[layout.schema.cls, finger] = Encoder(
+                    layout, offset, plan.version, self.clipped
+                )
+                self._decoders[part.base + offset] = Decoder(
+                    layout, part, Assembly(layout.parts), part.base + offset, finger, plan.version,
+                    use_sender_time,
+                )  # fmt: skip
+
+    @property
+    def lost(self) -> int:
+        """Messages that never arrived, over all fingers."""
+        return sum(decoder.assembly.lost for decoder in self._decoders.values())
+
+    def encode(self, message: FingertipState | ForceCommand) -> Frame | None:
+        """Return the frame of a row; None for a message that cannot be sent (counted in ``clipped``)."""
+        encoder = self._encoders.get((type(message), message.finger))
+        if encoder is None:
+            self.clipped["finger"] += 1
+            return None
+        frames = encoder.encode(message)
+        return frames[0] if frames else None
+
+    def pack(self, kind: type[Message], frames: Sequence[Frame]) -> bytearray:
+        """Return the batch of the frames of one kind."""
+        data = bytearray(FIRST_ROW)
+        for frame in frames:
+            data += ROW_ID.pack(frame.arbitration_id) + frame.data
+        self.seal(data, kind, len(frames))
+        return data
+
+    def seal(self, data: bytearray, kind: type[Message], rows: int) -> None:
+        """Write version, number and size of the rows that stand in ``data``, and protect it."""
+        HEAD.pack_into(data, P04_HEADER, self._version, rows, ROW_ID.size + self.lengths[kind])
+        self._counter = (self._counter + 1) & 0xFFFF
+        data[COUNTER] = self._counter.to_bytes(2, "big")
+        P04.protect(data, self._data_ids[kind])
+
+    def rows_in(self, payload: bytes, kind: type[Message]) -> int:
+        """Return how many rows a batch has; -1 when it is refused, and counted."""
+        why = self._objection(payload, kind)
+        if why:
+            self.rejected[why] += 1
+            return -1
+        return payload[P04_HEADER + 1]
+
+    def frame(self, payload: bytes, kind: type[Message], row: int, stamp: int) -> Frame:
+        """Return the frame of a row of a batch that was received at ``stamp`` [ns]."""
+        at = FIRST_ROW + row * (ROW_ID.size + self.lengths[kind])
+        (identifier,) = ROW_ID.unpack_from(payload, at)
+        start = at + ROW_ID.size
+        return Frame(identifier, payload[start : start + self.lengths[kind]], True, stamp)
+
+    def decode(self, frame: Frame) -> Message | None:
+        """Return the message of a row, None when there is none."""
+        decoder = self._decoders.get(frame.arbitration_id)
+        if decoder is None:
+            self.rejected["finger"] += 1
+            return None
+        result = decoder.decode(frame)
+        if isinstance(result, str):
+            self.rejected[result] += 1
+            if decoder.kind is FingertipState and result not in WHOLE:
+                self.broken[decoder.owner] += 1
+            return None
+        return result
+
+    def line(self, finger: str) -> Line | None:
+        """Return how states and commands of ``finger`` travel, for a program that reads and writes rows."""
+        if finger not in self.fingers:
+            return None
+        states = self._decoders[self._encoders[FingertipState, finger].identifier]
+        return Line(states, self._encoders[ForceCommand, finger])
+
+    def _objection(self, payload: bytes, kind: type[Message]) -> str:
+        if not FIRST_ROW <= len(payload) <= P04_LIMIT:
+            return "size"
+        if not P04.check(payload, self._data_ids[kind]):
+            return "checksum"
+        version, rows, size = HEAD.unpack_from(payload, P04_HEADER)
+        if version != self._version:
+            return "version"
+        fits = size == ROW_ID.size + self.lengths[kind] and len(payload) == FIRST_ROW + rows * size
+        return "" if fits else "rows"
