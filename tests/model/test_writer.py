@@ -40,7 +40,7 @@ def test_a_kernel_file_that_takes_a_name_of_another_is_refused(
 
     def with_a_clash(path: Path, **how: str) -> str:
         text = real(path, **how)
-        return text + "\nGATE = 1.0\n" if path.name == "belief.py" else text
+        return text + "\nGATE = 1.0\n" if path.name == f"{compiled.KERNELS[0]}.py" else text
 
     monkeypatch.setattr(Path, "read_text", with_a_clash)
     compiled._text.cache_clear()
