@@ -32,7 +32,7 @@ class FrictionSettings:
         0.1, unit="1", low=1e-3, high=2.0, doc="std of ln mu from one onset to the next", live=False
     )
     probing: bool = parameter(False, doc="let go slowly until friction is known", live=False)
-    climb: float = parameter(1.5, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object unknown", live=False)
+    climb: float = parameter(2.0, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object unknown", live=False)
     rate: float = parameter(0.6, unit="1/s", low=0.0, high=10.0, doc="of ln mu, object known", live=False)
     unknown: float = parameter(
         0.2, unit="1", low=0.0, high=2.0, doc="std from which an object is unknown", live=False

@@ -5,9 +5,9 @@ of its friction, and says which margin and confidence to ask for. Afterwards :me
 what the finger has learned into the belief (:mod:`.friction_belief`, :mod:`.friction_onset`) and lets probing
 go on (:mod:`.friction_probe`).
 
-A finger whose slip is felt counts on the bound of its friction at ``known_probability``: where that is wrong,
-it creeps a little, is held, and all know better. One whose slip is not felt counts on the bound at the
-probability of the grasp. Probing raises what it counts on by ``b`` in ln mu, which is
+A finger whose slip is felt, of an object that is not unknown, counts on the bound of its friction at
+``known_probability``: where that is wrong, it creeps a little, is held, and all know better. Others count on
+the bound at the probability of the grasp. Probing raises what it counts on by ``b`` in ln mu, which is
 the same as to ask for the margin ``1 - (1 - margin) e^b``.
 """
 
@@ -34,6 +34,7 @@ from vegrip.grip.friction_onset import (
     ONSET_SILENT,
     ONSET_SIZE,
     begin_onsets,
+    counts_as_known,
     feel_onset,
     is_doubted,
     may_probe,
@@ -162,7 +163,7 @@ class GraspFriction:
             own = self._told(i)
             estimator.believe_friction(own)
         self._before[i] = own.mean, own.variance
-        margin, confidence = known if may_probe(self._probe, i) else unknown
+        margin, confidence = known if counts_as_known(self._believed, self._probe, i) else unknown
         shift = self._probe[PROBE_SHIFT + i]
         return 1.0 - (1.0 - margin) * math.exp(shift), confidence
 

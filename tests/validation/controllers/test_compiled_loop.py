@@ -21,7 +21,7 @@ TRIALS = [
     Trial("cone", 24, 3.0, 2.0, "pinch"),
     Trial("vegrip", 0, 2.2, 0.0, "hand"),
     Trial("learning", 5, 2.0, 0.15, "hand"),
-    Trial("learning", 3, 2.5, 0.15, "pinch"),
+    Trial("learning", 4, 2.5, 0.15, "pinch"),
 ]
 
 

@@ -38,10 +38,7 @@ def figures(name: str, case: str) -> dict[str, Any]:
 @pytest.mark.parametrize("case", ["hand, half the friction", "hand, twice the friction"])
 def test_half_and_twice_the_friction_do_not_make_it_slip(name: str, case: str) -> None:
     one = figures(name, case)
-    # learning starts from what is usual: with half of that it may slip while it lifts (docs/grip-quality.md)
-    allowed = 1 if (name, case) == ("learning", "hand, half the friction") else 0
-    assert one["slips"] <= allowed
-    assert one["drops"] == 0
+    assert (one["slips"], one["drops"]) == (0, 0)
     assert one["largest_micro_slip"] < 1e-4
 
 

@@ -6,7 +6,7 @@ from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.estimator.kernels.forecast import least_force
 from vegrip.estimator.kernels.report import utilisation
 from vegrip.estimator.kernels.update import update
-from vegrip.grip.friction_onset import feel_onset, may_probe
+from vegrip.grip.friction_onset import counts_as_known, feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
 from vegrip.grip.load_lead import LEAD_LAG, lead_load
 from vegrip.validation.controllers.kernels.generated import (
@@ -182,7 +182,7 @@ def control_finger(
     at, shift = h[G_QUANTILE], 0.0
     if learns:
         shift = q[PROBE_SHIFT + i]
-        if may_probe(q, i):
+        if counts_as_known(g, q, i):
             at = h[G_QUANTILE_KNOWN]
     margin = 1.0 - (1.0 - h[G_MARGIN]) * math.exp(shift)
     if not touching:
