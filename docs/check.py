@@ -9,6 +9,7 @@ import pkgutil
 import re
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import english
@@ -20,6 +21,7 @@ ROOT = Path(__file__).parents[1]
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 COMMAND = re.compile(r"^\s*(?:\.venv/bin/)?vegrip ([a-z][\w-]*)", re.MULTILINE)
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]_")
+HEADING = re.compile(r"^#+ +(.*)$", re.MULTILINE)
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
@@ -35,11 +37,26 @@ def documents() -> list[Path]:
 
 
 def broken_links(page: Path, text: str) -> Iterator[str]:
-    """Links to files that are not there."""
+    """Links to files and headings that are not there."""
     for match in LINK.finditer(text):
-        target = match[1].split("#")[0]
-        if target and "://" not in target and not (page.parent / target).exists():
-            yield f"{page.relative_to(ROOT)}:{line_of(text, match.start())}: no such file: {match[1]}"
+        file, _, heading = match[1].partition("#")
+        target = page.parent / file if file else page
+        if "://" in match[1]:
+            continue
+        place = f"{page.relative_to(ROOT)}:{line_of(text, match.start())}"
+        if not target.exists():
+            yield f"{place}: no such file: {match[1]}"
+        elif heading and target.suffix == ".md" and heading not in headings(target):
+            yield f"{place}: no such heading: {match[1]}"
+
+
+@cache
+def headings(page: Path) -> set[str]:
+    """Return the headings of a page as links name them."""
+    prose = FENCE.sub("", page.read_text(encoding="utf-8"))
+    return {
+        re.sub(r"[^\w\- ]", "", line).strip().lower().replace(" ", "-") for line in HEADING.findall(prose)
+    }
 
 
 def unknown_commands(page: Path, text: str) -> Iterator[str]:
