@@ -15,6 +15,9 @@ demo: $(DEMO)  ## run the main job in this terminal
 # one more than there are processors: many tests wait for processes that they have started
 WORKERS ?= $(shell expr $$(nproc) + 1)
 
+# the workers share the processors already; BLAS with threads of its own beside them costs a quarter more
+test test-ci test-long test-fast test-numba test-vcan test-c: export OPENBLAS_NUM_THREADS = 1
+
 TESTS = $(V)/python -m pytest -q -m "not wheel and not long"
 ALL_TESTS = $(TESTS) -n $(WORKERS) --dist worksteal
 FAILED = .pytest_cache/v/cache/lastfailed
