@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vegrip.c99 import literals, translate
 from vegrip.estimator.compiled import text_of
 from vegrip.estimator.layout import REPORT, layout_of
+from vegrip.export import frameworks
 from vegrip.export.finger_vectors import FingerVectors, Meeting
 from vegrip.export.precision import PRECISIONS
 from vegrip.export.request import Request
@@ -27,7 +28,7 @@ FILES = {
     "finger_vectors.c": "{p}_vectors.c", "finger_selftest.c": "{p}_selftest.c", "Makefile": "Makefile",
     "CMakeLists.txt": "CMakeLists.txt", "finger_bare_metal.c": "examples/bare_metal.c",
     "finger_linux.c": "examples/linux.c",
-    "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld",
+    "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld", **frameworks.FINGER,
 }  # fmt: skip
 FIXED = ("LIFETIME",)
 """Settings that others follow from; they are those of the export."""
@@ -73,6 +74,7 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         "saved": str(layout.size + 2), "known": str(places["VALUES"][1]),
         "bytes": str(_ram(finger)), "state_bytes": str(_state_bytes()), "command_bytes": str(COMMAND_BYTES),
         "fingers": str(len(request.fingers)), "names": ", ".join(request.fingers),
+        "quoted_names": ", ".join(f'"{name}"' for name in request.fingers),
         "hands": str(layouts().hands), "hand_stride": str(layouts().hand_stride),
         "finger_stride": str(layouts().finger_stride), "version": str(layouts().version),
         "blank_reals": _table([literals.real(one) for one in memory.f.tolist()]),
@@ -85,14 +87,16 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         "longest_gap": literals.real(request.settings.longest_gap),
         **{f"REP_{name}": place for name, place in report.items()},
         **finger_constants(finger), **_vectors(vectors), **PRECISIONS["double"].known,
+        **frameworks.words("finger"),
     }  # fmt: skip
     folder = resources.files("vegrip.export") / "templates"
     files = {
-        name.format(p=p, core=known["core"]): Template(
+        name.format(p=p, entry="finger", core=known["core"]): Template(
             (folder / f"{template}.tmpl").read_text("utf-8")
         ).substitute(known)
         for template, name in FILES.items()
     }
+    files |= frameworks.arduino_sources(p, "finger", files)
     files["model.toml"] = model_text(model)
     return Texts(files, program, digest, _ram(finger))
 

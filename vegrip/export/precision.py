@@ -55,7 +55,7 @@ PRECISIONS = {
         {
             "precision": "Double", "sameness": EXACT, "allowed": "1e-5", "flags_allowed": "0",
             "scale": "fmax(fabs(wanted), 1e-300)", "time": "(t)", "whole_memory": "1",
-            "difference": "relative difference",
+            "difference": "relative difference", "least_double": "8",
         },
         CORTEX_M7,
     ),
@@ -64,7 +64,7 @@ PRECISIONS = {
         {
             "precision": "Single", "sameness": NEAR, "allowed": "0.2", "flags_allowed": "(FRAMES / 100)",
             "scale": "fmax(fabs(std), 1e-30)", "time": "(1.0 / (1.0 + (double)(t)))", "whole_memory": "0",
-            "difference": "difference in standard deviations",
+            "difference": "difference in standard deviations", "least_double": "4",
         },
         CORTEX_M4,
     ),
