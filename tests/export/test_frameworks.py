@@ -17,7 +17,7 @@ from vegrip.export.measure import STRICT
 from vegrip.model import paper_model
 
 STUBS = Path(__file__).parent / "stubs"
-KINDS = [("estimator", "double"), ("estimator", "float"), ("finger", "double")]
+KINDS = [("estimator", "double"), ("estimator", "float"), ("finger", "double"), ("finger", "float")]
 
 
 @pytest.fixture(scope="module", params=KINDS, ids=["-".join(kind) for kind in KINDS])
