@@ -22,11 +22,11 @@ class Request:
     """A model, the noise of its sensors, how the estimator behaves, and the beginning of every name in C.
 
     ``entry`` is ``estimator``, or ``finger`` for all from frame to frame; that has ``control`` too, and the
-    ``fingers`` that share the grasp, in the order of their identifiers. ``precision`` is ``double``, or
-    ``float`` for the estimator alone.
+    ``fingers`` that share the grasp, in the order of their identifiers. ``precision`` is ``double`` or
+    ``float``.
 
     Raises:
-        UsageError: no C compiler would take the prefix, or the finger is asked for in single precision.
+        UsageError: no C compiler would take the prefix.
 
     """
 
@@ -52,8 +52,4 @@ class Request:
             raise UsageError(
                 f"--prefix {self.prefix!r}: names in C begin with a lower-case letter, then come "
                 "letters, digits and single _, as in vg or left_hand"
-            )
-        if self.entry == "finger" and self.precision != "double":
-            raise UsageError(
-                "--precision float is for --entry estimator; frames and times of a finger need double"
             )

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from vegrip.c99 import BYTES, LONG, LONGS, MEMORY, UntranslatableError, host
+from vegrip.c99.bridge import Lengths
 from vegrip.c99.host import CompilerError
 from vegrip.effects.contract import Effect
 from vegrip.estimator import kernels_c
@@ -89,10 +90,11 @@ def finger_module(
     text, mode = finger_text(model.effects, layout, finger, ellipse), mode or _mode()
     if mode == "python":
         return cache.load_plain(text)
-    if mode == "c":
+    if mode in {"c", "c-float"}:
         try:
-            places = finger_places(model)
-            return FingerKernelsC(kernels_c.library_of(text, ENTRIES, places.place, BATCH_STEP))
+            places, lengths = finger_places(model), single_lengths(finger) if mode == "c-float" else None
+            library = kernels_c.library_of(text, ENTRIES, places.place, BATCH_STEP, single=lengths)
+            return FingerKernelsC(library)
         except (CompilerError, UntranslatableError) as error:
             tell_once(str(error))
     return cache.load(text)
@@ -100,9 +102,15 @@ def finger_module(
 
 def _mode() -> str:
     asked = kernel_mode(unset="")
-    if asked and asked != "c-float":
+    if asked:
         return asked
     return "c" if host.compiler() is not None else "numba"
+
+
+def single_lengths(finger: FingerLayout) -> Lengths:
+    """Return how long the memories of each entry are, for a step that computes in single precision."""
+    needs = f"(int)a1[{finger.wholes['SETUP_FINGERS']}]"
+    return dict.fromkeys(ENTRIES, (finger.n_reals, needs))
 
 
 def finger_places(model: ContactModel) -> Origins:

@@ -35,7 +35,7 @@ REALS: dict[str, tuple[str, ...] | int] = {
     "LOWEST": len(CHANNELS), "HIGHEST": len(CHANNELS),
     "STATE": tuple(name.upper() for name in CHANNELS),
     "REPEATED": MECHANICAL_CHANNELS, "REPEATED_FORCE": 1,
-    "WATCH": ("QUICKEST", "NOISE_LAST", "CHANGE", "REPEAT_LIMIT", "REPEATS", "TURNS"),
+    "WATCH": ("NOISE_LAST", "CHANGE", "REPEAT_LIMIT", "REPEATS", "TURNS"),
     "TAKEN": ("LOAD", "TORQUE", "BOUND"),
     "DEMAND": ("LEAST", "LOAD", "TORQUE", "BOUND"),
     "ASKED": ("MARGIN", "QUANTILE"),
@@ -48,8 +48,8 @@ REALS: dict[str, tuple[str, ...] | int] = {
     "LARGEST": WINDOW_SLOTS, "ORDERED": WINDOW_SLOTS,
 }  # fmt: skip
 """RULE: settings (TIME_OUT to DOUBT_AFTER in [ns]); LOWEST, HIGHEST: believable ranges of the channels;
-STATE: the present state; REPEATED, REPEATED_FORCE: the mechanical channels last seen; WATCH: of the watchdog
-(QUICKEST in [ns]); TAKEN: load and torque that the estimator has, and the bound of the margin at the last
+STATE: the present state; REPEATED, REPEATED_FORCE: the mechanical channels last seen; WATCH: of the watchdog;
+TAKEN: load and torque that the estimator has, and the bound of the margin at the last
 report; DEMAND: what the finger needs; ASKED: margin and quantile that this state is judged with; SHARED: how
 the fingers of a grasp share friction, and what this one has of it (version of the belief, own evidence of the
 present loading, mean and variance of ln mu before the state); TRANSFER: what a contact met in its middle
@@ -68,6 +68,7 @@ WHOLES: dict[str, tuple[str, ...] | int] = {
     "INPUT": (
         "CONDITION", "GOOD", "DOUBTFUL", "LOST", "SEEN", "PRESENT", "USABLE", "HEARD", "IS_HEARD", "CORRUPT",
         "IS_CORRUPT", "SEQ", "STAMP", "IS_KNOWN", "LEAPS", "STILL_SINCE", "FORCE_STILL_SINCE", "RUN", "COUNT",
+        "QUICKEST",
     ),
     "FAULTS": len(Condition),
     "SAMPLE": ("BEGUN", "STAMP", "INFORMED", "IS_INFORMED", "SHOWN", "TRUSTED", "SEQ", "RESUMED", "REFUSED",

@@ -21,7 +21,7 @@ def prepare_friction(f: Floats, _t: Wholes, _g: Floats) -> None:
 
 
 def update_shared_friction(_f: Floats, _t: Wholes, _g: Floats) -> None:
-    """Nobody else learns of it."""
+    """Keep what was learned: there is no other finger."""
 
 
 def load_to_answer(f: Floats, _t: Wholes, _g: Floats) -> tuple[float, float]:
