@@ -21,6 +21,7 @@ from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.layout import HISTORY_CHANNELS, FingerLayout
 from vegrip.grip.memory import FingerMemory
 from vegrip.grip.policies.margin_grip import MarginGrip
+from vegrip.grip.recent_states import KeptStates
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.runtime.telemetry import Unmade
@@ -35,6 +36,8 @@ REPORT: Final = 4
 STATE_BYTES: Final = 48
 COMMAND_BYTES: Final = 24
 REASONS: Final = tuple(Reason(number) for number in range(len(Reason)))
+FETCHED_STATES: Final = 64
+"""States that are fetched from the memory at once, unless all are wanted."""
 MOST_LATE: Final = RECENT_STATES // 2
 """Samples an estimator may go back: a rewind needs the states, and half of the history is fetched at once."""
 
@@ -113,7 +116,10 @@ class CompiledFinger:
         self._news = layout.wholes["NEWS_STAMP"], layout.wholes["NEWS_SEQ"]
         self._given = layout.reals["GRIP_HELD"], layout.reals["GRIP_ADJUSTMENT"]
         self._turn = tuple(layout.wholes[f"TURN_{name}"] for name in ("COMMANDED", "SEQ", "GIVEN_REASON"))
+        self._history = self.memory.section("HISTORY").reshape(-1, HISTORY_CHANNELS)
+        self._stamps, self._numbers = map(self.memory.section, ("HISTORY_STAMP", "HISTORY_SEQ"))
         self._lifetime = 0  # [ns] of a command
+        self._seen = 0  # states that were believed when the objects looked last
 
     def step(self, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
         """Answer a frame; what is done is told in bits, and LEFT_ALONE means nothing at all."""
@@ -134,32 +140,36 @@ class CompiledFinger:
         self._line.write_to(memory, lifetime)
         memory["SETUP_FINGER"], memory["SETUP_FINGERS"] = self._place.number, self._place.fingers
         memory["SETUP_THUMB"], memory["SETUP_ALONE"] = self._place.thumb, self._alone
-        memory["TURN_NOTED"] = memory["TURN_FETCHED"] = 0
+        memory["TURN_NOTED"] = memory["TURN_FETCHED"] = self._seen = 0
         self.lent = True
         return True
 
-    def look(self) -> list[tuple[FingertipState, bool]]:
-        """Let the objects see what is reported, and return what :meth:`take_back` does."""
-        taken = self._fetched()
-        self.finger.read_contact(self.memory, [state for state, _ in taken])
-        return taken
+    def look(self) -> KeptStates | None:
+        """Let the objects see what is reported, and return what :meth:`take_back` does, now and then."""
+        memory = self.memory
+        noted = memory["TURN_NOTED"]
+        kept = self._fetched() if noted - memory["TURN_FETCHED"] >= FETCHED_STATES else None
+        if noted != self._seen:
+            self._seen = noted
+            self.finger.read_contact(memory, next(iter(self._rows(noted - 1, noted))))
+        return kept
 
     def told(self, periods: tuple[float, float]) -> None:
         """Let the memory know that the objects have reported what :meth:`look` showed them."""
         self.finger.write_told(self.memory, periods)
 
-    def take_back(self) -> list[tuple[FingertipState, bool]]:
-        """Hand everything to the objects; return the states believed meanwhile, and whether it touched."""
+    def take_back(self) -> KeptStates:
+        """Hand everything to the objects; return the states believed since they were fetched last."""
         memory = self.memory
-        taken = self._fetched()
+        kept = self._fetched()
         values = memory.section("STATE").tolist()
         last = FingertipState(memory["INPUT_STAMP"], self.finger.name, memory["INPUT_SEQ"], *values)
-        self.finger.read_from(memory, [state for state, _ in taken], last)
+        self.finger.read_from(memory, memory["TURN_NOTED"], last)
         self._line.read_from(memory)
         if self._friction is not None:
             self._friction.read_from(memory, self.finger.name)
         self.lent = False
-        return taken
+        return kept
 
     def is_quiet(self, now: int) -> bool:
         """Return whether a tick has nothing to do: no silence, and no command to renew."""
@@ -206,14 +216,17 @@ class CompiledFinger:
         """What the finger needs [N]; NaN without a command."""
         return float(self._shared[self._place.number])
 
-    def _fetched(self) -> list[tuple[FingertipState, bool]]:
-        memory, name = self.memory, self.finger.name
+    def _fetched(self) -> KeptStates:
+        """Return the states that were not fetched yet; the objects keep them, too."""
+        memory = self.memory
         noted, fetched = memory["TURN_NOTED"], memory["TURN_FETCHED"]
         memory["TURN_FETCHED"] = noted
-        rows = memory.section("HISTORY").reshape(-1, HISTORY_CHANNELS)
-        stamps, numbers = memory.section("HISTORY_STAMP"), memory.section("HISTORY_SEQ")
-        order = np.arange(max(fetched, noted - len(rows)), noted) % len(rows)
-        found = zip(stamps[order].tolist(), numbers[order].tolist(), rows[order].tolist(), strict=True)
-        return [
-            (FingertipState(stamp, name, seq, *values[:-1]), values[-1] > 0.5) for stamp, seq, values in found
-        ]
+        kept = self._rows(max(fetched, noted - self.memory.layout.history), noted)
+        self.finger.past.extend(kept)
+        return kept
+
+    def _rows(self, start: int, end: int) -> KeptStates:
+        """Return copies of states by their numbers in the history."""
+        rows = self._history
+        order = np.arange(start, end) % max(len(rows), 1)
+        return KeptStates(self.finger.name, self._stamps[order], self._numbers[order], rows[order])

@@ -1,7 +1,6 @@
 """One finger of the node: watchdog, estimator, controller, and what is reported of them."""
 
 import math
-from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -13,6 +12,7 @@ from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger_controller import FingerController
 from vegrip.grip.load_lead import lead_load
 from vegrip.grip.policies.demand import Demand
+from vegrip.grip.recent_states import RecentStates
 from vegrip.grip.safety.watchdog import InputWatchdog
 from vegrip.grip.settings import ControlSettings, apply_policy
 from vegrip.messages import (
@@ -79,7 +79,7 @@ class GraspFinger:
         self.lead_in: tuple[Numbers, int] | None = None
         """Where the load is led by the lag of the drive, and the finger's place in it."""
         self._led = 0  # [ns] stamp of the last state whose load was led
-        self.past: deque[FingertipState] = deque(maxlen=RECENT_STATES)
+        self.past = RecentStates(RECENT_STATES)
         """What was believed of late, for an estimator that takes over."""
 
     def sense(self, state: FingertipState, now: int, wanted: Wanted) -> bool:
@@ -124,9 +124,8 @@ class GraspFinger:
     def replace_estimator(self, estimator: Estimator) -> None:
         """Go on with ``estimator``, which knows the past but for the very last samples."""
         known = estimator.contact_estimate().stamp
-        for state in self.past:
-            if state.stamp > known:
-                estimator.assimilate(state)
+        for state in self.past.after(known):
+            estimator.assimilate(state)
         self.estimator = estimator
         self._margin = None
 
@@ -163,16 +162,17 @@ class GraspFinger:
         due = min(self._reported + periods[0] * NS, self._healthy + periods[1] * NS)
         memory["TURN_REPORT_DUE"] = math.ceil(due) if due > 0.0 else 0
 
-    def read_from(self, memory: NamedNumbers, taken: list[FingertipState], last: FingertipState) -> None:
+    def read_from(self, memory: NamedNumbers, taken: int, last: FingertipState) -> None:
         """Take back what the compiled finger step has made of it.
 
         Args:
             memory: where it lies.
-            taken: states that were believed meanwhile.
+            taken: how many states were believed since :meth:`write_to`; :attr:`past` has them.
             last: the last state, believed or not.
 
         """
-        self.read_contact(memory, taken)
+        self.estimator.read_rewind(self.past, taken)  # type: ignore[attr-defined]
+        self.read_contact(memory, next(iter(self.past.last(1)), None) if taken else None)
         self.watchdog.read_from(memory, last)
         self.controller.read_from(memory)
         self.controller.fail_safe.read_from(memory)
@@ -180,14 +180,17 @@ class GraspFinger:
         self._transfer.read_from(memory)
         self._led = int(memory["TURN_LED"])
 
-    def read_contact(self, memory: NamedNumbers, taken: list[FingertipState]) -> None:
-        """Take back no more than what is reported: the contact, and whether the input is believed."""
-        self.estimator.read_from(memory, taken)  # type: ignore[attr-defined]
+    def read_contact(self, memory: NamedNumbers, believed: FingertipState | None) -> None:
+        """Take back no more than what is reported: the contact, and whether the input is believed.
+
+        ``believed`` is the last state that was, None where none was since :meth:`write_to`.
+        """
+        if believed is not None:
+            self.estimator.read_from(memory, believed)  # type: ignore[attr-defined]
         self.watchdog.condition = Condition(memory["INPUT_CONDITION"])
         self._seen, self._used = bool(memory["TURN_SEEN"]), memory["TURN_USED"]
         if self._margin is None and memory["TURN_HAS_MARGIN"]:
             self._margin = SlipMargin(0, self.name, 0, lower_bound=memory["TAKEN_BOUND"])
-        self.past.extend(taken)
 
     def command(self, share: float, now: int) -> ForceCommand:
         """Return the command for this finger's share of the grasp [N]."""

@@ -351,9 +351,8 @@ class GraspForce(NodeBase):
     def _look(self, finger: GraspFinger) -> None:
         """Let the objects see the contact, whichever way it was followed."""
         compiled = self._compiled.get(finger.name)
-        if compiled is not None and compiled.lent:
-            for state, touching in compiled.look():
-                self.diagnoser.note(finger.name, state, touching)
+        if compiled is not None and compiled.lent and (kept := compiled.look()) is not None:
+            self.diagnoser.note_kept(kept)
 
     def _told(self, finger: GraspFinger) -> None:
         """Let the compiled step know what has been reported."""
@@ -366,8 +365,7 @@ class GraspForce(NodeBase):
         for finger in fingers:
             compiled = self._compiled.get(finger.name)
             if compiled is not None and compiled.lent:
-                for state, touching in compiled.take_back():
-                    self.diagnoser.note(finger.name, state, touching)
+                self.diagnoser.note_kept(compiled.take_back())
 
     def _tell_needs(self) -> None:
         """Let the compiled fingers know what those need that the objects are in force of."""
