@@ -154,7 +154,8 @@ class GripController:
         grip = self.settings.grip
         known = grip.wanted_margin, grip.known_probability
         wanted = self.friction.prepare(finger, self.wanted, known)
-        believed = finger.sense(state, now, wanted)
+        shown = self.friction.screen(state)
+        believed = finger.sense(shown, now, wanted, slides=self.friction.shows_sliding(shown))
         if believed:
             self.friction.learn(finger, state, quantile(wanted[1]))
         return believed

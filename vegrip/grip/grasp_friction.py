@@ -13,10 +13,27 @@ the same as to ask for the margin ``1 - (1 - margin) e^b``.
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple, Protocol, TypeGuard
 
 from vegrip.clock import NS
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
+from vegrip.grip.felt_slip import (
+    FELT_BY_LOAD,
+    FELT_BY_OTHER,
+    FELT_FLAG,
+    FELT_OFF,
+    FELT_SILENT,
+    FELT_SIZE,
+    FELT_SPEED,
+    FELT_WHY,
+    begin_felt_slip,
+    believed_flag,
+    believed_speed,
+    judge_felt_slip,
+    shows_sliding,
+    twist_share,
+)
 from vegrip.grip.finger import GraspFinger, Wanted
 from vegrip.grip.friction_belief import (
     BELIEF_MEAN,
@@ -32,7 +49,6 @@ from vegrip.grip.friction_belief import (
 )
 from vegrip.grip.friction_onset import (
     ONSET_SILENT,
-    ONSET_SIZE,
     begin_onsets,
     counts_as_known,
     feel_onset,
@@ -55,6 +71,14 @@ LONGEST_STEP_S = 0.1
 """A longer pause between two states counts as so much."""
 NEW_CONTACT_VARIANCE = 1e-4
 """Growth of the variance of ln mu between two states that only a new contact brings."""
+
+
+CONTRADICTIONS = {
+    FELT_BY_LOAD: "says slip while its load shows none",
+    FELT_BY_OTHER: "says slip while its slip speed shows none",
+    FELT_SILENT: "is silent or late while its slip speed shows slip",
+}
+"""What is wrong with a channel, by :data:`~vegrip.grip.felt_slip.FELT_WHY`."""
 
 
 class FingerFriction(NamedTuple):
@@ -120,7 +144,7 @@ class GraspFriction:
         self._settings, self._noise = settings, tangential_noise
         self._places = {name: i for i, name in enumerate(fingers)}
         self._believed = [0.0] * BELIEF_SIZE
-        self._probe = [0.0] * ONSET_SIZE
+        self._probe = [0.0] * FELT_SIZE
         self._seen = [0.0] * len(fingers)  # version of the belief that each finger has
         self._site = [(0.0, 0.0)] * len(fingers)  # its own evidence of the present loading
         self._before = [(0.0, 0.0)] * len(fingers)  # mean and variance it had before its last state
@@ -141,6 +165,7 @@ class GraspFriction:
             s.quiet_time, s.quiet_change, s.pause, s.reach,
         )  # fmt: skip
         begin_onsets(self._probe, s.onset_noise if s.onsets else math.inf, s.shock)
+        begin_felt_slip(self._probe, s.sliding_speed, s.slip_delay)
 
     def prepare(self, finger: GraspFinger, unknown: Wanted, known: Wanted) -> Wanted:
         """Tell the estimator of ``finger`` what the grasp believes; return margin and confidence to ask for.
@@ -167,6 +192,24 @@ class GraspFriction:
         shift = self._probe[PROBE_SHIFT + i]
         return 1.0 - (1.0 - margin) * math.exp(shift), confidence
 
+    def screen(self, state: FingertipState) -> FingertipState:
+        """Return ``state`` without what the load has shown to be wrong of slip; that counts as not sensed."""
+        if not self.active:
+            return state
+        i = self._places[state.finger]
+        flag, speed = self._probe[FELT_FLAG + 6 * i + FELT_OFF], self._probe[FELT_SPEED + 6 * i + FELT_OFF]
+        if flag <= 0.0 and speed <= 0.0:
+            return state
+        return replace(
+            state,
+            slip=believed_flag(self._probe, i, state.slip),
+            slip_speed=believed_speed(self._probe, i, state.slip_speed),
+        )
+
+    def shows_sliding(self, state: FingertipState) -> bool:
+        """Return whether the slip speed of a screened ``state`` is one of a finger that slides."""
+        return self.active and shows_sliding(self._probe, state.slip_speed)
+
     def learn(self, finger: GraspFinger, state: FingertipState, lag: float) -> None:
         """Take in what ``finger`` learned of its last ``state``; ``lag`` is the quantile it counts off."""
         estimator = finger.estimator
@@ -178,8 +221,9 @@ class GraspFriction:
         g[BELIEF_SINCE] += dt / len(self._places)
         self._take_evidence(i, FingerFriction(*estimator.friction))
         u, relative, load = estimator.utilisation()
-        slipping, touching = state.slip >= 0.5, estimator.in_contact
-        feel_onset(g, q, i, dt, u, relative, state.slip)
+        flag, speed = believed_flag(q, i, state.slip), believed_speed(q, i, state.slip_speed)
+        slipping, touching = flag >= 0.5, estimator.in_contact
+        feel_onset(g, q, i, dt, u, relative, flag, speed)
         q[PROBE_NEED + i] = finger.controller.required_force
         watch_load(q, i, dt, load, self._noise, touching)
         feel_slip(q, dt, len(self._places), slipping)
@@ -187,6 +231,9 @@ class GraspFriction:
             q[PROBE_SHIFT + i] = 0.0
         elif touching and not slipping:
             probe_friction(g, q, i, dt, lag)
+        x, y = state.tangential_force_x, state.tangential_force_y
+        twist = twist_share(math.sqrt(x * x + y * y), load)
+        judge_felt_slip(q, i, dt, state.slip, state.slip_speed, u, twist)
 
     @property
     def why_not_probing(self) -> str:
@@ -196,10 +243,20 @@ class GraspFriction:
         if self._settings.why_too_coarse:
             return self._settings.why_too_coarse
         for name, i in self._places.items():
+            if found := self.suspicion(name):
+                return found
             if self._probe[ONSET_SILENT + i] > 0.5:
                 return f"{name} does not feel slip"
             if is_doubted(self._probe, i):
                 return f"the slip channel of {name} contradicts its load"
+        return ""
+
+    def suspicion(self, finger: str) -> str:
+        """Return what is wrong with what ``finger`` feels of slip, in a sentence; empty while all is well."""
+        i = self._places[finger]
+        for at, channel in ((FELT_FLAG, "slip flag"), (FELT_SPEED, "slip speed")):
+            if self.active and self._probe[at + 6 * i + FELT_OFF] > 0.0:
+                return f"the {channel} of {finger} {CONTRADICTIONS[self._probe[at + 6 * i + FELT_WHY]]}"
         return ""
 
     def belief(self, finger: str) -> tuple[float, float]:
