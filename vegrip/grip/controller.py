@@ -153,7 +153,8 @@ class GripController:
         """Take one state of a finger of this hand; return whether it is believed."""
         finger = self.fingers[state.finger]
         wanted = self.friction.prepare(finger, self.wanted, self.wanted_known)
-        believed = finger.sense(state, now, wanted)
+        shown = self.friction.screen(state)
+        believed = finger.sense(shown, now, wanted, slides=self.friction.shows_sliding(shown))
         if believed:
             self.friction.learn(finger, state, quantile(wanted[1]))
         return believed

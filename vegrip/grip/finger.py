@@ -82,8 +82,10 @@ class GraspFinger:
         self.past = RecentStates(RECENT_STATES)
         """What was believed of late, for an estimator that takes over."""
 
-    def sense(self, state: FingertipState, now: int, wanted: Wanted) -> bool:
+    def sense(self, state: FingertipState, now: int, wanted: Wanted, *, slides: bool = False) -> bool:
         """Take in one state that arrived at ``now`` [ns] and ask the controller what it needs.
+
+        A finger slips where its flag says so, and where it ``slides`` by something else.
 
         Returns whether the state is believed. The margin itself, which no command waits for, is worked out
         when it is reported.
@@ -97,7 +99,7 @@ class GraspFinger:
             if self._margin is None:
                 self._margin = self.estimator.slip_margin()
             self._used = now
-            demand = self._demand(state, self._margin, wanted)
+            demand = self._demand(state, self._margin, wanted, slides)
             if not self.controller.started:
                 self.controller.start(self._present_force(state), now)
             if first:
@@ -277,10 +279,10 @@ class GraspFinger:
         """Return ``demand`` with no less force than is held, and no belief that the finger is in the air."""
         return replace(demand, least_force=max(self.controller.held, demand.least_force), in_contact=True)
 
-    def _demand(self, state: FingertipState, margin: SlipMargin, wanted: Wanted) -> Demand:
+    def _demand(self, state: FingertipState, margin: SlipMargin, wanted: Wanted, slides: bool) -> Demand:
         x, y = state.tangential_force_x, state.tangential_force_y
         load = math.sqrt(x * x + y * y)  # not math.hypot: Python's rounds otherwise than C's
-        torque, slipping = abs(state.torque_z), state.slip >= 0.5
+        torque, slipping = abs(state.torque_z), slides or state.slip >= 0.5
         if not self.estimator.in_contact:
             trusted = self.estimator.normal_force.valid
             return Demand(0.0, load, torque, in_contact=False, slipping=slipping, trusted=trusted)

@@ -14,6 +14,7 @@ the same as to ask for the margin ``1 - (1 - margin) e^b``.
 import math
 from array import array
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple, Protocol, TypeGuard
 
 import numpy as np
@@ -21,6 +22,22 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.estimator.estimator import quantile
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
+from vegrip.grip.felt_slip import (
+    FELT_BY_LOAD,
+    FELT_BY_OTHER,
+    FELT_FLAG,
+    FELT_OFF,
+    FELT_SILENT,
+    FELT_SIZE,
+    FELT_SPEED,
+    FELT_WHY,
+    begin_felt_slip,
+    believed_flag,
+    believed_speed,
+    judge_felt_slip,
+    shows_sliding,
+    twist_share,
+)
 from vegrip.grip.finger import GraspFinger, Wanted
 from vegrip.grip.friction_belief import (
     BELIEF_MEAN,
@@ -50,7 +67,7 @@ from vegrip.grip.friction_probe import (
     watch_load,
 )
 from vegrip.grip.friction_settings import FrictionSettings
-from vegrip.grip.load_lead import LEAD_SIZE, begin_lead
+from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState
 from vegrip.types import NamedNumbers
@@ -59,6 +76,14 @@ LONGEST_STEP_S = 0.1
 """A longer pause between two states counts as so much."""
 NEW_CONTACT_VARIANCE = 1e-4
 """Growth of the variance of ln mu between two states that only a new contact brings."""
+
+
+CONTRADICTIONS = {
+    FELT_BY_LOAD: "says slip while its load shows none",
+    FELT_BY_OTHER: "says slip while its slip speed shows none",
+    FELT_SILENT: "is silent or late while its slip speed shows slip",
+}
+"""What is wrong with a channel, by :data:`~vegrip.grip.felt_slip.FELT_WHY`."""
 
 
 class FingerFriction(NamedTuple):
@@ -123,7 +148,7 @@ class GraspFriction:
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
         self._settings, self._noise = settings, tangential_noise
         self._places = {name: i for i, name in enumerate(fingers)}
-        self._memory = array("d", bytes(8 * max(LEAD_SIZE, len(fingers))))
+        self._memory = array("d", bytes(8 * max(FELT_SIZE, len(fingers))))
         self.shared = np.frombuffer(self._memory)
         """All that the fingers of the grasp share, as the compiled step has it; the same numbers as here."""
         self._seen = [0.0] * len(fingers)  # version of the belief that each finger has
@@ -147,6 +172,7 @@ class GraspFriction:
             s.quiet_time, s.quiet_change, s.pause, s.reach,
         )  # fmt: skip
         begin_onsets(g, s.onset_noise if s.onsets else math.inf, s.shock)
+        begin_felt_slip(g, s.sliding_speed, s.slip_delay)
 
     def prepare(self, finger: GraspFinger, unknown: Wanted, known: Wanted) -> Wanted:
         """Tell the estimator of ``finger`` what the grasp believes; return margin and confidence to ask for.
@@ -173,6 +199,24 @@ class GraspFriction:
         shift = self._memory[PROBE_SHIFT + i]
         return 1.0 - (1.0 - margin) * math.exp(shift), confidence
 
+    def screen(self, state: FingertipState) -> FingertipState:
+        """Return ``state`` without what the load has shown to be wrong of slip; that counts as not sensed."""
+        if not self.active:
+            return state
+        i = self._places[state.finger]
+        flag, speed = self._memory[FELT_FLAG + 6 * i + FELT_OFF], self._memory[FELT_SPEED + 6 * i + FELT_OFF]
+        if flag <= 0.0 and speed <= 0.0:
+            return state
+        return replace(
+            state,
+            slip=believed_flag(self._memory, i, state.slip),
+            slip_speed=believed_speed(self._memory, i, state.slip_speed),
+        )
+
+    def shows_sliding(self, state: FingertipState) -> bool:
+        """Return whether the slip speed of a screened ``state`` is one of a finger that slides."""
+        return self.active and shows_sliding(self._memory, state.slip_speed)
+
     def learn(self, finger: GraspFinger, state: FingertipState, lag: float) -> None:
         """Take in what ``finger`` learned of its last ``state``; ``lag`` is the quantile it counts off."""
         estimator = finger.estimator
@@ -184,8 +228,9 @@ class GraspFriction:
         g[BELIEF_SINCE] += dt / len(self._places)
         self._take_evidence(i, FingerFriction(*estimator.friction))
         u, relative, load = estimator.utilisation()
-        slipping, touching = state.slip >= 0.5, estimator.in_contact
-        feel_onset(g, g, i, dt, u, relative, state.slip)
+        flag, speed = believed_flag(g, i, state.slip), believed_speed(g, i, state.slip_speed)
+        slipping, touching = flag >= 0.5, estimator.in_contact
+        feel_onset(g, g, i, dt, u, relative, flag, speed)
         g[PROBE_NEED + i] = finger.controller.required_force
         watch_load(g, i, dt, load, self._noise, touching)
         feel_slip(g, dt, len(self._places), slipping)
@@ -193,6 +238,9 @@ class GraspFriction:
             g[PROBE_SHIFT + i] = 0.0
         elif touching and not slipping:
             probe_friction(g, g, i, dt, lag)
+        x, y = state.tangential_force_x, state.tangential_force_y
+        twist = twist_share(math.sqrt(x * x + y * y), load)
+        judge_felt_slip(g, i, dt, state.slip, state.slip_speed, u, twist)
 
     def lead(self, finger: GraspFinger) -> None:
         """Let ``finger`` answer the load that is to come by the lag of its drive, see :meth:`set_lead`."""
@@ -228,10 +276,20 @@ class GraspFriction:
         if self._settings.why_too_coarse:
             return self._settings.why_too_coarse
         for name, i in self._places.items():
+            if found := self.suspicion(name):
+                return found
             if self._memory[ONSET_SILENT + i] > 0.5:
                 return f"{name} does not feel slip"
             if is_doubted(self._memory, i):
                 return f"the slip channel of {name} contradicts its load"
+        return ""
+
+    def suspicion(self, finger: str) -> str:
+        """Return what is wrong with what ``finger`` feels of slip, in a sentence; empty while all is well."""
+        i = self._places[finger]
+        for at, channel in ((FELT_FLAG, "slip flag"), (FELT_SPEED, "slip speed")):
+            if self.active and self._memory[at + 6 * i + FELT_OFF] > 0.0:
+                return f"the {channel} of {finger} {CONTRADICTIONS[self._memory[at + 6 * i + FELT_WHY]]}"
         return ""
 
     def belief(self, finger: str) -> tuple[float, float]:

@@ -41,6 +41,7 @@ REALS: dict[str, tuple[str, ...] | int] = {
     "ASKED": ("MARGIN", "QUANTILE"),
     "SHARED": (
         "KNOWN_QUANTILE", "WIDEST", "LOAD_NOISE", "SEEN", "SITE", "SITE_WEIGHTED", "BEFORE", "BEFORE_VAR",
+        "FLAG", "SPEED",
     ),
     "TRANSFER": ("FORCE", "LOAD", "ARM"),
     "GRIP": ("HELD", "REQUIRED", "ENVELOPE", "QUIET", "SLOT", "PRESENT", "FILLED", "MEDIAN", "ELAPSED",
@@ -52,7 +53,8 @@ STATE: the present state; REPEATED, REPEATED_FORCE: the mechanical channels last
 TAKEN: load and torque that the estimator has, and the bound of the margin at the last
 report; DEMAND: what the finger needs; ASKED: margin and quantile that this state is judged with; SHARED: how
 the fingers of a grasp share friction, and what this one has of it (version of the belief, own evidence of the
-present loading, mean and variance of ln mu before the state); TRANSFER: what a contact met in its middle
+present loading, mean and variance of ln mu before the state, slip flag and
+slip speed as they are sensed); TRANSFER: what a contact met in its middle
 began with; GRIP: held and required force, envelope of the need, running median of it, time since a fault
 began, change of the force by the last command, lowest median of late; LARGEST: the median's slots; ORDERED:
 scratch.

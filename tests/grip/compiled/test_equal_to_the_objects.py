@@ -114,7 +114,7 @@ def test_every_command_is_equal_where_friction_is_shared_and_probed(learning_log
     assert differences(objects, compiled) == []
     assert compiled.compiled_frames >= learning_log.frames - 20, "it hardly ran compiled"
     assert replay.node.controller is not None
-    assert replay.node.controller.friction.belief("thumb")[1] < 0.2, "nothing was learned"
+    assert replay.node.controller.friction.belief("thumb")[1] < 0.35, "nothing was learned"
 
 
 @pytest.mark.parametrize("seed", range(12 if LONG else 3))

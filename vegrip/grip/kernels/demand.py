@@ -3,7 +3,7 @@
 import math
 
 from vegrip.estimator.kernels.forecast import least_force
-from vegrip.grip.kernels.friction_shared import load_to_answer
+from vegrip.grip.kernels.friction_shared import is_slipping, load_to_answer
 from vegrip.grip.kernels.generated import (
     ASKED_MARGIN,
     ASKED_QUANTILE,
@@ -18,8 +18,6 @@ from vegrip.grip.kernels.generated import (
     NEED_IN_CONTACT,
     NEED_SLIPPING,
     NEED_TRUSTED,
-    SLIDES,
-    STATE_SLIP,
     STATE_TANGENTIAL_FORCE_X,
     STATE_TANGENTIAL_FORCE_Y,
     STATE_TORQUE_Z,
@@ -40,7 +38,7 @@ def demand_force(f: Floats, t: Wholes, g: Floats) -> None:
     """Set the demand by the present state and the estimate; the bound of the margin is of the last look."""
     x, y = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y]
     f[DEMAND_LOAD], f[DEMAND_TORQUE] = math.sqrt(x * x + y * y), abs(f[STATE_TORQUE_Z])
-    t[NEED_SLIPPING] = 1 if f[STATE_SLIP] >= SLIDES else 0
+    t[NEED_SLIPPING] = 1 if is_slipping(f, t, g) else 0
     if not touches(f, t):
         f[DEMAND_LEAST], f[DEMAND_BOUND] = 0.0, math.nan
         t[NEED_IN_CONTACT], t[NEED_TRUSTED] = 0, 1 if is_force_known(f, t) else 0

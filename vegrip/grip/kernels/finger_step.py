@@ -9,7 +9,7 @@ from vegrip.grip.kernels.control import (
     start_control,
 )
 from vegrip.grip.kernels.demand import demand_force, demand_nothing, hold_doubtful
-from vegrip.grip.kernels.friction_shared import prepare_friction, update_shared_friction
+from vegrip.grip.kernels.friction_shared import prepare_friction, restore_slip, update_shared_friction
 from vegrip.grip.kernels.generated import (
     COMMAND_LENGTH,
     CONDITION_DEGRADED,
@@ -119,6 +119,7 @@ def sense(f: Floats, t: Wholes, g: Floats, now: int) -> None:
         require_force(f, t, now)
     if is_believed:
         update_shared_friction(f, t, g)
+    restore_slip(f, t)
 
 
 def command(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> None:

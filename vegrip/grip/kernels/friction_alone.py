@@ -8,6 +8,8 @@ from vegrip.grip.kernels.generated import (
     ASKED_QUANTILE,
     RULE_QUANTILE,
     RULE_WANTED_MARGIN,
+    SLIDES,
+    STATE_SLIP,
     TAKEN_LOAD,
     TAKEN_TORQUE,
     Floats,
@@ -27,3 +29,12 @@ def update_shared_friction(_f: Floats, _t: Wholes, _g: Floats) -> None:
 def load_to_answer(f: Floats, _t: Wholes, _g: Floats) -> tuple[float, float]:
     """Return tangential force [N] and torque [N m]."""
     return f[TAKEN_LOAD], f[TAKEN_TORQUE]
+
+
+def is_slipping(f: Floats, _t: Wholes, _g: Floats) -> bool:
+    """Return whether the finger slips by its flag."""
+    return f[STATE_SLIP] >= SLIDES
+
+
+def restore_slip(_f: Floats, _t: Wholes) -> None:
+    """Leave the state as it is: nothing was taken out of it."""

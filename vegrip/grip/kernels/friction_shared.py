@@ -5,6 +5,13 @@
 
 import math
 
+from vegrip.grip.felt_slip import (
+    believed_flag,
+    believed_speed,
+    judge_felt_slip,
+    shows_sliding,
+    twist_share,
+)
 from vegrip.grip.friction_belief import (
     BELIEF_MEAN,
     BELIEF_SINCE,
@@ -39,14 +46,17 @@ from vegrip.grip.kernels.generated import (
     SETUP_SHARES,
     SHARED_BEFORE,
     SHARED_BEFORE_VAR,
+    SHARED_FLAG,
     SHARED_KNOWN_QUANTILE,
     SHARED_LOAD_NOISE,
     SHARED_SEEN,
     SHARED_SITE,
     SHARED_SITE_WEIGHTED,
+    SHARED_SPEED,
     SHARED_WIDEST,
     SLIDES,
     STATE_SLIP,
+    STATE_SLIP_SPEED,
     STATE_TANGENTIAL_FORCE_X,
     STATE_TANGENTIAL_FORCE_Y,
     STATE_TORQUE_Z,
@@ -76,9 +86,29 @@ def prepare_friction(f: Floats, t: Wholes, g: Floats) -> None:
         f[SHARED_SEEN] = g[BELIEF_VERSION]
         believe_friction(f, g[BELIEF_MEAN + i], believed_variance(g, i))
     f[SHARED_BEFORE], f[SHARED_BEFORE_VAR] = f[FRI_LN_MU], f[FRI_VAR]
+    screen_slip(f, g, i)
     if counts_as_known(g, g, i):
         f[ASKED_QUANTILE] = f[SHARED_KNOWN_QUANTILE]
     f[ASKED_MARGIN] = 1.0 - (1.0 - f[RULE_WANTED_MARGIN]) * math.exp(g[PROBE_SHIFT + i])
+
+
+def screen_slip(f: Floats, g: Floats, i: int) -> None:
+    """Take out of the state what the load has shown to be wrong of slip; that counts as not sensed."""
+    f[SHARED_FLAG], f[SHARED_SPEED] = f[STATE_SLIP], f[STATE_SLIP_SPEED]
+    f[STATE_SLIP] = believed_flag(g, i, f[STATE_SLIP])
+    f[STATE_SLIP_SPEED] = believed_speed(g, i, f[STATE_SLIP_SPEED])
+
+
+def restore_slip(f: Floats, t: Wholes) -> None:
+    """Let the state show slip as it was sensed."""
+    if t[SETUP_SHARES] == 1:
+        f[STATE_SLIP], f[STATE_SLIP_SPEED] = f[SHARED_FLAG], f[SHARED_SPEED]
+
+
+def is_slipping(f: Floats, t: Wholes, g: Floats) -> bool:
+    """Return whether the finger slips by its flag, or by its speed where friction is shared."""
+    slides = t[SETUP_SHARES] == 1 and shows_sliding(g, f[STATE_SLIP_SPEED])
+    return slides or f[STATE_SLIP] >= SLIDES
 
 
 def believe_friction(f: Floats, mean: float, variance: float) -> None:
@@ -104,14 +134,18 @@ def update_shared_friction(f: Floats, t: Wholes, g: Floats) -> None:
     give_evidence(f, g, i)
     is_touching, slip = touches(f, t), f[STATE_SLIP]
     u, relative = utilised_friction(f, is_touching)
-    feel_onset(g, g, i, dt, u, relative, slip)
+    feel_onset(g, g, i, dt, u, relative, slip, f[STATE_SLIP_SPEED])
     g[PROBE_NEED + i] = f[GRIP_REQUIRED]
-    watch_load(g, i, dt, armed_load(f, is_touching), f[SHARED_LOAD_NOISE], is_touching)
+    load = armed_load(f, is_touching)
+    watch_load(g, i, dt, load, f[SHARED_LOAD_NOISE], is_touching)
     feel_slip(g, dt, t[SETUP_FINGERS], slip >= SLIDES)
     if not may_probe(g, i):
         g[PROBE_SHIFT + i] = 0.0
     elif is_touching and not slip >= SLIDES:
         probe_friction(g, g, i, dt, f[ASKED_QUANTILE])
+    x, y = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y]
+    twist = twist_share(math.sqrt(x * x + y * y), load)
+    judge_felt_slip(g, i, dt, f[SHARED_FLAG], f[SHARED_SPEED], u, twist)
 
 
 def give_evidence(f: Floats, g: Floats, i: int) -> None:
