@@ -179,7 +179,7 @@ class Function:
         if isinstance(value, ast.Tuple) and len(value.elts) == len(targets):
             writer = self._writer(value)
             found = [writer.value(one) for one in value.elts]
-            if not _independent(targets, value.elts):
+            if not _are_independent(targets, value.elts):
                 found = [self._kept(one) for one in found]
         else:
             writer = self._writer(value)
@@ -217,7 +217,7 @@ class Function:
         kind = self._note_kind(target, value.kind)
         if not self.scopes.is_read(target.id):
             return [f"(void)({value.text});"]
-        if self.scopes.declared_in(target.id, self.where):
+        if self.scopes.is_declared_in(target.id, self.where):
             once = "const " if self.scopes.is_constant(target.id, self.where) else ""
             return [f"{once}{kind.c} {local(target.id)} = {value.text};"]
         return [f"{local(target.id)} = {value.text};"]
@@ -298,7 +298,7 @@ class Function:
         before = self.before
         name = node.target.id
         self._note_kind(node.target, INT)
-        own = self.scopes.owned_by(name, node)
+        own = self.scopes.is_owned_by(name, node)
         counter = local(name) if own else self._fresh("i")
         sign, move = ("<", f"+= {step}") if step > 0 else (">", f"-= {-step}")
         move = {"+= 1": "++", "-= 1": "--"}.get(move, f" {move}")
@@ -345,7 +345,7 @@ class Function:
         sets = []
         for part, column in zip(parts, columns, strict=True):
             self._note_kind(part, kind)
-            own = f"const {kind.c} " if self.scopes.owned_by(part.id, node) else ""
+            own = f"const {kind.c} " if self.scopes.is_owned_by(part.id, node) else ""
             if self.scopes.is_read(part.id):
                 sets.append(f"{STEP}{own}{local(part.id)} = {array}[{index}]{column};")
         head = f"for (int32_t {index} = 0; {index} < {shape[0]}; {index}++) {{"
@@ -403,7 +403,7 @@ def _reads(node: ast.expr, name: str) -> bool:
     return any(isinstance(one, ast.Name) and one.id == name for one in ast.walk(node))
 
 
-def _independent(targets: list[ast.expr], values: list[ast.expr]) -> bool:
+def _are_independent(targets: list[ast.expr], values: list[ast.expr]) -> bool:
     """Return whether setting one target after the other gives what setting all at once gives."""
     for i, target in enumerate(targets):
         later = values[i + 1 :]

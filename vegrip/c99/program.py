@@ -42,7 +42,7 @@ def translate(
     prefix: str = "vg",
     place: Place = unknown_place,
     notes: Mapping[str, str] | None = None,
-    public: bool = True,
+    is_public: bool = True,
 ) -> Program:
     """Translate what ``entries`` need.
 
@@ -52,13 +52,13 @@ def translate(
         prefix: of every name that is made.
         place: says where a statement stands for its author.
         notes: texts for comments, by name of the function, where the module has no docstring.
-        public: whether the entries are seen outside the file.
+        is_public: whether the entries are seen outside the file.
 
     Raises:
         UntranslatableError: a line has no counterpart; names file and line.
 
     """
-    translator = _Translator(text, set(entries) if public else set(), prefix, place, notes or {})
+    translator = _Translator(text, set(entries) if is_public else set(), prefix, place, notes or {})
     for name, kinds in entries.items():
         translator.function(name, kinds)
     return translator.program()
@@ -179,8 +179,8 @@ class _Translator(Callees):
     def struct(self, fields: tuple[Kind, ...]) -> Struct:
         if fields not in self.structs:
             letters = [LETTERS[kind] for kind in fields]
-            same = len(set(letters)) == 1
-            shape = f"{letters[0]}{len(letters)}" if same else "".join(letters)
+            is_uniform = len(set(letters)) == 1
+            shape = f"{letters[0]}{len(letters)}" if is_uniform else "".join(letters)
             self.structs[fields] = Struct(f"{self.prefix}_{shape}", fields)
         return self.structs[fields]
 

@@ -188,8 +188,8 @@ def _supervision() -> tuple[Object, ...]:
     )
     return (
         Variable(0x1006, Entry("Communication cycle period", UNSIGNED32, "ro", "0", note="us, of SYNC")),
-        Record(0x1016, "Consumer heartbeat time", watched, array=True),
-        Record(0x1029, "Error behaviour", (behaviour,), array=True),
+        Record(0x1016, "Consumer heartbeat time", watched, is_array=True),
+        Record(0x1029, "Error behaviour", (behaviour,), is_array=True),
     )
 
 

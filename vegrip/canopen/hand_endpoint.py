@@ -88,12 +88,12 @@ class HandEndpoint(CanopenEndpoint):
     def hears(self, cob_id: int) -> bool:
         """Commands for a finger that is operational."""
         device = self.devices.get(cob_id & 0x7F)
-        return cob_id & 0x780 not in STATES and device is not None and device.operational
+        return cob_id & 0x780 not in STATES and device is not None and device.is_operational
 
     def speaks(self, cob_id: int) -> bool:
         """States of a finger that is operational."""
         device = self.devices.get(cob_id & 0x7F)
-        return cob_id & 0x780 in STATES and device is not None and device.operational
+        return cob_id & 0x780 in STATES and device is not None and device.is_operational
 
     def close(self) -> None:
         """Say that we stop, and leave the bus."""

@@ -34,6 +34,6 @@ COMMANDED: Final = {
 }
 
 
-def nmt_state(lifecycle: Lifecycle, *, on_hold: bool) -> int:
+def nmt_state(lifecycle: Lifecycle, *, is_on_hold: bool) -> int:
     """Return the NMT state that stands for a lifecycle state."""
-    return OPERATIONAL if on_hold else STATE_OF[lifecycle]
+    return OPERATIONAL if is_on_hold else STATE_OF[lifecycle]

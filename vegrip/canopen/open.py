@@ -117,7 +117,7 @@ def _made(
         first=settings.first_heartbeat,
         sync_period=settings.sync_period,
         time_period=settings.time_period,
-        master=settings.master,
+        is_master=settings.master,
         reopen=reopen,
         timing=timing,
     )

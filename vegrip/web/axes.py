@@ -46,7 +46,7 @@ class Axes:
     x_label: str
     y_label: str
     size: tuple[int, int] = (640, 220)
-    logarithmic: bool = False
+    is_logarithmic: bool = False
     x_names: Sequence[str] = ()  # names instead of numbers, at 0, 1, 2, ...
     _parts: list[str] = field(default_factory=list)
 
@@ -102,7 +102,7 @@ class Axes:
         return LEFT + min(max(share, 0.0), 1.0) * self._width
 
     def _y(self, value: float) -> float:
-        low, high, value = (_log(v) if self.logarithmic else v for v in (*self.y, value))
+        low, high, value = (_log(v) if self.is_logarithmic else v for v in (*self.y, value))
         share = (value - low) / ((high - low) or 1.0)
         return TOP + (1.0 - min(max(share, 0.0), 1.0)) * self._height
 
@@ -116,7 +116,7 @@ class Axes:
     def _frame(self) -> list[str]:
         width, height = self.size
         foot, parts = height - BOTTOM, []
-        for tick in log_ticks(self.y) if self.logarithmic else ticks(self.y):
+        for tick in log_ticks(self.y) if self.is_logarithmic else ticks(self.y):
             y = self._y(tick)
             parts.append(f'<path class="axis" d="M{LEFT} {y:.1f}H{width - RIGHT}"/>')
             parts.append(f'<text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{tick:g}</text>')

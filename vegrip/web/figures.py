@@ -125,7 +125,7 @@ def ladder(rungs: Sequence[Told]) -> str:
         "model",
         "error over noise",
         (420, 240),
-        logarithmic=True,
+        is_logarithmic=True,
         x_names=names,
     )
     axes.line(axes.x, (1.0, 1.0), "green", **{"stroke-dasharray": "6 4"})

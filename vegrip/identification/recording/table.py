@@ -200,9 +200,9 @@ def _plain_block(
     """Convert a block of plain numbers at once; None where anything in it needs a closer look."""
     lines, texts = zip(*block, strict=True)
     whole = "".join(texts)
-    odd = layout.decimal != "." or len(layout.delimiter) != 1 or any(c in whole for c in '"_')
-    odd = odd or (layout.sealed and texts[-1][-1] not in "\r\n") or not numbers
-    if odd or any(text.count(layout.delimiter) != width - 1 for text in texts):
+    is_odd = layout.decimal != "." or len(layout.delimiter) != 1 or any(c in whole for c in '"_')
+    is_odd = is_odd or (layout.sealed and texts[-1][-1] not in "\r\n") or not numbers
+    if is_odd or any(text.count(layout.delimiter) != width - 1 for text in texts):
         return None
     places = [at[name] for name in numbers]
     try:

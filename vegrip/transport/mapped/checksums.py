@@ -160,7 +160,7 @@ def _stored(
     spec: ChecksumMap, signal: Signal, length: int, function: Callable[[Iterable[int]], int]
 ) -> Protection:
     """Return the protection by a checksum that stands in a signal."""
-    order: Any = "big" if signal.big_endian else "little"
+    order: Any = "big" if signal.is_big_endian else "little"
     shift, mask = signal.shift(length), (1 << signal.length) - 1
     bits = mask << shift
     own = [number for number, byte in enumerate(bits.to_bytes(length, order)) if byte]
@@ -187,8 +187,8 @@ def _stored(
         filled = int.from_bytes(data, order) & ~bits | value(bytes(data)) << shift
         data[:] = filled.to_bytes(length, order)
 
-    plain = len(runs) == 1 and 8 * len(own) == signal.length and not zeroed  # the usual case, a short way
-    return Protection(check_bytes if plain else check, protect)
+    is_plain = len(runs) == 1 and 8 * len(own) == signal.length and not zeroed  # the usual case, a short way
+    return Protection(check_bytes if is_plain else check, protect)
 
 
 def _runs(numbers: list[int]) -> list[slice]:

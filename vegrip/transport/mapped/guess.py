@@ -186,7 +186,7 @@ def _kind(  # noqa: PLR0911, PLR0912 (a list of questions, each with its answer)
         and words & (FORCE_WORDS | SHEAR_WORDS | {"fx", "fy", "fz", "fn", "ft"})
         and (axis or words & ((FORCE_WORDS | SHEAR_WORDS) - {"f"}))
     ):
-        return _force(words, axis, sure=quantity == "force")
+        return _force(words, axis, is_sure=quantity == "force")
     if quantity == "torque":
         return (f"torque_{axis or 'z'}", 0.8 if axis else 0.6, "a unit of torque")
     if quantity == "length":
@@ -205,9 +205,9 @@ def _kind(  # noqa: PLR0911, PLR0912 (a list of questions, each with its answer)
     return None
 
 
-def _force(words: set[str], axis: str, *, sure: bool) -> tuple[str, float, str]:
-    why = "a unit of force" if sure else "its name; no unit of force"
-    weight = 1.0 if sure else 0.5
+def _force(words: set[str], axis: str, *, is_sure: bool) -> tuple[str, float, str]:
+    why = "a unit of force" if is_sure else "its name; no unit of force"
+    weight = 1.0 if is_sure else 0.5
     if axis in ("x", "y") and not words & {"normal", "fn"}:
         return f"tangential_force_{axis}", 0.9 * weight, f"{why}, and {axis} in its name"
     if axis == "z" or words & (NORMAL_WORDS - {"z"}):

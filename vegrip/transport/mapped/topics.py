@@ -45,7 +45,7 @@ class _Target:
     high: float
     command: ForceCommand | None = None
     sent: float = math.nan
-    fresh: bool = False
+    is_fresh: bool = False
 
 
 @dataclass(slots=True)
@@ -132,8 +132,10 @@ class TopicCodec:
         if not (math.isfinite(message.normal_force) and message.normal_force >= 0.0):
             self.clipped[message.finger] += 1
             return None
-        target.command, target.fresh = message, True
-        return self._packed(outgoing, message.stamp) if all(each.fresh for each in outgoing.targets) else None
+        target.command, target.is_fresh = message, True
+        return (
+            self._packed(outgoing, message.stamp) if all(each.is_fresh for each in outgoing.targets) else None
+        )
 
     def due(self, now: int) -> list[tuple[str, bytes]]:
         """Return the commands whose last message is a period ago at ``now`` [ns]: the last one is held."""
@@ -229,7 +231,7 @@ class TopicCodec:
         if outgoing.counter:
             body = self._bodies.put(outgoing.topic, body, outgoing.counter, outgoing.count)
         for target in outgoing.targets:
-            target.fresh, target.sent = False, self._force(target)
+            target.is_fresh, target.sent = False, self._force(target)
         outgoing.count += 1
         outgoing.last = now
         return outgoing.topic, self._bodies.dump(body)
