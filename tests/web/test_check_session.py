@@ -7,7 +7,7 @@ import pytest
 
 from vegrip.errors import InputError, UsageError
 from vegrip.web.check.render import body, progress, verdict
-from vegrip.web.check.session import FILE, Rung, Session, load, save
+from vegrip.web.check.session import CHECK_FILE, Rung, Session, load, save
 
 
 @pytest.fixture
@@ -64,7 +64,7 @@ def test_the_check_of_another_recording_is_refused(session: Session, tmp_path: P
     "text", ["", "[]", "{}", '{"recording": "/data/press", "rungs": [{}], "current": 0}']
 )
 def test_a_damaged_check_is_one_sentence(tmp_path: Path, text: str) -> None:
-    (tmp_path / FILE).write_text(text)
+    (tmp_path / CHECK_FILE).write_text(text)
     with pytest.raises(InputError, match="cannot be read"):
         load(tmp_path, "/data/press")
 

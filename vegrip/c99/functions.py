@@ -4,8 +4,8 @@ import ast
 from dataclasses import dataclass
 
 from vegrip.c99.expressions import LESS, Expressions, Module, Value
-from vegrip.c99.kinds import BOOL, INT, ITEMS, LONG, REAL, VOID, WHOLES, Kind, Struct, Table, common
-from vegrip.c99.names import STEP, broken, local
+from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, VOID, WHOLES, Kind, Struct, Table, common
+from vegrip.c99.names import INDENT, broken, local
 from vegrip.c99.order import matters
 from vegrip.c99.refusal import is_text, refused
 from vegrip.c99.scopes import Scopes
@@ -63,7 +63,7 @@ class Function:
         self.made = 0
         unused = [f"(void){local(name)};" for name in self.arguments if self._is_unused(name)]
         lines = self._block(self.tree.body)
-        return [line for one in [*self._declarations(), *unused, *lines] for line in broken(STEP + one)]
+        return [line for one in [*self._declarations(), *unused, *lines] for line in broken(INDENT + one)]
 
     def _is_unused(self, name: str) -> bool:
         return not isinstance(self.kinds[name], Table) and not self.scopes.is_read(name)
@@ -87,7 +87,7 @@ class Function:
 
     def _inside(self, body: list[ast.stmt]) -> list[str]:
         at, where = self.at, self.where
-        lines = [STEP + line for line in self._block(body)]
+        lines = [INDENT + line for line in self._block(body)]
         self.at, self.where = at, where
         return lines
 
@@ -223,7 +223,7 @@ class Function:
         return [f"{local(target.id)} = {value.text};"]
 
     def _note_kind(self, target: ast.Name, kind: Kind) -> Kind:
-        if kind == VOID or kind in ITEMS or isinstance(kind, Table):
+        if kind == VOID or kind in ITEM_KIND or isinstance(kind, Table):
             raise refused(target, "only numbers and tuples get a name")
         known = self.kinds.get(target.id, kind)
         both = common(known, kind)
@@ -261,7 +261,7 @@ class Function:
             self.at, self.where = at, where
             if chained[0].startswith("if ("):
                 return [*lines, f"}} else {chained[0]}", *_closed(chained[1:])]
-            return [*lines, "} else {", *(STEP + line for line in chained), "}"]
+            return [*lines, "} else {", *(INDENT + line for line in chained), "}"]
         return [*lines, "} else {", *self._inside(node.orelse), "}"]
 
     def _return(self, node: ast.Return) -> list[str]:
@@ -270,7 +270,7 @@ class Function:
         self._note_writes(node.value)
         value = self._writer(node.value).value(node.value)
         both = value.kind if self.result is None else _joined(self.module, self.result, value.kind)
-        if both is None or isinstance(both, Table) or both == VOID or both in ITEMS:
+        if both is None or isinstance(both, Table) or both == VOID or both in ITEM_KIND:
             raise refused(node, "functions return numbers or tuples, of one kind in all places")
         self.result = both
         text = value.text
@@ -305,7 +305,7 @@ class Function:
         head = f"for (int32_t {counter} = {first}; {counter} {sign} {last}; {counter}{move}) {{"
         body = self._inside(node.body)
         if not own and self.scopes.is_read(name):
-            body.insert(0, f"{STEP}{local(name)} = {counter};")
+            body.insert(0, f"{INDENT}{local(name)} = {counter};")
         return [*before, head, *body, "}"]
 
     def _limit(self, writer: Expressions, node: ast.expr) -> str:
@@ -347,7 +347,7 @@ class Function:
             self._note_kind(part, kind)
             own = f"const {kind.c} " if self.scopes.is_owned_by(part.id, node) else ""
             if self.scopes.is_read(part.id):
-                sets.append(f"{STEP}{own}{local(part.id)} = {array}[{index}]{column};")
+                sets.append(f"{INDENT}{own}{local(part.id)} = {array}[{index}]{column};")
         head = f"for (int32_t {index} = 0; {index} < {shape[0]}; {index}++) {{"
         return [head, *sets, *self._inside(node.body), "}"]
 
@@ -420,4 +420,4 @@ def _closed(chained: list[str]) -> list[str]:
     branches = [line for line in chained if line.startswith("} else")]
     if branches and not branches[-1].startswith("} else if"):
         return chained
-    return [*chained[:-1], "} else {", f"{STEP}/* as it is */", "}"]
+    return [*chained[:-1], "} else {", f"{INDENT}/* as it is */", "}"]

@@ -10,7 +10,7 @@ from vegrip.c99 import literals
 from vegrip.c99.expressions import Value, number_of
 from vegrip.c99.functions import Body, Callees, Function
 from vegrip.c99.helpers import helper
-from vegrip.c99.kinds import BOOL, INT, ITEMS, LONG, REAL, Kind, Struct, Table
+from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, Kind, Struct, Table
 from vegrip.c99.names import broken, comment, joined, local
 from vegrip.c99.refusal import Place, RefusedError, UntranslatableError, refused, statements, unknown_place
 
@@ -127,8 +127,8 @@ class _Translator(Callees):
         arguments = [argument.arg for argument in tree.args.args]
         name = self._free_name(tree.name, kinds)
         takes = [
-            f"{'const ' if kind in ITEMS and argument not in body.written else ''}{kind.c}"
-            f"{'' if kind in ITEMS else ' '}{local(argument)}"
+            f"{'const ' if kind in ITEM_KIND and argument not in body.written else ''}{kind.c}"
+            f"{'' if kind in ITEM_KIND else ' '}{local(argument)}"
             for argument, kind in zip(arguments, kinds, strict=True)
             if not isinstance(kind, Table)
         ]

@@ -13,7 +13,14 @@ from vegrip.canopen.device import Device
 from vegrip.canopen.emergency import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE
 from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.canopen.mirror import Mirror
-from vegrip.canopen.nmt import COMMANDED, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, STOPPED, nmt_state
+from vegrip.canopen.nmt import (
+    PRE_OPERATIONAL,
+    RESET_COMMUNICATION,
+    RESET_NODE,
+    STOPPED,
+    TRANSITIONS_OF_COMMAND,
+    nmt_state,
+)
 from vegrip.canopen.parameters import SdoParameters
 from vegrip.canopen.sensors import Sensors
 from vegrip.canopen.time_stamp import CONSUMED, PRODUCED, TIME_COB_ID, TimeProducer
@@ -24,7 +31,7 @@ from vegrip.transport.can_endpoint import Open
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec, Frame
 
-STATES = {BASES[name] for name in OUT_OF_A_FINGER}
+STATE_COB_IDS = {BASES[name] for name in OUT_OF_A_FINGER}
 IS_IT = "is it connected, switched on, and at the same bit rate (transport.bitrate)?"
 LOOK_PERIOD_NS = (
     10_000_000  # [ns] between two looks at the fingers; what it finds is told with the next heartbeat
@@ -146,7 +153,7 @@ class GraspEndpoint(CanopenEndpoint):
         """States, of fingers that are what they should be, while we are operational."""
         sensor = self.sensors.all.get(cob_id & 0x7F)
         return (
-            cob_id & 0x780 in STATES
+            cob_id & 0x780 in STATE_COB_IDS
             and sensor is not None
             and sensor.is_verified
             and self.device.is_operational
@@ -155,7 +162,7 @@ class GraspEndpoint(CanopenEndpoint):
     def speaks(self, cob_id: int) -> bool:
         """Everything but states, while we are operational."""
         return self.device.is_operational and (
-            cob_id & 0x7F == self.device.id or cob_id & 0x780 not in STATES
+            cob_id & 0x7F == self.device.id or cob_id & 0x780 not in STATE_COB_IDS
         )
 
     def keep(self, message: Message, frames: list[Frame]) -> None:
@@ -188,7 +195,7 @@ class GraspEndpoint(CanopenEndpoint):
             sensor.begin()
 
     def _command(self, command: int) -> None:
-        targets = COMMANDED.get(command)
+        targets = TRANSITIONS_OF_COMMAND.get(command)
         if targets is None or self._node is None:
             return
         self._start_pending = self._autostart and command in (RESET_NODE, RESET_COMMUNICATION)

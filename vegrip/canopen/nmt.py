@@ -24,7 +24,7 @@ STATE_OF: Final = {
     Lifecycle.ACTIVE: OPERATIONAL,
     Lifecycle.FINALIZED: STOPPED,
 }
-COMMANDED: Final = {
+TRANSITIONS_OF_COMMAND: Final = {
     # command: the lifecycle states to go through
     START: (Lifecycle.ACTIVE,),
     STOP: (Lifecycle.UNCONFIGURED,),

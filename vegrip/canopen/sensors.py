@@ -11,7 +11,7 @@ from vegrip.canopen.nmt import INITIALISING, OPERATIONAL, START
 from vegrip.canopen.sdo_reader import SdoReader
 
 Send = Callable[[int, bytes], None]
-RESTART = 1_000_000_000  # [ns] between two commands to start
+RESTART_PERIOD_NS = 1_000_000_000  # [ns] between two commands to start
 
 
 class Sensor:
@@ -66,7 +66,7 @@ class Sensor:
         self._is_verified = True
 
     def _start(self, now: int) -> None:
-        if self._told is None or now - self._told >= RESTART:
+        if self._told is None or now - self._told >= RESTART_PERIOD_NS:
             self._told = now
             self._send(NMT, bytes([START, self.node]))
 

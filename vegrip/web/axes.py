@@ -13,7 +13,7 @@ from html import escape
 Pair = tuple[float, float]
 TICKS = 5  # about so many on an axis
 MARK = 58  # [px] half of the words on a mark
-GAP = 8.0  # times the usual step, from which on nothing was measured between two columns
+MIN_GAP_STEPS = 8.0  # times the usual step, from which on nothing was measured between two columns
 LEFT, RIGHT, TOP, BOTTOM = 62, 12, 16, 40  # [px] around the drawing
 
 
@@ -24,7 +24,7 @@ def runs(times: Sequence[float]) -> list[slice]:
     [slice(0, 3, None), slice(3, 5, None)]
     """
     steps = [later - sooner for sooner, later in itertools.pairwise(times)]
-    gap = GAP * statistics.median(steps) if steps else 0.0
+    gap = MIN_GAP_STEPS * statistics.median(steps) if steps else 0.0
     ends = [0, *(i for i, step in enumerate(steps, 1) if step > gap), len(times)]
     return [slice(begin, end) for begin, end in itertools.pairwise(ends) if end > begin]
 

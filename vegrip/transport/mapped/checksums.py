@@ -14,14 +14,14 @@ from vegrip.transport.mapped.database import ForeignMessage, Signal
 
 WIDTHS: Final = {"crc8": 8, "crc16": 16, "crc32": 32}
 PROFILES: Final = ("p01", "p02", "p04", "p05", "p06", "p07", "p11")
-KINDS: Final = ("none", "sum", "xor", *WIDTHS, *PROFILES)
+CHECKSUM_KINDS: Final = ("none", "sum", "xor", *WIDTHS, *PROFILES)
 
 
 @dataclass(frozen=True)
 class ChecksumMap:
     """``checksum`` of a message in the map."""
 
-    kind: str = parameter("none", choices=KINDS)
+    kind: str = parameter("none", choices=CHECKSUM_KINDS)
     signal: str = parameter("", doc="where it stands in the message; the profiles know that themselves")
     first: int = parameter(0, low=0, high=63, doc="first byte that it covers")
     last: int = parameter(-1, low=-1, high=63, doc="last byte that it covers; -1: of the message")

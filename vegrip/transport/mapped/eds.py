@@ -42,7 +42,7 @@ WHOLE: Final = {
 }
 """Data types of at most four bytes -> bits."""
 
-OWN: Final = 0x2000  # where the objects of the maker and of device profiles begin
+FIRST_DEVICE_INDEX: Final = 0x2000  # where the objects of the maker and of device profiles begin
 UNUSED: Final = 1 << 31
 """Bit of a COB-ID that says: this PDO is not there."""
 
@@ -110,7 +110,7 @@ def _asked(objects: Any, finger: str, node: int) -> list[ForeignMessage]:
     writes: dict[str, Signal] = {}
     for name, variable in _variables(objects):
         bits, access = WHOLE.get(variable.data_type, 0), str(variable.access_type)
-        if not bits or variable.index < OWN:
+        if not bits or variable.index < FIRST_DEVICE_INDEX:
             continue
         answer, download = SIZES[bits // 8]
         place = variable.index << 8 | variable.subindex << 24

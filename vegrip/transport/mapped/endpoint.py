@@ -17,7 +17,7 @@ from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.price import price
 
 MASKS: Final = {False: 0x7FF, True: 0x1FFFFFFF}
-SILENT: Final = 2 * NS
+NO_TRAFFIC_NS: Final = 2 * NS
 """[ns] after opening without one message of the map: the wrong bus, rate or database."""
 
 
@@ -48,7 +48,7 @@ class MappedCanEndpoint(CanEndpoint):
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
         found = Counter(super().rejected)
-        if not self._was_heard and time.monotonic_ns() - self._opened > SILENT:
+        if not self._was_heard and time.monotonic_ns() - self._opened > NO_TRAFFIC_NS:
             found["no_traffic"] = 1
             found["foreign"] = self._mapped.foreign
         found["command_held"] = self._mapped.encoder.held

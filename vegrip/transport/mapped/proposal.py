@@ -25,7 +25,7 @@ USUAL: Final = ("thumb", "index", "middle", "ring", "little")
 FEW_TAXELS: Final = 4
 """Forces of no known axis that make an array."""
 
-SLACK: Final = 3.0  # periods of the slowest message after which its values are missing
+MAX_AGE_PERIODS: Final = 3.0  # periods of the slowest message after which its values are missing
 ENABLE: Final = {"enable", "en", "enabled", "valid", "active", "on", "run"}
 INCREMENT: Final = {"delta", "inc", "increment", "adj", "adjust", "adjustment", "d"}
 
@@ -318,7 +318,7 @@ def _time(proposal: Proposal, database: Database, traffic: Traffic, heard: Mappi
             last = _last_of(sorted(cycle), lead.partition(".")[0], database, traffic)
             finger.trigger = _trigger(last, lead, signals, database)
         slowest = min((rate for rate in own.values() if rate), default=0.0)
-        finger.max_age = round(SLACK / slowest, 4) if slowest else 0.0
+        finger.max_age = round(MAX_AGE_PERIODS / slowest, 4) if slowest else 0.0
     proposal.rate = round(min(rates), 1) if rates and min(rates) > 0.0 else 0.0
 
 

@@ -17,7 +17,7 @@ from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.mapped.schema import CommandMap
 from vegrip.transport.mapped.states import FingerStates
 
-LARGEST: Final = 65_536  # [bytes]
+MAX_MESSAGE_BYTES: Final = 65_536  # [bytes]
 MODULUS: Final = 1 << 32
 NEVER: Final = -(1 << 62)  # [ns]
 
@@ -154,7 +154,7 @@ class TopicCodec:
         return packed
 
     def _body(self, topic: str, payload: bytes) -> tuple[Any, str]:
-        if len(payload) > LARGEST:
+        if len(payload) > MAX_MESSAGE_BYTES:
             return None, "size"
         try:
             return self._bodies.load(topic, payload), ""

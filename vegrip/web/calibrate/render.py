@@ -8,7 +8,7 @@ from vegrip.web.calibrate.motion import draw_motion
 from vegrip.web.figures import bar
 
 Told = Mapping[str, Any]
-KINDS = ("press", "hold", "slide", "twist")
+TRIAL_KINDS = ("press", "hold", "slide", "twist")
 
 
 def standing(told: Told | None) -> tuple[str, str]:
@@ -60,7 +60,7 @@ def _path(told: Told) -> str:
     tried = {one["kind"] for one in told["trials"]}
     coming = told["next"]["kind"] if told["next"] is not None else ""
     cells = []
-    for kind in KINDS:
+    for kind in TRIAL_KINDS:
         level, said = (
             ("ok", "done") if kind in good else ("bad", "again") if kind in tried else ("unknown", "")
         )
@@ -93,7 +93,7 @@ def _next(told: Told, node: str, *, is_busy: bool) -> str:
 
 
 def _taking(asked: str, off: str) -> str:
-    kinds = "".join(f"<option {'selected' if kind == asked else ''}>{kind}</option>" for kind in KINDS)
+    kinds = "".join(f"<option {'selected' if kind == asked else ''}>{kind}</option>" for kind in TRIAL_KINDS)
     return (
         '<form data-do="take" class="inline"><label>its recording '
         f'<input name="recording" id="trial-recording" placeholder="folder" {off}></label>'

@@ -24,14 +24,14 @@ VERDICTS = {
     "ambiguous": ("warn", "ambiguous", "several effects explain the misfit equally well"),
     "unexplained": ("bad", "unexplained misfit", "no effect of the catalogue explains it"),
 }
-FINE = 1.05  # error over noise up to which a model that is not diagnosed yet is not called a misfit
+MAX_FINE_ERROR = 1.05  # error over noise up to which a model that is not diagnosed yet is not called a misfit
 
 
 def verdict(rung: Rung) -> tuple[str, str, str]:
     """Return level, name and sentence of what is known of a model."""
     if rung.diagnosis is not None:
         return VERDICTS[rung.diagnosis["verdict"]]
-    if rung.error > FINE:
+    if rung.error > MAX_FINE_ERROR:
         return "bad", "unexplained misfit", f"the model leaves {rung.error:.2f} times the noise"
     return "unknown", "not diagnosed", f"the model leaves {rung.error:.2f} times the noise"
 
