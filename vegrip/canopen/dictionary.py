@@ -162,7 +162,7 @@ def common(name: str, product: int) -> tuple[Object, ...]:
     )
     return (
         Variable(0x1000, Entry("Device type", UNSIGNED32, "ro", "0x0", note="no device profile")),
-        Variable(0x1001, Entry("Error register", UNSIGNED8, "ro", "0x0", mappable=True)),
+        Variable(0x1001, Entry("Error register", UNSIGNED8, "ro", "0x0", is_mappable=True)),
         Record(0x1018, "Identity object", identity),
         Variable(0x1005, Entry("COB-ID SYNC", UNSIGNED32, "rw", "0x80")),
         Variable(0x1008, Entry("Manufacturer device name", VISIBLE_STRING, "const", name)),

@@ -28,7 +28,7 @@ class Entry:
     data_type: int
     access: str = "ro"  # ro, rw, const
     default: str = ""  # as it stands in the file
-    mappable: bool = False
+    is_mappable: bool = False
     note: str = ""  # unit and meaning; goes into a comment
 
 

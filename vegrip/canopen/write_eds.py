@@ -123,7 +123,7 @@ def _entry(entry: Entry) -> dict[str, str]:
         "DataType": f"0x{entry.data_type:04X}",
         "AccessType": entry.access,
         **({"DefaultValue": entry.default} if entry.default else {}),
-        "PDOMapping": str(int(entry.mappable)),
+        "PDOMapping": str(int(entry.is_mappable)),
     }
 
 

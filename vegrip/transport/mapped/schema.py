@@ -34,7 +34,7 @@ from vegrip.spelling import suggestion
 from vegrip.transport.mapped.checksums import ChecksumMap
 from vegrip.transport.mapped.units import SI
 
-CHANNELS: Final = tuple(SI)
+MAPPED_CHANNELS: Final = tuple(SI)
 FORMATS: Final = ("json", "msgpack", "protobuf")
 SILENCE: Final = ("holds", "opens", "unknown")
 COMMAND_KINDS: Final = ("force", "increment", "position", "current")
@@ -305,7 +305,7 @@ def _finger(table: Mapping[str, Any], where: str) -> FingerMap:
         if key in own:
             continue
         inside = f"{where[:-1]}.{key}]"
-        known = (*CHANNELS, "taxels", "command", *_FingerKeys.__dataclass_fields__)
+        known = (*MAPPED_CHANNELS, "taxels", "command", *_FingerKeys.__dataclass_fields__)
         if key not in known:
             raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, known, 'known are')}")
         if not isinstance(value, Mapping):
