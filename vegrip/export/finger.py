@@ -64,7 +64,7 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
     origins = finger_places(model)
     entries = {name: ENTRIES[name] for name in ("finger_receive", "finger_tick")}
     program = translate(
-        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), public=False
+        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), is_public=False
     )
     digest = hashlib.sha256(text.encode()).hexdigest()
     estimator = hashlib.sha256(text_of(model, layout, ellipse=ellipse).encode()).hexdigest()
