@@ -1,7 +1,6 @@
 """The generated module of a finger: the estimator's text, the control's below it, and frames from the DBC.
 
-``VEGRIP_KERNEL`` says what runs it, as for the estimator alone; when it is not set, C where there is a C
-compiler (seconds) and else numba (a minute, once).
+``VEGRIP_KERNEL`` says what runs it, as for the estimator alone.
 """
 
 import ctypes
@@ -101,10 +100,8 @@ def finger_module(
 
 
 def _mode() -> str:
-    asked = kernel_mode(unset="")
-    if asked:
-        return asked
-    return "c" if host.compiler() is not None else "numba"
+    mode = kernel_mode()
+    return "c" if mode == "c-float" else mode
 
 
 def single_lengths(finger: FingerLayout) -> Lengths:
