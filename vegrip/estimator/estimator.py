@@ -322,10 +322,13 @@ class ContactEstimator:
             return NAN, math.inf, NAN
         mu = report("MU")
         friction_part = report("MU_STD") / mu if mu > 0.0 else 0.0
-        rest = max(report("GAUGE_REL") ** 2 - friction_part**2, 0.0)
-        relative = math.sqrt(rest + (report("GAUGE_ABS") / gauge) ** 2)
+        known, noise = report("GAUGE_REL"), report("GAUGE_ABS") / gauge
+        rest = max(known * known - friction_part * friction_part, 0.0)
         torque = 0.0 if math.isnan(self._torque) else self._torque / radius
-        return gauge * mu, relative, math.hypot(self._load, torque)
+        load = math.sqrt(
+            self._load * self._load + torque * torque
+        )  # as C rounds, see the kernels of the grip
+        return gauge * mu, math.sqrt(rest + noise * noise), load
 
     def health(self) -> ModelHealth:
         """Return whether the model still explains the measurements, and what it fails at most.

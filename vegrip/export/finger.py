@@ -37,6 +37,7 @@ UNITS = {
     "SLIP_GROWTH": "1/s", "MIN_FORCE": "N", "MAX_FORCE": "N", "RAISE_RATE": "N/s", "LOWER_RATE": "N/s",
     "SAFE_FORCE": "N", "HOLD_TIME": "s", "RAMP_RATE": "N/s", "TIME_OUT": "ns", "FROZEN_AFTER": "ns",
     "FORCE_FROZEN_AFTER": "ns", "DOUBT_AFTER": "ns", "FROZEN_CHANCE": "-",
+    "PROVEN_TIME": "s",
 }  # fmt: skip
 ONE_LINE = 6  # numbers
 OWN = 24

@@ -27,10 +27,13 @@ from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, ROW_STRIDE
 from vegrip.transport.codec.kernel_text import wire_text
 
 HERE: Final = Path(__file__).parent / "kernels"
-KERNELS: Final = (
-    "bits", "words", "protection", "receive", "stillness", "noise", "watchdog", "sense", "demand", "takeover",
-    "usual_need", "margin_grip", "fail_safe", "limits", "share", "control", "finger_step",
+INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog", "sense")
+GRIP_KERNELS: Final = (
+    "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
+    "finger_step",
 )  # fmt: skip
+SHARED_FRICTION: Final = ("friction_belief", "friction_probe", "friction_onset", "load_lead")
+"""Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
 ENTRIES: Final = {
     "finger_step": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
     "finger_tick": (MEMORY, LONGS, MEMORY, LONG, BYTES),
@@ -127,10 +130,20 @@ def finger_text(effects: tuple[Effect, ...], layout: Layout, finger: FingerLayou
         ModelError: two functions or constants have one name.
 
     """
-    kernels = [(HERE / f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
+    kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger)]
     parts = [*estimator_parts(layout, ellipse=ellipse), finger.constants(), constants(layout), wire_text()]
     names = [effect.name for effect in effects]
     return writer.write(compose(effects), names, [*parts, *kernels], tuple(ENTRIES))
+
+
+def kernels_of(finger: FingerLayout) -> list[Path]:
+    """Return the files of the step, in their order."""
+    friction = [HERE / "friction_alone.py"]
+    if finger.is_shared:
+        friction = [HERE.with_name(f"{name}.py") for name in SHARED_FRICTION]
+        friction.append(HERE / "friction_shared.py")
+    before, behind = ([HERE / f"{name}.py" for name in names] for names in (INPUT_KERNELS, GRIP_KERNELS))
+    return [*before, *friction, *behind]
 
 
 def constants(layout: Layout) -> str:

@@ -15,7 +15,9 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator
 from vegrip.grip.compiled import FingerKernels, FingerKernelsC, bound_step, finger_module
+from vegrip.grip.controller import GripController
 from vegrip.grip.finger import RECENT_STATES, GraspFinger
+from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.layout import HISTORY_CHANNELS, FingerLayout
 from vegrip.grip.memory import FingerMemory
 from vegrip.grip.policies.margin_grip import MarginGrip
@@ -52,18 +54,13 @@ class Place:
 def why_not_compiled(finger: GraspFinger, settings: ControlSettings) -> str:
     """Return what this finger is told to do that the compiled step does not; "" when it does everything.
 
-    The step has the margin grip alone, shares between thumb and fingers but not by the places of the
-    ``contacts``, and takes friction as the finger's own estimator learns it: where friction is shared between
-    the fingers or probed (``friction.shared``, ``friction.probing``), and for any other policy or estimator,
-    the objects answer.
+    The step has the margin grip alone, and shares between thumb and fingers but not by the places of the
+    ``contacts``: with these, and for any other policy or estimator, the objects answer.
     """
-    estimator, friction, grip = finger.estimator, settings.friction, settings.grip
+    estimator = finger.estimator
     reasons = {
         f"the policy is {settings.policy}": not isinstance(finger.controller.policy, MarginGrip),
         "the places of the contacts are given": bool(settings.contacts),
-        "friction is shared or probed": friction.shared or friction.probing,
-        "the load is led by the lag of the drives": grip.drive_lag > 0.0,
-        "the grip goes back to a proven need": grip.proven_time > 0.0,
         "the estimator is of another make": not isinstance(estimator, ContactEstimator),
         f"the estimator goes back by more than {MOST_LATE} states": isinstance(estimator, ContactEstimator)
         and estimator.settings.late > MOST_LATE,
@@ -78,7 +75,7 @@ class CompiledFinger:
         finger: the objects; :func:`why_not_compiled` has nothing against them.
         line: of its frames.
         place: in the grasp.
-        needs: what every finger of the grasp needs [N], NaN without a command; shared by all.
+        shared: what the fingers of the grasp share, first what every one needs [N], NaN without a command.
         mode: what runs the step, see :func:`~vegrip.grip.compiled.finger_module`.
         alone: whether nothing but the step works on it, as in firmware: no history is kept, and a clock that
             starts anew is followed.
@@ -90,7 +87,7 @@ class CompiledFinger:
         finger: GraspFinger,
         line: Line,
         place: Place,
-        needs: Floats,
+        shared: Floats,
         mode: str = "",
         *,
         alone: bool = False,
@@ -99,7 +96,7 @@ class CompiledFinger:
         assert isinstance(estimator, ContactEstimator)  # noqa: S101
         settings = estimator.settings
         self._alone = alone
-        layout = FingerLayout(estimator.layout.size, settings.late, 0 if alone else RECENT_STATES)
+        layout = FingerLayout(estimator.layout.size, settings.late, 0 if alone else RECENT_STATES, not alone)
         ellipse = settings.surface == "ellipse"
         self.finger, self._line, self._place = finger, line, place
         self.module: FingerKernels = finger_module(
@@ -109,9 +106,10 @@ class CompiledFinger:
         self.answer = np.zeros(COMMAND_BYTES, dtype=np.uint8)
         """The frame of the last command."""
         self.lent = False
-        self._needs = needs
+        self._friction: GraspFriction | None = None  # that has lent
+        self._shared = shared
         self._f, self._t = self.memory.f, self.memory.t
-        self._step = bound_step(self.module, self._f, self._t, needs, self.answer)
+        self._step = bound_step(self.module, self._f, self._t, shared, self.answer)
         self._force_at = layout.reals["STATE_NORMAL_FORCE"]
         self._displacement_at = layout.reals["STATE_DISPLACEMENT"]
         self._state = self.memory.section("STATE")
@@ -127,14 +125,17 @@ class CompiledFinger:
         """Answer a frame; what is done is told in bits, and LEFT_ALONE means nothing at all."""
         return self._step(frame, length, arrival, now)
 
-    def lend(self, confidence: float, periods: tuple[float, float]) -> bool:
+    def lend(self, controller: GripController, periods: tuple[float, float]) -> bool:
         """Hand everything to the memory; return whether that was possible."""
         lifetime = self.finger.controller.limits.lifetime
         self._lifetime = round(lifetime * NS)
         if not self._line.carries(lifetime):
             return False
         memory = self.memory
-        self.finger.write_to(memory, confidence, periods)
+        self.finger.write_to(memory, controller.wanted[1], periods)
+        if not self._alone:
+            controller.friction.write_to(memory, self.finger.name, controller.wanted_known)
+            self._friction = controller.friction
         self._line.write_to(memory, lifetime)
         memory["SETUP_FINGER"], memory["SETUP_FINGERS"] = self._place.number, self._place.fingers
         memory["SETUP_THUMB"], memory["SETUP_ALONE"] = self._place.thumb, self._alone
@@ -164,6 +165,8 @@ class CompiledFinger:
         last = FingertipState(memory["INPUT_STAMP"], self.finger.name, memory["INPUT_SEQ"], *values)
         self.finger.read_from(memory, memory["TURN_NOTED"], last)
         self._line.read_from(memory)
+        if self._friction is not None:
+            self._friction.read_from(memory, self.finger.name)
         self.lent = False
         return kept
 
@@ -210,7 +213,7 @@ class CompiledFinger:
     @property
     def need(self) -> float:
         """What the finger needs [N]; NaN without a command."""
-        return float(self._needs[self._place.number])
+        return float(self._shared[self._place.number])
 
     def _fetched(self) -> KeptStates:
         """Return the states that were not fetched yet; the objects keep them, too."""

@@ -10,7 +10,7 @@ from vegrip.estimator.learning import Learned
 from vegrip.grip.bumpless_transfer import BumplessTransfer
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger_controller import FingerController
-from vegrip.grip.load_lead import LEAD_SIZE, begin_lead, lead_load
+from vegrip.grip.load_lead import lead_load
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.recent_states import RecentStates
 from vegrip.grip.safety.watchdog import InputWatchdog
@@ -26,7 +26,7 @@ from vegrip.messages import (
     ModelHealth,
     SlipMargin,
 )
-from vegrip.types import NamedNumbers
+from vegrip.types import NamedNumbers, Numbers
 
 Wanted = tuple[float, float]
 """Margin to keep [-], and the one-sided confidence to keep it with."""
@@ -76,7 +76,8 @@ class GraspFinger:
         self._reports = self._healths = self._learned_count = 0  # how often
         self._told: Condition | None = None  # the condition in the last ModelHealth
         self._phase = phase
-        self._lead: list[float] | None = None
+        self.lead_in: tuple[Numbers, int] | None = None
+        """Where the load is led by the lag of the drive, and the finger's place in it."""
         self._led = 0  # [ns] stamp of the last state whose load was led
         self.past = RecentStates(RECENT_STATES)
         """What was believed of late, for an estimator that takes over."""
@@ -107,14 +108,6 @@ class GraspFinger:
             demand = self._hold_doubtful(demand) if self.watchdog.doubtful else demand
             self.controller.update(self.watchdog.condition, demand, now)
         return believed
-
-    def lead(self, lag: float, noise: float, torque_noise: float) -> None:
-        """Answer the load as it will be a ``lag`` [s] of the drive later; its noise in N and N m."""
-        if lag == 0.0:
-            self._lead = None
-            return
-        self._lead = self._lead or [0.0] * LEAD_SIZE
-        begin_lead(self._lead, lag, noise, torque_noise)
 
     def watch(self, now: int) -> None:
         """Look for silence; under a fault the controller rides it out by the clock."""
@@ -158,6 +151,7 @@ class GraspFinger:
         self._transfer.write_to(memory)
         memory["RULE_QUANTILE"] = quantile(confidence)
         memory["TURN_SEEN"], memory["TURN_USED"] = self._seen, self._used
+        memory["TURN_LED"] = self._led
         self.write_told(memory, periods)
 
     def write_told(self, memory: NamedNumbers, periods: tuple[float, float]) -> None:
@@ -184,6 +178,7 @@ class GraspFinger:
         self.controller.fail_safe.read_from(memory)
         self.controller.policy.read_from(memory)  # type: ignore[attr-defined]
         self._transfer.read_from(memory)
+        self._led = int(memory["TURN_LED"])
 
     def read_contact(self, memory: NamedNumbers, believed: FingertipState | None) -> None:
         """Take back no more than what is reported: the contact, and whether the input is believed.
@@ -302,12 +297,12 @@ class GraspFinger:
         )
 
     def _least_force(self, state: FingertipState, wanted: Wanted) -> float:
-        if self._lead is None:
+        if self.lead_in is None:
             return self.estimator.least_force(*wanted)
         dt = min(max((state.stamp - self._led) / NS, 0.0), LONGEST_STEP_S)
         self._led = state.stamp
         x, y, torque = state.tangential_force_x, state.tangential_force_y, state.torque_z
-        return self.estimator.least_force(*wanted, lead_load(self._lead, 0, dt, x, y, torque))
+        return self.estimator.least_force(*wanted, lead_load(*self.lead_in, dt, x, y, torque))
 
 
 def _due(last: float, now: int, period: float) -> bool:

@@ -52,8 +52,8 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(hand_log: Log, mode: str
     assert event.frame is not None
     finger = replay.lines[event.frame.arbitration_id][0]
     one = replay.node.compiled_fingers[finger]
-    one.lend(0.9, (0.02, 0.2))
-    before = one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._needs.tobytes()
+    one.lend(replay.node.controller, (0.02, 0.2))
+    before = one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._shared.tobytes()
     whole = np.zeros(64, dtype=np.uint8)
     whole[:48] = np.frombuffer(event.frame.data, dtype=np.uint8)
     for bit in range(48 * 8):
@@ -62,7 +62,7 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(hand_log: Log, mode: str
         assert one.step(broken, 48, event.frame.stamp, event.now) == LEFT_ALONE
     for length in (0, 8, 47, 49, 64):
         assert one.step(whole, length, event.frame.stamp, event.now) == LEFT_ALONE
-    assert (one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._needs.tobytes()) == before
+    assert (one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._shared.tobytes()) == before
     assert one.step(whole, 48, event.frame.stamp, event.now) != LEFT_ALONE
     assert one.step(whole, 48, event.frame.stamp, event.now) == LEFT_ALONE, "the same frame twice"
 
@@ -74,10 +74,10 @@ def test_what_is_handed_to_and_fro_comes_back_as_it_was(hand_log: Log, mode: str
     for one in replay.node.compiled_fingers.values():
         if one.lent:
             one.take_back()
-        one.lend(0.9, (0.02, 0.2))
+        one.lend(replay.node.controller, (0.02, 0.2))
         before = one.memory.f.tobytes(), one.memory.t.tobytes()
         assert len(one.take_back()) == 0
-        one.lend(0.9, (0.02, 0.2))
+        one.lend(replay.node.controller, (0.02, 0.2))
         assert (one.memory.f.tobytes(), one.memory.t.tobytes()) == before
 
 
