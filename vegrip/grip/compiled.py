@@ -5,6 +5,7 @@
 
 import ctypes
 import logging
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -79,6 +80,9 @@ SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")
 FingerKernels = Any
 """A generated module, or what stands for it: :class:`FingerKernelsC`."""
 
+Step = Callable[[Any, int, int, int], int]
+"""Frame, its length, arrival and time [ns] -> what was done, in bits."""
+
 log = logging.getLogger(__name__)
 
 
@@ -97,6 +101,14 @@ def finger_module(
         except (CompilerError, UntranslatableError) as error:
             tell_once(str(error))
     return cache.load(text)
+
+
+def bound_step(module: FingerKernels, f: Any, t: Any, g: Any, out: Any) -> Step:
+    """Return the step of ``module`` on arrays that stay where they are and are kept by the caller."""
+    if isinstance(module, FingerKernelsC):
+        return module.bound_step(f, t, g, out)
+    step = module.finger_step
+    return lambda frame, length, arrival, now: step(f, t, g, frame, length, arrival, now, out)
 
 
 def _mode() -> str:
@@ -189,6 +201,17 @@ class FingerKernelsC:
         at = _address
         done: int = self._step(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
         return done
+
+    def bound_step(self, f: Any, t: Any, g: Any, out: Any) -> Step:
+        """Return :meth:`finger_step` on arrays that stay where they are and are kept by the caller."""
+        step, answer = self._step, _address(out)
+        at_f, at_t, at_g = map(_address, (f, t, g))
+
+        def call(frame: Any, length: int, arrival: int, now: int) -> int:
+            done: int = step(at_f, at_t, at_g, _address(frame), length, arrival, now, answer)
+            return done
+
+        return call
 
     def finger_tick(self, f: Any, t: Any, g: Any, now: int, out: Any) -> int:
         """As :func:`vegrip.grip.kernels.finger_step.finger_tick`."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator
-from vegrip.grip.compiled import FingerKernels, FingerKernelsC, finger_module
+from vegrip.grip.compiled import FingerKernels, FingerKernelsC, bound_step, finger_module
 from vegrip.grip.controller import GripController
 from vegrip.grip.finger import RECENT_STATES, GraspFinger
 from vegrip.grip.grasp_friction import GraspFriction
@@ -109,7 +109,7 @@ class CompiledFinger:
         self._friction: GraspFriction | None = None  # that has lent
         self._shared = shared
         self._f, self._t = self.memory.f, self.memory.t
-        self._step = self.module.finger_step
+        self._step = bound_step(self.module, self._f, self._t, shared, self.answer)
         self._force_at = layout.reals["STATE_NORMAL_FORCE"]
         self._displacement_at = layout.reals["STATE_DISPLACEMENT"]
         self._state = self.memory.section("STATE")
@@ -123,8 +123,7 @@ class CompiledFinger:
 
     def step(self, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
         """Answer a frame; what is done is told in bits, and LEFT_ALONE means nothing at all."""
-        done: int = self._step(self._f, self._t, self._shared, frame, length, arrival, now, self.answer)
-        return done
+        return self._step(frame, length, arrival, now)
 
     def lend(self, controller: GripController, periods: tuple[float, float]) -> bool:
         """Hand everything to the memory; return whether that was possible."""
