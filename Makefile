@@ -15,6 +15,9 @@ demo: $(DEMO)  ## run the main job in this terminal
 # one more than there are processors: many tests wait for processes that they have started
 WORKERS ?= $(shell expr $$(nproc) + 1)
 
+# the workers share the processors already; BLAS with threads of its own beside them costs a quarter more
+test test-ci test-long test-fast test-numba test-vcan test-c: export OPENBLAS_NUM_THREADS = 1
+
 TESTS = $(V)/python -m pytest -q -m "not wheel and not long"
 ALL_TESTS = $(TESTS) -n $(WORKERS) --dist worksteal
 FAILED = .pytest_cache/v/cache/lastfailed
@@ -27,7 +30,7 @@ test-ci: $(STAMP)  ## the same; up to five tests that fail are told, and run onc
 	@$(ALL_TESTS) || { code=$$?; [ $$code = 1 ] && [ $$(grep -c :: $(FAILED)) -le 5 ] || exit $$code; \
 	  echo "FAILED AT FIRST, and run once more, alone:"; grep :: $(FAILED); $(TESTS) -n 0 --last-failed; }
 
-test-long: $(STAMP)  ## the few tests that take more than twenty seconds each
+test-long: $(STAMP)  ## the few tests that take the longest
 	$(V)/python -m pytest -q -n auto --dist load -m long $$(grep -rl --include='*.py' mark.long tests)
 
 test-fast: $(STAMP)

@@ -9,6 +9,7 @@ import pkgutil
 import re
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import english
@@ -19,7 +20,11 @@ from vegrip.cli import COMMANDS
 ROOT = Path(__file__).parents[1]
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 COMMAND = re.compile(r"^\s*(?:\.venv/bin/)?vegrip ([a-z][\w-]*)", re.MULTILINE)
+NAMED_FILE = re.compile(
+    r"`((?:[\w.-]+/)*[\w-]+\.py|(?:vegrip|tests|benchmarks|examples|nodes|docs|proto|launch)/[\w./-]+)`"
+)
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]_")
+HEADING = re.compile(r"^#+ +(.*)$", re.MULTILINE)
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
@@ -35,11 +40,45 @@ def documents() -> list[Path]:
 
 
 def broken_links(page: Path, text: str) -> Iterator[str]:
-    """Links to files that are not there."""
+    """Links to files and headings that are not there."""
     for match in LINK.finditer(text):
-        target = match[1].split("#")[0]
-        if target and "://" not in target and not (page.parent / target).exists():
-            yield f"{page.relative_to(ROOT)}:{line_of(text, match.start())}: no such file: {match[1]}"
+        file, _, heading = match[1].partition("#")
+        target = page.parent / file if file else page
+        if "://" in match[1]:
+            continue
+        place = f"{page.relative_to(ROOT)}:{line_of(text, match.start())}"
+        if not target.exists():
+            yield f"{place}: no such file: {match[1]}"
+        elif heading and target.suffix == ".md" and heading not in headings(target):
+            yield f"{place}: no such heading: {match[1]}"
+
+
+@cache
+def headings(page: Path) -> set[str]:
+    """Return the headings of a page as links name them."""
+    prose = FENCE.sub("", page.read_text(encoding="utf-8"))
+    return {
+        re.sub(r"[^\w\- ]", "", line).strip().lower().replace(" ", "-") for line in HEADING.findall(prose)
+    }
+
+
+def missing_files(page: Path, text: str) -> Iterator[str]:
+    """Names of our files, whole or by their last parts, that are not there."""
+    if page.name not in ("CHANGELOG.md", "export-c.md"):  # of former files, of files that a command writes
+        for match in NAMED_FILE.finditer(FENCE.sub(lambda fence: re.sub(r"[^\n]", " ", fence[0]), text)):
+            if f"/{match[1].rstrip('/')}" not in endings():
+                yield f"{page.relative_to(ROOT)}:{line_of(text, match.start())}: no such file: {match[1]}"
+
+
+@cache
+def endings() -> set[str]:
+    """Return the paths of the project's files and folders, and all their last parts."""
+    found = set()
+    for top in (ROOT, *(path for path in ROOT.iterdir() if path.is_dir() and path.name[0] != ".")):
+        for path in top.glob("*") if top == ROOT else top.rglob("*"):
+            parts = path.relative_to(ROOT).parts
+            found |= {"/" + "/".join(parts[i:]) for i in range(len(parts))}
+    return found
 
 
 def unknown_commands(page: Path, text: str) -> Iterator[str]:
@@ -121,7 +160,7 @@ def main() -> int:
     for page in documents():
         text = page.read_text(encoding="utf-8")
         wrong += [*broken_links(page, text), *unknown_commands(page, text), *failing_blocks(page, text)]
-        wrong += english_of_page(page, text)
+        wrong += [*missing_files(page, text), *english_of_page(page, text)]
     wrong += [*english_of_code(), *unresolved_citations(), *failing_doctests()]
     for complaint in wrong:
         print(complaint, file=sys.stderr)  # noqa: T201

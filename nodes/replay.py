@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 from vegrip.clock import NS
 from vegrip.config import build as build_parameters
@@ -12,6 +12,9 @@ from vegrip.identification.recording.data import Recording
 from vegrip.identification.recording.session import merge_states, read_fingers
 from vegrip.messages import FingertipState, Message
 from vegrip.runtime import NodeBase, NodeContext
+
+CATCH_UP: Final = 3
+"""A sender that was late catches up this many times as fast; all at once would overrun the bus."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +35,13 @@ class ReplayNode(NodeBase):
 
     parameters: Parameters
 
-    def __init__(self, name: str, parameters: Parameters, fingers: tuple[str, ...]) -> None:
+    def __init__(
+        self, name: str, parameters: Parameters, fingers: tuple[str, ...], tick_period: float = 0.002
+    ) -> None:
         super().__init__(name, parameters)
         self._known = fingers
+        self._stride = round(CATCH_UP * tick_period * NS)  # [ns] of the recording in one tick, at most
+        self._played = 0  # [ns] until when it has been sent
         self._recordings: dict[str, Recording] = {}
         self._states: Iterator[FingertipState] = iter(())
         self._next: FingertipState | None = None
@@ -72,8 +79,10 @@ class ReplayNode(NodeBase):
         """Send what is due."""
         if self._start is None:
             self._start = now + round(self.parameters.lead * NS)
+            self._played = now
+        self._played = min(now, self._played + self._stride)
         due: list[Message] = []
-        while self._next is not None and self._when(self._next) <= now:
+        while self._next is not None and self._when(self._next) <= self._played:
             due.append(self._live(self._next))
             self._next = next(self._states, None)
         if self._next is None and self.parameters.repeat:
@@ -100,4 +109,4 @@ class ReplayNode(NodeBase):
 def build(settings: Mapping[str, Any], context: NodeContext) -> ReplayNode:
     """Make the node."""
     parameters = build_parameters(Parameters, settings, f"{context.name} [parameters]")
-    return ReplayNode(context.name, parameters, context.fingers)
+    return ReplayNode(context.name, parameters, context.fingers, context.tick_period)

@@ -105,7 +105,12 @@ REGIME = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "hidden", [pytest.param("adhesion", marks=pytest.mark.long), "second_relaxation", "series_compliance"]
+    "hidden",
+    [
+        pytest.param("adhesion", marks=pytest.mark.long),
+        "second_relaxation",
+        pytest.param("series_compliance", marks=pytest.mark.long),
+    ],
 )
 def test_it_names_the_regime_and_the_suspect_after_some_contacts(node, monkeypatch, hidden) -> None:
     states = contacts_of(hidden, 14, 6)  # with seed 4 two effects explain it alike

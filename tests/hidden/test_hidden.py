@@ -19,6 +19,7 @@ def test_adhesion_hidden_adhesion_named(hide) -> None:
     assert found.error["after"] == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.long
 def test_two_hidden_both_named(hide) -> None:
     found = diagnose(hide(seed=5, sensor_lag={"time": 5e-3}, load_dependent_friction={"exponent": 0.2}))
     assert set(found.named) == {"sensor_lag", "load_dependent_friction"}

@@ -135,7 +135,11 @@ def _section(title: str, keys: dict[str, str]) -> Iterator[str]:
 
 def main() -> None:
     """Write both files into the folder named on the command line."""
+    if len(sys.argv) != 2:
+        sys.exit("usage: python -m vegrip.canopen.write_eds FOLDER (the project's own is proto)")
     folder = Path(sys.argv[1])
+    if not folder.is_dir():
+        sys.exit(f"write_eds: {folder} is no folder")
     before = folder / "grasp_force.eds"
     known = known_parameters(before.read_text(encoding="ascii")) if before.exists() else {}
     for device in (fingertip(), grasp_force(known)):

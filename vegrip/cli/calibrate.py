@@ -11,7 +11,10 @@ from vegrip.cli._options import JSON
 from vegrip.errors import InputError, UsageError, VegripError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from vegrip.identification.calibration.finish import Ended
+    from vegrip.identification.calibration.goals import Known
     from vegrip.identification.calibration.session import Calibration, Standing
     from vegrip.identification.experiment.limits import RigLimits
 
@@ -105,6 +108,8 @@ def calibrate(
         print_json(_told(calibration, standing, ended))
     elif not asks or ended is not None:
         _print(calibration, standing, ended)
+    if virtual is not None and ended is not None and not as_json:
+        _print_truth(virtual, ended.known)
 
 
 def _opened(
@@ -323,6 +328,18 @@ def _print_known(known: Any) -> None:
         said = "known" if one.is_known else "not yet known"
         table.add_row(one.symbol, f"{one.value:.4g}", *sizes, one.unit, one.effect, said)
     printer().print(table)
+
+
+def _print_truth(seed: int, known: "Sequence[Known]") -> None:
+    from vegrip.identification.calibration.practice import practice_tip, true_values
+
+    true = true_values(practice_tip(seed))
+    told = [
+        f"{one.symbol} {true[one.symbol]:.4g} ({one.errors_off(true[one.symbol]):+.1f} std)"
+        for one in known
+        if one.symbol in true
+    ]
+    typer.echo(f"the fingertip's own values, and how far off they were found: {', '.join(told)}")
 
 
 def _serve(

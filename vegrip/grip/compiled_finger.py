@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator
 from vegrip.grip.compiled import FingerKernels, FingerKernelsC, finger_module
 from vegrip.grip.finger import RECENT_STATES, GraspFinger
@@ -19,7 +20,8 @@ from vegrip.grip.layout import HISTORY_CHANNELS, FingerLayout
 from vegrip.grip.memory import FingerMemory
 from vegrip.grip.policies.margin_grip import MarginGrip
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import FingertipState
+from vegrip.messages import FingertipState, ForceCommand, Reason
+from vegrip.runtime.telemetry import Unmade
 from vegrip.transport.codec.line import Line
 from vegrip.types import Floats
 
@@ -30,6 +32,7 @@ REPORT: Final = 4
 
 STATE_BYTES: Final = 48
 COMMAND_BYTES: Final = 24
+REASONS: Final = tuple(Reason(number) for number in range(len(Reason)))
 MOST_LATE: Final = RECENT_STATES // 2
 """Samples an estimator may go back: a rewind needs the states, and half of the history is fetched at once."""
 
@@ -108,6 +111,11 @@ class CompiledFinger:
         self._step = self.module.finger_step
         self._force_at = layout.reals["STATE_NORMAL_FORCE"]
         self._displacement_at = layout.reals["STATE_DISPLACEMENT"]
+        self._state = self.memory.section("STATE")
+        self._news = layout.wholes["NEWS_STAMP"], layout.wholes["NEWS_SEQ"]
+        self._given = layout.reals["GRIP_HELD"], layout.reals["GRIP_ADJUSTMENT"]
+        self._turn = tuple(layout.wholes[f"TURN_{name}"] for name in ("COMMANDED", "SEQ", "GIVEN_REASON"))
+        self._lifetime = 0  # [ns] of a command
 
     def step(self, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
         """Answer a frame; what is done is told in bits, and LEFT_ALONE means nothing at all."""
@@ -117,6 +125,7 @@ class CompiledFinger:
     def lend(self, confidence: float, periods: tuple[float, float]) -> bool:
         """Hand everything to the memory; return whether that was possible."""
         lifetime = self.finger.controller.limits.lifetime
+        self._lifetime = round(lifetime * NS)
         if not self._line.carries(lifetime):
             return False
         memory = self.memory
@@ -159,6 +168,18 @@ class CompiledFinger:
     def felt(self) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the present state."""
         return self._f.item(self._force_at), self._f.item(self._displacement_at)
+
+    def state_taken(self) -> Unmade:
+        """Return the present state."""
+        stamp, seq = map(self._t.item, self._news)
+        return Unmade(FingertipState, self.finger.name, stamp, (seq, *self._state.tolist()))
+
+    def command_given(self) -> Unmade:
+        """Return the last command."""
+        stamp, seq, reason = map(self._t.item, self._turn)
+        force, adjustment = map(self._f.item, self._given)
+        rest = seq, force, adjustment, REASONS[reason], stamp + self._lifetime
+        return Unmade(ForceCommand, self.finger.name, stamp, rest)
 
     @property
     def runs_by(self) -> str:

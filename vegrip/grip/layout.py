@@ -38,14 +38,16 @@ REALS: dict[str, tuple[str, ...] | int] = {
     "TAKEN": ("LOAD", "TORQUE", "BOUND"),
     "DEMAND": ("LEAST", "LOAD", "TORQUE", "BOUND"),
     "TRANSFER": ("FORCE", "LOAD", "ARM"),
-    "GRIP": ("HELD", "REQUIRED", "ENVELOPE", "QUIET", "SLOT", "PRESENT", "FILLED", "MEDIAN", "ELAPSED"),
+    "GRIP": ("HELD", "REQUIRED", "ENVELOPE", "QUIET", "SLOT", "PRESENT", "FILLED", "MEDIAN", "ELAPSED",
+             "ADJUSTMENT"),
     "LARGEST": WINDOW_SLOTS, "ORDERED": WINDOW_SLOTS,
 }  # fmt: skip
 """RULE: settings (TIME_OUT to DOUBT_AFTER in [ns]); LOWEST, HIGHEST: believable ranges of the channels;
 STATE: the present state; REPEATED, REPEATED_FORCE: the mechanical channels last seen; WATCH: of the watchdog
 (QUICKEST in [ns]); TAKEN: load and torque that the estimator has, and the bound of the margin at the last
 report; DEMAND: what the finger needs; TRANSFER: what a contact met in its middle began with; GRIP: held and
-required force, envelope of the need, running median of it, time since a fault began; LARGEST: the median's
+required force, envelope of the need, running median of it, time since a fault began, change of the force by
+the last command; LARGEST: the median's
 slots; ORDERED: scratch.
 """
 
@@ -66,12 +68,13 @@ WHOLES: dict[str, tuple[str, ...] | int] = {
     "NEED": ("IN_CONTACT", "SLIPPING", "TRUSTED"),
     "TURN": (
         "SEEN", "HAS_MARGIN", "TRANSFER_SINCE", "IN_TRANSFER", "STARTED", "COMMANDED", "ASKED", "SEQ",
-        "REASON", "SLOTS", "NEXT_SLOT", "USED", "TOLD", "REPORT_DUE", "NOTED", "FETCHED",
+        "REASON", "SLOTS", "NEXT_SLOT", "USED", "TOLD", "REPORT_DUE", "NOTED", "FETCHED", "GIVEN_REASON",
     ),
 }  # fmt: skip
 """SETUP: settings; LINE: counter of the frames; NEWS: the present state; INPUT: of the watchdog (LOST, SEEN,
 PRESENT: sets of channels, bit by bit); FAULTS: counts by condition; SAMPLE: of the estimator; NEED: of the
-demand; TURN: of the control: times, counters, states noted in the history and fetched from it.
+demand; TURN: of the control: times, counters, states noted in the history and fetched from it, the reason in
+the last command (REASON is that of the required force).
 """
 
 

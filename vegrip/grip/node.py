@@ -17,6 +17,7 @@ from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.host.realtime import NODE_PRIORITY
 from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth, NodeStatus
 from vegrip.runtime import NodeBase
+from vegrip.runtime.telemetry import Unmade
 from vegrip.transport.codec.line import Line
 
 
@@ -275,6 +276,14 @@ class GraspForce(NodeBase):
     def felt(self, name: str) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the last frame that ran compiled."""
         return self._compiled[name].felt()
+
+    def state_taken(self, name: str) -> Unmade:
+        """Return the state of the last frame that ran compiled."""
+        return self._compiled[name].state_taken()
+
+    def command_given(self, name: str) -> Unmade:
+        """Return the last command that was given compiled."""
+        return self._compiled[name].command_given()
 
     def take_back(self, name: str = "") -> None:
         """Bring the objects up to date with what ran compiled, of the finger ``name`` or of all."""

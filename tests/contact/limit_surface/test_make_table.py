@@ -41,7 +41,7 @@ def test_torsion_table_in_the_file_is_the_one_the_script_computes() -> None:
     assert pytest.approx(make_table.torsion_table(), abs=1e-12) == fast.TORSION_TABLE
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_fitting_again_gives_the_surface_in_the_file() -> None:
     k, d = make_table.sample_points()
     from vegrip.contact.limit_surface import reference

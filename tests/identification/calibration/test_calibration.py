@@ -13,6 +13,7 @@ from vegrip.identification.calibration.finish import finish
 from vegrip.identification.calibration.plan import first_of, next_of
 from vegrip.identification.calibration.practice import practice_tip, practise
 from vegrip.identification.calibration.session import (
+    JOINED,
     MODEL,
     Calibration,
     Done,
@@ -23,10 +24,12 @@ from vegrip.identification.calibration.session import (
 )
 from vegrip.identification.calibration.trials import KINDS
 from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.fit import fit
 from vegrip.identification.fit.noise import in_air
-from vegrip.identification.recording import Recording
+from vegrip.identification.recording import Fingertip, Recording, read_recording
 from vegrip.identification.simulate.protocol import greatest_depth, greatest_speed
 from vegrip.model import read_model
+from vegrip.parameters import coordinate
 
 SEED = 4
 SOFT = 11
@@ -71,6 +74,8 @@ def test_the_model_is_that_of_the_fingertip(done: tuple[Calibration, list[str]])
     assert values["K"].value == pytest.approx(force, rel=0.08)
     assert all(one.std > 0.0 for one in ended.known)
     assert ended.error < 1.15
+    alone = fit(read_recording(calibration.folder / JOINED), read_model(calibration.folder / MODEL))
+    assert alone.error == pytest.approx(ended.error, rel=0.02), "one zero goes for all that is kept"
     assert ended.account["calibration"]["again"] == []
     if ended.added:  # what was found missing is asked for from then on
         assert {one.symbol for one in judge(deepcopy(calibration)).known} == {
@@ -129,6 +134,24 @@ def test_a_fingertip_softer_than_guessed_is_pressed_deeper_and_not_refused(tmp_p
     assert calibration.take(practise(second, tip, SOFT + 1)).is_good
 
 
+def test_a_gentle_hold_that_the_noise_of_the_displacement_shakes_is_a_hold() -> None:
+    t = np.arange(0.0, 5.0, 0.005)
+    depth = 0.3e-3 * np.clip((t - 0.5) / 0.2, 0.0, 1.0)
+    force = 0.36 * (depth / 0.3e-3) * (0.8 + 0.2 * np.exp(-np.clip(t - 0.7, 0.0, None)))
+    rng = np.random.default_rng(3)
+    columns = {
+        "displacement": depth + rng.normal(0.0, 5e-6, t.size),
+        "normal_force": force + rng.normal(0.0, 0.01, t.size),
+    }
+    sensors = {"displacement": 5e-6, "normal_force": 0.01}
+    hold = Recording("hold", t, np.zeros(t.size, int), columns, Fingertip(5e-3), sensors)
+    assert check_trial("hold", hold) == []
+    moving = {**columns, "displacement": columns["displacement"] + 3e-5 * np.clip(t - 0.7, 0.0, None)}
+    swelling = {**moving, "normal_force": columns["normal_force"] + 0.05 * np.clip(t - 0.7, 0.0, None)}
+    (said,) = check_trial("hold", replace(hold, columns=swelling))
+    assert "hold still" in said
+
+
 def test_a_zero_that_differs_from_trial_to_trial_is_taken_off_each(tmp_path: Path) -> None:
     tip = practice_tip(SEED)
     joined = []
@@ -140,10 +163,31 @@ def test_a_zero_that_differs_from_trial_to_trial_is_taken_off_each(tmp_path: Pat
             made = practise(trial, tip, number)
             force = made.columns["normal_force"] + zero
             calibration.take(replace(made, columns={**made.columns, "normal_force": force}), "press")
-        joined.append(calibration.joined().columns["normal_force"])
+        joined.append(calibration.joined()[0].columns["normal_force"])
     assert joined[0] == pytest.approx(joined[1], abs=1e-9)
-    air = in_air(calibration.joined())
+    air = in_air(calibration.joined()[0])
     assert abs(float(np.mean(joined[0][air]))) < 1e-3
+
+
+def test_a_rig_that_loses_its_zeros_between_trials_costs_no_accuracy(
+    done: tuple[Calibration, list[str]], tmp_path: Path
+) -> None:
+    calibration, _ = done
+    tip = practice_tip(SEED)
+    moved = Calibration(tmp_path, tip.radius, calibration.limits)
+    zeros = (0.0, 40e-6, -60e-6, 25e-6, -35e-6)  # [m]
+    for one, zero in zip(calibration.trials, zeros, strict=False):
+        made = read_recording(calibration.folder / one.folder)
+        away = made.columns["displacement"] + zero
+        moved.take(replace(made, columns={**made.columns, "displacement": away}), one.kind)
+    joined = calibration.joined(), moved.joined()
+    kept, lost = (fit(whole, zeros=trials) for whole, trials in joined)
+    for symbol in kept.problem.symbols:
+        _, parameter = kept.model.parameters[symbol]
+        one, other = kept.model.values[symbol], lost.model.values[symbol]
+        off = coordinate(parameter, other.value) - coordinate(parameter, one.value)
+        assert abs(off) < 0.5 * one.std, symbol
+    assert lost.error == pytest.approx(kept.error, rel=0.01)
 
 
 def _like(recording: Recording, **columns: np.ndarray | None) -> Recording:

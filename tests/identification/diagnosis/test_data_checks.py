@@ -47,7 +47,7 @@ def test_without_contact_it_is_refused_in_a_sentence() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seconds", [0.06, -0.06])
+@pytest.mark.parametrize("seconds", [0.06, pytest.param(-0.06, marks=pytest.mark.long)])
 def test_clocks_that_disagree_are_said_and_no_effect_is_named(bench, seconds) -> None:
     plain = bench()
     found = diagnose(changed(plain, normal_force=later(plain, seconds)))

@@ -26,7 +26,7 @@ def recorded(tmp_path: Path, finger: str = "index") -> Path:
 
 
 def played(
-    node: replay.ReplayNode, until: float, start: int, step: float = 0.005
+    node: replay.ReplayNode, until: float, start: int, step: float = 0.002
 ) -> list[tuple[int, FingertipState]]:
     """Tick the node from ``start`` [ns] on; return when each state was sent."""
     sent = []
@@ -49,6 +49,21 @@ def test_every_state_is_sent_once_when_its_time_has_come(speed: float, tmp_path:
     assert [state.seq for _, state in sent] == [0, 1, 2, 3]
     assert [state.normal_force for _, state in sent][:3] == [0.0, 1.0, 2.0]
     assert node.finished
+
+
+def test_a_sender_that_was_late_catches_up_without_a_burst_and_loses_nothing(tmp_path: Path) -> None:
+    t = np.arange(0.0, 1.0, 0.001)
+    recording = Recording("press", t, np.zeros(t.size, int), {"normal_force": t}, Fingertip(name="index"))
+    write_recording(recording, tmp_path / "dense")
+    node = replay.build({"recording": str(tmp_path / "dense"), "lead": 0.0}, CONTEXT)
+    node.configure()
+    node.activate()
+    sent = played(node, 0.1, 0)
+    late = round(0.6 * NS)  # half a second without a tick
+    counts = [len(list(node.on_tick(now))) for now in range(late, round(1.1 * NS), round(0.002 * NS))]
+    assert max(counts) <= 7, "three times as many as in a tick on time"
+    assert len(sent) + sum(counts) == t.size
+    assert counts[-40:] == [0] * 40, "it is at the recording's end, on time"
 
 
 def test_a_repeated_replay_counts_on_and_its_stamps_never_run_back(tmp_path: Path) -> None:

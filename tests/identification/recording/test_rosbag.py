@@ -158,6 +158,21 @@ def test_every_kind_of_bag_gives_the_same_recording(form: str, tmp_path: Path) -
     assert "value missing (NaN): displacement (2 x, messages 0, 2)" in told
 
 
+def test_the_map_of_the_examples_reads_a_bag_of_three_topics(tmp_path: Path) -> None:
+    sent = []
+    for i in range(1, 401):
+        sent.append(Sent(5 * i * MS, "/finger/joints", ARRAY, {"data": [0.01 * i]}))
+        sent.append(Sent(5 * i * MS + 800_000, "/finger/wrench", WRENCH, {"fz": -0.02 * i}))
+        if i % 200 == 100:
+            sent.append(Sent(5 * i * MS, "/finger/temperature", SCALAR, {"data": 24.5}))
+    example = Path(__file__).parents[3] / "examples" / "maps" / "rosbag_finger.toml"
+    finger = import_rosbag(write_bag(tmp_path / "bag", "ros2-mcap", sent), read_column_map(example))
+    assert len(finger.t) == 400
+    assert finger.columns["normal_force"][-1] == 8.0
+    assert finger.columns["displacement"][-1] == pytest.approx(4e-3)
+    assert np.isnan(finger.columns["temperature"]).sum() == 99
+
+
 def test_a_held_topic_whose_time_runs_backwards_is_put_in_order_and_reported(tmp_path: Path) -> None:
     text = MAP.replace('time = "/finger/wrench"', 'time = "/finger/joints"')
     bag = [*PRESS, joints(38, 9.0, 0.4)]

@@ -12,6 +12,7 @@ from vegrip.grip.kernels.demand import demand_force, demand_nothing, hold_doubtf
 from vegrip.grip.kernels.generated import (
     COMMAND_LENGTH,
     CONDITION_DEGRADED,
+    GRIP_ADJUSTMENT,
     GRIP_HELD,
     GRIP_REQUIRED,
     HISTORY_STATES,
@@ -23,6 +24,7 @@ from vegrip.grip.kernels.generated import (
     STATE_NORMAL_FORCE,
     TAKEN_BOUND,
     TURN_FETCHED,
+    TURN_GIVEN_REASON,
     TURN_HAS_MARGIN,
     TURN_NOTED,
     TURN_REPORT_DUE,
@@ -117,6 +119,7 @@ def sense(f: Floats, t: Wholes, now: int) -> None:
 def command(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> None:
     """Pack the command for this finger's share of the grasp."""
     adjustment, reason = command_share(f, t, shared_force(t, g), now)
+    f[GRIP_ADJUSTMENT], t[TURN_GIVEN_REASON] = adjustment, reason
     pack_command(out, t[TURN_SEQ], now, f[GRIP_HELD], adjustment, reason, t[SETUP_EXPIRES])
     protect(out, COMMAND_LENGTH, t[SETUP_COMMAND_ID])
 

@@ -4,13 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.errors import RecordingError
-from vegrip.identification.fit.noise import noise_of
+from vegrip.identification.fit.noise import Noise, noise_of
 from vegrip.identification.recording import Recording
 from vegrip.types import Floats
 
 NOISES = 20.0  # standard deviations of the noise that a good press reaches at least
 LEAST_NOISES = 8.0  # below, nothing is told at all: noise alone reaches five
-CLEAR = 6.0  # standard deviations of the noise above the least force: no noise
+CLEAR = 6.0  # standard deviations of the noise: what differs by more is no noise
 AIR_S = 0.15  # [s] out of contact before the first touch
 HOLD_S = 2.0  # [s] that a hold lasts at least
 STILL = 0.04  # of the greatest value: what counts as still
@@ -50,7 +50,7 @@ def check_trial(kind: str, recording: Recording) -> list[str]:
     if kind == "press":
         said += _speeds(recording, touches)
     elif kind == "hold":
-        said += _holds(recording, force - rest, peak)
+        said += _holds(recording, force - rest, peak, noise)
     elif kind == "slide":
         said += _slides(recording, "pull")
     elif kind == "twist":
@@ -81,14 +81,15 @@ def _speeds(recording: Recording, touches: NDArray[np.bool_]) -> list[str]:
     return ["all presses are about equally fast: press slowly (a second and more) as well as fast (0.1 s)"]
 
 
-def _holds(recording: Recording, force: Floats, peak: float) -> list[str]:
+def _holds(recording: Recording, force: Floats, peak: float, noise: Noise) -> list[str]:
     """Look for a stretch in contact in which depth (relaxation) or force (creep) stands still."""
     depth = np.nan_to_num(recording.columns["displacement"])
     pressed = force > 0.25 * peak
     reach = float(np.ptp(depth[pressed])) if pressed.any() else 0.0
+    still = STILL * max(reach, float(np.max(np.abs(depth))))
     longest = max(
-        _longest(recording, pressed, depth, STILL * max(reach, float(np.max(np.abs(depth))))),
-        _longest(recording, pressed, force, STILL * peak),
+        _longest(recording, pressed, depth, max(still, CLEAR * noise.displacement)),
+        _longest(recording, pressed, force, max(STILL * peak, CLEAR * noise.normal_force)),
     )
     if longest >= 0.95 * HOLD_S:  # a drive needs a moment to stand still
         return []

@@ -1,6 +1,6 @@
 """The end of a calibration: one recording, the model with what it lacked, and an account for the report."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from vegrip.identification.calibration.goals import Known, known_of
@@ -9,8 +9,8 @@ from vegrip.identification.calibration.session import JOINED, MODEL, Calibration
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.diagnosis.account import account
 from vegrip.identification.experiment.next_experiment import next_experiment
-from vegrip.identification.fit import noise_of
-from vegrip.identification.recording import write_recording
+from vegrip.identification.fit import Fit, noise_of
+from vegrip.identification.recording import Recording, write_recording
 from vegrip.model import write_model
 
 
@@ -50,10 +50,10 @@ def finish(calibration: Calibration, command: str, report: Report = lambda _: No
         UsageError: nothing was recorded yet.
 
     """
-    whole = calibration.joined()
+    whole, trials = calibration.joined()
     folder = calibration.folder / JOINED
-    write_recording(whole, folder)
-    found = diagnose(whole, noise=noise_of(whole), report=report)
+    found = diagnose(whole, noise=noise_of(whole), zeros=trials, report=report)
+    write_recording(_from_touch(whole, found.result), folder)
     write_model(found.model, calibration.folder / MODEL)
     known = known_of(found.result)
     told = account(found, folder, [command], next_experiment(found))
@@ -66,3 +66,12 @@ def finish(calibration: Calibration, command: str, report: Report = lambda _: No
     }
     added = [rung["effect"] for rung in told["ladder"] if rung["effect"] is not None]
     return Ended(found.verdict, added, float(told["ladder"][-1]["error"]), known, told)
+
+
+def _from_touch(whole: Recording, fitted: Fit) -> Recording:
+    """Return ``whole`` without the zeros that were fitted to its trials, so that one zero goes for all."""
+    _, (depth, force) = fitted.problem.parts(fitted.optimum.u)
+    columns = dict(whole.columns)
+    columns["displacement"] = columns["displacement"] - depth
+    columns["normal_force"] = columns["normal_force"] - force
+    return replace(whole, columns=columns)

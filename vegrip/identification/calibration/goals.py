@@ -1,5 +1,6 @@
 """How well each parameter must be known, and how well it is."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -30,6 +31,11 @@ class Known:
     def is_known(self) -> bool:
         """Whether it is known well enough."""
         return self.std <= self.goal
+
+    def errors_off(self, true: float) -> float:
+        """Return by how many standard errors the value is off ``true``."""
+        off = math.log(self.value / true) if self.is_log else self.value - true
+        return off / self.std
 
     def as_dict(self) -> dict[str, object]:
         """Return it for JSON."""

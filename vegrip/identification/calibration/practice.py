@@ -16,6 +16,12 @@ def practice_tip(seed: int) -> FingertipSettings:
     return random_fingertip(np.random.default_rng(seed))
 
 
+def true_values(tip: FingertipSettings) -> dict[str, float]:
+    """Return what a calibration of ``tip`` should find: K at a tenth of the radius, p and mu."""
+    deeper = 0.1 * tip.radius / tip.reference_indentation
+    return {"K": tip.reference_force * deeper**tip.exponent, "p": tip.exponent, "mu": tip.friction}
+
+
 def practise(trial: Trial, tip: FingertipSettings, seed: int = 0) -> Recording:
     """Return what sensors measure of ``tip`` in ``trial``."""
     sensors = SensorSettings(rate=RATE)

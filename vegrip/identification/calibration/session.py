@@ -16,6 +16,8 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vegrip.errors import InputError, UsageError
 from vegrip.identification.calibration.checks import check_trial
 from vegrip.identification.calibration.goals import Known, known_of
@@ -106,8 +108,8 @@ class Calibration:
             raise UsageError(f"there is no trial {number}; there are {len(self.trials)}")
         shutil.rmtree(self.folder / self.trials.pop(number - 1).folder, ignore_errors=True)
 
-    def joined(self) -> Recording:
-        """Return all trials as one recording, each without its own zeros.
+    def joined(self) -> tuple[Recording, tuple[int, ...]]:
+        """Return all trials as one recording, each without its zeros of load, and the trial of each episode.
 
         Raises:
             UsageError: there is none yet.
@@ -116,7 +118,8 @@ class Calibration:
         if not self.trials:
             raise UsageError("nothing was recorded yet")
         parts = [without_zeros(read_recording(self.folder / one.folder)) for one in self.trials]
-        return join_recordings(parts, self.folder.resolve().name)
+        trials = [number for number, part in enumerate(parts) for _ in np.unique(part.episode)]
+        return join_recordings(parts, self.folder.resolve().name), tuple(trials)
 
     @property
     def good(self) -> list[str]:
@@ -163,7 +166,8 @@ def judge(calibration: Calibration, report: Report = lambda _: None) -> Standing
     else:
         extended = calibration.folder / MODEL  # with what a former end found missing
         start = read_model(extended) if extended.is_file() else None
-        fitted = fit(calibration.joined(), start, report=report)
+        whole, trials = calibration.joined()
+        fitted = fit(whole, start, zeros=trials, report=report)
         known = known_of(fitted)
         tried = [one.kind for one in calibration.trials]
         found = Standing(fitted, known, next_of(fitted, calibration.good, tried, calibration.limits, report))

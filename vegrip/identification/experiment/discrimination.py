@@ -11,11 +11,11 @@ is that of the right model, with no difference. In one experiment the costs' dif
 ``sqrt(2 T)`` about that.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.stats import norm
 
 from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS
@@ -27,8 +27,6 @@ from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.solve import refine_optimum
 from vegrip.identification.simulate import Protocol, simulate
 from vegrip.types import Floats
-
-CLOSE_ENOUGH = 1e-4  # relative change of the cost at which a refit ends
 
 
 @dataclass(frozen=True)
@@ -119,25 +117,32 @@ class _Linear:
 
 
 class _Refit:
-    """The same, by bounded least squares."""
+    """The same, by a refit within the bounds."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
-        self._start = problem.residual(problem.unknowns.start)
+        self._at_start = _at_start(problem)
 
     def cost(self, change: Floats) -> float:
         """Return half the squared length of residuals and priors after the refit."""
-        k, inside = self._problem.unknowns, 1e-9 * self._problem.unknowns.std
+        changed = _Changed(self._problem, change - self._at_start)
+        return refine_optimum(changed, self._problem.unknowns.start, 2 * EVALUATIONS).cost
 
-        def left(u: Floats) -> Floats:
-            return np.concatenate([self._problem.residual(u) - self._start + change, (u - k.prior) / k.std])
 
-        def slope(u: Floats) -> Floats:
-            return np.vstack([self._problem.jacobian(u), np.diag(1.0 / k.std)])
+class _Changed:
+    """A problem with other data: a change is added to its residual."""
 
-        start = np.clip(k.start, k.low + inside, k.high - inside)
-        bounds = (k.low, k.high)
-        found = least_squares(
-            left, start, slope, bounds, x_scale=k.std, max_nfev=2 * EVALUATIONS, ftol=CLOSE_ENOUGH
-        )
-        return float(found.cost)
+    def __init__(self, problem: Problem, change: Floats) -> None:
+        self.unknowns = problem.unknowns
+        self._problem, self._change = problem, change
+
+    def residual(self, u: Floats) -> Floats:
+        """Return the whitened residual at ``u``."""
+        return self._problem.residual(u) + self._change
+
+    def jacobian(
+        self, u: Floats, residual: Floats | None = None, known: Mapping[str, Floats] | None = None
+    ) -> Floats:
+        """Return its derivative, which the change leaves as it is."""
+        unchanged = None if residual is None else residual - self._change
+        return self._problem.jacobian(u, unchanged, known)

@@ -29,7 +29,8 @@ def fit(
         model: its values are the start and the middle of a wide prior, those with ``std = 0`` are kept;
             the paper's model when not given.
         noise: of the sensors; as :func:`vegrip.identification.fit.noise.noise_of` finds it when not given.
-        zeros: whether the zeros of displacement and force are the same for the recording, or each episode's.
+        zeros: whether the zeros of displacement and force are the same for the recording, each episode's, or
+            those of a group of episodes: the group of each episode, such as the trial that it is from.
         report: called with the progress.
 
     Raises:

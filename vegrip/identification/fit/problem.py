@@ -23,12 +23,14 @@ from vegrip.identification.fit.sensitivity import (
     has_play,
 )
 from vegrip.identification.fit.whitening import Whitener
+from vegrip.identification.recording import Recording
 from vegrip.model import BASE, ContactModel, Predictor
 from vegrip.model.channels import QUANTITIES
 from vegrip.parameters import coordinate
 from vegrip.types import Floats
 
-Zeros = Literal["recording", "episode"]
+Zeros = Literal["recording", "episode"] | tuple[int, ...]
+"""What has zeros of its own: the recording, each episode, or a group: the number of that of each episode."""
 
 AT = {name: i for i, name in enumerate(QUANTITIES)}
 VAGUE = 3.0  # the prior of a fit is this many times wider than declared, of the base model and of shapes
@@ -67,7 +69,7 @@ class Problem:
     Args:
         model: whose values are the start.
         measured: the recording.
-        zeros: whether the zeros of the sensors are the recording's or each episode's.
+        zeros: whether the zeros of the sensors are the recording's, each episode's or those of its group.
         symbols: parameters to fit; those with a standard deviation when not given.
         like: a problem whose rows and noise to share, so that models can be compared; else the noise is
             that at the start, until :meth:`freeze`.
@@ -107,7 +109,7 @@ class Problem:
         self.depth = model.reference_depth
         self.load = float(np.nanmax(np.abs(measured.force)))
         self.episodes = np.cumsum(measured.first > 0.5).astype(np.int64) - 1
-        self._owner = self.episodes if zeros == "episode" else np.zeros_like(self.episodes)
+        self._owner = _owners(zeros, self.episodes, measured.recording)
         self.zeros = zeros
         self.unknowns = self._unknowns(symbols)
         if like is None:
@@ -354,6 +356,17 @@ class Problem:
     def counted(self) -> NDArray[np.bool_]:
         """Which residuals are measurements (a missing force has none)."""
         return np.concatenate([self.used, np.isfinite(self.slip_std), np.isfinite(self.radius_std)])
+
+
+def _owners(zeros: Zeros, since: NDArray[np.int64], recording: Recording) -> NDArray[np.int64]:
+    """Return which zeros each row has, numbered from 0; ``since``: the memory that each row belongs to."""
+    if zeros == "recording":
+        return np.zeros_like(since)
+    if zeros == "episode":
+        return since
+    _, episode = np.unique(recording.episode, return_inverse=True)
+    _, group = np.unique(zeros, return_inverse=True)
+    return np.asarray(group[episode], dtype=np.int64)
 
 
 def _bound(transform: str, value: float) -> float:

@@ -64,7 +64,7 @@ class Fit:
 
     @property
     def zeros(self) -> dict[str, float]:
-        """Zeros of the sensors: displacement [m], normal force [N]; the mean where each episode has one."""
+        """Zeros of the sensors: displacement [m], normal force [N]; the mean where there are several."""
         _, (depth, force) = self.problem.parts(self.optimum.u)
         return {"displacement": float(np.mean(depth)), "normal_force": float(np.mean(force))}
 
