@@ -11,7 +11,7 @@ from vegrip.virtual import HandSettings
 KNOBS = {
     "hand": {
         "vegrip": 0.15,
-        "learning": 0.15,
+        "learning": 0.05,
         "known": 0.1,
         "ellipse": 0.15,
         "constant": 4.0,
@@ -20,7 +20,7 @@ KNOBS = {
     },
     "pinch": {
         "vegrip": 0.15,
-        "learning": 0.25,
+        "learning": 0.1,
         "known": 0.1,
         "ellipse": 0.15,
         "constant": 8.0,
