@@ -13,6 +13,9 @@ from vegrip.cli import main
 from vegrip.export import Exported, Request, write_export
 from vegrip.export.finger_vectors import BROKEN_EVERY, record
 from vegrip.export.measure import STRICT
+from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.policies.margin_grip import GripSettings
+from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition
 from vegrip.model import paper_model, read_model, write_model
 
@@ -50,6 +53,16 @@ def test_the_sequence_has_frames_ticks_broken_ones_and_faults() -> None:
     assert not frames[BROKEN_EVERY - 1].command
     seen = {Condition(meeting.condition) for meeting in meetings}
     assert seen >= {Condition.OK, Condition.DEGRADED, Condition.STALE, Condition.REPLAYED}
+
+
+def test_a_finger_alone_learns_friction_by_itself_whatever_the_hand_shares() -> None:
+    friction = FrictionSettings(shared=True, probing=True)
+    control = ControlSettings(friction=friction, grip=GripSettings(drive_lag=0.01))
+    alone, plain = (
+        record(Request(paper_model(8e-3), frames=60, entry="finger", control=one))
+        for one in (control, ControlSettings())
+    )
+    assert [meeting.command for meeting in alone.meetings] == [meeting.command for meeting in plain.meetings]
 
 
 def test_a_wrong_limit_fails_the_self_test(exported: tuple[Path, Exported], tmp_path: Path) -> None:

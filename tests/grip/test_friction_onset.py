@@ -35,11 +35,17 @@ def grasp(fingers: int = 2, std: float = 0.3) -> tuple[list[float], list[float]]
 
 
 def feel(
-    g: list[float], q: list[float], u: float, slips: list[float], relative: float = 0.02, finger: int = 0
+    g: list[float],
+    q: list[float],
+    u: float,
+    slips: list[float],
+    relative: float = 0.02,
+    finger: int = 0,
+    speed: float = math.nan,
 ) -> float:
     """Feel ``slips`` at the utilisation ``u``; return the mean of ln mu then."""
     for slip in slips:
-        feel_onset(g, q, finger, DT, u, relative, slip)
+        feel_onset(g, q, finger, DT, u, relative, slip, speed)
     return g[BELIEF_MEAN + finger]
 
 
@@ -81,6 +87,12 @@ def test_a_channel_that_always_says_slip_teaches_at_most_once() -> None:
     assert feel(g, q, 0.3, [1.0] * 5000) == once
 
 
+def test_slip_without_slip_speed_is_no_onset() -> None:
+    g, q = grasp()
+    assert feel(g, q, 0.4, [0.0] * 50 + [1.0] * 9, speed=2e-5) == LN_MU
+    assert feel(g, q, 0.4, [0.0] * 50 + [1.0] * 9, speed=1e-3) < LN_MU - 0.3
+
+
 def test_an_onset_moves_the_belief_by_no_more_than_its_bound() -> None:
     for u in (1e-3, 1e3):
         g, q = grasp()
@@ -103,7 +115,7 @@ def hold(g: list[float], q: list[float], seconds: float, load: float = 2.0) -> N
     """Hold a load without slip, both fingers in turn."""
     for _ in range(round(seconds / DT)):
         for i in (0, 1):
-            feel_onset(g, q, i, DT, 0.3, 0.02, 0.0)
+            feel_onset(g, q, i, DT, 0.3, 0.02, 0.0, math.nan)
             watch_load(q, i, DT, load, 0.01, touching=True)
             feel_slip(q, DT, 2, slipping=False)
             q[PROBE_NEED + i] = 1.0

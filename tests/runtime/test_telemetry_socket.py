@@ -10,7 +10,7 @@ import zmq
 from vegrip.messages import FingertipState, Lifecycle, NodeStatus
 from vegrip.runtime import telemetry_socket
 from vegrip.runtime.registry import Entry
-from vegrip.runtime.telemetry import Direction
+from vegrip.runtime.telemetry import Direction, Unmade
 from vegrip.runtime.telemetry_socket import (
     MOST_PREFIXES,
     MOST_STREAMS,
@@ -192,4 +192,30 @@ def test_of_a_stream_whose_newest_suffices_nothing_is_queued_and_the_newest_is_s
     sink.listen()
     assert until(lambda: [m.normal_force for _, _, _, m in reader.read(0.1)] == [49.0])
     assert sink.takes(FingertipState(1, "ring", 0), Direction.IN)  # of which it is not known yet
+    reader.close()
+
+
+def test_of_a_stream_whose_newest_suffices_one_is_wanted_in_a_period_and_newer_ones_at_its_end(sink, entry):
+    reader = TelemetryReader([entry], [f"{NEWEST}/hand/thumb/state"])
+    assert heard_after(sink, reader, STATES[:1]) == [0.0]  # from now on it is known who wants what
+    thumb = FingertipState, "thumb", Direction.IN
+    sink._newest_due = math.inf
+    assert sink.wants(*thumb)
+    assert not sink.takes(Unmade(FingertipState, "thumb", 5, (5, 5.0)), Direction.IN)
+    assert not sink.wants(*thumb), "there is one"
+    sink._newest_due = 0.0
+    assert sink.wants(*thumb), "the period ends"
+    assert not sink.takes(Unmade(FingertipState, "thumb", 6, (6, 6.0)), Direction.IN)
+    sink.listen()
+    assert until(lambda: [m.normal_force for _, _, _, m in reader.read(0.1)] == [6.0])
+    reader.close()
+
+
+def test_a_stream_without_a_subscriber_is_not_wanted(sink, entry):
+    reader = TelemetryReader([entry], ["/hand/thumb/state"])
+    assert heard_after(sink, reader, STATES) == [float(i) for i in range(50)]
+    assert sink.wants(FingertipState, "thumb", Direction.IN)
+    assert sink.wants(FingertipState, "ring", Direction.IN), "it is not known yet who wants it"
+    sink.publish([(FingertipState(1, "ring", 0), Direction.IN)])
+    assert not sink.wants(FingertipState, "ring", Direction.IN)
     reader.close()

@@ -39,6 +39,7 @@ UNITS = {
     "SLIP_GROWTH": "1/s", "MIN_FORCE": "N", "MAX_FORCE": "N", "RAISE_RATE": "N/s", "LOWER_RATE": "N/s",
     "SAFE_FORCE": "N", "HOLD_TIME": "s", "RAMP_RATE": "N/s", "TIME_OUT": "ns", "FROZEN_AFTER": "ns",
     "FORCE_FROZEN_AFTER": "ns", "DOUBT_AFTER": "ns", "FROZEN_CHANCE": "-",
+    "PROVEN_TIME": "s",
 }  # fmt: skip
 ONE_LINE = 6  # numbers
 IN_PRECISION = (
@@ -63,7 +64,7 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
     origins = finger_places(model)
     entries = {name: ENTRIES[name] for name in ("finger_receive", "finger_tick")}
     program = translate(
-        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), public=False
+        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), is_public=False
     )
     digest = hashlib.sha256(text.encode()).hexdigest()
     estimator = hashlib.sha256(text_of(model, layout, ellipse=ellipse).encode()).hexdigest()

@@ -1,7 +1,7 @@
 """What shall be exported, checked."""
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from vegrip.c99.names import RESERVED
 from vegrip.errors import InputError, UsageError
@@ -44,6 +44,13 @@ class Request:
     entry: str = "estimator"
     control: ControlSettings = field(default_factory=ControlSettings)
     fingers: tuple[str, ...] = HAND
+
+    @property
+    def alone(self) -> ControlSettings:
+        """How a finger by itself is controlled: it shares no friction, and its load is not led."""
+        control = self.control
+        friction = replace(control.friction, shared=False, probing=False)
+        return replace(control, friction=friction, grip=replace(control.grip, drive_lag=0.0))
 
     def __post_init__(self) -> None:
         if not PREFIX.fullmatch(self.prefix) or self.prefix in RESERVED:

@@ -73,7 +73,7 @@ def write(request: Request, vectors: Vectors) -> Texts:
     origins = Origins(model.effects)
     entries = {name: ENTRIES[name] for name in ("update", "margin_of", "least_force")}
     program = translate(
-        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), public=False
+        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), is_public=False
     )
     digest = hashlib.sha256(text.encode()).hexdigest()
     known = {

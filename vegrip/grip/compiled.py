@@ -5,6 +5,7 @@
 
 import ctypes
 import logging
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -26,10 +27,13 @@ from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, ROW_STRIDE
 from vegrip.transport.codec.kernel_text import wire_text
 
 HERE: Final = Path(__file__).parent / "kernels"
-KERNELS: Final = (
-    "bits", "words", "protection", "receive", "stillness", "noise", "watchdog", "sense", "demand", "takeover",
-    "usual_need", "margin_grip", "fail_safe", "limits", "share", "control", "finger_step",
+INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog", "sense")
+GRIP_KERNELS: Final = (
+    "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
+    "finger_step",
 )  # fmt: skip
+SHARED_FRICTION: Final = ("friction_belief", "friction_probe", "friction_onset", "load_lead", "felt_slip")
+"""Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
 ENTRIES: Final = {
     "finger_step": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
     "finger_tick": (MEMORY, LONGS, MEMORY, LONG, BYTES),
@@ -76,6 +80,9 @@ SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")
 FingerKernels = Any
 """A generated module, or what stands for it: :class:`FingerKernelsC`."""
 
+Step = Callable[[Any, int, int, int], int]
+"""Frame, its length, arrival and time [ns] -> what was done, in bits."""
+
 log = logging.getLogger(__name__)
 
 
@@ -94,6 +101,14 @@ def finger_module(
         except (CompilerError, UntranslatableError) as error:
             tell_once(str(error))
     return cache.load(text)
+
+
+def bound_step(module: FingerKernels, f: Any, t: Any, g: Any, out: Any) -> Step:
+    """Return the step of ``module`` on arrays that stay where they are and are kept by the caller."""
+    if isinstance(module, FingerKernelsC):
+        return module.bound_step(f, t, g, out)
+    step = module.finger_step
+    return lambda frame, length, arrival, now: step(f, t, g, frame, length, arrival, now, out)
 
 
 def _mode() -> str:
@@ -120,10 +135,20 @@ def finger_text(effects: tuple[Effect, ...], layout: Layout, finger: FingerLayou
         ModelError: two functions or constants have one name.
 
     """
-    kernels = [(HERE / f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
+    kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger)]
     parts = [*estimator_parts(layout, ellipse=ellipse), finger.constants(), constants(layout), wire_text()]
     names = [effect.name for effect in effects]
     return writer.write(compose(effects), names, [*parts, *kernels], tuple(ENTRIES))
+
+
+def kernels_of(finger: FingerLayout) -> list[Path]:
+    """Return the files of the step, in their order."""
+    friction = [HERE / "friction_alone.py"]
+    if finger.is_shared:
+        friction = [HERE.with_name(f"{name}.py") for name in SHARED_FRICTION]
+        friction.append(HERE / "friction_shared.py")
+    before, behind = ([HERE / f"{name}.py" for name in names] for names in (INPUT_KERNELS, GRIP_KERNELS))
+    return [*before, *friction, *behind]
 
 
 def constants(layout: Layout) -> str:
@@ -176,6 +201,17 @@ class FingerKernelsC:
         at = _address
         done: int = self._step(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
         return done
+
+    def bound_step(self, f: Any, t: Any, g: Any, out: Any) -> Step:
+        """Return :meth:`finger_step` on arrays that stay where they are and are kept by the caller."""
+        step, answer = self._step, _address(out)
+        at_f, at_t, at_g = map(_address, (f, t, g))
+
+        def call(frame: Any, length: int, arrival: int, now: int) -> int:
+            done: int = step(at_f, at_t, at_g, _address(frame), length, arrival, now, answer)
+            return done
+
+        return call
 
     def finger_tick(self, f: Any, t: Any, g: Any, now: int, out: Any) -> int:
         """As :func:`vegrip.grip.kernels.finger_step.finger_tick`."""

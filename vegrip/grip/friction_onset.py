@@ -7,6 +7,7 @@ and only
 
 * where two samples in a row say so; one, where the finger was being let go of and u is not below what was
   to be expected;
+* where the slip speed, if it is measured, shows a slide;
 * where u is known well: a light touch tells nothing;
 * where the channel was quiet before, so that one that says slip all the time teaches at most once;
 * where u is not far below what the finger held a moment ago: friction does not fall so fast.
@@ -44,6 +45,7 @@ ONSET_RUN_LENGTH = 2.0
 ONSET_PROBED_LENGTH = 1.0  # the same where the finger was being let go of: there slip is expected
 ONSET_PROBED = 0.05  # of ln mu by which it was let go
 ONSET_PROBED_BELOW = 1.5  # standard deviations below the mean down to which slip is expected
+ONSET_CREEP = 1e-4  # [m/s] below which a slip speed, where it is measured, shows no onset
 ONSET_VAGUE = 0.1  # relative std of u beyond which nothing is learned
 ONSET_QUIET_TIME = 0.05  # [s] without slip before an onset
 ONSET_FAR = 0.6  # of what was held: friction does not fall below this within ONSET_FADING
@@ -87,8 +89,21 @@ def feel_onset(
     u: float,
     relative: float,
     slip: float,
+    speed: float,
 ) -> None:
-    """Take in one sample of finger ``i``: utilisation ``u`` at mu = 1, its relative std, whether it slips."""
+    """Take in one sample of finger ``i``.
+
+    Args:
+        g: the belief.
+        q: the state.
+        i: the finger.
+        dt: [s] since the last sample.
+        u: utilisation at mu = 1.
+        relative: its relative std.
+        slip: whether it slips; NaN = not sensed.
+        speed: slip speed [m/s]; NaN = not measured.
+
+    """
     q[ONSET_SILENT + i] = 1.0 if math.isnan(slip) else 0.0
     q[ONSET_HELD + i] *= math.exp(-dt / ONSET_FADING)
     known = 0.0 < u < math.inf and relative < ONSET_VAGUE
@@ -103,7 +118,7 @@ def feel_onset(
         if q[ONSET_QUIET + i] < ONSET_QUIET_TIME:
             q[ONSET_RUN + i] = -1.0
     q[ONSET_QUIET + i] = 0.0
-    if q[ONSET_RUN + i] < 0.0 or not known:
+    if q[ONSET_RUN + i] < 0.0 or not known or speed < ONSET_CREEP:
         return
     q[ONSET_RUN + i] += 1.0
     q[ONSET_SUM + i] += math.log(u)

@@ -27,6 +27,10 @@ class FrictionSettings:
     slip_delay: float = parameter(
         0.0, unit="s", low=0.0, high=10.0, doc="by which felt slip is late", live=False
     )
+    sliding_speed: float = parameter(
+        1e-3, unit="m/s", low=0.0, high=10.0,
+        doc="slip speed from which a tip slides, whatever its flag says; 0 = none", live=False,
+    )  # fmt: skip
     onsets: bool = parameter(True, doc="learn from the beginning of slip too", live=False)
     onset_noise: float = parameter(
         0.1, unit="1", low=1e-3, high=2.0, doc="std of ln mu from one onset to the next", live=False

@@ -12,17 +12,37 @@ the same as to ask for the margin ``1 - (1 - margin) e^b``.
 """
 
 import math
+from array import array
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple, Protocol, TypeGuard
 
+import numpy as np
+
 from vegrip.clock import NS
+from vegrip.estimator.estimator import quantile
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
+from vegrip.grip.felt_slip import (
+    FELT_BY_LOAD,
+    FELT_BY_OTHER,
+    FELT_FLAG,
+    FELT_OFF,
+    FELT_SILENT,
+    FELT_SIZE,
+    FELT_SPEED,
+    FELT_WHY,
+    begin_felt_slip,
+    believed_flag,
+    believed_speed,
+    judge_felt_slip,
+    shows_sliding,
+    twist_share,
+)
 from vegrip.grip.finger import GraspFinger, Wanted
 from vegrip.grip.friction_belief import (
     BELIEF_MEAN,
     BELIEF_MOST,
     BELIEF_SINCE,
-    BELIEF_SIZE,
     BELIEF_VERSION,
     absorb_evidence,
     begin_belief,
@@ -32,7 +52,6 @@ from vegrip.grip.friction_belief import (
 )
 from vegrip.grip.friction_onset import (
     ONSET_SILENT,
-    ONSET_SIZE,
     begin_onsets,
     counts_as_known,
     feel_onset,
@@ -48,13 +67,23 @@ from vegrip.grip.friction_probe import (
     watch_load,
 )
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState
+from vegrip.types import NamedNumbers
 
 LONGEST_STEP_S = 0.1
 """A longer pause between two states counts as so much."""
 NEW_CONTACT_VARIANCE = 1e-4
 """Growth of the variance of ln mu between two states that only a new contact brings."""
+
+
+CONTRADICTIONS = {
+    FELT_BY_LOAD: "says slip while its load shows none",
+    FELT_BY_OTHER: "says slip while its slip speed shows none",
+    FELT_SILENT: "is silent or late while its slip speed shows slip",
+}
+"""What is wrong with a channel, by :data:`~vegrip.grip.felt_slip.FELT_WHY`."""
 
 
 class FingerFriction(NamedTuple):
@@ -119,17 +148,19 @@ class GraspFriction:
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
         self._settings, self._noise = settings, tangential_noise
         self._places = {name: i for i, name in enumerate(fingers)}
-        self._believed = [0.0] * BELIEF_SIZE
-        self._probe = [0.0] * ONSET_SIZE
+        self._memory = array("d", bytes(8 * max(FELT_SIZE, len(fingers))))
+        self.shared = np.frombuffer(self._memory)
+        """All that the fingers of the grasp share, as the compiled step has it; the same numbers as here."""
         self._seen = [0.0] * len(fingers)  # version of the belief that each finger has
         self._site = [(0.0, 0.0)] * len(fingers)  # its own evidence of the present loading
         self._before = [(0.0, 0.0)] * len(fingers)  # mean and variance it had before its last state
         self._stamp = [0] * len(fingers)
+        self._is_leading = False
         if self.active:
             self._begin(able, drift)
 
     def _begin(self, able: Mapping[str, FrictionEstimator], drift: float) -> None:
-        s, g = self._settings, self._believed
+        s, g = self._settings, self._memory
         begin_belief(g, len(able), drift, s.shock)
         for i, estimator in enumerate(able.values()):
             mean, variance, _, _ = estimator.friction
@@ -137,10 +168,11 @@ class GraspFriction:
             self._before[i] = mean, variance
         probing = s.probing and not s.why_too_coarse
         begin_probing(
-            self._probe, s.climb if probing else 0.0, s.rate if probing else 0.0, s.unknown, s.known,
+            g, s.climb if probing else 0.0, s.rate if probing else 0.0, s.unknown, s.known,
             s.quiet_time, s.quiet_change, s.pause, s.reach,
         )  # fmt: skip
-        begin_onsets(self._probe, s.onset_noise if s.onsets else math.inf, s.shock)
+        begin_onsets(g, s.onset_noise if s.onsets else math.inf, s.shock)
+        begin_felt_slip(g, s.sliding_speed, s.slip_delay)
 
     def prepare(self, finger: GraspFinger, unknown: Wanted, known: Wanted) -> Wanted:
         """Tell the estimator of ``finger`` what the grasp believes; return margin and confidence to ask for.
@@ -158,35 +190,83 @@ class GraspFriction:
         own = FingerFriction(*estimator.friction)
         if own.mean == own.mean_before and own.variance == own.variance_before:
             self._site[i] = 0.0, 0.0
-        if self._believed[BELIEF_VERSION] != self._seen[i]:
-            self._seen[i] = self._believed[BELIEF_VERSION]
+        if self._memory[BELIEF_VERSION] != self._seen[i]:
+            self._seen[i] = self._memory[BELIEF_VERSION]
             own = self._told(i)
             estimator.believe_friction(own)
         self._before[i] = own.mean, own.variance
-        margin, confidence = known if counts_as_known(self._believed, self._probe, i) else unknown
-        shift = self._probe[PROBE_SHIFT + i]
+        margin, confidence = known if counts_as_known(self._memory, self._memory, i) else unknown
+        shift = self._memory[PROBE_SHIFT + i]
         return 1.0 - (1.0 - margin) * math.exp(shift), confidence
+
+    def screen(self, state: FingertipState) -> FingertipState:
+        """Return ``state`` without what the load has shown to be wrong of slip; that counts as not sensed."""
+        if not self.active:
+            return state
+        i = self._places[state.finger]
+        flag, speed = self._memory[FELT_FLAG + 6 * i + FELT_OFF], self._memory[FELT_SPEED + 6 * i + FELT_OFF]
+        if flag <= 0.0 and speed <= 0.0:
+            return state
+        return replace(
+            state,
+            slip=believed_flag(self._memory, i, state.slip),
+            slip_speed=believed_speed(self._memory, i, state.slip_speed),
+        )
+
+    def shows_sliding(self, state: FingertipState) -> bool:
+        """Return whether the slip speed of a screened ``state`` is one of a finger that slides."""
+        return self.active and shows_sliding(self._memory, state.slip_speed)
 
     def learn(self, finger: GraspFinger, state: FingertipState, lag: float) -> None:
         """Take in what ``finger`` learned of its last ``state``; ``lag`` is the quantile it counts off."""
         estimator = finger.estimator
         if not (self.active and can_share(estimator)):
             return
-        i, g, q = self._places[finger.name], self._believed, self._probe
+        i, g = self._places[finger.name], self._memory
         dt = min(max((state.stamp - self._stamp[i]) / NS, 0.0), LONGEST_STEP_S) if self._stamp[i] else 0.0
         self._stamp[i] = state.stamp
         g[BELIEF_SINCE] += dt / len(self._places)
         self._take_evidence(i, FingerFriction(*estimator.friction))
         u, relative, load = estimator.utilisation()
-        slipping, touching = state.slip >= 0.5, estimator.in_contact
-        feel_onset(g, q, i, dt, u, relative, state.slip)
-        q[PROBE_NEED + i] = finger.controller.required_force
-        watch_load(q, i, dt, load, self._noise, touching)
-        feel_slip(q, dt, len(self._places), slipping)
-        if not may_probe(q, i):
-            q[PROBE_SHIFT + i] = 0.0
+        flag, speed = believed_flag(g, i, state.slip), believed_speed(g, i, state.slip_speed)
+        slipping, touching = flag >= 0.5, estimator.in_contact
+        feel_onset(g, g, i, dt, u, relative, flag, speed)
+        g[PROBE_NEED + i] = finger.controller.required_force
+        watch_load(g, i, dt, load, self._noise, touching)
+        feel_slip(g, dt, len(self._places), slipping)
+        if not may_probe(g, i):
+            g[PROBE_SHIFT + i] = 0.0
         elif touching and not slipping:
-            probe_friction(g, q, i, dt, lag)
+            probe_friction(g, g, i, dt, lag)
+        x, y = state.tangential_force_x, state.tangential_force_y
+        twist = twist_share(math.sqrt(x * x + y * y), load)
+        judge_felt_slip(g, i, dt, state.slip, state.slip_speed, u, twist)
+
+    def lead(self, finger: GraspFinger) -> None:
+        """Let ``finger`` answer the load that is to come by the lag of its drive, see :meth:`set_lead`."""
+        i = self._places[finger.name]
+        finger.lead_in = (self._memory, i) if self._is_leading and i < BELIEF_MOST else None
+
+    def set_lead(self, lag: float, torque_noise: float) -> None:
+        """Set the lag of the drives [s], 0 for the load as it is felt, and the noise of a torque [N m]."""
+        self._is_leading = lag > 0.0
+        begin_lead(self._memory, lag, self._noise, torque_noise)
+
+    def write_to(self, memory: NamedNumbers, finger: str, wanted: Wanted) -> None:
+        """Lend what is of one finger; ``wanted`` of it once its friction is known."""
+        i = self._places[finger]
+        precision, weighted = self._site[i]
+        memory["SETUP_SHARES"], memory["SETUP_LEADS"] = self.active, self._is_leading
+        memory["SHARED_KNOWN_QUANTILE"] = quantile(wanted[1])
+        memory["SHARED_WIDEST"], memory["SHARED_LOAD_NOISE"] = self._settings.widest_variance, self._noise
+        memory["SHARED_SEEN"], memory["TURN_LEARNED"] = self._seen[i], self._stamp[i]
+        memory["SHARED_SITE"], memory["SHARED_SITE_WEIGHTED"] = precision, weighted
+
+    def read_from(self, memory: NamedNumbers, finger: str) -> None:
+        """Take back what is of one finger."""
+        i = self._places[finger]
+        self._seen[i], self._stamp[i] = memory["SHARED_SEEN"], int(memory["TURN_LEARNED"])
+        self._site[i] = memory["SHARED_SITE"], memory["SHARED_SITE_WEIGHTED"]
 
     @property
     def why_not_probing(self) -> str:
@@ -196,20 +276,30 @@ class GraspFriction:
         if self._settings.why_too_coarse:
             return self._settings.why_too_coarse
         for name, i in self._places.items():
-            if self._probe[ONSET_SILENT + i] > 0.5:
+            if found := self.suspicion(name):
+                return found
+            if self._memory[ONSET_SILENT + i] > 0.5:
                 return f"{name} does not feel slip"
-            if is_doubted(self._probe, i):
+            if is_doubted(self._memory, i):
                 return f"the slip channel of {name} contradicts its load"
+        return ""
+
+    def suspicion(self, finger: str) -> str:
+        """Return what is wrong with what ``finger`` feels of slip, in a sentence; empty while all is well."""
+        i = self._places[finger]
+        for at, channel in ((FELT_FLAG, "slip flag"), (FELT_SPEED, "slip speed")):
+            if self.active and self._memory[at + 6 * i + FELT_OFF] > 0.0:
+                return f"the {channel} of {finger} {CONTRADICTIONS[self._memory[at + 6 * i + FELT_WHY]]}"
         return ""
 
     def belief(self, finger: str) -> tuple[float, float]:
         """Return mean and standard deviation of ln mu of ``finger`` as the grasp believes it."""
         i = self._places[finger]
-        return self._believed[BELIEF_MEAN + i], math.sqrt(believed_variance(self._believed, i))
+        return self._memory[BELIEF_MEAN + i], math.sqrt(believed_variance(self._memory, i))
 
     def _told(self, i: int) -> FingerFriction:
         """Return the belief of finger ``i``, and the same without its evidence of the present loading."""
-        mean, variance = self._believed[BELIEF_MEAN + i], believed_variance(self._believed, i)
+        mean, variance = self._memory[BELIEF_MEAN + i], believed_variance(self._memory, i)
         precision, weighted = self._site[i]
         left = 1.0 / variance - precision if variance > 0.0 else 0.0
         if precision == 0.0 or not left > 1.0 / self._settings.widest_variance:
@@ -220,13 +310,13 @@ class GraspFriction:
         mean, variance = self._before[i]
         if own.mean == mean:
             if own.variance > variance + NEW_CONTACT_VARIANCE:
-                widen_own(self._believed, i, own.variance)
+                widen_own(self._memory, i, own.variance)
             return
         if variance > 0.0 and own.variance > 0.0:
             precision, weighted = self._site[i]
             precision += 1.0 / own.variance - 1.0 / variance
             self._site[i] = precision, weighted + own.mean / own.variance - mean / variance
-            absorb_evidence(self._believed, i, mean, variance, own.mean, own.variance)
+            absorb_evidence(self._memory, i, mean, variance, own.mean, own.variance)
 
 
 def share_friction(fingers: Mapping[str, GraspFinger], settings: ControlSettings) -> GraspFriction:

@@ -8,12 +8,12 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
 from vegrip.clock import Clock
-from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.messages import ForceCommand, Message
 from vegrip.runtime.channel_watch import ChannelWatch
-from vegrip.runtime.hot_path import COMMANDED, REPORT, AnswersFrames
+from vegrip.runtime.hot_path import REPORT, AnswersFrames, show
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
-from vegrip.runtime.telemetry import Direction, Telemetry
+from vegrip.runtime.telemetry import Telemetry
 from vegrip.transport.batch_endpoint import BatchIntercept
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
 from vegrip.transport.codec.line import Line
@@ -86,7 +86,7 @@ class BatchPath:
     def answer(self, payload: bytes, rows: int, arrival: int) -> tuple[Sequence[int], Collection[str]] | None:
         """Answer a batch; return what was done with each row and who has something to report, or None."""
         telemetry = self._telemetry
-        if self._is_unknown() or (telemetry is not None and telemetry.watched):
+        if self._is_unknown():
             self.node.take_back()
             return None
         answered = self.node.on_batch(payload, rows, arrival, self._clock.now())
@@ -103,7 +103,8 @@ class BatchPath:
         reporting = [self.node.name_in(payload, row) for row in range(rows) if done[row] & REPORT]
         if telemetry is not None and taken:
             for row in range(rows):
-                self._count(telemetry, self.node.name_in(payload, row), done[row])
+                if done[row]:
+                    show(telemetry, self.node, self.node.name_in(payload, row), done[row])
         return done, reporting
 
     def _send(self, commands: int) -> None:
@@ -115,10 +116,3 @@ class BatchPath:
         """Whether the channels of a finger have not been seen yet."""
         channels = self._channels
         return channels is not None and not all(map(channels.knows, self._fingers))
-
-    @staticmethod
-    def _count(telemetry: Telemetry, finger: str, done: int) -> None:
-        if done:
-            telemetry.count(FingertipState, finger, Direction.IN)
-        if done & COMMANDED:
-            telemetry.count(ForceCommand, finger, Direction.OUT)

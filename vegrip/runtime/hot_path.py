@@ -1,8 +1,9 @@
 """The short way through the loop: a frame of a state in, the frame of its command out, no message in between.
 
 A node that can answer frames (:class:`AnswersFrames`) on a bus that gives them (:class:`GivesFrames`) is
-asked before a frame is decoded. What the node leaves alone, and everything while messages are watched or the
-node is not active, goes the way of messages.
+asked before a frame is decoded. What the node leaves alone, and everything while it is not active, goes the
+way of messages. Who watches the telemetry gets the messages all the same: they are made of what the node
+keeps, in the thread of the telemetry.
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,7 +16,7 @@ from vegrip.messages import FingertipState, ForceCommand, Message
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
-from vegrip.runtime.telemetry import Direction, Telemetry
+from vegrip.runtime.telemetry import Direction, Telemetry, Unmade
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.line import Line
 from vegrip.transport.endpoint import Intercept
@@ -63,6 +64,12 @@ class AnswersFrames(Protocol):
     def felt(self, name: str) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the last frame that was answered."""
 
+    def state_taken(self, name: str) -> Unmade:
+        """Return the state of the last frame that was answered."""
+
+    def command_given(self, name: str) -> Unmade:
+        """Return the command of the last frame that was answered with one."""
+
     def reports(self, name: str, now: int) -> Iterator[Message]:
         """Return what is due to be told besides."""
 
@@ -83,7 +90,7 @@ class HotPath:
         clock: of the loop.
         statistics: of the loop.
         senders: sees every state.
-        telemetry: which counts, and is watched or not.
+        telemetry: which counts, and says what is to be shown.
         channels: sees the first states of every finger.
 
     """
@@ -131,8 +138,7 @@ class HotPath:
             return LEFT_ALONE, ""
         finger, command = known
         telemetry, length = self._telemetry, len(frame.data)
-        unknown = self._channels is not None and not self._channels.knows(finger)
-        if unknown or (telemetry is not None and telemetry.watched):
+        if self._channels is not None and not self._channels.knows(finger):
             self.node.take_back(finger)
             return LEFT_ALONE, finger
         self._bytes[:length] = frame.data
@@ -146,7 +152,13 @@ class HotPath:
             self._statistics.command(finger, self._clock.now())
         self._senders.note_values(finger, *self.node.felt(finger))
         if telemetry is not None:
-            telemetry.count(FingertipState, finger, Direction.IN)
-            if done & COMMANDED:
-                telemetry.count(ForceCommand, finger, Direction.OUT)
+            show(telemetry, self.node, finger, done)
         return done, finger
+
+
+def show(telemetry: Telemetry, node: AnswersFrames, finger: str, done: int) -> None:
+    """Count what was ``done`` with a frame of ``finger``, and show it where it is watched."""
+    if telemetry.count(FingertipState, finger, Direction.IN):
+        telemetry.show(node.state_taken(finger), Direction.IN)
+    if done & COMMANDED and telemetry.count(ForceCommand, finger, Direction.OUT):
+        telemetry.show(node.command_given(finger), Direction.OUT)

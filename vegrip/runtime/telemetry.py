@@ -10,12 +10,12 @@ import threading
 from collections import deque
 from collections.abc import Sequence
 from enum import Enum
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 from vegrip.messages import Message
 
 QUEUE_MESSAGES = 4096  # messages; a second of five fingers at 500 Hz with one answer each
-LOOK_PERIOD_S = 0.005  # [s] between two looks
+LOOK_PERIOD_S = 0.01  # [s] between two looks
 QUIET_PERIOD_S = 0.02  # [s] the same after a look that found nothing
 IDLE = 0.05  # [s] the same while no subscriber wants messages
 
@@ -27,20 +27,44 @@ class Direction(Enum):
     OUT = "out"
 
 
+class Unmade(NamedTuple):
+    """A message that travelled as bytes, and is made where it is wanted: in the telemetry thread."""
+
+    kind: type[Message]
+    owner: str
+    stamp: int
+    rest: tuple[Any, ...]
+    """What follows ``owner`` among the arguments of ``kind``."""
+
+    def made(self) -> Message:
+        """Return the message."""
+        message: Message = self.kind(self.stamp, self.owner, *self.rest)
+        return message
+
+
+Offered = Message | Unmade
+
+
 class Sink(Protocol):
-    """Where telemetry goes; all but ``count`` and ``takes`` is called from the telemetry thread only."""
+    """Where telemetry goes.
+
+    ``count``, ``tally``, ``wants`` and ``takes`` are called from the loop, the rest from the thread.
+    """
 
     wanted: bool
     """Whether a subscriber wants the messages themselves."""
 
-    def takes(self, message: Message, direction: Direction) -> bool:
-        """Whether ``message`` is to be queued for :meth:`publish`; called from the loop while ``wanted``."""
+    def takes(self, message: Offered, direction: Direction) -> bool:
+        """Whether ``message`` is to be queued for :meth:`publish`; asked while ``wanted``."""
+
+    def wants(self, kind: type[Message], owner: str, direction: Direction) -> bool:
+        """Whether :meth:`takes` would do anything with such a message now."""
 
     def count(self, message: Message, direction: Direction) -> None:
-        """Count a message; called from the loop."""
+        """Count a message."""
 
     def tally(self, kind: type[Message], owner: str, direction: Direction) -> None:
-        """Count a message of this kind that was never made; called from the loop."""
+        """Count a message of this kind that was never made."""
 
     def listen(self) -> None:
         """Read the subscriptions that have begun or ended."""
@@ -56,7 +80,7 @@ class Telemetry:
     """The queue and its thread. Without :meth:`start` it only keeps the newest messages."""
 
     def __init__(self, sink: Sink, capacity: int = QUEUE_MESSAGES) -> None:
-        self._queue: deque[tuple[Message, Direction]] = deque(maxlen=capacity)
+        self._queue: deque[tuple[Offered, Direction]] = deque(maxlen=capacity)
         self._offered = 0  # raised by the loop only
         self._taken = 0  # raised by the thread only
         self._sink = sink
@@ -71,19 +95,22 @@ class Telemetry:
     def offer(self, message: Message, direction: Direction) -> None:
         """Count ``message``, and queue it if it is wanted; never waits, the oldest is dropped."""
         self._sink.count(message, direction)
-        if not self._sink.wanted or not self._sink.takes(message, direction):
-            return
-        self._queue.append((message, direction))
-        self._offered += 1
+        if self._sink.wanted:
+            self._put(message, direction)
 
-    @property
-    def watched(self) -> bool:
-        """Whether a reader wants the messages themselves."""
-        return self._sink.wanted
-
-    def count(self, kind: type[Message], owner: str, direction: Direction) -> None:
-        """Count a message of this kind of a finger or node, that travelled without having been made."""
+    def count(self, kind: type[Message], owner: str, direction: Direction) -> bool:
+        """Count a message of a finger or node that travelled unmade; return whether it is to be shown."""
         self._sink.tally(kind, owner, direction)
+        return self._sink.wanted and self._sink.wants(kind, owner, direction)
+
+    def show(self, message: Unmade, direction: Direction) -> None:
+        """Queue a message of which :meth:`count` has said that it is to be shown."""
+        self._put(message, direction)
+
+    def _put(self, message: Offered, direction: Direction) -> None:
+        if self._sink.takes(message, direction):
+            self._queue.append((message, direction))
+            self._offered += 1
 
     def drain(self) -> bool:
         """Hand everything queued to the sink; return whether there was anything."""
@@ -91,7 +118,7 @@ class Telemetry:
         while self._queue:
             gathered = [self._queue.popleft() for _ in range(len(self._queue))]
             self._taken += len(gathered)
-            self._sink.publish(gathered)
+            self._sink.publish([(made(message), direction) for message, direction in gathered])
         return found
 
     def start(self) -> None:
@@ -113,3 +140,8 @@ class Telemetry:
             self._sink.listen()
             found = self.drain()
             period = LOOK_PERIOD_S if found else QUIET_PERIOD_S if self._sink.wanted else IDLE
+
+
+def made(message: Offered) -> Message:
+    """Return the message itself."""
+    return message.made() if isinstance(message, Unmade) else message

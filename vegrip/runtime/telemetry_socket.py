@@ -14,7 +14,7 @@ import zmq
 
 from vegrip.messages import Message, NodeStatus
 from vegrip.runtime.registry import Entry
-from vegrip.runtime.telemetry import Direction
+from vegrip.runtime.telemetry import Direction, Offered, Unmade, made
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.connection_limit import ConnectionLimit
 
@@ -24,6 +24,10 @@ MOST_STREAMS = 1024  # are counted besides those of configured fingers; names ma
 MOST_PREFIXES = 256  # subscriptions told apart; when there are more, everything is encoded
 NEWEST = "newest:"  # in front of a topic: its newest message alone, every
 NEWEST_PERIOD = 0.04  # [s]
+CONNECTED_PERIOD = 0.2  # [s] between two looks whether a program is connected; each counts open files
+SENDING = zmq.DONTWAIT | zmq.SNDMORE
+DIRECTIONS = {direction: direction.value.encode() for direction in Direction}
+NEWEST_WINDOW = 0.01  # [s] at its end, in which a newer message takes the place of one that is there
 SUBSCRIBE, UNSUBSCRIBE = b"\x01", b"\x00"  # the first byte of what subscribers send
 
 
@@ -72,8 +76,8 @@ class TelemetrySocket:
         self._limit.start()
         self._subscribed: set[bytes] = set()
         self._streams: dict[tuple[type[Message], str], _Stream | None] = {}
-        self._newest: dict[tuple[type[Message], str, Direction], Message] = {}
-        self._newest_due = 0.0  # [s] of the monotonic clock
+        self._newest: dict[tuple[type[Message], str, Direction], Offered] = {}
+        self._newest_due = self._connected_due = 0.0  # [s] of the monotonic clock
         self._counts: dict[tuple[type[Message], str, Direction], int] = {}
         self.wanted = False
 
@@ -88,15 +92,22 @@ class TelemetrySocket:
         if known is not None or len(self._counts) < MOST_STREAMS or stream[1] in self._fingers:
             self._counts[stream] = (known or 0) + 1
 
-    def takes(self, message: Message, direction: Direction) -> bool:
+    def wants(self, kind: type[Message], owner: str, direction: Direction) -> bool:
+        """Whether a message of this stream is to be shown now: every one, or the newest of a period."""
+        stream = self._streams.get((kind, owner), UNSORTED)  # the thread may clear it at any time
+        if stream is None or not stream.newest or stream.every:
+            return stream is not None and stream.every
+        is_late = time.monotonic() >= self._newest_due - NEWEST_WINDOW
+        return is_late or (kind, owner, direction) not in self._newest
+
+    def takes(self, message: Offered, direction: Direction) -> bool:
         """Whether a subscriber wants every message of this stream; else the newest is kept here."""
-        owner = _owner(message)
-        key = (type(message), owner)
+        key = kind, owner = _stream_of(message)
         stream = self._streams.get(key, UNSORTED)  # the thread may clear it at any time
         if stream is UNSORTED:
             return True  # :meth:`publish` finds out who wants it
         if stream is not None and stream.newest:
-            self._newest[type(message), owner, direction] = message
+            self._newest[kind, owner, direction] = message
         return stream is not None and stream.every
 
     def publish(self, messages: Sequence[tuple[Message, Direction]]) -> None:
@@ -140,14 +151,20 @@ class TelemetrySocket:
             if not int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
                 break
             self._subscribe(self._socket.recv(zmq.DONTWAIT))
-        if (
-            self._subscribed and not self._limit.connected()
-        ):  # asked last: who subscribed was connected before
+        if self._subscribed and self._is_left():  # asked last: who subscribed was connected before
             self._subscribed.clear()
             self._streams.clear()
             self._newest.clear()
         self.wanted = bool(self._subscribed)
         self._send_newest()
+
+    def _is_left(self) -> bool:
+        """Return whether no program is connected any more, if it is time to look."""
+        now = time.monotonic()
+        if now < self._connected_due:
+            return False
+        self._connected_due = now + CONNECTED_PERIOD
+        return not self._limit.connected()
 
     def _subscribe(self, frame: bytes) -> None:
         """Take one frame; to wait for all of a message would be to wait for ever, since libzmq drops some."""
@@ -183,16 +200,24 @@ class TelemetrySocket:
         for key in list(self._newest):  # the loop puts others in meanwhile
             message = self._newest.pop(key)
             if (stream := self._stream(*key[:2])) is not None:
-                self._send(NEWEST.encode() + stream.topic, message, key[2])
+                self._send(NEWEST.encode() + stream.topic, made(message), key[2])
 
     def _send(self, topic: bytes, message: Message, direction: Direction) -> None:
         encoded = self._codec.encode(message)
         if encoded is not None:
-            self._socket.send_multipart([topic, direction.value.encode(), encoded[1]], zmq.DONTWAIT)
+            self._socket.send(topic, SENDING)
+            self._socket.send(DIRECTIONS[direction], SENDING)
+            self._socket.send(encoded[1], zmq.DONTWAIT)
 
 
 def _owner(message: Message) -> str:
     return message.node if isinstance(message, NodeStatus) else message.finger
+
+
+def _stream_of(message: Offered) -> tuple[type[Message], str]:
+    if isinstance(message, Unmade):
+        return message.kind, message.owner
+    return type(message), _owner(message)
 
 
 def _waiting(socket: zmq.Socket[bytes]) -> Iterator[tuple[str, str, bytes]]:

@@ -10,6 +10,11 @@ finger or of all. The values are within the ranges of the watchdog, the frames a
     within 2 s the friction is back within two of its undisturbed standard deviations
     and its standard deviation has not shrunk
 
+With learning a grip is let go of on purpose, a little later or earlier after a fault, so the first line is::
+
+    the object slips no more often, and from 2 s after the fault on no command is above 1.25 of the largest
+    one without it
+
 ``--worst N`` looks for the worst case: half of N at random, then steps from the worst in each part of it.
 """
 
@@ -72,6 +77,7 @@ class Run:
 
     command: np.ndarray[tuple[int, int], np.dtype[np.float64]]  # [N], (instants, fingers)
     estimates: tuple[dict[str, Estimate], ...]  # of each finger, BACK after the fault
+    slips: int = 0
 
 
 class Reference:
@@ -80,29 +86,33 @@ class Reference:
     def __init__(self, *, learning: bool = False) -> None:
         self._scene = scene_of(learning=learning)
         self._estimates: list[tuple[dict[str, Estimate], ...]] = []  # at every SAMPLING
+        self._slips: list[int] = []
 
     def run(self, end: float, look: float) -> Run:
         """Return the grasp until ``end`` [s], with the estimates at ``look`` [s]."""
         while (simulated := len(self._estimates)) < round(end / SAMPLING):
             self._scene.run_until((simulated + 1) * SAMPLING)
             self._estimates.append(_all_estimates(self._scene))
+            self._slips.append(self._scene.hand_node.hand.slips)
         command = np.array(self._scene.course.command[: round(end / SAMPLING)])
-        return Run(command, self._estimates[round(look / SAMPLING) - 1])
+        at = round(end / SAMPLING) - 1
+        return Run(command, self._estimates[round(look / SAMPLING) - 1], self._slips[at])
 
 
 @dataclass(frozen=True)
 class Verdict:
     """How far a fault went in each part of the law: 0 is not at all, 1 the limit."""
 
-    fallen: float  # largest share by which the command fell, over 0.05
+    fallen: float  # largest share by which the command fell, over 0.05; with learning 2 where it slipped
     maximum: float  # time at the largest command after the fault, over 0.5 s
     off: float  # largest error of an estimate, over two standard deviations
+    risen: float  # with learning, by how much the command is too large after BACK, over a quarter
     shrunk: float  # largest standard deviation without the fault over that with it, less 1, over what it may
 
     @property
     def worst(self) -> float:
         """The number to look at."""
-        return max(self.fallen, self.maximum, self.off, self.shrunk)
+        return max(self.fallen, self.maximum, self.off, self.risen, self.shrunk)
 
 
 def scene_of(*, learning: bool = False) -> Scene:
@@ -119,7 +129,7 @@ def run(end: float, look: float, fault: Fault, *, learning: bool = False) -> Run
     scene.run_until(look)
     known = _all_estimates(scene)
     scene.run_until(end)
-    return Run(np.array(scene.course.command), known)
+    return Run(np.array(scene.course.command), known, scene.hand_node.hand.slips)
 
 
 @cache
@@ -143,14 +153,24 @@ def judge(fault: Fault, *, learning: bool = False) -> Verdict:
         for name, known in calm.items():
             off = max(off, abs(other[name].value - known.value) / (2.0 * known.std))
             shrunk = max(shrunk, known.std / max(other[name].std, 1e-300))
+    fallen = float((1.0 - ratio.min()) / (1.0 - FALLEN))
+    if learning:
+        fallen = SLIPPED if disturbed.slips > without.slips else 0.0
+    back = round(look / SAMPLING)
+    above = disturbed.command[back:n].max() / without.command[begun:n].max() - 1.0
     return Verdict(
-        fallen=float((1.0 - ratio.min()) / (1.0 - FALLEN)),
+        fallen=fallen,
+        risen=float(above) / RISEN if learning else 0.0,
         maximum=float(np.count_nonzero(after)) * SAMPLING / MAXIMUM,
         off=off,
         shrunk=(shrunk - 1.0) / (SHRUNK - 1.0),
     )
 
 
+SLIPPED = 2.0
+"""How far it breaks the law to slip because of a fault."""
+RISEN = 0.25
+"""By so much the command may be larger than it ever was without the fault."""
 SHRUNK = 1.1
 """By so much a standard deviation may differ: a grip that rises changes the contact, and what is known."""
 

@@ -6,6 +6,13 @@ from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.estimator.kernels.forecast import least_force
 from vegrip.estimator.kernels.report import utilisation
 from vegrip.estimator.kernels.update import update
+from vegrip.grip.felt_slip import (
+    believed_flag,
+    believed_speed,
+    judge_felt_slip,
+    shows_sliding,
+    twist_share,
+)
 from vegrip.grip.friction_onset import counts_as_known, feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
 from vegrip.grip.load_lead import LEAD_LAG, lead_load
@@ -164,12 +171,15 @@ def control_finger(
 ) -> None:
     """Take one sample of finger ``i``; find what it needs and what it is commanded."""
     tangential = math.sqrt(x * x + y * y)
+    sensed_slip, sensed_speed = slip, slip_speed
+    learns = h[G_LEARNS] > 0.5
+    if learns:
+        slip, slip_speed = believed_flag(q, i, slip), believed_speed(q, i, slip_speed)
     believed = slip
     if slip >= 0.5 and slip_speed < LEAST_SLIDING:
         believed = math.nan
     first = h[G_SAMPLES + i] == 0.0
     h[G_SAMPLES + i] += 1.0
-    learns = h[G_LEARNS] > 0.5
     if learns:
         take_belief(m, h, g, i)
     ahead, turn = load_ahead(q, i, 0.0 if first else dt, x, y, torque)
@@ -177,7 +187,7 @@ def control_finger(
     update(m, -1.0 if first else dt, force, displacement, math.nan, tangential, torque, believed)
     age = informed_age(m, h, i, dt)
     valid = age <= h[G_LONGEST_GAP] and m[REP_SOUND] > 0.5
-    slipping = slip >= 0.5
+    slipping = slip >= 0.5 or (learns and shows_sliding(q, slip_speed))
     touching = m[REP_CONTACT] > 0.5
     at, shift = h[G_QUANTILE], 0.0
     if learns:
@@ -207,7 +217,10 @@ def control_finger(
     require(h, i, 0.0 if first else dt, least, tangential, torque, touching, slipping, trusted)
     command_finger(h, i, dt if not first else 0.0)
     if learns:
-        learn_friction_of(m, h, g, q, i, 0.0 if first else dt, ln, variance, tangential, torque, slip, at)
+        step = 0.0 if first else dt
+        learn_friction_of(
+            m, h, g, q, i, step, ln, variance, tangential, torque, sensed_slip, sensed_speed, at
+        )
 
 
 def load_ahead(q: Floats, i: int, dt: float, x: float, y: float, torque: float) -> tuple[float, float]:
@@ -240,16 +253,18 @@ def known_force(h: Floats, i: int, tangential: float, torque: float) -> float:
 
 def learn_friction_of(
     m: Floats, h: Floats, g: Floats, q: Floats, i: int, step: float, ln: float, variance: float,
-    tangential: float, torque: float, slip: float, at: float,
+    tangential: float, torque: float, slip: float, slip_speed: float, at: float,
 ) -> None:  # fmt: skip
     """Take into the belief of the grasp what finger ``i`` has just learned, and let probing go on."""
     give_evidence(m, h, g, i, step, ln, variance)
     u, relative = utilisation(m)
     u *= math.exp(ln - m[FRI_LN_MU])
-    feel_onset(g, q, i, step, u, relative, slip)
+    believed, fast = believed_flag(q, i, slip), believed_speed(q, i, slip_speed)
+    feel_onset(g, q, i, step, u, relative, believed, fast)
     q[PROBE_NEED + i] = h[G_REQUIRED + i]
     load = armed_load(tangential, torque, m[REP_RADIUS])
-    probe_finger(g, q, i, step, load, m[SET_S_TANGENTIAL], m[REP_CONTACT] > 0.5, slip, at)
+    probe_finger(g, q, i, step, load, m[SET_S_TANGENTIAL], m[REP_CONTACT] > 0.5, believed, at)
+    judge_felt_slip(q, i, step, slip, slip_speed, u, twist_share(tangential, load))
 
 
 def armed_load(tangential: float, torque: float, arm: float) -> float:

@@ -1,0 +1,123 @@
+"""What a finger feels of slip is held against its load and against its slip speed."""
+
+import math
+
+import pytest
+
+from vegrip.grip.felt_slip import (
+    FELT_BY_LOAD,
+    FELT_BY_OTHER,
+    FELT_DISTRUST,
+    FELT_FLAG,
+    FELT_SILENT,
+    FELT_SIZE,
+    FELT_SPEED,
+    FELT_WHY,
+    begin_felt_slip,
+    believed_flag,
+    believed_speed,
+    judge_felt_slip,
+    shows_sliding,
+    twist_share,
+)
+
+DT = 0.002
+
+
+def felt(delay: float = 0.0) -> list[float]:
+    q = [0.0] * FELT_SIZE
+    begin_felt_slip(q, 1e-3, delay)
+    return q
+
+
+def feel(
+    q: list[float], seconds: float, slip: float, speed: float, u: float, to: float = 0.0, twist: float = 0.0
+) -> None:
+    """Feel the same for a while; ``u`` goes to ``to`` on the way, if that is given."""
+    samples = round(seconds / DT)
+    for k in range(samples):
+        now = u + (to - u) * k / samples if to else u
+        judge_felt_slip(q, 1, DT, slip, speed, now, twist)
+
+
+def is_believed(q: list[float]) -> tuple[bool, bool]:
+    return believed_flag(q, 1, 1.0) == 1.0, believed_speed(q, 1, 1.0) == 1.0
+
+
+def test_a_finger_slides_from_the_slip_speed_on_that_was_set_and_never_where_none_was() -> None:
+    q = felt()
+    assert shows_sliding(q, 1e-3)
+    assert not shows_sliding(q, 9e-4)
+    assert not shows_sliding(q, math.nan)
+    begin_felt_slip(q, 0.0, 0.0)
+    assert not shows_sliding(q, 1.0)
+
+
+@pytest.mark.parametrize("seconds", [0.01, 0.1, 0.5])
+def test_a_slide_at_its_limit_is_believed_however_long_it_lasts(seconds: float) -> None:
+    """A contact that slides has u = mu, whatever the grip does."""
+    q = felt()
+    feel(q, 1.0, 0.0, 0.0, 0.5)
+    feel(q, seconds, 1.0, 5e-3, 0.7, 0.6)
+    feel(q, 1.0, 0.0, 0.0, 0.3)
+    assert is_believed(q) == (True, True)
+
+
+def test_a_flag_that_stays_while_the_grip_grows_is_found_out_by_the_load_alone() -> None:
+    q = felt()
+    feel(q, 1.0, 0.0, math.nan, 0.5)
+    feel(q, 0.2, 1.0, math.nan, 0.5, 0.2)
+    assert is_believed(q) == (False, True)
+    assert q[FELT_FLAG + 6 + FELT_WHY] == FELT_BY_LOAD
+
+
+def test_a_slip_speed_that_stays_while_the_grip_grows_is_found_out_by_the_load() -> None:
+    q = felt()
+    feel(q, 0.2, math.nan, 0.5, 0.5, 0.2)
+    assert is_believed(q) == (True, False)
+    assert q[FELT_SPEED + 6 + FELT_WHY] == FELT_BY_LOAD
+
+
+def test_a_flag_without_slip_speed_is_found_out_before_the_grip_has_grown_much() -> None:
+    q = felt()
+    feel(q, 0.04, 1.0, 2e-5, 0.5)
+    assert is_believed(q) == (True, True)
+    feel(q, 0.02, 1.0, 2e-5, 0.5)
+    assert is_believed(q) == (False, True)
+    assert q[FELT_FLAG + 6 + FELT_WHY] == FELT_BY_OTHER
+
+
+def test_a_flag_that_is_silent_or_late_in_a_slide_is_found_out_by_the_slip_speed() -> None:
+    q = felt()
+    feel(q, 0.2, 0.0, 5e-3, 0.7)
+    assert is_believed(q) == (False, True)
+    assert q[FELT_FLAG + 6 + FELT_WHY] == FELT_SILENT
+
+
+def test_a_patch_that_is_twisted_slides_in_part_without_a_flag() -> None:
+    q = felt()
+    feel(q, 0.2, 0.0, 5e-3, 0.7, twist=0.8)
+    assert is_believed(q) == (True, True)
+    assert twist_share(0.3, 0.5) == pytest.approx(0.4)
+
+
+def test_what_is_felt_late_is_given_so_much_longer() -> None:
+    q = felt(delay=0.1)
+    feel(q, 0.2, 0.0, 5e-3, 0.7)
+    feel(q, 0.1, 1.0, 2e-5, 0.5, 0.2)
+    assert is_believed(q) == (True, True)
+
+
+def test_a_channel_is_believed_again_when_it_has_been_quiet_for_long_enough() -> None:
+    q = felt()
+    feel(q, 1.0, 1.0, 2e-5, 0.5)
+    feel(q, FELT_DISTRUST - 1.0, 0.0, 0.0, 0.5)
+    assert is_believed(q) == (False, True)
+    feel(q, 1.1, 0.0, 0.0, 0.5)
+    assert is_believed(q) == (True, True)
+
+
+def test_a_load_that_is_not_known_contradicts_nothing() -> None:
+    q = felt()
+    feel(q, 1.0, 1.0, math.nan, math.nan)
+    assert is_believed(q) == (True, True)
