@@ -36,6 +36,9 @@ def c_(
         str, typer.Option(help="Of all numbers: double; float, for processors without double.")
     ] = "double",
     prefix: Annotated[str, typer.Option(help="Beginning of every name in C.")] = "vg",
+    fingers: Annotated[
+        str, typer.Option(help="Of a finger's hand, in the order of their numbers, as in its launch file.")
+    ] = "thumb,index,middle,ring,little",
     settings: Annotated[
         Path | None,
         typer.Option(
@@ -63,6 +66,7 @@ def c_(
         prefix=prefix,
         precision=precision,
         entry=entry,
+        fingers=tuple(name.strip() for name in fingers.split(",")),
     )
     _claim(output, force=force)
     try:

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass, field, replace
 
 from vegrip.c99.names import RESERVED
-from vegrip.errors import UsageError
+from vegrip.errors import InputError, UsageError
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.grip.settings import ControlSettings
 from vegrip.model import ContactModel
@@ -13,6 +13,10 @@ HAND = ("thumb", "index", "middle", "ring", "little")
 ENTRIES = ("estimator", "finger")
 PREFIX = re.compile(r"[a-z][a-z0-9]{0,19}(_[a-z0-9]+)*")
 FRAMES = 500
+MOST_FINGERS = 8
+"""That the identifiers of a hand's frames tell apart."""
+ABSENT = ("drive_lag", "proven_time")
+"""Settings of the grip that need what is beside the compiled step."""
 MARGIN = 0.2
 """For which the self-test asks the least force."""
 
@@ -26,7 +30,8 @@ class Request:
     ``float``.
 
     Raises:
-        UsageError: no C compiler would take the prefix.
+        UsageError: no C compiler would take the prefix, or there are no fingers of these names.
+        InputError: the control does what an exported finger does not.
 
     """
 
@@ -53,3 +58,11 @@ class Request:
                 f"--prefix {self.prefix!r}: names in C begin with a lower-case letter, then come "
                 "letters, digits and single _, as in vg or left_hand"
             )
+        if not 1 <= len(set(self.fingers)) == len(self.fingers) <= MOST_FINGERS or "" in self.fingers:
+            raise UsageError(
+                f"--fingers {','.join(self.fingers)!r}: give 1 to {MOST_FINGERS} names, each once, with "
+                "commas between them, as in thumb,index"
+            )
+        for name in ABSENT if self.entry == "finger" else ():
+            if getattr(self.control.grip, name) > 0.0:
+                raise InputError(f"[grip] {name}: an exported finger cannot do this; leave it at 0")
