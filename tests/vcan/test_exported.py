@@ -62,7 +62,7 @@ def program(tmp_path_factory):
         pytest.skip("no C compiler")
     folder = tmp_path_factory.mktemp("firmware")
     for name, text in finger.write(REQUEST, finger_vectors.record(REQUEST)).files.items():
-        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     make = shutil.which("make") or "make"
     built = subprocess.run([make, "-C", folder, "linux"], capture_output=True, text=True, check=False)
