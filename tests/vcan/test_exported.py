@@ -13,6 +13,7 @@ import time
 from collections import deque
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import combinations
 
 import can
 import pytest
@@ -52,6 +53,7 @@ REQUEST = Request(paper_model(9e-3, modulus=3e5), frames=20, entry="finger")
 PATIENCE = 180.0  # [s]
 FAULTS = {Reason.INPUT_HOLD, Reason.FAIL_SAFE}
 HELD, SILENT, AGAIN = 100, 40, 30  # commands of every finger: in the grip, without states, with states again
+UNSURE = 100_000  # [ns] between an arrival and a command, by two clocks
 US, HALF, ALL = 1000, 1 << 31, (1 << 32) - 1
 
 
@@ -185,9 +187,31 @@ def instant(command):
     return (now + (stamp - now + HALF & ALL) - HALF) * US
 
 
+def real_time():
+    """Return what the clock of arrivals is ahead of that of commands [ns], by the quickest of many looks."""
+    looks = [(time.time_ns(), time.monotonic_ns(), time.time_ns()) for _ in range(1000)]
+    first, between, last = min(looks, key=lambda look: look[2] - look[0])
+    return (first + last) // 2 - between
+
+
 def differing(log):
-    """Yield command by command: number in the log, that of the C node, that of Python."""
-    answers = Answers()
+    """Return of each command that differs: number in the log, that of the C node, that of Python.
+
+    A command is the answer to the oldest state that waits, unless that came after the command was made: then
+    it was renewed by the clock. Of what came at the very instant both are tried.
+    """
+    found = list(_differing(log, frozenset(), unsure := []))
+    for chosen in (set(some) for n in (1, 2) for some in combinations(unsure[:4], n)):
+        if not found:
+            break
+        other = list(_differing(log, chosen, []))
+        found = min(found, other, key=len)
+    return found
+
+
+def _differing(log, turned, unsure):
+    """As :func:`differing`, with the other answer for those in ``turned``; tells which were ``unsure``."""
+    answers, ahead = Answers(), real_time()
     states = {answers.codec.line(name).state_id: name for name in HAND}
     commands = {answers.codec.line(name).command_id: name for name in HAND}
     first = next(instant(one) for one in log if one.arbitration_id in commands)
@@ -198,8 +222,13 @@ def differing(log):
             answers.waiting[states[frame.arbitration_id]].append(frame)
         elif frame.arbitration_id in commands:
             name, now = commands[frame.arbitration_id], instant(frame)
-            answer = answers.by_frame if answers.waiting[name] else answers.by_clock
-            wanted = answer(name, now)
+            waits = (
+                now + ahead - round(answers.waiting[name][0].timestamp * 1e9) if answers.waiting[name] else -1
+            )
+            if answers.waiting[name] and abs(waits) < UNSURE:
+                unsure.append(number)
+            by_frame = (waits >= 0) != (number in turned)
+            wanted = (answers.by_frame if by_frame else answers.by_clock)(name, now)
             if wanted != bytes(frame.data):
                 yield number, bytes(frame.data), wanted
 
@@ -218,7 +247,7 @@ def test_every_command_is_the_one_of_the_python_node_to_the_bit(episode):
     identifiers = {command_id(name) for name in HAND}
     commands = [one for one in episode.log if one.arbitration_id in identifiers]
     assert len(commands) >= (HELD + SILENT + AGAIN) * len(HAND)
-    assert list(differing(episode.log)) == []
+    assert differing(episode.log) == []
 
 
 def test_a_command_at_another_instant_differs(episode):

@@ -16,7 +16,7 @@ FRAMES = 500
 MOST_FINGERS = 8
 """That the identifiers of a hand's frames tell apart."""
 ABSENT = ("drive_lag",)
-"""Settings of the grip that need what is beside the compiled step."""
+"""Settings of the grip for which a finger needs more of its grasp than an exported one knows."""
 MARGIN = 0.2
 """For which the self-test asks the least force."""
 

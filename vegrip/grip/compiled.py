@@ -19,6 +19,7 @@ from vegrip.estimator.compiled import estimator_parts, kernel_mode, tell_once
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS
 from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
+from vegrip.grip.felt_slip import FELT_SIZE
 from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
 from vegrip.grip.policies.running_median import WINDOW_SLOTS
 from vegrip.model import ContactModel, cache, writer
@@ -119,7 +120,7 @@ def _mode() -> str:
 def single_lengths(finger: FingerLayout) -> Lengths:
     """Return how long the memories of each entry are, for a step that computes in single precision."""
     needs = f"(int)a1[{finger.wholes['SETUP_FINGERS']}]"
-    return dict.fromkeys(ENTRIES, (finger.n_reals, needs))
+    return dict.fromkeys(ENTRIES, (finger.n_reals, FELT_SIZE if finger.is_shared else needs))
 
 
 def finger_places(model: ContactModel) -> Origins:
