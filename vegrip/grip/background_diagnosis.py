@@ -19,6 +19,7 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.grip.layout import CHANNELS
 from vegrip.grip.recent_states import KeptStates
+from vegrip.host.realtime import SideThread
 from vegrip.messages import FingertipState, ModelHealth
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
@@ -225,9 +226,7 @@ class BackgroundDiagnosis:
         if samples is None or len(samples) < MIN_SAMPLES or (self.busy is not None and self.busy.is_alive()):
             return
         self._asked[finger] = now
-        self.busy = threading.Thread(
-            target=self._look, args=(finger, now, samples), name="diagnosis", daemon=True
-        )
+        self.busy = SideThread(target=self._look, args=(finger, now, samples), name="diagnosis", daemon=True)
         self.busy.start()
 
     def _look(self, finger: str, asked: int, samples: SampleRing) -> None:

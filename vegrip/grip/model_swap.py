@@ -12,6 +12,7 @@ from typing import Any
 
 from vegrip.errors import ModelError
 from vegrip.grip.estimator_protocol import Estimator
+from vegrip.host.realtime import SideThread
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
@@ -47,7 +48,7 @@ class ModelSwap:
         """Start to build estimators of ``parameters`` for these fingers, with what they felt lately."""
         self._latest += 1
         copied = {finger: copy(past) for finger, past in pasts.items()}
-        thread = threading.Thread(
+        thread = SideThread(
             target=self._build, args=(parameters, copied, self._latest), name="succession", daemon=True
         )
         thread.start()
