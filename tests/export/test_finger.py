@@ -14,7 +14,6 @@ from vegrip.export import Exported, Request, write_export
 from vegrip.export.finger_vectors import BROKEN_EVERY, record
 from vegrip.export.measure import STRICT
 from vegrip.grip.friction_settings import FrictionSettings
-from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition
 from vegrip.model import paper_model, read_model, write_model
@@ -57,7 +56,7 @@ def test_the_sequence_has_frames_ticks_broken_ones_and_faults() -> None:
 
 def test_a_finger_alone_learns_friction_by_itself_whatever_the_hand_shares() -> None:
     friction = FrictionSettings(shared=True, probing=True)
-    control = ControlSettings(friction=friction, grip=GripSettings(drive_lag=0.01))
+    control = ControlSettings(friction=friction)
     alone, plain = (
         record(Request(paper_model(8e-3), frames=60, entry="finger", control=one))
         for one in (control, ControlSettings())

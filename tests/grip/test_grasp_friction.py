@@ -7,10 +7,12 @@ import pytest
 
 import vegrip
 from vegrip.clock import NS
+from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import FingertipState
+from vegrip.messages import Condition, FingertipState
 
 NAMES = ("thumb", "index")
 LEARNING = FrictionSettings(shared=True, probing=True)
@@ -30,7 +32,12 @@ class Bench:
         self.force = dict.fromkeys(NAMES, 2.0)
 
     def run(
-        self, seconds: float, load: float, slip: dict[str, float] | None = None, speed: float = 0.0
+        self,
+        seconds: float,
+        load: float,
+        slip: dict[str, float] | None = None,
+        speed: float = 0.0,
+        all_speeds: float = 0.0,
     ) -> None:
         for _ in range(round(500 * seconds)):
             self.tick += 1
@@ -41,7 +48,7 @@ class Bench:
             states = [
                 FingertipState(
                     now, name, self.tick, force + noise, load, 0.0, 0.0, depth, 22.0,
-                    (slip or {}).get(name, 0.0), speed if (slip or {}).get(name, 0.0) >= 0.5 else 0.0,
+                    (slip or {}).get(name, 0.0), speed if (slip or {}).get(name, 0.0) >= 0.5 else all_speeds,
                 )
                 for name in NAMES
             ]  # fmt: skip
@@ -135,3 +142,51 @@ def test_probing_says_why_it_is_off_and_is_careful_then(
         assert needs[0] == pytest.approx(needs[1], rel=1e-6)
     else:
         assert needs[0] < 0.8 * needs[1]
+
+
+def test_a_flag_that_lies_is_named_and_not_used_and_the_grip_comes_back_while_it_still_lies() -> None:
+    bench = Bench(controller())
+    bench.run(2.0, 0.6)
+    before = [bench.hand.friction.belief(name) for name in NAMES]
+    held = bench.hand.fingers["index"].controller.required_force
+    bench.run(4.0, 0.6, {"index": 1.0}, speed=0.0)
+    assert bench.hand.friction.doubted_channel("index") == "slip"
+    assert bench.hand.friction.doubted_channel("thumb") == ""
+    assert bench.hand.health("index").channel == "slip"
+    assert bench.hand.health("index").condition is Condition.DEGRADED
+    why = bench.hand.friction.why_not_probing
+    assert why == "the channel 'slip' of index says slip while its slip speed shows none, and is not used"
+    for name, (mean, std) in zip(NAMES, before, strict=True):
+        after = bench.hand.friction.belief(name)
+        assert abs(after[0] - mean) < 0.5 * std
+        assert after[1] > 0.9 * std
+    careful = Bench(controller(FrictionSettings()))
+    careful.run(6.0, 0.6)
+    most = max(held, careful.hand.fingers["index"].controller.required_force)
+    assert bench.hand.fingers["index"].controller.required_force < 1.1 * most
+
+
+def test_a_slip_speed_of_a_slide_raises_the_grip_without_a_flag() -> None:
+    forces = []
+    for speed in (0.0, 5e-3):
+        bench = Bench(controller())
+        bench.run(2.0, 0.6)
+        bench.run(0.02, 0.6, all_speeds=speed)
+        forces.append(bench.hand.fingers["index"].controller.required_force)
+    assert forces[1] > 1.1 * forces[0]
+
+
+def test_a_node_logs_once_why_friction_is_not_probed(caplog: pytest.LogCaptureFixture) -> None:
+    settings = replace(ControlSettings(), friction=LEARNING)
+    model = vegrip.paper_model(tip_radius=9e-3)
+    node = GraspForce("grip", NAMES, lambda _: ContactEstimator(model, SensorNoise()), settings)
+    node.configure()
+    node.activate()
+    with caplog.at_level("INFO", logger="vegrip.grip"):
+        for tick in range(1, 600):
+            state = FingertipState(
+                tick * PERIOD, "thumb", tick, 2.0 + 0.004 * (-1) ** tick, 0.6, 0.0, 0.0, 1e-3
+            )
+            list(node.on_message(state, state.stamp))
+    told = [record.getMessage() for record in caplog.records]
+    assert told == ["friction is not probed: thumb does not feel slip"]

@@ -21,3 +21,13 @@ def test_a_wrong_value_neither_lets_the_grip_down_nor_teaches_a_friction(channel
     assert verdict.maximum <= 2.5  # the largest command lasts for 0.5 s; see docs/faults.md for which do not
     assert verdict.off <= 1.0
     assert verdict.shrunk <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("channel", "value", "duration"), [("slip", 1.0, 0.05), ("slip", 1.0, 1.0), ("slip_speed", 0.5, 1.0)]
+)
+def test_a_slip_channel_that_lies_neither_teaches_nor_keeps_the_grip_up_with_learning(
+    channel, value, duration
+):
+    verdict = judge(Fault(channel, value, FAULT_BEGIN_S, duration, -1), learning=True)
+    assert verdict.worst <= 1.0

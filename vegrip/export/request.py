@@ -47,10 +47,9 @@ class Request:
 
     @property
     def alone(self) -> ControlSettings:
-        """How a finger by itself is controlled: it shares no friction, and its load is not led."""
-        control = self.control
-        friction = replace(control.friction, shared=False, probing=False)
-        return replace(control, friction=friction, grip=replace(control.grip, drive_lag=0.0))
+        """How a finger by itself is controlled: it neither shares friction nor probes for it."""
+        friction = replace(self.control.friction, shared=False, probing=False)
+        return replace(self.control, friction=friction)
 
     def __post_init__(self) -> None:
         if not PREFIX.fullmatch(self.prefix) or self.prefix in RESERVED:

@@ -125,7 +125,7 @@ class GripController:
 
     def health(self, finger: str) -> ModelHealth:
         """Return whether the model explains what ``finger`` measures; errors as of :meth:`contact`."""
-        return self._finger_called(finger).health(self._now)
+        return self.friction.name_suspect(self._finger_called(finger).health(self._now))
 
     @property
     def settings(self) -> ControlSettings:

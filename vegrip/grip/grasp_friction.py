@@ -69,7 +69,7 @@ from vegrip.grip.friction_probe import (
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import FingertipState
+from vegrip.messages import FingertipState, ModelHealth
 from vegrip.types import NamedNumbers
 
 LONGEST_STEP_S = 0.1
@@ -77,6 +77,8 @@ LONGEST_STEP_S = 0.1
 NEW_CONTACT_VARIANCE = 1e-4
 """Growth of the variance of ln mu between two states that only a new contact brings."""
 
+
+CHANNELS_OF_SLIP = {FELT_FLAG: "slip", FELT_SPEED: "slip_speed"}
 
 CONTRADICTIONS = {
     FELT_BY_LOAD: "says slip while its load shows none",
@@ -284,13 +286,27 @@ class GraspFriction:
                 return f"the slip channel of {name} contradicts its load"
         return ""
 
+    def doubted_channel(self, finger: str) -> str:
+        """Return which channel of ``finger`` is not believed, because it is wrong of slip; empty = none."""
+        if not self.active:
+            return ""
+        i = self._places[finger]
+        found = (name for at, name in CHANNELS_OF_SLIP.items() if self._memory[at + 6 * i + FELT_OFF] > 0.0)
+        return next(found, "")
+
     def suspicion(self, finger: str) -> str:
         """Return what is wrong with what ``finger`` feels of slip, in a sentence; empty while all is well."""
-        i = self._places[finger]
-        for at, channel in ((FELT_FLAG, "slip flag"), (FELT_SPEED, "slip speed")):
-            if self.active and self._memory[at + 6 * i + FELT_OFF] > 0.0:
-                return f"the {channel} of {finger} {CONTRADICTIONS[self._memory[at + 6 * i + FELT_WHY]]}"
-        return ""
+        channel = self.doubted_channel(finger)
+        if not channel:
+            return ""
+        at = FELT_FLAG if channel == "slip" else FELT_SPEED
+        wrong = CONTRADICTIONS[self._memory[at + 6 * self._places[finger] + FELT_WHY]]
+        return f"the channel '{channel}' of {finger} {wrong}, and is not used"
+
+    def name_suspect(self, health: ModelHealth) -> ModelHealth:
+        """Return ``health`` with the channel that is not believed, instead of what the model fails at."""
+        channel = self.doubted_channel(health.finger)
+        return replace(health, channel=channel, regime="", suspect="") if channel else health
 
     def belief(self, finger: str) -> tuple[float, float]:
         """Return mean and standard deviation of ln mu of ``finger`` as the grasp believes it."""

@@ -1,5 +1,6 @@
 """The node that grips: a grip controller with a lifecycle, on a bus."""
 
+import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 
@@ -67,6 +68,7 @@ class GraspForce(NodeBase):
         self._model_swap = model_swap
         self.diagnoser = diagnoser or NoDiagnosis()
         self._active = False
+        self._why_not_probing = ""  # as it was last told
         self._worn = False  # the fingers have a past
         self._is_at_fault = False  # of this node itself, not of its input
 
@@ -390,9 +392,30 @@ class GraspForce(NodeBase):
         self._look(finger)
         for report in controller.reports(finger.name, now):
             self._told(finger)
-            yield self.diagnoser.annotate(report) if isinstance(report, ModelHealth) else report
+            yield self._with_suspects(report, controller)
             self._look(finger)  # a frame that came meanwhile may have run compiled
         self._told(finger)
+        if looks:
+            self._tell_probing(controller)
         # last, so that a state that has come meanwhile need not wait for it
         if looks and (learned := self._learned_store.observe(finger.name, now)):
             yield from finger.learned_messages(learned, now, self.parameters.learned_period)
+
+    def _with_suspects(self, report: Message, controller: GripController) -> Message:
+        if not isinstance(report, ModelHealth):
+            return report
+        return controller.friction.name_suspect(self.diagnoser.annotate(report))
+
+    def _tell_probing(self, controller: GripController) -> None:
+        """Log why friction is not probed, where that is asked for, and whenever it changes."""
+        friction = controller.friction
+        if not friction.active or not self.parameters.friction.probing:
+            return
+        why = friction.why_not_probing
+        if why != self._why_not_probing:
+            self._why_not_probing = why
+            logger = logging.getLogger(f"vegrip.{self.name}")
+            if why:
+                logger.warning("friction is not probed: %s", why)
+            else:
+                logger.info("friction is probed again")

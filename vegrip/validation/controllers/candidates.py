@@ -11,7 +11,7 @@ from vegrip.virtual import HandSettings
 KNOBS = {
     "hand": {
         "vegrip": 0.15,
-        "learning": 0.15,
+        "learning": 0.05,
         "known": 0.1,
         "ellipse": 0.15,
         "constant": 4.0,
@@ -20,7 +20,7 @@ KNOBS = {
     },
     "pinch": {
         "vegrip": 0.15,
-        "learning": 0.25,
+        "learning": 0.1,
         "known": 0.1,
         "ellipse": 0.15,
         "constant": 8.0,
@@ -34,6 +34,9 @@ Wanted margin [-] of vegrip, of learning, of one that knows the truth of frictio
 (the bound of what any of them can reach), and of the ellipse. Force [N], safety [-] and friction
 coefficient [-] set by hand of the others: tuned for each grasp.
 """
+
+DEMONSTRATED = "learning"
+"""What the demonstration shows as vegrip: the parameters that suit a hand that feels slip at once."""
 
 BOUND = "known"
 """What knows the truth; only the compiled trial has it (``run_compiled(known=True)``)."""
@@ -85,6 +88,11 @@ def learning_parameters(base: GraspParameters) -> GraspParameters:
         ),
         estimator=replace(base.estimator, friction_drift=0.03),
     )
+
+
+def demonstrated_parameters(grasp: str) -> GraspParameters:
+    """Return the parameters of the node in the demonstration of a ``grasp``."""
+    return parameters(DEMONSTRATED, KNOBS[grasp][DEMONSTRATED])
 
 
 def demo_parameters() -> GraspParameters:

@@ -15,6 +15,8 @@ With learning a grip is let go of on purpose, a little later or earlier after a 
     the object slips no more often, and from 2 s after the fault on no command is above 1.25 of the largest
     one without it
 
+and of the standard deviations the smallest of all fingers counts: which of them slips first is chance.
+
 ``--worst N`` looks for the worst case: half of N at random, then steps from the worst in each part of it.
 """
 
@@ -156,6 +158,7 @@ def judge(fault: Fault, *, learning: bool = False) -> Verdict:
     fallen = float((1.0 - ratio.min()) / (1.0 - FALLEN))
     if learning:
         fallen = SLIPPED if disturbed.slips > without.slips else 0.0
+        shrunk = _narrowest(without.estimates) / _narrowest(disturbed.estimates)
     back = round(look / SAMPLING)
     above = disturbed.command[back:n].max() / without.command[begun:n].max() - 1.0
     return Verdict(
@@ -173,6 +176,10 @@ RISEN = 0.25
 """By so much the command may be larger than it ever was without the fault."""
 SHRUNK = 1.1
 """By so much a standard deviation may differ: a grip that rises changes the contact, and what is known."""
+
+
+def _narrowest(estimates: Sequence[Mapping[str, Estimate]]) -> float:
+    return min(known.std for finger in estimates for known in finger.values())
 
 
 def _all_estimates(scene: Scene) -> tuple[dict[str, Estimate], ...]:
