@@ -52,7 +52,7 @@ hand.sensor.rate = 50.0
 REQUEST = Request(paper_model(9e-3, modulus=3e5), frames=20, entry="finger")
 PATIENCE = 180.0  # [s]
 FAULTS = {Reason.INPUT_HOLD, Reason.FAIL_SAFE}
-HELD, SILENT, AGAIN = 100, 40, 30  # commands of every finger: in the grip, without states, with states again
+HELD, SILENT, AGAIN = 60, 40, 20  # commands of every finger: in the grip, without states, with states again
 UNSURE = 100_000  # [ns] between an arrival and a command, by two clocks
 US, HALF, ALL = 1000, 1 << 31, (1 << 32) - 1
 
