@@ -65,7 +65,6 @@ SMALLEST = {
     "TWENTY_SECONDS": 0.5,
 }
 
-CONFIDENCE = 0.97
 NEVER = (1e6, 1e6)  # [s] between reports
 LARGEST = 512  # bytes of a packet
 COUNTER_AT, VALUES_AT = 2, 12
@@ -145,8 +144,9 @@ def finger_step(log: Log, mode: str) -> float:
         replay = Replay(log, mode)
         given, buffer = states(replay), bytearray(64)
         frame, fingers = np.frombuffer(buffer, dtype=np.uint8), replay.node.compiled_fingers
+        assert replay.node.controller is not None
         for finger in fingers.values():
-            finger.lend(CONFIDENCE, NEVER)
+            finger.lend(replay.node.controller, NEVER)
 
         def steps() -> None:
             for state, name, now in given:

@@ -35,7 +35,7 @@ ROUNDS = 1500
 SMALLEST = {"ROUNDS": 20}
 RANDOM = Random(1)  # noqa: S311 (no secret)
 FRAMES = [
-    BusFrame(0x200 + i % FINGERS, RANDOM.randbytes(32), fd=True, bit_rate_switch=True) for i in range(500)
+    BusFrame(0x200 + i % FINGERS, RANDOM.randbytes(32), fd=True, has_bit_rate_switch=True) for i in range(500)
 ]
 
 

@@ -17,7 +17,7 @@ from vegrip.demo.others import run_other_controllers
 from vegrip.demo.plot import draw_comparison
 from vegrip.demo.run import Demo, elapsed, run
 from vegrip.runtime.monitor import render
-from vegrip.validation.controllers.candidates import KNOBS
+from vegrip.validation.controllers.candidates import DEMONSTRATED, KNOBS
 from vegrip.validation.controllers.comparison import Trial, run_course
 from vegrip.validation.controllers.result import result_of
 from vegrip.validation.controllers.scenario import Scenario
@@ -48,7 +48,7 @@ def main() -> int:
     take_the_screen(Scenario(SEED, DURATION, "pinch"))
     for grasp, name in PICTURES.items():
         scenario = Scenario(SEED, DURATION, grasp)
-        ours = run_course(Trial("vegrip", SEED, DURATION, KNOBS[grasp]["vegrip"], grasp))
+        ours = run_course(Trial(DEMONSTRATED, SEED, DURATION, KNOBS[grasp][DEMONSTRATED], grasp))
         others = run_other_controllers(scenario, result_of(ours).mean_grip_force)
         draw_comparison({"vegrip": ours, **others}, scenario.events, IMAGES / name, DURATION)
     return 0

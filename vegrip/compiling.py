@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-SENTENCE = "compiles for this machine, once; later starts take it from the cache (about 15 s)"
+SENTENCE = "compiles for this machine, once; later starts take it from the cache (about 30 s)"
 
 log = logging.getLogger("vegrip")
 _listeners: list[Callable[[str], None]] = []

@@ -29,6 +29,7 @@ def untold() -> None:
 @needs_compiler
 def test_estimates_are_equal_to_the_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     request = Request(paper_model(8e-3), frames=200)
+    monkeypatch.setenv("VEGRIP_KERNEL", "numba")
     by_numba = ContactEstimator(request.model, request.noise)
     monkeypatch.setenv("VEGRIP_KERNEL", "c")
     by_c = ContactEstimator(request.model, request.noise)
@@ -54,8 +55,26 @@ def test_without_a_compiler_numba_runs_and_it_is_told_once(
         estimators = [ContactEstimator(paper_model(8e-3), SensorNoise()) for _ in range(2)]
     assert not any(isinstance(one._module, KernelsC) for one in estimators)
     assert told(caplog) == [
-        "VEGRIP_KERNEL=c is not possible: there is no C compiler (cc, gcc or clang); numba is used"
+        "VEGRIP_KERNEL=c is not possible: there is no C compiler (cc, gcc or clang); numba is used, which "
+        "compiles for half a minute"
     ]
+
+
+@needs_compiler
+def test_where_there_is_a_compiler_it_is_used_without_being_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("VEGRIP_KERNEL", raising=False)
+    assert isinstance(ContactEstimator(paper_model(8e-3), SensorNoise())._module, KernelsC)
+
+
+def test_without_one_and_without_being_asked_numba_runs_and_nothing_is_told(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.delenv("VEGRIP_KERNEL", raising=False)
+    monkeypatch.setattr(host, "compiler", lambda: None)
+    with caplog.at_level(logging.WARNING):
+        estimator = ContactEstimator(paper_model(8e-3), SensorNoise())
+    assert not isinstance(estimator._module, KernelsC)
+    assert told(caplog) == []
 
 
 def test_a_compiler_that_fails_leaves_numba(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vegrip.c99 import host
-from vegrip.c99.single import HUGE, TINY, single_literal, single_precision
+from vegrip.c99.single import HUGE, SMALLEST_FLOAT, single_literal, single_precision
 from vegrip.estimator import ContactEstimator
 from vegrip.estimator.kernels_c import KernelsC
 from vegrip.export import Request
@@ -25,7 +25,7 @@ needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compil
         ("m[12] = 3 + 0x1F; /* double 1.0 */", "m[12] = 3 + 0x1F; /* double 1.0 */"),
         ('printf("double %f 1.5", .5);', 'printf("double %f 1.5", .5F);'),
         ("double exp = my_exp(1.); exp = exp + 1e3;", "float exp = my_exp(1.F); exp = exp + 1e3F;"),
-        ("x > 1e-300 && x < 1e50", f"x > {TINY!r}F && x < {HUGE!r}F"),
+        ("x > 1e-300 && x < 1e50", f"x > {SMALLEST_FLOAT!r}F && x < {HUGE!r}F"),
         ("int64_t n = 250000001LL; u = 1U;", "int64_t n = 250000001LL; u = 1U;"),
     ],
 )

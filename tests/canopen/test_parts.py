@@ -22,7 +22,7 @@ MS = 1_000_000
 
 def test_a_node_is_missing_once_when_it_is_silent_for_longer_than_its_limit():
     consumer = HeartbeatConsumer({32: 500 * MS}, 0)
-    consumer.heard(32, 5, 100 * MS)
+    consumer.take_heartbeat(32, 5, 100 * MS)
     assert consumer.newly_missing(600 * MS) == []
     assert consumer.newly_missing(600 * MS + 1) == [32]
     assert consumer.newly_missing(700 * MS) == []
@@ -37,7 +37,7 @@ def test_a_node_may_take_longer_to_appear_than_between_two_heartbeats():
     consumer = HeartbeatConsumer({32: 500 * MS}, 0, first=10_000 * MS)
     assert consumer.due == 10_000 * MS + 1
     assert consumer.newly_missing(10_000 * MS) == []
-    consumer.heard(32, 127, 10_000 * MS)
+    consumer.take_heartbeat(32, 127, 10_000 * MS)
     assert consumer.newly_missing(10_500 * MS) == []
     assert consumer.newly_missing(10_501 * MS) == [32]
 
@@ -49,8 +49,8 @@ def test_a_node_that_never_appears_is_missed():
 def test_a_node_that_returns_is_there_again():
     consumer = HeartbeatConsumer({32: 500 * MS}, 0)
     consumer.newly_missing(1000 * MS)
-    assert consumer.heard(32, 127, 1000 * MS)
-    assert not consumer.heard(32, 5, 1100 * MS)
+    assert consumer.take_heartbeat(32, 127, 1000 * MS)
+    assert not consumer.take_heartbeat(32, 5, 1100 * MS)
     assert (consumer.missing, consumer.state(32)) == ([], 5)
 
 
@@ -60,7 +60,7 @@ def test_a_node_that_beats_within_its_limit_is_never_missing(gaps):
     for gap in gaps:
         now += gap * MS
         assert consumer.newly_missing(now) == []
-        consumer.heard(1, 5, now)
+        consumer.take_heartbeat(1, 5, now)
 
 
 def test_what_is_due_is_when_the_next_node_can_be_missing():
@@ -81,7 +81,7 @@ def test_objects_are_read_one_after_the_other_against_the_server_of_the_package(
     asked = [(0x1018, 2), (0x1A00, 0), (0x1A00, 2), (0x1017, 0), (0x7777, 0)]
     reader = SdoReader(asked, lambda data: node.sdo.on_request(0x620, data, 0.0))
     reader.serve(0)
-    assert reader.done
+    assert reader.is_done
     assert list(reader.values.values()) == [1, 4, 0x20000210, 200, None]
 
 
@@ -90,7 +90,7 @@ def test_a_device_that_does_not_answer_is_asked_again_and_then_given_up():
     reader = SdoReader([(0x1000, 0)], sent.append)
     for n in range(RETRIES + 2):
         reader.serve(n * ANSWER_TIMEOUT_NS)
-    assert (len(sent), reader.failed, reader.done) == (RETRIES, True, True)
+    assert (len(sent), reader.failed, reader.is_done) == (RETRIES, True, True)
 
 
 @given(st.binary(max_size=12))

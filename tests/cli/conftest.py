@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vegrip.identification.recording import Recording, write_recording
-from vegrip.identification.samples import RADIUS, recording
+from vegrip.identification.samples import SAMPLE_RADIUS_M, recording
 from vegrip.model import paper_model, write_model
 
 
@@ -24,6 +24,6 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with two presses of the sample as `press`, its model `press.toml`, and a table `raw.csv`."""
     folder = tmp_path_factory.mktemp("bench")
     write_recording(first_presses(), folder / "press")
-    write_model(paper_model(RADIUS), folder / "press.toml")
+    write_model(paper_model(SAMPLE_RADIUS_M), folder / "press.toml")
     (folder / "raw.csv").write_text("t,normal_force\n0,1\n0.1,2\n0.2,1.5\n")
     return folder

@@ -7,7 +7,7 @@ import tomllib
 import pytest
 
 from vegrip.cli import main
-from vegrip.identification.samples import FOREIGN, FOREIGN_LOG, SAMPLES
+from vegrip.identification.samples import FOREIGN_DATABASE, FOREIGN_LOG, SAMPLES
 from vegrip.identification.samples.make import foreign_motion
 
 WINDOWS = ["--rest", "0..2", "--press", "2..5", "--shear", "5..8", "--twist", "8..10"]
@@ -16,13 +16,13 @@ WINDOWS = ["--rest", "0..2", "--press", "2..5", "--shear", "5..8", "--twist", "8
 @pytest.fixture
 def gripper(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for name in (FOREIGN, FOREIGN_LOG):
+    for name in (FOREIGN_DATABASE, FOREIGN_LOG):
         SAMPLES[name].write(tmp_path / name)
     return tmp_path
 
 
 def connect(*arguments):
-    return main(["connect", FOREIGN, "-o", "hand.toml", *arguments])
+    return main(["connect", FOREIGN_DATABASE, "-o", "hand.toml", *arguments])
 
 
 def test_a_gripper_with_odd_units_signs_and_pages_is_mapped_by_its_log_and_four_windows(gripper, capsys):
@@ -110,22 +110,26 @@ BAD = {
         3,
         "no message of car.dbc came, but",
     ),
-    "not a log": (["connect", FOREIGN, "--log", "bad.asc"], 3, "bad.asc"),
+    "not a log": (["connect", FOREIGN_DATABASE, "--log", "bad.asc"], 3, "bad.asc"),
     "a window that is none": (
-        ["connect", FOREIGN, "--press", "5..2"],
+        ["connect", FOREIGN_DATABASE, "--press", "5..2"],
         2,
         "--press is '5..2'; give two times",
     ),
-    "a setting that is none": (["connect", FOREIGN, "--set", "sign"], 2, "write KEY=VALUE"),
+    "a setting that is none": (["connect", FOREIGN_DATABASE, "--set", "sign"], 2, "write KEY=VALUE"),
     "a setting of nothing": (
-        ["connect", FOREIGN, "--set", "fingers.left.normal_force.sing=1"],
+        ["connect", FOREIGN_DATABASE, "--set", "fingers.left.normal_force.sing=1"],
         3,
         "unknown key",
     ),
-    "a file that is there": (["connect", FOREIGN, "-o", "bad.dbc"], 3, "is there already"),
-    "a channel that is not there": (["connect", FOREIGN, "--channel", "can97"], 4, "cannot be opened"),
+    "a file that is there": (["connect", FOREIGN_DATABASE, "-o", "bad.dbc"], 3, "is there already"),
+    "a channel that is not there": (
+        ["connect", FOREIGN_DATABASE, "--channel", "can97"],
+        4,
+        "cannot be opened",
+    ),
     "no press in the window": (
-        ["connect", FOREIGN, "--log", FOREIGN_LOG, "--rest", "0..1", "--press", "1..2"],
+        ["connect", FOREIGN_DATABASE, "--log", FOREIGN_LOG, "--rest", "0..1", "--press", "1..2"],
         3,
         "no finger answers to the press",
     ),
@@ -145,7 +149,7 @@ def test_bad_input_gets_one_sentence_and_an_exit_code(gripper, capsys, name):
     (gripper / "car.dbc").write_text(
         'VERSION ""\nBU_: A\nBO_ 1 ENGINE: 8 A\n SG_ Rpm : 0|16@1+ (1,0) [0|0] "rpm" A\n'
     )
-    (gripper / "newton.dbc").write_text((gripper / FOREIGN).read_text().replace('"mm"', '"um"'))
+    (gripper / "newton.dbc").write_text((gripper / FOREIGN_DATABASE).read_text().replace('"mm"', '"um"'))
     assert main(arguments) == code
     error = capsys.readouterr().err
     assert said in " ".join(error.split())

@@ -273,11 +273,6 @@ def test_single_precision_runs_on_an_emulated_cortex_m4f(in_floats: tuple[Path, 
     assert measured.cortex_run.passed
 
 
-def test_a_finger_in_single_precision_is_refused_with_a_remedy() -> None:
-    with pytest.raises(UsageError, match="--precision float is for --entry estimator"):
-        Request(paper_model(8e-3), entry="finger", precision="float")
-
-
 @needs_compiler
 def test_a_folder_named_from_here_is_measured_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

@@ -13,6 +13,8 @@ from vegrip.cli import main
 from vegrip.export import Exported, Request, write_export
 from vegrip.export.finger_vectors import BROKEN_EVERY, record
 from vegrip.export.measure import STRICT
+from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition
 from vegrip.model import paper_model, read_model, write_model
 
@@ -50,6 +52,16 @@ def test_the_sequence_has_frames_ticks_broken_ones_and_faults() -> None:
     assert not frames[BROKEN_EVERY - 1].command
     seen = {Condition(meeting.condition) for meeting in meetings}
     assert seen >= {Condition.OK, Condition.DEGRADED, Condition.STALE, Condition.REPLAYED}
+
+
+def test_a_finger_alone_learns_friction_by_itself_whatever_the_hand_shares() -> None:
+    friction = FrictionSettings(shared=True, probing=True)
+    control = ControlSettings(friction=friction)
+    alone, plain = (
+        record(Request(paper_model(8e-3), frames=60, entry="finger", control=one))
+        for one in (control, ControlSettings())
+    )
+    assert [meeting.command for meeting in alone.meetings] == [meeting.command for meeting in plain.meetings]
 
 
 def test_a_wrong_limit_fails_the_self_test(exported: tuple[Path, Exported], tmp_path: Path) -> None:
@@ -109,6 +121,45 @@ def test_it_runs_on_an_emulated_cortex_m7(exported: tuple[Path, Exported]) -> No
     assert run_there is not None
     assert run_there.passed
     assert run_there.frames == FRAMES
+
+
+def test_the_hand_has_the_fingers_that_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(host, "compiler", lambda: None)
+    write_model(paper_model(8e-3), tmp_path / "m.toml")
+    command = ["export", "c", str(tmp_path / "m.toml"), "-o", str(tmp_path / "fw"), "--entry", "finger"]
+    assert main([*command, "--fingers", "index,thumb", "--json"]) == 0
+    capsys.readouterr()
+    assert (
+        "#define VG_FINGERS 2 /* of a grasp, by number: index, thumb */"
+        in (tmp_path / "fw" / "vg_finger.h").read_text()
+    )
+    for wrong in ("thumb,thumb", "", "a,b,c,d,e,f,g,h,i"):
+        assert main([*command, "--force", "--fingers", wrong]) == 2
+        assert "--fingers" in capsys.readouterr().err
+
+
+def test_settings_that_a_finger_cannot_follow_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_model(paper_model(8e-3), tmp_path / "m.toml")
+    (tmp_path / "s.toml").write_text("[grip]\ndrive_lag = 0.02\n")
+    command = ["export", "c", str(tmp_path / "m.toml"), "-o", str(tmp_path / "fw"), "--entry", "finger"]
+    assert main([*command, "--settings", str(tmp_path / "s.toml")]) == 3
+    assert "drive_lag" in capsys.readouterr().err
+
+
+def test_what_a_finger_learned_is_read_with_the_settings_of_its_export(
+    exported: tuple[Path, Exported], tmp_path: Path
+) -> None:
+    (tmp_path / "s.toml").write_text("[limits]\nmax_force = 7.5\n")
+    folder, learned = exported[0], tmp_path / "learned.toml"
+    command = ["export", "learned", str(folder / "model.toml"), str(folder / "examples/finger.txt")]
+    assert main([*command, "-o", str(learned), "--settings", str(tmp_path / "s.toml")]) == 0
+    mu, before = (read_model(path).values["mu"] for path in (learned, folder / "model.toml"))
+    assert mu.value != before.value
+    assert mu.std < before.std
 
 
 def test_nothing_that_firmware_has_not(exported: tuple[Path, Exported]) -> None:

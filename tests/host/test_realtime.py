@@ -9,6 +9,7 @@ import pytest
 
 from vegrip.host import realtime
 from vegrip.host.realtime import LoopPriority, Permission, Scheduling, choose_scheduling
+from vegrip.runtime import background
 
 ALL = Permission(99, may_lock=True)
 
@@ -109,3 +110,40 @@ def test_programs_that_a_loop_starts_have_the_usual_priority():
     finally:
         priority.give_back()
     assert told.stdout.strip() == "True"
+
+
+def of_a_side_thread(work):
+    """Return what ``work`` returns in a side thread."""
+    found = []
+    thread = realtime.SideThread(target=lambda: found.append(work()))
+    thread.start()
+    thread.join()
+    return found[0]
+
+
+@pytest.mark.usefixtures("permitted")
+def test_a_side_thread_that_begins_while_a_loop_has_its_priority_has_the_lowest_of_those():
+    priority = LoopPriority(Scheduling(3))
+    priority.take()
+    try:
+        during = of_a_side_thread(lambda: (policy(), os.sched_getparam(0).sched_priority))
+    finally:
+        priority.give_back()
+    assert during == (os.SCHED_FIFO, realtime.SIDE_THREAD_PRIORITY)
+    assert of_a_side_thread(policy) == os.SCHED_OTHER
+
+
+@pytest.mark.usefixtures("permitted")
+@pytest.mark.parametrize("found", ["chrt", "nice", ""])
+def test_a_helper_that_a_side_thread_starts_has_no_priority_over_other_programs(monkeypatch, tmp_path, found):
+    (tmp_path / "told_policy.py").write_text("import os; print(os.sched_getscheduler(0))")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    which = background.shutil.which
+    monkeypatch.setattr(background.shutil, "which", lambda name: which(name) if name == found else None)
+    priority = LoopPriority(Scheduling(3))
+    priority.take()
+    try:
+        told = of_a_side_thread(lambda: background.run_behind("told_policy", [])).stdout
+    finally:
+        priority.give_back()
+    assert int(told) in (os.SCHED_IDLE, os.SCHED_OTHER)

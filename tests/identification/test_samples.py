@@ -8,13 +8,15 @@ import pytest
 
 from vegrip.identification.recording import read_recording
 from vegrip.identification.recording.can_log import read_can_log
-from vegrip.identification.samples import LOG, MODEL, RADIUS, SAMPLES, TABLE, make
+from vegrip.identification.samples import MODEL, SAMPLE_LOG, SAMPLE_RADIUS_M, SAMPLE_TABLE, SAMPLES, make
 from vegrip.model import read_model
 
 
 @pytest.mark.slow
 def test_the_table_is_made_anew_byte_by_byte() -> None:
-    shipped = gzip.decompress(files("vegrip.identification.samples").joinpath(f"{TABLE}.gz").read_bytes())
+    shipped = gzip.decompress(
+        files("vegrip.identification.samples").joinpath(f"{SAMPLE_TABLE}.gz").read_bytes()
+    )
     assert make.table().encode() == shipped
 
 
@@ -30,8 +32,8 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_each_can_be_read_by_what_it_is_for(written: Path) -> None:
     press = read_recording(written / "press")
     assert press.report.is_clean
-    assert press.fingertip.radius == RADIUS == read_model(written / MODEL).tip_radius
-    log = read_can_log(written / LOG, ("thumb",))["thumb"]
+    assert press.fingertip.radius == SAMPLE_RADIUS_M == read_model(written / MODEL).tip_radius
+    log = read_can_log(written / SAMPLE_LOG, ("thumb",))["thumb"]
     assert log.report.rows_lost == 0
     assert log.columns["normal_force"].max() == pytest.approx(
         press.columns["normal_force"][press.t < make.LOGGED].max(), abs=0.01

@@ -32,7 +32,7 @@ def test_a_message_arrives_when_its_last_bit_has_passed(bus):
     (frame,) = codec().encode(state(1))
     hand.send(state(1))
     (got,) = node.receive(1.0)
-    sent = BusFrame(frame.arbitration_id, frame.data, fd=True, bit_rate_switch=True)
+    sent = BusFrame(frame.arbitration_id, frame.data, fd=True, has_bit_rate_switch=True)
     assert got.normal_force == 1.5
     assert node.arrivals == [frame_duration(sent, BitTiming())] == [bus.clock.now()]
     assert not hand.receive(0.0), "a node does not hear itself"
@@ -102,7 +102,7 @@ def test_the_load_is_that_of_the_frames(bus):
         bus.clock.sleep_until(seq * MS)
     (frame,) = codec().encode(state(1))
     duration = frame_duration(
-        BusFrame(frame.arbitration_id, frame.data, fd=True, bit_rate_switch=True), BitTiming()
+        BusFrame(frame.arbitration_id, frame.data, fd=True, has_bit_rate_switch=True), BitTiming()
     )
     assert node.bus_load() == pytest.approx(duration / MS, rel=0.05)
 

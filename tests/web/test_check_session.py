@@ -7,7 +7,7 @@ import pytest
 
 from vegrip.errors import InputError, UsageError
 from vegrip.web.check.render import body, progress, verdict
-from vegrip.web.check.session import FILE, Rung, Session, load, save
+from vegrip.web.check.session import CHECK_FILE, Rung, Session, load, save
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def test_a_refit_with_episodes_held_back_is_a_model_of_its_own(session: Session)
     assert session.effects == ["adhesion"]
     assert session.rungs[2].is_refit
     assert not session.rungs[0].is_refit
-    assert "which the fit has not seen" in body(session, busy=False)
+    assert "which the fit has not seen" in body(session, is_busy=False)
 
 
 def test_a_check_goes_on_where_it_was(session: Session, tmp_path: Path) -> None:
@@ -64,7 +64,7 @@ def test_the_check_of_another_recording_is_refused(session: Session, tmp_path: P
     "text", ["", "[]", "{}", '{"recording": "/data/press", "rungs": [{}], "current": 0}']
 )
 def test_a_damaged_check_is_one_sentence(tmp_path: Path, text: str) -> None:
-    (tmp_path / FILE).write_text(text)
+    (tmp_path / CHECK_FILE).write_text(text)
     with pytest.raises(InputError, match="cannot be read"):
         load(tmp_path, "/data/press")
 
@@ -76,17 +76,17 @@ def test_a_model_that_leaves_more_than_noise_is_a_misfit_until_it_is_diagnosed(s
 
 
 def test_while_something_runs_nothing_else_can_be_pressed(session: Session) -> None:
-    shown = body(session, busy=True)
+    shown = body(session, is_busy=True)
     pressable = re.findall(r"<(?:button|input|select)[^>]*>", shown)
     assert len(pressable) > 9
     assert all("disabled" in one for one in pressable)
-    assert "disabled" not in body(session, busy=False)
+    assert "disabled" not in body(session, is_busy=False)
 
 
 def test_names_from_files_cannot_become_markup(session: Session) -> None:
     session.add(
         Rung("<script>.toml", "<script>", 1, 1.0, parameters={"<script>": {"value": 1.0, "unit": "<b>"}})
     )
-    shown = body(session, busy=False) + progress("<script>", 1.0, ["<script>"])
+    shown = body(session, is_busy=False) + progress("<script>", 1.0, ["<script>"])
     assert "<script" not in shown
     assert "<b>N" not in shown

@@ -22,8 +22,8 @@ from vegrip.messages import (
 )
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.node_row import Present
-from vegrip.web.live.alarms import HELD, Alarms, alarms_of
-from vegrip.web.live.columns import COUNT, NAMES, Columns
+from vegrip.web.live.alarms import ALARM_HOLD_S, Alarms, alarms_of
+from vegrip.web.live.columns import COLUMN_COUNT, COLUMN_NAMES, Columns
 from vegrip.web.live.finger_view import finger_view
 from vegrip.web.live.limit_curve import limit_curve
 from vegrip.web.live.view import LiveView
@@ -137,16 +137,16 @@ def test_a_column_keeps_the_peaks_of_what_it_is_made_of() -> None:
     columns = Columns()
     for value in (0.5, 0.1, 0.9, 0.4):
         columns.note("margin", value)
-    at = 3 * NAMES.index("margin")
+    at = 3 * COLUMN_NAMES.index("margin")
     assert columns.close()[at : at + 3] == [0.1, 0.9, 0.4]
     assert columns.close()[at : at + 3] == [None] * 3
 
 
 def test_columns_do_not_grow_beyond_half_a_minute() -> None:
     columns = Columns()
-    for _ in range(3 * COUNT):
+    for _ in range(3 * COLUMN_COUNT):
         columns.close()
-    assert len(columns.closed) == COUNT
+    assert len(columns.closed) == COLUMN_COUNT
 
 
 def test_the_curve_goes_from_pure_torque_to_pure_force_and_bulges() -> None:
@@ -195,8 +195,8 @@ def test_an_alarm_stays_long_enough_to_be_seen_and_then_goes(view: LiveView) -> 
     alarms = Alarms()
     view.take(replace(COMMAND, reason=Reason.SLIP), 0, NODE)
     assert len(alarms.update(alarms_of(view.board, 0), 0)) == 1
-    assert len(alarms.update([], round(0.9 * HELD * NS))) == 1
-    assert alarms.update([], round(1.1 * HELD * NS)) == []
+    assert len(alarms.update([], round(0.9 * ALARM_HOLD_S * NS))) == 1
+    assert alarms.update([], round(1.1 * ALARM_HOLD_S * NS)) == []
 
 
 def test_the_same_alarm_of_several_fingers_is_one_that_names_them(view: LiveView) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.identification.samples import SAMPLES
-from vegrip.web.check.session import FILE
+from vegrip.web.check.session import CHECK_FILE
 from vegrip.web.report.document import document, listed, table
 
 pytestmark = pytest.mark.slow
@@ -64,7 +64,7 @@ def test_a_file_is_not_written_over_without_being_told(
     assert file.read_text() == "mine"
 
 
-@pytest.mark.parametrize("name", ["report.json", FILE, "session.toml"])
+@pytest.mark.parametrize("name", ["report.json", CHECK_FILE, "session.toml"])
 @pytest.mark.parametrize("text", ["", "{}", "[1]", "\x00", '{"recording": "nowhere"}'])
 def test_a_damaged_folder_is_one_sentence(
     tmp_path: Path, name: str, text: str, capsys: pytest.CaptureFixture[str]

@@ -11,7 +11,7 @@ from vegrip.c99.kinds import (
     BOOL,
     BYTES,
     INT,
-    ITEMS,
+    ITEM_KIND,
     LONG,
     LONGS,
     NUMBERS,
@@ -136,7 +136,7 @@ class Expressions:
     def place(self, node: ast.Subscript) -> str:
         """Return an element of the memory as something to assign to."""
         memory = self.value(node.value)
-        if memory.kind not in ITEMS:
+        if memory.kind not in ITEM_KIND:
             raise refused(node, "only elements of the memory can be set")
         return f"{memory.text}[{self.index(node.slice)}]"
 
@@ -145,13 +145,13 @@ class Expressions:
         array = self.value(target.value).kind
         if array == LONGS and value.kind in (*WHOLES, BOOL):
             return value.text
-        if ITEMS[array] == LONG and value.kind in WHOLES:
+        if ITEM_KIND[array] == LONG and value.kind in WHOLES:
             return f"(uint8_t){value.within(SIGN)}"
-        if ITEMS[array] == REAL and value.kind in (REAL, INT):
+        if ITEM_KIND[array] == REAL and value.kind in (REAL, INT):
             return value.text
-        if ITEMS[array] == REAL and value.kind == BOOL:
+        if ITEM_KIND[array] == REAL and value.kind == BOOL:
             return f"{value.within(EITHER)} ? 1.0 : 0.0"
-        raise refused(target, f"holds {ITEMS[array].c} and gets {value.kind.c}; convert it")
+        raise refused(target, f"holds {ITEM_KIND[array].c} and gets {value.kind.c}; convert it")
 
     def _constant(self, node: ast.Constant) -> Value:
         value = node.value
@@ -290,12 +290,12 @@ class Expressions:
             return Value(f"{whole.within(ATOM)}.v{i}", whole.kind.fields[i])
         if isinstance(whole.kind, Table):
             return self._element(node, whole.kind)
-        if whole.kind not in ITEMS:
+        if whole.kind not in ITEM_KIND:
             raise refused(node, "is neither memory, table nor tuple")
         item = f"{whole.text}[{self.index(node.slice)}]"
         if whole.kind == BYTES:  # a shift is not to be one of int
             return self.settled(Value(f"(int64_t){item}", LONG, SIGN))
-        return self.settled(Value(item, ITEMS[whole.kind]))
+        return self.settled(Value(item, ITEM_KIND[whole.kind]))
 
     def _element(self, node: ast.Subscript, table: Table) -> Value:
         indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]

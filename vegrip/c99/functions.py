@@ -4,8 +4,8 @@ import ast
 from dataclasses import dataclass
 
 from vegrip.c99.expressions import LESS, Expressions, Module, Value
-from vegrip.c99.kinds import BOOL, INT, ITEMS, LONG, REAL, VOID, WHOLES, Kind, Struct, Table, common
-from vegrip.c99.names import STEP, broken, local
+from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, VOID, WHOLES, Kind, Struct, Table, common
+from vegrip.c99.names import INDENT, broken, local
 from vegrip.c99.order import matters
 from vegrip.c99.refusal import is_text, refused
 from vegrip.c99.scopes import Scopes
@@ -63,7 +63,7 @@ class Function:
         self.made = 0
         unused = [f"(void){local(name)};" for name in self.arguments if self._is_unused(name)]
         lines = self._block(self.tree.body)
-        return [line for one in [*self._declarations(), *unused, *lines] for line in broken(STEP + one)]
+        return [line for one in [*self._declarations(), *unused, *lines] for line in broken(INDENT + one)]
 
     def _is_unused(self, name: str) -> bool:
         return not isinstance(self.kinds[name], Table) and not self.scopes.is_read(name)
@@ -87,7 +87,7 @@ class Function:
 
     def _inside(self, body: list[ast.stmt]) -> list[str]:
         at, where = self.at, self.where
-        lines = [STEP + line for line in self._block(body)]
+        lines = [INDENT + line for line in self._block(body)]
         self.at, self.where = at, where
         return lines
 
@@ -179,7 +179,7 @@ class Function:
         if isinstance(value, ast.Tuple) and len(value.elts) == len(targets):
             writer = self._writer(value)
             found = [writer.value(one) for one in value.elts]
-            if not _independent(targets, value.elts):
+            if not _are_independent(targets, value.elts):
                 found = [self._kept(one) for one in found]
         else:
             writer = self._writer(value)
@@ -217,13 +217,13 @@ class Function:
         kind = self._note_kind(target, value.kind)
         if not self.scopes.is_read(target.id):
             return [f"(void)({value.text});"]
-        if self.scopes.declared_in(target.id, self.where):
+        if self.scopes.is_declared_in(target.id, self.where):
             once = "const " if self.scopes.is_constant(target.id, self.where) else ""
             return [f"{once}{kind.c} {local(target.id)} = {value.text};"]
         return [f"{local(target.id)} = {value.text};"]
 
     def _note_kind(self, target: ast.Name, kind: Kind) -> Kind:
-        if kind == VOID or kind in ITEMS or isinstance(kind, Table):
+        if kind == VOID or kind in ITEM_KIND or isinstance(kind, Table):
             raise refused(target, "only numbers and tuples get a name")
         known = self.kinds.get(target.id, kind)
         both = common(known, kind)
@@ -261,7 +261,7 @@ class Function:
             self.at, self.where = at, where
             if chained[0].startswith("if ("):
                 return [*lines, f"}} else {chained[0]}", *_closed(chained[1:])]
-            return [*lines, "} else {", *(STEP + line for line in chained), "}"]
+            return [*lines, "} else {", *(INDENT + line for line in chained), "}"]
         return [*lines, "} else {", *self._inside(node.orelse), "}"]
 
     def _return(self, node: ast.Return) -> list[str]:
@@ -270,7 +270,7 @@ class Function:
         self._note_writes(node.value)
         value = self._writer(node.value).value(node.value)
         both = value.kind if self.result is None else _joined(self.module, self.result, value.kind)
-        if both is None or isinstance(both, Table) or both == VOID or both in ITEMS:
+        if both is None or isinstance(both, Table) or both == VOID or both in ITEM_KIND:
             raise refused(node, "functions return numbers or tuples, of one kind in all places")
         self.result = both
         text = value.text
@@ -298,14 +298,14 @@ class Function:
         before = self.before
         name = node.target.id
         self._note_kind(node.target, INT)
-        own = self.scopes.owned_by(name, node)
+        own = self.scopes.is_owned_by(name, node)
         counter = local(name) if own else self._fresh("i")
         sign, move = ("<", f"+= {step}") if step > 0 else (">", f"-= {-step}")
         move = {"+= 1": "++", "-= 1": "--"}.get(move, f" {move}")
         head = f"for (int32_t {counter} = {first}; {counter} {sign} {last}; {counter}{move}) {{"
         body = self._inside(node.body)
         if not own and self.scopes.is_read(name):
-            body.insert(0, f"{STEP}{local(name)} = {counter};")
+            body.insert(0, f"{INDENT}{local(name)} = {counter};")
         return [*before, head, *body, "}"]
 
     def _limit(self, writer: Expressions, node: ast.expr) -> str:
@@ -345,9 +345,9 @@ class Function:
         sets = []
         for part, column in zip(parts, columns, strict=True):
             self._note_kind(part, kind)
-            own = f"const {kind.c} " if self.scopes.owned_by(part.id, node) else ""
+            own = f"const {kind.c} " if self.scopes.is_owned_by(part.id, node) else ""
             if self.scopes.is_read(part.id):
-                sets.append(f"{STEP}{own}{local(part.id)} = {array}[{index}]{column};")
+                sets.append(f"{INDENT}{own}{local(part.id)} = {array}[{index}]{column};")
         head = f"for (int32_t {index} = 0; {index} < {shape[0]}; {index}++) {{"
         return [head, *sets, *self._inside(node.body), "}"]
 
@@ -403,7 +403,7 @@ def _reads(node: ast.expr, name: str) -> bool:
     return any(isinstance(one, ast.Name) and one.id == name for one in ast.walk(node))
 
 
-def _independent(targets: list[ast.expr], values: list[ast.expr]) -> bool:
+def _are_independent(targets: list[ast.expr], values: list[ast.expr]) -> bool:
     """Return whether setting one target after the other gives what setting all at once gives."""
     for i, target in enumerate(targets):
         later = values[i + 1 :]
@@ -420,4 +420,4 @@ def _closed(chained: list[str]) -> list[str]:
     branches = [line for line in chained if line.startswith("} else")]
     if branches and not branches[-1].startswith("} else if"):
         return chained
-    return [*chained[:-1], "} else {", f"{STEP}/* as it is */", "}"]
+    return [*chained[:-1], "} else {", f"{INDENT}/* as it is */", "}"]

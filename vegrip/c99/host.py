@@ -6,11 +6,11 @@ import shutil
 import subprocess
 from pathlib import Path
 
-HEAD = "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n\n"
+HOST_INCLUDES = "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n\n"
 EXACT = ("-std=c99", "-ffp-contract=off")
 """Every operation rounds once, as in numba: no fused multiplication and addition."""
 FLAGS = (*EXACT, "-O2", "-fno-math-errno", "-shared", "-fPIC", "-w")
-LONGEST = 120.0  # [s] that a compiler may take
+MAX_COMPILE_S = 120.0  # [s] that a compiler may take
 
 
 class CompilerError(Exception):
@@ -38,7 +38,12 @@ def build(text: str, library: Path, flags: tuple[str, ...] = FLAGS) -> None:
     command = [found, *flags, "-x", "c", "-", "-o", str(library), "-lm"]
     try:
         done = subprocess.run(
-            command, input=HEAD + text, text=True, capture_output=True, timeout=LONGEST, check=False
+            command,
+            input=HOST_INCLUDES + text,
+            text=True,
+            capture_output=True,
+            timeout=MAX_COMPILE_S,
+            check=False,
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise CompilerError(f"{found}: {error}") from None

@@ -32,7 +32,7 @@ BOOL = Kind("bool")
 MEMORY = Kind("double *")
 LONGS = Kind("int64_t *")
 BYTES = Kind("uint8_t *")
-ITEMS = {MEMORY: REAL, LONGS: LONG, BYTES: LONG}
+ITEM_KIND = {MEMORY: REAL, LONGS: LONG, BYTES: LONG}
 """Arrays that are passed on and written to -> what an element is read as."""
 VOID = Kind("void")
 NUMBERS = (REAL, INT, LONG, BOOL)

@@ -6,7 +6,7 @@ import numpy as np
 
 from vegrip.c99.kinds import BOOL, INT, REAL, Kind
 
-LARGEST = 2**31 - 1
+MAX_INT32 = 2**31 - 1
 LARGEST_LONG = 2**63 - 1
 
 
@@ -34,7 +34,7 @@ def whole(value: int) -> str:
 
 def is_short(value: int) -> bool:
     """Return whether a whole number fits into 32 bits."""
-    return abs(value) <= LARGEST
+    return abs(value) <= MAX_INT32
 
 
 def hexadecimal(value: float) -> str:

@@ -10,8 +10,8 @@ RESERVED = frozenset(
     asm near far interrupt main class new delete this template typename private public protected
     """.split()  # noqa: SIM905 (a table to read)
 )
-WIDTH = 110
-STEP = "    "
+LINE_WIDTH = 110
+INDENT = "    "
 
 
 def local(name: str) -> str:
@@ -28,21 +28,21 @@ def comment(text: str, indent: str = "") -> list[str]:
     """Return lines of a comment."""
     lines = [line.rstrip() for line in text.strip().replace("*/", "* /").splitlines()]
     first = [f"{indent}/* {lines[0]}", *(f"{indent} * {line}".rstrip() for line in lines[1:])]
-    if len(first) == 1 and len(first[0]) + 3 <= WIDTH:
+    if len(first) == 1 and len(first[0]) + 3 <= LINE_WIDTH:
         return [f"{first[0]} */"]
     return [*first[:-1], f"{first[-1]} */"]
 
 
 def broken(line: str) -> list[str]:
     """Break a line of code that is too long, at spaces."""
-    if len(line) <= WIDTH or line.lstrip().startswith(("#", "/*", "*")):
+    if len(line) <= LINE_WIDTH or line.lstrip().startswith(("#", "/*", "*")):
         return [line]
     indent = line[: len(line) - len(line.lstrip())]
     return textwrap.wrap(
         line.strip(),
-        WIDTH,
+        LINE_WIDTH,
         initial_indent=indent,
-        subsequent_indent=indent + 2 * STEP,
+        subsequent_indent=indent + 2 * INDENT,
         break_long_words=False,
         break_on_hyphens=False,
     )

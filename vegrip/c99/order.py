@@ -12,10 +12,10 @@ Writes = Callable[[ast.Call], bool]
 
 def matters(node: ast.expr, writes: Writes) -> bool:
     """Return whether the result of ``node`` depends on the order of its operands."""
-    return any(_mixed(inner, writes) for inner in ast.walk(node))
+    return any(_mixes(inner, writes) for inner in ast.walk(node))
 
 
-def _mixed(node: ast.AST, writes: Writes) -> bool:
+def _mixes(node: ast.AST, writes: Writes) -> bool:
     if isinstance(node, (ast.BoolOp, ast.IfExp)):  # in this order in C, too
         return False
     parts = [part for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]

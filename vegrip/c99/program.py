@@ -10,7 +10,7 @@ from vegrip.c99 import literals
 from vegrip.c99.expressions import Value, number_of
 from vegrip.c99.functions import Body, Callees, Function
 from vegrip.c99.helpers import helper
-from vegrip.c99.kinds import BOOL, INT, ITEMS, LONG, REAL, Kind, Struct, Table
+from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, Kind, Struct, Table
 from vegrip.c99.names import broken, comment, joined, local
 from vegrip.c99.refusal import Place, RefusedError, UntranslatableError, refused, statements, unknown_place
 
@@ -42,7 +42,7 @@ def translate(
     prefix: str = "vg",
     place: Place = unknown_place,
     notes: Mapping[str, str] | None = None,
-    public: bool = True,
+    is_public: bool = True,
 ) -> Program:
     """Translate what ``entries`` need.
 
@@ -52,13 +52,13 @@ def translate(
         prefix: of every name that is made.
         place: says where a statement stands for its author.
         notes: texts for comments, by name of the function, where the module has no docstring.
-        public: whether the entries are seen outside the file.
+        is_public: whether the entries are seen outside the file.
 
     Raises:
         UntranslatableError: a line has no counterpart; names file and line.
 
     """
-    translator = _Translator(text, set(entries) if public else set(), prefix, place, notes or {})
+    translator = _Translator(text, set(entries) if is_public else set(), prefix, place, notes or {})
     for name, kinds in entries.items():
         translator.function(name, kinds)
     return translator.program()
@@ -127,8 +127,8 @@ class _Translator(Callees):
         arguments = [argument.arg for argument in tree.args.args]
         name = self._free_name(tree.name, kinds)
         takes = [
-            f"{'const ' if kind in ITEMS and argument not in body.written else ''}{kind.c}"
-            f"{'' if kind in ITEMS else ' '}{local(argument)}"
+            f"{'const ' if kind in ITEM_KIND and argument not in body.written else ''}{kind.c}"
+            f"{'' if kind in ITEM_KIND else ' '}{local(argument)}"
             for argument, kind in zip(arguments, kinds, strict=True)
             if not isinstance(kind, Table)
         ]
@@ -179,8 +179,8 @@ class _Translator(Callees):
     def struct(self, fields: tuple[Kind, ...]) -> Struct:
         if fields not in self.structs:
             letters = [LETTERS[kind] for kind in fields]
-            same = len(set(letters)) == 1
-            shape = f"{letters[0]}{len(letters)}" if same else "".join(letters)
+            is_uniform = len(set(letters)) == 1
+            shape = f"{letters[0]}{len(letters)}" if is_uniform else "".join(letters)
             self.structs[fields] = Struct(f"{self.prefix}_{shape}", fields)
         return self.structs[fields]
 

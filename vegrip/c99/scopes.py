@@ -29,7 +29,7 @@ class Scopes:
         for name in {node.id for node in names} - self._arguments:
             homes: dict[Home, bool] = {}
             loops: set[int] = set()
-            if self._found(tree.body, name, homes, loops):
+            if self._find_homes(tree.body, name, homes, loops):
                 self._homes[name], self._loops[name] = homes, loops
 
     def is_read(self, name: str) -> bool:
@@ -44,7 +44,7 @@ class Scopes:
         """Return whether each use of the variable lies in a block that begins with setting it."""
         return name in self._homes
 
-    def declared_in(self, name: str, home: Home) -> bool:
+    def is_declared_in(self, name: str, home: Home) -> bool:
         """Return whether the statement at ``home`` declares the variable."""
         return home in self._homes.get(name, {})
 
@@ -52,11 +52,11 @@ class Scopes:
         """Return whether it keeps the value that the statement at ``home`` gives it."""
         return self._homes[name][home]
 
-    def owned_by(self, name: str, loop: ast.For) -> bool:
+    def is_owned_by(self, name: str, loop: ast.For) -> bool:
         """Return whether the variable of a loop is used nowhere else and not changed by its body."""
         return id(loop) in self._loops.get(name, set())
 
-    def _found(self, body: list[ast.stmt], name: str, homes: dict[Home, bool], loops: set[int]) -> bool:
+    def _find_homes(self, body: list[ast.stmt], name: str, homes: dict[Home, bool], loops: set[int]) -> bool:
         """Find the homes of ``name`` in a list of statements; False when a use has none."""
         for number, node in enumerate(body):
             if not self._mentions(node, name):
@@ -72,7 +72,7 @@ class Scopes:
             if any(self._mentions(part, name) for part in ast.iter_child_nodes(node) if _is_expression(part)):
                 return False
             if not all(
-                self._found(getattr(node, part, []), name, homes, loops) for part in ("body", "orelse")
+                self._find_homes(getattr(node, part, []), name, homes, loops) for part in ("body", "orelse")
             ):
                 return False
         return True

@@ -6,7 +6,7 @@ its range is brought into it. Where a text needs eight digits or more, single pr
 
 import re
 
-TINY = 1e-30
+SMALLEST_FLOAT = 1e-30
 """What a constant nearer to 0 becomes: its reciprocal is a float as well."""
 HUGE = 1e30
 """What a larger constant becomes."""
@@ -30,9 +30,9 @@ def single_precision(text: str) -> str:
 def single_literal(value: float) -> float:
     """Return a finite number brought into the range in which a float and its reciprocal exist."""
     size = abs(value)
-    if size == 0.0 or TINY <= size <= HUGE:
+    if size == 0.0 or SMALLEST_FLOAT <= size <= HUGE:
         return value
-    return (TINY if size < TINY else HUGE) * (1.0 if value > 0.0 else -1.0)
+    return (SMALLEST_FLOAT if size < SMALLEST_FLOAT else HUGE) * (1.0 if value > 0.0 else -1.0)
 
 
 def _token(found: re.Match[str]) -> str:

@@ -54,7 +54,7 @@ class Device:
         return int(self.local.nmt._state)
 
     @property
-    def operational(self) -> bool:
+    def is_operational(self) -> bool:
         """Whether PDOs may be sent and received."""
         return self.state == OPERATIONAL
 

@@ -10,12 +10,12 @@ from vegrip.canopen.indices import (
     ESTIMATED,
     ESTIMATES,
     EVENT_DRIVEN,
-    FINGERS,
     FIRST_FINGER,
     HEALTH,
     HEARTBEAT_LIMIT,
     HEARTBEAT_TIME,
     MARGINS,
+    MAX_FINGERS,
     NO_RTR,
     PARAMETERS,
     REFUSAL,
@@ -83,13 +83,13 @@ def grasp_force(known: Mapping[str, int]) -> Device:
     outputs = [
         pdo_record(index + finger, f"{name} {finger}", name)
         for name, index in told
-        for finger in range(FINGERS)
+        for finger in range(MAX_FINGERS)
     ]
     out = [
         Pdo(
             n,
             True,
-            f"{NO_RTR + OF_A_FINGER[record.name[:-2]] + FIRST_FINGER + n % FINGERS:#x}",
+            f"{NO_RTR + OF_A_FINGER[record.name[:-2]] + FIRST_FINGER + n % MAX_FINGERS:#x}",
             254,
             pdo_mapping(record),
         )
@@ -101,7 +101,7 @@ def grasp_force(known: Mapping[str, int]) -> Device:
         pdo_record(
             STATES + 3 * finger + part, f"State {part + 1} of finger {finger}", f"FingertipState{part + 1}"
         )
-        for finger in range(FINGERS)
+        for finger in range(MAX_FINGERS)
         for part in range(3)
     ]
     into = [
@@ -125,7 +125,7 @@ def grasp_force(known: Mapping[str, int]) -> Device:
             *outputs,
             status,
             *states,
-            *(_estimates(finger) for finger in range(FINGERS)),
+            *(_estimates(finger) for finger in range(MAX_FINGERS)),
             Variable(
                 REFUSAL, Entry("Last refusal", VISIBLE_STRING, "ro", "", note="why a write was refused")
             ),
@@ -162,7 +162,7 @@ def common(name: str, product: int) -> tuple[Object, ...]:
     )
     return (
         Variable(0x1000, Entry("Device type", UNSIGNED32, "ro", "0x0", note="no device profile")),
-        Variable(0x1001, Entry("Error register", UNSIGNED8, "ro", "0x0", mappable=True)),
+        Variable(0x1001, Entry("Error register", UNSIGNED8, "ro", "0x0", is_mappable=True)),
         Record(0x1018, "Identity object", identity),
         Variable(0x1005, Entry("COB-ID SYNC", UNSIGNED32, "rw", "0x80")),
         Variable(0x1008, Entry("Manufacturer device name", VISIBLE_STRING, "const", name)),
@@ -181,15 +181,15 @@ def _supervision() -> tuple[Object, ...]:
             "ro",
             f"{(FIRST_FINGER + n) << 16 | HEARTBEAT_LIMIT:#x}",
         )
-        for n in range(FINGERS)
+        for n in range(MAX_FINGERS)
     )
     behaviour = Entry(
         "Communication error", UNSIGNED8, "rw", "0x1", note="0: pre-operational, 1: go on, 2: stop"
     )
     return (
         Variable(0x1006, Entry("Communication cycle period", UNSIGNED32, "ro", "0", note="us, of SYNC")),
-        Record(0x1016, "Consumer heartbeat time", watched, array=True),
-        Record(0x1029, "Error behaviour", (behaviour,), array=True),
+        Record(0x1016, "Consumer heartbeat time", watched, is_array=True),
+        Record(0x1029, "Error behaviour", (behaviour,), is_array=True),
     )
 
 

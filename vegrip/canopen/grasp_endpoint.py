@@ -13,7 +13,14 @@ from vegrip.canopen.device import Device
 from vegrip.canopen.emergency import HEARTBEAT_LOST, ID_TAKEN, NOT_ITS_EDS, SOFTWARE
 from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.canopen.mirror import Mirror
-from vegrip.canopen.nmt import COMMANDED, PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, STOPPED, nmt_state
+from vegrip.canopen.nmt import (
+    PRE_OPERATIONAL,
+    RESET_COMMUNICATION,
+    RESET_NODE,
+    STOPPED,
+    TRANSITIONS_OF_COMMAND,
+    nmt_state,
+)
 from vegrip.canopen.parameters import SdoParameters
 from vegrip.canopen.sensors import Sensors
 from vegrip.canopen.time_stamp import CONSUMED, PRODUCED, TIME_COB_ID, TimeProducer
@@ -24,7 +31,7 @@ from vegrip.transport.can_endpoint import Open
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec, Frame
 
-STATES = {BASES[name] for name in OUT_OF_A_FINGER}
+STATE_COB_IDS = {BASES[name] for name in OUT_OF_A_FINGER}
 IS_IT = "is it connected, switched on, and at the same bit rate (transport.bitrate)?"
 LOOK_PERIOD_NS = (
     10_000_000  # [ns] between two looks at the fingers; what it finds is told with the next heartbeat
@@ -75,7 +82,7 @@ class GraspEndpoint(CanopenEndpoint):
         first: float = 0.5,
         sync_period: float = 0.0,
         time_period: float = 0.0,
-        master: bool = True,
+        is_master: bool = True,
         reopen: Open | None = None,
         timing: BitTiming | None = None,
     ) -> None:
@@ -88,7 +95,7 @@ class GraspEndpoint(CanopenEndpoint):
             round(first * NS),
             self.put,
             self.now(),
-            master=master,
+            is_master=is_master,
         )
         self._names = dict(zip(fingers, codec.fingers, strict=True))
         self._mirror = Mirror(self.device, codec.fingers, hand)
@@ -125,7 +132,7 @@ class GraspEndpoint(CanopenEndpoint):
         """Send what is due; look after the fingers and our own state."""
         if self._node is None:
             return
-        self.device.set_state(nmt_state(self._node.state, on_hold=self._node.on_hold))
+        self.device.set_state(nmt_state(self._node.state, is_on_hold=self._node.on_hold))
         if now >= self._look_at:
             self._look_at = now + LOOK_PERIOD_NS
             self.device.serve(now / NS)
@@ -145,11 +152,18 @@ class GraspEndpoint(CanopenEndpoint):
     def hears(self, cob_id: int) -> bool:
         """States, of fingers that are what they should be, while we are operational."""
         sensor = self.sensors.all.get(cob_id & 0x7F)
-        return cob_id & 0x780 in STATES and sensor is not None and sensor.verified and self.device.operational
+        return (
+            cob_id & 0x780 in STATE_COB_IDS
+            and sensor is not None
+            and sensor.is_verified
+            and self.device.is_operational
+        )
 
     def speaks(self, cob_id: int) -> bool:
         """Everything but states, while we are operational."""
-        return self.device.operational and (cob_id & 0x7F == self.device.id or cob_id & 0x780 not in STATES)
+        return self.device.is_operational and (
+            cob_id & 0x7F == self.device.id or cob_id & 0x780 not in STATE_COB_IDS
+        )
 
     def keep(self, message: Message, frames: list[Frame]) -> None:
         """Keep what is sent, to be read by SDO."""
@@ -181,7 +195,7 @@ class GraspEndpoint(CanopenEndpoint):
             sensor.begin()
 
     def _command(self, command: int) -> None:
-        targets = COMMANDED.get(command)
+        targets = TRANSITIONS_OF_COMMAND.get(command)
         if targets is None or self._node is None:
             return
         self._start_pending = self._autostart and command in (RESET_NODE, RESET_COMMUNICATION)
@@ -202,7 +216,7 @@ class GraspEndpoint(CanopenEndpoint):
                 what = f"{self._names[finger]} (node {finger}) is not what fingertip.eds says: "
                 remedy = "; connect the right device, or give its EDS (transport.finger_eds)"
                 self._begin(NOT_ITS_EDS, finger, what + sensor.difference + remedy)
-            elif sensor.verified:
+            elif sensor.is_verified:
                 self._end(NOT_ITS_EDS, finger)
             if finger not in self.sensors.consumer.missing:
                 self._end(HEARTBEAT_LOST, finger)
@@ -220,7 +234,7 @@ class GraspEndpoint(CanopenEndpoint):
             node.request(target, refused=self._refused)
 
     def _start_if_ready(self, node: NodeHandle) -> None:
-        ready = self.sensors.ready and not self.device.emergencies.standing
+        ready = self.sensors.is_ready and not self.device.emergencies.standing
         if self._start_pending and ready and self.device.state == PRE_OPERATIONAL:
             self._start_pending = False
             node.request(Lifecycle.ACTIVE, refused=self._refused)

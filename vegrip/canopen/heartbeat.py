@@ -32,7 +32,7 @@ class HeartbeatConsumer:
             node: _Watched(limit, now, grace=max(first - limit, 0)) for node, limit in limits.items()
         }
 
-    def heard(self, node: int, state: int, now: int) -> bool:
+    def take_heartbeat(self, node: int, state: int, now: int) -> bool:
         """Note a heartbeat; return whether the node had been missing."""
         watched = self._nodes.get(node)
         if watched is None:

@@ -5,8 +5,8 @@ from typing import Final
 from vegrip.messages import ContactEstimate
 
 FIRST_FINGER: Final = 32  # node-ID of finger 0 of hand 0, unless configured otherwise
-GRASP: Final = 16  # node-ID of the grasp force node, unless configured otherwise
-FINGERS: Final = 8
+GRASP_NODE_ID: Final = 16  # node-ID of the grasp force node, unless configured otherwise
+MAX_FINGERS: Final = 8
 NO_RTR: Final = 0x4000_0000
 EVENT_DRIVEN = 254
 HEARTBEAT_TIME, HEARTBEAT_LIMIT = 200, 500  # [ms]

@@ -24,7 +24,7 @@ STATE_OF: Final = {
     Lifecycle.ACTIVE: OPERATIONAL,
     Lifecycle.FINALIZED: STOPPED,
 }
-COMMANDED: Final = {
+TRANSITIONS_OF_COMMAND: Final = {
     # command: the lifecycle states to go through
     START: (Lifecycle.ACTIVE,),
     STOP: (Lifecycle.UNCONFIGURED,),
@@ -34,6 +34,6 @@ COMMANDED: Final = {
 }
 
 
-def nmt_state(lifecycle: Lifecycle, *, on_hold: bool) -> int:
+def nmt_state(lifecycle: Lifecycle, *, is_on_hold: bool) -> int:
     """Return the NMT state that stands for a lifecycle state."""
-    return OPERATIONAL if on_hold else STATE_OF[lifecycle]
+    return OPERATIONAL if is_on_hold else STATE_OF[lifecycle]

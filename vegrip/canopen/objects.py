@@ -28,7 +28,7 @@ class Entry:
     data_type: int
     access: str = "ro"  # ro, rw, const
     default: str = ""  # as it stands in the file
-    mappable: bool = False
+    is_mappable: bool = False
     note: str = ""  # unit and meaning; goes into a comment
 
 
@@ -47,7 +47,7 @@ class Record:
     index: int
     name: str
     entries: tuple[Entry, ...]
-    array: bool = False
+    is_array: bool = False
 
 
 Object = Variable | Record
@@ -58,7 +58,7 @@ class Pdo:
     """A process data object: one CAN frame of mapped entries."""
 
     number: int  # from 0
-    transmit: bool
+    is_transmitted: bool
     cob_id: str  # as it stands in the file
     transmission_type: int
     mapped: tuple[tuple[int, int, int], ...]  # index, sub-index, bits

@@ -11,14 +11,14 @@ from vegrip.canopen.eds import read_eds
 from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.canopen.grasp_endpoint import GraspEndpoint
 from vegrip.canopen.hand_endpoint import HandEndpoint
-from vegrip.canopen.indices import FIRST_FINGER, GRASP
+from vegrip.canopen.indices import FIRST_FINGER, GRASP_NODE_ID
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError, VegripError
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.open import CanSettings, Hand, open_bus
 
-LAST = 127
+MAX_NODE_ID = 127
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class CanopenSettings:
     bitrate: int = parameter(1_000_000, unit="bit/s", low=10_000, high=1_000_000)
     options: dict[str, Any] = parameter({}, doc="anything else python-can's interface understands")
     role: str = parameter("grasp", choices=("grasp", "hand", "listen"), doc="which end of the bus this is")
-    node_id: int = parameter(GRASP, low=1, high=LAST, doc="of the grasp force node")
-    first_finger: int = parameter(FIRST_FINGER, low=1, high=LAST, doc="node-ID of finger 0 of hand 0")
+    node_id: int = parameter(GRASP_NODE_ID, low=1, high=MAX_NODE_ID, doc="of the grasp force node")
+    first_finger: int = parameter(FIRST_FINGER, low=1, high=MAX_NODE_ID, doc="node-ID of finger 0 of hand 0")
     eds: str = parameter("", doc="EDS file of this end; empty: that of vegrip")
     finger_eds: str = parameter("", doc="EDS file that the fingers must agree with; empty: that of vegrip")
     heartbeat: float = parameter(0.2, unit="s", low=0.01, high=60.0, doc="period of our own")
@@ -117,7 +117,7 @@ def _made(
         first=settings.first_heartbeat,
         sync_period=settings.sync_period,
         time_period=settings.time_period,
-        master=settings.master,
+        is_master=settings.master,
         reopen=reopen,
         timing=timing,
     )

@@ -14,7 +14,7 @@ from vegrip.canopen.objects import (
 )
 from vegrip.transport.codec.database import database
 
-HEADER = Entry("header", UNSIGNED16, "rw", "0", mappable=True, note="CRC-8, counter, version, flag")
+HEADER = Entry("header", UNSIGNED16, "rw", "0", is_mappable=True, note="CRC-8, counter, version, flag")
 TYPES = {(8, False): UNSIGNED8, (8, True): INTEGER8, (16, False): UNSIGNED16, (16, True): INTEGER16}
 
 
@@ -34,7 +34,9 @@ def _content(message: Message) -> list[Entry]:
     signals = sorted((s for s in message.signals if s.start >= 16), key=lambda s: s.start)
     if any(s.start % 8 or (s.length, s.is_signed) not in TYPES for s in signals):
         return [
-            Entry("content", UNSIGNED48, "rw", "0", mappable=True, note="; ".join(_bits(s) for s in signals))
+            Entry(
+                "content", UNSIGNED48, "rw", "0", is_mappable=True, note="; ".join(_bits(s) for s in signals)
+            )
         ]
     entries = []
     at = 16
@@ -48,11 +50,11 @@ def _content(message: Message) -> list[Entry]:
 def _entry(signal: Signal) -> Entry:
     kind = TYPES[signal.length, signal.is_signed]
     unit = f"{float(signal.scale):g} {signal.unit or '1'} per bit"
-    return Entry(signal.name, kind, "rw", "0", mappable=True, note=unit)
+    return Entry(signal.name, kind, "rw", "0", is_mappable=True, note=unit)
 
 
 def _reserved(bit: int) -> Entry:
-    return Entry(f"reserved_{bit // 8}", UNSIGNED8, "rw", "0", mappable=True, note="zero")
+    return Entry(f"reserved_{bit // 8}", UNSIGNED8, "rw", "0", is_mappable=True, note="zero")
 
 
 def _bits(signal: Signal) -> str:

@@ -30,13 +30,13 @@ class SdoReader:
         self._tries = 0
 
     @property
-    def done(self) -> bool:
+    def is_done(self) -> bool:
         """Whether everything was answered, or the device does not answer at all."""
         return self.failed or len(self.values) == len(self._asked)
 
     def serve(self, now: int) -> None:
         """Ask the next question, or again after ``ANSWER_TIMEOUT_NS``."""
-        if self.done or (self._sent is not None and now - self._sent < ANSWER_TIMEOUT_NS):
+        if self.is_done or (self._sent is not None and now - self._sent < ANSWER_TIMEOUT_NS):
             return
         if self._tries >= RETRIES:
             self.failed = True
@@ -47,7 +47,7 @@ class SdoReader:
 
     def answer(self, data: bytes, now: int) -> None:
         """Take the 8 bytes of an answer; one that was not asked for is passed over."""
-        if self.done or len(data) != 8:
+        if self.is_done or len(data) != 8:
             return
         command, index, sub = struct.unpack_from("<BHB", data)
         if (index, sub) != self._asked[len(self.values)]:

@@ -11,30 +11,30 @@ from vegrip.canopen.nmt import INITIALISING, OPERATIONAL, START
 from vegrip.canopen.sdo_reader import SdoReader
 
 Send = Callable[[int, bytes], None]
-RESTART = 1_000_000_000  # [ns] between two commands to start
+RESTART_PERIOD_NS = 1_000_000_000  # [ns] between two commands to start
 
 
 class Sensor:
     """One finger: read and compared whenever it boots, then started."""
 
-    def __init__(self, node: int, dictionary: ObjectDictionary, send: Send, *, master: bool) -> None:
+    def __init__(self, node: int, dictionary: ObjectDictionary, send: Send, *, is_master: bool) -> None:
         self.node = node
         self.difference = ""  # from its EDS, in words
         self._dictionary = dictionary
         self._send = send
-        self._master = master
+        self._is_master = is_master
         self._told: int | None = None  # [ns] when it was last told to start
         self._reader: SdoReader | None = None
-        self._verified = False
+        self._is_verified = False
 
     @property
-    def verified(self) -> bool:
+    def is_verified(self) -> bool:
         """Whether it has been read and is what its EDS says."""
-        return self._verified
+        return self._is_verified
 
     def begin(self) -> None:
         """Read it anew."""
-        self.difference, self._verified, self._told = "", False, None
+        self.difference, self._is_verified, self._told = "", False, None
         asked = essentials(self._dictionary)
         self._reader = SdoReader(asked, lambda data: self._send(SDO_REQUEST + self.node, data))
 
@@ -47,9 +47,9 @@ class Sensor:
         """Go on reading; start it when it is what it should be."""
         if self._reader is not None:
             self._reader.serve(now)
-            if self._reader.done:
+            if self._reader.is_done:
                 self._compare(self._reader)
-        if self._verified and self._master and state not in (None, OPERATIONAL):
+        if self._is_verified and self._is_master and state not in (None, OPERATIONAL):
             self._start(now)
 
     def _compare(self, reader: SdoReader) -> None:
@@ -63,10 +63,10 @@ class Sensor:
                 has = "does not exist" if value is None else f"is {value:#x}"
                 self.difference = f"object {index:04X}sub{sub} {has}, its EDS says {wanted:#x}"
                 return
-        self._verified = True
+        self._is_verified = True
 
     def _start(self, now: int) -> None:
-        if self._told is None or now - self._told >= RESTART:
+        if self._told is None or now - self._told >= RESTART_PERIOD_NS:
             self._told = now
             self._send(NMT, bytes([START, self.node]))
 
@@ -94,10 +94,10 @@ class Sensors:
         send: Send,
         now: int,
         *,
-        master: bool,
+        is_master: bool,
     ) -> None:
         self.consumer = HeartbeatConsumer(dict.fromkeys(nodes, limit), now, first)
-        self.all = {node: Sensor(node, dictionary, send, master=master) for node in nodes}
+        self.all = {node: Sensor(node, dictionary, send, is_master=is_master) for node in nodes}
         for sensor in self.all.values():
             sensor.begin()
 
@@ -111,7 +111,7 @@ class Sensors:
             sensor.answer(data, now)
         elif service == HEARTBEAT:
             state = data[0] & 0x7F
-            if self.consumer.heard(node, state, now) or state == INITIALISING:
+            if self.consumer.take_heartbeat(node, state, now) or state == INITIALISING:
                 sensor.begin()
 
     def serve(self, now: int) -> list[int]:
@@ -121,8 +121,9 @@ class Sensors:
         return self.consumer.newly_missing(now)
 
     @property
-    def ready(self) -> bool:
+    def is_ready(self) -> bool:
         """Whether every finger is what it should be and sends."""
         return all(
-            sensor.verified and self.consumer.state(node) == OPERATIONAL for node, sensor in self.all.items()
+            sensor.is_verified and self.consumer.state(node) == OPERATIONAL
+            for node, sensor in self.all.items()
         )

@@ -35,7 +35,7 @@ def text(device: Device) -> str:
 def pdo_objects(pdos: Iterable[Pdo]) -> Iterator[Record]:
     """Yield the communication and mapping records of ``pdos``."""
     for pdo in pdos:
-        kind, base = ("TPDO", 0x1800) if pdo.transmit else ("RPDO", 0x1400)
+        kind, base = ("TPDO", 0x1800) if pdo.is_transmitted else ("RPDO", 0x1400)
         parameters = (
             Entry("COB-ID", UNSIGNED32, "ro", pdo.cob_id),
             Entry("Transmission type", UNSIGNED8, "rw", f"{pdo.transmission_type:#x}"),
@@ -75,8 +75,8 @@ def _head(device: Device) -> Iterator[str]:
         "Granularity": "0",
         "DynamicChannelsSupported": "0",
         "GroupMessaging": "0",
-        "NrOfRXPDO": str(sum(not pdo.transmit for pdo in device.pdos)),
-        "NrOfTXPDO": str(sum(pdo.transmit for pdo in device.pdos)),
+        "NrOfRXPDO": str(sum(not pdo.is_transmitted for pdo in device.pdos)),
+        "NrOfTXPDO": str(sum(pdo.is_transmitted for pdo in device.pdos)),
         "LSS_Supported": "0",
     }
     yield from _section("FileInfo", info)
@@ -109,7 +109,7 @@ def _object(one: Object) -> Iterator[str]:
         yield from _section(f"{one.index:04X}", _entry(one.entry))
         return
     count = len(one.entries)
-    head = {"ParameterName": one.name, "ObjectType": f"{ARRAY if one.array else RECORD:#x}"}
+    head = {"ParameterName": one.name, "ObjectType": f"{ARRAY if one.is_array else RECORD:#x}"}
     yield from _section(f"{one.index:04X}", {**head, "SubNumber": f"{count + 1:#x}"})
     number = Entry("Highest sub-index supported", UNSIGNED8, "const", f"{count:#x}")
     for sub, entry in enumerate((number, *one.entries)):
@@ -123,7 +123,7 @@ def _entry(entry: Entry) -> dict[str, str]:
         "DataType": f"0x{entry.data_type:04X}",
         "AccessType": entry.access,
         **({"DefaultValue": entry.default} if entry.default else {}),
-        "PDOMapping": str(int(entry.mappable)),
+        "PDOMapping": str(int(entry.is_mappable)),
     }
 
 

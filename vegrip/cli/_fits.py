@@ -107,8 +107,8 @@ def print_fit(fit: "Fit") -> None:
     for heading in ("parameter", "value", "std", "unit", "in SI", "effect"):
         table.add_column(heading, justify="right" if heading in ("value", "std") else "left")
     for name, one in told["parameters"].items():
-        log = one["scale"] == "log"
-        spread = f"{100.0 * one['std']:.2g} %" if log else f"{one['std']:.2g}"
+        is_log = one["scale"] == "log"
+        spread = f"{100.0 * one['std']:.2g} %" if is_log else f"{one['std']:.2g}"
         si = f"{one['si']['value']:.3g} {one['si']['unit']}" if "si" in one else ""
         table.add_row(name, f"{one['value']:.5g}", spread, one["unit"], si, one["effect"])
     console.print(table)

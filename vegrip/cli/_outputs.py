@@ -52,7 +52,7 @@ class Outputs:
             return
         if path.is_dir():
             raise UsageError(f"{path}: is a folder; give the name of a file")
-        self._refuse(path, there=path.exists())
+        self._refuse(path, is_there=path.exists())
         self._try(path, path.parent)
 
     def folder(self, path: Path | None) -> None:
@@ -67,7 +67,7 @@ class Outputs:
             return
         if path.is_file():
             raise UsageError(f"{path}: is a file; give the name of a folder")
-        self._refuse(path, there=path.is_dir() and any(path.iterdir()))
+        self._refuse(path, is_there=path.is_dir() and any(path.iterdir()))
         self._try(path, path)
 
     def log(self, path: Path | None) -> None:
@@ -128,8 +128,8 @@ class Outputs:
         if error is None and self._code:
             raise typer.Exit(self._code)
 
-    def _refuse(self, path: Path, *, there: bool) -> None:
-        if there and not self._force:
+    def _refuse(self, path: Path, *, is_there: bool) -> None:
+        if is_there and not self._force:
             raise InputError(f"{path}: is there already; give another name, or --force to replace it")
 
     def _try(self, path: Path, folder: Path) -> None:
@@ -191,9 +191,9 @@ def require_writable(folder: Path) -> None:
         InputError: says why.
 
     """
-    there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    is_there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     try:
-        with tempfile.TemporaryFile(dir=there):
+        with tempfile.TemporaryFile(dir=is_there):
             pass
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror or error})") from None

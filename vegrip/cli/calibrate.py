@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vegrip.identification.calibration.session import Calibration, Standing
     from vegrip.identification.experiment.limits import RigLimits
 
-ROUNDS = 2  # an end may find effects that ask for further trials
+MAX_ROUNDS = 2  # an end may find effects that ask for further trials
 FOLDER = Annotated[Path, typer.Argument(help="Keeps everything; made when absent, gone on with when there.")]
 RADIUS = Annotated[str, typer.Option("--radius", help="Of the fingertip, e.g. '9 mm'; asked for at first.")]
 TAKE = Annotated[
@@ -200,7 +200,7 @@ def _practised(
     from vegrip.identification.calibration.session import MOST_TRIALS
 
     tip, ended = practice_tip(seed), None
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         while standing.next.trial is not None and len(calibration.trials) < MOST_TRIALS:
             trial = standing.next.trial
             done = calibration.take(practise(trial, tip, seed + len(calibration.trials)))

@@ -46,8 +46,8 @@ def diagnose(
     from vegrip.model import write_model
 
     with Outputs(force=force) as outputs:
-        alone = output is not None and output.suffix.lower() == ".toml"
-        (outputs.file if alone else outputs.pictures)(output)
+        is_alone = output is not None and output.suffix.lower() == ".toml"
+        (outputs.file if is_alone else outputs.pictures)(output)
         measured, start = opened(recording, model, hold_back=hold_back)
         with progress("diagnose") as report:
             found = diagnose_model(
@@ -57,7 +57,7 @@ def diagnose(
                 zeros="episode" if zeros_each_episode else "recording",
                 report=report,
             )
-        if alone:
+        if is_alone:
             outputs.write(output, partial(write_model, found.model))
         else:
             outputs.write(output, partial(_write_folder, found, model.stem if model else "the paper's model"))
@@ -102,7 +102,7 @@ def _print(found: "Diagnosis") -> None:
     console = printer()
     told = _as_dict(found)
     error = told["error"]
-    grave = [doubt.text for doubt in found.doubts if doubt.grave]
+    grave = [doubt.text for doubt in found.doubts if doubt.is_grave]
     sentence = f"not reliable: {'; '.join(grave)}" if grave else SENTENCES[told["verdict"]]
     head = Text(f"{told['recording']}: {told['verdict']}", style="bold")
     console.print(head + Text(f" - {sentence} {', '.join(told['named'])}".rstrip(), style="not bold"))

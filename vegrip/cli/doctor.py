@@ -58,7 +58,7 @@ def doctor(
 
 def _show_sensors(given: str, *, as_json: bool) -> None:
     from vegrip.cli._tables import printer, show, table
-    from vegrip.identification.sensors import LOAD_REMEDY, OUTPUTS, USUAL_SENSORS, answers, lacking
+    from vegrip.identification.sensors import LOAD_REMEDY, OUTPUT_NEEDS, USUAL_SENSORS, answers, lacking
 
     sets = {given: _channels(given)} if given else USUAL_SENSORS
     if as_json:
@@ -68,12 +68,12 @@ def _show_sensors(given: str, *, as_json: bool) -> None:
         }
         typer.echo(json.dumps(told))
         return
-    content = table("measured", *(output.short for output in OUTPUTS))
+    content = table("measured", *(output.short for output in OUTPUT_NEEDS))
     for name, one in sets.items():
-        content.add_row(name, *("yes" if output.given(one) else "-" for output in OUTPUTS))
+        content.add_row(name, *("yes" if output.given(one) else "-" for output in OUTPUT_NEEDS))
     show(content)
     console = printer()
-    for output in OUTPUTS:
+    for output in OUTPUT_NEEDS:
         console.print(f"{output.short}: {output.name}; needs {output.needs}; without: {output.otherwise}")
     for sentence in lacking(sets[given], LOAD_REMEDY) if given else ():
         console.print(f"- {sentence}")

@@ -33,9 +33,12 @@ def c_(
         str, typer.Option(help="What is exported: estimator; finger: all from frame to frame.")
     ] = "estimator",
     precision: Annotated[
-        str, typer.Option(help="Of all numbers: double; float, of the estimator.")
+        str, typer.Option(help="Of all numbers: double; float, for processors without double.")
     ] = "double",
     prefix: Annotated[str, typer.Option(help="Beginning of every name in C.")] = "vg",
+    fingers: Annotated[
+        str, typer.Option(help="Of a finger's hand, in the order of their numbers, as in its launch file.")
+    ] = "thumb,index,middle,ring,little",
     settings: Annotated[
         Path | None,
         typer.Option(
@@ -63,6 +66,7 @@ def c_(
         prefix=prefix,
         precision=precision,
         entry=entry,
+        fingers=tuple(name.strip() for name in fingers.split(",")),
     )
     _claim(output, force=force)
     try:
@@ -95,7 +99,9 @@ def learned(
     from vegrip.model import read_model, write_model
 
     claim_file(output, force=force)
-    found = learned_model(read_model(model), read_numbers(numbers), **_settings(settings))
+    chosen = _settings(settings, control=True)  # the file may have been that of a finger
+    chosen.pop("control", None)
+    found = learned_model(read_model(model), read_numbers(numbers), **chosen)
     write_model(found, output)
     values = {symbol: {"value": one.value, "std": one.std} for symbol, one in found.values.items()}
     if as_json:

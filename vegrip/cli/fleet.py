@@ -136,7 +136,7 @@ def _print(findings: "list[Finding]", done: "list[tuple[Found, Row]]", output: P
     ]
     told += [f"not judged: {one.note}" for one in failed]
     told += [f"{found.path}: {row.lost}" for found, row in done if row.lost]
-    if (alone := sum(found.alone for found, _ in done)) > 1:
+    if (alone := sum(found.is_alone for found, _ in done)) > 1:
         told.append(
             f"{alone} recordings do not say of which hand and pad they are, and each counts as a pad of its "
             "own; state hand and pad in [source] of recording.toml, or make a folder for each hand"

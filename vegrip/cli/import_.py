@@ -59,15 +59,15 @@ def import_(
     metres = parse_length(radius, "--radius") if radius else math.nan
     mapped = map_file is not None or bool(columns)
     one = src[0]
-    alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
-    if len(src) > 1 and (alone or any(path.suffix.lower() in LOGS for path in src)):
+    is_alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
+    if len(src) > 1 and (is_alone or any(path.suffix.lower() in LOGS for path in src)):
         raise UsageError(
             "only tables and mapped bags can be joined; import MCAP files and CAN logs one by one"
         )
-    if alone:
+    if is_alone:
         _refuse_options({"--map": columns, "--unit": units, "--radius": radius, "--map-file": map_file})
     _claim(output, one, fingers, force=force)
-    if alone:
+    if is_alone:
         found = _mcap(one, output)
     elif one.suffix.lower() in LOGS:
         found = _can_log(one, output, fingers, metres)

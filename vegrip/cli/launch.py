@@ -79,7 +79,7 @@ def _run(path: Path, nodes: list[Any]) -> int:
     for index, node in enumerate(nodes):
         say = consoles[node.full_name] = _Prefix(node.full_name, width, COLOURS[index % len(COLOURS)])
         start = _starter(path, node.full_name, say, readers)
-        ready = partial(_active, node.full_name) if node.wait else None
+        ready = partial(_is_active, node.full_name) if node.wait else None
         children.append(ChildProcess(node.full_name, start, node.restart, node.required, ready))
     launcher = Launcher(children, WallClock(), lambda name, sentence: consoles[name](f"-- {sentence}"))
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -90,7 +90,7 @@ def _run(path: Path, nodes: list[Any]) -> int:
     return code
 
 
-def _active(name: str) -> bool:
+def _is_active(name: str) -> bool:
     from vegrip.errors import VegripError
     from vegrip.runtime.client import ask
     from vegrip.runtime.registry import find_node

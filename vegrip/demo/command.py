@@ -21,7 +21,6 @@ from vegrip.demo.run import Demo, Outcome, Page, run
 from vegrip.errors import DeviceError
 from vegrip.runtime.monitor import render
 from vegrip.validation.controllers import candidates
-from vegrip.validation.controllers.candidates import KNOBS
 from vegrip.validation.controllers.closed_loop import Course
 from vegrip.validation.controllers.result import result_of
 from vegrip.validation.controllers.scenario import Scenario
@@ -77,7 +76,7 @@ def _page(scenario: Scenario, console: Console) -> Iterator[Page | None]:
         return
     from vegrip.web.live.fed import FedPage  # noqa: PLC0415 (an extra)
 
-    parameters = candidates.parameters("vegrip", KNOBS[scenario.grasp]["vegrip"])
+    parameters = candidates.demonstrated_parameters(scenario.grasp)
     with closing(FedPage(parameters.grip.wanted_margin, PAGE_PORT)) as page:
         console.print(f"live page: {page.address}", markup=False, soft_wrap=True)
         if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):

@@ -166,7 +166,7 @@ def run(
         VegripError: the bus cannot be opened, the folder cannot be made, or a process fails.
 
     """
-    parameters = candidates.parameters("vegrip", candidates.KNOBS[scenario.grasp]["vegrip"])
+    parameters = candidates.demonstrated_parameters(scenario.grasp)
     fingers = scenario.settings.fingers
     transport: dict[str, Any] = {"kind": "can", "channel": f"demo-{os.getpid()}", "sender_time": True}
     demo = Demo(

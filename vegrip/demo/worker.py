@@ -114,13 +114,14 @@ def _report(pipe: Connection, runner: Runner, over: threading.Event) -> None:
 
 def _run_statistics(runner: Runner) -> RunStatistics:
     statistics, node = runner.statistics, runner.managed.node
+    latency = statistics.latency
     return RunStatistics(
         states=statistics.states,
         commands=statistics.commands,
         deadline_misses=statistics.deadline_misses,
-        latency_p50=statistics.latency.percentile(0.50) / 1e3,
-        latency_p99=statistics.latency.percentile(0.99) / 1e3,
-        latency_max=statistics.latency.maximum / 1e3,
+        latency_p50=latency.percentile(0.50) / 1e3,
+        latency_p99=latency.percentile(0.99) / 1e3,
+        latency_max=latency.maximum / 1e3,
         rejected=dict(runner.status.rejected) if runner.status is not None else {},
         rest=cast("Reporting", node).rest() if hasattr(node, "rest") else None,
     )

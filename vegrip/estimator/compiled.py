@@ -1,8 +1,9 @@
 """The generated module of an estimator: effects, limit surface and kernels in one flat file.
 
-``VEGRIP_KERNEL`` says what runs it: ``numba`` (when it is not set), ``c``, the C compiler of this machine, or
-``python``, uncompiled. The numbers are the same. ``c-float`` is C in single precision, as firmware may run
-it, to see what that costs; a node does not take it.
+``VEGRIP_KERNEL`` says what runs it: ``c``, the C compiler of this machine; ``numba``; ``python``, uncompiled.
+When it is not set, C where there is a compiler (2 s at a first start), else numba (half a minute). The
+numbers are the same. ``c-float`` is C in single precision, as firmware may run it, to see what that costs; a
+node does not take it.
 """
 
 import functools
@@ -13,7 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from vegrip.c99 import UntranslatableError
+from vegrip.c99 import UntranslatableError, host
 from vegrip.c99.host import CompilerError
 from vegrip.contact import limit_surface
 from vegrip.effects.contract import Effect
@@ -46,7 +47,7 @@ log = logging.getLogger(__name__)
 def module_for(model: ContactModel, layout: Layout, *, plain: bool = False, ellipse: bool = False) -> Kernels:
     """Return the module; ``plain`` leaves it uncompiled, to step through with a debugger.
 
-    Where ``VEGRIP_KERNEL=c`` is asked for and cannot be had, numba runs it, and the reason is told once.
+    Where C cannot be had, numba runs it; the reason is told once if C was asked for, or the compiler failed.
     With ``ellipse`` the limit surface is the usual one, (f / mu N)^2 + (m / m_max)^2 = 1, for comparisons.
     """
     text, mode = text_of(model, layout, ellipse=ellipse), kernel_mode()
@@ -61,23 +62,25 @@ def module_for(model: ContactModel, layout: Layout, *, plain: bool = False, elli
     return cache.load(text)
 
 
-def kernel_mode(unset: str = MODES[0]) -> str:
-    """Return what ``VEGRIP_KERNEL`` asks for, ``unset`` when it asks for nothing.
+def kernel_mode() -> str:
+    """Return what ``VEGRIP_KERNEL`` asks for; by default C where there is a compiler, else numba.
 
     Raises:
         UsageError: it is none of :data:`MODES`.
 
     """
-    mode = os.environ.get("VEGRIP_KERNEL") or unset
+    mode = os.environ.get("VEGRIP_KERNEL")
     if mode and mode not in MODES:
         raise UsageError(f"VEGRIP_KERNEL is {mode!r}; it is one of {', '.join(MODES)}")
-    return mode
+    return mode or ("c" if host.compiler() is not None else "numba")
 
 
 @functools.cache
 def tell_once(reason: str) -> None:
     """Say in the log why C is not possible."""
-    log.warning("VEGRIP_KERNEL=c is not possible: %s; numba is used", reason)
+    log.warning(
+        "VEGRIP_KERNEL=c is not possible: %s; numba is used, which compiles for half a minute", reason
+    )
 
 
 def text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> str:

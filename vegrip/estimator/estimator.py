@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from functools import cache
 from statistics import NormalDist
+from typing import Protocol
 
 import numpy as np
 
@@ -39,6 +40,13 @@ LOST = "lost"
 """Regime of a contact whose estimate contradicts its own measurement."""
 LEAST_SLIP_SPEED = 2e-4
 """Of a sliding contact [m/s]; a slower one contradicts the slip channel."""
+
+
+class RecentSamples(Protocol):
+    """The last samples of a finger."""
+
+    def last(self, count: int) -> list[FingertipState]:
+        """Return the last ``count`` of them, or all where there are fewer."""
 
 
 class ContactEstimator:
@@ -77,6 +85,7 @@ class ContactEstimator:
         self.late = 0
         """Samples that came late and were put in their place."""
         self._margin = np.full(5, NAN)
+        self._lent_after: FingertipState | None = None  # the last sample before :meth:`write_to`
         self._hysteresis = HealthHysteresis()
         self._health: ModelHealth | None = None  # the verdict at the last sample, once it was asked for
 
@@ -106,16 +115,25 @@ class ContactEstimator:
         if self.settings.late:
             self._rewind.move_to(memory.section("REWIND").reshape(self.settings.late, -1))
             memory["SAMPLE_REWIND_NEXT"] = self._rewind.next_slot
+            self._lent_after = self._clock.taken
         memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"] = self._load, self._torque
         self._clock.write_to(memory)
 
-    def read_from(self, memory: NamedNumbers, taken: list[FingertipState]) -> None:
-        """Take what the compiled finger step has made of the states ``taken`` since :meth:`write_to`."""
-        if not taken:
+    def read_rewind(self, past: RecentSamples, taken: int) -> None:
+        """Know again which samples have their memories in the ring: the last of the ``past``.
+
+        ``taken`` counts those that the compiled finger step took since :meth:`write_to`.
+        """
+        if not self.settings.late or not taken:
             return
-        if self.settings.late:
-            self._rewind.note_kept(taken, self._clock.taken)
-        self._clock.read_from(memory, taken[-1])
+        noted = min(taken, self.settings.late)
+        samples = past.last(noted + 1 if taken > noted else noted)
+        before = samples.pop(0) if taken > noted else self._lent_after
+        self._rewind.note_kept(samples, before, taken - noted)
+
+    def read_from(self, memory: NamedNumbers, last: FingertipState) -> None:
+        """Take what the compiled finger step has made of the samples up to ``last``."""
+        self._clock.read_from(memory, last)
         self._load, self._torque = memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"]
         self._health = None
 
@@ -304,10 +322,13 @@ class ContactEstimator:
             return NAN, math.inf, NAN
         mu = report("MU")
         friction_part = report("MU_STD") / mu if mu > 0.0 else 0.0
-        rest = max(report("GAUGE_REL") ** 2 - friction_part**2, 0.0)
-        relative = math.sqrt(rest + (report("GAUGE_ABS") / gauge) ** 2)
+        known, noise = report("GAUGE_REL"), report("GAUGE_ABS") / gauge
+        rest = max(known * known - friction_part * friction_part, 0.0)
         torque = 0.0 if math.isnan(self._torque) else self._torque / radius
-        return gauge * mu, relative, math.hypot(self._load, torque)
+        load = math.sqrt(
+            self._load * self._load + torque * torque
+        )  # as C rounds, see the kernels of the grip
+        return gauge * mu, math.sqrt(rest + noise * noise), load
 
     def health(self) -> ModelHealth:
         """Return whether the model still explains the measurements, and what it fails at most.

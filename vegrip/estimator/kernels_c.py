@@ -16,7 +16,7 @@ import numpy as np
 
 from vegrip import c99
 from vegrip.c99 import MEMORY, REAL, host, translate
-from vegrip.c99.bridge import behind_doubles
+from vegrip.c99.bridge import Lengths, behind_doubles
 from vegrip.c99.kinds import Kind
 from vegrip.c99.refusal import Place, unknown_place
 from vegrip.compiling import announce_compiling
@@ -37,7 +37,7 @@ MARGIN_NUMBERS = 5  # that margin_of writes
 KEPT = 256  # addresses of memories
 Entries = Mapping[str, tuple[Kind, ...]]
 
-_libraries: dict[tuple[str, str, int], Path] = {}
+_libraries: dict[tuple[str, str, str], Path] = {}
 
 
 class KernelsC:
@@ -108,18 +108,24 @@ def _entry(
 
 
 def library_of(
-    text: str, entries: Entries, place: Place = unknown_place, more: str = "", *, single: int = 0
+    text: str,
+    entries: Entries,
+    place: Place = unknown_place,
+    more: str = "",
+    *,
+    single: Lengths | None = None,
 ) -> Path:
     """Return the library with the ``entries`` of a ``text``, from the cache or compiled now.
 
-    ``more`` is C that stands below, for what calls the entries in turn.
+    ``more`` is C that stands below, for what calls the entries in turn. With ``single``, the lengths of the
+    memories of each entry, it computes in single precision behind functions of doubles.
 
     Raises:
         CompilerError: there is no compiler, or it failed.
         UntranslatableError: a line cannot be translated; names file and line.
 
     """
-    key = (text, more, single)
+    key = (text, more, repr(single))
     if key not in _libraries:
         _libraries[key] = _library(text, entries, place, more, single=single)
     return _libraries[key]
@@ -136,10 +142,11 @@ def load(text: str, place: Place = unknown_place, *, single: int = 0) -> Kernels
         UntranslatableError: a line cannot be translated; names file and line.
 
     """
-    return KernelsC(library_of(text, ENTRIES, place, single=single))
+    lengths = dict.fromkeys(ENTRIES, (single, MARGIN_NUMBERS)) if single else None
+    return KernelsC(library_of(text, ENTRIES, place, single=lengths))
 
 
-def _library(text: str, entries: Entries, place: Place, more: str, *, single: int) -> Path:
+def _library(text: str, entries: Entries, place: Place, more: str, *, single: Lengths | None) -> Path:
     compiler = host.compiler()
     if compiler is None:
         raise host.CompilerError("there is no C compiler (cc, gcc or clang)")
@@ -147,12 +154,11 @@ def _library(text: str, entries: Entries, place: Place, more: str, *, single: in
     def make(library: Path) -> None:
         announce_compiling(SENTENCE)
         c = translate(text, entries, place=place).text()
-        if single:
-            lengths = dict.fromkeys(entries, (single, MARGIN_NUMBERS))
-            c = behind_doubles(c, entries, lengths)
+        if single is not None:
+            c = behind_doubles(c, entries, single)
         host.build(f"{c}\n{more}", library)
 
-    return cache.library(_name(f"{single} {text}{more}", compiler), make)
+    return cache.library(_name(f"{single or 0} {text}{more}", compiler), make)
 
 
 def _name(text: str, compiler: str) -> str:

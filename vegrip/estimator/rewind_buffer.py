@@ -59,8 +59,14 @@ class RewindBuffer:
             ring[:] = self._ring
             self._ring = ring
 
-    def note_kept(self, samples: list[FingertipState], before: FingertipState | None) -> None:
-        """Note that ``samples`` came after ``before`` and their memories went into the ring in order."""
+    def note_kept(
+        self, samples: list[FingertipState], before: FingertipState | None, overwritten: int = 0
+    ) -> None:
+        """Note that ``samples`` came after ``before`` and their memories went into the ring in order.
+
+        Behind those of as many others as were ``overwritten``.
+        """
+        self._next = (self._next + overwritten) % len(self._ring)
         for sample in samples:
             self._samples.append((sample, before, self._next))
             self._next = (self._next + 1) % len(self._ring)

@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 from vegrip.c99 import literals, translate
 from vegrip.estimator.compiled import text_of
 from vegrip.estimator.layout import REPORT, layout_of
+from vegrip.export import frameworks
 from vegrip.export.finger_vectors import FingerVectors, Meeting
-from vegrip.export.precision import PRECISIONS
+from vegrip.export.precision import PRECISIONS, WIDE
 from vegrip.export.request import Request
 from vegrip.export.texts import NAMES, NUMBER_DIGITS, ONLY_TOUCHING, Texts, text_number
 from vegrip.grip.compiled import ENTRIES, finger_places, finger_text
 from vegrip.grip.compiled_finger import COMMAND_BYTES
+from vegrip.grip.finger_controller import RENEWAL
 from vegrip.grip.layout import REALS, FingerLayout
 from vegrip.messages import Condition
 from vegrip.model.file import model_text
@@ -27,7 +29,7 @@ FILES = {
     "finger_vectors.c": "{p}_vectors.c", "finger_selftest.c": "{p}_selftest.c", "Makefile": "Makefile",
     "CMakeLists.txt": "CMakeLists.txt", "finger_bare_metal.c": "examples/bare_metal.c",
     "finger_linux.c": "examples/linux.c",
-    "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld",
+    "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld", **frameworks.FINGER,
 }  # fmt: skip
 FIXED = ("LIFETIME",)
 """Settings that others follow from; they are those of the export."""
@@ -37,10 +39,14 @@ UNITS = {
     "SLIP_GROWTH": "1/s", "MIN_FORCE": "N", "MAX_FORCE": "N", "RAISE_RATE": "N/s", "LOWER_RATE": "N/s",
     "SAFE_FORCE": "N", "HOLD_TIME": "s", "RAMP_RATE": "N/s", "TIME_OUT": "ns", "FROZEN_AFTER": "ns",
     "FORCE_FROZEN_AFTER": "ns", "DOUBT_AFTER": "ns", "FROZEN_CHANCE": "-",
+    "PROVEN_TIME": "s",
 }  # fmt: skip
 ONE_LINE = 6  # numbers
-OWN = 24
-"""Bytes of a finger beside its arrays."""
+IN_PRECISION = (
+    "finger.h", "finger.c", "finger_bare_metal.c", "finger_linux.c", "finger_arduino.ino",
+    "finger_zephyr_main.c",
+)  # fmt: skip
+"""Files in the precision of the export; the self-test and its numbers are double."""
 
 
 def write(request: Request, vectors: FingerVectors) -> Texts:
@@ -50,7 +56,7 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         UntranslatableError: a line of an effect or kernel has no counterpart in C.
 
     """
-    model, p = request.model, request.prefix
+    model, p, precision = request.model, request.prefix, PRECISIONS[request.precision]
     layout = layout_of(model)
     finger = FingerLayout(layout.size)
     ellipse = request.settings.surface == "ellipse"
@@ -58,7 +64,7 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
     origins = finger_places(model)
     entries = {name: ENTRIES[name] for name in ("finger_receive", "finger_tick")}
     program = translate(
-        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), public=False
+        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), is_public=False
     )
     digest = hashlib.sha256(text.encode()).hexdigest()
     estimator = hashlib.sha256(text_of(model, layout, ellipse=ellipse).encode()).hexdigest()
@@ -68,11 +74,13 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
     known = {
         "p": p, "P": p.upper(), "entry": "finger", "hash": digest[:NUMBER_DIGITS],
         "effects": ", ".join(effect.name for effect in model.effects),
-        "kernels": program.text(), "text_number": literals.real(text_number(estimator)),
+        "kernels": program.text(), "text_number": f"(({WIDE}){text_number(estimator):.0f}LL)",
         "reals": str(finger.n_reals), "wholes": str(finger.n_wholes), "numbers": str(layout.size),
         "saved": str(layout.size + 2), "known": str(places["VALUES"][1]),
-        "bytes": str(_ram(finger)), "state_bytes": str(_state_bytes()), "command_bytes": str(COMMAND_BYTES),
+        "bytes": str(_ram(request, finger)), "state_bytes": str(_state_bytes()),
+        "command_bytes": str(COMMAND_BYTES), "finger_allowed": _allowed(request),
         "fingers": str(len(request.fingers)), "names": ", ".join(request.fingers),
+        "quoted_names": ", ".join(f'"{name}"' for name in request.fingers),
         "hands": str(layouts().hands), "hand_stride": str(layouts().hand_stride),
         "finger_stride": str(layouts().finger_stride), "version": str(layouts().version),
         "blank_reals": _table([literals.real(one) for one in memory.f.tolist()]),
@@ -84,17 +92,21 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         "declared": "\n".join(f"{p}_estimate {p}_{name}(const {p}_finger *e);" for name in NAMES),
         "longest_gap": literals.real(request.settings.longest_gap),
         **{f"REP_{name}": place for name, place in report.items()},
-        **finger_constants(finger), **_vectors(vectors), **PRECISIONS["double"].known,
+        **finger_constants(finger), **_vectors(vectors), **precision.known,
+        **frameworks.words("finger"),
     }  # fmt: skip
     folder = resources.files("vegrip.export") / "templates"
-    files = {
-        name.format(p=p, core=known["core"]): Template(
-            (folder / f"{template}.tmpl").read_text("utf-8")
-        ).substitute(known)
-        for template, name in FILES.items()
-    }
+    files = {}
+    for template, name in FILES.items():
+        made = Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
+        files[name.format(p=p, entry="finger", core=known["core"])] = (
+            precision.finished(made) if template in IN_PRECISION else made.replace(WIDE, "double")
+        )
+    files |= frameworks.arduino_sources(p, "finger", files)
+    saved = [text_number(estimator), 1.0, *vectors.reals[: layout.size].tolist()]
+    files["examples/finger.txt"] = "".join(f"{literals.hexadecimal(one)}\n" for one in saved)
     files["model.toml"] = model_text(model)
-    return Texts(files, program, digest, _ram(finger))
+    return Texts(files, program, digest, _ram(request, finger))
 
 
 def finger_constants(finger: FingerLayout) -> dict[str, str]:
@@ -107,8 +119,18 @@ def finger_constants(finger: FingerLayout) -> dict[str, str]:
     return {name: str(finger.wholes[name]) for name in names} | {"GRIP_HELD": str(finger.reals["GRIP_HELD"])}
 
 
-def _ram(finger: FingerLayout) -> int:
-    return 8 * (finger.n_reals + finger.n_wholes) + OWN
+def _ram(request: Request, finger: FingerLayout) -> int:
+    """Return the bytes of a finger: its real numbers, its whole ones, and the command."""
+    reals = PRECISIONS[request.precision].number_bytes * finger.n_reals
+    return -(-reals // 8) * 8 + 8 * finger.n_wholes + COMMAND_BYTES
+
+
+def _allowed(request: Request) -> str:
+    """Return by how much a force may be off: relative in double precision, in [N] in single."""
+    if request.precision == "double":
+        return "1e-5"
+    control = request.control
+    return literals.real(2.0 * control.fail_safe.ramp_rate * RENEWAL * control.limits.lifetime)
 
 
 def _state_bytes() -> int:

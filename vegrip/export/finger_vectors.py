@@ -45,7 +45,7 @@ class FingerVectors:
 def record(request: Request) -> FingerVectors:
     """Run the model's own simulation through the node; the same bytes every time."""
     settings = replace(request.settings, late=0)  # firmware takes samples in the order of time
-    control = replace(request.control, report_period=0.0, health_period=0.0)
+    control = replace(request.alone, report_period=0.0, health_period=0.0)
 
     def estimator(_: str) -> ContactEstimator:
         return ContactEstimator(request.model, request.noise, settings)
@@ -101,7 +101,7 @@ def _answered(node: GraspForce, codec: CanCodec, meeting: Meeting, name: str) ->
 
 def _alone(estimator: object, request: Request) -> CompiledFinger:
     """Return a finger as firmware has it, before its first frame."""
-    control, names = request.control, request.fingers
+    control, names = request.alone, request.fingers
     hand = GripController(names, settings=control, make_estimator=estimator)  # type: ignore[arg-type]
     thumb = names.index(control.thumb) if control.thumb in names else -1
     line = CanCodec(names, fd=True, use_sender_time=True).line(names[0])
@@ -110,7 +110,7 @@ def _alone(estimator: object, request: Request) -> CompiledFinger:
     one = CompiledFinger(
         hand.fingers[names[0]], line, Place(0, len(names), thumb), needs, "python", alone=True
     )
-    one.lend(hand.wanted[1], (0.0, 0.0))
+    one.lend(hand, (0.0, 0.0))
     return one
 
 

@@ -16,6 +16,7 @@ OPTIMISED = (*host.EXACT, "-O2", "-fno-math-errno")
 LONGEST = 300.0  # [s] that a compiler or a self-test may take
 AGREEMENT = re.compile(r"(\d+) of (\d+) numbers equal to the bit, largest [a-z ]+ (\S+)")
 PASSED = re.compile(r"^PASS (\d+) frames$", re.MULTILINE)
+INSTRUCTIONS = re.compile(r"^(\w+): (\d+) instructions on average, (\d+) at most$", re.MULTILINE)
 STACK = re.compile(r":([A-Za-z_]\w*)[\w.]*\t(\d+)\t(\S+)")
 CALLS = {
     "estimator": {"update": "update", "slip_margin": "margin_of", "least_force": "least_force"},
@@ -44,6 +45,8 @@ class Run:
     equal: int
     numbers: int
     largest: float
+    instructions: Mapping[str, tuple[int, int]]
+    """Function of the header -> instructions of a call, on average and at most; where they were counted."""
 
 
 @dataclass(frozen=True)
@@ -179,6 +182,7 @@ def _run(command: list[str], machine: str) -> Run | None:
         int(agreement[1]),
         int(agreement[2]),
         float(agreement[3]),
+        {name: (int(usual), int(most)) for name, usual, most in INSTRUCTIONS.findall(done.stdout)},
     )
 
 

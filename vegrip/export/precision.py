@@ -49,13 +49,19 @@ EXACT = """Prints PASS and returns 0 when every flag is the same and no number i
  * the mathematical library of the machine that wrote this (glibc), none is off at all."""
 NEAR = """Prints PASS and returns 0 when no estimate is off by more than a fifth of its standard deviation, no
  * other number by more than a fifth of its size, and no more than one sample in a hundred has other flags."""
+FINGER_EXACT = """all reasons too, and no force is off by more than 1e-5 of its size. Where hypot, erfc and
+ * exp round as in the mathematical library of the machine that wrote this (glibc), every byte is the same."""
+FINGER_NEAR = """no more than one reason in fifty is another, and no force is off by more than what the
+ * fail-safe ramp climbs in two commands: it may begin one command earlier or later."""
 PRECISIONS = {
     "double": Precision(
         "double", 8,
         {
             "precision": "Double", "sameness": EXACT, "allowed": "1e-5", "flags_allowed": "0",
             "scale": "fmax(fabs(wanted), 1e-300)", "time": "(t)", "whole_memory": "1",
-            "difference": "relative difference",
+            "difference": "relative difference", "least_double": "8",
+            "likeness": "to the bit", "finger_sameness": FINGER_EXACT, "reasons_allowed": "0",
+            "finger_scale": "fmax(fabs(size), 1e-300)", "finger_difference": "relative difference",
         },
         CORTEX_M7,
     ),
@@ -64,7 +70,10 @@ PRECISIONS = {
         {
             "precision": "Single", "sameness": NEAR, "allowed": "0.2", "flags_allowed": "(FRAMES / 100)",
             "scale": "fmax(fabs(std), 1e-30)", "time": "(1.0 / (1.0 + (double)(t)))", "whole_memory": "0",
-            "difference": "difference in standard deviations",
+            "difference": "difference in standard deviations", "least_double": "4",
+            "likeness": "as near as can be", "finger_sameness": FINGER_NEAR,
+            "reasons_allowed": "(numbers / 100)",
+            "finger_scale": "1.0", "finger_difference": "difference in newton",
         },
         CORTEX_M4,
     ),

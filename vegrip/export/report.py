@@ -23,8 +23,9 @@ def report(request: Request, texts: Texts, measured: Measured) -> str:
     return "\n".join(
         [
             *_what(request, texts),
-            *_sizes(texts, measured),
+            *_sizes(request, texts, measured),
             *_runs(request, measured),
+            *_instructions(measured),
             *_not_measured(measured),
         ]
     )
@@ -43,18 +44,20 @@ def _what(request: Request, texts: Texts) -> Iterator[str]:
     yield ""
 
 
-def _sizes(texts: Texts, measured: Measured) -> Iterator[str]:
+def _sizes(request: Request, texts: Texts, measured: Measured) -> Iterator[str]:
     yield "## Size"
     yield ""
     yield f"Memory of one finger: {texts.ram} bytes, where you put it."
     yield "Nothing is kept outside it, nothing is allocated."
     yield ""
-    yield "| compiler (-O2, no fused multiply-add) | flash [bytes] | other RAM [bytes] | stack [bytes] |"
-    yield "| --- | --- | --- | --- |"
-    for size in (measured.host, measured.cortex):
+    processor = PRECISIONS[request.precision].processor
+    yield "| for | compiler | flash [bytes] | other RAM [bytes] | stack [bytes] |"
+    yield "| --- | --- | --- | --- | --- |"
+    for target, size in (("this machine", measured.host), (processor["Core"], measured.cortex)):
         if size is not None:
-            yield f"| {size.compiler} | {size.flash} | {size.ram} | {_stack(size)} |"
+            yield f"| {target} | {size.compiler} | {size.flash} | {size.ram} | {_stack(size)} |"
     yield ""
+    yield f"Compiled with -O2, without fused multiply-add; for the {processor['Core']} {processor['cpu']}."
     yield "Flash is code and tables of the exported file, without the mathematical library. Stack is the"
     yield "deepest way down by `-fstack-usage`; what is called in the mathematical library comes on top."
     yield ""
@@ -76,11 +79,31 @@ def _runs(request: Request, measured: Measured) -> Iterator[str]:
     whole = " and, at the end, the whole memory" if precision.real == "double" else ""
     yield f"and compares {COMPARED[request.entry]}{whole} with Python's, in double precision."
     yield ""
-    yield f"| machine | result | numbers equal to the bit | largest {precision.words['difference']} |"
+    difference = precision.words["finger_difference" if request.entry == "finger" else "difference"]
+    yield f"| machine | result | numbers equal to the bit | largest {difference} |"
     yield "| --- | --- | --- | --- |"
     for run in (measured.host_run, measured.cortex_run):
         if run is not None:
             yield f"| {run.machine} | {_result(run)} | {run.equal} of {run.numbers} | {run.largest:.3g} |"
+    yield ""
+    if request.entry == "finger" and precision.real == "float":
+        yield "The largest difference is that of a fail-safe ramp that begins one command earlier or later."
+        yield ""
+
+
+def _instructions(measured: Measured) -> Iterator[str]:
+    run = measured.cortex_run
+    if run is None or not run.instructions:
+        return
+    yield "## Instructions of a call"
+    yield ""
+    yield f"Counted by the emulator ({run.machine}) over the recorded sequence, in steps of 40."
+    yield "Every loop has a bound, but another sequence may have a call that takes more than these."
+    yield ""
+    yield "| call | on average | at most |"
+    yield "| --- | --- | --- |"
+    for name, (usual, most) in run.instructions.items():
+        yield f"| {WORDS[name]} | {usual} | {most} |"
     yield ""
 
 

@@ -16,6 +16,7 @@ from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.kernels_c import ENTRIES
 from vegrip.estimator.layout import FRICTION, REPORT, Layout, layout_of
 from vegrip.estimator.origins import Origins
+from vegrip.export import frameworks
 from vegrip.export.precision import PRECISIONS, WIDE
 from vegrip.export.request import MARGIN, Request
 from vegrip.export.vectors import ESTIMATES, FLAGS, OUTPUTS, Vectors
@@ -41,9 +42,11 @@ FILES = {
     "vectors.c": "{p}_vectors.c", "selftest.c": "{p}_selftest.c", "Makefile": "Makefile",
     "CMakeLists.txt": "CMakeLists.txt", "bare_metal.c": "examples/bare_metal.c",
     "linux.c": "examples/linux.c",
-    "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld",
+    "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld", **frameworks.ESTIMATOR,
 }  # fmt: skip
-IN_PRECISION = ("estimator.h", "estimator.c", "bare_metal.c", "linux.c")
+IN_PRECISION = (
+    "estimator.h", "estimator.c", "bare_metal.c", "linux.c", "arduino.ino", "zephyr_main.c",
+)  # fmt: skip
 """Files in the precision of the export; the self-test and its numbers are double."""
 
 
@@ -70,7 +73,7 @@ def write(request: Request, vectors: Vectors) -> Texts:
     origins = Origins(model.effects)
     entries = {name: ENTRIES[name] for name in ("update", "margin_of", "least_force")}
     program = translate(
-        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), public=False
+        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), is_public=False
     )
     digest = hashlib.sha256(text.encode()).hexdigest()
     known = {
@@ -78,15 +81,16 @@ def write(request: Request, vectors: Vectors) -> Texts:
         "effects": ", ".join(e.name for e in model.effects),
         **_settings(request), **_memory(request, layout), **_vectors(vectors),
         "kernels": program.text(), "text_number": f"(({WIDE}){text_number(digest):.0f}LL)",
-        **precision.known,
+        **precision.known, **frameworks.words("estimator"),
     }  # fmt: skip
     folder = resources.files("vegrip.export") / "templates"
     files = {}
     for template, name in FILES.items():
         made = Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
-        files[name.format(p=p, core=known["core"])] = (
+        files[name.format(p=p, entry="estimator", core=known["core"])] = (
             precision.finished(made) if template in IN_PRECISION else made.replace(WIDE, "double")
         )
+    files |= frameworks.arduino_sources(p, "estimator", files)
     files["model.toml"] = model_text(model)
     saved = [text_number(digest), 1.0, *vectors.memory.tolist()]
     files["examples/finger.txt"] = "".join(f"{literals.hexadecimal(one)}\n" for one in saved)

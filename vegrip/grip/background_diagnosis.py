@@ -12,11 +12,14 @@ import math
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from vegrip.clock import NS
+from vegrip.grip.layout import CHANNELS
+from vegrip.grip.recent_states import KeptStates
+from vegrip.host.realtime import SideThread
 from vegrip.messages import FingertipState, ModelHealth
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
@@ -34,6 +37,7 @@ DIAGNOSED_CHANNELS = (
     "temperature",
     "contact_radius",
 )
+_MEASURED = [CHANNELS.index(name) for name in DIAGNOSED_CHANNELS]
 RING_SAMPLES = 10_000  # samples of a finger
 SAMPLE_SPACING_S = 0.005  # [s] least time between two of them
 KEPT_AIR_S = 1.0  # [s] of air after a contact that is kept, and
@@ -63,13 +67,25 @@ class SampleRing:
 
     def note(self, state: FingertipState, touching: bool) -> None:
         """Keep a state, if it is time for one."""
-        stamp = state.stamp
+        if self._is_due(state.stamp, touching):
+            values = [getattr(state, name) for name in DIAGNOSED_CHANNELS]
+            self._keep(state.stamp, values, touching)
+
+    def note_kept(self, kept: KeptStates) -> None:
+        """Keep of these states those for which it is time."""
+        touching = kept.values[:, -1] > 0.5
+        for i, (stamp, touches) in enumerate(zip(kept.stamps.tolist(), touching.tolist(), strict=True)):
+            if self._is_due(stamp, touches):
+                self._keep(stamp, kept.values[i, _MEASURED], touches)
+
+    def _is_due(self, stamp: int, touching: bool) -> bool:
         if stamp < self._last:
             self.clear()  # the sender's clock began anew
         if touching:
             self._touched = stamp
-        if stamp - self._last < SAMPLE_SPACING_S * NS:
-            return
+        return stamp - self._last >= SAMPLE_SPACING_S * NS
+
+    def _keep(self, stamp: int, values: Any, touching: bool) -> None:
         self._last = stamp
         if stamp - self._touched > KEPT_AIR_S * NS:
             at = (self._count + self._rolling % AIR_SAMPLES) % RING_SAMPLES
@@ -79,9 +95,7 @@ class SampleRing:
             at, self._rolling = self._count % RING_SAMPLES, 0
             self._count += 1
         self._stamps[at], self._touching[at] = stamp, touching
-        row = self._values[at]
-        for i, name in enumerate(DIAGNOSED_CHANNELS):
-            row[i] = getattr(state, name)
+        self._values[at] = values
 
     def __len__(self) -> int:
         return min(self._count, RING_SAMPLES)
@@ -125,6 +139,9 @@ class MisfitDiagnoser(Protocol):
     def note(self, finger: str, state: FingertipState, touching: bool) -> None:
         """Keep ``state`` for a diagnosis."""
 
+    def note_kept(self, kept: KeptStates) -> None:
+        """Keep what the compiled step kept."""
+
     def annotate(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the suspect, as far as one is known."""
 
@@ -136,6 +153,9 @@ class NoDiagnosis:
     """No search for the cause: health is reported as it is."""
 
     def note(self, finger: str, state: FingertipState, touching: bool) -> None:
+        """Keep nothing."""
+
+    def note_kept(self, kept: KeptStates) -> None:
         """Keep nothing."""
 
     def annotate(self, health: ModelHealth) -> ModelHealth:
@@ -169,9 +189,17 @@ class BackgroundDiagnosis:
 
     def note(self, finger: str, state: FingertipState, touching: bool) -> None:
         """Keep ``state`` for a diagnosis."""
+        self._ring_of(finger).note(state, touching)
+
+    def note_kept(self, kept: KeptStates) -> None:
+        """Keep what the compiled step kept, for a diagnosis."""
+        if len(kept):
+            self._ring_of(kept.finger).note_kept(kept)
+
+    def _ring_of(self, finger: str) -> SampleRing:
         if finger not in self._samples:
             self._samples[finger] = SampleRing()
-        self._samples[finger].note(state, touching)
+        return self._samples[finger]
 
     def annotate(self, health: ModelHealth) -> ModelHealth:
         """Return ``health`` with the suspect; begin to look when it has failed for long enough."""
@@ -198,9 +226,7 @@ class BackgroundDiagnosis:
         if samples is None or len(samples) < MIN_SAMPLES or (self.busy is not None and self.busy.is_alive()):
             return
         self._asked[finger] = now
-        self.busy = threading.Thread(
-            target=self._look, args=(finger, now, samples), name="diagnosis", daemon=True
-        )
+        self.busy = SideThread(target=self._look, args=(finger, now, samples), name="diagnosis", daemon=True)
         self.busy.start()
 
     def _look(self, finger: str, asked: int, samples: SampleRing) -> None:

@@ -1,16 +1,17 @@
 """The generated module of a finger: the estimator's text, the control's below it, and frames from the DBC.
 
-``VEGRIP_KERNEL`` says what runs it, as for the estimator alone; when it is not set, C where there is a C
-compiler (seconds) and else numba (a minute, once).
+``VEGRIP_KERNEL`` says what runs it, as for the estimator alone.
 """
 
 import ctypes
 import logging
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
 from vegrip.c99 import BYTES, LONG, LONGS, MEMORY, UntranslatableError, host
+from vegrip.c99.bridge import Lengths
 from vegrip.c99.host import CompilerError
 from vegrip.effects.contract import Effect
 from vegrip.estimator import kernels_c
@@ -18,6 +19,7 @@ from vegrip.estimator.compiled import estimator_parts, kernel_mode, tell_once
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS
 from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
+from vegrip.grip.felt_slip import FELT_SIZE
 from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
 from vegrip.grip.policies.running_median import WINDOW_SLOTS
 from vegrip.model import ContactModel, cache, writer
@@ -26,10 +28,13 @@ from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, ROW_STRIDE
 from vegrip.transport.codec.kernel_text import wire_text
 
 HERE: Final = Path(__file__).parent / "kernels"
-KERNELS: Final = (
-    "bits", "words", "protection", "receive", "stillness", "noise", "watchdog", "sense", "demand", "takeover",
-    "usual_need", "margin_grip", "fail_safe", "limits", "share", "control", "finger_step",
+INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog", "sense")
+GRIP_KERNELS: Final = (
+    "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
+    "finger_step",
 )  # fmt: skip
+SHARED_FRICTION: Final = ("friction_belief", "friction_probe", "friction_onset", "load_lead", "felt_slip")
+"""Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
 ENTRIES: Final = {
     "finger_step": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
     "finger_tick": (MEMORY, LONGS, MEMORY, LONG, BYTES),
@@ -76,6 +81,9 @@ SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")
 FingerKernels = Any
 """A generated module, or what stands for it: :class:`FingerKernelsC`."""
 
+Step = Callable[[Any, int, int, int], int]
+"""Frame, its length, arrival and time [ns] -> what was done, in bits."""
+
 log = logging.getLogger(__name__)
 
 
@@ -86,20 +94,33 @@ def finger_module(
     text, mode = finger_text(model.effects, layout, finger, ellipse), mode or _mode()
     if mode == "python":
         return cache.load_plain(text)
-    if mode == "c":
+    if mode in {"c", "c-float"}:
         try:
-            places = finger_places(model)
-            return FingerKernelsC(kernels_c.library_of(text, ENTRIES, places.place, BATCH_STEP))
+            places, lengths = finger_places(model), single_lengths(finger) if mode == "c-float" else None
+            library = kernels_c.library_of(text, ENTRIES, places.place, BATCH_STEP, single=lengths)
+            return FingerKernelsC(library)
         except (CompilerError, UntranslatableError) as error:
             tell_once(str(error))
     return cache.load(text)
 
 
+def bound_step(module: FingerKernels, f: Any, t: Any, g: Any, out: Any) -> Step:
+    """Return the step of ``module`` on arrays that stay where they are and are kept by the caller."""
+    if isinstance(module, FingerKernelsC):
+        return module.bound_step(f, t, g, out)
+    step = module.finger_step
+    return lambda frame, length, arrival, now: step(f, t, g, frame, length, arrival, now, out)
+
+
 def _mode() -> str:
-    asked = kernel_mode(unset="")
-    if asked and asked != "c-float":
-        return asked
-    return "c" if host.compiler() is not None else "numba"
+    mode = kernel_mode()
+    return "c" if mode == "c-float" else mode
+
+
+def single_lengths(finger: FingerLayout) -> Lengths:
+    """Return how long the memories of each entry are, for a step that computes in single precision."""
+    needs = f"(int)a1[{finger.wholes['SETUP_FINGERS']}]"
+    return dict.fromkeys(ENTRIES, (finger.n_reals, FELT_SIZE if finger.is_shared else needs))
 
 
 def finger_places(model: ContactModel) -> Origins:
@@ -115,10 +136,20 @@ def finger_text(effects: tuple[Effect, ...], layout: Layout, finger: FingerLayou
         ModelError: two functions or constants have one name.
 
     """
-    kernels = [(HERE / f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
+    kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger)]
     parts = [*estimator_parts(layout, ellipse=ellipse), finger.constants(), constants(layout), wire_text()]
     names = [effect.name for effect in effects]
     return writer.write(compose(effects), names, [*parts, *kernels], tuple(ENTRIES))
+
+
+def kernels_of(finger: FingerLayout) -> list[Path]:
+    """Return the files of the step, in their order."""
+    friction = [HERE / "friction_alone.py"]
+    if finger.is_shared:
+        friction = [HERE.with_name(f"{name}.py") for name in SHARED_FRICTION]
+        friction.append(HERE / "friction_shared.py")
+    before, behind = ([HERE / f"{name}.py" for name in names] for names in (INPUT_KERNELS, GRIP_KERNELS))
+    return [*before, *friction, *behind]
 
 
 def constants(layout: Layout) -> str:
@@ -171,6 +202,17 @@ class FingerKernelsC:
         at = _address
         done: int = self._step(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
         return done
+
+    def bound_step(self, f: Any, t: Any, g: Any, out: Any) -> Step:
+        """Return :meth:`finger_step` on arrays that stay where they are and are kept by the caller."""
+        step, answer = self._step, _address(out)
+        at_f, at_t, at_g = map(_address, (f, t, g))
+
+        def call(frame: Any, length: int, arrival: int, now: int) -> int:
+            done: int = step(at_f, at_t, at_g, _address(frame), length, arrival, now, answer)
+            return done
+
+        return call
 
     def finger_tick(self, f: Any, t: Any, g: Any, now: int, out: Any) -> int:
         """As :func:`vegrip.grip.kernels.finger_step.finger_tick`."""

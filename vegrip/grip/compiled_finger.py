@@ -14,11 +14,14 @@ import numpy as np
 
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator
-from vegrip.grip.compiled import FingerKernels, FingerKernelsC, finger_module
+from vegrip.grip.compiled import FingerKernels, FingerKernelsC, bound_step, finger_module
+from vegrip.grip.controller import GripController
 from vegrip.grip.finger import RECENT_STATES, GraspFinger
+from vegrip.grip.grasp_friction import GraspFriction
 from vegrip.grip.layout import HISTORY_CHANNELS, FingerLayout
 from vegrip.grip.memory import FingerMemory
 from vegrip.grip.policies.margin_grip import MarginGrip
+from vegrip.grip.recent_states import KeptStates
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.runtime.telemetry import Unmade
@@ -33,6 +36,8 @@ REPORT: Final = 4
 STATE_BYTES: Final = 48
 COMMAND_BYTES: Final = 24
 REASONS: Final = tuple(Reason(number) for number in range(len(Reason)))
+FETCHED_STATES: Final = 64
+"""States that are fetched from the memory at once, unless all are wanted."""
 MOST_LATE: Final = RECENT_STATES // 2
 """Samples an estimator may go back: a rewind needs the states, and half of the history is fetched at once."""
 
@@ -49,18 +54,13 @@ class Place:
 def why_not_compiled(finger: GraspFinger, settings: ControlSettings) -> str:
     """Return what this finger is told to do that the compiled step does not; "" when it does everything.
 
-    The step has the margin grip alone, shares between thumb and fingers but not by the places of the
-    ``contacts``, and takes friction as the finger's own estimator learns it: where friction is shared between
-    the fingers or probed (``friction.shared``, ``friction.probing``), and for any other policy or estimator,
-    the objects answer.
+    The step has the margin grip alone, and shares between thumb and fingers but not by the places of the
+    ``contacts``: with these, and for any other policy or estimator, the objects answer.
     """
-    estimator, friction, grip = finger.estimator, settings.friction, settings.grip
+    estimator = finger.estimator
     reasons = {
         f"the policy is {settings.policy}": not isinstance(finger.controller.policy, MarginGrip),
         "the places of the contacts are given": bool(settings.contacts),
-        "friction is shared or probed": friction.shared or friction.probing,
-        "the load is led by the lag of the drives": grip.drive_lag > 0.0,
-        "the grip goes back to a proven need": grip.proven_time > 0.0,
         "the estimator is of another make": not isinstance(estimator, ContactEstimator),
         f"the estimator goes back by more than {MOST_LATE} states": isinstance(estimator, ContactEstimator)
         and estimator.settings.late > MOST_LATE,
@@ -75,7 +75,7 @@ class CompiledFinger:
         finger: the objects; :func:`why_not_compiled` has nothing against them.
         line: of its frames.
         place: in the grasp.
-        needs: what every finger of the grasp needs [N], NaN without a command; shared by all.
+        shared: what the fingers of the grasp share, first what every one needs [N], NaN without a command.
         mode: what runs the step, see :func:`~vegrip.grip.compiled.finger_module`.
         alone: whether nothing but the step works on it, as in firmware: no history is kept, and a clock that
             starts anew is followed.
@@ -87,7 +87,7 @@ class CompiledFinger:
         finger: GraspFinger,
         line: Line,
         place: Place,
-        needs: Floats,
+        shared: Floats,
         mode: str = "",
         *,
         alone: bool = False,
@@ -96,7 +96,7 @@ class CompiledFinger:
         assert isinstance(estimator, ContactEstimator)  # noqa: S101
         settings = estimator.settings
         self._alone = alone
-        layout = FingerLayout(estimator.layout.size, settings.late, 0 if alone else RECENT_STATES)
+        layout = FingerLayout(estimator.layout.size, settings.late, 0 if alone else RECENT_STATES, not alone)
         ellipse = settings.surface == "ellipse"
         self.finger, self._line, self._place = finger, line, place
         self.module: FingerKernels = finger_module(
@@ -106,57 +106,69 @@ class CompiledFinger:
         self.answer = np.zeros(COMMAND_BYTES, dtype=np.uint8)
         """The frame of the last command."""
         self.lent = False
-        self._needs = needs
+        self._friction: GraspFriction | None = None  # that has lent
+        self._shared = shared
         self._f, self._t = self.memory.f, self.memory.t
-        self._step = self.module.finger_step
+        self._step = bound_step(self.module, self._f, self._t, shared, self.answer)
         self._force_at = layout.reals["STATE_NORMAL_FORCE"]
         self._displacement_at = layout.reals["STATE_DISPLACEMENT"]
         self._state = self.memory.section("STATE")
         self._news = layout.wholes["NEWS_STAMP"], layout.wholes["NEWS_SEQ"]
         self._given = layout.reals["GRIP_HELD"], layout.reals["GRIP_ADJUSTMENT"]
         self._turn = tuple(layout.wholes[f"TURN_{name}"] for name in ("COMMANDED", "SEQ", "GIVEN_REASON"))
+        self._history = self.memory.section("HISTORY").reshape(-1, HISTORY_CHANNELS)
+        self._stamps, self._numbers = map(self.memory.section, ("HISTORY_STAMP", "HISTORY_SEQ"))
         self._lifetime = 0  # [ns] of a command
+        self._seen = 0  # states that were believed when the objects looked last
 
     def step(self, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
         """Answer a frame; what is done is told in bits, and LEFT_ALONE means nothing at all."""
-        done: int = self._step(self._f, self._t, self._needs, frame, length, arrival, now, self.answer)
-        return done
+        return self._step(frame, length, arrival, now)
 
-    def lend(self, confidence: float, periods: tuple[float, float]) -> bool:
+    def lend(self, controller: GripController, periods: tuple[float, float]) -> bool:
         """Hand everything to the memory; return whether that was possible."""
         lifetime = self.finger.controller.limits.lifetime
         self._lifetime = round(lifetime * NS)
         if not self._line.carries(lifetime):
             return False
         memory = self.memory
-        self.finger.write_to(memory, confidence, periods)
+        self.finger.write_to(memory, controller.wanted[1], periods)
+        if not self._alone:
+            controller.friction.write_to(memory, self.finger.name, controller.wanted_known)
+            self._friction = controller.friction
         self._line.write_to(memory, lifetime)
         memory["SETUP_FINGER"], memory["SETUP_FINGERS"] = self._place.number, self._place.fingers
         memory["SETUP_THUMB"], memory["SETUP_ALONE"] = self._place.thumb, self._alone
-        memory["TURN_NOTED"] = memory["TURN_FETCHED"] = 0
+        memory["TURN_NOTED"] = memory["TURN_FETCHED"] = self._seen = 0
         self.lent = True
         return True
 
-    def look(self) -> list[tuple[FingertipState, bool]]:
-        """Let the objects see what is reported, and return what :meth:`take_back` does."""
-        taken = self._fetched()
-        self.finger.read_contact(self.memory, [state for state, _ in taken])
-        return taken
+    def look(self) -> KeptStates | None:
+        """Let the objects see what is reported, and return what :meth:`take_back` does, now and then."""
+        memory = self.memory
+        noted = memory["TURN_NOTED"]
+        kept = self._fetched() if noted - memory["TURN_FETCHED"] >= FETCHED_STATES else None
+        if noted != self._seen:
+            self._seen = noted
+            self.finger.read_contact(memory, next(iter(self._rows(noted - 1, noted))))
+        return kept
 
     def told(self, periods: tuple[float, float]) -> None:
         """Let the memory know that the objects have reported what :meth:`look` showed them."""
         self.finger.write_told(self.memory, periods)
 
-    def take_back(self) -> list[tuple[FingertipState, bool]]:
-        """Hand everything to the objects; return the states believed meanwhile, and whether it touched."""
+    def take_back(self) -> KeptStates:
+        """Hand everything to the objects; return the states believed since they were fetched last."""
         memory = self.memory
-        taken = self._fetched()
+        kept = self._fetched()
         values = memory.section("STATE").tolist()
         last = FingertipState(memory["INPUT_STAMP"], self.finger.name, memory["INPUT_SEQ"], *values)
-        self.finger.read_from(memory, [state for state, _ in taken], last)
+        self.finger.read_from(memory, memory["TURN_NOTED"], last)
         self._line.read_from(memory)
+        if self._friction is not None:
+            self._friction.read_from(memory, self.finger.name)
         self.lent = False
-        return taken
+        return kept
 
     def is_quiet(self, now: int) -> bool:
         """Return whether a tick has nothing to do: no silence, and no command to renew."""
@@ -201,16 +213,19 @@ class CompiledFinger:
     @property
     def need(self) -> float:
         """What the finger needs [N]; NaN without a command."""
-        return float(self._needs[self._place.number])
+        return float(self._shared[self._place.number])
 
-    def _fetched(self) -> list[tuple[FingertipState, bool]]:
-        memory, name = self.memory, self.finger.name
+    def _fetched(self) -> KeptStates:
+        """Return the states that were not fetched yet; the objects keep them, too."""
+        memory = self.memory
         noted, fetched = memory["TURN_NOTED"], memory["TURN_FETCHED"]
         memory["TURN_FETCHED"] = noted
-        rows = memory.section("HISTORY").reshape(-1, HISTORY_CHANNELS)
-        stamps, numbers = memory.section("HISTORY_STAMP"), memory.section("HISTORY_SEQ")
-        order = np.arange(max(fetched, noted - len(rows)), noted) % len(rows)
-        found = zip(stamps[order].tolist(), numbers[order].tolist(), rows[order].tolist(), strict=True)
-        return [
-            (FingertipState(stamp, name, seq, *values[:-1]), values[-1] > 0.5) for stamp, seq, values in found
-        ]
+        kept = self._rows(max(fetched, noted - self.memory.layout.history), noted)
+        self.finger.past.extend(kept)
+        return kept
+
+    def _rows(self, start: int, end: int) -> KeptStates:
+        """Return copies of states by their numbers in the history."""
+        rows = self._history
+        order = np.arange(start, end) % max(len(rows), 1)
+        return KeptStates(self.finger.name, self._stamps[order], self._numbers[order], rows[order])

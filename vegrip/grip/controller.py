@@ -138,22 +138,21 @@ class GripController:
         self._settings = settings
         for finger in self.fingers.values():
             finger.apply(settings)
-            self._lead(finger)
+        self._lead()
 
     def reset(self) -> None:
         """Forget contacts and commands; nothing is commanded before the next state of a finger."""
         self._now = 0
         self.fingers = {name: self._new_finger(name) for name in self.names}
         self.friction = share_friction(self.fingers, self._settings)
+        self._lead()
 
     # What a node calls one by one, because its states arrive one by one.
 
     def assimilate(self, state: FingertipState, now: int) -> bool:
         """Take one state of a finger of this hand; return whether it is believed."""
         finger = self.fingers[state.finger]
-        grip = self.settings.grip
-        known = grip.wanted_margin, grip.known_probability
-        wanted = self.friction.prepare(finger, self.wanted, known)
+        wanted = self.friction.prepare(finger, self.wanted, self.wanted_known)
         shown = self.friction.screen(state)
         believed = finger.sense(shown, now, wanted, slides=self.friction.shows_sliding(shown))
         if believed:
@@ -204,19 +203,24 @@ class GripController:
         )
         phase = self.names.index(name) / len(self.names)
         watchdog = InputWatchdog(settings.watchdog)
-        finger = GraspFinger(name, self._make_estimator(name), controller, watchdog, phase)
-        self._lead(finger)
-        return finger
+        return GraspFinger(name, self._make_estimator(name), controller, watchdog, phase)
 
-    def _lead(self, finger: GraspFinger) -> None:
+    def _lead(self) -> None:
         noise = getattr(self._settings, "noise", SensorNoise())
-        finger.lead(self._settings.grip.drive_lag, noise.tangential_force, noise.torque_z)
+        self.friction.set_lead(self._settings.grip.drive_lag, noise.torque_z)
+        for finger in self.fingers.values():
+            self.friction.lead(finger)
 
     @property
     def wanted(self) -> Wanted:
         """Margin and confidence of each finger; all count, also those that are not heard."""
         grip = self.settings.grip
         return grip.wanted_margin, each_confidence(grip.probability, len(self.names), grip.correlation)
+
+    @property
+    def wanted_known(self) -> Wanted:
+        """The same of a finger whose friction is known."""
+        return self.settings.grip.wanted_margin, self.settings.grip.known_probability
 
     def _share(self, finger: GraspFinger) -> float:
         needs = {other.name: self.need_of(other) for other in self.fingers.values()}

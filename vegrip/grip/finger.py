@@ -1,7 +1,6 @@
 """One finger of the node: watchdog, estimator, controller, and what is reported of them."""
 
 import math
-from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -11,8 +10,9 @@ from vegrip.estimator.learning import Learned
 from vegrip.grip.bumpless_transfer import BumplessTransfer
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger_controller import FingerController
-from vegrip.grip.load_lead import LEAD_SIZE, begin_lead, lead_load
+from vegrip.grip.load_lead import lead_load
 from vegrip.grip.policies.demand import Demand
+from vegrip.grip.recent_states import RecentStates
 from vegrip.grip.safety.watchdog import InputWatchdog
 from vegrip.grip.settings import ControlSettings, apply_policy
 from vegrip.messages import (
@@ -26,7 +26,7 @@ from vegrip.messages import (
     ModelHealth,
     SlipMargin,
 )
-from vegrip.types import NamedNumbers
+from vegrip.types import NamedNumbers, Numbers
 
 Wanted = tuple[float, float]
 """Margin to keep [-], and the one-sided confidence to keep it with."""
@@ -76,9 +76,10 @@ class GraspFinger:
         self._reports = self._healths = self._learned_count = 0  # how often
         self._told: Condition | None = None  # the condition in the last ModelHealth
         self._phase = phase
-        self._lead: list[float] | None = None
+        self.lead_in: tuple[Numbers, int] | None = None
+        """Where the load is led by the lag of the drive, and the finger's place in it."""
         self._led = 0  # [ns] stamp of the last state whose load was led
-        self.past: deque[FingertipState] = deque(maxlen=RECENT_STATES)
+        self.past = RecentStates(RECENT_STATES)
         """What was believed of late, for an estimator that takes over."""
 
     def sense(self, state: FingertipState, now: int, wanted: Wanted, *, slides: bool = False) -> bool:
@@ -110,14 +111,6 @@ class GraspFinger:
             self.controller.update(self.watchdog.condition, demand, now)
         return believed
 
-    def lead(self, lag: float, noise: float, torque_noise: float) -> None:
-        """Answer the load as it will be a ``lag`` [s] of the drive later; its noise in N and N m."""
-        if lag == 0.0:
-            self._lead = None
-            return
-        self._lead = self._lead or [0.0] * LEAD_SIZE
-        begin_lead(self._lead, lag, noise, torque_noise)
-
     def watch(self, now: int) -> None:
         """Look for silence; under a fault the controller rides it out by the clock."""
         condition = self.watchdog.tick(now)
@@ -133,9 +126,8 @@ class GraspFinger:
     def replace_estimator(self, estimator: Estimator) -> None:
         """Go on with ``estimator``, which knows the past but for the very last samples."""
         known = estimator.contact_estimate().stamp
-        for state in self.past:
-            if state.stamp > known:
-                estimator.assimilate(state)
+        for state in self.past.after(known):
+            estimator.assimilate(state)
         self.estimator = estimator
         self._margin = None
 
@@ -161,6 +153,7 @@ class GraspFinger:
         self._transfer.write_to(memory)
         memory["RULE_QUANTILE"] = quantile(confidence)
         memory["TURN_SEEN"], memory["TURN_USED"] = self._seen, self._used
+        memory["TURN_LED"] = self._led
         self.write_told(memory, periods)
 
     def write_told(self, memory: NamedNumbers, periods: tuple[float, float]) -> None:
@@ -171,30 +164,35 @@ class GraspFinger:
         due = min(self._reported + periods[0] * NS, self._healthy + periods[1] * NS)
         memory["TURN_REPORT_DUE"] = math.ceil(due) if due > 0.0 else 0
 
-    def read_from(self, memory: NamedNumbers, taken: list[FingertipState], last: FingertipState) -> None:
+    def read_from(self, memory: NamedNumbers, taken: int, last: FingertipState) -> None:
         """Take back what the compiled finger step has made of it.
 
         Args:
             memory: where it lies.
-            taken: states that were believed meanwhile.
+            taken: how many states were believed since :meth:`write_to`; :attr:`past` has them.
             last: the last state, believed or not.
 
         """
-        self.read_contact(memory, taken)
+        self.estimator.read_rewind(self.past, taken)  # type: ignore[attr-defined]
+        self.read_contact(memory, next(iter(self.past.last(1)), None) if taken else None)
         self.watchdog.read_from(memory, last)
         self.controller.read_from(memory)
         self.controller.fail_safe.read_from(memory)
         self.controller.policy.read_from(memory)  # type: ignore[attr-defined]
         self._transfer.read_from(memory)
+        self._led = int(memory["TURN_LED"])
 
-    def read_contact(self, memory: NamedNumbers, taken: list[FingertipState]) -> None:
-        """Take back no more than what is reported: the contact, and whether the input is believed."""
-        self.estimator.read_from(memory, taken)  # type: ignore[attr-defined]
+    def read_contact(self, memory: NamedNumbers, believed: FingertipState | None) -> None:
+        """Take back no more than what is reported: the contact, and whether the input is believed.
+
+        ``believed`` is the last state that was, None where none was since :meth:`write_to`.
+        """
+        if believed is not None:
+            self.estimator.read_from(memory, believed)  # type: ignore[attr-defined]
         self.watchdog.condition = Condition(memory["INPUT_CONDITION"])
         self._seen, self._used = bool(memory["TURN_SEEN"]), memory["TURN_USED"]
         if self._margin is None and memory["TURN_HAS_MARGIN"]:
             self._margin = SlipMargin(0, self.name, 0, lower_bound=memory["TAKEN_BOUND"])
-        self.past.extend(taken)
 
     def command(self, share: float, now: int) -> ForceCommand:
         """Return the command for this finger's share of the grasp [N]."""
@@ -301,12 +299,12 @@ class GraspFinger:
         )
 
     def _least_force(self, state: FingertipState, wanted: Wanted) -> float:
-        if self._lead is None:
+        if self.lead_in is None:
             return self.estimator.least_force(*wanted)
         dt = min(max((state.stamp - self._led) / NS, 0.0), LONGEST_STEP_S)
         self._led = state.stamp
         x, y, torque = state.tangential_force_x, state.tangential_force_y, state.torque_z
-        return self.estimator.least_force(*wanted, lead_load(self._lead, 0, dt, x, y, torque))
+        return self.estimator.least_force(*wanted, lead_load(*self.lead_in, dt, x, y, torque))
 
 
 def _due(last: float, now: int, period: float) -> bool:

@@ -16,7 +16,9 @@ prior.
 * **Something common happened** (the faces got wet) when a finger slips far below what was believed of it:
   then the common part is widened first, so that one slip lowers what all fingers count on.
 
-Plain scalar code over one flat sequence ``g`` of numbers, of fixed size; the same text is compiled.
+Plain scalar code over one flat sequence ``g`` of numbers, of fixed size; the same text is compiled. Its first
+``BELIEF_MOST`` places are left to what each finger needs (:mod:`vegrip.grip.kernels.share`), and
+:mod:`.friction_probe` goes on behind it, so that one sequence can hold all that a grasp shares.
 """
 
 import math
@@ -24,13 +26,13 @@ import math
 from vegrip.types import Numbers
 
 BELIEF_MOST = 20  # fingers
-BELIEF_FINGERS = 0
-BELIEF_VERSION = 1  # changes with every evidence
-BELIEF_SINCE = 2  # [s] since the belief was last widened
-BELIEF_DRIFT = 3  # [1/sqrt(s)] random walk of ln mu
-BELIEF_PRIOR_VAR = 4
-BELIEF_SHOCK = 5  # std of ln mu of what happens to all faces at once
-BELIEF_MEAN = 6
+BELIEF_FINGERS = BELIEF_MOST
+BELIEF_VERSION = BELIEF_FINGERS + 1  # changes with every evidence
+BELIEF_SINCE = BELIEF_FINGERS + 2  # [s] since the belief was last widened
+BELIEF_DRIFT = BELIEF_FINGERS + 3  # [1/sqrt(s)] random walk of ln mu
+BELIEF_PRIOR_VAR = BELIEF_FINGERS + 4
+BELIEF_SHOCK = BELIEF_FINGERS + 5  # std of ln mu of what happens to all faces at once
+BELIEF_MEAN = BELIEF_FINGERS + 6
 BELIEF_COMMON = BELIEF_MEAN + BELIEF_MOST  # std of what each shares with all, at the beginning
 BELIEF_P = BELIEF_COMMON + BELIEF_MOST
 BELIEF_SIZE = BELIEF_P + BELIEF_MOST * BELIEF_MOST

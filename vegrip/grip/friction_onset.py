@@ -60,7 +60,7 @@ def begin_onsets(q: Numbers, noise: float, shock: float) -> None:
     q[ONSET_NOISE], q[ONSET_SHOCK] = noise, shock
     for i in range(BELIEF_MOST):
         q[ONSET_RUN + i] = q[ONSET_SUM + i] = q[ONSET_HELD + i] = q[ONSET_DOUBTED + i] = 0.0
-        q[ONSET_QUIET + i] = q[ONSET_SILENT + i] = 1.0
+        q[ONSET_QUIET + i], q[ONSET_SILENT + i] = 1.0, 0.0
 
 
 def is_doubted(q: Numbers, i: int) -> bool:

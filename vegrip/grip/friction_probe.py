@@ -16,19 +16,19 @@ Plain scalar code over one flat sequence ``q`` of numbers, of fixed size; the sa
 
 import math
 
-from vegrip.grip.friction_belief import BELIEF_FINGERS, BELIEF_MOST, believed_variance
+from vegrip.grip.friction_belief import BELIEF_FINGERS, BELIEF_MOST, BELIEF_SIZE, believed_variance
 from vegrip.types import Numbers
 
-PROBE_CLIMB = 0  # [1/s] of ln mu while the object is unknown
-PROBE_RATE = 1  # [1/s] afterwards
-PROBE_UNKNOWN = 2  # std of ln mu above which the object is unknown
-PROBE_KNOWN = 3  # and below which a finger is known well enough
-PROBE_QUIET_TIME = 4  # [s] without a change of any load before probing goes on
-PROBE_QUIET_CHANGE = 5  # relative change of a load that is one
-PROBE_PAUSE = 6  # [s] after a slip
-PROBE_REACH = 7  # standard deviations above the mean up to which it is probed
-PROBE_SINCE_SLIP = 8
-PROBE_SHIFT = 9  # b of each finger
+PROBE_CLIMB = BELIEF_SIZE  # [1/s] of ln mu while the object is unknown
+PROBE_RATE = BELIEF_SIZE + 1  # [1/s] afterwards
+PROBE_UNKNOWN = BELIEF_SIZE + 2  # std of ln mu above which the object is unknown
+PROBE_KNOWN = BELIEF_SIZE + 3  # and below which a finger is known well enough
+PROBE_QUIET_TIME = BELIEF_SIZE + 4  # [s] without a change of any load before probing goes on
+PROBE_QUIET_CHANGE = BELIEF_SIZE + 5  # relative change of a load that is one
+PROBE_PAUSE = BELIEF_SIZE + 6  # [s] after a slip
+PROBE_REACH = BELIEF_SIZE + 7  # standard deviations above the mean up to which it is probed
+PROBE_SINCE_SLIP = BELIEF_SIZE + 8
+PROBE_SHIFT = BELIEF_SIZE + 9  # b of each finger
 PROBE_LOAD = PROBE_SHIFT + BELIEF_MOST  # [N] from which changes are counted
 PROBE_SMOOTH = PROBE_LOAD + BELIEF_MOST  # [N] load without noise
 PROBE_STILL = PROBE_SMOOTH + BELIEF_MOST  # [s] since the load last changed; negative: not in contact
@@ -79,7 +79,7 @@ def watch_load(q: Numbers, i: int, dt: float, load: float, noise: float, touchin
 
 def feel_slip(q: Numbers, dt: float, fingers: int, slipping: bool) -> None:
     """Note whether a finger slips: then nothing is probed any more."""
-    q[PROBE_SINCE_SLIP] += dt / max(fingers, 1)
+    q[PROBE_SINCE_SLIP] += dt / float(max(fingers, 1))
     if slipping:
         q[PROBE_SINCE_SLIP] = 0.0
         for j in range(fingers):

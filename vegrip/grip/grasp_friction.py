@@ -12,11 +12,15 @@ the same as to ask for the margin ``1 - (1 - margin) e^b``.
 """
 
 import math
+from array import array
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple, Protocol, TypeGuard
 
+import numpy as np
+
 from vegrip.clock import NS
+from vegrip.estimator.estimator import quantile
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.grip.felt_slip import (
     FELT_BY_LOAD,
@@ -39,7 +43,6 @@ from vegrip.grip.friction_belief import (
     BELIEF_MEAN,
     BELIEF_MOST,
     BELIEF_SINCE,
-    BELIEF_SIZE,
     BELIEF_VERSION,
     absorb_evidence,
     begin_belief,
@@ -64,8 +67,10 @@ from vegrip.grip.friction_probe import (
     watch_load,
 )
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState, ModelHealth
+from vegrip.types import NamedNumbers
 
 LONGEST_STEP_S = 0.1
 """A longer pause between two states counts as so much."""
@@ -145,17 +150,19 @@ class GraspFriction:
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
         self._settings, self._noise = settings, tangential_noise
         self._places = {name: i for i, name in enumerate(fingers)}
-        self._believed = [0.0] * BELIEF_SIZE
-        self._probe = [0.0] * FELT_SIZE
+        self._memory = array("d", bytes(8 * max(FELT_SIZE, len(fingers))))
+        self.shared = np.frombuffer(self._memory)
+        """All that the fingers of the grasp share, as the compiled step has it; the same numbers as here."""
         self._seen = [0.0] * len(fingers)  # version of the belief that each finger has
         self._site = [(0.0, 0.0)] * len(fingers)  # its own evidence of the present loading
         self._before = [(0.0, 0.0)] * len(fingers)  # mean and variance it had before its last state
         self._stamp = [0] * len(fingers)
+        self._is_leading = False
         if self.active:
             self._begin(able, drift)
 
     def _begin(self, able: Mapping[str, FrictionEstimator], drift: float) -> None:
-        s, g = self._settings, self._believed
+        s, g = self._settings, self._memory
         begin_belief(g, len(able), drift, s.shock)
         for i, estimator in enumerate(able.values()):
             mean, variance, _, _ = estimator.friction
@@ -163,11 +170,11 @@ class GraspFriction:
             self._before[i] = mean, variance
         probing = s.probing and not s.why_too_coarse
         begin_probing(
-            self._probe, s.climb if probing else 0.0, s.rate if probing else 0.0, s.unknown, s.known,
+            g, s.climb if probing else 0.0, s.rate if probing else 0.0, s.unknown, s.known,
             s.quiet_time, s.quiet_change, s.pause, s.reach,
         )  # fmt: skip
-        begin_onsets(self._probe, s.onset_noise if s.onsets else math.inf, s.shock)
-        begin_felt_slip(self._probe, s.sliding_speed, s.slip_delay)
+        begin_onsets(g, s.onset_noise if s.onsets else math.inf, s.shock)
+        begin_felt_slip(g, s.sliding_speed, s.slip_delay)
 
     def prepare(self, finger: GraspFinger, unknown: Wanted, known: Wanted) -> Wanted:
         """Tell the estimator of ``finger`` what the grasp believes; return margin and confidence to ask for.
@@ -185,13 +192,13 @@ class GraspFriction:
         own = FingerFriction(*estimator.friction)
         if own.mean == own.mean_before and own.variance == own.variance_before:
             self._site[i] = 0.0, 0.0
-        if self._believed[BELIEF_VERSION] != self._seen[i]:
-            self._seen[i] = self._believed[BELIEF_VERSION]
+        if self._memory[BELIEF_VERSION] != self._seen[i]:
+            self._seen[i] = self._memory[BELIEF_VERSION]
             own = self._told(i)
             estimator.believe_friction(own)
         self._before[i] = own.mean, own.variance
-        margin, confidence = known if counts_as_known(self._believed, self._probe, i) else unknown
-        shift = self._probe[PROBE_SHIFT + i]
+        margin, confidence = known if counts_as_known(self._memory, self._memory, i) else unknown
+        shift = self._memory[PROBE_SHIFT + i]
         return 1.0 - (1.0 - margin) * math.exp(shift), confidence
 
     def screen(self, state: FingertipState) -> FingertipState:
@@ -199,43 +206,69 @@ class GraspFriction:
         if not self.active:
             return state
         i = self._places[state.finger]
-        flag, speed = self._probe[FELT_FLAG + 6 * i + FELT_OFF], self._probe[FELT_SPEED + 6 * i + FELT_OFF]
+        flag, speed = self._memory[FELT_FLAG + 6 * i + FELT_OFF], self._memory[FELT_SPEED + 6 * i + FELT_OFF]
         if flag <= 0.0 and speed <= 0.0:
             return state
         return replace(
             state,
-            slip=believed_flag(self._probe, i, state.slip),
-            slip_speed=believed_speed(self._probe, i, state.slip_speed),
+            slip=believed_flag(self._memory, i, state.slip),
+            slip_speed=believed_speed(self._memory, i, state.slip_speed),
         )
 
     def shows_sliding(self, state: FingertipState) -> bool:
         """Return whether the slip speed of a screened ``state`` is one of a finger that slides."""
-        return self.active and shows_sliding(self._probe, state.slip_speed)
+        return self.active and shows_sliding(self._memory, state.slip_speed)
 
     def learn(self, finger: GraspFinger, state: FingertipState, lag: float) -> None:
         """Take in what ``finger`` learned of its last ``state``; ``lag`` is the quantile it counts off."""
         estimator = finger.estimator
         if not (self.active and can_share(estimator)):
             return
-        i, g, q = self._places[finger.name], self._believed, self._probe
+        i, g = self._places[finger.name], self._memory
         dt = min(max((state.stamp - self._stamp[i]) / NS, 0.0), LONGEST_STEP_S) if self._stamp[i] else 0.0
         self._stamp[i] = state.stamp
         g[BELIEF_SINCE] += dt / len(self._places)
         self._take_evidence(i, FingerFriction(*estimator.friction))
         u, relative, load = estimator.utilisation()
-        flag, speed = believed_flag(q, i, state.slip), believed_speed(q, i, state.slip_speed)
+        flag, speed = believed_flag(g, i, state.slip), believed_speed(g, i, state.slip_speed)
         slipping, touching = flag >= 0.5, estimator.in_contact
-        feel_onset(g, q, i, dt, u, relative, flag, speed)
-        q[PROBE_NEED + i] = finger.controller.required_force
-        watch_load(q, i, dt, load, self._noise, touching)
-        feel_slip(q, dt, len(self._places), slipping)
-        if not may_probe(q, i):
-            q[PROBE_SHIFT + i] = 0.0
+        feel_onset(g, g, i, dt, u, relative, flag, speed)
+        g[PROBE_NEED + i] = finger.controller.required_force
+        watch_load(g, i, dt, load, self._noise, touching)
+        feel_slip(g, dt, len(self._places), slipping)
+        if not may_probe(g, i):
+            g[PROBE_SHIFT + i] = 0.0
         elif touching and not slipping:
-            probe_friction(g, q, i, dt, lag)
+            probe_friction(g, g, i, dt, lag)
         x, y = state.tangential_force_x, state.tangential_force_y
         twist = twist_share(math.sqrt(x * x + y * y), load)
-        judge_felt_slip(q, i, dt, state.slip, state.slip_speed, u, twist)
+        judge_felt_slip(g, i, dt, state.slip, state.slip_speed, u, twist)
+
+    def lead(self, finger: GraspFinger) -> None:
+        """Let ``finger`` answer the load that is to come by the lag of its drive, see :meth:`set_lead`."""
+        i = self._places[finger.name]
+        finger.lead_in = (self._memory, i) if self._is_leading and i < BELIEF_MOST else None
+
+    def set_lead(self, lag: float, torque_noise: float) -> None:
+        """Set the lag of the drives [s], 0 for the load as it is felt, and the noise of a torque [N m]."""
+        self._is_leading = lag > 0.0
+        begin_lead(self._memory, lag, self._noise, torque_noise)
+
+    def write_to(self, memory: NamedNumbers, finger: str, wanted: Wanted) -> None:
+        """Lend what is of one finger; ``wanted`` of it once its friction is known."""
+        i = self._places[finger]
+        precision, weighted = self._site[i]
+        memory["SETUP_SHARES"], memory["SETUP_LEADS"] = self.active, self._is_leading
+        memory["SHARED_KNOWN_QUANTILE"] = quantile(wanted[1])
+        memory["SHARED_WIDEST"], memory["SHARED_LOAD_NOISE"] = self._settings.widest_variance, self._noise
+        memory["SHARED_SEEN"], memory["TURN_LEARNED"] = self._seen[i], self._stamp[i]
+        memory["SHARED_SITE"], memory["SHARED_SITE_WEIGHTED"] = precision, weighted
+
+    def read_from(self, memory: NamedNumbers, finger: str) -> None:
+        """Take back what is of one finger."""
+        i = self._places[finger]
+        self._seen[i], self._stamp[i] = memory["SHARED_SEEN"], int(memory["TURN_LEARNED"])
+        self._site[i] = memory["SHARED_SITE"], memory["SHARED_SITE_WEIGHTED"]
 
     @property
     def why_not_probing(self) -> str:
@@ -247,9 +280,9 @@ class GraspFriction:
         for name, i in self._places.items():
             if found := self.suspicion(name):
                 return found
-            if self._stamp[i] and self._probe[ONSET_SILENT + i] > 0.5:
+            if self._memory[ONSET_SILENT + i] > 0.5:
                 return f"{name} does not feel slip"
-            if is_doubted(self._probe, i):
+            if is_doubted(self._memory, i):
                 return f"the slip channel of {name} contradicts its load"
         return ""
 
@@ -258,7 +291,7 @@ class GraspFriction:
         if not self.active:
             return ""
         i = self._places[finger]
-        found = (name for at, name in CHANNELS_OF_SLIP.items() if self._probe[at + 6 * i + FELT_OFF] > 0.0)
+        found = (name for at, name in CHANNELS_OF_SLIP.items() if self._memory[at + 6 * i + FELT_OFF] > 0.0)
         return next(found, "")
 
     def suspicion(self, finger: str) -> str:
@@ -267,7 +300,7 @@ class GraspFriction:
         if not channel:
             return ""
         at = FELT_FLAG if channel == "slip" else FELT_SPEED
-        wrong = CONTRADICTIONS[self._probe[at + 6 * self._places[finger] + FELT_WHY]]
+        wrong = CONTRADICTIONS[self._memory[at + 6 * self._places[finger] + FELT_WHY]]
         return f"the channel '{channel}' of {finger} {wrong}, and is not used"
 
     def name_suspect(self, health: ModelHealth) -> ModelHealth:
@@ -278,11 +311,11 @@ class GraspFriction:
     def belief(self, finger: str) -> tuple[float, float]:
         """Return mean and standard deviation of ln mu of ``finger`` as the grasp believes it."""
         i = self._places[finger]
-        return self._believed[BELIEF_MEAN + i], math.sqrt(believed_variance(self._believed, i))
+        return self._memory[BELIEF_MEAN + i], math.sqrt(believed_variance(self._memory, i))
 
     def _told(self, i: int) -> FingerFriction:
         """Return the belief of finger ``i``, and the same without its evidence of the present loading."""
-        mean, variance = self._believed[BELIEF_MEAN + i], believed_variance(self._believed, i)
+        mean, variance = self._memory[BELIEF_MEAN + i], believed_variance(self._memory, i)
         precision, weighted = self._site[i]
         left = 1.0 / variance - precision if variance > 0.0 else 0.0
         if precision == 0.0 or not left > 1.0 / self._settings.widest_variance:
@@ -293,13 +326,13 @@ class GraspFriction:
         mean, variance = self._before[i]
         if own.mean == mean:
             if own.variance > variance + NEW_CONTACT_VARIANCE:
-                widen_own(self._believed, i, own.variance)
+                widen_own(self._memory, i, own.variance)
             return
         if variance > 0.0 and own.variance > 0.0:
             precision, weighted = self._site[i]
             precision += 1.0 / own.variance - 1.0 / variance
             self._site[i] = precision, weighted + own.mean / own.variance - mean / variance
-            absorb_evidence(self._believed, i, mean, variance, own.mean, own.variance)
+            absorb_evidence(self._memory, i, mean, variance, own.mean, own.variance)
 
 
 def share_friction(fingers: Mapping[str, GraspFinger], settings: ControlSettings) -> GraspFriction:

@@ -30,37 +30,47 @@ REALS: dict[str, tuple[str, ...] | int] = {
         "WANTED_MARGIN", "QUANTILE", "DEAD_BAND", "RELEASE_TIME", "SETTLE_TIME", "USUAL_TIME", "SLIP_GROWTH",
         "MIN_FORCE", "MAX_FORCE", "RAISE_RATE", "LOWER_RATE", "LIFETIME", "SAFE_FORCE", "HOLD_TIME",
         "RAMP_RATE", "TIME_OUT", "FROZEN_AFTER", "FORCE_FROZEN_AFTER", "DOUBT_AFTER", "FROZEN_CHANCE",
+        "PROVEN_TIME",
     ),
     "LOWEST": len(CHANNELS), "HIGHEST": len(CHANNELS),
     "STATE": tuple(name.upper() for name in CHANNELS),
     "REPEATED": MECHANICAL_CHANNELS, "REPEATED_FORCE": 1,
-    "WATCH": ("QUICKEST", "NOISE_LAST", "CHANGE", "REPEAT_LIMIT", "REPEATS", "TURNS"),
+    "WATCH": ("NOISE_LAST", "CHANGE", "REPEAT_LIMIT", "REPEATS", "TURNS"),
     "TAKEN": ("LOAD", "TORQUE", "BOUND"),
     "DEMAND": ("LEAST", "LOAD", "TORQUE", "BOUND"),
+    "ASKED": ("MARGIN", "QUANTILE"),
+    "SHARED": (
+        "KNOWN_QUANTILE", "WIDEST", "LOAD_NOISE", "SEEN", "SITE", "SITE_WEIGHTED", "BEFORE", "BEFORE_VAR",
+        "FLAG", "SPEED",
+    ),
     "TRANSFER": ("FORCE", "LOAD", "ARM"),
     "GRIP": ("HELD", "REQUIRED", "ENVELOPE", "QUIET", "SLOT", "PRESENT", "FILLED", "MEDIAN", "ELAPSED",
-             "ADJUSTMENT"),
+             "ADJUSTMENT", "PROVEN", "PROVEN_TIME"),
     "LARGEST": WINDOW_SLOTS, "ORDERED": WINDOW_SLOTS,
 }  # fmt: skip
 """RULE: settings (TIME_OUT to DOUBT_AFTER in [ns]); LOWEST, HIGHEST: believable ranges of the channels;
-STATE: the present state; REPEATED, REPEATED_FORCE: the mechanical channels last seen; WATCH: of the watchdog
-(QUICKEST in [ns]); TAKEN: load and torque that the estimator has, and the bound of the margin at the last
-report; DEMAND: what the finger needs; TRANSFER: what a contact met in its middle began with; GRIP: held and
-required force, envelope of the need, running median of it, time since a fault began, change of the force by
-the last command; LARGEST: the median's
-slots; ORDERED: scratch.
+STATE: the present state; REPEATED, REPEATED_FORCE: the mechanical channels last seen; WATCH: of the watchdog;
+TAKEN: load and torque that the estimator has, and the bound of the margin at the last
+report; DEMAND: what the finger needs; ASKED: margin and quantile that this state is judged with; SHARED: how
+the fingers of a grasp share friction, and what this one has of it (version of the belief, own evidence of the
+present loading, mean and variance of ln mu before the state, slip flag and
+slip speed as they are sensed); TRANSFER: what a contact met in its middle
+began with; GRIP: held and required force, envelope of the need, running median of it, time since a fault
+began, change of the force by the last command, lowest median of late; LARGEST: the median's slots; ORDERED:
+scratch.
 """
 
 WHOLES: dict[str, tuple[str, ...] | int] = {
     "SETUP": (
         "STATE_ID", "COMMAND_ID", "SENDER_TIME", "FINGER", "FINGERS", "THUMB", "RECOVER_AFTER", "LIFETIME",
-        "EXPIRES", "RENEWAL", "LATE", "HISTORY", "ALONE", "RECOVERY", "GAP",
+        "EXPIRES", "RENEWAL", "LATE", "HISTORY", "ALONE", "RECOVERY", "GAP", "SHARES", "LEADS",
     ),
     "LINE": ("LAST", "STAMP", "LOST"),
     "NEWS": ("SEQ", "STAMP"),
     "INPUT": (
         "CONDITION", "GOOD", "DOUBTFUL", "LOST", "SEEN", "PRESENT", "USABLE", "HEARD", "IS_HEARD", "CORRUPT",
         "IS_CORRUPT", "SEQ", "STAMP", "IS_KNOWN", "LEAPS", "STILL_SINCE", "FORCE_STILL_SINCE", "RUN", "COUNT",
+        "QUICKEST",
     ),
     "FAULTS": len(Condition),
     "SAMPLE": ("BEGUN", "STAMP", "INFORMED", "IS_INFORMED", "SHOWN", "TRUSTED", "SEQ", "RESUMED", "REFUSED",
@@ -69,6 +79,7 @@ WHOLES: dict[str, tuple[str, ...] | int] = {
     "TURN": (
         "SEEN", "HAS_MARGIN", "TRANSFER_SINCE", "IN_TRANSFER", "STARTED", "COMMANDED", "ASKED", "SEQ",
         "REASON", "SLOTS", "NEXT_SLOT", "USED", "TOLD", "REPORT_DUE", "NOTED", "FETCHED", "GIVEN_REASON",
+        "LEARNED", "LED",
     ),
 }  # fmt: skip
 """SETUP: settings; LINE: counter of the frames; NEWS: the present state; INPUT: of the watchdog (LOST, SEEN,
@@ -86,12 +97,14 @@ class FingerLayout:
         estimator: length of the estimator's memory.
         late: samples that the estimator can go back.
         history: states that are kept for others; 0 keeps none.
+        is_shared: whether the fingers of a grasp can share friction, and lead their loads.
 
     """
 
     estimator: int
     late: int = 0
     history: int = 0
+    is_shared: bool = False
 
     def real_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
         """Yield name, names within and length of the sections of real numbers."""

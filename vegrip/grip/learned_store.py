@@ -10,6 +10,7 @@ from typing import Protocol
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, EstimatorSettings, Learner, SensorNoise
 from vegrip.estimator.learning import Learned, fingerprint, restored, save
+from vegrip.host.realtime import SideThread
 from vegrip.model import ContactModel
 
 KEPT_EVERY = 10 * NS
@@ -87,7 +88,7 @@ class OnDisk(InMemory):
             self._kept = now
         if now - self._kept >= KEPT_EVERY and (self.writing is None or not self.writing.is_alive()):
             self._kept = now
-            self.writing = threading.Thread(target=self._try_to_save, name="learned store", daemon=True)
+            self.writing = SideThread(target=self._try_to_save, name="learned store", daemon=True)
             self.writing.start()
         return learned
 

@@ -6,17 +6,19 @@ log and counted, and the old one stays.
 
 import logging
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import copy
 from typing import Any
 
 from vegrip.errors import ModelError
 from vegrip.grip.estimator_protocol import Estimator
+from vegrip.host.realtime import SideThread
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
 from vegrip.runtime.background import run_behind
 
-RecentStates = Mapping[str, Sequence[FingertipState]]
+Pasts = Mapping[str, Iterable[FingertipState]]
 
 
 class ModelSwap:
@@ -42,11 +44,11 @@ class ModelSwap:
         self._ready: dict[str, Estimator] | None = None
         self._latest = 0  # number of the last request; an earlier one that ends later counts no more
 
-    def begin(self, parameters: Any, pasts: RecentStates) -> threading.Thread:
+    def begin(self, parameters: Any, pasts: Pasts) -> threading.Thread:
         """Start to build estimators of ``parameters`` for these fingers, with what they felt lately."""
         self._latest += 1
-        copied = {finger: list(past) for finger, past in pasts.items()}
-        thread = threading.Thread(
+        copied = {finger: copy(past) for finger, past in pasts.items()}
+        thread = SideThread(
             target=self._build, args=(parameters, copied, self._latest), name="succession", daemon=True
         )
         thread.start()
@@ -57,7 +59,7 @@ class ModelSwap:
         ready, self._ready = self._ready, None
         return ready
 
-    def _build(self, parameters: Any, pasts: RecentStates, number: int) -> None:
+    def _build(self, parameters: Any, pasts: Pasts, number: int) -> None:
         try:
             for model in self._models(parameters):
                 compile_in_subprocess(model)
@@ -72,7 +74,7 @@ class ModelSwap:
             self._logger.info("the new model takes over")
 
 
-def _replayed(estimator: Estimator, past: Sequence[FingertipState]) -> Estimator:
+def _replayed(estimator: Estimator, past: Iterable[FingertipState]) -> Estimator:
     """Let it feel what its finger felt lately.
 
     That began in the middle of something, with a history that is not known: how well the model explains it

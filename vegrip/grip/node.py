@@ -61,7 +61,7 @@ class GraspForce(NodeBase):
         self._lines: Mapping[str, Line] = {}
         self._kernel_mode = ""
         self._batch: CompiledBatch | None = None
-        self._needs = np.full(max(1, len(self._names)), np.nan)
+        self._shared = np.full(max(1, len(self._names)), np.nan)  # what the fingers of the grasp share
         super().__init__(name, settings)
         self._make_estimator = make_estimator
         self._learned_store = learned_store or NoStore()
@@ -230,7 +230,7 @@ class GraspForce(NodeBase):
         compiled, controller = self._compiled.get(name), self.controller
         if compiled is None or controller is None or not self._active:
             return LEFT_ALONE
-        if not compiled.lent and not compiled.lend(controller.wanted[1], self._periods):
+        if not compiled.lent and not compiled.lend(controller, self._periods):
             return LEFT_ALONE
         done = compiled.step(frame, length, arrival, now)
         if done == LEFT_ALONE:
@@ -246,7 +246,7 @@ class GraspForce(NodeBase):
         if batch is None or controller is None or not self._active:
             return None
         for compiled in batch.fingers:
-            if not compiled.lent and not compiled.lend(controller.wanted[1], self._periods):
+            if not compiled.lent and not compiled.lend(controller, self._periods):
                 return None
         done, commands = batch.step(payload, rows, arrival, now)
         row = done.find(LEFT_ALONE, 0, rows)
@@ -308,18 +308,19 @@ class GraspForce(NodeBase):
         """Prepare the compiled step of every finger that can have one, from the state of its objects."""
         controller, thumb = self.controller, self.parameters.thumb
         thumb_number = self._names.index(thumb) if thumb in self._names else -1
-        self._needs[:] = np.nan
-        is_common = controller is not None and controller.friction.active  # what is not in the step
+        if controller is not None:
+            self._shared = controller.friction.shared
+        self._shared[: len(self._names)] = np.nan
         self._compiled = {
             name: CompiledFinger(
                 finger,
                 self._lines[name],
                 Place(self._names.index(name), len(self._names), thumb_number),
-                self._needs,
+                self._shared,
                 self._kernel_mode,
             )
             for name, finger in self.fingers.items()
-            if name in self._lines and not is_common and not why_not_compiled(finger, self.parameters)
+            if name in self._lines and not why_not_compiled(finger, self.parameters)
         }
         self._batch = self._batch_of(list(self._compiled.values()))
         self._tell_needs()
@@ -334,8 +335,6 @@ class GraspForce(NodeBase):
         if not self._lines:
             return "states are answered by objects: this transport brings no CAN FD frames"
         reasons = {why_not_compiled(finger, self.parameters) for finger in self.fingers.values()} - {""}
-        if self.controller is not None and self.controller.friction.active:
-            reasons.add("friction is shared or probed")
         told = ", ".join(sorted(reasons)) or "a new model has been taken over"
         return (
             f"states are answered by objects ({len(self._compiled)} of {len(self.fingers)} compiled): {told}"
@@ -345,7 +344,7 @@ class GraspForce(NodeBase):
         """Return one step for all fingers, None unless every one has a compiled step that allows it."""
         if len(fingers) < len(self.fingers) or not fingers or not can_batch(fingers):
             return None
-        return CompiledBatch(fingers, self._needs, STATE_BYTES)
+        return CompiledBatch(fingers, self._shared, STATE_BYTES)
 
     @property
     def _periods(self) -> tuple[float, float]:
@@ -354,9 +353,8 @@ class GraspForce(NodeBase):
     def _look(self, finger: GraspFinger) -> None:
         """Let the objects see the contact, whichever way it was followed."""
         compiled = self._compiled.get(finger.name)
-        if compiled is not None and compiled.lent:
-            for state, touching in compiled.look():
-                self.diagnoser.note(finger.name, state, touching)
+        if compiled is not None and compiled.lent and (kept := compiled.look()) is not None:
+            self.diagnoser.note_kept(kept)
 
     def _told(self, finger: GraspFinger) -> None:
         """Let the compiled step know what has been reported."""
@@ -369,15 +367,14 @@ class GraspForce(NodeBase):
         for finger in fingers:
             compiled = self._compiled.get(finger.name)
             if compiled is not None and compiled.lent:
-                for state, touching in compiled.take_back():
-                    self.diagnoser.note(finger.name, state, touching)
+                self.diagnoser.note_kept(compiled.take_back())
 
     def _tell_needs(self) -> None:
         """Let the compiled fingers know what those need that the objects are in force of."""
         for number, (name, finger) in enumerate(self.fingers.items()):
             compiled = self._compiled.get(name)
             if compiled is None or not compiled.lent:
-                self._needs[number] = need_of(finger)
+                self._shared[number] = need_of(finger)
 
     def _is_quiet(self, finger: GraspFinger, now: int) -> bool:
         compiled = self._compiled.get(finger.name)

@@ -29,6 +29,7 @@ WANTED_RTPRIO: Final = 50
 
 _LOCK_PRESENT_AND_COMING, _ON_FAULT = 3, 4  # sys/mman.h: MCL_CURRENT | MCL_FUTURE, MCL_ONFAULT
 _THREADS: Final = Path("/proc/self/task")
+_loops: "set[LoopPriority]" = set()  # of this process, that have their priority now
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,7 @@ class LoopPriority:
             asked = wanted.priority if thread == own else SIDE_THREAD_PRIORITY
             if not self._schedule(thread, asked) and thread == own:
                 return _advice("real-time priority is")
+        _loops.add(self)
         if wanted.lock_memory:
             self._locked = _lock_memory()
             return "" if self._locked else _advice("locked memory is")
@@ -127,6 +129,7 @@ class LoopPriority:
 
     def give_back(self) -> None:
         """Return to the priorities of before."""
+        _loops.discard(self)
         for thread, (policy, parameter) in self._before.items():
             _set(thread, policy | os.SCHED_RESET_ON_FORK, parameter)
         self._before.clear()
@@ -143,6 +146,27 @@ class LoopPriority:
         if done:
             self._before.setdefault(thread, before)
         return done
+
+
+class SideThread(threading.Thread):
+    """A thread that a loop starts for what takes long, with the priority of the threads beside a loop.
+
+    The system would give it the usual one: with the interpreter's lock it then stands behind other programs,
+    and the loop waits. A program that it starts begins with its priority, since the thread holds the lock
+    until that runs; :func:`vegrip.runtime.background.run_behind` lowers it.
+    """
+
+    def run(self) -> None:
+        """Take the priority, and do the work."""
+        if _loops:
+            _set(_thread_id(), os.SCHED_FIFO, os.sched_param(SIDE_THREAD_PRIORITY))
+        super().run()
+
+
+def take_usual_priority() -> None:
+    """Give up a real-time priority that this process was started with."""
+    if sys.platform == "linux" and os.sched_getscheduler(0) == os.SCHED_FIFO:
+        _set(0, os.SCHED_OTHER, os.sched_param(0))
 
 
 @contextmanager

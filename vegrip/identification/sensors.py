@@ -50,7 +50,7 @@ def _knows_load(channels: Channels) -> bool:
     return _presses(channels) and set(TANGENTIAL_CHANNELS) <= set(channels)
 
 
-OUTPUTS: Final = (
+OUTPUT_NEEDS: Final = (
     Output(
         "contact radius, pressure exponent, limit force",
         "contact",
@@ -106,7 +106,7 @@ def channels_of(state: FingertipState) -> frozenset[str]:
 
 def answers(channels: Channels) -> dict[str, bool]:
     """Return for every output whether ``channels`` give it."""
-    return {output.name: output.given(channels) for output in OUTPUTS}
+    return {output.name: output.given(channels) for output in OUTPUT_NEEDS}
 
 
 def lacking(channels: Channels, remedy: str = "") -> list[str]:
@@ -158,8 +158,8 @@ def share_of(mass: float, fingers: int) -> float:
 
 def markdown() -> str:
     """Return the table as it stands in the README."""
-    lines = ["| your fingertip measures | " + " | ".join(output.name for output in OUTPUTS) + " |"]
-    lines.append("|---" * (1 + len(OUTPUTS)) + "|")
+    lines = ["| your fingertip measures | " + " | ".join(output.name for output in OUTPUT_NEEDS) + " |"]
+    lines.append("|---" * (1 + len(OUTPUT_NEEDS)) + "|")
     for name, channels in USUAL_SENSORS.items():
         cells = ["yes" if given else "no" for given in answers(channels).values()]
         lines.append(f"| {name} | {' | '.join(cells)} |")

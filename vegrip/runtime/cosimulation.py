@@ -34,7 +34,7 @@ class Participant:
         """Whether its loop has something to do now."""
         if now < self.asleep_until:
             return False
-        return now >= self.runner.due or (self.node.wakes_on_messages and self.endpoint.waiting)
+        return now >= self.runner.due or (self.node.wakes_on_messages and self.endpoint.has_waiting)
 
 
 class Cosimulation:
@@ -78,7 +78,7 @@ class Cosimulation:
         times += [
             max(now, p.asleep_until)
             for p in self.participants
-            if p.endpoint.waiting and p.node.wakes_on_messages
+            if p.endpoint.has_waiting and p.node.wakes_on_messages
         ]
         bus = self.bus.next_event()
         return min([*times, bus] if bus is not None else times)

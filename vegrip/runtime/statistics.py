@@ -21,13 +21,17 @@ class LoopStatistics:
         self.states_sent = 0
         self.commands_received = 0
         self.pace = ReportPace(deadline)
-        self.latency = Histogram()  # state in -> command out, since the start
         self.lateness_max = 0  # [ns] since the start
-        self._recent = Histogram()
+        self._before, self._recent = Histogram(), Histogram()  # the last status
         self._recent_lateness = 0
         self._since, self._inputs_then, self._outputs_then = now, 0, 0
         self._unanswered: dict[str, int] = {}  # finger: [ns] when the oldest state without a command came
         self._seq = 0
+
+    @property
+    def latency(self) -> Histogram:
+        """How long commands took after their states, since the start."""
+        return Histogram.sum_of([self._before, self._recent])
 
     def state(self, finger: str, arrived: int) -> None:
         """Count a state of ``finger`` that arrived at ``arrived`` [ns]."""
@@ -49,7 +53,6 @@ class LoopStatistics:
         if not commands:
             return
         latency = now - arrived
-        self.latency.add_equal(latency, commands)
         self._recent.add_equal(latency, commands)
         self.pace.answered(latency)
         if latency > self.deadline:
@@ -60,7 +63,6 @@ class LoopStatistics:
         self._unanswered.clear()
 
     def _answered(self, latency: int) -> None:
-        self.latency.add(latency)
         self._recent.add(latency)
         self.pace.answered(latency)
         if latency > self.deadline:
@@ -105,6 +107,7 @@ class LoopStatistics:
         )
         self._since, self._inputs_then, self._outputs_then = now, self.inputs, self.outputs
         self._seq += 1
+        self._before = self.latency
         self._recent.clear()
         self._recent_lateness = 0
         return message

@@ -38,7 +38,7 @@ class Unmade(NamedTuple):
 
     def made(self) -> Message:
         """Return the message."""
-        message: Message = self.kind(self.stamp, self.owner, *self.rest)  # type: ignore[call-arg]
+        message: Message = self.kind(self.stamp, self.owner, *self.rest)
         return message
 
 

@@ -75,9 +75,9 @@ class VirtualPort:
             if delivery is None or isinstance(delivery, Frame):
                 return delivery
             frame = delivery.frame
-            if delivery.error:
+            if delivery.is_error:
                 self._faults[error_name(frame.identifier, frame.data)] += 1
-            elif not frame.remote and (self._extended or not frame.extended):
+            elif not frame.is_remote and (self._extended or not frame.extended):
                 identifier = frame.identifier | EXTENDED if frame.extended else frame.identifier
                 return Frame(identifier, frame.data, frame.fd, delivery.end)
 

@@ -70,7 +70,7 @@ class ConnectionLimit:
         self._on_event = on_event
         self._monitor = SocketMonitor(socket, int(_EVENTS) | events)
         self._inside = 0
-        self._shut = False
+        self._is_shut = False
         self._lock = threading.Lock()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="connections", daemon=True)
@@ -117,19 +117,19 @@ class ConnectionLimit:
         limit = descriptors.limit()
         is_scarce = descriptors.free() < min(SPARE, limit * 3 // 4)  # whatever they are used for
         is_full = self._inside >= min(MAX_CONNECTIONS, limit // 16)
-        if self._shut and not is_scarce and not is_full:
+        if self._is_shut and not is_scarce and not is_full:
             self._open()
-        elif not self._shut and (is_scarce or is_full):
-            self._shut = True
+        elif not self._is_shut and (is_scarce or is_full):
+            self._is_shut = True
             self._counts["connections"] += 1
             with contextlib.suppress(OSError):
                 self._file.rename(self._aside(self._file))
 
     def _open(self) -> None:
-        if self._shut and self._file is not None:
+        if self._is_shut and self._file is not None:
             with contextlib.suppress(OSError):
                 self._aside(self._file).rename(self._file)
-        self._shut = False
+        self._is_shut = False
 
     @staticmethod
     def _aside(file: Path) -> Path:

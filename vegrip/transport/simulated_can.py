@@ -77,7 +77,7 @@ class SimulatedCan:
 
     def send(self, time: int, node: int, frame: Frame) -> None:
         """Let ``node`` send ``frame`` at ``time`` [ns], now or later."""
-        sent = BusFrame(frame.arbitration_id, frame.data, fd=frame.fd, bit_rate_switch=frame.fd)
+        sent = BusFrame(frame.arbitration_id, frame.data, fd=frame.fd, has_bit_rate_switch=frame.fd)
         if time > self.clock.now():
             heapq.heappush(self._later, (time, next(self._order), node, sent))
         else:
@@ -94,8 +94,8 @@ class SimulatedCan:
             self.model.detach(node)
 
     def _request(self, time: int, node: int, frame: BusFrame) -> None:
-        full = self.model.waiting(node) >= TRANSMIT_QUEUE
-        if full or not self.model.request(time, node, frame):
+        is_full = self.model.waiting(node) >= TRANSMIT_QUEUE
+        if is_full or not self.model.request(time, node, frame):
             self._endpoints[node].faults["unsent"] += 1
 
     def _settle(self, now: int) -> None:
@@ -112,7 +112,7 @@ class SimulatedCan:
             self.errors[event.kind.value] += 1
             for endpoint in self._endpoints.values():
                 endpoint.faults["error_frame"] += 1
-        elif not event.lost:
+        elif not event.is_lost:
             self._deliver(event)
 
     def _deliver(self, sent: Transmission) -> None:
@@ -140,7 +140,7 @@ class SimulatedEndpoint(ClosedByWith):
         self._order = InOrder(round(order_window * NS)) if order_window > 0.0 else None
 
     @property
-    def waiting(self) -> bool:
+    def has_waiting(self) -> bool:
         """Whether there is something to receive."""
         return bool(self._inbox)
 

@@ -64,7 +64,7 @@ class Subscription:
         """Return the descriptor that signals edges only; ask :meth:`readable` before waiting for it."""
         return int(self._socket.fileno())
 
-    def readable(self) -> bool:
+    def is_readable(self) -> bool:
         """Whether a message is there."""
         return bool(int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN)
 

@@ -105,7 +105,7 @@ class ZmqEndpoint(ClosedByWith):
         if now >= self._look_at:
             self._look(now)
             self._look_at = now + CONNECTION_POLL_S
-        while not messages and self._readable(now + timeout):
+        while not messages and self._is_readable(now + timeout):
             self._drain(messages)
         self.arrivals = [time.monotonic_ns()] * len(messages)
         return messages
@@ -187,13 +187,13 @@ class ZmqEndpoint(ClosedByWith):
         if message is not None:
             messages.append(message)
 
-    def _readable(self, deadline: float) -> bool:
+    def _is_readable(self, deadline: float) -> bool:
         """Wait for a message until ``deadline`` [s].
 
         ``Socket.poll`` counts in whole milliseconds, too coarse for a tick. The descriptor of the socket
         signals edges only, so ``EVENTS`` is asked before each wait.
         """
-        while not any(each.readable() for each in self._subscriptions):
+        while not any(each.is_readable() for each in self._subscriptions):
             remaining = deadline - time.monotonic()
             if remaining <= 0.0:
                 return False

@@ -3,7 +3,7 @@
 ``python -m vegrip.validation.compiled_finger`` records a hand in a closed loop, makes its states hostile, and
 records a pinch under the faults of :mod:`vegrip.validation.faults`; ``--quick`` records less. ``--bits``
 compares C, numba and plain Python instead: every command and every number of all memories after 35 s of the
-hand, as recorded and with hostile states.
+hand, as recorded and with hostile states. ``--learning`` does so with friction that is shared and probed.
 """
 
 import argparse
@@ -11,7 +11,7 @@ import math
 import struct
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import Condition, ForceCommand, Message
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.line import Line
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
+from vegrip.validation.controllers.candidates import KNOBS, demo_parameters, make_node, parameters
 from vegrip.validation.faults.table import CASES, FAULT_BEGIN_S, Case
 from vegrip.validation.faults.testbed import Scene
 
@@ -54,6 +54,7 @@ class Log:
     fingers: tuple[str, ...]
     sender_time: bool = False
     events: list[Event] = field(default_factory=list)
+    parameters: GraspParameters | None = None  # of the node; None: those of the demonstration
 
     @property
     def frames(self) -> int:
@@ -113,10 +114,13 @@ def listen(scene: Scene) -> Log:
     return log
 
 
-def record(case: Case | None, duration: float, grasp: str = "pinch") -> Log:
+def record(case: Case | None, duration: float, grasp: str = "pinch", controller: str = "vegrip") -> Log:
     """Return what the node of a scene meets under a fault, or for ``duration`` [s] without one."""
-    scene = Scene(grasp, sender_time=case.sender_time if case is not None else True)
+    settings = parameters(controller, KNOBS[grasp][controller])
+    sender_time = case.sender_time if case is not None else True
+    scene = Scene(grasp, sender_time=sender_time, parameters=settings)
     log = listen(scene)
+    log.parameters = settings
     if case is None:
         scene.run_until(duration)
         return log
@@ -134,7 +138,7 @@ def hostile(log: Log, seed: int) -> Log:
     lines = [line for finger in log.fingers if (line := log.codec().line(finger)) is not None]
     liars = {line.state_id: Liar((seed, line.state_id)) for line in lines}
     rng, later = np.random.default_rng(seed), 0  # [ns]
-    found = Log(log.fingers, log.sender_time)
+    found = replace(log, events=[])
     for event in log.events:
         frame = event.frame
         if frame is not None and frame.arbitration_id in liars:
@@ -264,7 +268,7 @@ class Replay:
 
     def __init__(self, log: Log, mode: str = "", parameters: GraspParameters | None = None) -> None:
         self.log, self.codec = log, log.codec()
-        self.node = make_node(parameters or demo_parameters(), log.fingers)
+        self.node = make_node(parameters or log.parameters or demo_parameters(), log.fingers)
         self.node.configure()
         self.node.activate()
         self.answers = Answers()
@@ -365,17 +369,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="few and short recordings")
     parser.add_argument("--mode", default="c", choices=MODES, help="what runs the step")
     parser.add_argument("--bits", action="store_true", help="compare C, numba and Python instead")
+    parser.add_argument("--learning", action="store_true", help="with friction shared and probed, loads led")
     chosen = parser.parse_args(arguments)
+    controller = "learning" if chosen.learning else "vegrip"
     if chosen.bits:
-        return 4 if _compare_bits(record(None, 2.0 if chosen.quick else BITS_DURATION_S, "hand")) else 0
+        log = record(None, 2.0 if chosen.quick else BITS_DURATION_S, "hand", controller)
+        return 4 if _compare_bits(log) else 0
     cases = [case for case in CASES if not case.slow]
     cases = cases[:: max(1, len(cases) // QUICK_CASES)] if chosen.quick else cases
-    hand = record(None, 2.0 if chosen.quick else 10.0, "hand")
+    hand = record(None, 2.0 if chosen.quick else 10.0, "hand", controller)
     failed = _compare("a hand, undisturbed", hand, chosen.mode)
     for seed in range(2 if chosen.quick else HOSTILE_SEEDS):
         failed += _compare(f"a hand, hostile states, seed {seed}", hostile(hand, seed), chosen.mode)
     for case in cases:
-        failed += _compare(case.name, record(case, 0.0), chosen.mode)
+        failed += _compare(case.name, record(case, 0.0, controller=controller), chosen.mode)
     sys.stdout.write(f"{failed} differ\n")
     return 4 if failed else 0
 

@@ -12,10 +12,10 @@ from starlette.responses import FileResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from vegrip.errors import UsageError, VegripError
-from vegrip.web.requests import STATES, asked
+from vegrip.web.requests import STATUS_OF_EXIT_CODE, asked
 from vegrip.web.server import STATIC, events
 
-PERIOD = 0.25  # [s] between two looks at what is new
+LOOK_PERIOD_S = 0.25  # [s] between two looks at what is new
 
 Actions = Mapping[str, Callable[[dict[str, Any]], None]]
 """What the page can ask for, by name; each is given what the page sent."""
@@ -61,7 +61,7 @@ def action_routes(
                 raise UsageError("the page asks for what this server does not know; load it again")
             await run_in_threadpool(actions[told["do"]], told)
         except VegripError as error:
-            return JSONResponse({"error": str(error)}, STATES.get(error.exit_code, 500))
+            return JSONResponse({"error": str(error)}, STATUS_OF_EXIT_CODE.get(error.exit_code, 500))
         except (KeyError, ValueError) as error:
             return JSONResponse({"error": f"the request is not complete: {error}"}, 400)
         return JSONResponse({})
@@ -91,4 +91,4 @@ async def _texts(shown: Shown) -> AsyncIterator[str]:
         if text != last:
             last = text
             yield text
-        await asyncio.sleep(PERIOD)
+        await asyncio.sleep(LOOK_PERIOD_S)

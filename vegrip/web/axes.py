@@ -13,7 +13,7 @@ from html import escape
 Pair = tuple[float, float]
 TICKS = 5  # about so many on an axis
 MARK = 58  # [px] half of the words on a mark
-GAP = 8.0  # times the usual step, from which on nothing was measured between two columns
+MIN_GAP_STEPS = 8.0  # times the usual step, from which on nothing was measured between two columns
 LEFT, RIGHT, TOP, BOTTOM = 62, 12, 16, 40  # [px] around the drawing
 
 
@@ -24,7 +24,7 @@ def runs(times: Sequence[float]) -> list[slice]:
     [slice(0, 3, None), slice(3, 5, None)]
     """
     steps = [later - sooner for sooner, later in itertools.pairwise(times)]
-    gap = GAP * statistics.median(steps) if steps else 0.0
+    gap = MIN_GAP_STEPS * statistics.median(steps) if steps else 0.0
     ends = [0, *(i for i, step in enumerate(steps, 1) if step > gap), len(times)]
     return [slice(begin, end) for begin, end in itertools.pairwise(ends) if end > begin]
 
@@ -46,7 +46,7 @@ class Axes:
     x_label: str
     y_label: str
     size: tuple[int, int] = (640, 220)
-    logarithmic: bool = False
+    is_logarithmic: bool = False
     x_names: Sequence[str] = ()  # names instead of numbers, at 0, 1, 2, ...
     _parts: list[str] = field(default_factory=list)
 
@@ -102,7 +102,7 @@ class Axes:
         return LEFT + min(max(share, 0.0), 1.0) * self._width
 
     def _y(self, value: float) -> float:
-        low, high, value = (_log(v) if self.logarithmic else v for v in (*self.y, value))
+        low, high, value = (_log(v) if self.is_logarithmic else v for v in (*self.y, value))
         share = (value - low) / ((high - low) or 1.0)
         return TOP + (1.0 - min(max(share, 0.0), 1.0)) * self._height
 
@@ -116,7 +116,7 @@ class Axes:
     def _frame(self) -> list[str]:
         width, height = self.size
         foot, parts = height - BOTTOM, []
-        for tick in log_ticks(self.y) if self.logarithmic else ticks(self.y):
+        for tick in log_ticks(self.y) if self.is_logarithmic else ticks(self.y):
             y = self._y(tick)
             parts.append(f'<path class="axis" d="M{LEFT} {y:.1f}H{width - RIGHT}"/>')
             parts.append(f'<text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{tick:g}</text>')

@@ -7,10 +7,10 @@ from vegrip.identification.compare.words import format_quantity
 from vegrip.web.axes import Axes, extent, runs
 
 WIDE, LOW = (1300, 260), (1300, 170)  # [px]
-FEW = 80  # columns, with less of which each is drawn as a point
+MAX_POINT_COLUMNS = 80  # columns, with less of which each is drawn as a point
 SIGMA = 1.96  # standard deviations in which 95 % of noise lie
 SCALES = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "N m": (1e3, "N mm")}
-NAMES = {
+CHANNEL_NAMES = {
     "indentation": "depth",
     "normal_force": "normal force",
     "time_in_contact": "time in contact",
@@ -64,7 +64,7 @@ def residual_over_time(channel: str, told: Told) -> str:
         extent(time, room=0.0), (-far, far), "time without the pauses [s]", "residual [noise std]", LOW
     )
     axes.band([time[0], time[-1]], [-SIGMA] * 2, [SIGMA] * 2, "band")
-    if len(time) < FEW:
+    if len(time) < MAX_POINT_COLUMNS:
         axes.points(time, columns["z_high"], "ink-soft")
     for run in runs(time):
         axes.band(time[run], columns["z_low"][run], columns["z_high"][run], "ink-soft")
@@ -79,7 +79,7 @@ def over_variable(channel: str, name: str, told: Told) -> str:
     axes = Axes(
         (scale * bins[0]["low"], scale * bins[-1]["high"]),
         (min(-1.2, *mean), max(2.0, *(1.08 * v for v in rms))),
-        f"{NAMES.get(name, name)} [{unit}]",
+        f"{CHANNEL_NAMES.get(name, name)} [{unit}]",
         "residual [noise std]",
         (360, 200),
     )
@@ -91,7 +91,7 @@ def over_variable(channel: str, name: str, told: Told) -> str:
     worst = max(bins, key=lambda one: one["excess"])
     if worst["rms"] > WORST:
         axes.mark((scale * worst["low"], scale * worst["high"]), f"worst: {worst['rms']:.3g} × noise")
-    return axes.svg(f"{channel}: residual over {NAMES.get(name, name)}")
+    return axes.svg(f"{channel}: residual over {CHANNEL_NAMES.get(name, name)}")
 
 
 WORST = 1.15  # rms over noise from which on a bin is marked
@@ -125,7 +125,7 @@ def ladder(rungs: Sequence[Told]) -> str:
         "model",
         "error over noise",
         (420, 240),
-        logarithmic=True,
+        is_logarithmic=True,
         x_names=names,
     )
     axes.line(axes.x, (1.0, 1.0), "green", **{"stroke-dasharray": "6 4"})

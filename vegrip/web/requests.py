@@ -6,9 +6,9 @@ from starlette.requests import Request
 
 from vegrip.errors import UsageError
 
-STATES = {2: 400, 3: 422, 4: 503}
+STATUS_OF_EXIT_CODE = {2: 400, 3: 422, 4: 503}
 """HTTP status for the exit code that the command line would have."""
-LARGEST = 10_000  # [bytes] of a request
+MAX_REQUEST_BYTES = 10_000  # [bytes] of a request
 
 
 async def asked(request: Request) -> dict[str, Any]:
@@ -22,7 +22,7 @@ async def asked(request: Request) -> dict[str, Any]:
         return dict(request.query_params)
     body = await request.body()
     try:
-        told = await request.json() if len(body) <= LARGEST else None
+        told = await request.json() if len(body) <= MAX_REQUEST_BYTES else None
     except ValueError:
         told = None
     if not isinstance(told, dict):

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.parameters import GraspParameters
 from vegrip.validation.compiled_finger import Answers, Log, Replay, differences, hostile, record
 from vegrip.validation.controllers.candidates import demo_parameters
@@ -90,9 +89,6 @@ def test_parameters_changed_on_the_way_count_at_once_on_both_ways(hand_log: Log,
     [
         {"policy": "constant"},
         {"policy": "cone"},
-        {"friction": FrictionSettings(shared=True)},
-        {"friction": FrictionSettings(probing=True)},
-        {"friction": FrictionSettings(shared=True, probing=True)},
         {"contacts": {"thumb": {"normal": [0.0, 0.0, 1.0]}, "index": {"normal": [0.0, 0.0, -1.0]}}},
     ],
     ids="-".join,
@@ -106,14 +102,81 @@ def test_what_is_not_compiled_goes_by_the_objects(
     assert differences(Replay(hand_log, "", parameters).run(), compiled) == []
 
 
-def test_friction_that_is_shared_stays_with_the_objects_until_they_begin_anew(
-    hand_log: Log, mode: str
+@pytest.fixture(scope="module")
+def learning_log() -> Log:
+    """Return what a pinch meets whose fingers share friction and probe for it, with loads led."""
+    return record(None, 6.0, "pinch", "learning")
+
+
+def test_every_command_is_equal_where_friction_is_shared_and_probed(learning_log: Log, mode: str) -> None:
+    objects, replay = Replay(learning_log).run(), Replay(learning_log, mode)
+    compiled = replay.run()
+    assert differences(objects, compiled) == []
+    assert compiled.compiled_frames >= learning_log.frames - 20, "it hardly ran compiled"
+    assert replay.node.controller is not None
+    assert replay.node.controller.friction.belief("thumb")[1] < 0.35, "nothing was learned"
+
+
+@pytest.mark.parametrize("seed", range(12 if LONG else 3))
+def test_every_command_to_hostile_states_is_equal_where_friction_is_shared(
+    learning_log: Log, seed: int, mode: str
 ) -> None:
-    shared = replace(demo_parameters(), friction=FrictionSettings(shared=True))
-    replay = Replay(hand_log, mode, shared)
-    replay.node.parameters = demo_parameters()
-    replay.node.run_compiled(dict(replay.lines.values()), mode)
-    assert not replay.node.compiled_fingers
+    log = hostile(learning_log, seed)
+    assert differences(Replay(log).run(), Replay(log, mode).run()) == []
+
+
+def test_going_to_and_fro_changes_nothing_where_friction_is_shared(learning_log: Log, mode: str) -> None:
+    rng = np.random.default_rng(8)
+    replay = Replay(learning_log, mode)
+    for event in learning_log.events:
+        if rng.random() < 0.2:
+            replay.node.take_back(str(rng.choice(learning_log.fingers)))
+        replay.meet(event)
+    assert differences(Replay(learning_log).run(), replay.finish()) == []
+
+
+@pytest.mark.parametrize(
+    ("friction", "grip"),
+    [
+        ({"shared": True}, {}),
+        ({"probing": True}, {}),
+        ({"shared": True, "probing": True, "slip_delay": 0.02}, {}),
+        ({"shared": True, "onsets": False}, {}),
+        ({}, {"drive_lag": 0.02}),
+        ({}, {"proven_time": 3.0, "usual_time": 0.5}),
+    ],
+    ids=str,
+)
+def test_each_part_of_learning_is_equal_by_itself(
+    friction: dict[str, object], grip: dict[str, float], learning_log: Log, mode: str
+) -> None:
+    base = demo_parameters()
+    parameters = replace(
+        base,
+        friction=replace(base.friction, **friction),  # type: ignore[arg-type]
+        grip=replace(base.grip, **grip),  # type: ignore[arg-type]
+    )
+    compiled = Replay(learning_log, mode, parameters).run()
+    assert compiled.compiled_frames >= learning_log.frames - 20
+    assert differences(Replay(learning_log, "", parameters).run(), compiled) == []
+
+
+def test_lag_and_proven_time_changed_on_the_way_count_at_once_on_both_ways(
+    learning_log: Log, mode: str
+) -> None:
+    def answers(mode: str) -> Answers:
+        replay = Replay(learning_log, mode)
+        for number, event in enumerate(learning_log.events):
+            if number == len(learning_log.events) // 2:
+                given: GraspParameters = replay.node.parameters  # type: ignore[assignment]
+                grip = replace(given.grip, drive_lag=0.03, proven_time=1.0, known_probability=0.9)
+                replay.node.parameters = replace(given, grip=grip)
+            replay.meet(event)
+        return replay.finish()
+
+    objects = answers("")
+    assert differences(objects, answers(mode)) == []
+    assert objects.commands != Replay(learning_log).run().commands
 
 
 def test_a_surface_and_settings_of_another_kind_are_equal(hand_log: Log, mode: str) -> None:

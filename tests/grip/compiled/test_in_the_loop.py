@@ -67,10 +67,10 @@ def test_the_loop_says_which_way_states_go(caplog: pytest.LogCaptureFixture) -> 
     assert runner.path_taken.endswith("finger by finger")
     node = runner.managed.node
     assert isinstance(node, GraspForce)
-    node.parameters = replace(node.parameters, friction=replace(node.parameters.friction, shared=True))
-    node.deactivate()
-    node.activate()
-    assert runner.path_taken.endswith("by objects (0 of 2 compiled): friction is shared or probed")
+    node.parameters = replace(node.parameters, policy="cone")
+    node.cleanup()
+    node.configure()
+    assert runner.path_taken.endswith("by objects (0 of 2 compiled): the policy is cone")
     node.run_compiled({})
     assert runner.path_taken.endswith("brings no CAN FD frames")
 

@@ -22,7 +22,7 @@ from vegrip.identification.calibration.session import (
     save,
     usual_limits,
 )
-from vegrip.identification.calibration.trials import KINDS
+from vegrip.identification.calibration.trials import TRIAL_KINDS
 from vegrip.identification.experiment.limits import RigLimits
 from vegrip.identification.fit import fit
 from vegrip.identification.fit.noise import in_air
@@ -56,7 +56,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Calibration, list[st
 
 def test_every_kind_is_done_once_and_in_its_order(done: tuple[Calibration, list[str]]) -> None:
     calibration, why = done
-    assert tuple(dict.fromkeys(one.kind for one in calibration.trials)) == KINDS
+    assert tuple(dict.fromkeys(one.kind for one in calibration.trials)) == TRIAL_KINDS
     assert all(one.is_good for one in calibration.trials)
     assert why[0].startswith("nothing is known yet")
     assert all("not yet" in text or "no good" in text for text in why[1:])
@@ -105,10 +105,10 @@ def test_a_trial_that_fails_twice_is_not_asked_for_a_third_time(done: tuple[Cali
     calibration, _ = done
     fitted = judge(calibration).fit
     assert fitted is not None
-    once = next_of(fitted, ["press", "hold", "slide"], [*KINDS], calibration.limits)
+    once = next_of(fitted, ["press", "hold", "slide"], [*TRIAL_KINDS], calibration.limits)
     assert once.trial is not None
     assert once.trial.kind == "twist"
-    twice = next_of(fitted, ["press", "hold", "slide"], [*KINDS, "twist"], calibration.limits)
+    twice = next_of(fitted, ["press", "hold", "slide"], [*TRIAL_KINDS, "twist"], calibration.limits)
     assert twice.trial is None or "no good twist" not in twice.why
 
 

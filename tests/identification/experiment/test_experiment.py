@@ -102,7 +102,7 @@ def test_strokes_in_air_tell_nothing_of_the_contact(softened) -> None:
 
 @pytest.fixture(scope="module")
 def planned(softened):
-    return design(softened, LIMITS, thorough=False)
+    return design(softened, LIMITS, is_thorough=False)
 
 
 def test_the_best_one_decides_within_the_limits(softened, planned) -> None:
@@ -127,7 +127,7 @@ def test_what_no_experiment_tells_is_said() -> None:
         {"normal_force": 0.01, "displacement": 5e-6},
         50.0,
     )
-    found = design(same, LIMITS, thorough=False)
+    found = design(same, LIMITS, is_thorough=False)
     assert found.best is None
     assert not found.as_dict()["separates"]
     assert "no experiment on the menu" in found.advice

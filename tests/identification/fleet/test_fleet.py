@@ -61,7 +61,7 @@ def test_recordings_that_say_nothing_of_their_pad_are_not_put_together(tmp_path,
         write_recording(pressed(), tmp_path / name)
     write_recording(replace(pressed(), source={"pad": "ring"}), tmp_path / "c")
     found = find_recordings(tmp_path)
-    assert sorted((one.pad, one.alone) for one in found) == [("a", True), ("b", True), ("ring", False)]
+    assert sorted((one.pad, one.is_alone) for one in found) == [("a", True), ("b", True), ("ring", False)]
     assert main(["fleet", str(tmp_path), "-j", "1"]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert (

@@ -226,7 +226,7 @@ def test_a_passive_sender_says_so_in_its_fd_frames():
     alone.attach(RECEIVER)
     alone.request(SECOND, RECEIVER, BusFrame(0x11, bytes(8), fd=True))
     sent = of(Transmission, alone.advance(2 * SECOND))
-    assert {each.node: each.frame.error_state for each in sent} == {SENDER: True, RECEIVER: False}
+    assert {each.node: each.frame.is_error_passive for each in sent} == {SENDER: True, RECEIVER: False}
 
 
 # --- faults on purpose
@@ -250,7 +250,7 @@ def test_lost_frames_take_the_bus_and_reach_nobody():
         lossy.request(i * MS, SENDER, FRAME)
     sent = of(Transmission, lossy.advance(2 * SECOND))
     assert len(sent) == 1000
-    assert sum(each.lost for each in sent) == pytest.approx(300, abs=45)  # three standard deviations
+    assert sum(each.is_lost for each in sent) == pytest.approx(300, abs=45)  # three standard deviations
 
 
 def test_a_flipped_frame_differs_in_one_bit():

@@ -22,7 +22,7 @@ from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, frame_bits, 
 class Node:
     """A state machine that puts one bit on the bus and sees one."""
 
-    passive: bool = False
+    is_passive: bool = False
     sends: list[int] = field(default_factory=list)  # empty: it receives
     finds: int = -1  # finds an error in this bit, whatever it is
     phase: str = "frame"
@@ -39,7 +39,7 @@ class Node:
         if self.phase == "frame":
             return self.sends[time] if self.sends else 1
         if self.phase == "flag":
-            return 1 if self.passive else 0
+            return 1 if self.is_passive else 0
         return 1
 
     def see(self, time: int, bit: int, sent: int) -> None:
@@ -55,7 +55,7 @@ class Node:
 
     def flag(self, bit: int) -> None:
         """An active flag is six bits; a passive one is over after six equal bits on the bus."""
-        self.count = self.count + 1 if not self.passive or bit == self.last else 1
+        self.count = self.count + 1 if not self.is_passive or bit == self.last else 1
         self.last = bit
         if self.count == 6:
             self.phase, self.count = "wait", 0
@@ -140,7 +140,7 @@ def test_an_error_one_receiver_sees_lasts_as_long_as_bit_by_bit(frame, place, ot
 def test_the_passive_flag_of_a_sender_lasts_as_long_as_bit_by_bit(frame, place, receivers):
     stream = bit_stream(frame)
     position = position_in(stream, place)
-    nodes = [Node(passive=True, sends=on_the_bus(frame)), *[Node() for _ in range(receivers)]]
+    nodes = [Node(is_passive=True, sends=on_the_bus(frame)), *[Node() for _ in range(receivers)]]
     bits = disturb(nodes, position)
     took = error_duration(stream, Error(position, False, True, True), ONE_MEGABIT)
     assert took == bits * US
@@ -176,7 +176,7 @@ fd_frames = st.tuples(
     st.integers(0, 0x7FF),
     st.sampled_from([0, 8, 48, 64]).flatmap(lambda size: st.binary(min_size=size, max_size=size)),
     st.booleans(),
-).map(lambda fields: BusFrame(fields[0], fields[1], fd=True, bit_rate_switch=fields[2]))
+).map(lambda fields: BusFrame(fields[0], fields[1], fd=True, has_bit_rate_switch=fields[2]))
 
 
 @given(fd_frames, places)
@@ -184,11 +184,11 @@ def test_in_an_fd_frame_only_the_bits_at_the_data_rate_are_shorter(frame, place)
     timing = BitTiming(1_000_000, 5_000_000)
     stream = bit_stream(frame)
     position = position_in(stream, place)
-    error = Error(position, alone=False, passive=False, answered=True)
+    error = Error(position, found_by_one=False, is_passive=False, answered=True)
     notice, took = notice_bits(stream, error), error_duration(stream, error, timing)
     fast = max(0, position + 1 - stream.slow)
     in_data = fast > 0
     nominal = position + 1 - fast + 6 + 8 + 3 + (0 if in_data else notice)
     assert took == nominal * 1000 + (fast + (notice if in_data else 0)) * 200
-    if not frame.bit_rate_switch:
+    if not frame.has_bit_rate_switch:
         assert fast == 0

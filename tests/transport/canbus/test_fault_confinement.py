@@ -11,8 +11,8 @@ STEPS = {
     "received": lambda c: c.received(),
     "failed to send": lambda c: c.failed_to_send(),
     "not acknowledged": lambda c: c.not_acknowledged(),
-    "failed to receive": lambda c: c.failed_to_receive(first=False),
-    "failed first": lambda c: c.failed_to_receive(first=True),
+    "failed to receive": lambda c: c.failed_to_receive(is_first=False),
+    "failed first": lambda c: c.failed_to_receive(is_first=True),
 }
 
 
@@ -45,9 +45,9 @@ def test_neither_a_lone_node_nor_a_receiver_ever_turns_off(step):
 def test_eight_good_frames_pay_for_one_bad_one():
     confinement = after("failed to send", 1)
     for _ in range(8):
-        assert not confinement.clean
+        assert not confinement.is_clean
         confinement.sent()
-    assert confinement.clean
+    assert confinement.is_clean
 
 
 def test_one_good_frame_brings_a_passive_receiver_back():
@@ -58,11 +58,11 @@ def test_one_good_frame_brings_a_passive_receiver_back():
 
 def test_a_node_that_is_off_comes_back_clean_after_128_sequences_and_not_before():
     confinement = after("failed to send", 32)
-    assert not confinement.heard_silence(127)
-    assert confinement.heard_silence(1)
-    assert confinement.clean
+    assert not confinement.count_silence(127)
+    assert confinement.count_silence(1)
+    assert confinement.is_clean
     assert confinement.state is ErrorState.ACTIVE
-    assert not confinement.heard_silence(1000), "it is not off any more"
+    assert not confinement.count_silence(1000), "it is not off any more"
 
 
 @given(st.lists(st.sampled_from(sorted(STEPS))))

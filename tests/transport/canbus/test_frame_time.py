@@ -26,7 +26,7 @@ def classic_frames(draw):
     identifier, extended = draw(identifiers)
     if draw(st.booleans()):
         return BusFrame(identifier, draw(st.binary(max_size=8)), extended=extended)
-    return BusFrame(identifier, extended=extended, remote=True, length_code=draw(st.integers(0, 8)))
+    return BusFrame(identifier, extended=extended, is_remote=True, length_code=draw(st.integers(0, 8)))
 
 
 @st.composite
@@ -40,8 +40,8 @@ def fd_frames(draw):
         data,
         extended=extended,
         fd=True,
-        bit_rate_switch=draw(st.booleans()),
-        error_state=draw(st.booleans()),
+        has_bit_rate_switch=draw(st.booleans()),
+        is_error_passive=draw(st.booleans()),
     )
 
 
@@ -82,9 +82,9 @@ def head(frame):
             1,
             1,
             *number(frame.identifier & 0x3FFFF, 18),
-            int(frame.remote),
+            int(frame.is_remote),
         ]
-    return [0, *number(frame.identifier, 11), int(frame.remote)]
+    return [0, *number(frame.identifier, 11), int(frame.is_remote)]
 
 
 def payload(frame):
@@ -98,8 +98,8 @@ def classic_length(frame):
 
 def fd_length(frame):
     """Return all bits of an ISO CAN FD frame, whatever their rate."""
-    before = head(frame) + ([] if frame.extended else [0]) + [1, 0, int(frame.bit_rate_switch)]
-    control = [int(frame.error_state), *number(frame.code, 4)]
+    before = head(frame) + ([] if frame.extended else [0]) + [1, 0, int(frame.has_bit_rate_switch)]
+    control = [int(frame.is_error_passive), *number(frame.code, 4)]
     crc_field = [1, 0] * 2 + [0, 1] * 8 + [1] if len(frame.data) <= 16 else [1, 0] * 2 + [0, 1] * 10 + [1]
     with_fixed = []
     for i, bit in enumerate(crc_field):
@@ -165,7 +165,7 @@ def test_byte_tables_count_as_bit_by_bit(run, data):
 def test_bit_rate_switch_shortens_a_frame_only_in_its_data_phase():
     timing = BitTiming(bitrate=500_000, data_bitrate=2_000_000)
     slow = BusFrame(0x555, bytes(range(64)), fd=True)
-    fast = BusFrame(0x555, bytes(range(64)), fd=True, bit_rate_switch=True)
+    fast = BusFrame(0x555, bytes(range(64)), fd=True, has_bit_rate_switch=True)
     nominal, data = frame_bits(fast)
     assert frame_duration(fast, timing) == nominal * 2000 + data * 500
     assert frame_duration(slow, timing) == sum(frame_bits(slow)) * 2000

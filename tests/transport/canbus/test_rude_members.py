@@ -153,8 +153,8 @@ BAD_GREETINGS = [
     {"timing": {"data_bitrate": None}},
     {"timing": {"data_bitrate": 0}},
     {"timing": 5},
-    {"strict": "yes"},
-    {"own": 1},
+    {"must_match_rates": "yes"},
+    {"wants_own_frames": 1},
     {"listen_only": []},
     {"version": HUB_VERSION + 1},
     {"version": "x" * 400},
@@ -202,9 +202,13 @@ def test_any_bytes_are_a_greeting_or_refused(packet):
 
 
 def test_a_good_greeting_is_understood_as_it_was_said():
-    said = {"timing": {"bitrate": 250_000}, "faults": {"babble": 5, "seed": 7, "loss": 1}, "own": True}
+    said = {
+        "timing": {"bitrate": 250_000},
+        "faults": {"babble": 5, "seed": 7, "loss": 1},
+        "wants_own_frames": True,
+    }
     heard = read_greeting(make_greeting(said))
-    assert (heard.timing.bitrate, heard.own, heard.strict) == (250_000, True, False)
+    assert (heard.timing.bitrate, heard.wants_own_frames, heard.must_match_rates) == (250_000, True, False)
     assert heard.faults == NodeFaults(babble=5, seed=7, loss=1.0)
 
 

@@ -52,7 +52,7 @@ classic = st.tuples(st.integers(0, 0x7FF), st.binary(max_size=8)).map(lambda f: 
 worst_bytes = st.sampled_from([0x00, 0xFF, 0x0F, 0xF0, 0x78, 0x87, 0x3C, 0xC3])
 fd = st.tuples(
     st.integers(0, 0x7FF), st.sampled_from(FD_SIZES), st.lists(worst_bytes, min_size=64, max_size=64)
-).map(lambda f: BusFrame(f[0], bytes(f[2][: f[1]]), fd=True, bit_rate_switch=True))
+).map(lambda f: BusFrame(f[0], bytes(f[2][: f[1]]), fd=True, has_bit_rate_switch=True))
 
 
 @given(st.one_of(classic, fd))

@@ -7,7 +7,7 @@ import pytest
 
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, ForceCommand, Reason
-from vegrip.transport.codec.batch_codec import FIRST_ROW, MOST_FINGERS, BatchCodec
+from vegrip.transport.codec.batch_codec import FIRST_ROW, MAX_BATCH_ROWS, BatchCodec
 
 FINGERS = tuple(f"finger{number}" for number in range(20))
 NOW = 7_000_000_000
@@ -81,6 +81,6 @@ def test_a_row_of_a_finger_that_is_not_there_is_counted() -> None:
 
 
 def test_more_fingers_than_identifiers_are_refused() -> None:
-    BatchCodec([str(number) for number in range(MOST_FINGERS)])
+    BatchCodec([str(number) for number in range(MAX_BATCH_ROWS)])
     with pytest.raises(ConfigError, match="at most 30"):
-        BatchCodec([str(number) for number in range(MOST_FINGERS + 1)])
+        BatchCodec([str(number) for number in range(MAX_BATCH_ROWS + 1)])

@@ -67,7 +67,7 @@ STORED = {
 def test_what_was_protected_passes_and_any_bit_flipped_in_what_is_covered_does_not(name):
     spec = build(ChecksumMap, {"signal": "sum", **STORED[name]}, "map")
     layout = message(
-        sum=Signal("sum", 0, 8), nibble=Signal("nibble", 4, 4), word=Signal("word", 7, 16, big_endian=True)
+        sum=Signal("sum", 0, 8), nibble=Signal("nibble", 4, 4), word=Signal("word", 7, 16, is_big_endian=True)
     )
     guard = protection(spec, layout, "map")
     data = bytearray(seeded(3).randbytes(8))

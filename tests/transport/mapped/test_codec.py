@@ -173,8 +173,8 @@ def test_any_layout_is_read_as_cantools_reads_it(seed):
             s.name,
             s.start,
             s.length,
-            byte_order="big_endian" if s.big_endian else "little_endian",
-            is_signed=s.signed,
+            byte_order="big_endian" if s.is_big_endian else "little_endian",
+            is_signed=s.is_signed,
             conversion=BaseConversion.factory(s.scale, s.offset, is_float=s.is_float),
         )
         for s in message.signals.values()

@@ -8,7 +8,7 @@ from vegrip.cli import main
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
-from vegrip.identification.samples import FOREIGN, FOREIGN_LOG, SAMPLES
+from vegrip.identification.samples import FOREIGN_DATABASE, FOREIGN_LOG, SAMPLES
 from vegrip.messages import ForceCommand, ModelHealth, SlipMargin
 from vegrip.model import paper_model
 from vegrip.transport.codec import Frame
@@ -21,10 +21,12 @@ GRAM = 9.80665e-3  # [N]
 @pytest.fixture
 def hand(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for name in (FOREIGN, FOREIGN_LOG):
+    for name in (FOREIGN_DATABASE, FOREIGN_LOG):
         SAMPLES[name].write(tmp_path / name)
     windows = ["--rest", "0..2", "--press", "2..5", "--shear", "5..8", "--twist", "8..10"]
-    assert main(["connect", FOREIGN, "-o", "hand.toml", "--log", FOREIGN_LOG, *windows, "--json"]) == 0
+    assert (
+        main(["connect", FOREIGN_DATABASE, "-o", "hand.toml", "--log", FOREIGN_LOG, *windows, "--json"]) == 0
+    )
     return tmp_path
 
 
@@ -57,7 +59,7 @@ def test_a_gripper_nobody_has_seen_has_its_margin_and_is_commanded_within_limits
     assert all(
         0.3 < m.margin.value < 0.8 for m in sheared
     )  # sheared with 0.35 of the force, at mu of about 0.7
-    database = cantools.database.load_string((hand / FOREIGN).read_text(), "dbc")
+    database = cantools.database.load_string((hand / FOREIGN_DATABASE).read_text(), "dbc")
     forces = [database.decode_message(f.arbitration_id, f.data)["Effort_L"] * GRAM for _, f in frames]
     assert len(forces) > 500
     limits = settings.limits

@@ -14,7 +14,7 @@ import can
 import pytest
 
 from vegrip.cli import main
-from vegrip.identification.samples import FOREIGN, FOREIGN_LOG, SAMPLES
+from vegrip.identification.samples import FOREIGN_DATABASE, FOREIGN_LOG, SAMPLES
 from vegrip.messages import SlipMargin
 from vegrip.runtime.registry import find_node
 from vegrip.runtime.telemetry_socket import TelemetryReader
@@ -77,7 +77,7 @@ class Player:
 @pytest.fixture
 def gripper(runtime, tmp_path, monkeypatch) -> Iterator[Player]:
     monkeypatch.chdir(tmp_path)
-    for name in (FOREIGN, FOREIGN_LOG):
+    for name in (FOREIGN_DATABASE, FOREIGN_LOG):
         SAMPLES[name].write(tmp_path / name)
     with closing(Player(tmp_path / FOREIGN_LOG)) as player:
         yield player
@@ -85,7 +85,17 @@ def gripper(runtime, tmp_path, monkeypatch) -> Iterator[Player]:
 
 def test_the_questions_are_answered_in_a_terminal_while_the_hand_is_on_the_bus(gripper, tmp_path) -> None:
     ours, theirs = pty.openpty()
-    command = [sys.executable, "-m", "vegrip", "connect", FOREIGN, "-o", "hand.toml", "--channel", CHANNEL]
+    command = [
+        sys.executable,
+        "-m",
+        "vegrip",
+        "connect",
+        FOREIGN_DATABASE,
+        "-o",
+        "hand.toml",
+        "--channel",
+        CHANNEL,
+    ]
     process = subprocess.Popen(
         [*command, "--interface", "vegrip", "--seconds", "3"], stdin=theirs, stdout=theirs, stderr=theirs
     )
@@ -134,7 +144,9 @@ parameters.suspects = false
 
 def test_a_mapped_hand_on_a_bus_has_its_margin_live_and_gets_commands_in_its_units(gripper, tmp_path) -> None:
     windows = [part for name, (low, high) in WINDOWS.items() for part in (f"--{name}", f"{low:g}..{high:g}")]
-    assert main(["connect", FOREIGN, "-o", "hand.toml", "--log", FOREIGN_LOG, *windows, "--json"]) == 0
+    assert (
+        main(["connect", FOREIGN_DATABASE, "-o", "hand.toml", "--log", FOREIGN_LOG, *windows, "--json"]) == 0
+    )
     (tmp_path / "launch.toml").write_text(LAUNCH)
     process = subprocess.Popen([sys.executable, "-m", "vegrip", "launch", "launch.toml"])
     try:

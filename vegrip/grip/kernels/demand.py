@@ -3,7 +3,10 @@
 import math
 
 from vegrip.estimator.kernels.forecast import least_force
+from vegrip.grip.kernels.friction_shared import is_slipping, load_to_answer
 from vegrip.grip.kernels.generated import (
+    ASKED_MARGIN,
+    ASKED_QUANTILE,
     DEMAND_BOUND,
     DEMAND_LEAST,
     DEMAND_LOAD,
@@ -15,16 +18,10 @@ from vegrip.grip.kernels.generated import (
     NEED_IN_CONTACT,
     NEED_SLIPPING,
     NEED_TRUSTED,
-    RULE_QUANTILE,
-    RULE_WANTED_MARGIN,
-    SLIDES,
-    STATE_SLIP,
     STATE_TANGENTIAL_FORCE_X,
     STATE_TANGENTIAL_FORCE_Y,
     STATE_TORQUE_Z,
     TAKEN_BOUND,
-    TAKEN_LOAD,
-    TAKEN_TORQUE,
     Floats,
     Wholes,
 )
@@ -37,20 +34,20 @@ def demand_nothing(f: Floats, t: Wholes) -> None:
     t[NEED_IN_CONTACT] = t[NEED_SLIPPING] = t[NEED_TRUSTED] = 0
 
 
-def demand_force(f: Floats, t: Wholes) -> None:
+def demand_force(f: Floats, t: Wholes, g: Floats) -> None:
     """Set the demand by the present state and the estimate; the bound of the margin is of the last look."""
     x, y = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y]
     f[DEMAND_LOAD], f[DEMAND_TORQUE] = math.sqrt(x * x + y * y), abs(f[STATE_TORQUE_Z])
-    t[NEED_SLIPPING] = 1 if f[STATE_SLIP] >= SLIDES else 0
+    t[NEED_SLIPPING] = 1 if is_slipping(f, t, g) else 0
     if not touches(f, t):
         f[DEMAND_LEAST], f[DEMAND_BOUND] = 0.0, math.nan
         t[NEED_IN_CONTACT], t[NEED_TRUSTED] = 0, 1 if is_force_known(f, t) else 0
         return
     f[DEMAND_LEAST], f[DEMAND_BOUND] = math.nan, f[TAKEN_BOUND]
-    if (t[INPUT_LOST] & LOADING) == 0 and is_sound(f, t):
-        f[DEMAND_LEAST] = least_force(
-            f, f[TAKEN_LOAD], f[TAKEN_TORQUE], f[RULE_WANTED_MARGIN], f[RULE_QUANTILE]
-        )
+    if (t[INPUT_LOST] & LOADING) == 0:
+        load, torque = load_to_answer(f, t, g)
+        if is_sound(f, t):
+            f[DEMAND_LEAST] = least_force(f, load, torque, f[ASKED_MARGIN], f[ASKED_QUANTILE])
     t[NEED_IN_CONTACT], t[NEED_TRUSTED] = 1, 0 if math.isnan(f[DEMAND_LEAST]) else 1
 
 

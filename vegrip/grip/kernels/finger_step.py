@@ -9,6 +9,7 @@ from vegrip.grip.kernels.control import (
     start_control,
 )
 from vegrip.grip.kernels.demand import demand_force, demand_nothing, hold_doubtful
+from vegrip.grip.kernels.friction_shared import prepare_friction, restore_slip, update_shared_friction
 from vegrip.grip.kernels.generated import (
     COMMAND_LENGTH,
     CONDITION_DEGRADED,
@@ -58,7 +59,7 @@ def finger_step(
     if not is_welcome(t, frame, length, arrival):
         return LEFT_ALONE
     take_frame(f, t, frame, arrival)
-    sense(f, t, now)
+    sense(f, t, g, now)
     tell_need(f, t, g)
     done = STEP_TAKEN
     if t[TURN_STARTED] == 1:
@@ -93,10 +94,12 @@ def finger_tick(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> int:
     return STEP_TAKEN + STEP_COMMANDED
 
 
-def sense(f: Floats, t: Wholes, now: int) -> None:
+def sense(f: Floats, t: Wholes, g: Floats, now: int) -> None:
     """Judge the present state, take it in, and find what the finger needs."""
     demand_nothing(f, t)
-    if accept_state(f, t, now):
+    prepare_friction(f, t, g)
+    is_believed = accept_state(f, t, now)
+    if is_believed:
         assimilate(f, t)
         first = t[TURN_SEEN] == 0
         t[TURN_SEEN] = 1
@@ -104,7 +107,7 @@ def sense(f: Floats, t: Wholes, now: int) -> None:
             f[TAKEN_BOUND] = margin_bound(f, t)
             t[TURN_HAS_MARGIN] = 1
         t[TURN_USED] = now
-        demand_force(f, t)
+        demand_force(f, t, g)
         if t[TURN_STARTED] == 0:
             measured = f[STATE_NORMAL_FORCE]
             start_control(f, t, f[REP_FORCE] if math.isnan(measured) else measured, now)
@@ -114,6 +117,9 @@ def sense(f: Floats, t: Wholes, now: int) -> None:
         bound_takeover(f, t, now)
         hold_doubtful(f, t)
         require_force(f, t, now)
+    if is_believed:
+        update_shared_friction(f, t, g)
+    restore_slip(f, t)
 
 
 def command(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> None:

@@ -6,9 +6,12 @@ from vegrip.grip.kernels.generated import (
     GRIP_FILLED,
     GRIP_MEDIAN,
     GRIP_PRESENT,
+    GRIP_PROVEN,
+    GRIP_PROVEN_TIME,
     GRIP_SLOT,
     LARGEST0,
     ORDERED0,
+    RULE_PROVEN_TIME,
     RULE_USUAL_TIME,
     TURN_NEXT_SLOT,
     TURN_SLOTS,
@@ -23,6 +26,7 @@ def forget_usual(f: Floats, t: Wholes) -> None:
     f[GRIP_SLOT] = f[RULE_USUAL_TIME] / float(USUAL_SLOTS)
     f[GRIP_PRESENT] = f[GRIP_MEDIAN] = -math.inf
     f[GRIP_FILLED] = 0.0
+    f[GRIP_PROVEN], f[GRIP_PROVEN_TIME] = math.inf, f[RULE_PROVEN_TIME]
     t[TURN_SLOTS] = t[TURN_NEXT_SLOT] = 0
 
 
@@ -38,7 +42,20 @@ def add_need(f: Floats, t: Wholes, need: float, dt: float) -> float:
         t[TURN_SLOTS] = min(t[TURN_SLOTS] + 1, USUAL_SLOTS)
         f[GRIP_PRESENT], f[GRIP_FILLED] = -math.inf, 0.0
         f[GRIP_MEDIAN] = median_of_slots(f, t)
-    return max(f[GRIP_MEDIAN], need) if t[TURN_SLOTS] <= USUAL_SLOTS // 2 else f[GRIP_MEDIAN]
+        if t[TURN_SLOTS] > USUAL_SLOTS // 2:
+            prove_need(f)
+    if t[TURN_SLOTS] <= USUAL_SLOTS // 2:
+        return max(f[GRIP_MEDIAN], need)
+    return min(f[GRIP_MEDIAN], f[GRIP_PROVEN])
+
+
+def prove_need(f: Floats) -> None:
+    """Keep the lowest median, and let it rise to the present one."""
+    if f[GRIP_PROVEN_TIME] > 0.0:
+        part = min(f[GRIP_SLOT] / f[GRIP_PROVEN_TIME], 1.0)
+        usual, proven = f[GRIP_MEDIAN], f[GRIP_PROVEN]
+        rise = part * (usual - proven) if proven < usual else 0.0
+        f[GRIP_PROVEN] = min(usual, proven + rise)
 
 
 def median_of_slots(f: Floats, t: Wholes) -> float:

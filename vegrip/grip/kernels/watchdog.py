@@ -24,6 +24,7 @@ from vegrip.grip.kernels.generated import (
     INPUT_LEAPS,
     INPUT_LOST,
     INPUT_PRESENT,
+    INPUT_QUICKEST,
     INPUT_SEEN,
     INPUT_SEQ,
     INPUT_STAMP,
@@ -39,20 +40,20 @@ from vegrip.grip.kernels.generated import (
     SETUP_RECOVER_AFTER,
     STATE0,
     SUFFICIENT,
-    WATCH_QUICKEST,
     Floats,
     Wholes,
 )
 from vegrip.grip.kernels.noise import noise_vanished
 from vegrip.grip.kernels.stillness import all_still, force_still
 
-FAR_AHEAD = 86_400e9  # [ns] see watchdog.LEAP
-CLOCK_DRIFT = 2e-4  # [-] see watchdog.DRIFT
+FAR_AHEAD = 86_400_000_000_000  # [ns] see watchdog.LEAP
+DRIFT_PART = 5000  # see watchdog.DRIFT_PART
+NO_QUICKEST = 4611686018427387904  # [ns] see watchdog.NO_QUICKEST
 
 
 def accept_state(f: Floats, t: Wholes, now: int) -> bool:
     """Judge the present state, arriving at ``now`` [ns]; return whether the estimator may use it."""
-    found = judge_order(f, t)
+    found = judge_order(t)
     found = max(found, judge_lateness(f, t, now))
     found = max(found, judge_values(f, t, now))
     found = max(found, judge_channels(f, t))
@@ -90,32 +91,32 @@ def judge(t: Wholes, found: int) -> None:
         t[INPUT_CONDITION] = found
 
 
-def judge_order(f: Floats, t: Wholes) -> int:
+def judge_order(t: Wholes) -> int:
     """Counter and stamp must advance."""
     advances = t[NEWS_SEQ] > t[INPUT_SEQ] and t[NEWS_STAMP] > t[INPUT_STAMP]
     if t[INPUT_IS_KNOWN] == 0 or advances:
         return CONDITION_OK
-    f[WATCH_QUICKEST] = math.inf  # should the sender have started anew, so has its clock
+    t[INPUT_QUICKEST] = NO_QUICKEST  # should the sender have started anew, so has its clock
     return CONDITION_REPLAYED
 
 
 def judge_lateness(f: Floats, t: Wholes, now: int) -> int:
     """No state takes the time-out longer than the quickest one, and none comes from far ahead."""
-    took = float(now - t[NEWS_STAMP])
-    if leapt(f, t, took):
+    took = now - t[NEWS_STAMP]
+    if leapt(t, took):
         return CONDITION_REPLAYED
-    since = 0.0 if t[INPUT_IS_HEARD] == 0 else float(now - t[INPUT_HEARD])
-    f[WATCH_QUICKEST] = min(f[WATCH_QUICKEST] + CLOCK_DRIFT * since, took)
-    return CONDITION_STALE if took - f[WATCH_QUICKEST] > f[RULE_TIME_OUT] else CONDITION_OK
+    drift = 0 if t[INPUT_IS_HEARD] == 0 else (now - t[INPUT_HEARD]) // DRIFT_PART
+    t[INPUT_QUICKEST] = min(t[INPUT_QUICKEST] + drift, took)
+    return CONDITION_STALE if float(took - t[INPUT_QUICKEST]) > f[RULE_TIME_OUT] else CONDITION_OK
 
 
-def leapt(f: Floats, t: Wholes, took: float) -> bool:
+def leapt(t: Wholes, took: int) -> bool:
     """Return whether the stamp is far ahead; a sender that goes on so has another clock."""
-    ahead = math.isfinite(f[WATCH_QUICKEST]) and took < f[WATCH_QUICKEST] - FAR_AHEAD
+    ahead = t[INPUT_QUICKEST] < NO_QUICKEST and took < t[INPUT_QUICKEST] - FAR_AHEAD
     t[INPUT_LEAPS] = t[INPUT_LEAPS] + 1 if ahead else 0
     if t[INPUT_LEAPS] > t[SETUP_RECOVER_AFTER]:
         t[INPUT_LEAPS] = 0
-        f[WATCH_QUICKEST] = math.inf
+        t[INPUT_QUICKEST] = NO_QUICKEST
     return t[INPUT_LEAPS] > 0
 
 

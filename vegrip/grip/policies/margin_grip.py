@@ -95,6 +95,7 @@ class MarginGrip:
         settings = self.settings
         memory["RULE_DEAD_BAND"], memory["RULE_RELEASE_TIME"] = settings.dead_band, settings.release_time
         memory["RULE_SETTLE_TIME"], memory["RULE_USUAL_TIME"] = settings.settle_time, settings.usual_time
+        memory["RULE_PROVEN_TIME"] = settings.proven_time
         memory["RULE_SLIP_GROWTH"], memory["RULE_WANTED_MARGIN"] = (
             settings.slip_growth,
             settings.wanted_margin,

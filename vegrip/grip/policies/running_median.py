@@ -31,6 +31,7 @@ class RunningMedian:
         memory["TURN_SLOTS"], memory["TURN_NEXT_SLOT"] = len(self._largest), len(self._largest) % WINDOW_SLOTS
         memory["GRIP_SLOT"], memory["GRIP_PRESENT"] = self._slot, self._present
         memory["GRIP_FILLED"], memory["GRIP_MEDIAN"] = self._filled, self._median
+        memory["GRIP_PROVEN"], memory["GRIP_PROVEN_TIME"] = self._proven, self._proven_time
 
     def read_from(self, memory: NamedNumbers) -> None:
         """Take everything from where :meth:`write_to` puts it, or where the kernels go on from there."""
@@ -39,6 +40,7 @@ class RunningMedian:
         self._largest = largest[:slots] if slots < WINDOW_SLOTS else largest[following:] + largest[:following]
         self._slot, self._present = memory["GRIP_SLOT"], memory["GRIP_PRESENT"]
         self._filled, self._median = memory["GRIP_FILLED"], memory["GRIP_MEDIAN"]
+        self._proven, self._proven_time = memory["GRIP_PROVEN"], memory["GRIP_PROVEN_TIME"]
 
     def add(self, need: float, dt: float) -> float:
         """Take in a ``need`` [N] that lasted ``dt`` [s]; return the usual one [N].

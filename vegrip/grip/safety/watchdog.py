@@ -20,7 +20,6 @@ A fault is seen at once and left only after `recover_after` good states in a row
 plug does not toggle the controller. This protects against faults, not attackers (keys are the transport's).
 """
 
-import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -36,7 +35,8 @@ from vegrip.types import NamedNumbers
 
 MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "displacement")
 LEAP = 86_400  # [s] by which a stamp may be ahead of the sender's clock as it was; more is no clock of a hand
-DRIFT = 2e-4  # [-] how fast two quartz clocks may part, with a wide berth
+DRIFT_PART = 5000  # two quartz clocks part by less than one part in so many, with a wide berth
+NO_QUICKEST = 1 << 62  # [ns] nothing has come yet
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class InputWatchdog:
         self._last: FingertipState | None = None
         self._heard: int | None = None  # [ns] when something last arrived, or the first tick
         self._corrupt: int | None = None  # [ns] when something last arrived broken
-        self._quickest = math.inf  # [ns] least difference between arrival and stamp
+        self._quickest = NO_QUICKEST  # [ns] least difference between arrival and stamp
         self._leaps = 0  # states in a row whose stamp is far ahead
         self._all_still = FrozenSignal(*MECHANICAL)
         self._force_still = FrozenSignal("normal_force")
@@ -127,7 +127,7 @@ class InputWatchdog:
         memory["INPUT_IS_CORRUPT"], memory["INPUT_CORRUPT"] = self._corrupt is not None, self._corrupt or 0
         memory["INPUT_IS_KNOWN"] = last is not None
         memory["INPUT_SEQ"], memory["INPUT_STAMP"] = (0, 0) if last is None else (last.seq, last.stamp)
-        memory["INPUT_LEAPS"], memory["WATCH_QUICKEST"] = self._leaps, self._quickest
+        memory["INPUT_LEAPS"], memory["INPUT_QUICKEST"] = self._leaps, self._quickest
         memory.section("FAULTS")[:] = [self.faults[condition] for condition in Condition]
         self._all_still.write_to(memory, "REPEATED", "INPUT_STILL_SINCE")
         self._force_still.write_to(memory, "REPEATED_FORCE", "INPUT_FORCE_STILL_SINCE")
@@ -143,7 +143,7 @@ class InputWatchdog:
         self._heard = int(memory["INPUT_HEARD"]) if memory["INPUT_IS_HEARD"] else None
         self._corrupt = int(memory["INPUT_CORRUPT"]) if memory["INPUT_IS_CORRUPT"] else None
         self._last = last if memory["INPUT_IS_KNOWN"] else None
-        self._leaps, self._quickest = int(memory["INPUT_LEAPS"]), memory["WATCH_QUICKEST"]
+        self._leaps, self._quickest = int(memory["INPUT_LEAPS"]), int(memory["INPUT_QUICKEST"])
         counts = zip(Condition, memory.section("FAULTS").tolist(), strict=True)
         self.faults = Counter({condition: count for condition, count in counts if count})
         self._all_still.read_from(memory, "REPEATED", "INPUT_STILL_SINCE")
@@ -181,7 +181,7 @@ class InputWatchdog:
         last = self._last
         if last is None or (state.seq > last.seq and state.stamp > last.stamp):
             return Condition.OK
-        self._quickest = math.inf  # should the sender have started anew, so has its clock
+        self._quickest = NO_QUICKEST  # should the sender have started anew, so has its clock
         return Condition.REPLAYED
 
     def _lateness(self, state: FingertipState, now: int) -> Condition:
@@ -189,16 +189,16 @@ class InputWatchdog:
         if self._leapt(took):
             return Condition.REPLAYED
         since = 0 if self._heard is None else now - self._heard
-        self._quickest = min(self._quickest + DRIFT * since, took)
+        self._quickest = min(self._quickest + since // DRIFT_PART, took)
         late = took - self._quickest > self.settings.time_out * NS
         return Condition.STALE if late else Condition.OK
 
     def _leapt(self, took: int) -> bool:
         """Whether a stamp is far ahead; a sender that goes on so has another clock, and is believed then."""
-        ahead = math.isfinite(self._quickest) and took < self._quickest - LEAP * NS
+        ahead = self._quickest < NO_QUICKEST and took < self._quickest - LEAP * NS
         self._leaps = self._leaps + 1 if ahead else 0
         if self._leaps > self.settings.recover_after:
-            self._leaps, self._quickest = 0, math.inf
+            self._leaps, self._quickest = 0, NO_QUICKEST
         return self._leaps > 0
 
     def _believable(self, state: FingertipState) -> Condition:

@@ -10,8 +10,8 @@ from vegrip.types import Floats
 
 NOISES = 20.0  # standard deviations of the noise that a good press reaches at least
 LEAST_NOISES = 8.0  # below, nothing is told at all: noise alone reaches five
-CLEAR = 6.0  # standard deviations of the noise: what differs by more is no noise
-AIR_S = 0.15  # [s] out of contact before the first touch
+CLEAR_OF_NOISE_STD = 6.0  # standard deviations of the noise: what differs by more is no noise
+MIN_AIR_S = 0.15  # [s] out of contact before the first touch
 HOLD_S = 2.0  # [s] that a hold lasts at least
 STILL = 0.04  # of the greatest value: what counts as still
 SPEEDS = 4.0  # ratio of the fastest to the slowest press
@@ -45,7 +45,7 @@ def check_trial(kind: str, recording: Recording) -> list[str]:
             f"it is pressed too gently: the force rises by {peak:.2g} N only, {NOISES:g} times its noise of "
             f"{noise.normal_force:.2g} N is needed: press deeper"
         ]
-    touches = force - rest > max(0.1 * peak, CLEAR * noise.normal_force)
+    touches = force - rest > max(0.1 * peak, CLEAR_OF_NOISE_STD * noise.normal_force)
     said = _air(recording, touches)
     if kind == "press":
         said += _speeds(recording, touches)
@@ -61,7 +61,7 @@ def check_trial(kind: str, recording: Recording) -> list[str]:
 def _air(recording: Recording, touches: NDArray[np.bool_]) -> list[str]:
     rows = np.flatnonzero(touches)
     before = float(recording.t[rows[0]] - recording.t[0]) if rows.size else 0.0
-    if before >= AIR_S:
+    if before >= MIN_AIR_S:
         return []
     return [
         f"it begins {before:.2g} s before the touch: begin half a second in the air, where the zeros are read"
@@ -88,8 +88,8 @@ def _holds(recording: Recording, force: Floats, peak: float, noise: Noise) -> li
     reach = float(np.ptp(depth[pressed])) if pressed.any() else 0.0
     still = STILL * max(reach, float(np.max(np.abs(depth))))
     longest = max(
-        _longest(recording, pressed, depth, max(still, CLEAR * noise.displacement)),
-        _longest(recording, pressed, force, max(STILL * peak, CLEAR * noise.normal_force)),
+        _longest(recording, pressed, depth, max(still, CLEAR_OF_NOISE_STD * noise.displacement)),
+        _longest(recording, pressed, force, max(STILL * peak, CLEAR_OF_NOISE_STD * noise.normal_force)),
     )
     if longest >= 0.95 * HOLD_S:  # a drive needs a moment to stand still
         return []

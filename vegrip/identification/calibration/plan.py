@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vegrip.identification.calibration.goals import distance, known_of
-from vegrip.identification.calibration.trials import KINDS, Trial, first_trial, trials_of, why_not
+from vegrip.identification.calibration.trials import TRIAL_KINDS, Trial, first_trial, trials_of, why_not
 from vegrip.identification.experiment.design import rig_of
 from vegrip.identification.experiment.hypotheses import Hypotheses, rate_of, sensors_of
 from vegrip.identification.experiment.limits import RigLimits
@@ -28,8 +28,8 @@ from vegrip.identification.simulate import DEFAULT_NOISE, simulate
 from vegrip.model import ContactModel, paper_model
 from vegrip.types import Floats
 
-ATTEMPTS = 2  # at a kind of trial, after which the rest goes on without a good one
-PAYS = 0.1  # [nats] that a trial must bring the parameters nearer to their goals
+MAX_ATTEMPTS = 2  # at a kind of trial, after which the rest goes on without a good one
+MIN_TRIAL_GAIN_NATS = 0.1  # [nats] that a trial must bring the parameters nearer to their goals
 GENTLE_FORCE = 0.5  # of the greatest force, while the stiffness is only guessed
 PLAN_RATE = 100.0  # [Hz] of planned trials at most: the information per second grows no more above it
 
@@ -73,14 +73,14 @@ def next_of(
     measured = fit.problem.measured
     contest = _contest(model, sensors_of(measured), min(rate_of(measured), PLAN_RATE))
     rig = rig_of(contest, limits)
-    left_out = {kind: why for kind in KINDS if (why := why_not(kind, contest, limits, rig))}
+    left_out = {kind: why for kind in TRIAL_KINDS if (why := why_not(kind, contest, limits, rig))}
     known = known_of(fit)
     missing = [one.symbol for one in known if not one.is_known]
-    open_ = [kind for kind in KINDS if kind not in good and kind not in left_out]
-    open_ = [kind for kind in open_ if tried.count(kind) < ATTEMPTS]
+    open_ = [kind for kind in TRIAL_KINDS if kind not in good and kind not in left_out]
+    open_ = [kind for kind in open_ if tried.count(kind) < MAX_ATTEMPTS]
     if not open_ and not missing:
         return Next(None, "every parameter is known as well as it must be", left_out)
-    kinds = open_[:1] or [kind for kind in KINDS if kind not in left_out]
+    kinds = open_[:1] or [kind for kind in TRIAL_KINDS if kind not in left_out]
     goals = np.array([one.goal for one in known])
     now, information = _now(fit)
     before = distance(np.sqrt(np.diag(now)), goals)
@@ -93,7 +93,7 @@ def next_of(
             rate = (before - after) / math.sqrt(trial.protocol.duration)
             if best is None or rate > best[0]:
                 best = rate, trial
-    if best is None or (not open_ and best[0] * math.sqrt(best[1].protocol.duration) < PAYS):
+    if best is None or (not open_ and best[0] * math.sqrt(best[1].protocol.duration) < MIN_TRIAL_GAIN_NATS):
         text = ", ".join(missing)
         return Next(None, f"no trial within these limits shows more of {text}", left_out)
     return Next(best[1], _reason(best[1], missing, is_first=bool(open_)), left_out)

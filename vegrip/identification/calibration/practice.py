@@ -8,7 +8,7 @@ from vegrip.identification.recording.channels import CHANNELS
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings, random_fingertip
 
-RATE = 200.0  # [Hz]
+PRACTICE_RATE_HZ = 200.0  # [Hz]
 
 
 def practice_tip(seed: int) -> FingertipSettings:
@@ -24,7 +24,7 @@ def true_values(tip: FingertipSettings) -> dict[str, float]:
 
 def practise(trial: Trial, tip: FingertipSettings, seed: int = 0) -> Recording:
     """Return what sensors measure of ``tip`` in ``trial``."""
-    sensors = SensorSettings(rate=RATE)
+    sensors = SensorSettings(rate=PRACTICE_RATE_HZ)
     episodes, pause = trial.protocol.episodes, trial.protocol.pause
     made = run_trial(tip, episodes, sensors, seed, pause=pause, rings=8, spokes=16, truth=False)
     columns = {name: values for name, values in made.columns.items() if name in CHANNELS}

@@ -22,7 +22,7 @@ from vegrip.errors import InputError, UsageError
 from vegrip.identification.calibration.checks import check_trial
 from vegrip.identification.calibration.goals import Known, known_of
 from vegrip.identification.calibration.plan import Next, Report, first_of, next_of
-from vegrip.identification.calibration.trials import KINDS
+from vegrip.identification.calibration.trials import TRIAL_KINDS
 from vegrip.identification.calibration.zeros import without_zeros
 from vegrip.identification.experiment.limits import RigLimits
 from vegrip.identification.fit import Fit, fit
@@ -31,7 +31,7 @@ from vegrip.identification.recording import Fingertip, Recording, read_recording
 from vegrip.identification.recording.joined import join_recordings
 from vegrip.model import read_model
 
-FILE = "calibration.json"
+CALIBRATION_FILE = "calibration.json"
 NEXT, MODEL, JOINED, REPORT = "next.toml", "model.toml", "recording", "report.html"
 VERSION = 1
 DEPTH_SHARE = 0.12  # of the radius: the usual greatest depth
@@ -83,8 +83,8 @@ class Calibration:
 
         """
         kind = kind or str(self.asked.get("kind", "press"))
-        if kind not in KINDS:
-            raise UsageError(f"there is no trial {kind!r}; there are {', '.join(KINDS)}")
+        if kind not in TRIAL_KINDS:
+            raise UsageError(f"there is no trial {kind!r}; there are {', '.join(TRIAL_KINDS)}")
         if len(self.trials) >= MOST_TRIALS:
             raise UsageError(f"there are {MOST_TRIALS} trials already; begin anew, or drop one")
         problems = check_trial(kind, recording)
@@ -212,9 +212,9 @@ def save(calibration: Calibration) -> None:
     }
     try:
         calibration.folder.mkdir(parents=True, exist_ok=True)
-        part = calibration.folder / f"{FILE}.part"
+        part = calibration.folder / f"{CALIBRATION_FILE}.part"
         part.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-        part.replace(calibration.folder / FILE)
+        part.replace(calibration.folder / CALIBRATION_FILE)
     except OSError as error:
         raise InputError(f"{calibration.folder} cannot be written: {error.strerror or error}") from None
 
@@ -226,7 +226,7 @@ def load(folder: Path) -> Calibration | None:
         InputError: it cannot be read.
 
     """
-    file = folder / FILE
+    file = folder / CALIBRATION_FILE
     if not file.is_file():
         return None
     try:

@@ -10,15 +10,15 @@ from vegrip.identification.experiment.limits import RigLimits
 from vegrip.identification.simulate import Protocol
 from vegrip.virtual.bench.protocol import Episode
 
-KINDS = ("press", "hold", "slide", "twist")
+TRIAL_KINDS = ("press", "hold", "slide", "twist")
 """In the order of a calibration: each needs what the one before has told."""
-ITEMS = {
+MENU_ITEMS = {
     "press": ("presses over two decades of speed", "growing peaks, then a small one"),
     "hold": ("holds at three depths", "one hold"),
     "slide": ("pulls at four loads", "slides at four speeds"),
     "twist": ("twists and pulls after two waits",),
 }
-SHOWS = {**ITEMS, "press": ITEMS["press"][:1]}
+SHOWS = {**MENU_ITEMS, "press": MENU_ITEMS["press"][:1]}
 """Those that show what their kind is for: growing peaks are all equally fast."""
 GENTLE = 0.5  # of the greatest force, in the first trial: the stiffness is then only guessed
 
@@ -69,7 +69,7 @@ def trials_of(
     ``is_first``: only those that show what the kind is for.
     """
     found = []
-    for item in (item for item in MENU if item.name in (SHOWS if is_first else ITEMS)[kind]):
+    for item in (item for item in MENU if item.name in (SHOWS if is_first else MENU_ITEMS)[kind]):
         own, reason = suited_rig(item, contest, limits, rig)
         if not reason:
             found += [_trial(kind, item, own, amplitudes) for amplitudes in item.choices()]
@@ -78,7 +78,7 @@ def trials_of(
 
 def why_not(kind: str, contest: Hypotheses, limits: RigLimits, rig: Rig) -> str:
     """Return why no trial of a kind can be done, empty where one can."""
-    item = next(item for item in MENU if item.name == ITEMS[kind][0])
+    item = next(item for item in MENU if item.name == MENU_ITEMS[kind][0])
     reason = suited_rig(item, contest, limits, rig)[1]
     if reason or trials_of(kind, contest, limits, rig):
         return reason
@@ -87,7 +87,7 @@ def why_not(kind: str, contest: Hypotheses, limits: RigLimits, rig: Rig) -> str:
 
 def first_trial(rig: Rig) -> Trial:
     """Return the trial to begin with: gentle presses."""
-    item = next(item for item in MENU if item.name == ITEMS["press"][0])
+    item = next(item for item in MENU if item.name == MENU_ITEMS["press"][0])
     return _trial("press", item, rig, {"depth": GENTLE})
 
 

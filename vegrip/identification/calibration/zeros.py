@@ -12,7 +12,7 @@ import numpy as np
 from vegrip.identification.fit.noise import in_air
 from vegrip.identification.recording import Recording
 
-LOADS = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z")
+FORCE_CHANNELS = ("normal_force", "tangential_force_x", "tangential_force_y", "torque_z")
 LEAST_ROWS = 20  # in the air, from which a mean is better than the zero that was set
 
 
@@ -20,7 +20,7 @@ def without_zeros(recording: Recording) -> Recording:
     """Return ``recording`` with its loads counted from their means in the air."""
     air = in_air(recording)
     columns = dict(recording.columns)
-    for name in LOADS:
+    for name in FORCE_CHANNELS:
         values = columns.get(name)
         known = air & np.isfinite(values) if values is not None else air
         if values is not None and np.count_nonzero(known) >= LEAST_ROWS:

@@ -14,7 +14,7 @@ from vegrip.plotting import new_figure, save_figure
 from vegrip.types import Floats
 
 PAUSE_DRAWN_S: Final = 0.5  # [s] that is drawn between trials
-SECONDS: Final = "time without the pauses [s]"
+TIME_LABEL: Final = "time without the pauses [s]"
 
 
 def drawn_time(recording: Recording) -> Floats:
@@ -42,7 +42,7 @@ def draw_comparison(comparison: Comparison, folder: Path, name: str = "model") -
         _measured(every[0], comparison, residuals, t, name)
         axes = every[1:]
         axes[0].plot(t, residuals.z, ".", ms=1.5)
-        _labels(axes[0], SECONDS, "residual / std")
+        _labels(axes[0], TIME_LABEL, "residual / std")
         every[0].set_title(f"{comparison.problem.measured.recording.name}: {residuals.channel}, {name}")
         depth = 1e3 * features.values["indentation"][residuals.rows]
         phase = features.phase[residuals.rows]
@@ -76,7 +76,7 @@ def _measured(axis: Any, comparison: Comparison, residuals: Residuals, t: Floats
     axis.plot(t, seen, "k.", ms=1.5, label="measured")
     axis.plot(t, seen - residuals.raw, ".", ms=1.0, label=name)
     axis.legend(markerscale=5, fontsize=7)
-    axis.set_xlabel(SECONDS)
+    axis.set_xlabel(TIME_LABEL)
     axis.set_ylabel(f"{residuals.channel.replace('_', ' ')} [{SPOKEN_UNITS[residuals.channel]}]")
 
 

@@ -115,12 +115,12 @@ def _candidates(residuals: Residuals, features: Features) -> Iterator[tuple[str,
         here = values[residuals.rows]
         for group in (None, *present):
             rows = np.ones(phase.size, dtype=bool) if group is None else phase == group
-            for text, mask in _thirds(name, here, rows, away=group == PHASES.index(OUT_OF_CONTACT)):
+            for text, mask in _thirds(name, here, rows, is_away=group == PHASES.index(OUT_OF_CONTACT)):
                 yield (text if group is None else f"{PHASES[group]} {text}"), mask
 
 
-def _thirds(name: str, values: Floats, rows: Mask, *, away: bool) -> Iterator[tuple[str, Mask]]:
-    said = format_height if away and name == "indentation" else partial(format_span, name)
+def _thirds(name: str, values: Floats, rows: Mask, *, is_away: bool) -> Iterator[tuple[str, Mask]]:
+    said = format_height if is_away and name == "indentation" else partial(format_span, name)
     low, high = (float(q) for q in np.quantile(values[rows], (1.0 / 3.0, 2.0 / 3.0)))
     if values[rows].max() <= values[rows].min():
         return

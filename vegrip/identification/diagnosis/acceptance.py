@@ -63,12 +63,14 @@ def judge_candidate(
     if not gain > max(pays, candidate.effect.min_gain):
         failed.append("evidence")
     up, down = float(change[change > 0.0].sum()), -float(change[change < 0.0].sum())
-    mostly = gain >= MOST_OF_LEFT_SHARE * left and regimes[0] > MAX_NOISE_CHI2
-    if not (up > down and down <= (MAX_LOST_SHARE_OF_MOST if mostly else MAX_LOST_SHARE) * up + CHANCE_NATS):
+    takes_most = gain >= MOST_OF_LEFT_SHARE * left and regimes[0] > MAX_NOISE_CHI2
+    if not (
+        up > down and down <= (MAX_LOST_SHARE_OF_MOST if takes_most else MAX_LOST_SHARE) * up + CHANCE_NATS
+    ):
         failed.append("held-out episodes")
     if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
         failed.append("one episode only")
-    if not (regimes[1] < regimes[0] or mostly):
+    if not (regimes[1] < regimes[0] or takes_most):
         failed.append("regimes")
     if not new.error < base.error:
         failed.append("error")

@@ -16,7 +16,7 @@ from vegrip.identification.diagnosis.error_ladder import build_ladder
 from vegrip.identification.recording import Recording
 
 DATA = ("recording.csv", "recording.csv.gz")
-BLOCK = 1 << 20  # [bytes]
+HASH_BLOCK_BYTES = 1 << 20  # [bytes]
 PACKAGES = ("vegrip", "numpy", "scipy", "numba")
 
 
@@ -79,7 +79,7 @@ def _checksum(folder: Path) -> str:
         if (folder / name).is_file():
             digest = hashlib.sha256()
             with (folder / name).open("rb") as file:
-                while block := file.read(BLOCK):
+                while block := file.read(HASH_BLOCK_BYTES):
                     digest.update(block)
             return digest.hexdigest()
     return ""

@@ -146,8 +146,8 @@ def _problem(base: CandidateFit, candidate: Candidate) -> Problem:
         for s in model.parameters
         if s in p.symbols or s in [one.symbol for one in candidate.effect.parameters]
     )
-    plain = {one.name for one in p.model.effects} <= set(BASE)
-    within = None if plain or candidate.effect.expensive else carrier(p.model, [candidate])
+    is_plain = {one.name for one in p.model.effects} <= set(BASE)
+    within = None if is_plain or candidate.effect.expensive else carrier(p.model, [candidate])
     return Problem(model, p.measured, zeros=p.zeros, symbols=ordered, like=p, within=within)
 
 

@@ -10,8 +10,10 @@ from vegrip.identification.fit.solve import Optimum, refine_optimum
 from vegrip.types import Floats
 
 HELD_OUT = 0.95  # of what an episode knows; the rest stays, for values that only this episode tells
-BENT = 1.5  # error / noise above which the fits without an episode are made and not foretold, if they are
-FEW = 12
+REFIT_ERROR = (
+    1.5  # error / noise above which the fits without an episode are made and not foretold, if they are
+)
+MAX_FOLDS = 12
 REFIT_STEPS = 15
 
 
@@ -36,7 +38,7 @@ def scores(problem: Problem, optimum: Optimum, A: Floats, groups: Floats) -> Flo
     """
     numbers = np.unique(groups)
     misfit = 2.0 * optimum.cost / max(int(np.count_nonzero(problem.counted)), 1)
-    if misfit > BENT**2 and numbers.size <= FEW:
+    if misfit > REFIT_ERROR**2 and numbers.size <= MAX_FOLDS:
         return np.array([_fitted(problem, optimum, groups == number) for number in numbers])
     return np.array([_foretold(optimum, A, groups == number) for number in numbers])
 

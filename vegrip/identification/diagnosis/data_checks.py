@@ -36,7 +36,7 @@ class Doubt:
     """A sentence, and whether nothing may be named because of it."""
 
     text: str
-    grave: bool = False
+    is_grave: bool = False
 
 
 def refuse_unusable(recording: Recording, measured: Measured) -> None:
@@ -71,28 +71,28 @@ def _before(problem: Problem) -> Iterator[Doubt]:
         yield Doubt(
             f"only {lasted:.2g} s ({np.count_nonzero(touching)} rows) are in contact: "
             "too little to distinguish effects",
-            grave=True,
+            is_grave=True,
         )
     pressed = np.isfinite(m.force) & (m.motion.displacement > 0.0)
     if is_force_opposed(m.motion.displacement[pressed], m.force[pressed]):
         yield Doubt(
             "the force falls where the tip goes deeper: one of the two has the wrong sign (compression and "
             "indentation are positive)",
-            grave=True,
+            is_grave=True,
         )
     deepest = float(np.nanmax(m.motion.displacement))
     if deepest > MAX_DEPTH_RADII * problem.model.tip_radius:
         yield Doubt(
             f"the deepest indentation is {1e3 * deepest:.3g} mm, the radius of the tip is stated as "
             f"{1e3 * problem.model.tip_radius:.3g} mm: radius or unit of the displacement is wrong",
-            grave=True,
+            is_grave=True,
         )
     late = shift(t, m.first, m.motion.displacement, m.force)
     if abs(late) > max(MIN_VISIBLE_SHIFT_S, MIN_VISIBLE_SHIFT_SAMPLES * step):
         yield Doubt(
             f"the force changes {abs(1e3 * late):.0f} ms {'after' if late > 0.0 else 'before'} the "
             "displacement: their clocks disagree; shift one of them and diagnose again",
-            grave=True,
+            is_grave=True,
         )
 
 
@@ -164,7 +164,7 @@ def check_clocks(base: CandidateFit, best: float) -> list[Doubt]:
         Doubt(
             f"a force that is {abs(1e3 * late):.2g} ms {'late' if late > 0.0 else 'early'} explains more "
             "than any effect: the clocks of force and displacement disagree",
-            grave=True,
+            is_grave=True,
         )
     ]
 

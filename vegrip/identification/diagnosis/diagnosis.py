@@ -48,17 +48,17 @@ from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
 
 
-def are_alike(one: Tried, other: Tried, *, rough: bool = False) -> bool:
+def are_alike(one: Tried, other: Tried, *, is_rough: bool = False) -> bool:
     """Whether two candidates do nearly the same: between them only the form of a law decides.
 
-    ``rough``: the forms of the laws that were accepted leave more than noise, and so may these.
+    ``is_rough``: the forms of the laws that were accepted leave more than noise, and so may these.
     """
     a, b = one.change, other.change
     cosine = float(a @ b) / math.sqrt(max(float(a @ a) * float(b @ b), 1e-300))
     apart = abs(one.verdict.gain - other.verdict.gain)
     most = min(FORM_NATS, FORM_SHARE * one.verdict.gain)
     return cosine > SAME_CHANGE_COSINE and apart <= (
-        max(most, ROUGH_FORM_SHARE * one.verdict.gain) if rough else most
+        max(most, ROUGH_FORM_SHARE * one.verdict.gain) if is_rough else most
     )
 
 
@@ -126,7 +126,7 @@ class Diagnosis:
     def indistinguishable(self) -> list[list[str]]:
         """Sets of effects that explain the same equally well."""
         sets = []
-        rough = self.search.misfit(self.search.last) > MAX_NOISE_CHI2
+        is_rough = self.search.misfit(self.search.last) > MAX_NOISE_CHI2
         for step in self.search.steps:
             if step.taken is None or step.taken.candidate.name in self.search.dropped:
                 continue
@@ -137,7 +137,7 @@ class Diagnosis:
                 if one.verdict.is_passed
                 and (
                     best - one.verdict.gain <= INDISTINGUISHABLE_NATS + INDISTINGUISHABLE_SHARE * best
-                    or are_alike(step.taken, one, rough=rough)
+                    or are_alike(step.taken, one, is_rough=is_rough)
                 )
             ]
             if len(close) > 1:
@@ -267,14 +267,14 @@ def diagnose(
     start = fit(recording, model, noise=noise, zeros=zeros, report=report)
     refuse_unusable(recording, start.problem.measured)
     doubts = check_before_search(start.problem)
-    grave = any(doubt.grave for doubt in doubts)
+    is_unreliable = any(doubt.is_grave for doubt in doubts)
     found = search_effects(
-        start.problem, start.optimum, most=0 if grave else most, threads=threads, report=report
+        start.problem, start.optimum, most=0 if is_unreliable else most, threads=threads, report=report
     )
-    if not grave:
+    if not is_unreliable:
         gains = [one.verdict.gain for one in found.steps[0].tried]
         doubts += check_clocks(found.first, max(gains, default=0.0))
-    if any(doubt.grave for doubt in doubts):
+    if any(doubt.is_grave for doubt in doubts):
         return Diagnosis(start, found.untaken, doubts)
     names = [one.candidate.name for one in found.accepted]
     values = {symbol: found.last.value(symbol) for symbol in found.last.problem.symbols}

@@ -39,10 +39,10 @@ class EvidenceThreshold:
         """Return what a candidate has to gain [nats]."""
         if not self.accepted:
             return MIN_GAIN_NATS
-        calm = self.misfit <= MAX_NOISE_CHI2
+        fits_noise = self.misfit <= MAX_NOISE_CHI2
         asked = max(
-            MIN_LATER_GAIN_NATS if calm else MIN_GAIN_NATS,
-            (MIN_SHARE_OF_GAIN if calm else MIN_SHARE_OF_GAIN_IN_MISFIT) * self.gained,
+            MIN_LATER_GAIN_NATS if fits_noise else MIN_GAIN_NATS,
+            (MIN_SHARE_OF_GAIN if fits_noise else MIN_SHARE_OF_GAIN_IN_MISFIT) * self.gained,
         )
         if self.left < LITTLE_LEFT_SHARE * self.gained:
             asked = max(asked, MIN_SHARE_OF_LEFT * self.left)

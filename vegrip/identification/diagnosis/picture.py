@@ -8,7 +8,7 @@ import numpy as np
 
 from vegrip.identification.compare.comparison import residuals_of
 from vegrip.identification.compare.features import features_of
-from vegrip.identification.compare.plot import SECONDS, drawn_time
+from vegrip.identification.compare.plot import TIME_LABEL, drawn_time
 from vegrip.identification.compare.where import Residuals
 from vegrip.identification.compare.words import SPOKEN_UNITS
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
@@ -65,7 +65,7 @@ def draw_diagnosis(found: Diagnosis, folder: Path, start: str) -> list[Path]:
         figure.suptitle(f"{title} {', '.join(found.named)}".rstrip())
         t = drawn_time(problem.measured.recording)
         _draw_measured(axes[0], problem, sides, t)
-        _draw_left(axes[1], sides, t, SECONDS)
+        _draw_left(axes[1], sides, t, TIME_LABEL)
         _draw_left(axes[2], sides, factor * values[feature], label)
         axes[1].legend(markerscale=6, fontsize=8)
         files.append(folder / f"{channel}.png")
@@ -103,7 +103,7 @@ def _draw_measured(axis: Any, problem: Problem, sides: list[_Side], t: Floats) -
         label = f"{side.name}: {side.error:.2f} x noise"
         axis.plot(t[rows], seen[rows] - side.residuals.raw, ".", color=side.colour, ms=1.2, label=label)
     axis.legend(markerscale=6, fontsize=8)
-    axis.set_xlabel(SECONDS)
+    axis.set_xlabel(TIME_LABEL)
     axis.set_ylabel(f"{residuals.channel.replace('_', ' ')} [{SPOKEN_UNITS[residuals.channel]}]")
 
 

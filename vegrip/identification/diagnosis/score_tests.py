@@ -90,8 +90,8 @@ def _groups(problem: Problem, candidates: Sequence[Candidate]) -> list[tuple[Pro
     ours = [effect(name) for name in BUILT_IN]
 
     def stands_alone(one: Candidate) -> bool:
-        foreign = one.name not in BUILT_IN
-        return one.effect.expensive or (foreign and any(share_a_name(one.effect, other) for other in ours))
+        is_foreign = one.name not in BUILT_IN
+        return one.effect.expensive or (is_foreign and any(share_a_name(one.effect, other) for other in ours))
 
     alone = [[c] for c in candidates if stands_alone(c)]
     together = [c for c in candidates if not stands_alone(c)]
@@ -122,8 +122,8 @@ def carrier(model: ContactModel, candidates: Sequence[Candidate]) -> ContactMode
         if any(one.effect.expensive for one in candidates)
         else [n for n in BUILT_IN if n not in present and not effect(n).expensive]
     )
-    foreign = [one for one in there if one.name not in BUILT_IN]
-    beside = [e for e in map(effect, more) if not any(share_a_name(e, other) for other in foreign)]
+    is_foreign = [one for one in there if one.name not in BUILT_IN]
+    beside = [e for e in map(effect, more) if not any(share_a_name(e, other) for other in is_foreign)]
     return with_candidates(model, [*candidates, *(Candidate(e, null(e), ()) for e in beside)])
 
 

@@ -135,15 +135,15 @@ def design(
     limits: RigLimits,
     *,
     enough: float = SUFFICIENT_NATS,
-    thorough: bool = True,
+    is_thorough: bool = True,
     threads: int = 2,
     report: Report = lambda _: None,
 ) -> Design:
     """Find the experiment that tells the contestants apart by ``enough`` nats in the shortest time.
 
     Where none does, the one that comes closest. The menu is gone through with linear refits, the most
-    promising ones are refitted in full. ``thorough`` looks at more of them, searches on from the amplitudes
-    that the menu begins with, and simulates the best one, noise and all.
+    promising ones are refitted in full. ``is_thorough`` looks at more of them, searches on from the
+    amplitudes that the menu begins with, and simulates the best one, noise and all.
     """
     rig = rig_of(contest, limits)
     left_out: dict[str, str] = {}
@@ -166,18 +166,18 @@ def design(
     with ThreadPoolExecutor(threads) as pool:
         report(f"{len(jobs)} experiments on the menu")
         scanned = sorted(pool.map(look, jobs), key=score, reverse=True)
-        chosen = _promising(scanned)[: REFITTED if thorough else QUICK_REPETITIONS]
+        chosen = _promising(scanned)[: REFITTED if is_thorough else QUICK_REPETITIONS]
         report(f"refits for {len(chosen)} of them")
         refitted = list(pool.map(lambda one: _refitted(one, contest), chosen))
     best = max((_often(one, limits, enough) for one in refitted), key=score)
-    if thorough:
+    if is_thorough:
         report(f"amplitudes of {best.item}")
         refitted.append(_polished(replace(best, times=1), contest, limits, rig, enough))
     tried = _one_each(
         sorted((_often(one, limits, enough) for one in refitted), key=score, reverse=True), scanned
     )
     made = Design(contest, limits, rig.depth, tuple(tried), left_out)
-    if thorough and made.best is not None:
+    if is_thorough and made.best is not None:
         report("simulates the best one")
         made = replace(made, achieved=measure_separation(contest, made.best.whole, seed=1))
     return made

@@ -16,7 +16,7 @@ from vegrip.identification.diagnosis.catalogue import candidates
 from vegrip.identification.diagnosis.regimes import held_out_groups
 from vegrip.identification.diagnosis.score_tests import screen_candidates
 from vegrip.identification.diagnosis.thresholds import MIN_GAIN_NATS
-from vegrip.identification.fit.preprocess import LOADS, Measured
+from vegrip.identification.fit.preprocess import LOADS_AT_SLIP, Measured
 from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.simulate import DEFAULT_NOISE
 from vegrip.model import ContactModel
@@ -102,7 +102,7 @@ def _model(found: CandidateFit) -> ContactModel:
 
 def _is_reachable(name: str, measured: Measured) -> bool:
     """Whether another motion would show the effect with the channels that were recorded."""
-    loaded = bool(LOADS & set(measured.recording.columns))
+    loaded = bool(LOADS_AT_SLIP & set(measured.recording.columns))
     return loaded and bool({"tangential_force", "torque_z"} & set(effect(name).channels))
 
 
@@ -110,7 +110,7 @@ def sensors_of(measured: Measured) -> dict[str, float]:
     """Return the noise of the channels that the recording has, as the fit took it."""
     noise, columns = measured.noise, set(measured.recording.columns)
     sensors = {"normal_force": noise.normal_force, "displacement": noise.displacement}
-    if LOADS & columns:
+    if LOADS_AT_SLIP & columns:
         usual = {name: DEFAULT_NOISE[name] for name in ("tangential_force", "torque_z")}
         sensors |= {name: _known(getattr(noise, name), value) for name, value in usual.items()}
         sensors["slip_speed"] = DEFAULT_NOISE["slip_speed"]

@@ -29,7 +29,7 @@ def next_experiment(found: Diagnosis) -> dict[str, Any] | None:
     if contest is None:
         return None
     limits = complete_limits(RigLimits(), limits_of(found.start.problem.measured.recording))
-    made = design(contest, limits, thorough=False).as_dict()
+    made = design(contest, limits, is_thorough=False).as_dict()
     effects = {e.name: e for model in contest.models.values() for e in model.effects}
     told = {name: effects[name].experiment for name in contest.names if effects[name].experiment}
     return {**made, "suggestions": told}

@@ -58,7 +58,7 @@ def planned(
     recording = recorded(model, one, share)
     contest = hypotheses_of(fit(recording), [one, other])
     limits = complete_limits(RigLimits(duration=duration), limits_of(recording))
-    return contest, design(contest, limits, thorough=False)
+    return contest, design(contest, limits, is_thorough=False)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 from vegrip.types import Floats
 
 AROUND = 6  # samples to either side that say what is usual
-SUDDEN = 10.0  # times the steepest of those
+MIN_SUDDEN_RATIO = 10.0  # times the steepest of those
 MIN_FORCE_NOISES = 30.0  # of the force
 MIN_FORCE_SHARE = 0.3  # of the force must be left, else the contact parted
 RECOVERY_FACTOR = 2.0  # times as long as it took to regain the lost force is left out
@@ -51,7 +51,7 @@ def find_events(t: Floats, first: Floats, displacement: Floats, force: Floats, n
         usually = max(float(usual.max()), float(np.median(np.abs(fall[after]))) if fall[after].size else 0.0)
         low = force[i + 1 : i + 4].min()
         if (
-            force[i] - low > SUDDEN * usually
+            force[i] - low > MIN_SUDDEN_RATIO * usually
             and move[i] <= 2.0 * moved.max()
             and low > MIN_FORCE_SHARE * force[i] > 0.0
         ):

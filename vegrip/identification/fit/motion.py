@@ -25,9 +25,11 @@ from vegrip.identification.fit.straight import straight
 from vegrip.types import Floats
 
 MOTION_ROUNDS = 20
-WIDTH = 5  # steps that share a variance of the acceleration; one alone takes single errors for jerks
+ACCELERATION_STEPS = (
+    5  # steps that share a variance of the acceleration; one alone takes single errors for jerks
+)
 REST_STEP = 5e-3  # accelerations that move less than this many standard deviations in a step are rest, and
-STRAIGHT = 1e-4  # what is allowed where the motion is straight to within the noise
+STRAIGHT_SHARE = 1e-4  # what is allowed where the motion is straight to within the noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +67,14 @@ def motion_of(t: Floats, first: Floats, measured: Floats, noise: float) -> Motio
         return Motion(bridged, none, np.zeros((t.size, 2)), none.copy(), np.zeros((t.size, 3)))
     one = (noise / dt**2) ** 2
     runs_straight = straight(t, first, measured, noise)
-    q = np.where(runs_straight, STRAIGHT**2, 100.0) * one
+    q = np.where(runs_straight, STRAIGHT_SHARE**2, 100.0) * one
     for _ in range(MOTION_ROUNDS):
         position, variance, jerk, share = smooth(t, first, measured, noise**2, q)
         likely = _shared(jerk, first) / np.maximum(_shared(share, first), 1e-12)
         q = np.where(
-            runs_straight, STRAIGHT**2 * one, np.clip(likely, REST_STEP**2 * one, 1e12 * REST_STEP**2 * one)
+            runs_straight,
+            STRAIGHT_SHARE**2 * one,
+            np.clip(likely, REST_STEP**2 * one, 1e12 * REST_STEP**2 * one),
         )
     position, variance, jerk, share = smooth(t, first, measured, noise**2, q)
     pull, push, start = posterior(t, first, measured, noise**2, q)
@@ -79,7 +83,7 @@ def motion_of(t: Floats, first: Floats, measured: Floats, noise: float) -> Motio
 
 def _shared(values: Floats, first: Floats) -> Floats:
     """Return the sums over neighbouring steps of the same episode."""
-    half = WIDTH // 2
+    half = ACCELERATION_STEPS // 2
     total = np.zeros_like(values)
     episode = np.cumsum(first > 0.5)
     for shift in range(-half, half + 1):

@@ -19,7 +19,7 @@ from scipy.optimize import OptimizeResult, minimize
 from vegrip.compiled import njit
 from vegrip.types import Floats
 
-PAYS = 8.0  # [nats] that the slow part has to gain
+MIN_SLOW_GAIN_NATS = 8.0  # [nats] that the slow part has to gain
 LOG_LOW, LOG_HIGH = (
     (-5.0, -7.0, -7.0),
     (5.0, 3.0, 7.0),
@@ -80,7 +80,7 @@ def estimate_ou_noise(t: Floats, first: Floats, y: Floats, X: Floats, rough: flo
     best = min(starts, key=lambda p: both(np.array(p)))
     found = _least(both, np.array(best))
     gain = float(plain.fun - found.fun)
-    if gain < PAYS:
+    if gain < MIN_SLOW_GAIN_NATS:
         return OuNoise(white, 0.0, 2.0, max(gain, 0.0))
     if found.x[1] > LOG_HIGH[1] - 0.1:
         return OuNoise(rough, 0.0, 2.0, gain, beyond=True)

@@ -19,7 +19,7 @@ SPIKE = 8.0  # standard deviations off the line through both neighbours
 MIN_FIT_ROWS = 50
 LONGEST_STRETCH = 20  # rows, and
 SLIP_LOAD_WINDOW_S = 0.1  # [s] over which loads at slip are averaged
-LOADS = {"tangential_force_x", "tangential_force_y", "torque_z"}
+LOADS_AT_SLIP = {"tangential_force_x", "tangential_force_y", "torque_z"}
 AVERAGED = {"normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "slip_speed"}
 
 
@@ -191,10 +191,10 @@ def _sliding(recording: Recording, noise: Noise) -> NDArray[np.int64]:
     """
     columns = recording.columns
     pressed = columns["normal_force"] > 5.0 * noise.normal_force
-    if not LOADS & set(columns):
+    if not LOADS_AT_SLIP & set(columns):
         return np.zeros(0, dtype=np.int64)
     slips = columns.get("slip", np.zeros(len(recording))) == 1.0
-    known = np.logical_and.reduce([np.isfinite(columns[name]) for name in LOADS & set(columns)])
+    known = np.logical_and.reduce([np.isfinite(columns[name]) for name in LOADS_AT_SLIP & set(columns)])
     return np.flatnonzero(slips & pressed & known)
 
 

@@ -33,7 +33,9 @@ Zeros = Literal["recording", "episode"] | tuple[int, ...]
 """What has zeros of its own: the recording, each episode, or a group: the number of that of each episode."""
 
 AT = {name: i for i, name in enumerate(QUANTITIES)}
-VAGUE = 3.0  # the prior of a fit is this many times wider than declared, of the base model and of shapes
+PRIOR_WIDENING = (
+    3.0  # the prior of a fit is this many times wider than declared, of the base model and of shapes
+)
 VAGUE_LOG_SCALE = 5.0  # and that of a stiffness, whose unit may be a cell or a car tyre
 FREE_ZERO = 0.5  # [x_ref], [greatest force] prior std and bound of the zeros
 FIRM = (
@@ -145,7 +147,7 @@ class Problem:
 
         base = [known[s][0] in BASE for s in names]
         wide = [
-            VAGUE_LOG_SCALE if p.symbol == "K" else p.std * (VAGUE if own or p.null is None else 1.0)
+            VAGUE_LOG_SCALE if p.symbol == "K" else p.std * (PRIOR_WIDENING if own or p.null is None else 1.0)
             for p, own in zip(declared, base, strict=True)
         ]
         middle = [

@@ -236,8 +236,8 @@ def _missing(fit: Fit) -> Iterator[str]:
     touching = np.count_nonzero(fit.problem.stiffness > 0.0)
     if touching < 50:
         yield f"only {touching} rows are in contact; the values are uncertain"
-    shallow = np.nanmax(measured.motion.displacement) < 0.2 * fit.problem.depth
-    if shallow:
+    is_shallow = np.nanmax(measured.motion.displacement) < 0.2 * fit.problem.depth
+    if is_shallow:
         yield "the deepest indentation is under 2 % of the radius: is the radius right?"
     force = measured.force[np.isfinite(measured.force)]
     top = force.max()

@@ -20,7 +20,7 @@ from vegrip.compiled import njit
 from vegrip.types import Floats
 
 HALVES = (8, 16, 32, 64, 128, 256, 512, 1024)  # samples on each side of the instant
-BENT = 4.0  # standard errors of the hinge; chance alone gets there in one window of 16 000
+MAX_HINGE_STD = 4.0  # standard errors of the hinge; chance alone gets there in one window of 16 000
 LINE, CUBIC = 1, 3  # degrees
 CURVED = 9.0  # of two squared standard normal numbers; chance alone gets there in one run of 90
 
@@ -33,7 +33,7 @@ def straight(t: Floats, first: Floats, measured: Floats, noise: float) -> NDArra
     """
     bent = np.zeros(t.size, dtype=np.bool_)
     for half in HALVES:
-        bent |= _bends(t, first, measured, noise, half, BENT, bent)
+        bent |= _bends(t, first, measured, noise, half, MAX_HINGE_STD, bent)
     for low, high in _runs(~bent, first):
         bent[low:high] = _curvature(t[low:high], measured[low:high]) > CURVED * noise**2
     return ~bent

@@ -29,7 +29,7 @@ class Found:
     date: str  # ISO 8601, the day or the instant
     dated_by: str  # "recording" or "file"
     fingerprint: str  # of the files' size and time
-    alone: bool = False  # it does not say of which pad it is, and counts as one by itself
+    is_alone: bool = False  # it does not say of which pad it is, and counts as one by itself
 
 
 def find_recordings(folder: Path) -> list[Found]:
@@ -55,15 +55,15 @@ def _found(path: Path, root: Path) -> Found:
     source, tip = (_table(about.get(name)) for name in ("source", "fingertip"))
     parts = path.relative_to(root).parts
     told = next((text for key in DATES if (text := _date(source.get(key)))), "")
-    alone = len(parts) < 2 and not {"hand", "pad"} & source.keys()
+    is_alone = len(parts) < 2 and not {"hand", "pad"} & source.keys()
     return Found(
         str(path),
         str(source.get("hand", parts[0] if len(parts) > 1 else root.resolve().name)),
-        path.name if alone else str(source.get("pad", tip.get("name", path.name))),
+        path.name if is_alone else str(source.get("pad", tip.get("name", path.name))),
         told or datetime.fromtimestamp(_changed(path), UTC).isoformat(timespec="seconds"),
         "recording" if told else "file",
         _fingerprint(path),
-        alone,
+        is_alone,
     )
 
 

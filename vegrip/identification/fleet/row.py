@@ -54,7 +54,7 @@ def examine_recording(path: str, model: str = "") -> Row:
         recording = read_recording(Path(path), announce=False)
         lost = _in_a_line(recording.report.summary()) if recording.report.rows_lost else ""
         found = diagnose(recording, read_model(Path(model)) if model else None, threads=1)
-        grave = [one.text for one in found.doubts if one.grave]
+        grave = [one.text for one in found.doubts if one.is_grave]
         if grave:
             return Row(path, FAILED, note="; ".join(grave), lost=lost)
         verdict = found.verdict

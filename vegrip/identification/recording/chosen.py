@@ -5,7 +5,7 @@ import numpy as np
 from vegrip.errors import InputError, UsageError
 from vegrip.identification.recording.data import Recording
 
-MOST = 100_000  # episodes in one range
+MAX_EPISODES = 100_000  # episodes in one range
 
 
 def parse_episodes(text: str, option: str) -> list[int]:
@@ -22,7 +22,7 @@ def parse_episodes(text: str, option: str) -> list[int]:
             low, high = int(first), int(last) if dots else int(first)
         except ValueError:
             low, high = 0, -1
-        if not 0 <= high - low < MOST:
+        if not 0 <= high - low < MAX_EPISODES:
             raise UsageError(f"{option} has {part!r}; write episodes as in 2,5..7")
         found |= set(range(low, high + 1))
     return sorted(found)

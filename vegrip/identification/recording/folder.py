@@ -16,7 +16,7 @@ from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 from vegrip.identification.recording.checks import report_doubts, usable_rows
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
-from vegrip.identification.recording.table import BLOCK, Layout, Progress, read_header, read_table
+from vegrip.identification.recording.table import BLOCK_ROWS, Layout, Progress, read_header, read_table
 from vegrip.spelling import suggestion
 from vegrip.toml_text import toml_value
 from vegrip.types import Floats
@@ -84,8 +84,8 @@ def _csv_blocks(recording: Recording) -> Iterator[bytes]:
     """Yield the table block by block; a block of columns is turned into text at once, which is quicker."""
     yield (",".join(("t", "episode", *recording.columns)) + "\n").encode()
     columns = (recording.t, recording.episode, *recording.columns.values())
-    for start in range(0, len(recording), BLOCK):
-        cells = (repr(column[start : start + BLOCK].tolist())[1:-1].split(", ") for column in columns)
+    for start in range(0, len(recording), BLOCK_ROWS):
+        cells = (repr(column[start : start + BLOCK_ROWS].tolist())[1:-1].split(", ") for column in columns)
         yield "".join(f"{row}\n" for row in map(",".join, zip(*cells, strict=True))).encode()
 
 

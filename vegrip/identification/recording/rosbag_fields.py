@@ -12,7 +12,7 @@ from vegrip.errors import RecordingError
 
 COLUMN: Final = re.compile(r"(?P<topic>[^:\s]+):(?P<path>\w+(\[\d+\])*(\.\w+(\[\d+\])*)*)")
 LONGEST_INDEX: Final = 9  # digits
-STEP: Final = re.compile(r"\w+|\[\d+\]")
+PATH_STEP: Final = re.compile(r"\w+|\[\d+\]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class BagField:
             raise RecordingError(
                 f"{channel}: {column!r} names no field; write it like /finger/wrench:wrench.force.z"
             )
-        steps = [step.strip("[]") for step in STEP.findall(match["path"])]
+        steps = [step.strip("[]") for step in PATH_STEP.findall(match["path"])]
         if any(step.isdigit() and (len(step) > LONGEST_INDEX or not step.isascii()) for step in steps):
             raise RecordingError(f"{channel}: {column[:80]!r} has an index that no array has")
         return cls(column, match["topic"], tuple(int(step) if step.isdigit() else step for step in steps))

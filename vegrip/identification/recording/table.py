@@ -21,7 +21,7 @@ from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.spelling import suggestion
 from vegrip.types import Floats
 
-BLOCK: Final = 20_000
+BLOCK_ROWS: Final = 20_000
 """Rows converted at once, fewer when they are wide."""
 
 BLOCK_CELLS: Final = 1_000_000
@@ -150,13 +150,13 @@ def _width(text: str, delimiter: str) -> int:
 
 
 def _blocks(texts: Iterator[tuple[int, str]], delimiter: str) -> Iterator[list[tuple[int, str]]]:
-    """Yield the lines in blocks of ``BLOCK``, or of fewer that have ``BLOCK_CELLS`` together."""
+    """Yield the lines in blocks of ``BLOCK_ROWS``, or of fewer that have ``BLOCK_CELLS`` together."""
     block: list[tuple[int, str]] = []
     cells = 0
     for line in texts:
         block.append(line)
         cells += _width(line[1], delimiter)
-        if len(block) >= BLOCK or cells >= BLOCK_CELLS:
+        if len(block) >= BLOCK_ROWS or cells >= BLOCK_CELLS:
             yield block
             block, cells = [], 0
     if block:
@@ -200,9 +200,9 @@ def _plain_block(
     """Convert a block of plain numbers at once; None where anything in it needs a closer look."""
     lines, texts = zip(*block, strict=True)
     whole = "".join(texts)
-    odd = layout.decimal != "." or len(layout.delimiter) != 1 or any(c in whole for c in '"_')
-    odd = odd or (layout.sealed and texts[-1][-1] not in "\r\n") or not numbers
-    if odd or any(text.count(layout.delimiter) != width - 1 for text in texts):
+    is_odd = layout.decimal != "." or len(layout.delimiter) != 1 or any(c in whole for c in '"_')
+    is_odd = is_odd or (layout.sealed and texts[-1][-1] not in "\r\n") or not numbers
+    if is_odd or any(text.count(layout.delimiter) != width - 1 for text in texts):
         return None
     places = [at[name] for name in numbers]
     try:

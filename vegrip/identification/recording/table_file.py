@@ -36,7 +36,7 @@ class TableFile:
         self._torn = False  # the last write ended within a line
         self._place: tuple[int, int] | None = None  # device and inode of the file
         self._rows = self._size = 0  # what is in the file: rows, [bytes]
-        self._again = False  # the file was lost, and is made anew
+        self._is_remade = False  # the file was lost, and is made anew
 
     def add(self, row: str) -> None:
         """Take one row, without its line end."""
@@ -74,7 +74,7 @@ class TableFile:
 
     def _open(self) -> Raw:
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        if self._again:  # never into a file that another program has put in its place
+        if self._is_remade:  # never into a file that another program has put in its place
             return io.FileIO(
                 os.open(self._path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL, 0o666), "a"
             )
@@ -115,7 +115,7 @@ class TableFile:
             self.close()
             self._headed = self._torn = False
             self._rows = self._size = 0
-            self._again = True
+            self._is_remade = True
             return lost
         if os.fstat(self._file.fileno()).st_size >= self._size:
             return 0

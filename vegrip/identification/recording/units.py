@@ -88,9 +88,12 @@ def _convert(value: float, unit: str, wanted: str, what: str) -> float:
 def _is_plain(unit: str) -> bool:
     """Whether ``unit`` is short and its powers are of one digit: pint would compute 9**9**9**9 for ever."""
     powers = [match.end() for match in POWER.finditer(unit)]
-    plain = all(PLAIN_POWER.match(unit, at) for at in powers)
+    is_plain = all(PLAIN_POWER.match(unit, at) for at in powers)
     return (
-        len(unit) <= LONGEST_NAME and len(powers) <= MOST_POWERS and plain and not SUPERSCRIPTS.search(unit)
+        len(unit) <= LONGEST_NAME
+        and len(powers) <= MOST_POWERS
+        and is_plain
+        and not SUPERSCRIPTS.search(unit)
     )
 
 

@@ -16,7 +16,7 @@ from vegrip.identification.recording import Recording, write_recording
 from vegrip.identification.recording.column_map import ColumnMap, with_columns
 from vegrip.identification.recording.import_csv import import_csv
 
-RADIUS: Final = 8e-3  # [m]
+SAMPLE_RADIUS_M: Final = 8e-3  # [m]
 COLUMNS: Final = (
     "t=time_s",
     "episode=trial",
@@ -42,10 +42,10 @@ NOISE: Final = {
     "tangential_force_x": 0.01,
     "torque_z": 1e-4,
 }  # SI
-TABLE: Final = "press.csv"
-LOG: Final = "press.blf"
+SAMPLE_TABLE: Final = "press.csv"
+SAMPLE_LOG: Final = "press.blf"
 MODEL: Final = "press.toml"
-FOREIGN: Final = "foreign.dbc"
+FOREIGN_DATABASE: Final = "foreign.dbc"
 FOREIGN_LOG: Final = "foreign.blf"
 
 
@@ -73,12 +73,12 @@ def recording() -> Recording:
     """Return the sample recording."""
     chart = with_columns(ColumnMap(), COLUMNS, UNITS)
     channels = {name: replace(entry, noise=NOISE.get(name, 0.0)) for name, entry in chart.channels.items()}
-    with as_file(files(__name__).joinpath(f"{TABLE}.gz")) as path:
-        return import_csv(path, replace(chart, channels=channels), radius=RADIUS)
+    with as_file(files(__name__).joinpath(f"{SAMPLE_TABLE}.gz")) as path:
+        return import_csv(path, replace(chart, channels=channels), radius=SAMPLE_RADIUS_M)
 
 
 def _write_table(path: Path) -> None:
-    path.write_bytes(gzip.decompress(files(__name__).joinpath(f"{TABLE}.gz").read_bytes()))
+    path.write_bytes(gzip.decompress(files(__name__).joinpath(f"{SAMPLE_TABLE}.gz").read_bytes()))
 
 
 def _copied(name: str) -> Callable[[Path], object]:
@@ -88,7 +88,7 @@ def _copied(name: str) -> Callable[[Path], object]:
 def _write_model(path: Path) -> None:
     from vegrip.model import paper_model, write_model  # noqa: PLC0415 (heavy, and the others do without)
 
-    write_model(paper_model(RADIUS), path)
+    write_model(paper_model(SAMPLE_RADIUS_M), path)
 
 
 def _write_recording(path: Path) -> None:
@@ -97,9 +97,15 @@ def _write_recording(path: Path) -> None:
 
 SAMPLES: Final = {
     "press": Sample("a recording: a fingertip pressed, held and pulled until it slips", _write_recording),
-    TABLE: Sample("the same as the table of a test rig, in mm and mN, for `vegrip import`", _write_table),
-    LOG: Sample("its first seconds as a CAN log of the finger thumb, for `vegrip import`", _copied(LOG)),
-    FOREIGN: Sample("the database of a gripper of another make, for `vegrip connect`", _copied(FOREIGN)),
+    SAMPLE_TABLE: Sample(
+        "the same as the table of a test rig, in mm and mN, for `vegrip import`", _write_table
+    ),
+    SAMPLE_LOG: Sample(
+        "its first seconds as a CAN log of the finger thumb, for `vegrip import`", _copied(SAMPLE_LOG)
+    ),
+    FOREIGN_DATABASE: Sample(
+        "the database of a gripper of another make, for `vegrip connect`", _copied(FOREIGN_DATABASE)
+    ),
     FOREIGN_LOG: Sample("ten seconds of it: rest, press, shear, twist of its left tip", _copied(FOREIGN_LOG)),
     MODEL: Sample("a model of that fingertip before any fit, for `vegrip simulate`", _write_model),
 }

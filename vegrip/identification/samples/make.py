@@ -10,7 +10,14 @@ import cantools.database
 import numpy as np
 
 from vegrip.clock import NS
-from vegrip.identification.samples import FOREIGN, FOREIGN_LOG, LOG, RADIUS, TABLE, recording
+from vegrip.identification.samples import (
+    FOREIGN_DATABASE,
+    FOREIGN_LOG,
+    SAMPLE_LOG,
+    SAMPLE_RADIUS_M,
+    SAMPLE_TABLE,
+    recording,
+)
 from vegrip.model import paper_model
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.mapped.checksums import make_crc
@@ -23,7 +30,9 @@ SEED = 3
 SAMPLE_RATE_HZ = 100.0  # [Hz]
 LOGGED = 6.0  # [s] of the recording that go into the log
 PRESS_DEPTH_M = 1.6e-3  # [m]
-TIP = FingertipSettings(radius=RADIUS, amplitudes=(0.25,), rates=(2.0,), friction=0.7, bristle_stiffness=1e10)
+TIP = FingertipSettings(
+    radius=SAMPLE_RADIUS_M, amplitudes=(0.25,), rates=(2.0,), friction=0.7, bristle_stiffness=1e10
+)
 HIDDEN_EFFECTS = {"adhesion": {"force": 0.05, "stretch": 0.06 * PRESS_DEPTH_M}}  # [N], [m]
 CSV_HEADER = "time_s,trial,depth_mm,force_mN,pull_x_mN,pull_y_mN,turn_mNm,sliding,slip_mm_s"
 FORMAT = "%.4f,%d,%.4f,%.1f,%.1f,%.1f,%.2f,%d,%.3f"
@@ -91,7 +100,7 @@ def foreign_motion(seed: int = SEED) -> dict[str, np.ndarray]:
     )
     shear = np.interp(t, [5.9, 6.5, 7.5, 7.9], [0.0, 0.35, 0.35, 0.0])
     twist = np.interp(t, [8.0, 8.5, 9.2, 9.5], [0.0, 2e-3, 2e-3, 0.0])
-    force = paper_model(RADIUS).simulate(t, depth).normal_force
+    force = paper_model(SAMPLE_RADIUS_M).simulate(t, depth).normal_force
     return {
         "t": t,
         "displacement": depth + 2e-6 * rng.standard_normal(t.size),
@@ -104,7 +113,7 @@ def foreign_motion(seed: int = SEED) -> dict[str, np.ndarray]:
 
 def foreign_frames(motion: Mapping[str, np.ndarray], number: int) -> Iterator[can.Message]:
     """Yield what tip ``number`` of the foreign gripper sends: loads and motion in turn, in its units."""
-    database: Any = cantools.database.load_string((HERE / FOREIGN).read_text(), "dbc")
+    database: Any = cantools.database.load_string((HERE / FOREIGN_DATABASE).read_text(), "dbc")
     name, crc = ("TIP_L", "TIP_R")[number], make_crc(8, 0x31, 0xFF, 0, reflected=False)
     grams = 1.0 / 9.80665e-3  # [gf/N]
     for n, t in enumerate(motion["t"]):
@@ -142,8 +151,8 @@ def write_foreign(path: Path) -> None:
 def make(folder: Path) -> None:
     """Write all into ``folder``."""
     write_foreign(folder / FOREIGN_LOG)
-    folder.joinpath(f"{TABLE}.gz").write_bytes(gzip.compress(table().encode(), mtime=0))
-    write_log(folder / LOG)
+    folder.joinpath(f"{SAMPLE_TABLE}.gz").write_bytes(gzip.compress(table().encode(), mtime=0))
+    write_log(folder / SAMPLE_LOG)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from vegrip.virtual.settings import FingertipSettings, HandSettings, SensorSetti
 Hidden = Mapping[str, Mapping[str, float]]
 
 LEAD_IN_S = 0.5  # [s] out of contact before the first segment
-QUANTITIES = (
+BENCH_CHANNELS = (
     "normal_force",
     "tangential_force_x",
     "tangential_force_y",
@@ -92,7 +92,9 @@ class Benches:
             time, finger, values = self._rows[self._next]
             stamp = self.epoch + round(time * NS)
             seq = self._next // len(self.fingers) + 1
-            states.append(FingertipState(stamp, finger, seq, **dict(zip(QUANTITIES, values, strict=True))))
+            states.append(
+                FingertipState(stamp, finger, seq, **dict(zip(BENCH_CHANNELS, values, strict=True)))
+            )
             self._next += 1
         return states
 
@@ -118,5 +120,5 @@ def _trial(job: _Job) -> Trial:
 def _felt(finger: str, job: _Job) -> list[tuple[float, str, tuple[float, ...]]]:
     columns = _trial(job).columns
     missing = np.full(columns["t"].size, NAN)
-    values = [columns.get(name, missing).tolist() for name in QUANTITIES]
+    values = [columns.get(name, missing).tolist() for name in BENCH_CHANNELS]
     return [(t, finger, row) for t, row in zip(columns["t"].tolist(), zip(*values, strict=True), strict=True)]

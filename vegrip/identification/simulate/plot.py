@@ -10,7 +10,7 @@ from vegrip.identification.simulate.run import DEFAULT_NOISE, simulate
 from vegrip.model import ContactModel
 from vegrip.plotting import new_figure, save_figure
 
-GAP = 0.02  # of the duration, drawn between episodes in place of the pause
+EPISODE_GAP_SHARE = 0.02  # of the duration, drawn between episodes in place of the pause
 
 
 def draw_simulation(protocol: Protocol, models: dict[str, ContactModel], path: Path) -> None:
@@ -57,7 +57,7 @@ def _drawn_time(recording: Recording) -> np.ndarray:
     """Return the time without pauses, one NaN row between episodes."""
     step = float(np.median(np.diff(recording.t)))
     length = len(recording) * step
-    shift = np.r_[0, np.cumsum(np.diff(recording.episode) != 0)] * GAP * length
+    shift = np.r_[0, np.cumsum(np.diff(recording.episode) != 0)] * EPISODE_GAP_SHARE * length
     return _cut(recording, step * np.arange(len(recording)) + shift)
 
 

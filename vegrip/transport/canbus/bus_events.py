@@ -19,7 +19,7 @@ class Transmission(NamedTuple):
     end: int  # [ns] the bus is free again and every node has the frame
     node: int
     frame: BusFrame
-    lost: bool = False  # no node receives it
+    is_lost: bool = False  # no node receives it
     missed_by: int = NOBODY  # an error-passive node that misread it, alone
 
 

@@ -60,12 +60,12 @@ class BusModel:
         self._nodes: dict[int, _Node] = {}
         self._free = 0  # [ns] when the bus is (or was) free
         self._current: _Attempt | None = None
-        self._hopeless = False  # a lone error-passive node repeats its frame, and nothing changes by that
+        self._is_hopeless = False  # a lone error-passive node repeats its frame, and nothing changes by that
         self._acknowledging = 0  # number of nodes that do
         self._troubled: set[int] = set()  # nodes with a counter that is not zero
         self._off: set[int] = set()
         self._misreaders: list[int] = []
-        self._faulty = False  # whether a node suffers faults
+        self._has_faults = False  # whether a node suffers faults
 
     def attach(
         self, node: int, *, listen_only: bool = False, faults: NodeFaults = NO_FAULTS, time: int = 0
@@ -95,7 +95,7 @@ class BusModel:
         if asking.listen_only or asking.state is ErrorState.OFF:
             return False
         self._arbiter.request(asking.chance.delayed(time) if asking.chance else time, node, frame)
-        self._hopeless = False
+        self._is_hopeless = False
         return True
 
     def waiting(self, node: int) -> int:
@@ -110,7 +110,7 @@ class BusModel:
     @property
     def is_healthy(self) -> bool:
         """Whether no node has errors, and none is made to have some."""
-        return not (self._troubled or self._off or self._faulty)
+        return not (self._troubled or self._off or self._has_faults)
 
     def is_heard(self, node: int) -> bool:
         """Whether another node would acknowledge a frame of ``node``."""
@@ -129,7 +129,7 @@ class BusModel:
         """Let time pass up to ``now`` [ns] and return what was finished, in order."""
         events: list[Event] = []
         while True:
-            if self._hopeless:  # it may become so within a call that has much to make up for
+            if self._is_hopeless:  # it may become so within a call that has much to make up for
                 self._repeat_until(now)
             if self._off:
                 self._recover(now, events)
@@ -146,7 +146,7 @@ class BusModel:
         """
         events: list[Event] = []
         current = self._current
-        if current is not None and current.end <= now and not self._hopeless:
+        if current is not None and current.end <= now and not self._is_hopeless:
             self._current = None
             self._finish(current, events)
         return events
@@ -154,7 +154,7 @@ class BusModel:
     def next_event(self) -> int | None:
         """Return when :meth:`advance` will have something to do [ns]; None: not before the next request."""
         if self._current is not None:
-            return None if self._hopeless else self._current.end
+            return None if self._is_hopeless else self._current.end
         start = self._arbiter.next_start(self._free)
         if not self._off:
             return start
@@ -170,7 +170,7 @@ class BusModel:
             return None
         node, frame = self._arbiter.winner(start)
         if frame.fd and self._nodes[node].state is ErrorState.PASSIVE:
-            frame = frame._replace(error_state=True)
+            frame = frame._replace(is_error_passive=True)
         self._current = self._attempt(start, node, frame)
         self._free = self._current.end
         self._arbiter.resume()
@@ -199,8 +199,8 @@ class BusModel:
         stream, alone, sender = bit_stream(frame), reader != NOBODY, self._nodes[node]
         error = Error(
             position=chance.position(stream.first, stream.last),
-            alone=alone,
-            passive=sender.state is ErrorState.PASSIVE,
+            found_by_one=alone,
+            is_passive=sender.state is ErrorState.PASSIVE,
             answered=self._acknowledging - sender.acknowledges - alone > 0,
         )
         took = error_duration(stream, error, self.timing)
@@ -227,11 +227,11 @@ class BusModel:
         sender = self._nodes[node]
         if self._troubled:
             self._reward(attempt, events)
-        lost = False
+        is_lost = False
         if sender.chance is not None:
-            frame, lost = sender.chance.carried(frame), sender.chance.happens(sender.chance.faults.loss)
+            frame, is_lost = sender.chance.carried(frame), sender.chance.happens(sender.chance.faults.loss)
             self._babble(node, attempt.end)
-        events.append(Transmission(attempt.start, attempt.end, node, frame, lost, attempt.missed_by))
+        events.append(Transmission(attempt.start, attempt.end, node, frame, is_lost, attempt.missed_by))
 
     def _reward(self, attempt: _Attempt, events: list[Event]) -> None:
         for node in sorted(self._troubled):
@@ -239,7 +239,7 @@ class BusModel:
             if node == attempt.node:
                 confinement.sent()
             elif node == attempt.missed_by:
-                confinement.failed_to_receive(first=False)
+                confinement.failed_to_receive(is_first=False)
             elif node not in self._off:
                 confinement.received()
             self._judge(node, attempt.end, events)
@@ -249,7 +249,7 @@ class BusModel:
         before = sender.state
         if kind is ErrorKind.ACK:
             sender.not_acknowledged()
-            self._hopeless = (
+            self._is_hopeless = (
                 before is ErrorState.PASSIVE
                 and len(self._arbiter_nodes()) == 1
                 and not (self._off or self.is_heard(attempt.node))
@@ -265,12 +265,12 @@ class BusModel:
     def _blame_receivers(self, attempt: _Attempt) -> None:
         for node, known in self._nodes.items():
             if node != attempt.node and known.acknowledges:
-                known.confinement.failed_to_receive(first=node == attempt.found_by)
+                known.confinement.failed_to_receive(is_first=node == attempt.found_by)
 
     def _judge(self, node: int, time: int, events: list[Event]) -> None:
         """Take note of the counters of ``node``, and of a change of its state."""
         known = self._nodes[node]
-        if known.confinement.clean:
+        if known.confinement.is_clean:
             self._troubled.discard(node)
         else:
             self._troubled.add(node)
@@ -309,7 +309,7 @@ class BusModel:
         for node in sorted(self._off, key=self._recovery):
             time = self._recovery(node)
             if time <= until:
-                self._nodes[node].confinement.heard_silence(self._nodes[node].confinement.missing)
+                self._nodes[node].confinement.count_silence(self._nodes[node].confinement.missing)
                 self._off.discard(node)
                 self._judge(node, time, events)
                 self._babble(node, time)
@@ -344,8 +344,8 @@ class BusModel:
             for number, node in self._nodes.items()
             if node.chance is not None and node.chance.faults.misreading > 0.0 and node.acknowledges
         ]
-        self._faulty = any(node.chance is not None for node in self._nodes.values())
-        self._hopeless = False
+        self._has_faults = any(node.chance is not None for node in self._nodes.values())
+        self._is_hopeless = False
 
     def _babble(self, node: int, time: int) -> None:
         chance = self._nodes[node].chance
@@ -357,8 +357,8 @@ class BusModel:
 
     def _forget_if_done(self, node: int) -> None:
         """Forget a node that has left, once its frames have, or can no longer be acknowledged."""
-        on_bus = self._current is not None and self._current.node == node
-        if not self._nodes[node].leaving or on_bus:
+        is_on_bus = self._current is not None and self._current.node == node
+        if not self._nodes[node].leaving or is_on_bus:
             return
         if self._acknowledging and self._arbiter.waiting(node):
             return

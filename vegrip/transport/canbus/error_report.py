@@ -15,12 +15,12 @@ ACKNOWLEDGEMENT: Final = 0x020
 BUS_OFF: Final = 0x040
 BUS_ERROR: Final = 0x080
 RESTARTED: Final = 0x100
-COUNTERS: Final = 0x200
+HAS_COUNTERS: Final = 0x200
 
 RECEIVE_PASSIVE: Final = 0x10
 TRANSMIT_PASSIVE: Final = 0x20
 PASSIVE: Final = RECEIVE_PASSIVE | TRANSMIT_PASSIVE
-ACTIVE: Final = 0x40
+ERROR_ACTIVE: Final = 0x40
 
 _BIT, _STUFF, _SENDING = 0x01, 0x04, 0x80
 _ACK_SLOT, _DATA = 0x19, 0x0A
@@ -38,20 +38,20 @@ def error_report(error: BusError, node: int) -> Report:
         classes, kind, place = PROTOCOL, _BIT | sending, _DATA
     else:
         classes, kind, place = PROTOCOL, _STUFF | sending, _DATA
-    return classes | BUS_ERROR | COUNTERS, _detail(0, kind, place, error.counters[node])
+    return classes | BUS_ERROR | HAS_COUNTERS, _detail(0, kind, place, error.counters[node])
 
 
 def state_report(change: StateChange) -> Report:
     """Return what a controller says of its own new state."""
     counters = change.counters
     if change.state is ErrorState.OFF:
-        return BUS_OFF | COUNTERS, _detail(0, 0, 0, counters)
+        return BUS_OFF | HAS_COUNTERS, _detail(0, 0, 0, counters)
     if change.state is ErrorState.ACTIVE:
         restarted = RESTARTED if counters == (0, 0) else 0
-        return CONTROLLER | restarted | COUNTERS, _detail(ACTIVE, 0, 0, counters)
+        return CONTROLLER | restarted | HAS_COUNTERS, _detail(ERROR_ACTIVE, 0, 0, counters)
     transmit, receive = counters
     which = TRANSMIT_PASSIVE if transmit >= receive else RECEIVE_PASSIVE
-    return CONTROLLER | COUNTERS, _detail(which, 0, 0, counters)
+    return CONTROLLER | HAS_COUNTERS, _detail(which, 0, 0, counters)
 
 
 def reported_state(classes: int, detail: bytes) -> ErrorState | None:
@@ -63,7 +63,7 @@ def reported_state(classes: int, detail: bytes) -> ErrorState | None:
     if classes & CONTROLLER and len(detail) > 1:
         if detail[1] & PASSIVE:
             return ErrorState.PASSIVE
-        if detail[1] & ACTIVE:
+        if detail[1] & ERROR_ACTIVE:
             return ErrorState.ACTIVE
     return None
 

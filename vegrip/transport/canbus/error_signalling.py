@@ -56,8 +56,8 @@ class Error(NamedTuple):
     """How an error is found and answered."""
 
     position: int  # of the bit in which it is found
-    alone: bool  # one receiver finds it; else all nodes see the bit inverted, and the sender finds it
-    passive: bool  # the sender is error passive
+    found_by_one: bool  # one receiver finds it; else all nodes see the bit inverted, and the sender finds it
+    is_passive: bool  # the sender is error passive
     answered: bool  # there are other receivers
 
 
@@ -69,7 +69,7 @@ def bit_stream(frame: BusFrame) -> BitStream:
     first, ends = len(_stuffed(head)), len(_stuffed(until_data))
     if frame.fd:  # fixed stuff bits follow, which break a flag sooner
         bits = _stuffed(until_data)
-        slow = len(_stuffed([*head, *control[:-5]])) if frame.bit_rate_switch else len(bits)
+        slow = len(_stuffed([*head, *control[:-5]])) if frame.has_bit_rate_switch else len(bits)
         return BitStream(bits, slow, first, max(first, ends - 1 - FLAG))
     bits = _stuffed([*until_data, *number_bits(_crc(until_data), 15)])
     return BitStream(bits, len(bits), first, max(first, ends - 1))
@@ -77,12 +77,12 @@ def bit_stream(frame: BusFrame) -> BitStream:
 
 def notice_bits(stream: BitStream, error: Error) -> int:
     """Return how many bits after the one who found ``error`` the last node sends its flag."""
-    value, run = stream.run(error.position, flipped=not error.alone)
+    value, run = stream.run(error.position, flipped=not error.found_by_one)
     if run > LONGEST_RUN:  # six equal bits: all found it in the same bit
         return 0
     if not error.answered:
-        return stream.until_recessive(error.position) if error.alone else 0
-    flag = int(error.passive and not error.alone)
+        return stream.until_recessive(error.position) if error.found_by_one else 0
+    flag = int(error.is_passive and not error.found_by_one)
     return FLAG - (run if value == flag else 0)
 
 
@@ -114,7 +114,7 @@ def _crc(bits: list[int]) -> int:
 
 
 def _head(frame: BusFrame) -> list[int]:
-    remote = int(frame.remote)
+    remote = int(frame.is_remote)
     if frame.extended:
         first, rest = frame.identifier >> 18, frame.identifier & 0x3FFFF
         return [0, *number_bits(first, 11), 1, 1, *number_bits(rest, 18), remote]
@@ -125,7 +125,7 @@ def _control(frame: BusFrame) -> list[int]:
     code = number_bits(frame.code, 4)
     if frame.fd:  # (IDE) FDF res BRS ESI
         format_bits = [1, 0] if frame.extended else [0, 1, 0]
-        return [*format_bits, int(frame.bit_rate_switch), int(frame.error_state), *code]
+        return [*format_bits, int(frame.has_bit_rate_switch), int(frame.is_error_passive), *code]
     return [0, 0, *code]  # IDE r0, or r1 r0
 
 

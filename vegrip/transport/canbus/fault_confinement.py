@@ -51,11 +51,11 @@ class Confinement:
         """The state that follows from the counters."""
         if self.transmit > OFF_LIMIT:
             return ErrorState.OFF
-        passive = self.transmit > PASSIVE_LIMIT or self.receive > PASSIVE_LIMIT
-        return ErrorState.PASSIVE if passive else ErrorState.ACTIVE
+        is_passive = self.transmit > PASSIVE_LIMIT or self.receive > PASSIVE_LIMIT
+        return ErrorState.PASSIVE if is_passive else ErrorState.ACTIVE
 
     @property
-    def clean(self) -> bool:
+    def is_clean(self) -> bool:
         """Whether both counters are zero: frames that go well change nothing."""
         return not (self.transmit or self.receive)
 
@@ -78,11 +78,11 @@ class Confinement:
         if self.state is ErrorState.ACTIVE:
             self.failed_to_send()
 
-    def failed_to_receive(self, first: bool) -> None:
-        """Count an error in a frame of another; ``first``: the others only answered its flag."""
-        self.receive = min(self.receive + (9 if first else 1), 255)
+    def failed_to_receive(self, is_first: bool) -> None:
+        """Count an error in a frame of another; ``is_first``: the others only answered its flag."""
+        self.receive = min(self.receive + (9 if is_first else 1), 255)
 
-    def heard_silence(self, sequences: int) -> bool:
+    def count_silence(self, sequences: int) -> bool:
         """Take note of ``sequences`` of 11 recessive bits; tell whether the node has recovered by them."""
         if self.state is not ErrorState.OFF:
             return False

@@ -36,10 +36,10 @@ class BusFrame(NamedTuple):
     identifier: int
     data: bytes = b""
     extended: bool = False
-    remote: bool = False
+    is_remote: bool = False
     fd: bool = False
-    bit_rate_switch: bool = False
-    error_state: bool = False  # FD: the sender is error passive
+    has_bit_rate_switch: bool = False
+    is_error_passive: bool = False  # FD: the sender is error passive
     length_code: int = -1  # of a remote frame, whose data is absent; -1: from the data
 
     @property
@@ -54,9 +54,9 @@ class BusFrame(NamedTuple):
                 (self.identifier >> 18 << 21)
                 | (0b11 << 19)
                 | ((self.identifier & 0x3FFFF) << 1)
-                | self.remote
+                | self.is_remote
             )
-        return (self.identifier << 21) | (self.remote << 20)
+        return (self.identifier << 21) | (self.is_remote << 20)
 
     @property
     def code(self) -> int:
@@ -77,7 +77,7 @@ class BitTiming:
 def frame_duration(frame: BusFrame, timing: BitTiming) -> int:
     """Return how long ``frame`` and the gap after it keep the bus busy [ns]."""
     nominal, fast = frame_bits(frame)
-    fast_rate = timing.data_bitrate if frame.bit_rate_switch else timing.bitrate
+    fast_rate = timing.data_bitrate if frame.has_bit_rate_switch else timing.bitrate
     return round(NS * (nominal / timing.bitrate + fast / fast_rate))
 
 
@@ -87,7 +87,7 @@ def frame_bits(frame: BusFrame) -> tuple[int, int]:
 
 
 def _classic_bits(frame: BusFrame) -> int:
-    width, stuffed, run, crc = _classic_header(frame.identifier, frame.extended, frame.remote, frame.code)
+    width, stuffed, run, crc = _classic_header(frame.identifier, frame.extended, frame.is_remote, frame.code)
     in_data, run = stuff_bytes(run, frame.data)
     in_crc, run = stuff_bit_by_bit(run, crc15_bytes(crc, frame.data), 15)
     last = run[1] == LONGEST_RUN
@@ -95,20 +95,20 @@ def _classic_bits(frame: BusFrame) -> int:
 
 
 @lru_cache(maxsize=4096)
-def _classic_header(identifier: int, extended: bool, remote: bool, code: int) -> tuple[int, int, Run, int]:
+def _classic_header(identifier: int, extended: bool, is_remote: bool, code: int) -> tuple[int, int, Run, int]:
     """Return width, stuff bits, run and CRC of the bits from start of frame to the length code."""
     if extended:  # SOF 0, 11 bits, SRR 1, IDE 1, 18 bits, RTR, r1 0, r0 0, DLC
         first, rest = identifier >> 18, identifier & 0x3FFFF
-        bits, width = (first << 27) | (0b11 << 25) | (rest << 7) | (remote << 6) | code, 39
+        bits, width = (first << 27) | (0b11 << 25) | (rest << 7) | (is_remote << 6) | code, 39
     else:  # SOF 0, 11 bits, RTR, IDE 0, r0 0, DLC
-        bits, width = (identifier << 7) | (remote << 6) | code, 19
+        bits, width = (identifier << 7) | (is_remote << 6) | code, 19
     stuffed, run = stuff_bit_by_bit(None, bits, width)
     return width, stuffed, run, crc15_bit_by_bit(0, bits, width)
 
 
 def _fd_bits(frame: BusFrame) -> tuple[int, int]:
     nominal, fast, run = _fd_control(
-        frame.identifier, frame.extended, frame.bit_rate_switch, frame.error_state, frame.code
+        frame.identifier, frame.extended, frame.has_bit_rate_switch, frame.is_error_passive, frame.code
     )
     in_data, _ = stuff_bytes(
         run, frame.data
@@ -118,11 +118,11 @@ def _fd_bits(frame: BusFrame) -> tuple[int, int]:
 
 @lru_cache(maxsize=4096)
 def _fd_control(
-    identifier: int, extended: bool, switch: bool, error_state: bool, code: int
+    identifier: int, extended: bool, has_bit_rate_switch: bool, is_error_passive: bool, code: int
 ) -> tuple[int, int, Run]:
     """Return the bits at both bit rates, without those stuffed into the data, and the run before the data."""
-    width, stuffed, run = _fd_header(identifier, extended, switch)
-    in_control, run = stuff_bit_by_bit(run, (error_state << 4) | code, 5)
+    width, stuffed, run = _fd_header(identifier, extended, has_bit_rate_switch)
+    in_control, run = stuff_bit_by_bit(run, (is_error_passive << 4) | code, 5)
     length = FD_SIZES[code]
     crc = 4 + (17 if length <= 16 else 21)
     fixed, delimiter = 1 + crc // 4, 1
@@ -131,13 +131,13 @@ def _fd_control(
 
 
 @lru_cache(maxsize=4096)
-def _fd_header(identifier: int, extended: bool, switch: bool) -> tuple[int, int, Run]:
+def _fd_header(identifier: int, extended: bool, has_bit_rate_switch: bool) -> tuple[int, int, Run]:
     """Return width, stuff bits and run of the bits from start of frame to BRS."""
     if extended:  # SOF 0, 11 bits, SRR 1, IDE 1, 18 bits, RRS 0, FDF 1, res 0, BRS
         first, rest = identifier >> 18, identifier & 0x3FFFF
-        bits, width = (first << 24) | (0b11 << 22) | (rest << 4) | (0b010 << 1) | switch, 36
+        bits, width = (first << 24) | (0b11 << 22) | (rest << 4) | (0b010 << 1) | has_bit_rate_switch, 36
     else:  # SOF 0, 11 bits, RRS 0, IDE 0, FDF 1, res 0, BRS
-        bits, width = (identifier << 5) | (0b0010 << 1) | switch, 17
+        bits, width = (identifier << 5) | (0b0010 << 1) | has_bit_rate_switch, 17
     stuffed, run = stuff_bit_by_bit(None, bits, width)
     return width, stuffed, run
 
@@ -174,7 +174,7 @@ def typical_duration(length: int, fd: bool, timing: BitTiming) -> int:
     """
     generator = Random(length)  # noqa: S311 (no secret)
     frames = [
-        BusFrame(generator.getrandbits(11), generator.randbytes(length), fd=fd, bit_rate_switch=fd)
+        BusFrame(generator.getrandbits(11), generator.randbytes(length), fd=fd, has_bit_rate_switch=fd)
         for _ in range(64)
     ]
     return round(sum(frame_duration(frame, timing) for frame in frames) / len(frames))

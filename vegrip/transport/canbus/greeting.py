@@ -35,8 +35,8 @@ class Greeting:
 
     version: int = parameter(HUB_VERSION)
     timing: Rates = parameter(Rates())
-    strict: bool = parameter(False, doc="the bit rates must be these")
-    own: bool = parameter(False, doc="it wants to hear its own frames")
+    must_match_rates: bool = parameter(False, doc="the bit rates must be these")
+    wants_own_frames: bool = parameter(False, doc="it wants to hear its own frames")
     listen_only: bool = parameter(False)
     faults: NodeFaults = parameter(NodeFaults())
 

@@ -173,7 +173,7 @@ class Hub:
                 self._tell_state(event)
 
     def _deliver(self, bus: BusModel, sent: Transmission) -> None:
-        if sent.lost:
+        if sent.is_lost:
             return
         delivery, frame = pack_delivery(sent, bus.busy), sent.frame
         deaf = sent.node, sent.missed_by
@@ -257,7 +257,7 @@ class Hub:
             "node": member.node,
             "busy": bus.busy,
         }
-        member.greeted, member.hears_itself = True, greeting.own
+        member.greeted, member.hears_itself = True, greeting.wants_own_frames
         bus.attach(
             member.node,
             listen_only=greeting.listen_only,
@@ -275,7 +275,7 @@ class Hub:
         if self._bus is None:
             self._bus = BusModel(asked)
         here = self._bus.timing
-        if greeting.strict and here != asked:
+        if greeting.must_match_rates and here != asked:
             raise ConfigError(
                 f"the bus runs at {here.bitrate} and {here.data_bitrate} bit/s, "
                 f"not at {asked.bitrate} and {asked.data_bitrate}; open it with the same rates"

@@ -23,10 +23,10 @@ class _Kind(NamedTuple):
     """The flags of a frame, in the order of the fields of :class:`BusFrame`."""
 
     extended: bool
-    remote: bool
+    is_remote: bool
     fd: bool
-    bit_rate_switch: bool
-    error_state: bool
+    has_bit_rate_switch: bool
+    is_error_passive: bool
 
 
 _KINDS = [
@@ -44,7 +44,7 @@ class Delivery(NamedTuple):
     number: int  # of the frame for this member, modulo 2^32; a gap shows frames lost for want of reading
     node: int  # who sent it
     frame: BusFrame
-    error: bool = False  # an error frame: identifier and data as in vegrip.transport.canbus.error_report
+    is_error: bool = False  # an error frame: identifier and data as in vegrip.transport.canbus.error_report
 
 
 def pack_request(time: int, frame: BusFrame) -> bytes:
@@ -118,6 +118,6 @@ def _frame(identifier: int, flags: int, code: int, data: bytes) -> BusFrame | No
     kind = _KINDS[flags % _ERROR]
     if code > (15 if kind.fd else 8) or identifier >> (29 if kind.extended else 11):
         return None
-    if len(data) != (0 if kind.remote else FD_SIZES[code]):
+    if len(data) != (0 if kind.is_remote else FD_SIZES[code]):
         return None
     return BusFrame(identifier, data, *kind, code)

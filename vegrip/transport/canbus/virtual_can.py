@@ -93,7 +93,7 @@ class VegripBus(can.BusABC):
             time.time_ns() - time.monotonic_ns()
         ) / NS  # [s] python-can's time stamps count from 1970
         character = {
-            "own": receive_own_messages,
+            "wants_own_frames": receive_own_messages,
             "listen_only": listen_only,
             "faults": dict(faults or {}),
         }
@@ -145,7 +145,7 @@ class VegripBus(can.BusABC):
             can.CanOperationError: as :meth:`send`.
 
         """
-        self._ask_for(BusFrame(identifier, data, extended=extended, fd=fd, bit_rate_switch=fd), 0.0)
+        self._ask_for(BusFrame(identifier, data, extended=extended, fd=fd, has_bit_rate_switch=fd), 0.0)
 
     def take(self, deadline: float | None) -> Delivery | None:
         """Return the next frame for this node, None when there is none until ``deadline`` [s, monotonic].
@@ -282,11 +282,11 @@ class VegripBus(can.BusABC):
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         delivery = self.take(None if timeout is None else time.monotonic() + timeout)
-        return (None, False) if delivery is None else (self._message(delivery), delivery.error)
+        return (None, False) if delivery is None else (self._message(delivery), delivery.is_error)
 
     def _is_for_us(self, delivery: Delivery) -> bool:
         self._count(delivery.number, delivery.end, delivery.busy)
-        if delivery.error:
+        if delivery.is_error:
             self._learn(delivery)
             return self._error_frames
         if delivery.frame.fd and not self._fd:
@@ -311,15 +311,15 @@ class VegripBus(can.BusABC):
             timestamp=delivery.end / NS + self._epoch,
             arbitration_id=frame.identifier,
             is_extended_id=frame.extended,
-            is_remote_frame=frame.remote,
-            is_error_frame=delivery.error,
+            is_remote_frame=frame.is_remote,
+            is_error_frame=delivery.is_error,
             is_fd=frame.fd,
-            bitrate_switch=frame.bit_rate_switch,
-            error_state_indicator=frame.error_state,
+            bitrate_switch=frame.has_bit_rate_switch,
+            error_state_indicator=frame.is_error_passive,
             dlc=FD_SIZES[frame.code],
             data=frame.data,
             channel=self.channel,
-            is_rx=delivery.error or delivery.node != self._node,
+            is_rx=delivery.is_error or delivery.node != self._node,
         )
 
     def _bus_frame(self, msg: can.Message) -> BusFrame:
@@ -333,10 +333,10 @@ class VegripBus(can.BusABC):
             msg.arbitration_id,
             b"" if msg.is_remote_frame else bytes(msg.data),
             extended=msg.is_extended_id,
-            remote=msg.is_remote_frame,
+            is_remote=msg.is_remote_frame,
             fd=msg.is_fd,
-            bit_rate_switch=msg.bitrate_switch,
-            error_state=msg.error_state_indicator,
+            has_bit_rate_switch=msg.bitrate_switch,
+            is_error_passive=msg.error_state_indicator,
             length_code=FD_SIZES.index(msg.dlc),
         )
 
@@ -379,7 +379,7 @@ def _join(
     rates = {"bitrate": bitrate, "data_bitrate": data_bitrate}
     asked = {name: rate for name, rate in rates.items() if rate is not None}
     try:
-        greeting = make_greeting({"timing": asked, "strict": bool(asked), **character})
+        greeting = make_greeting({"timing": asked, "must_match_rates": bool(asked), **character})
         path = socket_path("can", f"{channel}.bus")
     except VegripError as error:
         raise can.CanInitializationError(str(error)) from None

@@ -50,7 +50,7 @@ class Assembly:
         return self.sequence.lost + self.incomplete
 
     def put(
-        self, number: int, counter: int, last: bool, cells: Cells, stamp: int, time: int
+        self, number: int, counter: int, is_last: bool, cells: Cells, stamp: int, time: int
     ) -> Whole | str | None:
         """Take one part that has passed all checks of its own."""
         refusal = self._begin(counter, stamp, time) if number == 1 else self._continue(number, counter, stamp)
@@ -58,7 +58,7 @@ class Assembly:
             return refusal
         self._cells += cells
         self._expected = number + 1
-        if not last and number < len(self._absent) - 1:
+        if not is_last and number < len(self._absent) - 1:
             return None
         self._expected = 0
         return Whole(self._cells + self._absent[number], self.sequence.last, self._stamp, self._time)
@@ -71,11 +71,11 @@ class Assembly:
         return ""
 
     def _continue(self, number: int, counter: int, stamp: int) -> str:
-        same = counter == self._counter
-        if same and number == self._expected and stamp - self._stamp <= WINDOW_NS:
+        is_same = counter == self._counter
+        if is_same and number == self._expected and stamp - self._stamp <= WINDOW_NS:
             return ""
-        repeated = same and (number < self._expected or not self._expected)
-        if repeated or self.sequence.behind(counter):
+        repeated = is_same and (number < self._expected or not self._expected)
+        if repeated or self.sequence.is_behind(counter):
             return "counter"  # an old part does no harm to the open message
         self._abandon()
         return "incomplete"

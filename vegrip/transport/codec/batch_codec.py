@@ -31,12 +31,12 @@ from vegrip.transport.codec.schema import message_set
 from vegrip.transport.codec.topics import Topics, data_id_of
 
 ROW_STRIDE: Final = 0x800
-MOST_FINGERS: Final = 30  # the Data ID of a row has 16 bits
-HEAD: Final = struct.Struct("<BBH")  # version, rows, bytes of a row
+MAX_BATCH_ROWS: Final = 30  # the Data ID of a row has 16 bits
+BATCH_HEAD: Final = struct.Struct("<BBH")  # version, rows, bytes of a row
 ROW_ID: Final = struct.Struct("<H")
-FIRST_ROW: Final = P04_HEADER + HEAD.size
+FIRST_ROW: Final = P04_HEADER + BATCH_HEAD.size
 COUNTER: Final = slice(2, 4)  # of profile 4, most significant byte first
-KINDS: Final = (FingertipState, ForceCommand)
+BATCHED_MESSAGES: Final = (FingertipState, ForceCommand)
 WHOLE: Final = frozenset({"counter"})
 """Why a row is refused that is not broken."""
 
@@ -58,9 +58,10 @@ class BatchCodec:
     """
 
     def __init__(self, fingers: Sequence[str], namespace: str = "", *, use_sender_time: bool = True) -> None:
-        if len(fingers) > MOST_FINGERS or len(set(fingers)) != len(fingers):
+        if len(fingers) > MAX_BATCH_ROWS or len(set(fingers)) != len(fingers):
             raise ConfigError(
-                f"fingers {list(fingers)} must be at most {MOST_FINGERS} different names to travel as a batch"
+                f"fingers {list(fingers)} must be at most {MAX_BATCH_ROWS} different names "
+                "to travel as a batch"
             )
         self.fingers = tuple(fingers)
         self.rejected: Counter[str] = Counter()
@@ -72,12 +73,12 @@ class BatchCodec:
         plan, schemas = layouts(), message_set().messages
         self._version = plan.version
         prefix = Topics(namespace, fingers).prefix
-        self.topics: dict[type[Any], str] = {kind: prefix + schemas[kind].batch for kind in KINDS}
+        self.topics: dict[type[Any], str] = {kind: prefix + schemas[kind].batch for kind in BATCHED_MESSAGES}
         self._data_ids = {kind: data_id_of(topic) for kind, topic in self.topics.items()}
         self.bases: dict[type[Any], int] = {}
         self.lengths: dict[type[Any], int] = {}
         for layout in plan.layouts:
-            if not layout.fd or layout.schema.cls not in KINDS:
+            if not layout.fd or layout.schema.cls not in BATCHED_MESSAGES:
                 continue
             part = layout.parts[0]
             self.bases[layout.schema.cls], self.lengths[layout.schema.cls] = part.base, part.length
@@ -115,7 +116,7 @@ class BatchCodec:
 
     def seal(self, data: bytearray, kind: type[Message], rows: int) -> None:
         """Write version, number and size of the rows that stand in ``data``, and protect it."""
-        HEAD.pack_into(data, P04_HEADER, self._version, rows, ROW_ID.size + self.lengths[kind])
+        BATCH_HEAD.pack_into(data, P04_HEADER, self._version, rows, ROW_ID.size + self.lengths[kind])
         self._counter = (self._counter + 1) & 0xFFFF
         data[COUNTER] = self._counter.to_bytes(2, "big")
         P04.protect(data, self._data_ids[kind])
@@ -161,7 +162,7 @@ class BatchCodec:
             return "size"
         if not P04.check(payload, self._data_ids[kind]):
             return "checksum"
-        version, rows, size = HEAD.unpack_from(payload, P04_HEADER)
+        version, rows, size = BATCH_HEAD.unpack_from(payload, P04_HEADER)
         if version != self._version:
             return "version"
         fits = size == ROW_ID.size + self.lengths[kind] and len(payload) == FIRST_ROW + rows * size

@@ -19,7 +19,7 @@ from vegrip.transport.codec.schema import message_set
 NODES: Final = ("grasp_force", "virtual_hand", "monitor", "record", "replay")
 """The numbers of nodes in the identifier of NodeStatus, unless told otherwise."""
 
-FOREIGN: Final = "foreign"
+FOREIGN_COUNT: Final = "foreign"
 WHOLE: Final = frozenset({"counter", "incomplete"})
 """Why a frame is refused that is whole: it is old, or another one is missing."""
 
@@ -150,7 +150,7 @@ class CanCodec:
             decoder.assembly.reset()
 
     def _refuse(self, name: str) -> None:
-        if name == FOREIGN:
+        if name == FOREIGN_COUNT:
             self.foreign += 1
         else:
             self.rejected[name] += 1
@@ -174,7 +174,7 @@ def _faults(plan: Layouts, hand: int, fd: bool) -> dict[int, str]:
     for layout in plan.layouts:
         for part in layout.parts:
             for other in range(plan.hands):
-                name = FOREIGN if other != hand else "finger" if layout.fd == fd else "layout"
+                name = FOREIGN_COUNT if other != hand else "finger" if layout.fd == fd else "layout"
                 first = part.base + other * plan.hand_stride
                 faults |= dict.fromkeys(range(first, first + plan.fingers * plan.finger_stride), name)
     return faults

@@ -81,7 +81,7 @@ class Scaled:
     low: int
     high: int
     special: Mapping[int, float]
-    down: bool = False
+    rounds_down: bool = False
     required: bool = False
     missing: float = math.nan
 
@@ -99,12 +99,12 @@ class Scaled:
         if value - value != 0.0:
             return self._special(value)
         steps = value / self.scale
-        raw = math.floor(steps + SNAP) if self.down else round(steps)
+        raw = math.floor(steps + SNAP) if self.rounds_down else round(steps)
         return raw if self.low <= raw <= self.high else None
 
     def clip(self, value: float) -> int | None:
         """Stop at the end of the range for a required value or a bound from below, else "not measured"."""
-        if value > 0 and self.down and value != math.inf:
+        if value > 0 and self.rounds_down and value != math.inf:
             return self.high
         if self.required:
             return (self.high if value > 0 else self.low) if math.isfinite(value) else None

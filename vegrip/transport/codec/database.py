@@ -80,8 +80,8 @@ def _layout(schema: MessageSchema, fd: bool, messages: list[DbcMessage]) -> Layo
 def _plain(parts: list[Part], fields: list[Field]) -> list[int] | None:
     """Return the cells of ``fields`` when each is one optional float32 of a message in one frame."""
     cells = {slot.name: slot.place.cell for slot in parts[0].slots if isinstance(slot.convert, Real)}
-    finite = all(field.kind == "float" and not (field.required or field.infinite) for field in fields)
-    if len(parts) > 1 or not finite or any(field.name not in cells for field in fields):
+    are_finite = all(field.kind == "float" and not (field.required or field.infinite) for field in fields)
+    if len(parts) > 1 or not are_finite or any(field.name not in cells for field in fields):
         return None
     return [cells[field.name] for field in fields]
 

@@ -45,7 +45,7 @@ class Encoder:
             if row is None:
                 return []
             rows.append(row)
-        while len(rows) > 1 and self._parts[len(rows) - 1].empty(rows[-1]):
+        while len(rows) > 1 and self._parts[len(rows) - 1].is_empty(rows[-1]):
             rows.pop()
         self._parts[len(rows) - 1].mark_last(rows[-1])
         return [part.frame(row) for part, row in zip(self._parts, rows, strict=False)]
@@ -82,10 +82,10 @@ class _PartEncoder:
                 slot.place.put(row, raw)
         return row
 
-    def empty(self, row: list[Raw]) -> bool:
+    def is_empty(self, row: list[Raw]) -> bool:
         """Whether the part says nothing that its absence does not say."""
         cells = tuple(row)
-        return all(_same(slot.place.get(cells), slot.convert.absent) for slot in self._part.slots)
+        return all(_are_same(slot.place.get(cells), slot.convert.absent) for slot in self._part.slots)
 
     def mark_last(self, row: list[Raw]) -> None:
         """Say that no further part comes."""
@@ -131,5 +131,5 @@ def _first_cell(part: Part) -> int:
     return first if [slot.place for slot in part.slots] == whole and whole[-1].cell == part.cells - 1 else 0
 
 
-def _same(raw: Raw, absent: Raw) -> bool:
+def _are_same(raw: Raw, absent: Raw) -> bool:
     return raw == absent or (math.isnan(raw) and math.isnan(absent))

@@ -12,7 +12,7 @@ from cantools.database.can import Signal
 from vegrip.transport.codec.database import database, layouts
 
 STATE, COMMAND = "FingertipStateFd", "ForceCommandFd"
-HEAD = ("crc", "seq", "version", "time")
+HEAD_SIGNALS = ("crc", "seq", "version", "time")
 ARGUMENTS = {"normal_force": "force", "adjustment": "adjustment", "reason": "reason", "expires": "expires"}
 """Signal of a command -> argument of ``pack_command``; ``expires`` is given as it stands in the frame."""
 PUT = {
@@ -27,7 +27,7 @@ def wire_text() -> str:
     """Return the functions, and the lengths and version of the frames."""
     state, command = database().get_message_by_name(STATE), database().get_message_by_name(COMMAND)
     at = {signal.name: signal.start // 8 for signal in state.signals}
-    values = [signal for signal in state.signals if signal.name not in HEAD]
+    values = [signal for signal in state.signals if signal.name not in HEAD_SIGNALS]
     finite = " and ".join(f"is_not_infinite(word(data, {at[signal.name]}))" for signal in values)
     unpacked = [
         f"f[STATE_{signal.name.upper()}] = real_of_bits(word(data, {at[signal.name]}))" for signal in values

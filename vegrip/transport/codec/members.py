@@ -126,7 +126,7 @@ def _quantity(field: Field, signal: Signal) -> Converter:
         low=round((signal.minimum or 0) / signal.scale),
         high=round((signal.maximum or 0) / signal.scale),
         special=special_values(signal, missing),
-        down=_rounds_down(signal),
+        rounds_down=_rounds_down(signal),
         required=field.required,
         missing=missing,
     )

@@ -24,7 +24,7 @@ COUNTER: Final = slice(2, 4)  # of profile 4, most significant byte first
 WHOLE: Final = frozenset({"unknown_topic", "counter"})
 """Why a message is refused that is not broken."""
 
-LIMITS: Final = {
+MSGPACK_LIMITS: Final = {
     "max_str_len": TEXT_LIMIT * 4,  # bytes
     "max_array_len": 8,
     "max_map_len": MAP_LIMIT,
@@ -158,7 +158,7 @@ class MsgpackCodec:
         if not P04.check(payload, route.data_id):
             raise RefusedError("checksum")
         try:
-            body = msgpack.unpackb(payload[P04_HEADER:], **LIMITS)
+            body = msgpack.unpackb(payload[P04_HEADER:], **MSGPACK_LIMITS)
         except (ValueError, msgpack.UnpackException):
             raise RefusedError("schema") from None
         if type(body) is not dict:

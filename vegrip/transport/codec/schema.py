@@ -18,7 +18,7 @@ from vegrip.errors import ConfigError
 from vegrip.messages import Message
 
 PROTO: Final = "vegrip.proto"
-KINDS: Final = ("time", "sequence", "name", "float", "flag", "count", "text", "estimate", "counts")
+FIELD_KINDS: Final = ("time", "sequence", "name", "float", "flag", "count", "text", "estimate", "counts")
 Enumeration = type[enum.IntEnum] | type[enum.IntFlag]
 
 CLASSES: Final[Mapping[str, type[Any]]] = {cls.__name__: cls for cls in get_args(Message)}
@@ -26,7 +26,7 @@ CLASSES: Final[Mapping[str, type[Any]]] = {cls.__name__: cls for cls in get_args
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """One field of a message; ``kind`` is one of ``KINDS`` or the name of an enumeration of messages."""
+    """One field of a message; ``kind`` is one of ``FIELD_KINDS`` or the name of an enumeration."""
 
     name: str
     kind: str
@@ -37,7 +37,7 @@ class Field:
     @property
     def enumeration(self) -> Enumeration | None:
         """The enumeration whose integer is carried, None for a plain kind."""
-        return None if self.kind in KINDS else getattr(messages, self.kind)
+        return None if self.kind in FIELD_KINDS else getattr(messages, self.kind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +99,8 @@ def _message(name: str, entry: Mapping[str, Any]) -> MessageSchema:
 def _field(name: str, entry: Mapping[str, Any], where: str) -> Field:
     entry = {"kind" if key == "type" else key: value for key, value in entry.items()}
     field = build(Field, {"name": name, **entry}, where)
-    if field.kind not in KINDS and not hasattr(messages, field.kind):
+    if field.kind not in FIELD_KINDS and not hasattr(messages, field.kind):
         raise ConfigError(
-            f"{where}: {name!r} has the unknown type {field.kind!r}; known are {', '.join(KINDS)}"
+            f"{where}: {name!r} has the unknown type {field.kind!r}; known are {', '.join(FIELD_KINDS)}"
         )
     return field

@@ -51,7 +51,7 @@ class Sequence:
         self.last, self.stamp = int(memory["LINE_LAST"]), int(memory["LINE_STAMP"])
         self.lost = int(memory["LINE_LOST"])
 
-    def behind(self, counter: int) -> bool:
+    def is_behind(self, counter: int) -> bool:
         """Whether ``counter`` is older than the last one taken."""
         return self.last >= 0 and (counter - self.last) % self.modulus > self.modulus // 2
 
@@ -61,14 +61,14 @@ class Sequence:
             self.last = counter
         else:
             step = (counter - self.last) % self.modulus
-            silent = stamp - self.stamp > RESYNC
-            if self._reach and 0 < self.modulus - step <= self._reach and not silent:
+            was_silent = stamp - self.stamp > RESYNC
+            if self._reach and 0 < self.modulus - step <= self._reach and not was_silent:
                 return self._overtaken(self.modulus - step)
-            if step == 0 or (step > min(self.modulus // 2, MOST_SKIPPED) and not silent):
+            if step == 0 or (step > min(self.modulus // 2, MOST_SKIPPED) and not was_silent):
                 return None
             self.last += step
             self._seen = ((self._seen << min(step, self._reach + 1)) | 1) & ((1 << self._reach + 1) - 1)
-            if not silent:
+            if not was_silent:
                 self.lost += step - 1
         self.stamp = stamp
         return self.last

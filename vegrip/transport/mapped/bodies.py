@@ -6,11 +6,11 @@ from typing import Any, Final, Protocol
 
 import msgpack
 
-from vegrip.transport.codec.msgpack_codec import LIMITS
+from vegrip.transport.codec.msgpack_codec import MSGPACK_LIMITS
 from vegrip.transport.mapped.paths import Step, getter, put
 from vegrip.transport.mapped.plan import Plan
 
-WIDER: Final = {**LIMITS, "max_array_len": 1024, "max_map_len": 1024}
+WIDER: Final = {**MSGPACK_LIMITS, "max_array_len": 1024, "max_map_len": 1024}
 
 Steps = tuple[Step, ...]
 

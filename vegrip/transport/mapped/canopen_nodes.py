@@ -21,7 +21,7 @@ UPLOAD: Final = 0x40
 ABORT: Final = 0x80
 BOOT_UP, OPERATIONAL = 0x00, 0x05
 START: Final = 1
-PATIENCE: Final = NS // 20  # [ns] for an answer by SDO
+SDO_TIMEOUT_NS: Final = NS // 20  # [ns] for an answer by SDO
 NEVER: Final = -(1 << 62)
 
 
@@ -96,7 +96,7 @@ class CanopenNodes:
         """Return the frames to send at ``now`` [ns]."""
         frames, self._start = self._start, []
         for poll in self._polls.values():
-            if now - poll.asked < (PATIENCE if poll.waits else self.period):
+            if now - poll.asked < (SDO_TIMEOUT_NS if poll.waits else self.period):
                 continue
             self.rejected["sdo_timeout"] += poll.waits
             poll.asked, poll.waits = now, True

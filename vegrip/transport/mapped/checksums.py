@@ -14,14 +14,14 @@ from vegrip.transport.mapped.database import ForeignMessage, Signal
 
 WIDTHS: Final = {"crc8": 8, "crc16": 16, "crc32": 32}
 PROFILES: Final = ("p01", "p02", "p04", "p05", "p06", "p07", "p11")
-KINDS: Final = ("none", "sum", "xor", *WIDTHS, *PROFILES)
+CHECKSUM_KINDS: Final = ("none", "sum", "xor", *WIDTHS, *PROFILES)
 
 
 @dataclass(frozen=True)
 class ChecksumMap:
     """``checksum`` of a message in the map."""
 
-    kind: str = parameter("none", choices=KINDS)
+    kind: str = parameter("none", choices=CHECKSUM_KINDS)
     signal: str = parameter("", doc="where it stands in the message; the profiles know that themselves")
     first: int = parameter(0, low=0, high=63, doc="first byte that it covers")
     last: int = parameter(-1, low=-1, high=63, doc="last byte that it covers; -1: of the message")
@@ -160,7 +160,7 @@ def _stored(
     spec: ChecksumMap, signal: Signal, length: int, function: Callable[[Iterable[int]], int]
 ) -> Protection:
     """Return the protection by a checksum that stands in a signal."""
-    order: Any = "big" if signal.big_endian else "little"
+    order: Any = "big" if signal.is_big_endian else "little"
     shift, mask = signal.shift(length), (1 << signal.length) - 1
     bits = mask << shift
     own = [number for number, byte in enumerate(bits.to_bytes(length, order)) if byte]
@@ -187,8 +187,8 @@ def _stored(
         filled = int.from_bytes(data, order) & ~bits | value(bytes(data)) << shift
         data[:] = filled.to_bytes(length, order)
 
-    plain = len(runs) == 1 and 8 * len(own) == signal.length and not zeroed  # the usual case, a short way
-    return Protection(check_bytes if plain else check, protect)
+    is_plain = len(runs) == 1 and 8 * len(own) == signal.length and not zeroed  # the usual case, a short way
+    return Protection(check_bytes if is_plain else check, protect)
 
 
 def _runs(numbers: list[int]) -> list[slice]:

@@ -47,7 +47,7 @@ def compile_reader(message: ForeignMessage, groups: Sequence[Group], first: int)
     lines = ["def read(data, s):"]
     signals = [slot.place for group in groups for slot in group.slots if slot.place is not None]
     switches = [message.signals[name] for group in groups for name, _ in group.condition]
-    orders = {signal.big_endian for signal in (*signals, *switches)}
+    orders = {signal.is_big_endian for signal in (*signals, *switches)}
     lines += [" w = int.from_bytes(data, 'little')"] if False in orders else []
     lines += [" b = int.from_bytes(data, 'big')"] if True in orders else []
     names = {
@@ -55,8 +55,8 @@ def compile_reader(message: ForeignMessage, groups: Sequence[Group], first: int)
     }
     for switch in {s.name: s for s in switches}.values():
         lines.append(f" {names[switch.name]} = {_raw(switch, message.length)}")
-    conditional = any(group.condition for group in groups)
-    lines += [" found = ()"] if conditional else []
+    is_conditional = any(group.condition for group in groups)
+    lines += [" found = ()"] if is_conditional else []
     for number, group in enumerate(groups, first):
         indent = " "
         if group.condition:
@@ -64,9 +64,9 @@ def compile_reader(message: ForeignMessage, groups: Sequence[Group], first: int)
             lines.append(f" if {tests}:")
             indent = "  "
         lines += [indent + line for slot in group.slots for line in _assignment(slot, message.length)]
-        lines += [f"{indent}found += ({number},)"] if conditional else []
+        lines += [f"{indent}found += ({number},)"] if is_conditional else []
     every = tuple(range(first, first + len(groups)))
-    lines.append(" return found" if conditional else f" return {every!r}")
+    lines.append(" return found" if is_conditional else f" return {every!r}")
     read: Read = _made(lines, "read", {})
     return read
 
@@ -74,7 +74,7 @@ def compile_reader(message: ForeignMessage, groups: Sequence[Group], first: int)
 def compile_raw(message: ForeignMessage, signal: Signal) -> Callable[[bytes], int]:
     """Return the function that reads the raw value of ``signal``."""
     word = [
-        " b = int.from_bytes(data, 'big')" if signal.big_endian else " w = int.from_bytes(data, 'little')"
+        " b = int.from_bytes(data, 'big')" if signal.is_big_endian else " w = int.from_bytes(data, 'little')"
     ]
     raw: Callable[[bytes], int] = _made(
         ["def raw(data):", *word, f" return {_raw(signal, message.length)}"], "raw", {}
@@ -123,8 +123,8 @@ def _condition(message: ForeignMessage, signal: Signal | None) -> tuple[tuple[st
 
 def _raw(signal: Signal, length: int) -> str:
     """Return the text of the raw value of ``signal``."""
-    shift, word = signal.shift(length), "b" if signal.big_endian else "w"
-    if signal.is_float and not signal.big_endian and shift % 8 == 0:
+    shift, word = signal.shift(length), "b" if signal.is_big_endian else "w"
+    if signal.is_float and not signal.is_big_endian and shift % 8 == 0:
         return f"float{signal.length}(data, {shift // 8})[0]"
     bits = (
         f"({word} >> {shift} & {(1 << signal.length) - 1})"
@@ -133,7 +133,7 @@ def _raw(signal: Signal, length: int) -> str:
     )
     if signal.is_float:
         return f"float{signal.length}(whole{signal.length}({bits}), 0)[0]"
-    if signal.signed:
+    if signal.is_signed:
         sign = 1 << signal.length - 1
         return f"(({bits} ^ {sign}) - {sign})"
     return bits

@@ -23,8 +23,8 @@ class Signal:
     name: str
     start: int
     length: int
-    big_endian: bool = False
-    signed: bool = False
+    is_big_endian: bool = False
+    is_signed: bool = False
     is_float: bool = False
     scale: float = 1.0
     offset: float = 0.0
@@ -37,14 +37,14 @@ class Signal:
 
     def shift(self, length: int) -> int:
         """Return by how many bits a message of ``length`` bytes, read as one number, is moved right."""
-        if not self.big_endian:
+        if not self.is_big_endian:
             return self.start
         return 8 * length - (8 * (self.start // 8) + 7 - self.start % 8) - self.length
 
     @property
     def raw_range(self) -> tuple[int, int]:
         """The smallest and the largest raw value of an integer."""
-        if self.signed:
+        if self.is_signed:
             return -(1 << self.length - 1), (1 << self.length - 1) - 1
         return 0, (1 << self.length) - 1
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 from vegrip.errors import ConfigError
 from vegrip.transport.mapped.database import EXTENDED, Database, ForeignMessage, Signal
 
-LARGEST: Final = 16 * 2**20  # [bytes] of a file; those of whole vehicles have five million
+MAX_DATABASE_BYTES: Final = 16 * 2**20  # [bytes] of a file; those of whole vehicles have five million
 
 
 def read_dbc(path: Path) -> Database:
@@ -20,9 +20,9 @@ def read_dbc(path: Path) -> Database:
     import cantools.database  # noqa: PLC0415 (half a second, only where there is a map)
 
     try:
-        if path.stat().st_size > LARGEST:
+        if path.stat().st_size > MAX_DATABASE_BYTES:
             raise ConfigError(
-                f"{path}: is larger than {LARGEST >> 20} MiB; give the part of it that is the hand"
+                f"{path}: is larger than {MAX_DATABASE_BYTES >> 20} MiB; give the part of it that is the hand"
             )
         database: Any = cantools.database.load_file(path, strict=True)
     except FileNotFoundError:
@@ -54,8 +54,8 @@ def _signal(signal: Any) -> Signal:
         name=signal.name,
         start=signal.start,
         length=signal.length,
-        big_endian=signal.byte_order == "big_endian",
-        signed=bool(signal.is_signed),
+        is_big_endian=signal.byte_order == "big_endian",
+        is_signed=bool(signal.is_signed),
         is_float=bool(signal.is_float),
         scale=float(signal.scale),
         offset=float(signal.offset),

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from vegrip.errors import ConfigError
 from vegrip.transport.mapped.guess import Guess
-from vegrip.transport.mapped.schema import CHANNELS, expanded
+from vegrip.transport.mapped.schema import MAPPED_CHANNELS, expanded
 from vegrip.transport.mapped.units import SI, conversion, product, quantity
 
 Setting = tuple[list[str], Any]
@@ -87,7 +87,7 @@ def say(fingers: dict[str, FingerDraft], settings: Sequence[Setting]) -> None:
 
 def _say(fingers: dict[str, FingerDraft], settings: Sequence[Setting]) -> None:
     for path, value in settings:
-        if len(path) < 3 or path[0] != "fingers" or path[2] not in (*CHANNELS, "command"):
+        if len(path) < 3 or path[0] != "fingers" or path[2] not in (*MAPPED_CHANNELS, "command"):
             continue
         _, name, table, *key = path
         if len(key) > 1 or (not key and not isinstance(value, Mapping)):

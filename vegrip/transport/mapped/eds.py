@@ -42,7 +42,7 @@ WHOLE: Final = {
 }
 """Data types of at most four bytes -> bits."""
 
-OWN: Final = 0x2000  # where the objects of the maker and of device profiles begin
+FIRST_DEVICE_INDEX: Final = 0x2000  # where the objects of the maker and of device profiles begin
 UNUSED: Final = 1 << 31
 """Bit of a COB-ID that says: this PDO is not there."""
 
@@ -110,7 +110,7 @@ def _asked(objects: Any, finger: str, node: int) -> list[ForeignMessage]:
     writes: dict[str, Signal] = {}
     for name, variable in _variables(objects):
         bits, access = WHOLE.get(variable.data_type, 0), str(variable.access_type)
-        if not bits or variable.index < OWN:
+        if not bits or variable.index < FIRST_DEVICE_INDEX:
             continue
         answer, download = SIZES[bits // 8]
         place = variable.index << 8 | variable.subindex << 24
@@ -145,7 +145,7 @@ def _object(name: str, variable: Any, bits: int, selectors: tuple[int, ...]) -> 
         name,
         32,
         bits,
-        signed=variable.data_type in SIGNED,
+        is_signed=variable.data_type in SIGNED,
         is_float=variable.data_type in FLOATS,
         scale=float(getattr(variable, "factor", 1) or 1),
         unit=str(getattr(variable, "unit", "") or ""),
@@ -181,7 +181,7 @@ def _signals(objects: Any, index: int, path: Path) -> dict[str, Signal]:
                 _unique(name, signals),
                 start,
                 length,
-                signed=variable.data_type in SIGNED,
+                is_signed=variable.data_type in SIGNED,
                 is_float=variable.data_type in FLOATS,
                 scale=float(getattr(variable, "factor", 1) or 1),
                 unit=str(getattr(variable, "unit", "") or ""),

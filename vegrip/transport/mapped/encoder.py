@@ -97,7 +97,7 @@ class _Target:
     high: float
     command: ForceCommand | None = None
     sent: float = math.nan  # [N] the force of the last frame
-    fresh: bool = False
+    is_fresh: bool = False
     shares: tuple[tuple[Signal, float], ...] = ()  # other signals that get so much of the value
 
 
@@ -165,8 +165,8 @@ class CommandEncoder:
         if not (math.isfinite(command.normal_force) and command.normal_force >= 0.0):
             self._clipped[command.finger] += 1
             return []
-        target.command, target.fresh = command, True
-        if not all(each.fresh for each in outgoing.targets):
+        target.command, target.is_fresh = command, True
+        if not all(each.is_fresh for each in outgoing.targets):
             return []
         return self._frame(outgoing, command.stamp)
 
@@ -202,7 +202,7 @@ class CommandEncoder:
         if outgoing.counter:
             values[outgoing.counter] = outgoing.count % outgoing.modulus
         for target in outgoing.targets:
-            target.fresh = False
+            target.is_fresh = False
             target.sent = self._force_of(target)
         outgoing.count += 1
         outgoing.last = now
@@ -263,7 +263,7 @@ def pack(message: ForeignMessage, values: dict[str, int]) -> bytearray:
     for name, raw in values.items():
         signal = message.signals[name]
         bits = (raw & (1 << signal.length) - 1) << signal.shift(message.length)
-        if signal.big_endian:
+        if signal.is_big_endian:
             big |= bits
         else:
             little |= bits

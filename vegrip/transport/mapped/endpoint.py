@@ -17,7 +17,7 @@ from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.price import price
 
 MASKS: Final = {False: 0x7FF, True: 0x1FFFFFFF}
-SILENT: Final = 2 * NS
+NO_TRAFFIC_NS: Final = 2 * NS
 """[ns] after opening without one message of the map: the wrong bus, rate or database."""
 
 
@@ -35,7 +35,7 @@ class MappedCanEndpoint(CanEndpoint):
         super().__init__(bus, codec, reopen, timing, extended=True)
         self._mapped = codec
         self._opened = time.monotonic_ns()
-        self._heard = False
+        self._was_heard = False
         for identifier, data in codec.encoder.opening:
             self.send_frame(Frame(identifier, data))
 
@@ -48,7 +48,7 @@ class MappedCanEndpoint(CanEndpoint):
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
         found = Counter(super().rejected)
-        if not self._heard and time.monotonic_ns() - self._opened > SILENT:
+        if not self._was_heard and time.monotonic_ns() - self._opened > NO_TRAFFIC_NS:
             found["no_traffic"] = 1
             found["foreign"] = self._mapped.foreign
         found["command_held"] = self._mapped.encoder.held
@@ -68,8 +68,8 @@ class MappedCanEndpoint(CanEndpoint):
             messages += states
             arrivals += [frame.stamp] * len(states)
         self._repeat()
-        if messages and not self._heard:
-            self._heard = True
+        if messages and not self._was_heard:
+            self._was_heard = True
             self._bring_only_its_own()
         self.arrivals = arrivals
         return messages

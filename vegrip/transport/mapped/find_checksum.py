@@ -8,8 +8,8 @@ from vegrip.errors import ConfigError
 from vegrip.transport.mapped.checksums import ChecksumMap, protection
 from vegrip.transport.mapped.database import ForeignMessage
 
-FRAMES: Final = 64  # of different content that it must fit
-LEAST: Final = 4  # fewer tell nothing
+MAX_CHECKSUM_FRAMES: Final = 64  # of different content that it must fit
+MIN_CHECKSUM_FRAMES: Final = 4  # fewer tell nothing
 POLYNOMIALS: Final = {
     8: (0x1D, 0x2F, 0x07, 0x31, 0x9B, 0x39, 0xD5, 0x49, 0xA7),
     16: (0x1021, 0x8005, 0x8BB7, 0x3D65, 0xA097, 0xC867),
@@ -21,8 +21,8 @@ def find_checksum(message: ForeignMessage, signal: str, frames: Sequence[bytes])
     """Return the table ``checksum`` of the map that fits all ``frames``, None when none of the usual does."""
     length = message.signals[signal].length
     whole = [data[: message.length] for data in frames if len(data) >= message.length]
-    different = list(dict.fromkeys(whole))[:FRAMES]
-    if len(different) < LEAST:
+    different = list(dict.fromkeys(whole))[:MAX_CHECKSUM_FRAMES]
+    if len(different) < MIN_CHECKSUM_FRAMES:
         return None
     for candidate in _candidates(message, signal, length):
         try:

@@ -8,8 +8,8 @@ from vegrip.transport.mapped.compiled import compile_raw
 from vegrip.transport.mapped.database import ForeignMessage
 
 MOST_REPEATS: Final = 0.02  # of the frames: a frame repeated now and then is what a counter is for
-TURNS: Final = 3  # that a counter must have made before its end is known
-FEW: Final = 10  # frames that tell nothing
+MIN_TURNS: Final = 3  # that a counter must have made before its end is known
+MIN_COUNTER_FRAMES: Final = 10  # frames that tell nothing
 
 
 def find_modulus(message: ForeignMessage, signal: str, frames: Sequence[bytes]) -> int | None:
@@ -21,10 +21,10 @@ def find_modulus(message: ForeignMessage, signal: str, frames: Sequence[bytes]) 
     place = message.signals[signal]
     raw = compile_raw(message, place)
     counts = [raw(data[: message.length]) for data in frames if len(data) >= message.length]
-    if len(counts) < FEW:
+    if len(counts) < MIN_COUNTER_FRAMES:
         return 0
     end = max(counts) + 1
     steps = [(other - one) % end for one, other in itertools.pairwise(counts)]
     if steps.count(0) > MOST_REPEATS * len(counts) or 2 * steps.count(1) < len(steps):
         return None
-    return end if end < 1 << place.length and len(counts) >= TURNS * end else 0
+    return end if end < 1 << place.length and len(counts) >= MIN_TURNS * end else 0

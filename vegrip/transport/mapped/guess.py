@@ -8,7 +8,7 @@ from vegrip.errors import ConfigError
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
 from vegrip.transport.mapped.units import conversion
 
-FINGERS: Final = {
+FINGER_WORDS: Final = {
     "thumb": ("thumb", "daumen", "th", "thb"),
     "index": ("index", "idx", "zeige", "forefinger", "ff", "zeigefinger"),
     "middle": ("middle", "mid", "mittel", "mf", "mittelfinger"),
@@ -17,7 +17,7 @@ FINGERS: Final = {
     "right": ("right", "r", "rechts"),
     "little": ("little", "pinky", "pinkie", "small", "lf", "klein"),
 }
-COMMANDS: Final = {
+COMMAND_WORDS: Final = {
     "set",
     "cmd",
     "command",
@@ -34,7 +34,7 @@ COMMANDS: Final = {
     "sp",
     "soll",
 }
-COUNTERS: Final = {"cnt", "counter", "alive", "rolling", "seq", "sequence", "rc", "msgcnt", "bz", "ctr"}
+COUNTER_WORDS: Final = {"cnt", "counter", "alive", "rolling", "seq", "sequence", "rc", "msgcnt", "bz", "ctr"}
 CHECKSUMS: Final = {"crc", "crc8", "crc16", "chk", "checksum", "chksum", "cs", "cksum", "bcc", "lrc", "check"}
 FORCE_WORDS: Final = {"force", "frc", "load", "press", "pressure", "grip", "kraft", "f"}
 NORMAL_WORDS: Final = {"normal", "norm", "fn", "fz", "grip", "press", "pressure", "normalkraft", "n", "z"}
@@ -56,7 +56,7 @@ POSITION_WORDS: Final = {
 JOINT_WORDS: Final = {"angle", "joint", "q", "theta", "winkel", "pos", "position", "enc", "encoder"}
 SLIP_WORDS: Final = {"slip", "slide", "sliding", "slipping", "rutsch"}
 TEMPERATURE_WORDS: Final = {"temp", "temperature", "t"}
-AXES: Final = {
+AXIS_WORDS: Final = {
     "x": "x",
     "y": "y",
     "z": "z",
@@ -70,7 +70,7 @@ AXES: Final = {
     "my": "y",
     "mz": "z",
 }
-QUANTITIES: Final = {
+UNIT_OF_DIMENSION: Final = {
     "force": "N",
     "torque": "N*m",
     "length": "m",
@@ -110,12 +110,12 @@ def words_of(name: str) -> list[str]:
 
 
 def quantity_of(unit: str) -> str:
-    """Return what is measured in ``unit``: a key of ``QUANTITIES``, "angle", or "" when it does not tell."""
+    """Return what is measured in ``unit``: a key of ``UNIT_OF_DIMENSION``, "angle", or "" when unknown."""
     if unit.strip() in ANGLES:
         return "angle"
     if not unit.strip() or unit.strip() in ("%", "1", "-", "count", "counts", "bit", "LSB", "raw"):
         return ""
-    for name, wanted in QUANTITIES.items():
+    for name, wanted in UNIT_OF_DIMENSION.items():
         try:
             conversion(unit, wanted, "unit")
         except ConfigError:
@@ -134,7 +134,7 @@ def finger_of(message: str, signal: str, numbers: tuple[str, ...]) -> str:
 
     """
     for words in (words_of(signal), words_of(message)):
-        for finger, names in FINGERS.items():
+        for finger, names in FINGER_WORDS.items():
             if any(word in names for word in words):
                 return finger
     for name in (signal, message):
@@ -170,14 +170,14 @@ def _kind(  # noqa: PLR0911, PLR0912 (a list of questions, each with its answer)
 ) -> tuple[str, float, str] | None:
     if words & CHECKSUMS:
         return "checksum", 0.9, "its name"
-    if words & COUNTERS and not signal.is_float and signal.length <= 32:
+    if words & COUNTER_WORDS and not signal.is_float and signal.length <= 32:
         return "counter", 0.9, "its name"
     quantity = quantity_of(signal.unit)
-    if words & COMMANDS or (around & COMMANDS and not words & COUNTERS):
+    if words & COMMAND_WORDS or (around & COMMAND_WORDS and not words & COUNTER_WORDS):
         if quantity or words & (FORCE_WORDS | POSITION_WORDS | JOINT_WORDS):
             return "command", 0.8, "a name that says set, command or target"
         return None
-    axis = next((AXES[word] for word in sorted(words) if word in AXES), "")
+    axis = next((AXIS_WORDS[word] for word in sorted(words) if word in AXIS_WORDS), "")
     if words & SLIP_WORDS:
         speed = quantity == "speed"
         return ("slip_speed" if speed else "slip"), 0.8, "its name"
@@ -186,7 +186,7 @@ def _kind(  # noqa: PLR0911, PLR0912 (a list of questions, each with its answer)
         and words & (FORCE_WORDS | SHEAR_WORDS | {"fx", "fy", "fz", "fn", "ft"})
         and (axis or words & ((FORCE_WORDS | SHEAR_WORDS) - {"f"}))
     ):
-        return _force(words, axis, sure=quantity == "force")
+        return _force(words, axis, is_sure=quantity == "force")
     if quantity == "torque":
         return (f"torque_{axis or 'z'}", 0.8 if axis else 0.6, "a unit of torque")
     if quantity == "length":
@@ -205,9 +205,9 @@ def _kind(  # noqa: PLR0911, PLR0912 (a list of questions, each with its answer)
     return None
 
 
-def _force(words: set[str], axis: str, *, sure: bool) -> tuple[str, float, str]:
-    why = "a unit of force" if sure else "its name; no unit of force"
-    weight = 1.0 if sure else 0.5
+def _force(words: set[str], axis: str, *, is_sure: bool) -> tuple[str, float, str]:
+    why = "a unit of force" if is_sure else "its name; no unit of force"
+    weight = 1.0 if is_sure else 0.5
     if axis in ("x", "y") and not words & {"normal", "fn"}:
         return f"tangential_force_{axis}", 0.9 * weight, f"{why}, and {axis} in its name"
     if axis == "z" or words & (NORMAL_WORDS - {"z"}):

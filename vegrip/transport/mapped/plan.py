@@ -15,7 +15,6 @@ from vegrip.identification.recording.channels import CHANNELS as MEASURED
 from vegrip.spelling import suggestion
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
 from vegrip.transport.mapped.schema import (
-    CHANNELS,
     FingerMap,
     HandMap,
     MessageMap,
@@ -351,4 +350,4 @@ def _check_protection(hand: HandMap, database: Database, name: str, spec: Messag
         find_signal(database, f"{name}.{spec.counter}", f"{where}: 'counter'")
 
 
-__all__ = ["CHANNELS", "ChannelPlan", "FingerPlan", "Plan", "Slot", "TaxelPlan", "find_signal", "make_plan"]
+__all__ = ["ChannelPlan", "FingerPlan", "Plan", "Slot", "TaxelPlan", "find_signal", "make_plan"]

@@ -15,9 +15,9 @@ from vegrip.transport.mapped.plan import FingerPlan, Plan
 from vegrip.transport.mapped.schema import HandMap
 
 TIME_OUT: Final = 0.05  # [s] of the watchdog unless the hand is too slow for it
-STATES: Final = 3  # that may be missing before a hand is silent
+SILENT_AFTER_STATES: Final = 3  # that may be missing before a hand is silent
 STATE_IT: Final = "or state the load in the map: tangential_force_x = { stated = '1.5 N' }, and y as '0 N'"
-SLOW: Final = 100.0  # [Hz] below which a slip is over before it is seen
+MIN_SLIP_RATE_HZ: Final = 100.0  # [Hz] below which a slip is over before it is seen
 NOISE_CHANNELS: Final = {
     "normal_force": "normal_force",
     "displacement": "displacement",
@@ -41,8 +41,8 @@ def settings(hand: HandMap) -> dict[str, Any]:
     noise = _noise(hand)
     if noise:
         found["noise"] = noise
-    if hand.rate and STATES / hand.rate > TIME_OUT:
-        found["watchdog"] = {"time_out": round(STATES / hand.rate, 4)}
+    if hand.rate and SILENT_AFTER_STATES / hand.rate > TIME_OUT:
+        found["watchdog"] = {"time_out": round(SILENT_AFTER_STATES / hand.rate, 4)}
     return found
 
 
@@ -127,7 +127,7 @@ def _rate(plan: Plan) -> list[str]:
                 "hand below 60 Hz does not keep"
             )
         ]
-    if rate >= SLOW:
+    if rate >= MIN_SLIP_RATE_HZ:
         return []
     late = 1e3 / rate
     said = [
@@ -136,8 +136,10 @@ def _rate(plan: Plan) -> list[str]:
             "keep a larger margin (grip.wanted_margin)"
         )
     ]
-    if STATES / rate > TIME_OUT:
-        said.append(f"the hand counts as silent after {1e3 * STATES / rate:.0f} ms instead of 50 ms")
+    if SILENT_AFTER_STATES / rate > TIME_OUT:
+        said.append(
+            f"the hand counts as silent after {1e3 * SILENT_AFTER_STATES / rate:.0f} ms instead of 50 ms"
+        )
     return said
 
 

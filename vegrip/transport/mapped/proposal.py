@@ -18,14 +18,14 @@ from vegrip.transport.mapped.drafts import (
 from vegrip.transport.mapped.find_checksum import find_checksum
 from vegrip.transport.mapped.find_counter import find_modulus
 from vegrip.transport.mapped.guess import Guess, guesses, quantity_of, words_of
-from vegrip.transport.mapped.schema import CHANNELS
+from vegrip.transport.mapped.schema import MAPPED_CHANNELS
 from vegrip.transport.mapped.traffic_log import Trace, Traffic, rate_of
 
 USUAL: Final = ("thumb", "index", "middle", "ring", "little")
 FEW_TAXELS: Final = 4
 """Forces of no known axis that make an array."""
 
-SLACK: Final = 3.0  # periods of the slowest message after which its values are missing
+MAX_AGE_PERIODS: Final = 3.0  # periods of the slowest message after which its values are missing
 ENABLE: Final = {"enable", "en", "enabled", "valid", "active", "on", "run"}
 INCREMENT: Final = {"delta", "inc", "increment", "adj", "adjust", "adjustment", "d"}
 
@@ -77,7 +77,7 @@ def propose(
 
     """
     found = guesses(database, tuple(names) or USUAL)
-    if any(not database.messages[one.message].asked for one in found if one.channel in CHANNELS):
+    if any(not database.messages[one.message].asked for one in found if one.channel in MAPPED_CHANNELS):
         found = [one for one in found if not database.messages[one.message].asked]
     if traffic is not None:
         if not heard:
@@ -85,7 +85,7 @@ def propose(
         spoken = {name.partition(".")[0] for name in heard}
         ordered = {one.message for one in found if one.channel == "command"}
         found = [one for one in found if one.message in spoken or one.message in ordered]
-        found = [one for one in found if one.message in spoken or one.channel not in CHANNELS]
+        found = [one for one in found if one.message in spoken or one.channel not in MAPPED_CHANNELS]
     fingers = _by_finger(found, tuple(names))
     drafts = {name: _finger(own, database) for name, own in fingers.items()}
     say(drafts, settings)
@@ -137,7 +137,7 @@ def _by_finger(found: list[Guess], names: tuple[str, ...]) -> dict[str, list[Gue
     of_number = {n: order[n - first] if 0 <= n - first < len(order) else f"finger{n}" for n in numbers}
     fingers: dict[str, list[Guess]] = {}
     alone = order[0] if names else "thumb"
-    told = {_named(one.finger, of_number) for one in found if one.finger and one.channel in CHANNELS}
+    told = {_named(one.finger, of_number) for one in found if one.finger and one.channel in MAPPED_CHANNELS}
     for one in found:
         name = _named(one.finger, of_number)
         for each in (
@@ -158,7 +158,7 @@ def _finger(found: list[Guess], database: Database) -> FingerDraft:
     taken: set[str] = set()
     for one in found:
         if (
-            one.channel in CHANNELS
+            one.channel in MAPPED_CHANNELS
             and one.channel not in ("torque_x", "torque_y")
             and one.channel not in draft.channels
         ):
@@ -318,7 +318,7 @@ def _time(proposal: Proposal, database: Database, traffic: Traffic, heard: Mappi
             last = _last_of(sorted(cycle), lead.partition(".")[0], database, traffic)
             finger.trigger = _trigger(last, lead, signals, database)
         slowest = min((rate for rate in own.values() if rate), default=0.0)
-        finger.max_age = round(SLACK / slowest, 4) if slowest else 0.0
+        finger.max_age = round(MAX_AGE_PERIODS / slowest, 4) if slowest else 0.0
     proposal.rate = round(min(rates), 1) if rates and min(rates) > 0.0 else 0.0
 
 
@@ -373,7 +373,7 @@ def _doubt_names(proposal: Proposal, database: Database, names: tuple[str, ...])
         proposal.doubts.append(
             f"{', '.join(left)}: the hand has no further finger that this name could be of"
         )
-    numbers = {one.finger for one in guesses(database, USUAL) if one.channel in CHANNELS}
+    numbers = {one.finger for one in guesses(database, USUAL) if one.channel in MAPPED_CHANNELS}
     numbers = {number for number in numbers if number.startswith("#")}
     if 0 < len(names) < len(numbers):
         proposal.doubts.append(

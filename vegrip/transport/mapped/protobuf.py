@@ -29,7 +29,7 @@ WHOLE: Final = {
     FieldDescriptor.CPPTYPE_ENUM: (-(1 << 31), (1 << 31) - 1),
     FieldDescriptor.CPPTYPE_BOOL: (0, 1),
 }
-NUMBERS: Final = {*WHOLE, FieldDescriptor.CPPTYPE_DOUBLE, FieldDescriptor.CPPTYPE_FLOAT}
+NUMBER_TYPES: Final = {*WHOLE, FieldDescriptor.CPPTYPE_DOUBLE, FieldDescriptor.CPPTYPE_FLOAT}
 
 
 class ProtobufBodies:
@@ -151,7 +151,7 @@ def _check(message: Any, steps: Steps, where: str) -> None:
         is_list, message = field.is_repeated, field.message_type
     if is_list:
         raise ConfigError(f"{where}: {field.name!r} has several; write {_entries(field)}")
-    if field.cpp_type not in NUMBERS:
+    if field.cpp_type not in NUMBER_TYPES:
         raise ConfigError(f"{where}: {field.full_name} is no number")
 
 

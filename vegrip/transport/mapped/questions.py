@@ -29,13 +29,12 @@ from vegrip.transport.mapped.units import SI
 from vegrip.types import Floats
 
 Window = tuple[float, float]
-NAMES: Final = ("rest", "press", "shear", "twist")
 FORCES: Final = ("normal_force", "tangential_force_x", "tangential_force_y")
 ZEROED: Final = (*FORCES, "torque_z")
-CLEAR: Final = 8.0  # standard deviations at rest that a response must exceed
-HELD: Final = 1.2  # states per value from which a message counts as slower than the states
+MIN_RESPONSE_STD: Final = 8.0  # standard deviations at rest that a response must exceed
+MIN_HELD_STATES: Final = 1.2  # states per value from which a message counts as slower than the states
 QUIET: Final = 1.0  # [s] of the window that is searched for a rest
-CALM: Final = 1.5  # times the least change in a second: as quiet
+QUIET_RATIO: Final = 1.5  # times the least change in a second: as quiet
 STIFFNESS: Final = (10.0, 1e6)  # [N/m] of a soft fingertip and what it touches
 LARGEST_FORCE: Final = 300.0  # [N] that a fingertip carries
 LARGEST_RATIO: Final = 2.5  # of tangential to normal force: no friction is larger for long
@@ -165,7 +164,11 @@ class _Finger:
             if abs(np.percentile(far, 97.0)) >= abs(np.percentile(far, 3.0))
             else np.percentile(far, 3.0)
         )
-        return peak if abs(peak) > CLEAR * max(float(np.std(still)), _step(self.database, signal)) else 0.0
+        return (
+            peak
+            if abs(peak) > MIN_RESPONSE_STD * max(float(np.std(still)), _step(self.database, signal))
+            else 0.0
+        )
 
     def _candidates(self) -> dict[str, Draft]:
         """All forces of this finger, mapped or not, by their signals."""
@@ -286,7 +289,7 @@ class _Finger:
         ]
         own = rate_of(self.heard[signal])
         ratio = max(rates) / own if own > 0.0 else 1.0
-        return ratio if ratio > HELD else 1.0
+        return ratio if ratio > MIN_HELD_STATES else 1.0
 
     def _signs(self) -> None:
         self._sign("normal_force", self.windows.get("press"), "a press is positive")
@@ -327,7 +330,7 @@ class _Finger:
         at = np.interp(t, self.heard[displacement.signal].t, depth)
         window = self.windows.get("press")
         pressing = np.abs(force) > max(
-            0.1 * float(np.max(np.abs(force))), CLEAR * float(normal.keys.get("noise", 0.0))
+            0.1 * float(np.max(np.abs(force))), MIN_RESPONSE_STD * float(normal.keys.get("noise", 0.0))
         )
         if window is not None:
             pressing &= (t >= window[0]) & (t <= window[1])
@@ -349,7 +352,7 @@ class _Finger:
         window = self.windows.get("press") or (float(t[0]), float(t[-1]))
         inside = (t >= window[0]) & (t <= window[1])
         highest = float(np.max(force[inside])) if np.any(inside) else 0.0
-        level = max(CLEAR * float(normal.keys.get("noise", 0.0)), 0.03 * highest)
+        level = max(MIN_RESPONSE_STD * float(normal.keys.get("noise", 0.0)), 0.03 * highest)
         above = np.flatnonzero(inside & (force > level))
         before = np.flatnonzero(inside & (force < level))
         if not len(above) or not len(before) or before[0] > above[0]:
@@ -405,7 +408,7 @@ class _Finger:
     def _check_friction(self, force: Floats, t: Floats) -> None:
         normal = self.finger.channels["normal_force"]
         highest = float(np.max(force))
-        if highest < CLEAR * float(normal.keys.get("noise", 0.0)):
+        if highest < MIN_RESPONSE_STD * float(normal.keys.get("noise", 0.0)):
             return  # it was not touched
         pressed = force > 0.2 * highest
         for channel in FORCES[1:]:
@@ -489,7 +492,7 @@ def _quietest(finger: FingerDraft, heard: Mapping[str, Trace]) -> Window | None:
         return begin, end
     starts = np.linspace(begin, end - QUIET, 200)
     unrest = [sum(_unrest(trace, (s, s + QUIET)) for trace in forces) for s in starts]
-    first = float(starts[int(np.argmax(np.array(unrest) <= CALM * min(unrest)))])
+    first = float(starts[int(np.argmax(np.array(unrest) <= QUIET_RATIO * min(unrest)))])
     return first, first + QUIET
 
 

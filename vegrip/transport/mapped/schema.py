@@ -34,10 +34,10 @@ from vegrip.spelling import suggestion
 from vegrip.transport.mapped.checksums import ChecksumMap
 from vegrip.transport.mapped.units import SI
 
-CHANNELS: Final = tuple(SI)
+MAPPED_CHANNELS: Final = tuple(SI)
 FORMATS: Final = ("json", "msgpack", "protobuf")
 SILENCE: Final = ("holds", "opens", "unknown")
-COMMANDS: Final = ("force", "increment", "position", "current")
+COMMAND_KINDS: Final = ("force", "increment", "position", "current")
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class CommandMap:
     """Into which signal a ForceCommand goes."""
 
     signal: str = parameter(doc="MESSAGE.SIGNAL, or TOPIC:PATH")
-    kind: str = parameter("force", choices=COMMANDS, doc="what their signal means")
+    kind: str = parameter("force", choices=COMMAND_KINDS, doc="what their signal means")
     unit: str = parameter("", doc="of the signal; empty: that of the database, else SI")
     raw: bool = parameter(False, doc="send the raw count")
     sign: int = parameter(1, doc="-1: theirs is negative when it closes")
@@ -305,7 +305,7 @@ def _finger(table: Mapping[str, Any], where: str) -> FingerMap:
         if key in own:
             continue
         inside = f"{where[:-1]}.{key}]"
-        known = (*CHANNELS, "taxels", "command", *_FingerKeys.__dataclass_fields__)
+        known = (*MAPPED_CHANNELS, "taxels", "command", *_FingerKeys.__dataclass_fields__)
         if key not in known:
             raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, known, 'known are')}")
         if not isinstance(value, Mapping):

@@ -17,7 +17,7 @@ from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.mapped.schema import CommandMap
 from vegrip.transport.mapped.states import FingerStates
 
-LARGEST: Final = 65_536  # [bytes]
+MAX_MESSAGE_BYTES: Final = 65_536  # [bytes]
 MODULUS: Final = 1 << 32
 NEVER: Final = -(1 << 62)  # [ns]
 
@@ -45,7 +45,7 @@ class _Target:
     high: float
     command: ForceCommand | None = None
     sent: float = math.nan
-    fresh: bool = False
+    is_fresh: bool = False
 
 
 @dataclass(slots=True)
@@ -132,8 +132,10 @@ class TopicCodec:
         if not (math.isfinite(message.normal_force) and message.normal_force >= 0.0):
             self.clipped[message.finger] += 1
             return None
-        target.command, target.fresh = message, True
-        return self._packed(outgoing, message.stamp) if all(each.fresh for each in outgoing.targets) else None
+        target.command, target.is_fresh = message, True
+        return (
+            self._packed(outgoing, message.stamp) if all(each.is_fresh for each in outgoing.targets) else None
+        )
 
     def due(self, now: int) -> list[tuple[str, bytes]]:
         """Return the commands whose last message is a period ago at ``now`` [ns]: the last one is held."""
@@ -152,7 +154,7 @@ class TopicCodec:
         return packed
 
     def _body(self, topic: str, payload: bytes) -> tuple[Any, str]:
-        if len(payload) > LARGEST:
+        if len(payload) > MAX_MESSAGE_BYTES:
             return None, "size"
         try:
             return self._bodies.load(topic, payload), ""
@@ -229,7 +231,7 @@ class TopicCodec:
         if outgoing.counter:
             body = self._bodies.put(outgoing.topic, body, outgoing.counter, outgoing.count)
         for target in outgoing.targets:
-            target.fresh, target.sent = False, self._force(target)
+            target.is_fresh, target.sent = False, self._force(target)
         outgoing.count += 1
         outgoing.last = now
         return outgoing.topic, self._bodies.dump(body)

@@ -14,7 +14,7 @@ from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.plan import Plan
 from vegrip.transport.mapped.traffic_log import Traffic
 
-FEW: Final = 20  # states of a press that tell nothing of its sign
+MIN_PRESS_STATES: Final = 20  # states of a press that tell nothing of its sign
 CLEARLY: Final = 0.3  # of a correlation
 
 
@@ -57,7 +57,7 @@ class Values:
         both = np.array([(s.normal_force, s.displacement) for s in self.states[finger]])
         both = both[~np.isnan(both).any(axis=1)]
         pressing = both[both[:, 0] > 0.2 * both[:, 0].max()] if len(both) else both
-        if len(pressing) < FEW or not np.ptp(pressing[:, 0]) or not np.ptp(pressing[:, 1]):
+        if len(pressing) < MIN_PRESS_STATES or not np.ptp(pressing[:, 0]) or not np.ptp(pressing[:, 1]):
             return ""
         if float(np.corrcoef(pressing.T)[0, 1]) > -CLEARLY:
             return ""

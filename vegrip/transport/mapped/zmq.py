@@ -8,7 +8,7 @@ import zmq
 
 from vegrip.messages import Message
 from vegrip.transport.curve import Keys
-from vegrip.transport.mapped.endpoint import SILENT
+from vegrip.transport.mapped.endpoint import NO_TRAFFIC_NS
 from vegrip.transport.mapped.price import price
 from vegrip.transport.mapped.topics import TopicCodec
 from vegrip.transport.zmq_endpoint import MOST_MESSAGES, ZmqEndpoint
@@ -29,7 +29,7 @@ class MappedZmqEndpoint(ZmqEndpoint):
     ) -> None:
         self._mapped = codec
         self._opened = time.monotonic_ns()
-        self._heard = False
+        self._was_heard = False
         super().__init__(publish, subscribe, codec, keys)  # type: ignore[arg-type]
 
     @property
@@ -41,7 +41,7 @@ class MappedZmqEndpoint(ZmqEndpoint):
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
         found = Counter(super().rejected)
-        if not self._heard and time.monotonic_ns() - self._opened > SILENT:
+        if not self._was_heard and time.monotonic_ns() - self._opened > NO_TRAFFIC_NS:
             found["no_traffic"] = 1
         found["command_held"] = self._mapped.held
         return {name: count for name, count in found.items() if count}
@@ -51,7 +51,7 @@ class MappedZmqEndpoint(ZmqEndpoint):
         for topic, payload in self._mapped.due(time.monotonic_ns()):
             self._publish(topic, payload)
         messages = super().receive(timeout)
-        self._heard = self._heard or bool(messages)
+        self._was_heard = self._was_heard or bool(messages)
         return messages
 
     def _drain(self, messages: list[Message]) -> None:

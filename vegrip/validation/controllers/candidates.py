@@ -35,6 +35,9 @@ Wanted margin [-] of vegrip, of learning, of one that knows the truth of frictio
 coefficient [-] set by hand of the others: tuned for each grasp.
 """
 
+DEMONSTRATED = "learning"
+"""What the demonstration shows as vegrip: the parameters that suit a hand that feels slip at once."""
+
 BOUND = "known"
 """What knows the truth; only the compiled trial has it (``run_compiled(known=True)``)."""
 
@@ -85,6 +88,11 @@ def learning_parameters(base: GraspParameters) -> GraspParameters:
         ),
         estimator=replace(base.estimator, friction_drift=0.03),
     )
+
+
+def demonstrated_parameters(grasp: str) -> GraspParameters:
+    """Return the parameters of the node in the demonstration of a ``grasp``."""
+    return parameters(DEMONSTRATED, KNOBS[grasp][DEMONSTRATED])
 
 
 def demo_parameters() -> GraspParameters:

@@ -49,7 +49,7 @@ class _Shown:
             "name": one.folder.resolve().name,
             "level": level,
             "verdict": name,
-            "body": body(one.told, node=one.node, busy=one.job is not None),
+            "body": body(one.told, node=one.node, is_busy=one.job is not None),
             "commands": commands(one.commands),
             "error": one.error,
             "note": "",

@@ -8,7 +8,7 @@ from vegrip.web.calibrate.motion import draw_motion
 from vegrip.web.figures import bar
 
 Told = Mapping[str, Any]
-KINDS = ("press", "hold", "slide", "twist")
+TRIAL_KINDS = ("press", "hold", "slide", "twist")
 
 
 def standing(told: Told | None) -> tuple[str, str]:
@@ -22,25 +22,25 @@ def standing(told: Told | None) -> tuple[str, str]:
     return "warn", f"next: {told['next']['kind']}"
 
 
-def body(told: Told | None, *, node: str, busy: bool) -> str:
+def body(told: Told | None, *, node: str, is_busy: bool) -> str:
     """Return the page below its header."""
     if told is None:
-        return _begin(busy=busy)
+        return _begin(is_busy=is_busy)
     return "".join(
         (
             _path(told),
             '<div class="overview">',
-            _ended(told) if told["ended"] is not None else _next(told, node, busy=busy),
+            _ended(told) if told["ended"] is not None else _next(told, node, is_busy=is_busy),
             _known(told),
             "</div>",
-            _trials(told, busy=busy),
-            _finish(told, busy=busy),
+            _trials(told, is_busy=is_busy),
+            _finish(told, is_busy=is_busy),
         )
     )
 
 
-def _begin(*, busy: bool) -> str:
-    off = _off(busy)
+def _begin(*, is_busy: bool) -> str:
+    off = _off(is_busy)
     return (
         '<section class="card"><h2>a new fingertip</h2><form data-do="begin" class="inline">'
         f'<label>radius <input name="radius" id="radius" value="9 mm" size="8" {off}></label>'
@@ -60,7 +60,7 @@ def _path(told: Told) -> str:
     tried = {one["kind"] for one in told["trials"]}
     coming = told["next"]["kind"] if told["next"] is not None else ""
     cells = []
-    for kind in KINDS:
+    for kind in TRIAL_KINDS:
         level, said = (
             ("ok", "done") if kind in good else ("bad", "again") if kind in tried else ("unknown", "")
         )
@@ -72,14 +72,14 @@ def _path(told: Told) -> str:
     return f'<ol class="steps">{"".join(cells)}</ol>'
 
 
-def _next(told: Told, node: str, *, busy: bool) -> str:
+def _next(told: Told, node: str, *, is_busy: bool) -> str:
     trial = told["next"]
     if trial is None:
         return (
             f'<section class="card"><h2>what is next</h2><p class="lead">{escape(told["why"])}</p>'
             "<p>End the calibration below.</p></section>"
         )
-    off = _off(busy)
+    off = _off(is_busy)
     words = "".join(f"<li>{escape(one)}</li>" for one in trial["words"])
     said = (
         f'<section class="card"><h2>next: {escape(trial["kind"])}</h2>',
@@ -93,7 +93,7 @@ def _next(told: Told, node: str, *, busy: bool) -> str:
 
 
 def _taking(asked: str, off: str) -> str:
-    kinds = "".join(f"<option {'selected' if kind == asked else ''}>{kind}</option>" for kind in KINDS)
+    kinds = "".join(f"<option {'selected' if kind == asked else ''}>{kind}</option>" for kind in TRIAL_KINDS)
     return (
         '<form data-do="take" class="inline"><label>its recording '
         f'<input name="recording" id="trial-recording" placeholder="folder" {off}></label>'
@@ -146,13 +146,13 @@ def _known(told: Told) -> str:
     )
 
 
-def _trials(told: Told, *, busy: bool) -> str:
+def _trials(told: Told, *, is_busy: bool) -> str:
     if not told["trials"]:
         return ""
     rows = "".join(
         f'<tr><td class="num">{i}</td><td>{escape(one["kind"])}</td><td>{escape(one["name"])}</td>'
         f'<td>{_problems(one["problems"])}</td><td><button type="button" data-do="drop" data-number="{i}" '
-        f"{_off(busy)}>drop</button></td></tr>"
+        f"{_off(is_busy)}>drop</button></td></tr>"
         for i, one in enumerate(told["trials"], 1)
     )
     return (
@@ -168,13 +168,13 @@ def _problems(problems: Sequence[str]) -> str:
     return f'<span class="bad">record again: {escape("; ".join(problems))}</span>'
 
 
-def _finish(told: Told, *, busy: bool) -> str:
+def _finish(told: Told, *, is_busy: bool) -> str:
     if not told["trials"] or told["ended"] is not None:
         return ""
     main = "main" if told["next"] is None else ""
     return (
         '<section class="card"><h2>the end</h2><p>Looks for effects that the model lacks, and writes model '
-        f'and report.</p><p><button type="button" class="{main}" id="end" data-do="end" {_off(busy)}>'
+        f'and report.</p><p><button type="button" class="{main}" id="end" data-do="end" {_off(is_busy)}>'
         "end the calibration</button></p></section>"
     )
 
@@ -187,5 +187,5 @@ def _unit(unit: str) -> str:
     return "" if unit == "1" else escape(unit)
 
 
-def _off(busy: bool) -> str:
-    return "disabled" if busy else ""
+def _off(is_busy: bool) -> str:
+    return "disabled" if is_busy else ""

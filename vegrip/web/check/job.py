@@ -13,7 +13,7 @@ from contextlib import suppress
 from typing import IO, Any
 
 LINES = 6  # of progress that are kept
-GRACE = 3.0  # [s] a stopped command has to end by itself
+END_GRACE_S = 3.0  # [s] a stopped command has to end by itself
 
 
 class Job:
@@ -56,7 +56,7 @@ class Job:
         """End it."""
         self.stopped = True
         self._signal(signal.SIGINT)
-        threading.Timer(GRACE, self._signal, (signal.SIGKILL,)).start()
+        threading.Timer(END_GRACE_S, self._signal, (signal.SIGKILL,)).start()
 
     def wait(self) -> None:
         """Return when it has ended."""

@@ -59,7 +59,7 @@ class _Shown:
             "verdict": name,
             "body": body(
                 session,
-                busy=controller.job is not None,
+                is_busy=controller.job is not None,
                 beside=controller.beside,
                 other=controller.other,
                 node=controller.node,

@@ -24,14 +24,14 @@ VERDICTS = {
     "ambiguous": ("warn", "ambiguous", "several effects explain the misfit equally well"),
     "unexplained": ("bad", "unexplained misfit", "no effect of the catalogue explains it"),
 }
-FINE = 1.05  # error over noise up to which a model that is not diagnosed yet is not called a misfit
+MAX_FINE_ERROR = 1.05  # error over noise up to which a model that is not diagnosed yet is not called a misfit
 
 
 def verdict(rung: Rung) -> tuple[str, str, str]:
     """Return level, name and sentence of what is known of a model."""
     if rung.diagnosis is not None:
         return VERDICTS[rung.diagnosis["verdict"]]
-    if rung.error > FINE:
+    if rung.error > MAX_FINE_ERROR:
         return "bad", "unexplained misfit", f"the model leaves {rung.error:.2f} times the noise"
     return "unknown", "not diagnosed", f"the model leaves {rung.error:.2f} times the noise"
 
@@ -43,7 +43,7 @@ Beside = tuple[str, Told]
 def body(
     session: Session,
     *,
-    busy: bool,
+    is_busy: bool,
     beside: int | None = None,
     other: Beside | None = None,
     node: str = "grasp_force",
@@ -52,7 +52,7 @@ def body(
 
     Args:
         session: what was found.
-        busy: whether something runs, and nothing can be pressed.
+        is_busy: whether something runs, and nothing can be pressed.
         beside: place of the model to compare with; None = the one before.
         other: a model that is not of this check, to compare with instead.
         node: that the model may be written into.
@@ -65,16 +65,18 @@ def body(
     return "".join(
         (
             '<div class="overview">',
-            _verdict(session, rung, busy=busy),
-            _ladder(session, busy=busy),
+            _verdict(session, rung, is_busy=is_busy),
+            _ladder(session, is_busy=is_busy),
             "</div>",
-            ranking(rung, session.effects, busy=busy),
-            _beside_card(session, rung, shown, beside, busy=busy),
+            ranking(rung, session.effects, is_busy=is_busy),
+            _beside_card(session, rung, shown, beside, is_busy=is_busy),
             comparison(rung.comparison, shown),
             _held_out(rung),
             '<div class="overview">',
             parameters(rung),
-            _held_back_card(rung, busy=busy) + _experiment(rung, busy=busy) + _use(rung, node, busy=busy),
+            _held_back_card(rung, is_busy=is_busy)
+            + _experiment(rung, is_busy=is_busy)
+            + _use(rung, node, is_busy=is_busy),
             "</div>",
         )
     )
@@ -115,7 +117,7 @@ def channels(told: Told | None) -> str:
     )
 
 
-def ranking(rung: Rung, have: Sequence[str], *, busy: bool, buttons: bool = True) -> str:
+def ranking(rung: Rung, have: Sequence[str], *, is_busy: bool, has_buttons: bool = True) -> str:
     """Return what was tried, best first, each with its evidence and a button that adds it."""
     told = rung.diagnosis
     if told is None:
@@ -128,7 +130,8 @@ def ranking(rung: Rung, have: Sequence[str], *, busy: bool, buttons: bool = True
         )
     most = max([1.0, *(one["heldout_gain"] for one in told["effects"])])
     rows = "".join(
-        _candidate(one, most, named=one["name"] in told["named"], buttons=buttons, busy=busy) for one in tried
+        _candidate(one, most, named=one["name"] in told["named"], has_buttons=has_buttons, is_busy=is_busy)
+        for one in tried
     )
     head = (
         '<tr><th>effect</th><th class="num">evidence [nats]</th><th class="num">held out [nats]</th><th></th>'
@@ -170,17 +173,17 @@ def commands(lines: Sequence[str]) -> str:
     return "".join(f'<pre class="command">{escape(line)}</pre>' for line in lines)
 
 
-def _verdict(session: Session, rung: Rung, *, busy: bool) -> str:
+def _verdict(session: Session, rung: Rung, *, is_busy: bool) -> str:
     level, name, sentence = verdict(rung)
     added = ", ".join(effect.replace("_", " ") for effect in session.effects)
     model = f"start model with {added}" if added else "start model"
     undo = (
         ""
         if rung.parent is None
-        else f'<button type="button" id="undo" data-do="undo" {_off(busy)}>undo</button>'
+        else f'<button type="button" id="undo" data-do="undo" {_off(is_busy)}>undo</button>'
     )
     again = (
-        f'<button type="button" id="judge" data-do="judge" {_off(busy)}>compare and diagnose</button>'
+        f'<button type="button" id="judge" data-do="judge" {_off(is_busy)}>compare and diagnose</button>'
         if rung.diagnosis is None or rung.comparison is None
         else ""
     )
@@ -203,7 +206,7 @@ def _held_error(rung: Rung) -> str:
     )
 
 
-def _ladder(session: Session, *, busy: bool) -> str:
+def _ladder(session: Session, *, is_busy: bool) -> str:
     figure = ladder(
         [
             {
@@ -218,16 +221,16 @@ def _ladder(session: Session, *, busy: bool) -> str:
         "; orange, dashed: on the episodes held back" if any(one.held_error for one in session.path) else ""
     )
     chosen = session.current
-    buttons = "".join(
+    has_buttons = "".join(
         f'<button type="button" id="rung-{i}" data-do="look_at" data-place="{i}" '
-        f'aria-pressed="{str(i == chosen).lower()}" {_off(busy)}>'
+        f'aria-pressed="{str(i == chosen).lower()}" {_off(is_busy)}>'
         f"{escape(_rung_name(session, i))} <small>{one.error:.2f}</small></button> "
         for i, one in enumerate(session.rungs)
     )
     return (
         f'<section class="card"><h2>ladder of errors</h2>{figure}'
         f'<p class="soft">Green, dashed: the noise, the floor of every error{held}.</p>'
-        f'<div class="rungs">{buttons}</div></section>'
+        f'<div class="rungs">{has_buttons}</div></section>'
     )
 
 
@@ -251,7 +254,7 @@ def _beside(session: Session, place: int | None) -> Beside | None:
 
 
 def _beside_card(
-    session: Session, rung: Rung, shown: Beside | None, beside: int | None, *, busy: bool
+    session: Session, rung: Rung, shown: Beside | None, beside: int | None, *, is_busy: bool
 ) -> str:
     """Return which model is shown beside this one, the errors of both, and the choice of another."""
     choices = '<option value="before">the one before</option>' + "".join(
@@ -265,10 +268,10 @@ def _beside_card(
     return (
         '<section class="card" id="beside"><h2>two models</h2>'
         f'<label class="inline">beside this one, dashed: <select name="place" id="beside-place" '
-        f'data-do="compare_with" {_off(busy)}>{choices}</select></label>'
+        f'data-do="compare_with" {_off(is_busy)}>{choices}</select></label>'
         '<form data-do="compare_with_file" class="inline"><label>or a model file <input name="name" '
-        f'id="beside-file" placeholder="model.toml" {_off(busy)}></label>'
-        f"<button {_off(busy)}>compare</button></form>{table}</section>"
+        f'id="beside-file" placeholder="model.toml" {_off(is_busy)}></label>'
+        f"<button {_off(is_busy)}>compare</button></form>{table}</section>"
     )
 
 
@@ -293,13 +296,13 @@ def _ratio(channel: Told | None) -> str:
     return "–" if channel is None else f"{channel['ratio']:.2f}"
 
 
-def _held_back_card(rung: Rung, *, busy: bool) -> str:
+def _held_back_card(rung: Rung, *, is_busy: bool) -> str:
     now = f"held back now: {escape(rung.held_back)}" if rung.held_back else "now all episodes are fitted"
     return (
         '<section class="card"><h2>hold episodes back</h2><form data-do="hold_back" class="inline"><label>'
         f'episodes <input name="episodes" id="hold-back" placeholder="e.g. 2,5..7" size="10" '
-        f'value="{escape(rung.held_back)}" {_off(busy)}></label>'
-        f"<button {_off(busy)}>fit again</button></form>"
+        f'value="{escape(rung.held_back)}" {_off(is_busy)}></label>'
+        f"<button {_off(is_busy)}>fit again</button></form>"
         f'<p class="soft">The fit leaves them out, and its error on them shows whether the model foretells '
         f"what it has not seen; {now}.</p></section>"
     )
@@ -318,15 +321,16 @@ def _held_out(rung: Rung) -> str:
     )
 
 
-def _experiment(rung: Rung, *, busy: bool) -> str:
+def _experiment(rung: Rung, *, is_busy: bool) -> str:
     """Return what to measure next, and the motion as a file."""
     found = rung.experiment
     candidates = ",".join(_rivals(rung))
     form = (
         '<form data-do="plan" class="inline"><label>distinguish <input name="candidates" id="candidates" '
-        f'value="{escape(candidates)}" placeholder="adhesion,guide_friction" {_off(busy)}></label>'
-        f'<label>in at most <input name="duration" id="duration" size="4" value="60" {_off(busy)}> s</label>'
-        f"<button {_off(busy)}>find an experiment</button></form>"
+        f'value="{escape(candidates)}" placeholder="adhesion,guide_friction" {_off(is_busy)}></label>'
+        '<label>in at most <input name="duration" id="duration" size="4" value="60" '
+        f"{_off(is_busy)}> s</label>"
+        f"<button {_off(is_busy)}>find an experiment</button></form>"
     )
     said = ""
     if found is not None:
@@ -374,13 +378,13 @@ def _channel(name: str, error: Told | None, told: Told, other: str, beside: Told
     )
 
 
-def _candidate(one: Told, most: float, *, named: bool, buttons: bool, busy: bool) -> str:
+def _candidate(one: Told, most: float, *, named: bool, has_buttons: bool, is_busy: bool) -> str:
     name = one["name"]
     label = escape(name.replace("_", " "))
     button = (
         f'<button type="button" class="{"main" if named else ""}" id="add-{escape(name)}" data-do="add" '
-        f'data-effect="{escape(name)}" {_off(busy)}>add</button>'
-        if buttons
+        f'data-effect="{escape(name)}" {_off(is_busy)}>add</button>'
+        if has_buttons
         else ""
     )
     fails = escape(", ".join(one["failed"])) or '<span class="ok">passes all tests</span>'
@@ -407,14 +411,14 @@ def _undecided(told: Told) -> str:
     return _list([one.replace("_", " ") for one in said]) if said else ""
 
 
-def _use(rung: Rung, node: str, *, busy: bool) -> str:
+def _use(rung: Rung, node: str, *, is_busy: bool) -> str:
     return (
         '<section class="card"><h2>use this model</h2>'
         f'<form data-do="write_model" class="inline"><label>save as <input name="name" id="save-name" '
-        f'value="model.toml" {_off(busy)}></label><button {_off(busy)}>save</button></form>'
+        f'value="model.toml" {_off(is_busy)}></label><button {_off(is_busy)}>save</button></form>'
         '<form data-do="use_in_node" class="inline"><label>let a running node go on with it '
-        f'<input name="node" id="node-name" value="{escape(node)}" {_off(busy)}></label>'
-        f"<button {_off(busy)}>write into the node</button></form>"
+        f'<input name="node" id="node-name" value="{escape(node)}" {_off(is_busy)}></label>'
+        f"<button {_off(is_busy)}>write into the node</button></form>"
         f'<p class="soft">It is kept as <code>{escape(shlex.quote(rung.model))}</code> in the folder of this '
         "check.</p></section>"
     )
@@ -432,5 +436,5 @@ def _unit(unit: str | None) -> str:
     return "" if unit in (None, "1") else str(unit)
 
 
-def _off(busy: bool) -> str:
-    return "disabled" if busy else ""
+def _off(is_busy: bool) -> str:
+    return "disabled" if is_busy else ""

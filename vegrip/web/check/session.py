@@ -7,7 +7,7 @@ from typing import Any
 
 from vegrip.errors import InputError, UsageError
 
-FILE = "check.json"
+CHECK_FILE = "check.json"
 VERSION = 1
 
 
@@ -91,9 +91,9 @@ class Session:
 def save(session: Session, folder: Path) -> None:
     """Write the session; a reader sees the old one or the new one."""
     text = json.dumps({"version": VERSION, **asdict(session)})
-    part = folder / f"{FILE}.part"
+    part = folder / f"{CHECK_FILE}.part"
     part.write_text(text, encoding="utf-8")
-    part.replace(folder / FILE)
+    part.replace(folder / CHECK_FILE)
 
 
 def load(folder: Path, recording: str) -> Session | None:
@@ -103,7 +103,7 @@ def load(folder: Path, recording: str) -> Session | None:
         InputError: it is of another recording, or cannot be read.
 
     """
-    file = folder / FILE
+    file = folder / CHECK_FILE
     if not file.is_file():
         return None
     try:

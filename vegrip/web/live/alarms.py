@@ -14,7 +14,7 @@ from vegrip.runtime.monitor.finger_row import FingerRow
 from vegrip.runtime.monitor.node_row import Presence
 from vegrip.web.live.words import CONDITIONS, REASONS, health_in_words
 
-HELD = 2.0  # [s] an alarm stays after its cause has gone
+ALARM_HOLD_S = 2.0  # [s] an alarm stays after its cause has gone
 SOON = 1.0  # [s] until the earliest slip from which on it is an alarm
 
 
@@ -46,7 +46,7 @@ class Alarms:
         for alarm in active:
             first = self._held[alarm.key][1] if alarm.key in self._held else now
             self._held[alarm.key] = (alarm, first, now)
-        self._held = {key: one for key, one in self._held.items() if now - one[2] <= HELD * NS}
+        self._held = {key: one for key, one in self._held.items() if now - one[2] <= ALARM_HOLD_S * NS}
         groups: dict[tuple[bool, str], list[tuple[Alarm, int, int]]] = {}
         for one in sorted(self._held.values(), key=lambda one: one[1]):
             alarm = one[0]

@@ -8,10 +8,10 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
-PERIOD = 0.04  # [s] of one column
+COLUMN_PERIOD_S = 0.04  # [s] of one column
 SPAN = 30.0  # [s] that are kept
-COUNT = round(SPAN / PERIOD)
-NAMES = (
+COLUMN_COUNT = round(SPAN / COLUMN_PERIOD_S)
+COLUMN_NAMES = (
     "margin",  # [-]
     "bound",  # [-] lower bound of the margin
     "normal_force",  # [N]
@@ -24,14 +24,14 @@ BANDS = ("normal_force", "contact_radius", "pressure_exponent", "friction_coeffi
 """Quantities that are kept with their standard deviation."""
 
 Column = list[float | None]
-"""[least, greatest, newest] of each of ``NAMES``, then the newest standard deviation of each of ``BANDS``."""
+"""[least, greatest, newest] of each of ``COLUMN_NAMES``, then the newest std of each of ``BANDS``."""
 
 
 @dataclass
 class Columns:
     """The columns of one finger, oldest first."""
 
-    closed: deque[Column] = field(default_factory=lambda: deque(maxlen=COUNT))
+    closed: deque[Column] = field(default_factory=lambda: deque(maxlen=COLUMN_COUNT))
     _open: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     _stds: dict[str, float] = field(default_factory=dict)
 
@@ -46,7 +46,7 @@ class Columns:
     def close(self) -> Column:
         """End the open column, keep and return it; what was not heard in it is None."""
         column: Column = []
-        for name in NAMES:
+        for name in COLUMN_NAMES:
             column += [_short(v) for v in self._open.get(name, (math.nan,) * 3)]
         column += [_short(self._stds.get(name, math.nan)) for name in BANDS]
         self.closed.append(column)

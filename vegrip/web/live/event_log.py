@@ -5,7 +5,7 @@ import threading
 from collections import deque
 from typing import Any
 
-from vegrip.web.live.columns import COUNT, Column
+from vegrip.web.live.columns import COLUMN_COUNT, Column
 from vegrip.web.live.view import LAYOUT, LiveView, Wishes
 
 
@@ -20,7 +20,7 @@ class EventLog:
     def __init__(self, view: LiveView) -> None:
         self.view = view
         self._lock = threading.Lock()
-        self._recent: deque[tuple[int, dict[str, Column]]] = deque(maxlen=COUNT)
+        self._recent: deque[tuple[int, dict[str, Column]]] = deque(maxlen=COLUMN_COUNT)
         self._number = 0
         self._snapshot = "{}"
 

@@ -9,7 +9,7 @@ from vegrip.clock import NS
 from vegrip.errors import DeviceError
 from vegrip.messages import Message
 from vegrip.runtime.monitor.board import Board
-from vegrip.web.live.columns import PERIOD
+from vegrip.web.live.columns import COLUMN_PERIOD_S
 from vegrip.web.live.event_log import EventLog
 from vegrip.web.live.page import routes
 from vegrip.web.live.view import LiveView
@@ -58,7 +58,7 @@ class FedPage:
         """Make the next event, when it is due and a page looks; called by the thread that takes."""
         now = time.monotonic()
         if now >= self._due and now - self._looked < LOOKED_AT_S:
-            self._due = now + PERIOD
+            self._due = now + COLUMN_PERIOD_S
             self._log.tick(time.monotonic_ns(), self)
 
     def wanted_margin(self, node: str) -> float | None:

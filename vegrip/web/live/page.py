@@ -12,8 +12,8 @@ from starlette.routing import Route
 from vegrip.errors import VegripError
 from vegrip.runtime.client import CONFIGURING_MAY_TAKE, ask
 from vegrip.runtime.registry import find_node
-from vegrip.web.live.columns import PERIOD
-from vegrip.web.requests import STATES, asked
+from vegrip.web.live.columns import COLUMN_PERIOD_S
+from vegrip.web.requests import STATUS_OF_EXIT_CODE, asked
 from vegrip.web.server import STATIC, events
 
 
@@ -54,7 +54,7 @@ async def _texts(stream: Stream) -> AsyncIterator[str]:
     number, text = stream.first()
     yield text
     while True:
-        await asyncio.sleep(PERIOD / 2)
+        await asyncio.sleep(COLUMN_PERIOD_S / 2)
         if stream.number > number:
             number, text = stream.since(number)
             yield text
@@ -85,7 +85,7 @@ def _answers(call: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:
             return JSONResponse(await run_in_threadpool(call, await asked(request)))
         except VegripError as error:
             sentence = {"error": str(error), "exit_code": error.exit_code}
-            return JSONResponse(sentence, STATES.get(error.exit_code, 500))
+            return JSONResponse(sentence, STATUS_OF_EXIT_CODE.get(error.exit_code, 500))
         except KeyError as missing:
             return JSONResponse({"error": f"the request lacks {missing}", "exit_code": 2}, 400)
 

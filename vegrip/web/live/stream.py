@@ -16,12 +16,12 @@ from vegrip.runtime.client import ask
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.watch import Watch
 from vegrip.runtime.registry import running_nodes
-from vegrip.web.live.columns import PERIOD
+from vegrip.web.live.columns import COLUMN_PERIOD_S
 from vegrip.web.live.event_log import EventLog
 from vegrip.web.live.view import LiveView
 
-EVERY = (SlipMargin, LearnedParameter)
-NEWEST = (ContactEstimate, ForceCommand, FingertipState, ModelHealth)
+EVERY_ONE = (SlipMargin, LearnedParameter)
+NEWEST_ONLY = (ContactEstimate, ForceCommand, FingertipState, ModelHealth)
 """One of these in 40 ms is as much as a screen shows; each that is sent costs the node time."""
 ASK_PERIOD = 2.0  # [s] between two questions for the wanted margins
 ASK_PATIENCE = 0.5  # [s]
@@ -31,7 +31,7 @@ class Stream:
     """Hears all nodes of this machine in a thread of its own; pages read :meth:`first` and :meth:`since`."""
 
     def __init__(self) -> None:
-        self._watch = Watch(EVERY, NEWEST, waits=True)
+        self._watch = Watch(EVERY_ONE, NEWEST_ONLY, waits=True)
         self._log = EventLog(LiveView(Board(time.monotonic_ns())))
         self._wishes = WantedMargins()
         self._stop = threading.Event()
@@ -63,13 +63,13 @@ class Stream:
         return self._log.since(number)
 
     def _run(self) -> None:
-        due = time.monotonic() + PERIOD
+        due = time.monotonic() + COLUMN_PERIOD_S
         while not self._stop.is_set():
             self._watch.step(self._log.view)
             if (now := time.monotonic()) >= due:
                 self._log.tick(time.monotonic_ns(), self._wishes)
-                due = max(due + PERIOD, now)
-            self._stop.wait(max(0.0, min(due - time.monotonic(), PERIOD / 2)))
+                due = max(due + COLUMN_PERIOD_S, now)
+            self._stop.wait(max(0.0, min(due - time.monotonic(), COLUMN_PERIOD_S / 2)))
 
 
 class WantedMargins:

@@ -19,7 +19,7 @@ from vegrip.messages import (
 from vegrip.runtime.monitor.board import MOST_FINGERS, Board
 from vegrip.runtime.monitor.node_row import NodeRow, Presence, Present
 from vegrip.web.live.alarms import Alarms, alarms_of
-from vegrip.web.live.columns import BANDS, COUNT, NAMES, PERIOD, Column, Columns
+from vegrip.web.live.columns import BANDS, COLUMN_COUNT, COLUMN_NAMES, COLUMN_PERIOD_S, Column, Columns
 from vegrip.web.live.finger_view import finger_view, finite
 
 MOST_LEARNED = 32  # parameters of one finger
@@ -113,10 +113,10 @@ class LiveView:
 
 
 LAYOUT: dict[str, Any] = {
-    "names": NAMES,
+    "names": COLUMN_NAMES,
     "bands": BANDS,
-    "period": PERIOD,
-    "count": COUNT,
+    "period": COLUMN_PERIOD_S,
+    "count": COLUMN_COUNT,
     "most_fingers": MOST_FINGERS,
 }
 """How the columns are to be read."""

@@ -15,7 +15,7 @@ from vegrip.identification.recording import read_recording
 from vegrip.identification.recording.folder import TOML
 from vegrip.identification.recording.run_summary import is_run, summarise_run
 from vegrip.model import ContactModel
-from vegrip.web.check.session import FILE, load
+from vegrip.web.check.session import CHECK_FILE, load
 from vegrip.web.report.model_report import account_of_check, model_report
 from vegrip.web.report.run_report import run_report
 
@@ -39,7 +39,7 @@ def make_report(
         raise UsageError(f"{what} has a model of its own; --model goes with a recording")
     if is_run(what):
         return run_report(summarise_run(what), [f"vegrip report {shlex.quote(str(what))}"], versions())
-    if (what / FILE).is_file():
+    if (what / CHECK_FILE).is_file():
         return _of_check(what)
     if (what / REFINED).is_file():
         return model_report(_refined(what / REFINED))
@@ -60,7 +60,7 @@ def _of_recording(
 
 
 def _of_check(folder: Path) -> str:
-    recording = Path(str(_read(folder / FILE).get("recording", "")))
+    recording = Path(str(_read(folder / CHECK_FILE).get("recording", "")))
     session = load(folder, str(recording))
     if session is None or session.rung is None:
         raise InputError(f"{folder}: the check has not found anything yet")

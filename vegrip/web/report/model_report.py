@@ -22,7 +22,7 @@ def model_report(told: Account) -> str:
         section("what was measured", _data(told["data"])),
         _calibration(told.get("calibration")),
         section("where the first model failed", where(told["before"]), channels(told["before"])),
-        ranking(last, [], busy=False, buttons=False),
+        ranking(last, [], is_busy=False, has_buttons=False),
         comparison(told["after"], ("the first model", told["before"]) if added else None),
         parameters(last),
         section("what remains unknown", _unknown(told)),

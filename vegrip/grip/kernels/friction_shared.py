@@ -1,0 +1,201 @@
+"""What a finger learns of friction with the others of its grasp (:mod:`vegrip.grip.grasp_friction`).
+
+``g`` is what the grasp shares: the needs, the belief, probing, onsets and loads, one behind the other.
+"""
+
+import math
+
+from vegrip.grip.felt_slip import (
+    believed_flag,
+    believed_speed,
+    judge_felt_slip,
+    shows_sliding,
+    twist_share,
+)
+from vegrip.grip.friction_belief import (
+    BELIEF_MEAN,
+    BELIEF_SINCE,
+    BELIEF_VERSION,
+    absorb_evidence,
+    believed_variance,
+    widen_own,
+)
+from vegrip.grip.friction_onset import counts_as_known, feel_onset, may_probe
+from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT, feel_slip, probe_friction, watch_load
+from vegrip.grip.kernels.generated import (
+    ASKED_MARGIN,
+    ASKED_QUANTILE,
+    FRI_BASE_LN,
+    FRI_BASE_VAR,
+    FRI_LN_MU,
+    FRI_VAR,
+    GRIP_REQUIRED,
+    MU_LEARNED,
+    NEWS_STAMP,
+    REP_GAUGE,
+    REP_GAUGE_ABS,
+    REP_GAUGE_REL,
+    REP_MU,
+    REP_MU_STD,
+    REP_RADIUS,
+    RULE_QUANTILE,
+    RULE_WANTED_MARGIN,
+    SETUP_FINGER,
+    SETUP_FINGERS,
+    SETUP_LEADS,
+    SETUP_SHARES,
+    SHARED_BEFORE,
+    SHARED_BEFORE_VAR,
+    SHARED_FLAG,
+    SHARED_KNOWN_QUANTILE,
+    SHARED_LOAD_NOISE,
+    SHARED_SEEN,
+    SHARED_SITE,
+    SHARED_SITE_WEIGHTED,
+    SHARED_SPEED,
+    SHARED_WIDEST,
+    SLIDES,
+    STATE_SLIP,
+    STATE_SLIP_SPEED,
+    STATE_TANGENTIAL_FORCE_X,
+    STATE_TANGENTIAL_FORCE_Y,
+    STATE_TORQUE_Z,
+    TAKEN_LOAD,
+    TAKEN_TORQUE,
+    TURN_LEARNED,
+    TURN_LED,
+    Floats,
+    Wholes,
+)
+from vegrip.grip.kernels.sense import touches
+from vegrip.grip.load_lead import lead_load
+
+LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
+NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that only a new contact brings
+
+
+def prepare_friction(f: Floats, t: Wholes, g: Floats) -> None:
+    """Write what the grasp believes into the finger's own estimate; choose margin and confidence."""
+    f[ASKED_MARGIN], f[ASKED_QUANTILE] = f[RULE_WANTED_MARGIN], f[RULE_QUANTILE]
+    if t[SETUP_SHARES] == 0:
+        return
+    i = t[SETUP_FINGER]
+    if f[FRI_LN_MU] == f[FRI_BASE_LN] and f[FRI_VAR] == f[FRI_BASE_VAR]:
+        f[SHARED_SITE] = f[SHARED_SITE_WEIGHTED] = 0.0
+    if g[BELIEF_VERSION] != f[SHARED_SEEN]:
+        f[SHARED_SEEN] = g[BELIEF_VERSION]
+        believe_friction(f, g[BELIEF_MEAN + i], believed_variance(g, i))
+    f[SHARED_BEFORE], f[SHARED_BEFORE_VAR] = f[FRI_LN_MU], f[FRI_VAR]
+    screen_slip(f, g, i)
+    if counts_as_known(g, g, i):
+        f[ASKED_QUANTILE] = f[SHARED_KNOWN_QUANTILE]
+    f[ASKED_MARGIN] = 1.0 - (1.0 - f[RULE_WANTED_MARGIN]) * math.exp(g[PROBE_SHIFT + i])
+
+
+def screen_slip(f: Floats, g: Floats, i: int) -> None:
+    """Take out of the state what the load has shown to be wrong of slip; that counts as not sensed."""
+    f[SHARED_FLAG], f[SHARED_SPEED] = f[STATE_SLIP], f[STATE_SLIP_SPEED]
+    f[STATE_SLIP] = believed_flag(g, i, f[STATE_SLIP])
+    f[STATE_SLIP_SPEED] = believed_speed(g, i, f[STATE_SLIP_SPEED])
+
+
+def restore_slip(f: Floats, t: Wholes) -> None:
+    """Let the state show slip as it was sensed."""
+    if t[SETUP_SHARES] == 1:
+        f[STATE_SLIP], f[STATE_SLIP_SPEED] = f[SHARED_FLAG], f[SHARED_SPEED]
+
+
+def is_slipping(f: Floats, t: Wholes, g: Floats) -> bool:
+    """Return whether the finger slips by its flag, or by its speed where friction is shared."""
+    slides = t[SETUP_SHARES] == 1 and shows_sliding(g, f[STATE_SLIP_SPEED])
+    return slides or f[STATE_SLIP] >= SLIDES
+
+
+def believe_friction(f: Floats, mean: float, variance: float) -> None:
+    """Go on from this belief, and for the present loading from the same without its own evidence."""
+    if not MU_LEARNED:
+        return
+    f[FRI_LN_MU] = f[FRI_BASE_LN] = mean
+    f[FRI_VAR] = f[FRI_BASE_VAR] = variance
+    left = 1.0 / variance - f[SHARED_SITE] if variance > 0.0 else 0.0
+    if f[SHARED_SITE] != 0.0 and left > 1.0 / f[SHARED_WIDEST]:
+        f[FRI_BASE_LN] = (mean / variance - f[SHARED_SITE_WEIGHTED]) / left
+        f[FRI_BASE_VAR] = 1.0 / left
+
+
+def update_shared_friction(f: Floats, t: Wholes, g: Floats) -> None:
+    """Take in what the finger learned of its last state, and let probing go on."""
+    if t[SETUP_SHARES] == 0:
+        return
+    i = t[SETUP_FINGER]
+    dt = since(t[NEWS_STAMP], t[TURN_LEARNED]) if t[TURN_LEARNED] != 0 else 0.0
+    t[TURN_LEARNED] = t[NEWS_STAMP]
+    g[BELIEF_SINCE] += dt / float(t[SETUP_FINGERS])
+    give_evidence(f, g, i)
+    is_touching, slip = touches(f, t), f[STATE_SLIP]
+    u, relative = utilised_friction(f, is_touching)
+    feel_onset(g, g, i, dt, u, relative, slip, f[STATE_SLIP_SPEED])
+    g[PROBE_NEED + i] = f[GRIP_REQUIRED]
+    load = armed_load(f, is_touching)
+    watch_load(g, i, dt, load, f[SHARED_LOAD_NOISE], is_touching)
+    feel_slip(g, dt, t[SETUP_FINGERS], slip >= SLIDES)
+    if not may_probe(g, i):
+        g[PROBE_SHIFT + i] = 0.0
+    elif is_touching and not slip >= SLIDES:
+        probe_friction(g, g, i, dt, f[ASKED_QUANTILE])
+    x, y = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y]
+    twist = twist_share(math.sqrt(x * x + y * y), load)
+    judge_felt_slip(g, i, dt, f[SHARED_FLAG], f[SHARED_SPEED], u, twist)
+
+
+def give_evidence(f: Floats, g: Floats, i: int) -> None:
+    """Tell the grasp what the finger's own estimate has learned since :func:`prepare_friction`."""
+    mean, variance = f[SHARED_BEFORE], f[SHARED_BEFORE_VAR]
+    if f[FRI_LN_MU] == mean:
+        if f[FRI_VAR] > variance + NEW_CONTACT:
+            widen_own(g, i, f[FRI_VAR])
+        return
+    if variance > 0.0 and f[FRI_VAR] > 0.0:
+        f[SHARED_SITE] += 1.0 / f[FRI_VAR] - 1.0 / variance
+        weighted = f[SHARED_SITE_WEIGHTED] + f[FRI_LN_MU] / f[FRI_VAR]
+        f[SHARED_SITE_WEIGHTED] = weighted - mean / variance
+        absorb_evidence(g, i, mean, variance, f[FRI_LN_MU], f[FRI_VAR])
+
+
+def is_load_told(f: Floats, is_touching: bool) -> bool:
+    """Return whether the contact tells what the load asks of it."""
+    return is_touching and f[REP_GAUGE] > 0.0 and f[REP_RADIUS] > 0.0
+
+
+def utilised_friction(f: Floats, is_touching: bool) -> tuple[float, float]:
+    """Return the friction coefficient at which the load would slip, and its relative std."""
+    if not is_load_told(f, is_touching):
+        return math.nan, math.inf
+    mu = f[REP_MU]
+    part = f[REP_MU_STD] / mu if mu > 0.0 else 0.0
+    known, noise = f[REP_GAUGE_REL], f[REP_GAUGE_ABS] / f[REP_GAUGE]
+    rest = max(known * known - part * part, 0.0)
+    return f[REP_GAUGE] * mu, math.sqrt(rest + noise * noise)
+
+
+def armed_load(f: Floats, is_touching: bool) -> float:
+    """Return the load [N], the torque in it as a force at the contact radius; NaN: not known."""
+    if not is_load_told(f, is_touching):
+        return math.nan
+    turning = 0.0 if math.isnan(f[TAKEN_TORQUE]) else f[TAKEN_TORQUE] / f[REP_RADIUS]
+    return math.sqrt(f[TAKEN_LOAD] * f[TAKEN_LOAD] + turning * turning)
+
+
+def load_to_answer(f: Floats, t: Wholes, g: Floats) -> tuple[float, float]:
+    """Return tangential force [N] and torque [N m], ahead by the lag of the drive where that is told."""
+    if t[SETUP_LEADS] == 0:
+        return f[TAKEN_LOAD], f[TAKEN_TORQUE]
+    dt = since(t[NEWS_STAMP], t[TURN_LED])
+    t[TURN_LED] = t[NEWS_STAMP]
+    x, y, torque = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y], f[STATE_TORQUE_Z]
+    return lead_load(g, t[SETUP_FINGER], dt, x, y, torque)
+
+
+def since(stamp: int, before: int) -> float:
+    """Return the time between two states [s], as far as it counts."""
+    return min(max(float(stamp - before) / 1e9, 0.0), LONGEST_STEP)
