@@ -112,30 +112,31 @@ def test_programs_that_a_loop_starts_have_the_usual_priority():
     assert told.stdout.strip() == "True"
 
 
-def of_a_side_thread(work):
-    """Return what ``work`` returns in a side thread."""
+def of_a_side_task(work):
+    """Return what ``work`` returns beside the loop."""
     found = []
-    thread = realtime.SideThread(target=lambda: found.append(work()))
-    thread.start()
-    thread.join()
+    task = realtime.SideTask(lambda: found.append(work()))
+    task.start()
+    task.join()
+    assert not task.is_alive()
     return found[0]
 
 
 @pytest.mark.usefixtures("permitted")
-def test_a_side_thread_that_begins_while_a_loop_has_its_priority_has_the_lowest_of_those():
+def test_a_side_task_that_begins_while_a_loop_has_its_priority_has_the_lowest_of_those():
     priority = LoopPriority(Scheduling(3))
     priority.take()
     try:
-        during = of_a_side_thread(lambda: (policy(), os.sched_getparam(0).sched_priority))
+        during = of_a_side_task(lambda: (policy(), os.sched_getparam(0).sched_priority))
     finally:
         priority.give_back()
     assert during == (os.SCHED_FIFO, realtime.SIDE_THREAD_PRIORITY)
-    assert of_a_side_thread(policy) == os.SCHED_OTHER
+    assert of_a_side_task(policy) == os.SCHED_OTHER
 
 
 @pytest.mark.usefixtures("permitted")
 @pytest.mark.parametrize("found", ["chrt", "nice", ""])
-def test_a_helper_that_a_side_thread_starts_has_no_priority_over_other_programs(monkeypatch, tmp_path, found):
+def test_a_helper_that_a_side_task_starts_has_no_priority_over_other_programs(monkeypatch, tmp_path, found):
     (tmp_path / "told_policy.py").write_text("import os; print(os.sched_getscheduler(0))")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     which = background.shutil.which
@@ -143,7 +144,7 @@ def test_a_helper_that_a_side_thread_starts_has_no_priority_over_other_programs(
     priority = LoopPriority(Scheduling(3))
     priority.take()
     try:
-        told = of_a_side_thread(lambda: background.run_behind("told_policy", [])).stdout
+        told = of_a_side_task(lambda: background.run_behind("told_policy", [])).stdout
     finally:
         priority.give_back()
     assert int(told) in (os.SCHED_IDLE, os.SCHED_OTHER)

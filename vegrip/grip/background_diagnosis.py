@@ -9,7 +9,6 @@ a model that explains what is measured no process is ever started.
 import io
 import logging
 import math
-import threading
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Protocol
@@ -19,7 +18,7 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.grip.layout import CHANNELS
 from vegrip.grip.recent_states import KeptStates
-from vegrip.host.realtime import SideThread
+from vegrip.host.realtime import SideTask
 from vegrip.messages import FingertipState, ModelHealth
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
@@ -185,7 +184,7 @@ class BackgroundDiagnosis:
         self._suspect: dict[str, str] = {}
         self._failing: dict[str, int] = {}  # [ns] since when
         self._asked: dict[str, int] = {}  # [ns] when last
-        self.busy: threading.Thread | None = None
+        self.busy: SideTask | None = None
 
     def note(self, finger: str, state: FingertipState, touching: bool) -> None:
         """Keep ``state`` for a diagnosis."""
@@ -226,7 +225,7 @@ class BackgroundDiagnosis:
         if samples is None or len(samples) < MIN_SAMPLES or (self.busy is not None and self.busy.is_alive()):
             return
         self._asked[finger] = now
-        self.busy = SideThread(target=self._look, args=(finger, now, samples), name="diagnosis", daemon=True)
+        self.busy = SideTask(self._look, finger, now, samples)
         self.busy.start()
 
     def _look(self, finger: str, asked: int, samples: SampleRing) -> None:

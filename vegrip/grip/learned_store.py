@@ -10,7 +10,7 @@ from typing import Protocol
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, EstimatorSettings, Learner, SensorNoise
 from vegrip.estimator.learning import Learned, fingerprint, restored, save
-from vegrip.host.realtime import SideThread
+from vegrip.host.realtime import SideTask
 from vegrip.model import ContactModel
 
 KEPT_EVERY = 10 * NS
@@ -77,7 +77,7 @@ class OnDisk(InMemory):
     def __init__(self, folder: Path) -> None:
         super().__init__()
         self.folder = folder
-        self.writing: threading.Thread | None = None
+        self.writing: SideTask | None = None
         self._kept: int | None = None  # [ns] when last
         self._one_at_a_time = threading.Lock()  # never waited for by the loop
 
@@ -88,7 +88,7 @@ class OnDisk(InMemory):
             self._kept = now
         if now - self._kept >= KEPT_EVERY and (self.writing is None or not self.writing.is_alive()):
             self._kept = now
-            self.writing = SideThread(target=self._try_to_save, name="learned store", daemon=True)
+            self.writing = SideTask(self._try_to_save)
             self.writing.start()
         return learned
 

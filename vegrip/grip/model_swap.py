@@ -5,14 +5,13 @@ log and counted, and the old one stays.
 """
 
 import logging
-import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from typing import Any
 
 from vegrip.errors import ModelError
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.host.realtime import SideThread
+from vegrip.host.realtime import SideTask
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
@@ -44,15 +43,13 @@ class ModelSwap:
         self._ready: dict[str, Estimator] | None = None
         self._latest = 0  # number of the last request; an earlier one that ends later counts no more
 
-    def begin(self, parameters: Any, pasts: Pasts) -> threading.Thread:
+    def begin(self, parameters: Any, pasts: Pasts) -> SideTask:
         """Start to build estimators of ``parameters`` for these fingers, with what they felt lately."""
         self._latest += 1
         copied = {finger: copy(past) for finger, past in pasts.items()}
-        thread = SideThread(
-            target=self._build, args=(parameters, copied, self._latest), name="succession", daemon=True
-        )
-        thread.start()
-        return thread
+        task = SideTask(self._build, parameters, copied, self._latest)
+        task.start()
+        return task
 
     def take(self) -> dict[str, Estimator] | None:
         """Return the estimators when they are ready, once."""

@@ -4,12 +4,13 @@ As ros2_control does: SCHED_FIFO for the thread of the loop, and memory that is 
 above the node, and the node above the hand, since each waits for the one before.
 """
 
+import _thread
 import ctypes
 import os
 import resource
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -148,19 +149,42 @@ class LoopPriority:
         return done
 
 
-class SideThread(threading.Thread):
-    """A thread that a loop starts for what takes long, with the priority of the threads beside a loop.
+class SideTask:
+    """What a loop has done beside itself, in a thread with the priority of the others beside a loop.
 
-    The system would give it the usual one: with the interpreter's lock it then stands behind other programs,
-    and the loop waits. A program that it starts begins with its priority, since the thread holds the lock
+    The system gives a new thread the usual priority, behind other programs. So the loop does not wait until
+    it has begun, as ``threading.Thread.start`` does, and the thread raises its priority first: it will have
+    the interpreter's lock. A program that it starts begins with its priority, since the thread holds the lock
     until that runs; :func:`vegrip.runtime.background.run_behind` lowers it.
+
+    Args:
+        work: to be done; given ``arguments``.
+
     """
 
-    def run(self) -> None:
-        """Take the priority, and do the work."""
+    def __init__(self, work: Callable[..., object], *arguments: object) -> None:
+        self._work, self._arguments = work, arguments
+        self._over = threading.Event()
+
+    def start(self) -> None:
+        """Begin."""
+        _thread.start_new_thread(self._run, ())
+
+    def is_alive(self) -> bool:
+        """Whether it is not over."""
+        return not self._over.is_set()
+
+    def join(self, timeout: float | None = None) -> None:
+        """Wait until it is over, ``timeout`` [s] at most."""
+        self._over.wait(timeout)
+
+    def _run(self) -> None:
         if _loops:
             _set(_thread_id(), os.SCHED_FIFO, os.sched_param(SIDE_THREAD_PRIORITY))
-        super().run()
+        try:
+            self._work(*self._arguments)
+        finally:
+            self._over.set()
 
 
 def take_usual_priority() -> None:
