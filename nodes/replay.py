@@ -34,6 +34,7 @@ class ReplayNode(NodeBase):
     """Sends each state when its time has come; stamps and counters are those of a live sender."""
 
     parameters: Parameters
+    patience_s = 1.0  # a frame waits for room in the transmit queue: nothing of a recording is to be lost
 
     def __init__(
         self, name: str, parameters: Parameters, fingers: tuple[str, ...], tick_period: float = 0.002

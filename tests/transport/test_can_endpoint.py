@@ -136,6 +136,23 @@ def test_what_the_bus_does_not_take_is_counted_and_never_raised():
     assert endpoint.rejected["unsent"] == 2
 
 
+def test_a_frame_that_may_wait_is_sent_when_there_is_room_again():
+    class FullAtFirst(FailingBus):
+        full, taken = 5, 0
+
+        def send(self, *_, **__):
+            if self.full:
+                self.full -= 1
+                raise can.CanOperationError("no buffer space")
+            self.taken += 1
+
+    bus = FullAtFirst()
+    endpoint = CanEndpoint(bus, codec())
+    endpoint.patience_s = 60.0
+    endpoint.send(command())
+    assert (bus.taken, endpoint.rejected) == (1, {})
+
+
 def test_a_lost_bus_is_counted_waited_for_and_opened_again():
     good = can.Bus(interface="virtual", channel="again", protocol=can.CanProtocol.CAN_FD)
     other = can.Bus(interface="virtual", channel="again", protocol=can.CanProtocol.CAN_FD)

@@ -26,6 +26,7 @@ from vegrip.runtime.registry import Entry, registered
 from vegrip.runtime.runner import Runner
 from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.runtime.telemetry_socket import TelemetrySocket
+from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.endpoint import Endpoint, Priced
 from vegrip.transport.open import Hand, open_endpoint
@@ -69,6 +70,8 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
         with _told(telemetry, sink, name):
             endpoint = open_endpoint(config.transport, hand, f"{name} [transport]")
         stack.enter_context(closing(endpoint))
+        if isinstance(endpoint, CanEndpoint):
+            endpoint.patience_s = getattr(node, "patience_s", 0.0)
         priority = realtime.priority_of(
             getattr(node, "realtime_priority", 0)
         )  # nodes of others may have none

@@ -23,6 +23,7 @@ from vegrip.transport.sender_clock import ClockEstimate, SenderClock
 
 MOST_FRAMES = 256  # taken in one go; a babbling node must not keep the loop from its ticks
 REOPEN_PERIOD = 1.0  # [s] between attempts to open a lost bus again
+RETRY_PERIOD_S = 0.001  # between two attempts to send a frame that may wait
 
 SOCKETCAN = "SocketcanBus"  # by name: its module is only there where SocketCAN is
 Open = Callable[[], can.BusABC]
@@ -79,6 +80,8 @@ class CanEndpoint(ClosedByWith):
         self.arrivals: Sequence[int] = ()
         self.intercept: Intercept | None = None
         """Looks at every frame first."""
+        self.patience_s = 0.0
+        """For how long a frame waits for room in a full transmit queue; a control loop does not wait."""
         self._codec = codec
         self._reopen = reopen
         self._reopen_at = 0.0  # [s]
@@ -162,10 +165,16 @@ class CanEndpoint(ClosedByWith):
         if self._port is None:
             self._faults["unsent"] += 1
             return
-        try:
-            self._port.send(frame)
-        except (can.CanError, OSError):
+        if not (_is_sent(frame, self._port) or self._is_sent_later(frame, self._port)):
             self._faults["unsent"] += 1
+
+    def _is_sent_later(self, frame: Frame, port: CanPort) -> bool:
+        until = time.monotonic() + self.patience_s
+        while time.monotonic() < until:
+            time.sleep(RETRY_PERIOD_S)
+            if _is_sent(frame, port):
+                return True
+        return False
 
     def bus_load(self) -> float:
         """Return the load of the last second: exact on the virtual bus, else from the frames seen here."""
@@ -219,3 +228,11 @@ class CanEndpoint(ClosedByWith):
             with contextlib.suppress(can.CanError, OSError):
                 self._bus.shutdown()
         self._bus = self._port = None
+
+
+def _is_sent(frame: Frame, port: CanPort) -> bool:
+    try:
+        port.send(frame)
+    except (can.CanError, OSError):
+        return False
+    return True

@@ -86,7 +86,7 @@ def test_discrepancy_has_evidence_only_where_there_is_a_curve() -> None:
 
 def test_evidence_of_a_curve_is_that_of_the_gaussian_it_is() -> None:
     """``ln N(w; 0, 1 + B C B' + J S J')`` less the same without the curve, by dense covariances."""
-    n = 150
+    n = 300
     x = np.sort(RNG.uniform(0.0, 1.0, n))
     knots = np.linspace(0.0, 1.0, 13)
     J, prior = np.stack([np.ones(n), x], axis=1), np.array([2.0, 3.0])
