@@ -23,7 +23,7 @@ def test_every_design_gives_finite_figures_beside_the_product() -> None:
         assert row["ratio"] == pytest.approx(row["theirs_us"] / row["ours_us"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_product_is_near_the_best_possible() -> None:
     judged = estimator_designs.judge(drawn(1))
     assert judged["product"]["N_ratio"] < 1.5

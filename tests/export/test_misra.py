@@ -31,7 +31,12 @@ def broken_rules(source: Path) -> set[str]:
 
 @pytest.mark.parametrize(
     ("entry", "precision"),
-    [("estimator", "double"), ("estimator", "float"), ("finger", "double"), ("finger", "float")],
+    [
+        pytest.param("estimator", "double", marks=pytest.mark.long),
+        pytest.param("estimator", "float", marks=pytest.mark.long),
+        pytest.param("finger", "double", marks=pytest.mark.long),
+        pytest.param("finger", "float", marks=pytest.mark.long),
+    ],
 )
 def test_no_rule_is_broken_that_is_not_a_stated_deviation(entry: str, precision: str, tmp_path: Path) -> None:
     if shutil.which("cppcheck") is None:

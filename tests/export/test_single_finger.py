@@ -65,6 +65,7 @@ def test_nothing_is_widened_to_double(compiler: str, exported: tuple[Path, Expor
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.long
 def test_the_hand_is_judged_as_in_double_and_forces_agree_within_two_millinewton() -> None:
     found = parted(record(None, 2.0, "hand"))
     assert found.commands > 1900
