@@ -23,6 +23,7 @@ from vegrip.grip.finger import UNTRUSTED_DEMAND, GraspFinger, Wanted
 from vegrip.grip.finger_controller import FingerController
 from vegrip.grip.grasp_friction import share_friction
 from vegrip.grip.joint_confidence import each_confidence
+from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.safety.fail_safe import FailSafe
 from vegrip.grip.safety.watchdog import InputWatchdog
 from vegrip.grip.settings import ControlSettings, make_policy, make_share
@@ -56,6 +57,8 @@ class GripController:
         settings: how the grasp is controlled.
         estimator: how the estimators behave.
         make_estimator: gives the estimator of a finger, instead of ``model``, ``noise`` and ``estimator``.
+        known_object: gives what former grasps have learned of the object, asked at every beginning; see
+            :attr:`vegrip.grip.grasp_friction.GraspFriction.learned_object`.
 
     Raises:
         UsageError: there is neither a model nor ``make_estimator``, or a finger without a model.
@@ -73,12 +76,14 @@ class GripController:
         *,
         estimator: EstimatorSettings | None = None,
         make_estimator: MakeEstimator | None = None,
+        known_object: Callable[[], ObjectFriction | None] = lambda: None,
     ) -> None:
         self.names = tuple(fingers)
         self.rejected: Counter[str] = Counter()
         """States that were not for a finger of this hand, counted by name."""
         self._make_estimator = make_estimator or _from_models(self.names, model, noise, estimator)
         self._settings = settings or ControlSettings()
+        self._known_object = known_object
         self._share_of = make_share(self._settings, self.names)
         self.need_of: Callable[[GraspFinger], float] = need_of
         """Says what a finger needs [N], NaN without a command, to share the grasp by; :func:`need_of`."""
@@ -144,7 +149,7 @@ class GripController:
         """Forget contacts and commands; nothing is commanded before the next state of a finger."""
         self._now = 0
         self.fingers = {name: self._new_finger(name) for name in self.names}
-        self.friction = share_friction(self.fingers, self._settings)
+        self.friction = share_friction(self.fingers, self._settings, self._known_object())
         self._lead()
 
     # What a node calls one by one, because its states arrive one by one.

@@ -15,6 +15,10 @@ class FrictionSettings:
     """Belief of the grasp and probing; see :mod:`vegrip.grip.friction_belief`, ``friction_probe``."""
 
     shared: bool = parameter(False, doc="what one finger learns of the object counts for all", live=False)
+    object: str = parameter(
+        "", live=False,
+        doc="of what is held: its friction is kept in the folder 'learned' for the next grasp; empty = none",
+    )  # fmt: skip
     own_spread: float = parameter(
         0.08, unit="1", low=0.0, high=2.0, doc="std of ln mu between the fingers on one object", live=False
     )

@@ -42,6 +42,8 @@ from vegrip.grip.finger import GraspFinger, Wanted
 from vegrip.grip.friction_belief import (
     BELIEF_MEAN,
     BELIEF_MOST,
+    BELIEF_P,
+    BELIEF_PRIOR_VAR,
     BELIEF_SINCE,
     BELIEF_VERSION,
     absorb_evidence,
@@ -67,6 +69,7 @@ from vegrip.grip.friction_probe import (
     watch_load,
 )
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState, ModelHealth
@@ -136,6 +139,7 @@ class GraspFriction:
         settings: how friction is learned.
         tangential_noise: std of the measured tangential force [N].
         drift: random walk of ln mu [1/sqrt(s)].
+        known: what former grasps have learned of the object.
 
     """
 
@@ -145,6 +149,7 @@ class GraspFriction:
         settings: FrictionSettings,
         tangential_noise: float,
         drift: float,
+        known: ObjectFriction | None = None,
     ) -> None:
         able = {name: e for name, e in fingers.items() if can_share(e)}
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
@@ -159,14 +164,21 @@ class GraspFriction:
         self._stamp = [0] * len(fingers)
         self._is_leading = False
         if self.active:
-            self._begin(able, drift)
+            self._begin(able, drift, known)
 
-    def _begin(self, able: Mapping[str, FrictionEstimator], drift: float) -> None:
+    def _begin(
+        self, able: Mapping[str, FrictionEstimator], drift: float, known: ObjectFriction | None
+    ) -> None:
         s, g = self._settings, self._memory
         begin_belief(g, len(able), drift, s.shock)
         for i, estimator in enumerate(able.values()):
             mean, variance, _, _ = estimator.friction
+            widest = max(variance, 0.0)
+            if known is not None and known.prior[1] ** 2 < widest:
+                mean, variance = known.prior[0], known.prior[1] ** 2
+                estimator.believe_friction(FingerFriction(mean, variance, mean, variance))
             expect_finger(g, i, mean, math.sqrt(max(variance, 0.0)), s.own_spread)
+            g[BELIEF_PRIOR_VAR] = max(g[BELIEF_PRIOR_VAR], widest)  # forgetting leads back to what is usual
             self._before[i] = mean, variance
         probing = s.probing and not s.why_too_coarse
         begin_probing(
@@ -308,6 +320,18 @@ class GraspFriction:
         channel = self.doubted_channel(health.finger)
         return replace(health, channel=channel, regime="", suspect="") if channel else health
 
+    @property
+    def learned_object(self) -> ObjectFriction | None:
+        """What this grasp has learned of the object; None while it is unknown."""
+        n = len(self._places)
+        if not self.active or self._memory[BELIEF_VERSION] == 0.0:
+            return None
+        rows = [self._memory[BELIEF_P + i * BELIEF_MOST : BELIEF_P + i * BELIEF_MOST + n] for i in range(n)]
+        std = math.sqrt(max(sum(map(sum, rows)), 0.0)) / n
+        if not 0.0 < std <= self._settings.unknown:
+            return None
+        return ObjectFriction(sum(self._memory[BELIEF_MEAN : BELIEF_MEAN + n]) / n, std)
+
     def belief(self, finger: str) -> tuple[float, float]:
         """Return mean and standard deviation of ln mu of ``finger`` as the grasp believes it."""
         i = self._places[finger]
@@ -335,8 +359,17 @@ class GraspFriction:
             absorb_evidence(self._memory, i, mean, variance, own.mean, own.variance)
 
 
-def share_friction(fingers: Mapping[str, GraspFinger], settings: ControlSettings) -> GraspFriction:
-    """Return what ``fingers`` learn of friction together, from what their estimators believe now."""
+def share_friction(
+    fingers: Mapping[str, GraspFinger], settings: ControlSettings, known: ObjectFriction | None = None
+) -> GraspFriction:
+    """Return what ``fingers`` learn of friction together, from what their estimators believe now.
+
+    Args:
+        fingers: by name.
+        settings: of the grasp.
+        known: what former grasps have learned of the object.
+
+    """
     noise = getattr(settings, "noise", SensorNoise())
     estimator = getattr(settings, "estimator", EstimatorSettings())
     return GraspFriction(
@@ -344,4 +377,5 @@ def share_friction(fingers: Mapping[str, GraspFinger], settings: ControlSettings
         settings.friction,
         noise.tangential_force,
         estimator.friction_drift,
+        known,
     )

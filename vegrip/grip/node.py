@@ -3,15 +3,18 @@
 import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
+from pathlib import Path
 
 import numpy as np
 
+from vegrip.errors import ConfigError
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
 from vegrip.grip.compiled_batch import CompiledBatch, can_batch
 from vegrip.grip.compiled_finger import LEFT_ALONE, STATE_BYTES, CompiledFinger, Place, why_not_compiled
 from vegrip.grip.controller import GripController, need_of
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger
+from vegrip.grip.known_objects import KnownObjects, ObjectFriction
 from vegrip.grip.learned_store import LearnedStore, NoStore
 from vegrip.grip.model_swap import ModelSwap
 from vegrip.grip.settings import ControlSettings, make_share
@@ -120,8 +123,9 @@ class GraspForce(NodeBase):
         """Build every finger and compile what will run."""
         self._compiled, self._batch = {}, None
         self.controller = GripController(
-            self._names, settings=self.parameters, make_estimator=self._new_estimator
-        )
+            self._names, settings=self.parameters, make_estimator=self._new_estimator,
+            known_object=self._known_object,
+        )  # fmt: skip
         self.controller.need_of = self._need
         self._compile()
 
@@ -131,7 +135,7 @@ class GraspForce(NodeBase):
         if self.controller is not None and self._is_at_fault:
             self.controller.restart()
         elif self.controller is not None and self._worn:
-            self._learned_store.save()
+            self._keep_what_was_learned()
             self._compiled, self._batch = {}, None
             self.controller.reset()
         self._compile()
@@ -146,7 +150,7 @@ class GraspForce(NodeBase):
     def cleanup(self) -> None:
         """Forget the fingers, but not what they learned."""
         self._take_back(self.fingers.values())
-        self._learned_store.save()
+        self._keep_what_was_learned()
         self.controller, self._compiled, self._batch = None, {}, None
         self._worn = False
 
@@ -383,6 +387,26 @@ class GraspForce(NodeBase):
     def _need(self, finger: GraspFinger) -> float:
         compiled = self._compiled.get(finger.name)
         return compiled.need if compiled is not None and compiled.lent else need_of(finger)
+
+    def _known_object(self) -> ObjectFriction | None:
+        objects = self._known_objects()
+        return None if objects is None else objects.read(self.parameters.friction.object)
+
+    def _keep_what_was_learned(self) -> None:
+        self._learned_store.save()
+        objects = self._known_objects()
+        found = self.controller.friction.learned_object if self.controller is not None else None
+        if objects is not None and found is not None:
+            objects.write(self.parameters.friction.object, found)
+
+    def _known_objects(self) -> KnownObjects | None:
+        """Return where the friction of objects is kept, None where no object is named."""
+        name, folder = self.parameters.friction.object, getattr(self.parameters, "learned", "")
+        if name and not folder:
+            raise ConfigError(
+                f"{self.name}: friction.object is {name!r}, but 'learned' names no folder to keep it in"
+            )
+        return KnownObjects(Path(folder)) if name else None
 
     def _new_estimator(self, finger: str) -> Estimator:
         return self._make_estimator(finger)  # another one after a change of the model

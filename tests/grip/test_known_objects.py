@@ -1,0 +1,90 @@
+"""What was learned of an object is kept by its name, and told to the next grasp of it."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip.errors import ConfigError
+from vegrip.grip.known_objects import ANEW, KnownObjects, ObjectFriction
+from vegrip.grip.parameters import GraspParameters
+from vegrip.validation.controllers.candidates import demo_parameters, learning_parameters, make_node
+from vegrip.validation.faults.testbed import Scene
+
+GRASP_S = 7.0
+LIFTED_S = 1.5
+
+
+def parameters(folder: Path, name: str) -> GraspParameters:
+    base = learning_parameters(demo_parameters())
+    grip = replace(base.grip, wanted_margin=0.1)
+    return replace(base, grip=grip, friction=replace(base.friction, object=name), learned=str(folder))
+
+
+def grasp(settings: GraspParameters) -> Scene:
+    scene = Scene("pinch", parameters=settings)
+    scene.run_until(GRASP_S)
+    assert scene.node is not None
+    scene.node.deactivate()
+    scene.node.cleanup()
+    return scene
+
+
+def test_the_second_grasp_of_an_object_takes_less_force_and_slips_no_more(tmp_path: Path) -> None:
+    first, second = (grasp(parameters(tmp_path, "mug")) for _ in range(2))
+    early = [int(np.searchsorted(scene.course.time, LIFTED_S)) for scene in (first, second)]
+    forces = [
+        float(np.mean(np.asarray(scene.course.force)[at : at + 100]))
+        for scene, at in zip((first, second), early, strict=True)
+    ]
+    assert forces[1] < 0.8 * forces[0]
+    assert second.hand_node.hand.slips <= first.hand_node.hand.slips
+    assert not second.hand_node.hand.dropped
+
+
+def test_the_file_holds_the_friction_of_the_object_within_its_error(tmp_path: Path) -> None:
+    scene = grasp(parameters(tmp_path, "mug"))
+    found = KnownObjects(tmp_path).read("mug")
+    assert found is not None
+    true = math.log(float(np.mean([tip.friction for tip in scene.hand_node.hand.tips])))
+    assert abs(found.mean - true) < 3.0 * found.prior[1]
+    assert found.prior[1] == pytest.approx(math.hypot(found.std, ANEW))
+    assert KnownObjects(tmp_path).read("cup") is None
+
+
+def test_a_grasp_that_has_learned_nothing_keeps_nothing(tmp_path: Path) -> None:
+    node = make_node(parameters(tmp_path, "mug"), ("thumb", "index"))
+    node.configure()
+    node.cleanup()
+    assert KnownObjects(tmp_path).read("mug") is None
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{}", "[1]", '{"ln_friction": NaN, "std": 0.1}', '{"ln_friction": 0, "std": 0}']
+)
+def test_a_damaged_file_is_put_aside_and_told(
+    text: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    objects = KnownObjects(tmp_path)
+    objects.write("mug", ObjectFriction(-0.3, 0.1))
+    assert objects.read("mug") == ObjectFriction(-0.3, 0.1)
+    (tmp_path / "objects" / "mug.json").write_text(text)
+    assert objects.read("mug") is None
+    assert "is put aside" in caplog.text
+    assert (tmp_path / "objects" / "mug.json.damaged").is_file()
+
+
+@pytest.mark.parametrize("name", ["../mug", "a/b", "-x", "x" * 65, "a b"])
+def test_a_name_that_is_no_name_of_a_file_is_refused(name: str, tmp_path: Path) -> None:
+    node = make_node(parameters(tmp_path, name), ("thumb", "index"))
+    with pytest.raises(ConfigError, match=r"friction\.object"):
+        node.configure()
+
+
+def test_an_object_without_a_folder_is_refused() -> None:
+    settings = replace(parameters(Path(), "mug"), learned="")
+    node = make_node(settings, ("thumb", "index"))
+    with pytest.raises(ConfigError, match="'learned' names no folder"):
+        node.configure()
