@@ -110,7 +110,7 @@ def test_episodes_are_held_back_models_compared_and_a_motion_is_exported(known, 
     page.locator("#beside-place:not([disabled])").select_option("0")
     page.get_by_text("--versus known/0-start.toml --hold-back 1,3").wait_for()
     page.locator("#beside-place:not([disabled])").wait_for()  # judged again, on the same episodes
-    assert "model 0" in page.locator("#beside th").all_inner_texts()
+    page.locator("#beside th", has_text="model 0").wait_for()
     assert "vegrip compare press --model known/0-start.toml --curves --hold-back 1,3" in (
         page.locator("#commands").inner_text()
     )
