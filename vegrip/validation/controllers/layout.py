@@ -13,8 +13,11 @@ SLOTS = 25
 TABLE = 400
 """Pressure exponents of the hand's tables."""
 
-ROW_FINGER = ("force", "command", "margin", "mu", "radius", "exponent", "tangential", "torque", "least")
-"""Truth of one finger in a row of the result."""
+ROW_FINGER = (
+    "force", "command", "margin", "mu", "radius", "exponent", "tangential", "torque", "least",
+    "ln_mu_believed", "ln_mu_variance",
+)  # fmt: skip
+"""Truth of one finger in a row of the result, and what is believed of its friction; NaN = not in contact."""
 ROW_HEAD = ("time", "slips", "micro_slips")
 
 HAND_SCALARS = (
@@ -36,8 +39,8 @@ CONTROL_SCALARS = (
 )  # fmt: skip
 CONTROL_FINGER = (
     "COMMAND", "REQUIRED", "FAULTY", "SAMPLES", "INFORMED", "TRANSFER", "FIRST_FORCE", "FIRST_LOAD",
-    "FIRST_ARM", "SINCE_LED", "SEEN", "SITE", "SITE_WEIGHTED", "ENVELOPE", "QUIET",
-    "SLOTS_USED", "SLOT_FILLED", "SLOT_PRESENT", "SLOT_MEDIAN", "PROVEN",
+    "FIRST_ARM", "SINCE_LED", "BELIEVED", "BELIEVED_VAR", "SEEN", "SITE", "SITE_WEIGHTED", "ENVELOPE",
+    "QUIET", "SLOTS_USED", "SLOT_FILLED", "SLOT_PRESENT", "SLOT_MEDIAN", "PROVEN",
 )  # fmt: skip
 
 

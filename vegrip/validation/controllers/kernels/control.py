@@ -21,6 +21,8 @@ from vegrip.validation.controllers.kernels.generated import (
     CHANNEL0,
     FRI_LN_MU,
     FRI_VAR,
+    G_BELIEVED,
+    G_BELIEVED_VAR,
     G_COMMAND,
     G_CONE,
     G_CONSTANT,
@@ -218,6 +220,9 @@ def control_finger(
     least = taken_over(h, i, least, armed_load(tangential, torque, h[G_FIRST_ARM + i]), slipping)
     require(h, i, 0.0 if first else dt, least, tangential, torque, touching, slipping, trusted)
     command_finger(h, i, dt if not first else 0.0)
+    h[G_BELIEVED + i], h[G_BELIEVED_VAR + i] = (
+        (m[FRI_LN_MU], m[FRI_VAR]) if touching else (math.nan, math.nan)
+    )
     if learns:
         step = 0.0 if first else dt
         learn_friction_of(
