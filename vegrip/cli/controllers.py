@@ -1,6 +1,7 @@
 """``vegrip controllers``: grip controllers against the least possible force, on the same disturbances."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -30,6 +31,9 @@ SCALE = Annotated[float, typer.Option("--friction-scale", help="Times the fricti
 THRESHOLD = Annotated[float, typer.Option("--slip-threshold", help="Slip is felt from here on, in m/s.")]
 DELAY = Annotated[float, typer.Option("--slip-delay", help="Felt slip is late by this, in s.")]
 CHANNEL = Annotated[bool, typer.Option("--slip-channel/--no-slip-channel", help="Whether slip is felt.")]
+LAG = Annotated[
+    bool, typer.Option("--measure-lag", help="Controllers that lead the load measure the drives' lag.")
+]
 JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Processes.")]
 PICTURE = Annotated[Path | None, typer.Option("-o", "--output", help="Picture of the fronts.")]
 
@@ -46,6 +50,7 @@ def controllers(
     slip_threshold: THRESHOLD = 0.0,
     slip_delay: DELAY = 0.0,
     slip_channel: CHANNEL = True,
+    measure_lag: LAG = False,
     jobs: JOBS = 1,
     output: PICTURE = None,
     force: FORCE = False,
@@ -71,7 +76,8 @@ def controllers(
     knobs = fronts.knobs_of(grasp, names, sweep=sweep)
     with Outputs(force=force) as outputs:
         outputs.picture(output)
-        trials = fronts.trials_of(knobs, range(first_seed, first_seed + seeds), duration, grasp, around)
+        seen = range(first_seed, first_seed + seeds)
+        trials = fronts.trials_of(knobs, seen, duration, grasp, around, measures_lag=measure_lag)
         every = max(1, len(trials) // 20)
         with progress("controllers") as report:
             found = fronts.run_fronts(
@@ -86,6 +92,8 @@ def controllers(
             print_json({"grasp": grasp, "seeds": seeds, "duration": duration, "controllers": told})
         else:
             _print(told)
+            if measure_lag:
+                _print_lags(told)
 
 
 def _known(grasp: str, only: list[str]) -> list[str]:
@@ -149,3 +157,14 @@ def _print(told: dict[str, Any]) -> None:
         cells = [f"{some['force_over_least']:.2f} ({some['slips']})" for some in one["by_class"].values()]
         classes.add_row(name, *cells)
     show(classes)
+
+
+def _print_lags(told: dict[str, Any]) -> None:
+    """Say how far the drives lag, and what that costs."""
+    from vegrip.grip.drive_log import describe_lag
+    from vegrip.validation.controllers.candidates import parameters
+
+    for name, one in told.items():
+        if math.isfinite(one["drive_lag"]):
+            grip = replace(parameters(name, one["knob"]).grip, measure_lag=True)
+            typer.echo(f"drives of {name}: {describe_lag(one['drive_lag'], grip)}")

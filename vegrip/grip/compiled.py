@@ -33,7 +33,9 @@ GRIP_KERNELS: Final = (
     "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
     "finger_step",
 )  # fmt: skip
-SHARED_FRICTION: Final = ("friction_belief", "friction_probe", "friction_onset", "load_lead", "felt_slip")
+SHARED_FRICTION: Final = (
+    "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip",
+)  # fmt: skip
 """Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
 ENTRIES: Final = {
     "finger_step": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),

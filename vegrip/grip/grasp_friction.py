@@ -22,6 +22,7 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.estimator.estimator import quantile
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
+from vegrip.grip.drive_lag import begin_drives, measured_lag, tell_drives
 from vegrip.grip.felt_slip import (
     FELT_BY_LOAD,
     FELT_BY_OTHER,
@@ -71,6 +72,7 @@ from vegrip.grip.friction_probe import (
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.load_lead import begin_lead
+from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState, ModelHealth
 from vegrip.types import NamedNumbers
@@ -140,6 +142,7 @@ class GraspFriction:
         tangential_noise: std of the measured tangential force [N].
         drift: random walk of ln mu [1/sqrt(s)].
         known: what former grasps have learned of the object.
+        normal_noise: std of the measured normal force [N].
 
     """
 
@@ -150,6 +153,7 @@ class GraspFriction:
         tangential_noise: float,
         drift: float,
         known: ObjectFriction | None = None,
+        normal_noise: float = 0.01,
     ) -> None:
         able = {name: e for name, e in fingers.items() if can_share(e)}
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
@@ -163,6 +167,7 @@ class GraspFriction:
         self._before = [(0.0, 0.0)] * len(fingers)  # mean and variance it had before its last state
         self._stamp = [0] * len(fingers)
         self._is_leading = False
+        begin_drives(self._memory, normal_noise)
         if self.active:
             self._begin(able, drift, known)
 
@@ -261,10 +266,16 @@ class GraspFriction:
         i = self._places[finger.name]
         finger.lead_in = (self._memory, i) if self._is_leading and i < BELIEF_MOST else None
 
-    def set_lead(self, lag: float, torque_noise: float) -> None:
-        """Set the lag of the drives [s], 0 for the load as it is felt, and the noise of a torque [N m]."""
-        self._is_leading = lag > 0.0
-        begin_lead(self._memory, lag, self._noise, torque_noise)
+    def set_lead(self, grip: GripSettings, torque_noise: float) -> None:
+        """Set what is told of the drives, and the noise of a torque [N m]; what was measured stays."""
+        self._is_leading = grip.drive_lag > 0.0 or grip.measure_lag
+        tell_drives(self._memory, grip.drive_lag, grip.measure_lag, grip.burst_rate)
+        begin_lead(self._memory, self._noise, torque_noise)
+
+    def drive_lag(self, finger: str) -> float:
+        """Return the measured lag of the drive of ``finger`` [s]; NaN while it is not known."""
+        i = self._places[finger]
+        return measured_lag(self._memory, i) if i < BELIEF_MOST else math.nan
 
     def write_to(self, memory: NamedNumbers, finger: str, wanted: Wanted) -> None:
         """Lend what is of one finger; ``wanted`` of it once its friction is known."""
@@ -378,4 +389,5 @@ def share_friction(
         noise.tangential_force,
         estimator.friction_drift,
         known,
+        noise.normal_force,
     )

@@ -61,6 +61,11 @@ class GripSettings:
     drive_lag: float = parameter(
         0.0, unit="s", low=0.0, high=0.2, doc="of the force behind its command, by which the load is led",
     )  # fmt: skip
+    measure_lag: bool = parameter(False, doc="lead by the lag that is measured of each drive, once known")
+    burst_rate: float = parameter(
+        20.0, unit="1/s", low=0.0, high=100.0,
+        doc="relative growth of sudden loads, held beforehand for what of a measured lag cannot be led",
+    )  # fmt: skip
     slip_growth: float = parameter(
         8.0, unit="1/s", low=0.0, high=100.0, doc="growth of grip while slip is felt"
     )

@@ -21,6 +21,7 @@ from vegrip.estimator.estimator import quantile
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import layout_of
 from vegrip.grip import friction_belief
+from vegrip.grip.drive_lag import measured_lag
 from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.parameters import GraspParameters, models_of
 from vegrip.model import ContactModel
@@ -43,7 +44,10 @@ FINGERS = 5  # that the compiled trial has room for
 PERIOD_S = 0.002
 SAMPLING_S = 0.01
 
-SHARED = ("friction_belief", "friction_probe", "friction_onset", "load_lead", "felt_slip")  # of vegrip.grip
+SHARED = (
+    "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip",
+)  # fmt: skip
+"""Of :mod:`vegrip.grip`."""
 RunTrial = Callable[..., float]
 
 
@@ -59,6 +63,7 @@ class CompiledRun:
     time: Floats  # (n,) [s]
     slipped: Floats  # (n,) slips so far
     truth: dict[str, Floats]  # name in ROW_FINGER -> (n, fingers), SI
+    lags: Floats  # (fingers,) [s] measured lag of each drive at the end; NaN = not known
 
 
 def run_compiled(
@@ -92,10 +97,13 @@ def run_compiled(
         *tips, h, g, q, burden_table(events, hand.step, duration), noise_table(hand, seed, periods), rows,
         float(periods), float(round(PERIOD_S / hand.step)), SAMPLING_S,
     )  # fmt: skip
-    return _run_of(hand.fingers, layout, h, rows[: int(count)])
+    lags = np.array([measured_lag(q, i) for i in range(n)])
+    return _run_of(hand.fingers, layout, h, rows[: int(count)], lags)
 
 
-def _run_of(fingers: tuple[str, ...], layout: TrialLayout, h: Floats, rows: Floats) -> CompiledRun:
+def _run_of(
+    fingers: tuple[str, ...], layout: TrialLayout, h: Floats, rows: Floats, lags: Floats
+) -> CompiledRun:
     at = layout.places()
     table = rows[:, len(ROW_HEAD) :].reshape(len(rows), len(fingers), len(ROW_FINGER))
     return CompiledRun(
@@ -107,6 +115,7 @@ def _run_of(fingers: tuple[str, ...], layout: TrialLayout, h: Floats, rows: Floa
         time=rows[:, 0],
         slipped=rows[:, 1],
         truth={name: table[:, :, j] for j, name in enumerate(ROW_FINGER)},
+        lags=lags,
     )
 
 

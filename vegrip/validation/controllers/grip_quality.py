@@ -12,7 +12,7 @@ come in bursts, keep every real controller above it.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -53,6 +53,7 @@ class GripRecord:
     slipped: Floats  # (n,) slips that began in this row
     classes: Classes  # (n,) place in CLASSES
     settled: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]  # (n,) the hand carries the object by itself
+    lags: Floats = field(default_factory=lambda: np.zeros(0))  # (m,) [s] of the drives, as far as known
 
 
 def record_of(run: CompiledRun, events: Sequence[Disturbance], lift_start: float) -> GripRecord:
@@ -70,6 +71,7 @@ def record_of(run: CompiledRun, events: Sequence[Disturbance], lift_start: float
         slipped=np.diff(run.slipped[kept], prepend=0.0),
         classes=classes_of(time, events),
         settled=time >= SETTLED_S,
+        lags=run.lags[np.isfinite(run.lags)],
     )
 
 
@@ -94,6 +96,7 @@ def figures_of(records: Iterable[GripRecord], sampling: float) -> dict[str, Any]
         for name in ("force", "least", "margin", "slipped", "classes", "settled")
     }
     counted = rows["settled"] & np.isfinite(rows["least"])
+    lags = np.concatenate([trial.lags for trial in trials])
     slipping = sum(trial.slips > 0 or trial.dropped for trial in trials)
     return {
         "trials": len(trials),
@@ -102,6 +105,7 @@ def figures_of(records: Iterable[GripRecord], sampling: float) -> dict[str, Any]
         "trials_with_slip": slipping,
         "slip_probability_bounds": clopper_pearson(slipping, len(trials)),
         "largest_micro_slip": max((trial.largest_micro_slip for trial in trials), default=math.nan),
+        "drive_lag": float(np.median(lags)) if len(lags) else math.nan,
         **_held(rows, counted, sampling, len(trials)),
         "by_class": {
             name: {

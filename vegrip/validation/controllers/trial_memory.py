@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vegrip.estimator.layout import friction_symbol
+from vegrip.grip.drive_lag import begin_drives, tell_drives
 from vegrip.grip.felt_slip import FELT_SIZE, begin_felt_slip
 from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief, expect_finger
 from vegrip.grip.friction_onset import begin_onsets
@@ -142,6 +143,9 @@ def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int
     )  # fmt: skip
     begin_onsets(q, f.onset_noise if f.onsets else math.inf, f.shock)
     noise = settings.noise
-    begin_lead(q, settings.grip.drive_lag, noise.tangential_force, noise.torque_z)
+    grip = settings.grip
+    begin_drives(q, noise.normal_force)
+    tell_drives(q, grip.drive_lag, grip.measure_lag, grip.burst_rate)
+    begin_lead(q, noise.tangential_force, noise.torque_z)
     begin_felt_slip(q, f.sliding_speed, f.slip_delay)
     return g, q

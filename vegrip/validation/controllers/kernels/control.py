@@ -6,6 +6,7 @@ from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.estimator.kernels.forecast import least_force
 from vegrip.estimator.kernels.report import utilisation
 from vegrip.estimator.kernels.update import update
+from vegrip.grip.drive_lag import DRIVE_IS_MEASURED, DRIVE_TOLD, follow_drive
 from vegrip.grip.felt_slip import (
     believed_flag,
     believed_speed,
@@ -15,7 +16,7 @@ from vegrip.grip.felt_slip import (
 )
 from vegrip.grip.friction_onset import counts_as_known, feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
-from vegrip.grip.load_lead import LEAD_LAG, lead_load
+from vegrip.grip.load_lead import lead_load
 from vegrip.validation.controllers.kernels.generated import (
     CH_USED,
     CHANNEL0,
@@ -182,7 +183,7 @@ def control_finger(
     h[G_SAMPLES + i] += 1.0
     if learns:
         take_belief(m, h, g, i)
-    ahead, turn = load_ahead(q, i, 0.0 if first else dt, x, y, torque)
+    ahead, turn = load_ahead(q, i, 0.0 if first else dt, x, y, torque, force, followed(m, h, i))
     ln, variance = m[FRI_LN_MU], m[FRI_VAR]
     update(m, -1.0 if first else dt, force, displacement, math.nan, tangential, torque, believed)
     age = informed_age(m, h, i, dt)
@@ -223,9 +224,18 @@ def control_finger(
         )
 
 
-def load_ahead(q: Floats, i: int, dt: float, x: float, y: float, torque: float) -> tuple[float, float]:
-    """Return the load of finger ``i`` that counts: ahead by the drive's lag where that is told."""
-    if q[LEAD_LAG] > 0.0:
+def followed(m: Floats, h: Floats, i: int) -> float:
+    """Return the command [N] that the drive of finger ``i`` follows in a contact; NaN: none."""
+    follows = m[REP_CONTACT] > 0.5 and h[G_FAULTY + i] < 0.0
+    return float(h[G_COMMAND + i]) if follows else math.nan
+
+
+def load_ahead(
+    q: Floats, i: int, dt: float, x: float, y: float, torque: float, force: float, command: float
+) -> tuple[float, float]:
+    """Return the load of finger ``i`` that counts: ahead by the drive's lag where it is known."""
+    if q[DRIVE_TOLD] > 0.0 or q[DRIVE_IS_MEASURED] > 0.5:
+        follow_drive(q, i, dt, command, force)
         return lead_load(q, i, dt, x, y, torque)
     return math.sqrt(x * x + y * y), torque
 
