@@ -10,6 +10,7 @@ from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.joint_confidence import FINGER_CORRELATION
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Condition, FingertipState
@@ -129,7 +130,10 @@ def test_a_bogus_slip_at_light_touch_changes_nothing() -> None:
 def test_probing_says_why_it_is_off_and_is_careful_then(
     friction: FrictionSettings, slip: float, sentence: str
 ) -> None:
-    bench = Bench(controller(friction))
+    _, std = controller(LEARNING).friction.belief("index")
+    as_alone = replace(friction, own_spread=std * math.sqrt(1.0 - FINGER_CORRELATION))
+    bench = Bench(controller(as_alone))
+    assert bench.hand.friction.correlation == pytest.approx(FINGER_CORRELATION, rel=1e-9)
     seconds = 0.6 if sentence else 3.0  # an unknown object is lifted with as much, and then let go of
     bench.run(seconds, 0.6, dict.fromkeys(NAMES, slip))
     why = bench.hand.friction.why_not_probing

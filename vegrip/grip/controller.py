@@ -227,7 +227,8 @@ class GripController:
     def wanted(self) -> Wanted:
         """Margin and confidence of each finger; all count, also those that are not heard."""
         grip = self.settings.grip
-        return grip.wanted_margin, each_confidence(grip.probability, len(self.names), grip.correlation)
+        rho = self.friction.correlation
+        return grip.wanted_margin, each_confidence(grip.probability, len(self.names), rho)
 
     @property
     def wanted_known(self) -> Wanted:

@@ -70,6 +70,7 @@ from vegrip.grip.friction_probe import (
     watch_load,
 )
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.joint_confidence import FINGER_CORRELATION, shared_part
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.policies.margin_grip import GripSettings
@@ -167,6 +168,8 @@ class GraspFriction:
         self._before = [(0.0, 0.0)] * len(fingers)  # mean and variance it had before its last state
         self._stamp = [0] * len(fingers)
         self._is_leading = False
+        self.correlation = FINGER_CORRELATION
+        """Of what is not known of the fingers' friction before anything is felt [-]."""
         begin_drives(self._memory, normal_noise)
         if self.active:
             self._begin(able, drift, known)
@@ -182,6 +185,8 @@ class GraspFriction:
             if known is not None and known.prior[1] ** 2 < widest:
                 mean, variance = known.prior[0], known.prior[1] ** 2
                 estimator.believe_friction(FingerFriction(mean, variance, mean, variance))
+            rho = shared_part(math.sqrt(max(variance, 0.0)), s.own_spread)
+            self.correlation = rho if i == 0 else min(rho, self.correlation)
             expect_finger(g, i, mean, math.sqrt(max(variance, 0.0)), s.own_spread)
             g[BELIEF_PRIOR_VAR] = max(g[BELIEF_PRIOR_VAR], widest)  # forgetting leads back to what is usual
             self._before[i] = mean, variance

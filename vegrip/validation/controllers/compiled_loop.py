@@ -30,6 +30,7 @@ from vegrip.types import Floats
 from vegrip.validation.controllers.layout import ROW_FINGER, ROW_HEAD, TrialLayout
 from vegrip.validation.controllers.trial_memory import (
     burden_table,
+    correlation_of,
     hand_memory,
     learning_memory,
     noise_table,
@@ -84,7 +85,7 @@ def run_compiled(
     models = models_of(settings, hand.fingers, "grasp_force")
     run = trial_of(models[0], layout, settings.estimator.surface == "ellipse")
     grip = settings.grip
-    each = each_confidence(grip.probability, n, grip.correlation)
+    each = each_confidence(grip.probability, n, correlation_of(settings, models[0]))
     h = hand_memory(layout, hand, seed, PERIOD_S)
     set_control(h, layout, settings, quantile(each), quantile(grip.known_probability))
     h[layout.places()["G_KNOWN"]] = float(known)

@@ -13,6 +13,7 @@ from vegrip.grip.felt_slip import FELT_SIZE, begin_felt_slip
 from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief, expect_finger
 from vegrip.grip.friction_onset import begin_onsets
 from vegrip.grip.friction_probe import begin_probing
+from vegrip.grip.joint_confidence import FINGER_CORRELATION, shared_part
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.parameters import GraspParameters
 from vegrip.model import ContactModel
@@ -126,6 +127,14 @@ def noise_table(settings: HandSettings, seed: int, samples: int) -> Floats:
     """
     sensors = Sensors(settings.sensor, settings.fingers, np.random.default_rng([seed, 1]))
     return np.stack([sensors.draw()[0] for _ in range(samples)])
+
+
+def correlation_of(settings: GraspParameters, model: ContactModel) -> float:
+    """Return the correlation of what is not known of the fingers, as the node has it."""
+    friction = settings.friction
+    if not (friction.shared and settings.policy == "margin"):
+        return FINGER_CORRELATION
+    return shared_part(model.values[friction_symbol(model)].std, friction.own_spread)
 
 
 def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int) -> tuple[Floats, Floats]:
