@@ -46,7 +46,7 @@ PERIOD_S = 0.002
 SAMPLING_S = 0.01
 
 SHARED = (
-    "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip",
+    "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
 )  # fmt: skip
 """Of :mod:`vegrip.grip`."""
 RunTrial = Callable[..., float]
