@@ -13,7 +13,7 @@ from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.joint_confidence import FINGER_CORRELATION
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import Condition, FingertipState
+from vegrip.messages import PROBED, Condition, FingertipState
 
 NAMES = ("thumb", "index")
 LEARNING = FrictionSettings(shared=True, probing=True)
@@ -194,3 +194,17 @@ def test_a_node_logs_once_why_friction_is_not_probed(caplog: pytest.LogCaptureFi
             list(node.on_message(state, state.stamp))
     told = [record.getMessage() for record in caplog.records]
     assert told == ["friction is not probed: thumb does not feel slip"]
+
+
+def test_health_says_that_friction_is_probed_and_a_finger_that_does_not_learn_says_nothing() -> None:
+    seen = []
+    for friction in (LEARNING, FrictionSettings()):
+        bench = Bench(controller(friction))
+        bench.run(0.1, 0.6)
+        told = {bench.hand.health("index").friction}
+        for _ in range(40):
+            bench.run(0.05, 0.6)
+            told.add(bench.hand.health("index").friction)
+        seen.append(told)
+    assert seen[0] >= {"", PROBED}
+    assert seen[1] == {""}

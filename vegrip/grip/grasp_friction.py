@@ -76,7 +76,7 @@ from vegrip.grip.late_slip import LATE_SIZE, begin_late_slip, is_late, present_s
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import FingertipState, ModelHealth
+from vegrip.messages import KNOWN, PROBED, FingertipState, ModelHealth
 from vegrip.types import NamedNumbers
 
 LONGEST_STEP_S = 0.1
@@ -84,6 +84,9 @@ LONGEST_STEP_S = 0.1
 NEW_CONTACT_VARIANCE = 1e-4
 """Growth of the variance of ln mu between two states that only a new contact brings."""
 
+
+LEAST_PROBE = 1e-3
+"""Of ln mu by which a finger is let go of from which on that is said."""
 
 CHANNELS_OF_SLIP = {FELT_FLAG: "slip", FELT_SPEED: "slip_speed"}
 
@@ -333,9 +336,22 @@ class GraspFriction:
         wrong = CONTRADICTIONS[self._memory[at + 6 * self._places[finger] + FELT_WHY]]
         return f"the channel '{channel}' of {finger} {wrong}, and is not used"
 
+    def friction_counted_on(self, finger: str) -> str:
+        """Return how ``finger`` counts on friction: PROBED, KNOWN, or "" for what is usual."""
+        if not self.active:
+            return ""
+        i = self._places[finger]
+        if self._memory[PROBE_SHIFT + i] > LEAST_PROBE:
+            return PROBED
+        return KNOWN if counts_as_known(self._memory, self._memory, i) else ""
+
     def name_suspect(self, health: ModelHealth) -> ModelHealth:
-        """Return ``health`` with the channel that is not believed, instead of what the model fails at."""
+        """Return ``health`` with the channel that is not believed, instead of what the model fails at.
+
+        What the grip counts on of friction is in it, too.
+        """
         channel = self.doubted_channel(health.finger)
+        health = replace(health, friction=self.friction_counted_on(health.finger))
         return replace(health, channel=channel, regime="", suspect="") if channel else health
 
     @property
