@@ -12,6 +12,7 @@ from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
 from vegrip.grip.compiled_batch import CompiledBatch, can_batch
 from vegrip.grip.compiled_finger import LEFT_ALONE, STATE_BYTES, CompiledFinger, Place, why_not_compiled
 from vegrip.grip.controller import GripController, need_of
+from vegrip.grip.drive_log import DriveLog
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger
 from vegrip.grip.known_objects import KnownObjects, ObjectFriction
@@ -77,6 +78,7 @@ class GraspForce(NodeBase):
         self.diagnoser = diagnoser or NoDiagnosis()
         self._active = False
         self._why_not_probing = ""  # as it was last told
+        self._drive_log = DriveLog(name)
         self._worn = False  # the fingers have a past
         self._is_at_fault = False  # of this node itself, not of its input
 
@@ -450,6 +452,7 @@ class GraspForce(NodeBase):
         self._told(finger)
         if looks:
             self._tell_probing(controller)
+            self._drive_log.tell(finger.name, controller.friction, self.parameters.grip)
         # last, so that a state that has come meanwhile need not wait for it
         if looks and (learned := self._learned_store.observe(finger.name, now)):
             yield from finger.learned_messages(learned, now, self.parameters.learned_period)
