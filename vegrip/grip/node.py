@@ -22,7 +22,7 @@ from vegrip.host.realtime import NODE_PRIORITY
 from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth, NodeStatus
 from vegrip.runtime import NodeBase
 from vegrip.runtime.telemetry import Unmade
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.line import FingerLine
 from vegrip.types import Floats
 
 WHY_NO_LINES = (
@@ -66,7 +66,7 @@ class GraspForce(NodeBase):
         self._names = tuple(fingers)
         self._model_swap: ModelSwap | None = None
         self._compiled: dict[str, CompiledFinger] = {}
-        self._lines: Mapping[str, Line] = {}
+        self._lines: Mapping[str, FingerLine] = {}
         self._kernel_mode = ""
         self._batch: CompiledBatch | None = None
         self._shared = np.full(max(1, len(self._names)), np.nan)  # what the fingers of the grasp share
@@ -218,7 +218,7 @@ class GraspForce(NodeBase):
         """The fingers whose frames may run compiled."""
         return self._names
 
-    def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None:
+    def run_compiled(self, lines: Mapping[str, FingerLine], mode: str = "") -> None:
         """Answer the frames of ``lines`` compiled from now on, finger by finger, as far as that is possible.
 
         Args:
@@ -312,6 +312,10 @@ class GraspForce(NodeBase):
     def command_given(self, name: str) -> Unmade:
         """Return the last command that was given compiled."""
         return self._compiled[name].command_given()
+
+    def command_numbers(self, name: str) -> tuple[int, float, float, int, int]:
+        """Return counter, force [N], its change [N], reason and lifetime [ns] of that command."""
+        return self._compiled[name].command_numbers()
 
     def take_back(self, name: str = "") -> None:
         """Bring the objects up to date with what ran compiled, of the finger ``name`` or of all."""

@@ -93,13 +93,13 @@ def test_forces_beyond_the_frame_are_clipped_and_counted_alike(classic_log: Log,
 @pytest.mark.parametrize("seed", [-1, 3])
 def test_c_and_plain_python_leave_the_same_bits_in_the_whole_memory(classic_log: Log, seed: int) -> None:
     log = short(classic_log if seed < 0 else hostile(classic_log, seed))
-    assert bits_left(log, "c") == bits_left(log, "python")
+    assert bits_left(Replay(log, "c")) == bits_left(Replay(log, "python"))
 
 
 @pytest.mark.skipif(kernel_mode() != "numba", reason="numba compiles for a minute; make test-numba")
 def test_numba_leaves_the_bits_of_plain_python(classic_log: Log) -> None:
     log = short(hostile(classic_log, 3))
-    assert bits_left(log, "numba") == bits_left(log, "python")
+    assert bits_left(Replay(log, "numba")) == bits_left(Replay(log, "python"))
 
 
 def test_a_frame_that_is_left_alone_has_changed_nothing(classic_log: Log, mode: str) -> None:
