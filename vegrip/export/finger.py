@@ -15,10 +15,11 @@ from vegrip.export.finger_vectors import FingerVectors, Meeting
 from vegrip.export.precision import PRECISIONS, WIDE
 from vegrip.export.request import Request
 from vegrip.export.texts import NAMES, NUMBER_DIGITS, ONLY_TOUCHING, Texts, text_number
-from vegrip.grip.compiled import ENTRIES, finger_places, finger_text
+from vegrip.grip.compiled import finger_places, finger_text
 from vegrip.grip.compiled_finger import COMMAND_BYTES
 from vegrip.grip.finger_controller import RENEWAL
 from vegrip.grip.layout import REALS, FingerLayout
+from vegrip.grip.wires import ENTRIES
 from vegrip.messages import Condition
 from vegrip.model.file import model_text
 from vegrip.transport.codec.database import database, layouts

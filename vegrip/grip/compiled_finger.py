@@ -23,9 +23,10 @@ from vegrip.grip.memory import FingerMemory
 from vegrip.grip.policies.margin_grip import MarginGrip
 from vegrip.grip.recent_states import KeptStates
 from vegrip.grip.settings import ControlSettings
+from vegrip.grip.wires import WIRES
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.runtime.telemetry import Unmade
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.line import CLASSIC, Line
 from vegrip.types import Floats
 
 LEFT_ALONE: Final = 0
@@ -35,6 +36,8 @@ REPORT: Final = 4
 
 STATE_BYTES: Final = 48
 COMMAND_BYTES: Final = 24
+PART_BYTES: Final = 8
+"""Of a classic frame."""
 REASONS: Final = tuple(Reason(number) for number in range(len(Reason)))
 FETCHED_STATES: Final = 64
 """States that are fetched from the memory at once, unless all are wanted."""
@@ -96,20 +99,23 @@ class CompiledFinger:
         assert isinstance(estimator, ContactEstimator)  # noqa: S101
         settings = estimator.settings
         self._alone = alone
-        layout = FingerLayout(estimator.layout.size, settings.late, 0 if alone else RECENT_STATES, not alone)
+        layout = FingerLayout(
+            estimator.layout.size, settings.late, 0 if alone else RECENT_STATES, not alone,
+            WIRES[line.wire].part_bytes(),
+        )  # fmt: skip
         ellipse = settings.surface == "ellipse"
         self.finger, self._line, self._place = finger, line, place
         self.module: FingerKernels = finger_module(
-            estimator.model, estimator.layout, layout, ellipse=ellipse, mode=mode
+            estimator.model, estimator.layout, layout, ellipse=ellipse, mode=mode, wire=line.wire
         )
         self.memory = FingerMemory(layout)
-        self.answer = np.zeros(COMMAND_BYTES, dtype=np.uint8)
-        """The frame of the last command."""
+        self.answer = np.zeros(PART_BYTES if line.wire == CLASSIC else COMMAND_BYTES, dtype=np.uint8)
+        """The frame of the last command, where commands are frames."""
         self.lent = False
         self._friction: GraspFriction | None = None  # that has lent
         self._shared = shared
         self._f, self._t = self.memory.f, self.memory.t
-        self._step = bound_step(self.module, self._f, self._t, shared, self.answer)
+        self._step = bound_step(self.module, line.wire, self._f, self._t, shared, self.answer)
         self._force_at = layout.reals["STATE_NORMAL_FORCE"]
         self._displacement_at = layout.reals["STATE_DISPLACEMENT"]
         self._state = self.memory.section("STATE")
@@ -125,6 +131,14 @@ class CompiledFinger:
         """Answer a frame; what is done is told in bits, and LEFT_ALONE means nothing at all."""
         return self._step(frame, length, arrival, now)
 
+    def step_part(self, frame: np.ndarray, length: int, part: int, arrival: int, now: int) -> int:
+        """Take the frame number ``part``, from 1, of those that make a state; answer with the last one."""
+        return self._step(frame, part, arrival, now) if length == PART_BYTES else LEFT_ALONE
+
+    def step_values(self, values: Floats, counter: int, stamp: int, arrival: int, now: int) -> int:
+        """Answer the values of a state, as :meth:`step`; the command is :meth:`command_given`."""
+        return self._step(values, counter, stamp, arrival, now)
+
     def lend(self, controller: GripController, periods: tuple[float, float]) -> bool:
         """Hand everything to the memory; return whether that was possible."""
         lifetime = self.finger.controller.limits.lifetime
@@ -137,6 +151,8 @@ class CompiledFinger:
             controller.friction.write_to(memory, self.finger.name, controller.wanted_known)
             self._friction = controller.friction
         self._line.write_to(memory, lifetime)
+        if not self._line.can_hand_over(memory):
+            return False
         memory["SETUP_FINGER"], memory["SETUP_FINGERS"] = self._place.number, self._place.fingers
         memory["SETUP_THUMB"], memory["SETUP_ALONE"] = self._place.thumb, self._alone
         memory["TURN_NOTED"] = memory["TURN_FETCHED"] = self._seen = 0
