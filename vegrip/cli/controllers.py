@@ -144,8 +144,13 @@ def _print(told: dict[str, Any]) -> None:
                 f"{point['time_below_002']:.3f}",
             )  # fmt: skip
     show(columns)
-    classes = table("force over least (slips)", *next(iter(told.values()))["by_class"])
+    classes = next(iter(told.values()))["by_class"]
+    forces = table("force over least (slips)", *classes)
+    friction = table("friction inside its 95 %", "in all", *classes, "std of ln mu")
     for name, one in told.items():
-        cells = [f"{some['force_over_least']:.2f} ({some['slips']})" for some in one["by_class"].values()]
-        classes.add_row(name, *cells)
-    show(classes)
+        some = one["by_class"].values()
+        forces.add_row(name, *(f"{by['force_over_least']:.2f} ({by['slips']})" for by in some))
+        inside = [f"{100.0 * by['friction_inside']:.0f} %" for by in (one, *some)]
+        friction.add_row(name, *inside, f"{one['friction_std']:.2f}")
+    show(forces)
+    show(friction)

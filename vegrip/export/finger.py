@@ -28,6 +28,7 @@ from vegrip.transport.codec.kernel_text import STATE
 FILES = {
     "finger.h": "{p}_finger.h", "finger.c": "{p}_finger.c", "finger_vectors.h": "{p}_vectors.h",
     "finger_vectors.c": "{p}_vectors.c", "finger_selftest.c": "{p}_selftest.c", "Makefile": "Makefile",
+    "counting.h": "{p}_counting.h", "finger_worst.c": "{p}_worst.c",
     "CMakeLists.txt": "CMakeLists.txt", "finger_bare_metal.c": "examples/bare_metal.c",
     "finger_linux.c": "examples/linux.c",
     "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld", **frameworks.FINGER,
@@ -94,6 +95,7 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         "longest_gap": literals.real(request.settings.longest_gap),
         **{f"REP_{name}": place for name, place in report.items()},
         **finger_constants(finger), **_vectors(vectors), **precision.known,
+        "worst_sources": f"{p}_worst.c {p}_vectors.c",
         **frameworks.words("finger"),
     }  # fmt: skip
     folder = resources.files("vegrip.export") / "templates"

@@ -100,7 +100,7 @@ def set_control(
         "LEARNS": float(settings.policy == "margin" and settings.friction.shared),
         "CONE": (1.0 + cone.safety) / cone.friction, "LONGEST_GAP": settings.estimator.longest_gap,
         "ELASTIC": [elastic.friction, elastic.safety, elastic.radius, elastic.power, elastic.exponent],
-        "COMMAND": math.nan, "INFORMED": math.inf,
+        "RECOVERY": settings.watchdog.recover_after, "COMMAND": math.nan, "INFORMED": math.inf,
     }  # fmt: skip
     for name, value in values.items():
         h[at[f"G_{name}"]] = np.asarray(value, float)
