@@ -20,7 +20,7 @@ from vegrip.estimator.compiled import estimator_parts, kernel_mode, tell_once
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS
 from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
-from vegrip.grip.felt_slip import FELT_SIZE
+from vegrip.grip.late_slip import LATE_SIZE
 from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
 from vegrip.grip.policies.running_median import WINDOW_SLOTS
 from vegrip.grip.wires import WIRES
@@ -35,7 +35,9 @@ GRIP_KERNELS: Final = (
     "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
     "finger_step",
 )  # fmt: skip
-SHARED_FRICTION: Final = ("friction_belief", "friction_probe", "friction_onset", "load_lead", "felt_slip")
+SHARED_FRICTION: Final = (
+    "friction_belief", "friction_probe", "friction_onset", "load_lead", "felt_slip", "late_slip",
+)  # fmt: skip
 """Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
 COMMANDED: Final = 2
 """Bit of a step after which a command was packed."""
@@ -127,7 +129,7 @@ def _mode() -> str:
 def single_lengths(finger: FingerLayout, wire: str = FD) -> Lengths:
     """Return how long the memories of each entry are, for a step that computes in single precision."""
     needs = f"(int)a1[{finger.wholes['SETUP_FINGERS']}]"
-    lengths = (finger.n_reals, FELT_SIZE if finger.is_shared else needs, len(CHANNELS))
+    lengths = (finger.n_reals, LATE_SIZE if finger.is_shared else needs, len(CHANNELS))
     entries = WIRES[wire].entries
     return {name: lengths[: entries[name].count(MEMORY)] for name in entries}
 

@@ -7,7 +7,7 @@ import numpy as np
 from vegrip.virtual import profile
 
 FLAGS = 64
-"""Samples by which a slip flag may be late."""
+"""Samples by which felt slip may be late."""
 SLOTS = 25
 """Of the running median, as :data:`vegrip.grip.policies.running_median.WINDOW_SLOTS`."""
 TABLE = 400
@@ -60,7 +60,8 @@ class TrialLayout:
         sections |= {f"H_{name}": n for name in HAND_FINGER}
         sections |= {f"H_{name}": n * self.branches for name in ("BRANCHES", "BRANCH_DECAY", "BRANCH_SHARE")}
         sections |= {"H_STEPS": 3, "H_POSE": 6, "H_START": 3, "H_PLACE": 2 * n, "H_WRENCH": 3 * n}
-        sections |= {"H_SLIP": 3 * n, "H_READING": 8 * n, "H_FLAGS": FLAGS * n, "H_LOAD": self.rings * n}
+        sections |= {"H_SLIP": 3 * n, "H_READING": 8 * n, "H_FLAGS": FLAGS * n, "H_SPEEDS": FLAGS * n}
+        sections |= {"H_LOAD": self.rings * n}
         sections |= {"H_REACH": self.rings, "H_AREA": self.rings, "H_COSINE": self.spokes}
         sections |= {"H_SINE": self.spokes, "H_BRISTLE": 2 * n * elements, "H_EXPONENT_TABLE": TABLE}
         sections |= {"H_RING_TABLE": TABLE * self.rings}

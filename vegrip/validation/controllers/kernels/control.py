@@ -15,6 +15,7 @@ from vegrip.grip.felt_slip import (
 )
 from vegrip.grip.friction_onset import counts_as_known, feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
+from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import LEAD_LAG, lead_load
 from vegrip.validation.controllers.kernels.generated import (
     CH_USED,
@@ -179,10 +180,9 @@ def control_finger(
     sensed_slip, sensed_speed = slip, slip_speed
     learns = h[G_LEARNS] > 0.5
     if learns:
-        slip, slip_speed = believed_flag(q, i, slip), believed_speed(q, i, slip_speed)
-    believed = slip
-    if slip >= 0.5 and slip_speed < LEAST_SLIDING:
-        believed = math.nan
+        slip = present_slip(q, i, believed_flag(q, i, slip))
+        slip_speed = present_slip(q, i, believed_speed(q, i, slip_speed))
+    believed = math.nan if slip >= 0.5 and slip_speed < LEAST_SLIDING else slip
     first = count_sample(h, i, dt)
     if learns:
         take_belief(m, h, g, i)
@@ -274,11 +274,11 @@ def learn_friction_of(
     tangential: float, torque: float, slip: float, slip_speed: float, at: float,
 ) -> None:  # fmt: skip
     """Take into the belief of the grasp what finger ``i`` has just learned, and let probing go on."""
-    give_evidence(m, h, g, i, step, ln, variance)
+    believed, fast = believed_flag(q, i, slip), believed_speed(q, i, slip_speed)
+    give_evidence(m, h, g, i, step, ln, variance, believed >= 0.5 and is_late(q))
     u, relative = utilisation(m)
     u *= math.exp(ln - m[FRI_LN_MU])
-    believed, fast = believed_flag(q, i, slip), believed_speed(q, i, slip_speed)
-    feel_onset(g, q, i, step, u, relative, believed, fast)
+    feel_onset(g, q, i, step, recall_load(q, i, step, u), relative, believed, fast)
     q[PROBE_NEED + i] = h[G_REQUIRED + i]
     load = armed_load(tangential, torque, m[REP_RADIUS])
     probe_finger(g, q, i, step, load, m[SET_S_TANGENTIAL], m[REP_CONTACT] > 0.5, believed, at)

@@ -97,6 +97,7 @@ H_WRENCH: int
 H_SLIP: int
 H_READING: int
 H_FLAGS: int
+H_SPEEDS: int
 H_LOAD: int
 H_REACH: int
 H_AREA: int

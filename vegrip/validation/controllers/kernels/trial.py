@@ -26,6 +26,7 @@ from vegrip.validation.controllers.kernels.generated import (
     H_SLIP_SENSOR,
     H_SLIP_THRESHOLD,
     H_SLIPS,
+    H_SPEEDS,
     H_STEPS,
     H_WRENCH,
     HAND_FINGERS,
@@ -86,16 +87,24 @@ def feel_finger(h: Floats, z: Floats, sample: int, i: int) -> None:
     h[at + 2] = quantized(h[H_WRENCH + 3 * i + 1] + z[noise + 2], h[H_STEPS])
     h[at + 3] = quantized(turned * h[H_WRENCH + 3 * i + 2] + z[noise + 3], h[H_STEPS + 1])
     h[at + 4] = quantized(h[H_DEPTH + i] + z[noise + 4], h[H_STEPS + 2])
-    h[at + 6] = max(h[H_SLIP + 3 * i + 1] + z[noise + 6], 0.0)
-    first = H_FLAGS + HAND_FLAGS * i
+    speed = h[H_SLIP + 3 * i + 1]
+    sliding = h[H_SLIDING + i]
+    if speed < h[H_SLIP_THRESHOLD]:
+        speed = sliding = 0.0
+    speed = felt_late(h, H_SPEEDS + HAND_FLAGS * i, speed)
+    h[at + 6] = max(speed + z[noise + 6], 0.0)
+    h[at + 7] = felt_late(h, H_FLAGS + HAND_FLAGS * i, sliding)
+    if h[H_SLIP_SENSOR] < 0.5:
+        h[at + 6] = h[at + 7] = math.nan
+
+
+def felt_late(h: Floats, first: int, value: float) -> float:
+    """Put ``value`` into the ring from ``first`` on; return what was put there by the delay of slip ago."""
     late = int(h[H_SLIP_DELAY])
     for j in range(late):
         h[first + late - j] = h[first + late - j - 1]
-    felt = h[H_SLIDING + i] > 0.5 and h[H_SLIP + 3 * i + 1] >= h[H_SLIP_THRESHOLD]
-    h[first] = 1.0 if felt else 0.0
-    h[at + 7] = h[first + late]
-    if h[H_SLIP_SENSOR] < 0.5:
-        h[at + 6] = h[at + 7] = math.nan
+    h[first] = value
+    return float(h[first + late])
 
 
 def quantized(value: float, step: float) -> float:
