@@ -67,7 +67,7 @@ class CanopenCodec:
         return None if classic is None else self._codec.decode(classic)
 
     def classic(self, frame: Frame) -> Frame | None:
-        """Return a PDO as the classic frame that it is; None for any other frame, or a PDO not to be taken."""
+        """Return a PDO as the classic frame that it is; None for other frames, and while it is not heard."""
         identifier = self._identifier.get(frame.arbitration_id)
         if identifier is None or not self._hears(frame.arbitration_id):
             return None
