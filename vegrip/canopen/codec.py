@@ -71,7 +71,7 @@ class CanopenCodec:
         identifier = self._identifier.get(frame.arbitration_id)
         if identifier is None or not self._hears(frame.arbitration_id):
             return None
-        return frame._replace(arbitration_id=identifier)
+        return Frame(identifier, frame.data, frame.fd, frame.stamp)  # a third of the time of _replace
 
     def line(self, finger: str) -> Line | None:
         """Return how states and commands of ``finger`` travel, as classic frames."""
@@ -87,7 +87,7 @@ class CanopenCodec:
         self._keep(message, frames)
         cob_ids = [(self._cob_id.get(frame.arbitration_id), frame) for frame in frames]
         return [
-            frame._replace(arbitration_id=cob_id)
+            Frame(cob_id, frame.data, frame.fd, frame.stamp)
             for cob_id, frame in cob_ids
             if cob_id is not None and self._speaks(cob_id)
         ]
