@@ -365,6 +365,12 @@ class GraspForce(NodeBase):
     @property
     def path_taken(self) -> str:
         """How states are answered: by the compiled step or by objects, and why, in a sentence."""
+        lifetime = self.parameters.limits.lifetime
+        if self._lines and not all(line.carries(lifetime) for line in self._lines.values()):
+            return (
+                f"states are answered by objects: no frame can say that a command lives for {lifetime:g} s"
+                " (limits.lifetime)"
+            )
         if self._compiled and len(self._compiled) == len(self.fingers):
             compiled = next(iter(self._compiled.values()))
             how = "all fingers at once" if self._batch is not None else "finger by finger"

@@ -142,3 +142,14 @@ def test_a_hand_on_classic_can_is_held_with_the_same_forces_on_both_ways() -> No
     assert compiled.course.command == objects.course.command
     assert compiled.course.condition[-1] == (Condition.OK,) * 5
     assert compiled.grip.runner.statistics.states == objects.grip.runner.statistics.states
+
+
+def test_a_lifetime_that_no_classic_frame_can_carry_is_told_and_answered_alike(
+    classic_log: Log, mode: str
+) -> None:
+    base = demo_parameters()
+    lasting = replace(base, limits=replace(base.limits, lifetime=0.6))
+    log = short(classic_log, 900)
+    replay = Replay(log, mode, lasting)
+    assert replay.node.path_taken.endswith("a command lives for 0.6 s (limits.lifetime)")
+    assert differences(Replay(log, "", lasting).run(), replay.run()) == []
