@@ -1,6 +1,6 @@
 """States and commands of one finger in FD frames, for a program that reads and writes the bytes itself."""
 
-from typing import Final
+from typing import Final, Protocol
 
 from vegrip.clock import NS
 from vegrip.transport.codec.cells import Raw
@@ -14,6 +14,26 @@ TOPIC: Final = "topic"
 """The wires: a state in one FD frame, in several classic ones, in one message of a topic."""
 
 
+class FingerLine(Protocol):
+    """How states and commands of one finger travel, as far as their counters and times go."""
+
+    wire: str
+    state_id: int
+    command_id: int
+
+    def carries(self, lifetime: float) -> bool:
+        """Return whether a command can say that it lives for ``lifetime`` [s]."""
+
+    def can_hand_over(self, memory: NamedNumbers) -> bool:
+        """Return whether what the objects have written into a ``memory`` can go on there."""
+
+    def write_to(self, memory: NamedNumbers, lifetime: float) -> None:
+        """Put what the step needs into a memory."""
+
+    def read_from(self, memory: NamedNumbers) -> None:
+        """Take the counters back."""
+
+
 class Line:
     """Identifiers of a finger's frames, and the counter of its states.
 
@@ -23,7 +43,7 @@ class Line:
 
     """
 
-    wire = FD
+    wire: str = FD
 
     def __init__(self, states: Decoder, commands: Encoder) -> None:
         self.state_id, self.command_id = states.identifier, commands.identifier
