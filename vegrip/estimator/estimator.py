@@ -117,6 +117,7 @@ class ContactEstimator:
             memory["SAMPLE_REWIND_NEXT"] = self._rewind.next_slot
             self._lent_after = self._clock.taken
         memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"] = self._load, self._torque
+        memory["TOLD_CONFIDENCE"] = self.settings.confidence
         self._clock.write_to(memory)
 
     def read_rewind(self, past: RecentSamples, taken: int) -> None:

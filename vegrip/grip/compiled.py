@@ -31,7 +31,7 @@ HERE: Final = Path(__file__).parent / "kernels"
 INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog", "sense")
 GRIP_KERNELS: Final = (
     "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
-    "finger_step",
+    "finger_step", "reports",
 )  # fmt: skip
 SHARED_FRICTION: Final = ("friction_belief", "friction_probe", "friction_onset", "load_lead", "felt_slip")
 """Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
@@ -39,6 +39,7 @@ ENTRIES: Final = {
     "finger_step": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
     "finger_tick": (MEMORY, LONGS, MEMORY, LONG, BYTES),
     "finger_receive": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
+    "finger_report": (MEMORY, LONGS, LONG, BYTES, BYTES, BYTES),
 }
 """What is called from outside, with the kinds of its arguments."""
 
@@ -194,6 +195,7 @@ class FingerKernelsC:
         self._step = _entry(loaded, "finger_step", ctypes.c_int)
         self._tick = _entry(loaded, "finger_tick", ctypes.c_int)
         self._receive = _entry(loaded, "finger_receive", ctypes.c_int)
+        self._report = _entry(loaded, "finger_report", ctypes.c_int)
 
     def finger_step(
         self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
@@ -226,6 +228,12 @@ class FingerKernelsC:
         at = _address
         done: int = self._receive(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
         return done
+
+    def finger_report(self, f: Any, t: Any, now: int, contact1: Any, contact2: Any, margin: Any) -> int:
+        """As :func:`vegrip.grip.kernels.reports.finger_report`."""
+        at = _address
+        told: int = self._report(at(f), at(t), now, at(contact1), at(contact2), at(margin))
+        return told
 
 
 _known: dict[int, tuple[Any, int]] = {}

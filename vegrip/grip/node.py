@@ -279,6 +279,18 @@ class GraspForce(NodeBase):
         controller = self.controller
         return iter(()) if controller is None else self._reports(controller, controller.fingers[name], now)
 
+    def report_frames(self, name: str, now: int) -> Iterable[tuple[int, np.ndarray]]:
+        """Return identifiers and frames of contact and slip margin, if the compiled step can tell them."""
+        compiled = self._compiled.get(name)
+        if not self._active or compiled is None or not compiled.lent or not compiled.tell(now):
+            return ()
+        return zip(compiled.report_ids, compiled.report_frames, strict=True)
+
+    def has_more_to_tell(self, name: str, now: int) -> bool:
+        """Return whether :meth:`reports` has something to tell besides :meth:`report_frames`."""
+        compiled = self._compiled.get(name)
+        return compiled is None or not compiled.lent or compiled.has_more_to_tell(now)
+
     def felt(self, name: str) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the last frame that ran compiled."""
         return self._compiled[name].felt()

@@ -4,18 +4,19 @@ As :mod:`vegrip.runtime.hot_path` for the frames of single fingers; what is left
 messages.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
 from vegrip.clock import Clock
-from vegrip.messages import ForceCommand, Message
+from vegrip.messages import ContactEstimate, ForceCommand, Message, SlipMargin
 from vegrip.runtime.channel_watch import ChannelWatch
-from vegrip.runtime.hot_path import REPORT, AnswersFrames, show
+from vegrip.runtime.hot_path import REPORT, REPORTS, AnswersFrames, count_reports, is_watched, show
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Telemetry
 from vegrip.transport.batch_endpoint import BatchIntercept
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
+from vegrip.transport.codec.frame import Frame
 from vegrip.transport.codec.line import Line
 
 
@@ -106,6 +107,24 @@ class BatchPath:
                 if done[row]:
                     show(telemetry, self.node, self.node.name_in(payload, row), done[row])
         return done, reporting
+
+    def reports(self, fingers: Sequence[str], now: int) -> Iterator[Message | None]:
+        """As :meth:`vegrip.runtime.hot_path.HotPath.reports`; what is ready as bytes goes out in batches."""
+        rows: dict[type[Message], list[Frame]] = {kind: [] for kind in REPORTS}
+        for finger in fingers:
+            frames = () if is_watched(self._telemetry, finger) else self.node.report_frames(finger, now)
+            found = [Frame(identifier, data.tobytes(), True) for identifier, data in frames]
+            if found:
+                rows[ContactEstimate] += found[:-1]
+                rows[SlipMargin] += found[-1:]
+                count_reports(self._telemetry, finger)
+                yield None  # the next states may have come
+        for kind, sent in rows.items():
+            if sent:
+                self._endpoint.send_batch(kind, self._endpoint.batches.pack(kind, sent))
+        for finger in fingers:
+            if self.node.has_more_to_tell(finger, now):
+                yield from self.node.reports(finger, now)
 
     def _send(self, commands: int) -> None:
         data = self.node.batch_commands[: FIRST_ROW + commands * self._command_row]

@@ -3,7 +3,7 @@
 import gc
 import logging
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from vegrip.clock import NS, Clock
@@ -83,7 +83,7 @@ class Runner:
         self._telemetry = telemetry
         self._status_schedule = Schedule(settings.status_period)
         self._stop = False
-        self._unfinished: deque[Iterator[Message]] = deque()  # answers of which the command has been sent
+        self._unfinished: deque[Iterator[Message | None]] = deque()  # whose command has been sent
         self._more = False  # the last look at the bus may have left something there
         self._owed: set[str] = set()  # fingers whose reports are among them
         self.running = False  # whether run() has begun
@@ -274,23 +274,25 @@ class Runner:
             return None
         if answered is None:
             return None
-        for finger in answered[1]:
-            self._put_off_reports(path, finger)
+        if answered[1]:
+            self._put_off_reports(path, answered[1])
         return answered[0]
 
-    def _put_off_reports(self, path: HotPath | BatchPath, finger: str) -> None:
-        now = self._clock.now()
-        if finger in self._owed or not self.statistics.pace.allows(finger, now):
+    def _put_off_reports(self, path: HotPath | BatchPath, fingers: Iterable[str]) -> None:
+        now, pace = self._clock.now(), self.statistics.pace
+        due = [finger for finger in fingers if finger not in self._owed and pace.allows(finger, now)]
+        if not due:
             return
-        node = path.node
-        self._owed.add(finger)
-        reports = self.managed.answers(lambda: node.reports(finger, now), now)
-        self._unfinished.append(self._until_delivered(finger, reports))
+        self._owed.update(due)
+        reports = self.managed.answers(lambda: path.reports(due, now), now)
+        self._unfinished.append(self._until_delivered(due, reports))
 
-    def _until_delivered(self, finger: str, reports: Iterator[Message]) -> Iterator[Message]:
-        """Yield the reports of ``finger``; where they end, they are owed no longer."""
+    def _until_delivered(
+        self, fingers: Sequence[str], reports: Iterator[Message | None]
+    ) -> Iterator[Message | None]:
+        """Yield the reports of ``fingers``; where they end, they are owed no longer."""
         yield from reports
-        self._owed.discard(finger)
+        self._owed.difference_update(fingers)
 
     def _intercept(self, frame: Frame) -> bool:
         """Answer a frame on the short way; return whether that was done."""
@@ -306,7 +308,7 @@ class Runner:
             self.managed.fail(error, self._clock.now())
             return False
         if done & REPORT:
-            self._put_off_reports(self.hot_path, finger)
+            self._put_off_reports(self.hot_path, (finger,))
         return done != LEFT_ALONE
 
     def _newcomers(self) -> Sequence[Message]:
@@ -314,10 +316,11 @@ class Runner:
         return () if len(self._unfinished) >= MOST_UNFINISHED else self._endpoint.receive(0.0)
 
     def _finish_one(self) -> None:
-        """Send one message of what was to come after the commands."""
+        """Send one message of what was to come after the commands, or let one be sent as bytes."""
         while self._unfinished:
             for answer in self._unfinished[0]:
-                self._send((answer,))
+                if answer is not None:
+                    self._send((answer,))
                 return
             self._unfinished.popleft()
 

@@ -80,7 +80,7 @@ class ZmqSettings:
     publish: str = parameter("", doc="address to publish at: ipc:NAME or tcp://127.0.0.1:PORT")
     subscribe: tuple[str, ...] = parameter((), doc="addresses to listen to")
     sender_time: bool = parameter(True, doc="keep the sender's stamps; false: the time of arrival")
-    batch: bool = parameter(False, doc="states and commands of all fingers as one message each")
+    batch: bool = parameter(False, doc="states, commands and reports of all fingers as one message each")
     curve: dict[str, Any] = parameter({}, doc="key files: own, peers, publisher")
     map: str = parameter("", doc="file that says where the values stand in messages of another shape")
 

@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from typing import Any, Final
 
 from vegrip.errors import ConfigError
-from vegrip.messages import FingertipState, ForceCommand, Message, NodeStatus
+from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, NodeStatus, SlipMargin
 from vegrip.transport.codec.acceptance import acceptance_filters
 from vegrip.transport.codec.assembly import Assembly
 from vegrip.transport.codec.database import layouts
@@ -142,7 +142,8 @@ class CanCodec:
         if not self.fd or self._hand_clock is not None or self._reach or finger not in self.fingers:
             return None
         states = [d for d in self._decoders.values() if d.owner == finger and d.kind is FingertipState]
-        return Line(states[0], self._encoders[ForceCommand, finger])
+        reports = [self._encoders[kind, finger] for kind in (ContactEstimate, SlipMargin)]
+        return Line(states[0], self._encoders[ForceCommand, finger], reports)
 
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""

@@ -1,4 +1,6 @@
-"""States and commands of one finger in FD frames, for a program that reads and writes the bytes itself."""
+"""Messages of one finger in FD frames, for a program that reads and writes the bytes itself."""
+
+from collections.abc import Sequence
 
 from vegrip.clock import NS
 from vegrip.transport.codec.cells import Raw
@@ -13,11 +15,14 @@ class Line:
     Args:
         states: of the finger.
         commands: of the finger.
+        reports: of what is told of it: contact and slip margin.
 
     """
 
-    def __init__(self, states: Decoder, commands: Encoder) -> None:
+    def __init__(self, states: Decoder, commands: Encoder, reports: Sequence[Encoder]) -> None:
         self.state_id, self.command_id = states.identifier, commands.identifier
+        self.report_ids = tuple(identifier for encoder in reports for identifier in encoder.identifiers)
+        """Of the frames of a report: both of a contact, and that of a slip margin."""
         self._sender_time = states.uses_sender_time
         self._sequence = states.assembly.sequence
         self._commands = commands
@@ -29,6 +34,7 @@ class Line:
     def write_to(self, memory: NamedNumbers, lifetime: float) -> None:
         """Put identifiers, counter and the ``lifetime`` [s] of commands into a memory."""
         memory["SETUP_STATE_ID"], memory["SETUP_COMMAND_ID"] = self.state_id, self.command_id
+        memory["SETUP_CONTACT1_ID"], memory["SETUP_CONTACT2_ID"], memory["SETUP_MARGIN_ID"] = self.report_ids
         memory["SETUP_SENDER_TIME"] = self._sender_time
         memory["SETUP_EXPIRES"] = self._raw(lifetime) or 0
         self._sequence.write_to(memory)
