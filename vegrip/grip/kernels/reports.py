@@ -6,7 +6,7 @@ The objects tell the first report, and every one while the input is not believed
 
 import math
 
-from vegrip.estimator.kernels.forecast import force_reserve, time_to_slip
+from vegrip.estimator.kernels.forecast import force_reserve, slip_times
 from vegrip.estimator.kernels.report import upper_gauge
 from vegrip.grip.kernels.generated import (
     CH_USED,
@@ -138,8 +138,7 @@ def report_margin(f: Floats, t: Wholes, out: Bytes) -> float:
         return math.nan
     reserve = force_reserve(f, f[TAKEN_LOAD], f[TAKEN_TORQUE])
     chance = 0.5 * math.erfc(f[SET_QUANTILE] * 0.7071067811865476)
-    likely = time_to_slip(f, f[TAKEN_LOAD], f[TAKEN_TORQUE], 0.5)
-    earliest = time_to_slip(f, f[TAKEN_LOAD], f[TAKEN_TORQUE], chance)
+    likely, earliest = slip_times(f, f[TAKEN_LOAD], f[TAKEN_TORQUE], chance)
     spread = gauge_now * relative
     std = math.sqrt(spread * spread + absolute * absolute)
     value, bound = 1.0 - gauge_now, 1.0 - upper
