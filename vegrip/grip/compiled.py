@@ -19,12 +19,12 @@ from vegrip.estimator.compiled import estimator_parts, kernel_mode, tell_once
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS
 from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
+from vegrip.grip.batch_text import REPORT_ARGUMENTS, STEP_ARGUMENTS, batch_text
 from vegrip.grip.felt_slip import FELT_SIZE
 from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
 from vegrip.grip.policies.running_median import WINDOW_SLOTS
 from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
-from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, ROW_STRIDE
 from vegrip.transport.codec.kernel_text import wire_text
 
 HERE: Final = Path(__file__).parent / "kernels"
@@ -42,40 +42,6 @@ ENTRIES: Final = {
     "finger_report": (MEMORY, LONGS, LONG, BYTES, BYTES, BYTES),
 }
 """What is called from outside, with the kinds of its arguments."""
-
-COMMANDED: Final = 2
-"""Bit of a step after which a command was packed."""
-_POINTER, _WHOLE = ctypes.c_void_p, ctypes.c_int64
-BATCH_ARGUMENTS: Final = (
-    *[_POINTER] * 3, *[_WHOLE] * 5, ctypes.c_char_p, *[_WHOLE] * 3, *[_POINTER] * 2,
-)  # fmt: skip
-BATCH_STEP: Final = f"""
-int64_t vg_batch_step(double *const *f, int64_t *const *t, double *g, int64_t places, int64_t state_row,
-    int64_t state_base, int64_t command_row, int64_t command_base, const uint8_t *payload, int64_t rows,
-    int64_t arrival, int64_t now, uint8_t *answers, uint8_t *done)
-{{
-    int64_t commands = 0;
-    for (int64_t i = 0; i < rows; i++) {{
-        const uint8_t *row = payload + {FIRST_ROW} + i * state_row;
-        const int64_t id = row[0] + 256 * row[1], n = id / {ROW_STRIDE} - 1;
-        uint8_t *answer = answers + commands * command_row;
-        done[i] = 0;
-        if (n < 0 || n >= places || f[n] == 0 || id % {ROW_STRIDE} != state_base) {{
-            continue;
-        }}
-        done[i] = (uint8_t)vg_finger_step(f[n], t[n], g, row + {ROW_ID.size}, state_row - {ROW_ID.size},
-            arrival, now, answer + {ROW_ID.size});
-        if (done[i] & {COMMANDED}) {{
-            answer[0] = (uint8_t)((command_base + (n + 1) * {ROW_STRIDE}) & 255);
-            answer[1] = (uint8_t)((command_base + (n + 1) * {ROW_STRIDE}) >> 8);
-            commands++;
-        }}
-    }}
-    return commands;
-}}
-"""
-"""Goes through the rows of a batch, see :mod:`vegrip.grip.compiled_batch`: pointers to pointers are the one
-thing that the text of the kernels has no words for."""
 
 LOAD_CHANNELS: Final = ("tangential_force_x", "tangential_force_y", "torque_z")
 SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")
@@ -98,7 +64,7 @@ def finger_module(
     if mode in {"c", "c-float"}:
         try:
             places, lengths = finger_places(model), single_lengths(finger) if mode == "c-float" else None
-            library = kernels_c.library_of(text, ENTRIES, places.place, BATCH_STEP, single=lengths)
+            library = kernels_c.library_of(text, ENTRIES, places.place, batch_text(finger), single=lengths)
             return FingerKernelsC(library)
         except (CompilerError, UntranslatableError) as error:
             tell_once(str(error))
@@ -189,9 +155,11 @@ class FingerKernelsC:
     def __init__(self, library: Path) -> None:
         loaded = host.load(library)
         self.library = library
-        batch_step: Any = loaded["vg_batch_step"]
-        batch_step.argtypes, batch_step.restype = BATCH_ARGUMENTS, ctypes.c_int64
-        self.batch_step = batch_step
+        step: Any = loaded["vg_batch_step"]
+        report: Any = loaded["vg_batch_report"]
+        step.argtypes, step.restype = STEP_ARGUMENTS, ctypes.c_int64
+        report.argtypes, report.restype = REPORT_ARGUMENTS, None
+        self.batch_step, self.batch_report = step, report
         self._step = _entry(loaded, "finger_step", ctypes.c_int)
         self._tick = _entry(loaded, "finger_tick", ctypes.c_int)
         self._receive = _entry(loaded, "finger_receive", ctypes.c_int)

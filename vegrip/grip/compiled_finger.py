@@ -14,6 +14,7 @@ import numpy as np
 
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator
+from vegrip.grip.batch_text import COMMAND_BYTES, REPORT_BYTES
 from vegrip.grip.compiled import FingerKernels, FingerKernelsC, bound_step, finger_module
 from vegrip.grip.controller import GripController
 from vegrip.grip.finger import RECENT_STATES, GraspFinger
@@ -33,10 +34,6 @@ LEFT_ALONE: Final = 0
 REPORT: Final = 4
 """Bit of a step after which something is due to be told."""
 
-STATE_BYTES: Final = 48
-COMMAND_BYTES: Final = 24
-REPORT_BYTES: Final = (64, 64, 48)
-"""Of the frames of a report: both of a contact, and that of a slip margin."""
 REASONS: Final = tuple(Reason(number) for number in range(len(Reason)))
 FETCHED_STATES: Final = 64
 """States that are fetched from the memory at once, unless all are wanted."""

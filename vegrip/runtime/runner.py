@@ -327,6 +327,8 @@ class Runner:
     def _tick(self, now: int) -> None:
         self.statistics.ticked(self.schedule.take(now))
         self._send(self.managed.on_tick(now))
+        if self._gathering is not None:
+            self._gathering.flush()
 
     def _send(self, messages: Sequence[Message]) -> None:
         for message in messages:

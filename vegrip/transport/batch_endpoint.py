@@ -56,6 +56,7 @@ class BatchEndpoint(ZmqEndpoint):
         self.batches = batches
         self._kinds = {topic.encode(): kind for kind, topic in batches.topics.items()}
         self._topics = {kind: topic for topic, kind in self._kinds.items()}
+        self._put_off: list[tuple[type[Message], bytes | bytearray]] = []
         self._gathered: dict[type[Any], dict[int, Frame]] = {kind: {} for kind in BATCHED_MESSAGES}
         super().__init__(publish, subscribe, codec, keys)
 
@@ -95,9 +96,26 @@ class BatchEndpoint(ZmqEndpoint):
             if frames:
                 self.send_batch(kind, bytes(self.batches.pack(kind, list(frames.values()))))
                 frames.clear()
+        self._send_put_off()
 
     def send_batch(self, kind: type[Message], payload: bytes | bytearray) -> None:
-        """Publish a batch as it is."""
+        """Publish a batch as it is, and behind it what was put off."""
+        self._publish(kind, payload)
+        self._send_put_off()
+
+    def put_off_batch(self, kind: type[Message], payload: bytes | bytearray) -> None:
+        """Publish a batch behind the next one, or at the next :meth:`flush`.
+
+        To wake the thread of ZeroMQ takes six times as long as to give it another message while it is awake.
+        """
+        self._put_off.append((kind, payload))
+
+    def _send_put_off(self) -> None:
+        for kind, payload in self._put_off:
+            self._publish(kind, payload)
+        self._put_off.clear()
+
+    def _publish(self, kind: type[Message], payload: bytes | bytearray) -> None:
         try:
             self._publisher.send_multipart([self._topics[kind], payload], zmq.DONTWAIT)
         except zmq.ZMQError:

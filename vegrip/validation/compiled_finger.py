@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from e2e.p05 import e2e_p05_protect
 
-from vegrip.grip.compiled import COMMANDED
+from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.compiled_finger import LEFT_ALONE, REPORT
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters

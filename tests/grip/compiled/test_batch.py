@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vegrip.clock import WallClock
-from vegrip.grip.compiled import COMMANDED
+from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.compiled_finger import LEFT_ALONE
 from vegrip.grip.node import GraspForce
 from vegrip.messages import FingertipState, ForceCommand, SlipMargin
