@@ -72,7 +72,7 @@ class ContactEstimator:
         self._module = module_for(model, self.layout, ellipse=self.settings.surface == "ellipse")
         self._memory = EstimatorMemory(self.layout, initial_memory(model, self.layout, noise, self.settings))
         self._clock = SampleClock(self.settings)
-        self._rewind = RewindBuffer(self.settings.late, self.layout.size)
+        self._rewind = RewindBuffer(self.settings.late, self.layout.lasting)
         self._warm()
         self.reset()
 
@@ -172,7 +172,8 @@ class ContactEstimator:
         found = self._rewind.rewind(state.stamp)
         if found is None:
             return False
-        self._memory.numbers[:], before, later = found
+        lasting, before, later = found
+        self._memory.numbers[: len(lasting)] = lasting
         self._clock.rewind(before, len(later))
         for sample in (state, *later):
             self._take(sample)

@@ -58,7 +58,7 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
     """
     model, p, precision = request.model, request.prefix, PRECISIONS[request.precision]
     layout = layout_of(model)
-    finger = FingerLayout(layout.size)
+    finger = FingerLayout(layout.size, layout.lasting)
     ellipse = request.settings.surface == "ellipse"
     text = finger_text(model.effects, layout, finger, ellipse)
     origins = finger_places(model)

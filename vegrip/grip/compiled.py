@@ -122,7 +122,6 @@ def kernels_of(finger: FingerLayout) -> list[Path]:
 def constants(layout: Layout) -> str:
     """Return what the kernels know beside places."""
     return "\n".join([
-        f"ESTIMATOR_SIZE = {layout.size}",
         f"MEASURED = {len(CHANNELS)}",
         f"MECHANICAL = {MECHANICAL_CHANNELS}",
         f"USUAL_SLOTS = {WINDOW_SLOTS}",

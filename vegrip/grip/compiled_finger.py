@@ -95,7 +95,8 @@ class CompiledFinger:
         assert isinstance(estimator, ContactEstimator)  # noqa: S101
         settings = estimator.settings
         self._alone = alone
-        layout = FingerLayout(estimator.layout.size, settings.late, 0 if alone else RECENT_STATES, not alone)
+        sizes, history = (estimator.layout.size, estimator.layout.lasting), 0 if alone else RECENT_STATES
+        layout = FingerLayout(*sizes, settings.late, history, not alone)
         ellipse = settings.surface == "ellipse"
         self.finger, self._line, self._place = finger, line, place
         self.module: FingerKernels = finger_module(

@@ -98,6 +98,7 @@ class FingerLayout:
 
     Args:
         estimator: length of the estimator's memory.
+        lasting: length of what the estimator keeps from one sample to the next.
         late: samples that the estimator can go back.
         history: states that are kept for others; 0 keeps none.
         is_shared: whether the fingers of a grasp can share friction, and lead their loads.
@@ -105,6 +106,7 @@ class FingerLayout:
     """
 
     estimator: int
+    lasting: int = 0
     late: int = 0
     history: int = 0
     is_shared: bool = False
@@ -112,7 +114,7 @@ class FingerLayout:
     def real_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
         """Yield name, names within and length of the sections of real numbers."""
         yield from _sections(REALS)
-        yield "REWIND", (), self.late * self.estimator
+        yield "REWIND", (), self.late * self.lasting
         yield "HISTORY", (), self.history * HISTORY_CHANNELS
 
     def whole_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
@@ -158,6 +160,7 @@ class FingerLayout:
         lines += [f"CONDITION_{one.name} = {one.value}" for one in Condition]
         lines += [f"REASON_{one.name} = {one.value}" for one in Reason]
         lines += [f"LATE_SAMPLES = {self.late}", f"HISTORY_STATES = {self.history}"]
+        lines.append(f"LASTING_SIZE = {self.lasting}")
         return "\n".join(lines)
 
 
