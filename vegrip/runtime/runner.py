@@ -23,7 +23,7 @@ from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.transport.codec import Frame
-from vegrip.transport.endpoint import Endpoint, Gathering, Guarded, Inspected, Selective, Timed
+from vegrip.transport.endpoint import Endpoint, Gathering, Guarded, Inspected, Selective, TakesAll, Timed
 from vegrip.transport.sender_clock import ClockEstimate
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
@@ -109,6 +109,7 @@ class Runner:
         elif isinstance(node, AnswersBatches) and isinstance(endpoint, GivesBatches):
             self.hot_path = BatchPath(node, endpoint, *beside_path)
         self._gathering = endpoint if isinstance(endpoint, Gathering) else None
+        self._takes_all = endpoint if isinstance(endpoint, TakesAll) else None
         self._renumber = True  # commands may have been sent in the node's place
 
     @property
@@ -331,8 +332,12 @@ class Runner:
             self._gathering.flush()
 
     def _send(self, messages: Sequence[Message]) -> None:
+        if self._takes_all is not None and len(messages) > 1:
+            self._takes_all.send_all(messages)
+        else:
+            for message in messages:
+                self._endpoint.send(message)
         for message in messages:
-            self._endpoint.send(message)
             if isinstance(message, ForceCommand):
                 self.statistics.command(message.finger, self._clock.now())
             elif isinstance(message, FingertipState):

@@ -141,13 +141,14 @@ def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC
     def again() -> can.BusABC:
         if settings.interface == "socketcan":
             check_link(settings.channel, fd=settings.fd)
+        options = {"patience": 0.0} if settings.interface == "vegrip" else {}  # frames that end together
         return can.Bus(
             interface=settings.interface,
             channel=settings.channel,
             fd=settings.fd,
             bitrate=settings.bitrate,
             data_bitrate=settings.data_bitrate,
-            **settings.options,
+            **{**options, **settings.options},
         )
 
     try:
