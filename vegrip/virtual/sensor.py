@@ -60,10 +60,10 @@ class Sensors:
         errors, chance, shifts = self.draw()
         values = kernels.sense(reading.values, errors, self._step, self._present)
         slip = self._felt(reading) if s.slip_sensor else np.full(n, NAN)
-        lost = chance < s.dropout
-        stamps = epoch + np.rint((time + s.jitter * shifts) * NS).astype(np.int64)
+        lost = (chance < s.dropout).tolist() if s.dropout > 0.0 else [False] * n
+        stamps = [epoch + round((time + s.jitter * shift) * NS) for shift in shifts.tolist()]
         self._seq += 1
-        rows = zip(stamps.tolist(), self.fingers, values.tolist(), slip.tolist(), lost.tolist(), strict=True)
+        rows = zip(stamps, self.fingers, values.tolist(), slip.tolist(), lost, strict=True)
         return [
             FingertipState(stamp, finger, self._seq, N, fx, fy, m, d, T, slipping, speed, a)
             for stamp, finger, (N, fx, fy, m, d, T, speed, a), slipping, missing in rows
@@ -79,6 +79,6 @@ class Sensors:
     def _felt(self, reading: Reading) -> Floats:
         """Return the slip flags as they are felt: from a threshold of the slip speed on, and late."""
         s = self.settings
-        self._flags.appendleft(reading.slip * (reading.values[:, 6] >= s.slip_threshold))
+        self._flags.appendleft(kernels.flags_felt(reading.values, reading.slip, s.slip_threshold))
         late: Floats = self._flags[-1]
         return late if len(self._flags) == self._flags.maxlen else np.zeros(len(self.fingers))
