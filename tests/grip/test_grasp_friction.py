@@ -121,7 +121,7 @@ def test_a_bogus_slip_at_light_touch_changes_nothing() -> None:
         (LEARNING, 0.0, ""),
         (LEARNING, math.nan, "thumb does not feel slip"),
         (replace(LEARNING, slip_threshold=5e-4), 0.0, "slip is felt from 0.0005 m/s on"),
-        (replace(LEARNING, slip_delay=0.02), 0.0, "slip is felt 0.02 s late"),
+        (replace(LEARNING, slip_delay=0.04), 0.0, "slip is felt 0.04 s late"),
         (replace(LEARNING, probing=False), 0.0, "probing is switched off"),
     ],
     ids=["fine", "absent", "coarse", "late", "off"],

@@ -26,6 +26,7 @@ EXACT = dict.fromkeys(
     ),
     0.0,
 )
+AT_ONCE = {"slip_threshold": 0.0, "slip_delay": 0.0}
 
 
 def measured(settings: SensorSettings, count: int, seed: int = 0) -> np.ndarray:
@@ -35,11 +36,14 @@ def measured(settings: SensorSettings, count: int, seed: int = 0) -> np.ndarray:
 
 
 def test_perfect_sensors_tell_the_truth() -> None:
-    assert measured(SensorSettings(**EXACT, radius_sensor=True), 3) == pytest.approx(np.repeat(TRUE, 3, 0))
+    assert measured(SensorSettings(**EXACT, **AT_ONCE, radius_sensor=True), 3) == pytest.approx(
+        np.repeat(TRUE, 3, 0)
+    )
 
 
 def test_noise_has_the_stated_standard_deviation() -> None:
-    settings = SensorSettings(radius_sensor=True, force_step=0.0, displacement_step=0.0, torque_step=0.0)
+    exact = {"force_step": 0.0, "displacement_step": 0.0, "torque_step": 0.0}
+    settings = SensorSettings(**AT_ONCE, **exact, radius_sensor=True)
     std = measured(settings, 20000).std(axis=0)
     force = settings.tangential_force
     stated = [0.01, force, force, 1e-4, 5e-6, 0.05, 5e-5, 5e-5]
@@ -80,3 +84,24 @@ def test_stamps_follow_the_time_with_the_stated_jitter() -> None:
     late = [sensors.measure(reading, 0.002 * i, 10**9)[0].stamp - 10**9 - 2_000_000 * i for i in range(4000)]
     assert np.std(late) == pytest.approx(1e5, rel=0.05)
     assert np.mean(late) == pytest.approx(0.0, abs=1e4)
+
+
+def test_the_slip_channel_is_late_and_shows_nothing_below_its_threshold() -> None:
+    """Flag and slip speed alike: a slide shows after the delay, creep never does."""
+    settings = SensorSettings(**EXACT, slip_threshold=1e-3, slip_delay=0.02)
+    sensors = Sensors(settings, ("slides", "creeps"), np.random.default_rng(0))
+    values = np.repeat(TRUE, 2, 0)
+    values[1, SENSED_CHANNELS.index("slip_speed")] = 9e-4
+    shown = [
+        [(s.slip, s.slip_speed) for s in sensors.measure(Reading(values, np.ones(2)), 0.002 * i)]
+        for i in range(20)
+    ]
+    assert [slides for slides, _ in shown] == [(0.0, 0.0)] * 10 + [(1.0, 0.02)] * 10
+    assert {creeps for _, creeps in shown} == {(0.0, 0.0)}
+
+
+def test_what_the_tips_feel_of_slip_is_no_finer_than_what_is_published() -> None:
+    """20 ms +- 6 ms after slip begins (arXiv 2602.16127); the speed no finer than twice its noise."""
+    usual = SensorSettings()
+    assert usual.slip_delay == 0.02
+    assert usual.slip_threshold >= 2.0 * usual.slip_speed

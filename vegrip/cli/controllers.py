@@ -27,8 +27,13 @@ BANDWIDTH = Annotated[
     typer.Option("--drive-bandwidth", help="Of the drives, in Hz; their rate limit goes in proportion."),
 ]
 SCALE = Annotated[float, typer.Option("--friction-scale", help="Times the friction of every surface.")]
-THRESHOLD = Annotated[float, typer.Option("--slip-threshold", help="Slip is felt from here on, in m/s.")]
-DELAY = Annotated[float, typer.Option("--slip-delay", help="Felt slip is late by this, in s.")]
+THRESHOLD = Annotated[
+    float | None,
+    typer.Option("--slip-threshold", help="Slip is felt from here on, in m/s; 1e-4 when not given."),
+]
+DELAY = Annotated[
+    float | None, typer.Option("--slip-delay", help="Felt slip is late by this, in s; 0.02 when not given.")
+]
 CHANNEL = Annotated[bool, typer.Option("--slip-channel/--no-slip-channel", help="Whether slip is felt.")]
 JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Processes.")]
 PICTURE = Annotated[Path | None, typer.Option("-o", "--output", help="Picture of the fronts.")]
@@ -43,8 +48,8 @@ def controllers(
     sweep: SWEEP = False,
     drive_bandwidth: BANDWIDTH = None,
     friction_scale: SCALE = 1.0,
-    slip_threshold: THRESHOLD = 0.0,
-    slip_delay: DELAY = 0.0,
+    slip_threshold: THRESHOLD = None,
+    slip_delay: DELAY = None,
     slip_channel: CHANNEL = True,
     jobs: JOBS = 1,
     output: PICTURE = None,
@@ -100,10 +105,12 @@ def _known(grasp: str, only: list[str]) -> list[str]:
 
 
 def _surroundings(
-    bandwidth: float | None, scale: float, threshold: float, delay: float, channel: bool
+    bandwidth: float | None, scale: float, threshold: float | None, delay: float | None, channel: bool
 ) -> "Surroundings":
-    from vegrip.validation.controllers.fronts import Surroundings
+    from vegrip.validation.controllers.fronts import USUAL_SENSOR, Surroundings
 
+    threshold = USUAL_SENSOR.slip_threshold if threshold is None else threshold
+    delay = USUAL_SENSOR.slip_delay if delay is None else delay
     bounds = {
         "--drive-bandwidth": (bandwidth if bandwidth is not None else 12.0, 0.1, 100.0, "Hz"),
         "--friction-scale": (scale, 0.05, 10.0, ""),
@@ -144,8 +151,13 @@ def _print(told: dict[str, Any]) -> None:
                 f"{point['time_below_002']:.3f}",
             )  # fmt: skip
     show(columns)
-    classes = table("force over least (slips)", *next(iter(told.values()))["by_class"])
+    classes = next(iter(told.values()))["by_class"]
+    forces = table("force over least (slips)", *classes)
+    friction = table("friction inside its 95 %", "in all", *classes, "std of ln mu")
     for name, one in told.items():
-        cells = [f"{some['force_over_least']:.2f} ({some['slips']})" for some in one["by_class"].values()]
-        classes.add_row(name, *cells)
-    show(classes)
+        some = one["by_class"].values()
+        forces.add_row(name, *(f"{by['force_over_least']:.2f} ({by['slips']})" for by in some))
+        inside = [f"{100.0 * by['friction_inside']:.0f} %" for by in (one, *some)]
+        friction.add_row(name, *inside, f"{one['friction_std']:.2f}")
+    show(forces)
+    show(friction)

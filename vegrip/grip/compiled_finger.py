@@ -24,9 +24,10 @@ from vegrip.grip.memory import FingerMemory
 from vegrip.grip.policies.margin_grip import MarginGrip
 from vegrip.grip.recent_states import KeptStates
 from vegrip.grip.settings import ControlSettings
+from vegrip.grip.wires import WIRES
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.runtime.telemetry import Unmade
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.line import CLASSIC, Line
 from vegrip.types import Floats
 
 LEFT_ALONE: Final = 0
@@ -34,6 +35,8 @@ LEFT_ALONE: Final = 0
 REPORT: Final = 4
 """Bit of a step after which something is due to be told."""
 
+PART_BYTES: Final = 8
+"""Of a classic frame."""
 REASONS: Final = tuple(Reason(number) for number in range(len(Reason)))
 FETCHED_STATES: Final = 64
 """States that are fetched from the memory at once, unless all are wanted."""
@@ -95,23 +98,26 @@ class CompiledFinger:
         assert isinstance(estimator, ContactEstimator)  # noqa: S101
         settings = estimator.settings
         self._alone = alone
-        sizes, history = (estimator.layout.size, estimator.layout.lasting), 0 if alone else RECENT_STATES
-        layout = FingerLayout(*sizes, settings.late, history, not alone)
+        layout = FingerLayout(
+            estimator.layout.size, estimator.layout.lasting, settings.late, 0 if alone else RECENT_STATES,
+            not alone, WIRES[line.wire].part_bytes(),
+        )  # fmt: skip
         ellipse = settings.surface == "ellipse"
         self.finger, self._line, self._place = finger, line, place
         self.module: FingerKernels = finger_module(
-            estimator.model, estimator.layout, layout, ellipse=ellipse, mode=mode
+            estimator.model, estimator.layout, layout, ellipse=ellipse, mode=mode, wire=line.wire
         )
         self.memory = FingerMemory(layout)
-        self.answer = np.zeros(COMMAND_BYTES, dtype=np.uint8)
-        """The frame of the last command."""
-        self.report_frames = tuple(np.zeros(size, dtype=np.uint8) for size in REPORT_BYTES)
+        self.answer = np.zeros(PART_BYTES if line.wire == CLASSIC else COMMAND_BYTES, dtype=np.uint8)
+        """The frame of the last command, where commands are frames."""
+        sizes = REPORT_BYTES if line.report_ids else ()
+        self.report_frames = tuple(np.zeros(size, dtype=np.uint8) for size in sizes)
         """Both frames of the last contact that was told by :meth:`tell`, and that of the slip margin."""
         self.lent = False
         self._friction: GraspFriction | None = None  # that has lent
         self._shared = shared
         self._f, self._t = self.memory.f, self.memory.t
-        self._step = bound_step(self.module, self._f, self._t, shared, self.answer)
+        self._step = bound_step(self.module, line.wire, self._f, self._t, shared, self.answer)
         self._force_at = layout.reals["STATE_NORMAL_FORCE"]
         self._displacement_at = layout.reals["STATE_DISPLACEMENT"]
         self._state = self.memory.section("STATE")
@@ -129,6 +135,14 @@ class CompiledFinger:
         """Answer a frame; what is done is told in bits, and LEFT_ALONE means nothing at all."""
         return self._step(frame, length, arrival, now)
 
+    def step_part(self, frame: np.ndarray, length: int, part: int, arrival: int, now: int) -> int:
+        """Take the frame number ``part``, from 1, of those that make a state; answer with the last one."""
+        return self._step(frame, part, arrival, now) if length == PART_BYTES else LEFT_ALONE
+
+    def step_values(self, values: Floats, counter: int, stamp: int, arrival: int, now: int) -> int:
+        """Answer the values of a state, as :meth:`step`; the command is :meth:`command_given`."""
+        return self._step(values, counter, stamp, arrival, now)
+
     def lend(self, controller: GripController, periods: tuple[float, float]) -> bool:
         """Hand everything to the memory; return whether that was possible."""
         lifetime = self.finger.controller.limits.lifetime
@@ -141,6 +155,8 @@ class CompiledFinger:
             controller.friction.write_to(memory, self.finger.name, controller.wanted_known)
             self._friction = controller.friction
         self._line.write_to(memory, lifetime)
+        if not self._line.can_hand_over(memory):
+            return False
         memory["SETUP_FINGER"], memory["SETUP_FINGERS"] = self._place.number, self._place.fingers
         memory["SETUP_THUMB"], memory["SETUP_ALONE"] = self._place.thumb, self._alone
         memory["TURN_NOTED"] = memory["TURN_FETCHED"] = self._seen = 0
@@ -158,7 +174,8 @@ class CompiledFinger:
 
     def tell(self, now: int) -> bool:
         """Put contact and slip margin into :attr:`report_frames`; False: the objects have to tell them."""
-        return bool(self.module.finger_report(self._f, self._t, now, *self.report_frames))
+        frames = self.report_frames
+        return bool(frames) and bool(self.module.finger_report(self._f, self._t, now, *frames))
 
     def has_more_to_tell(self, now: int) -> bool:
         """Return whether the objects have something to tell, or to fetch."""

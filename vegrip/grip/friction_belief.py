@@ -127,6 +127,11 @@ def absorb_factor(g: Numbers, i: int, precision: float, weighted: float) -> None
     g[BELIEF_VERSION] += 1.0
 
 
+def refuse_evidence(g: Numbers) -> None:
+    """Learn nothing of what a finger's own estimate has learned; it is told again what the grasp believes."""
+    g[BELIEF_VERSION] += 1.0
+
+
 def absorb_evidence(
     g: Numbers, i: int, ln_before: float, var_before: float, ln_after: float, var_after: float
 ) -> None:
@@ -139,7 +144,7 @@ def absorb_evidence(
     if precision > 0.0:
         off = weighted / precision - g[BELIEF_MEAN + i]
         if off < 0.0 and precision < LEAST_SLIP_PRECISION:
-            g[BELIEF_VERSION] += 1.0  # the finger is told again what the grasp believes
+            refuse_evidence(g)
             return
         expected = math.sqrt(believed_variance(g, i) + 1.0 / precision)
         if off < -FAR_BELOW * expected:

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 from vegrip.config import parameter
 
-FINEST_CREEP_M_S = 5e-5
+COARSEST_CREEP_M_S = 2e-4
 """Threshold of felt slip above which creep passes for holding, and probing would learn from it."""
-QUICKEST_SLIP_S = 0.01
+LATEST_SLIP_S = 0.03
 """Delay of felt slip beyond which probing would slide too far."""
 
 
@@ -65,8 +65,10 @@ class FrictionSettings:
     @property
     def why_too_coarse(self) -> str:
         """Why the slip channel does not allow probing; empty when it does."""
-        if self.slip_threshold > FINEST_CREEP_M_S:
-            return f"slip is felt from {self.slip_threshold:g} m/s on, probing needs {FINEST_CREEP_M_S:g} m/s"
-        if self.slip_delay > QUICKEST_SLIP_S:
-            return f"slip is felt {self.slip_delay:g} s late, probing needs {QUICKEST_SLIP_S:g} s or less"
+        if self.slip_threshold > COARSEST_CREEP_M_S:
+            return (
+                f"slip is felt from {self.slip_threshold:g} m/s on, probing needs {COARSEST_CREEP_M_S:g} m/s"
+            )
+        if self.slip_delay > LATEST_SLIP_S:
+            return f"slip is felt {self.slip_delay:g} s late, probing needs {LATEST_SLIP_S:g} s or less"
         return ""

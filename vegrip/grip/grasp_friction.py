@@ -28,7 +28,6 @@ from vegrip.grip.felt_slip import (
     FELT_FLAG,
     FELT_OFF,
     FELT_SILENT,
-    FELT_SIZE,
     FELT_SPEED,
     FELT_WHY,
     begin_felt_slip,
@@ -50,6 +49,7 @@ from vegrip.grip.friction_belief import (
     begin_belief,
     believed_variance,
     expect_finger,
+    refuse_evidence,
     widen_own,
 )
 from vegrip.grip.friction_onset import (
@@ -70,6 +70,7 @@ from vegrip.grip.friction_probe import (
 )
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.known_objects import ObjectFriction
+from vegrip.grip.late_slip import LATE_SIZE, begin_late_slip, is_late, present_slip, recall_load
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import FingertipState, ModelHealth
@@ -155,7 +156,7 @@ class GraspFriction:
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
         self._settings, self._noise = settings, tangential_noise
         self._places = {name: i for i, name in enumerate(fingers)}
-        self._memory = array("d", bytes(8 * max(FELT_SIZE, len(fingers))))
+        self._memory = array("d", bytes(8 * max(LATE_SIZE, len(fingers))))
         self.shared = np.frombuffer(self._memory)
         """All that the fingers of the grasp share, as the compiled step has it; the same numbers as here."""
         self._seen = [0.0] * len(fingers)  # version of the belief that each finger has
@@ -187,6 +188,7 @@ class GraspFriction:
         )  # fmt: skip
         begin_onsets(g, s.onset_noise if s.onsets else math.inf, s.shock)
         begin_felt_slip(g, s.sliding_speed, s.slip_delay)
+        begin_late_slip(g)
 
     def prepare(self, finger: GraspFinger, unknown: Wanted, known: Wanted) -> Wanted:
         """Tell the estimator of ``finger`` what the grasp believes; return margin and confidence to ask for.
@@ -214,18 +216,18 @@ class GraspFriction:
         return 1.0 - (1.0 - margin) * math.exp(shift), confidence
 
     def screen(self, state: FingertipState) -> FingertipState:
-        """Return ``state`` without what the load has shown to be wrong of slip; that counts as not sensed."""
+        """Return ``state`` with what is believed of slip.
+
+        What the load has shown to be wrong counts as not sensed, and a slide that is over as none.
+        """
         if not self.active:
             return state
-        i = self._places[state.finger]
-        flag, speed = self._memory[FELT_FLAG + 6 * i + FELT_OFF], self._memory[FELT_SPEED + 6 * i + FELT_OFF]
-        if flag <= 0.0 and speed <= 0.0:
+        g, i = self._memory, self._places[state.finger]
+        slip = present_slip(g, i, believed_flag(g, i, state.slip))
+        speed = present_slip(g, i, believed_speed(g, i, state.slip_speed))
+        if slip == state.slip and speed == state.slip_speed:
             return state
-        return replace(
-            state,
-            slip=believed_flag(self._memory, i, state.slip),
-            slip_speed=believed_speed(self._memory, i, state.slip_speed),
-        )
+        return replace(state, slip=slip, slip_speed=speed)
 
     def shows_sliding(self, state: FingertipState) -> bool:
         """Return whether the slip speed of a screened ``state`` is one of a finger that slides."""
@@ -240,11 +242,11 @@ class GraspFriction:
         dt = min(max((state.stamp - self._stamp[i]) / NS, 0.0), LONGEST_STEP_S) if self._stamp[i] else 0.0
         self._stamp[i] = state.stamp
         g[BELIEF_SINCE] += dt / len(self._places)
-        self._take_evidence(i, FingerFriction(*estimator.friction))
-        u, relative, load = estimator.utilisation()
         flag, speed = believed_flag(g, i, state.slip), believed_speed(g, i, state.slip_speed)
         slipping, touching = flag >= 0.5, estimator.in_contact
-        feel_onset(g, g, i, dt, u, relative, flag, speed)
+        self._take_evidence(i, FingerFriction(*estimator.friction), late=slipping and is_late(g))
+        u, relative, load = estimator.utilisation()
+        feel_onset(g, g, i, dt, recall_load(g, i, dt, u), relative, flag, speed)
         g[PROBE_NEED + i] = finger.controller.required_force
         watch_load(g, i, dt, load, self._noise, touching)
         feel_slip(g, dt, len(self._places), slipping)
@@ -346,13 +348,15 @@ class GraspFriction:
             return FingerFriction(mean, variance, mean, variance)
         return FingerFriction(mean, variance, (mean / variance - weighted) / left, 1.0 / left)
 
-    def _take_evidence(self, i: int, own: FingerFriction) -> None:
+    def _take_evidence(self, i: int, own: FingerFriction, *, late: bool) -> None:
         mean, variance = self._before[i]
         if own.mean == mean:
             if own.variance > variance + NEW_CONTACT_VARIANCE:
                 widen_own(self._memory, i, own.variance)
             return
-        if variance > 0.0 and own.variance > 0.0:
+        if late:
+            refuse_evidence(self._memory)
+        elif variance > 0.0 and own.variance > 0.0:
             precision, weighted = self._site[i]
             precision += 1.0 / own.variance - 1.0 / variance
             self._site[i] = precision, weighted + own.mean / own.variance - mean / variance

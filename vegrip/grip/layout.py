@@ -92,6 +92,12 @@ fetched from it, the reason in the last command (REASON is that of the required 
 """
 
 
+PARTS = ("COUNTER", "STAMP", "EXPECTED", "INCOMPLETE", "CLIPPED_FORCE", "CLIPPED_ADJUSTMENT")
+"""Of a state that comes in several frames, where states do: counter and arrival of its first one, number of
+the frame that must come next (0: of a new state), states that were begun and not finished; and how many
+commands were beyond what their frame carries."""
+
+
 @dataclass(frozen=True)
 class FingerLayout:
     """Sizes and places for one finger.
@@ -102,6 +108,7 @@ class FingerLayout:
         late: samples that the estimator can go back.
         history: states that are kept for others; 0 keeps none.
         is_shared: whether the fingers of a grasp can share friction, and lead their loads.
+        part_bytes: values of all frames of a state, where several make one.
 
     """
 
@@ -110,6 +117,7 @@ class FingerLayout:
     late: int = 0
     history: int = 0
     is_shared: bool = False
+    part_bytes: int = 0
 
     def real_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
         """Yield name, names within and length of the sections of real numbers."""
@@ -122,6 +130,9 @@ class FingerLayout:
         yield from _sections(WHOLES)
         yield "HISTORY_STAMP", (), self.history
         yield "HISTORY_SEQ", (), self.history
+        if self.part_bytes:
+            yield "PARTS", PARTS, len(PARTS)
+            yield "PART_BYTES", (), self.part_bytes
 
     @cached_property
     def sections(self) -> dict[str, tuple[int, int]]:

@@ -24,6 +24,11 @@ from vegrip.messages import Condition, FingertipState, ForceCommand, Message, Mo
 from vegrip.runtime import NodeBase
 from vegrip.runtime.telemetry import Unmade
 from vegrip.transport.codec.line import Line
+from vegrip.types import Floats
+
+WHY_NO_LINES = (
+    "they come through a map, in restored order (order_window) or by the hand's clock (estimate_clock)"
+)
 
 
 class GraspForce(NodeBase):
@@ -226,18 +231,35 @@ class GraspForce(NodeBase):
         self._lines, self._kernel_mode = lines, mode
         self._compile()
 
-    def on_frame(self, name: str, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
+    def on_frame(
+        self, name: str, frame: np.ndarray, length: int, arrival: int, now: int, part: int = 0
+    ) -> int:
         """Answer a frame of the finger ``name``; see :meth:`CompiledFinger.step`.
 
-        What is left alone is for :meth:`on_message`; for a finger without a compiled step everything is. The
+        Where several frames make a state ``part`` is the number of this one, from 1. What is left alone is
+        for :meth:`on_message`; for a finger without a compiled step everything is. The
         answer is :meth:`command_frame`, what is due besides :meth:`reports`.
         """
-        compiled, controller = self._compiled.get(name), self.controller
-        if compiled is None or controller is None or not self._active:
+        compiled = self._lent(name)
+        if compiled is None:
             return LEFT_ALONE
-        if not compiled.lent and not compiled.lend(controller, self._periods):
+        if part:
+            done = compiled.step_part(frame, length, part, arrival, now)
+        else:
+            done = compiled.step(frame, length, arrival, now)
+        if done == LEFT_ALONE:
+            self._take_back([compiled.finger])  # the objects answer, and refuse by name
+        return done
+
+    def on_values(self, name: str, values: Floats, counter: int, stamp: int, arrival: int, now: int) -> int:
+        """Answer the values of a state of the finger ``name``; see :meth:`CompiledFinger.step_values`.
+
+        As :meth:`on_frame`; the answer is :meth:`command_given`.
+        """
+        compiled = self._lent(name)
+        if compiled is None:
             return LEFT_ALONE
-        done = compiled.step(frame, length, arrival, now)
+        done = compiled.step_values(values, counter, stamp, arrival, now)
         if done == LEFT_ALONE:
             self._take_back([compiled.finger])  # the objects answer, and refuse by name
         return done
@@ -334,6 +356,13 @@ class GraspForce(NodeBase):
             if name in self.fingers:
                 self.fingers[name].controller.number_from(number)
 
+    def _lent(self, name: str) -> CompiledFinger | None:
+        """Return the compiled finger ``name`` with all that it needs, None where the objects answer."""
+        compiled, controller = self._compiled.get(name), self.controller
+        if compiled is None or controller is None or not self._active:
+            return None
+        return compiled if compiled.lent or compiled.lend(controller, self._periods) else None
+
     def _compile(self) -> None:
         """Prepare the compiled step of every finger that can have one, from the state of its objects."""
         controller, thumb = self.controller, self.parameters.thumb
@@ -363,7 +392,7 @@ class GraspForce(NodeBase):
             how = "all fingers at once" if self._batch is not None else "finger by finger"
             return f"states are answered by the compiled step ({compiled.runs_by}), {how}"
         if not self._lines:
-            return "states are answered by objects: this transport brings no CAN FD frames"
+            return f"states are answered by objects: {WHY_NO_LINES}"
         reasons = {why_not_compiled(finger, self.parameters) for finger in self.fingers.values()} - {""}
         told = ", ".join(sorted(reasons)) or "a new model has been taken over"
         return (

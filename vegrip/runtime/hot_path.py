@@ -7,7 +7,7 @@ keeps, in the thread of the telemetry.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, Final, Protocol, runtime_checkable
+from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -18,13 +18,14 @@ from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry, Unmade
 from vegrip.transport.codec import Frame
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.line import CLASSIC, Line
 from vegrip.transport.endpoint import Intercept
 
 LONGEST_FRAME: Final = 64  # [bytes]
 LEFT_ALONE: Final = 0
 COMMANDED: Final = 2
 REPORT: Final = 4
+PART: Final = 8
 """What a node says it did with a frame, in bits."""
 
 
@@ -55,8 +56,11 @@ class AnswersFrames(Protocol):
     def run_compiled(self, lines: Mapping[str, Line]) -> None:
         """Prepare to answer the frames of ``lines``, as far as that is possible."""
 
-    def on_frame(self, name: str, frame: Any, length: int, arrival: int, now: int) -> int:
-        """Answer a frame of the finger ``name``; return in bits what was done, LEFT_ALONE for nothing."""
+    def on_frame(self, name: str, frame: Any, length: int, arrival: int, now: int, part: int = 0) -> int:
+        """Answer a frame of the finger ``name``; return in bits what was done, LEFT_ALONE for nothing.
+
+        Where several frames make a state ``part`` is the number of this one, from 1.
+        """
 
     def command_frame(self, name: str) -> Any:
         """Return the frame of the last command."""
@@ -87,6 +91,14 @@ class AnswersFrames(Protocol):
         """Bring up to date what messages, counts and settings rest on, of the finger ``name`` or of all."""
 
 
+class _Known(NamedTuple):
+    """Whose frame of a state it is, which part of it (0: all), and the identifier of the command."""
+
+    finger: str
+    part: int
+    command: int
+
+
 class HotPath:
     """Answers the frames of states of one node.
 
@@ -112,22 +124,24 @@ class HotPath:
         channels: ChannelWatch | None,
     ) -> None:
         self.frames = 0
-        """Frames that went this way."""
+        """States that went this way."""
         self.node, self._endpoint, self._clock = node, endpoint, clock
         self._statistics, self._senders, self._telemetry = statistics, senders, telemetry
         self._channels = channels
         self._bytes = bytearray(LONGEST_FRAME)
         self._array = np.frombuffer(self._bytes, dtype=np.uint8)
-        self._lines: dict[
-            int, tuple[str, int]
-        ] = {}  # identifier of a state: finger, identifier of its command
+        self._lines: dict[int, _Known] = {}  # by identifier of the frames of states
 
     def prepare(self) -> None:
         """Compile what will run; the node has been configured."""
         fingers = self.node.frame_fingers
         lines = {finger: line for finger in fingers if (line := self._endpoint.line(finger)) is not None}
         self.node.run_compiled(lines)
-        self._lines = {line.state_id: (finger, line.command_id) for finger, line in lines.items()}
+        self._lines = {
+            identifier: _Known(finger, number if line.wire == CLASSIC else 0, line.command_id)
+            for finger, line in lines.items()
+            for number, identifier in enumerate(line.state_ids, 1)
+        }
 
     def look(self, intercept: Intercept | None) -> None:
         """Let ``intercept`` look at the frames from now on, if there are any to answer; None: at none."""
@@ -140,21 +154,21 @@ class HotPath:
     def answer(self, frame: Frame) -> tuple[int, str]:
         """Answer ``frame``; return what was done, LEFT_ALONE for nothing, and the finger."""
         known = self._lines.get(frame.arbitration_id)
-        if known is None or not frame.fd:
+        if known is None or frame.fd == (known.part > 0):
             return LEFT_ALONE, ""
-        finger, command = known
+        finger, part, command = known
         telemetry, length = self._telemetry, len(frame.data)
         if self._channels is not None and not self._channels.knows(finger):
             self.node.take_back(finger)
             return LEFT_ALONE, finger
         self._bytes[:length] = frame.data
-        done = self.node.on_frame(finger, self._array, length, frame.stamp, self._clock.now())
-        if done == LEFT_ALONE:
-            return LEFT_ALONE, finger
+        done = self.node.on_frame(finger, self._array, length, frame.stamp, self._clock.now(), part)
+        if done in (LEFT_ALONE, PART):
+            return done, finger
         self.frames += 1
         self._statistics.state(finger, frame.stamp)
         if done & COMMANDED:
-            self._endpoint.send_frame(Frame(command, self.node.command_frame(finger).tobytes(), True))
+            self._endpoint.send_frame(Frame(command, self.node.command_frame(finger).tobytes(), not part))
             self._statistics.command(finger, self._clock.now())
         self._senders.note_values(finger, *self.node.felt(finger))
         if telemetry is not None:

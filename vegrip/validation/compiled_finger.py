@@ -3,7 +3,8 @@
 ``python -m vegrip.validation.compiled_finger`` records a hand in a closed loop, makes its states hostile, and
 records a pinch under the faults of :mod:`vegrip.validation.faults`; ``--quick`` records less. ``--bits``
 compares C, numba and plain Python instead: every command and every number of all memories after 35 s of the
-hand, as recorded and with hostile states. ``--learning`` does so with friction that is shared and probed.
+hand, as recorded and with hostile states. ``--learning`` does so with friction that is shared and probed,
+``--classic`` with states in several classic frames.
 """
 
 import argparse
@@ -27,6 +28,7 @@ from vegrip.transport.codec.line import Line
 from vegrip.validation.controllers.candidates import KNOBS, demo_parameters, make_node, parameters
 from vegrip.validation.faults.table import CASES, FAULT_BEGIN_S, Case
 from vegrip.validation.faults.testbed import Scene
+from vegrip.validation.hostile_parts import DATA_IDS, PartLiar
 
 COUNTER_AT, VERSION_AT, TIME_AT, VALUES_AT = 2, 6, 8, 12
 """Where these stand in the frame of a state: the attack knows the wire by itself, not from the DBC."""
@@ -36,6 +38,8 @@ SILENCES = 0.003  # share of frames after which nothing comes for a while
 WATCHED_AFTER_S = 0.7
 BITS_DURATION_S = 35.0  # [s] 35 000 frames
 MODES = ("c", "numba", "python")
+COUNTS = ("faults", "lost", "rejected", "clipped")
+CLIPPED = ("normal_force", "adjustment", "reason", "expires")  # of commands; reports are not encoded here
 
 
 @dataclass
@@ -55,6 +59,7 @@ class Log:
     sender_time: bool = False
     events: list[Event] = field(default_factory=list)
     parameters: GraspParameters | None = None  # of the node; None: those of the demonstration
+    fd: bool = True  # the frames are of CAN FD, else classic
 
     @property
     def frames(self) -> int:
@@ -63,7 +68,7 @@ class Log:
 
     def codec(self) -> CanCodec:
         """Return a codec for the frames."""
-        return CanCodec(self.fingers, fd=True, use_sender_time=self.sender_time)
+        return CanCodec(self.fingers, fd=self.fd, use_sender_time=self.sender_time)
 
 
 @dataclass
@@ -77,12 +82,13 @@ class Answers:
     faults: dict[str, dict[Condition, int]] = field(default_factory=dict)
     lost: int = 0
     rejected: dict[str, int] = field(default_factory=dict)
+    clipped: dict[str, int] = field(default_factory=dict)
     compiled_frames: int = 0
 
 
 def listen(scene: Scene) -> Log:
     """Return a log that fills while ``scene`` runs, with what its present node meets."""
-    log = Log(tuple(scene.fingers), scene.sender_time)
+    log = Log(tuple(scene.fingers), scene.sender_time, fd=scene.fd)
     codec, node = scene.grip.endpoint._codec, scene.grip.node
     assert isinstance(node, GraspForce)  # noqa: S101 (the scene made it)
     pending: dict[int, Event] = {}
@@ -116,11 +122,13 @@ def listen(scene: Scene) -> Log:
     return log
 
 
-def record(case: Case | None, duration: float, grasp: str = "pinch", controller: str = "vegrip") -> Log:
+def record(
+    case: Case | None, duration: float, grasp: str = "pinch", controller: str = "vegrip", *, fd: bool = True
+) -> Log:
     """Return what the node of a scene meets under a fault, or for ``duration`` [s] without one."""
     settings = parameters(controller, KNOBS[grasp][controller])
     sender_time = case.sender_time if case is not None else True
-    scene = Scene(grasp, sender_time=sender_time, parameters=settings)
+    scene = Scene(grasp, sender_time=sender_time, parameters=settings, fd=fd)
     log = listen(scene)
     log.parameters = settings
     if case is None:
@@ -137,6 +145,8 @@ def record(case: Case | None, duration: float, grasp: str = "pinch", controller:
 
 def hostile(log: Log, seed: int) -> Log:
     """Return ``log`` with false states, and silences now and then."""
+    if not log.fd:
+        return hostile_parts(log, seed)
     lines = [line for finger in log.fingers if (line := log.codec().line(finger)) is not None]
     liars = {line.state_id: Liar((seed, line.state_id)) for line in lines}
     rng, later = np.random.default_rng(seed), 0  # [ns]
@@ -150,6 +160,25 @@ def hostile(log: Log, seed: int) -> Log:
             later += int(10 ** rng.uniform(6.0, 9.5))
         frame = frame._replace(stamp=frame.stamp + later) if frame is not None else None
         found.events.append(Event(event.now + later, frame, event.finger))
+    return found
+
+
+def hostile_parts(log: Log, seed: int) -> Log:
+    """Return a ``log`` of classic frames with false states, and silences now and then."""
+    liars = {number: PartLiar((seed, number)) for number in range(len(log.fingers))}
+    rng, later = np.random.default_rng(seed), 0  # [ns]
+    found = replace(log, events=[])
+    for event in log.events:
+        if rng.random() < SILENCES:
+            later += int(10 ** rng.uniform(6.0, 9.5))
+        frame = event.frame
+        if frame is None or frame.arbitration_id not in DATA_IDS:
+            shifted = frame._replace(stamp=frame.stamp + later) if frame is not None else None
+            found.events.append(Event(event.now + later, shifted, event.finger))
+            continue
+        for delay, sent in liars[frame.arbitration_id & 7].falsified(frame):
+            later += delay
+            found.events.append(Event(event.now + later, sent._replace(stamp=sent.stamp + later)))
     return found
 
 
@@ -274,11 +303,15 @@ class Replay:
         self.node.configure()
         self.node.activate()
         self.answers = Answers()
-        self.lines: dict[int, tuple[str, Line]] = {}
+        self.lines: dict[int, tuple[str, int, Line | None]] = {}  # finger, part of a state (0: all), line
         if mode:
             lines = {finger: line for finger in log.fingers if (line := self.codec.line(finger))}
             self.node.run_compiled(lines, mode)
-            self.lines = {line.state_id: (finger, line) for finger, line in lines.items()}
+            self.lines = {
+                identifier: (finger, 0 if log.fd else number, line)
+                for finger, line in lines.items()
+                for number, identifier in enumerate(line.state_ids, 1)
+            }
 
     def run(self) -> Answers:
         """Meet all of the log."""
@@ -302,14 +335,15 @@ class Replay:
         answers, codec = self.answers, self.codec
         answers.faults = {name: dict(f.watchdog.faults) for name, f in self.node.fingers.items()}
         answers.lost, answers.rejected = codec.lost, dict(codec.rejected)
+        answers.clipped = {name: count for name, count in codec.clipped.items() if name in CLIPPED}
         return answers
 
     def _frame(self, frame: Frame, now: int) -> None:
-        finger, line = self.lines.get(frame.arbitration_id, ("", None))
-        if line is not None and frame.fd:
+        finger, part, line = self.lines.get(frame.arbitration_id, ("", 0, None))
+        if line is not None and frame.fd == self.log.fd:
             data = np.zeros(64, dtype=np.uint8)
             data[: len(frame.data)] = np.frombuffer(frame.data, dtype=np.uint8)
-            done = self.node.on_frame(finger, data, len(frame.data), frame.stamp, now)
+            done = self.node.on_frame(finger, data, len(frame.data), frame.stamp, now, part)
             if done & COMMANDED:
                 self.answers.commands.append((line.command_id, self.node.command_frame(finger).tobytes()))
             if done & REPORT:
@@ -348,7 +382,7 @@ def differences(left: Answers, right: Answers) -> list[str]:
         i = states[0]
         both = f"{left.conditions[i]}, {right.conditions[i]}"
         found.append(f"conditions differ after {len(states)} events, first after {i}: {both}")
-    counts = {name: (getattr(left, name), getattr(right, name)) for name in ("faults", "lost", "rejected")}
+    counts = {name: (getattr(left, name), getattr(right, name)) for name in COUNTS}
     return found + [f"{name}: {a}, {b}" for name, (a, b) in counts.items() if a != b]
 
 
@@ -383,20 +417,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="few and short recordings")
     parser.add_argument("--mode", default="c", choices=MODES, help="what runs the step")
     parser.add_argument("--bits", action="store_true", help="compare C, numba and Python instead")
+    parser.add_argument("--classic", action="store_true", help="with states in several classic frames")
     parser.add_argument("--learning", action="store_true", help="with friction shared and probed, loads led")
     chosen = parser.parse_args(arguments)
     controller = "learning" if chosen.learning else "vegrip"
+    fd = not chosen.classic
     if chosen.bits:
-        log = record(None, 2.0 if chosen.quick else BITS_DURATION_S, "hand", controller)
+        log = record(None, 2.0 if chosen.quick else BITS_DURATION_S, "hand", controller, fd=fd)
         return 4 if _compare_bits(log) else 0
     cases = [case for case in CASES if not case.slow]
     cases = cases[:: max(1, len(cases) // QUICK_CASES)] if chosen.quick else cases
-    hand = record(None, 2.0 if chosen.quick else 10.0, "hand", controller)
+    hand = record(None, 2.0 if chosen.quick else 10.0, "hand", controller, fd=fd)
     failed = _compare("a hand, undisturbed", hand, chosen.mode)
     for seed in range(2 if chosen.quick else HOSTILE_SEEDS):
         failed += _compare(f"a hand, hostile states, seed {seed}", hostile(hand, seed), chosen.mode)
     for case in cases:
-        failed += _compare(case.name, record(case, 0.0, controller=controller), chosen.mode)
+        failed += _compare(case.name, record(case, 0.0, controller=controller, fd=fd), chosen.mode)
     sys.stdout.write(f"{failed} differ\n")
     return 4 if failed else 0
 

@@ -484,11 +484,12 @@ def read_tips(
 
 
 @njit
-def flags_felt(values: Floats, slides: Floats, threshold: float) -> Floats:
-    """Return the slip flags (n,) as they are felt, from ``threshold`` [m/s] of the slip speed on."""
-    felt = np.zeros(len(slides))
+def slips_felt(values: Floats, slides: Floats, threshold: float) -> Floats:
+    """Return slip flags and slip speeds [m/s] as they are felt, both from ``threshold`` on; (n, 2)."""
+    felt = np.zeros((len(slides), 2))
     for i in range(len(slides)):
-        felt[i] = slides[i] if values[i, 6] >= threshold else 0.0
+        if values[i, 6] >= threshold:
+            felt[i, 0], felt[i, 1] = slides[i], values[i, 6]
     return felt
 
 

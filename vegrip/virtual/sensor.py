@@ -22,6 +22,7 @@ SENSED_CHANNELS = (
     "contact_radius",
 )
 """Order of the measured quantities in the arrays of this module."""
+SLIP_SPEED = SENSED_CHANNELS.index("slip_speed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +49,7 @@ class Sensors:
         self._present = np.array([1.0] * 6 + [float(s.slip_sensor), float(s.radius_sensor)])
         spread = np.array([force, force, force, 0.0, shift, 0.0, 0.0, 0.0])
         self.bias = spread * rng.standard_normal((len(fingers), len(SENSED_CHANNELS)))
-        self._flags: deque[Floats] = deque(maxlen=round(s.slip_delay * s.rate) + 1)
+        self._slips: deque[Floats] = deque(maxlen=round(s.slip_delay * s.rate) + 1)  # flag, speed [m/s]
         self._seq = 0
 
     def measure(self, reading: Reading, time: float, epoch: int = 0) -> list[FingertipState]:
@@ -58,8 +59,9 @@ class Sensors:
         """
         s, n = self.settings, len(self.fingers)
         errors, chance, shifts = self.draw()
-        values = kernels.sense(reading.values, errors, self._step, self._present)
-        slip = self._felt(reading) if s.slip_sensor else np.full(n, NAN)
+        felt = self._felt(reading)
+        values = kernels.sense(_with_speed(reading.values, felt[:, 1]), errors, self._step, self._present)
+        slip = felt[:, 0] if s.slip_sensor else np.full(n, NAN)
         lost = (chance < s.dropout).tolist() if s.dropout > 0.0 else [False] * n
         stamps = [epoch + round((time + s.jitter * shift) * NS) for shift in shifts.tolist()]
         self._seq += 1
@@ -77,8 +79,13 @@ class Sensors:
         return errors, rng.random(n), rng.standard_normal(n)
 
     def _felt(self, reading: Reading) -> Floats:
-        """Return the slip flags as they are felt: from a threshold of the slip speed on, and late."""
-        s = self.settings
-        self._flags.appendleft(kernels.flags_felt(reading.values, reading.slip, s.slip_threshold))
-        late: Floats = self._flags[-1]
-        return late if len(self._flags) == self._flags.maxlen else np.zeros(len(self.fingers))
+        """Return slip flag and slip speed [m/s] as they are felt: from a threshold on, and late; (n, 2)."""
+        self._slips.appendleft(kernels.slips_felt(reading.values, reading.slip, self.settings.slip_threshold))
+        return self._slips[-1] if len(self._slips) == self._slips.maxlen else np.zeros((len(self.fingers), 2))
+
+
+def _with_speed(values: Floats, speed: Floats) -> Floats:
+    """Return true ``values`` (n, 8) with another slip ``speed`` [m/s]."""
+    out = values.copy()
+    out[:, SLIP_SPEED] = speed
+    return out

@@ -126,9 +126,12 @@ class SensorSettings:
     torque_step: float = parameter(2e-5, unit="N m", low=0.0, high=1.0, doc="resolution, 0 = exact")
     slip_sensor: bool = parameter(True, doc="the tips feel slip and its speed")
     slip_threshold: float = parameter(
-        0.0, unit="m/s", low=0.0, high=1.0, doc="slip speed from which the tips feel slip"
+        1e-4, unit="m/s", low=0.0, high=1.0,
+        doc="slip speed from which the tips feel slip; twice its noise: less is lost in that",
+    )  # fmt: skip
+    slip_delay: float = parameter(
+        0.02, unit="s", low=0.0, high=0.1, doc="by which slip flag and slip speed are late"
     )
-    slip_delay: float = parameter(0.0, unit="s", low=0.0, high=0.1, doc="by which felt slip is late")
     radius_sensor: bool = parameter(False, doc="a camera or tactile array sees the contact radius")
     jitter: float = parameter(0.0, unit="s", low=0.0, high=0.01, doc="std of the time of a sample")
     dropout: float = parameter(0.0, unit="1", low=0.0, high=1.0, doc="share of the samples that get lost")

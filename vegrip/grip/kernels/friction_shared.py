@@ -18,6 +18,7 @@ from vegrip.grip.friction_belief import (
     BELIEF_VERSION,
     absorb_evidence,
     believed_variance,
+    refuse_evidence,
     widen_own,
 )
 from vegrip.grip.friction_onset import counts_as_known, feel_onset, may_probe
@@ -68,6 +69,7 @@ from vegrip.grip.kernels.generated import (
     Wholes,
 )
 from vegrip.grip.kernels.sense import touches
+from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import lead_load
 
 LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
@@ -93,10 +95,13 @@ def prepare_friction(f: Floats, t: Wholes, g: Floats) -> None:
 
 
 def screen_slip(f: Floats, g: Floats, i: int) -> None:
-    """Take out of the state what the load has shown to be wrong of slip; that counts as not sensed."""
+    """Let the state have what is believed of slip.
+
+    What the load has shown to be wrong counts as not sensed, and a slide that is over as none.
+    """
     f[SHARED_FLAG], f[SHARED_SPEED] = f[STATE_SLIP], f[STATE_SLIP_SPEED]
-    f[STATE_SLIP] = believed_flag(g, i, f[STATE_SLIP])
-    f[STATE_SLIP_SPEED] = believed_speed(g, i, f[STATE_SLIP_SPEED])
+    f[STATE_SLIP] = present_slip(g, i, believed_flag(g, i, f[STATE_SLIP]))
+    f[STATE_SLIP_SPEED] = present_slip(g, i, believed_speed(g, i, f[STATE_SLIP_SPEED]))
 
 
 def restore_slip(f: Floats, t: Wholes) -> None:
@@ -131,10 +136,11 @@ def update_shared_friction(f: Floats, t: Wholes, g: Floats) -> None:
     dt = since(t[NEWS_STAMP], t[TURN_LEARNED]) if t[TURN_LEARNED] != 0 else 0.0
     t[TURN_LEARNED] = t[NEWS_STAMP]
     g[BELIEF_SINCE] += dt / float(t[SETUP_FINGERS])
-    give_evidence(f, g, i)
-    is_touching, slip = touches(f, t), f[STATE_SLIP]
+    is_touching = touches(f, t)
+    slip, speed = believed_flag(g, i, f[SHARED_FLAG]), believed_speed(g, i, f[SHARED_SPEED])
+    give_evidence(f, g, i, slip >= SLIDES and is_late(g))
     u, relative = utilised_friction(f, is_touching)
-    feel_onset(g, g, i, dt, u, relative, slip, f[STATE_SLIP_SPEED])
+    feel_onset(g, g, i, dt, recall_load(g, i, dt, u), relative, slip, speed)
     g[PROBE_NEED + i] = f[GRIP_REQUIRED]
     load = armed_load(f, is_touching)
     watch_load(g, i, dt, load, f[SHARED_LOAD_NOISE], is_touching)
@@ -148,14 +154,19 @@ def update_shared_friction(f: Floats, t: Wholes, g: Floats) -> None:
     judge_felt_slip(g, i, dt, f[SHARED_FLAG], f[SHARED_SPEED], u, twist)
 
 
-def give_evidence(f: Floats, g: Floats, i: int) -> None:
-    """Tell the grasp what the finger's own estimate has learned since :func:`prepare_friction`."""
+def give_evidence(f: Floats, g: Floats, i: int, late: bool) -> None:
+    """Tell the grasp what the finger's own estimate has learned since :func:`prepare_friction`.
+
+    Of slip that is felt ``late`` it learns by the wrong load, so that is refused.
+    """
     mean, variance = f[SHARED_BEFORE], f[SHARED_BEFORE_VAR]
     if f[FRI_LN_MU] == mean:
         if f[FRI_VAR] > variance + NEW_CONTACT:
             widen_own(g, i, f[FRI_VAR])
         return
-    if variance > 0.0 and f[FRI_VAR] > 0.0:
+    if late:
+        refuse_evidence(g)
+    elif variance > 0.0 and f[FRI_VAR] > 0.0:
         f[SHARED_SITE] += 1.0 / f[FRI_VAR] - 1.0 / variance
         weighted = f[SHARED_SITE_WEIGHTED] + f[FRI_LN_MU] / f[FRI_VAR]
         f[SHARED_SITE_WEIGHTED] = weighted - mean / variance

@@ -88,6 +88,10 @@ __all__ = [
 Wholes = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 
+ABSENT_BYTES: NDArray[np.int64]
+ADJUSTMENT_HIGH: int
+ADJUSTMENT_LOW: int
+ADJUSTMENT_SCALE: float
 ASKED_MARGIN: int
 ASKED_QUANTILE: int
 COMMAND_LENGTH: int
@@ -105,6 +109,9 @@ DEMAND_LEAST: int
 DEMAND_LOAD: int
 DEMAND_TORQUE: int
 FAULTS0: int
+FORCE_HIGH: int
+FORCE_LOW: int
+FORCE_SCALE: float
 GRIP_ADJUSTMENT: int
 GRIP_ELAPSED: int
 GRIP_ENVELOPE: int
@@ -161,6 +168,17 @@ NEED_TRUSTED: int
 NEWS_SEQ: int
 NEWS_STAMP: int
 ORDERED0: int
+PARTS_CLIPPED_ADJUSTMENT: int
+PARTS_CLIPPED_FORCE: int
+PARTS_COUNTER: int
+PARTS_EXPECTED: int
+PARTS_INCOMPLETE: int
+PARTS_STAMP: int
+PART_BYTES0: int
+PART_LENGTH: int
+PART_OFFSETS: NDArray[np.int64]
+PART_PAYLOAD: int
+PART_VERSION: int
 REASON_FAIL_SAFE: int
 REASON_FORECAST: int
 REASON_HOLD: int
@@ -235,12 +253,14 @@ SHARED_SITE: int
 SHARED_SITE_WEIGHTED: int
 SHARED_SPEED: int
 SHARED_WIDEST: int
+SHORT_COMMAND_LENGTH: int
 SLIDES: float
 STATE0: int
 STATE_CONTACT_RADIUS: int
 STATE_DISPLACEMENT: int
 STATE_LENGTH: int
 STATE_NORMAL_FORCE: int
+STATE_PARTS: int
 STATE_SLIP: int
 STATE_SLIP_SPEED: int
 STATE_TANGENTIAL_FORCE_X: int
@@ -380,4 +400,36 @@ def pack_contact2(
     limit_radius_std: float,
 ) -> None:
     """Write the second frame of a contact, but for its checksum."""
+    raise NotImplementedError
+
+
+def counter_of_part(data: Bytes) -> int:
+    """Counter of the sender, of a classic frame."""
+    raise NotImplementedError
+
+
+def version_of_part(data: Bytes) -> int:
+    """Version of the message set, of a classic frame."""
+    raise NotImplementedError
+
+
+def is_last_part(data: Bytes) -> bool:
+    """Whether no further part of the state comes."""
+    raise NotImplementedError
+
+
+def part_means_something(data: Bytes, part: int) -> bool:
+    """Whether every raw value of a part has a meaning."""
+    raise NotImplementedError
+
+
+def unpack_parts(f: Floats, t: Wholes) -> None:
+    """Take the values of the kept parts of a state, in SI units."""
+    raise NotImplementedError
+
+
+def pack_short_command(
+    data: Bytes, counter: int, force: int, adjustment: int, reason: int, expires: int
+) -> None:
+    """Write a classic command of raw values, but for its checksum."""
     raise NotImplementedError

@@ -39,13 +39,13 @@ def wire_text() -> str:
         f"STATE_LENGTH = {state.length}",
         f"COMMAND_LENGTH = {command.length}",
         f"WIRE_VERSION = {layouts().version}",
-        *_function("counter_of_state(data)", "Counter of the sender.", f"return word(data, {at['seq']})"),
-        *_function("version_of_state(data)", "Version of the set.", f"return int(data[{at['version']}])"),
-        *_function("time_of_state(data)", "Time of the sender [us].", f"return word(data, {at['time']})"),
-        *_function("is_not_infinite(bits)", "Whether a single is a number or NaN.",
+        *function("counter_of_state(data)", "Counter of the sender.", f"return word(data, {at['seq']})"),
+        *function("version_of_state(data)", "Version of the set.", f"return int(data[{at['version']}])"),
+        *function("time_of_state(data)", "Time of the sender [us].", f"return word(data, {at['time']})"),
+        *function("is_not_infinite(bits)", "Whether a single is a number or NaN.",
                    "return (bits & 0x7FFFFFFF) != 0x7F800000"),
-        *_function("values_mean_something(data)", "No value is infinite.", f"return {finite}"),
-        *_function("unpack_state(f, data)", "Take the values of a state, in SI units.", *unpacked),
+        *function("values_mean_something(data)", "No value is infinite.", f"return {finite}"),
+        *function("unpack_state(f, data)", "Take the values of a state, in SI units.", *unpacked),
         *_packing(command),
         *_reports(),
     ])  # fmt: skip
@@ -75,7 +75,7 @@ def _report(name: str, message: DbcMessage, given: dict[str, str]) -> list[str]:
     for signal in signals:
         if signal.length == 1:
             flags.setdefault(signal.start // 8, []).append(f"{values[signal.name]} << {signal.start % 8}")
-    return _function(
+    return function(
         f"{name}(data, seq, stamp, {', '.join(rest)})",
         "Write a report, but for its checksum.",
         f"for i in range({message.length}):",
@@ -88,7 +88,7 @@ def _report(name: str, message: DbcMessage, given: dict[str, str]) -> list[str]:
 def _packing(command: DbcMessage) -> list[str]:
     given = {"seq": "seq", "version": "WIRE_VERSION", "time": "stamp // 1000", **ARGUMENTS}
     puts = [_put(signal, given[signal.name]) for signal in command.signals if signal.name != "crc"]
-    return _function(
+    return function(
         f"pack_command(data, seq, stamp, {', '.join(ARGUMENTS.values())})",
         "Write a command, but for its checksum.",
         "for i in range(COMMAND_LENGTH):",
@@ -102,5 +102,6 @@ def _put(signal: Signal, value: str) -> str:
     return PUT[signal.length].format(at=signal.start // 8, bits=bits)
 
 
-def _function(head: str, doc: str, *lines: str) -> list[str]:
+def function(head: str, doc: str, *lines: str) -> list[str]:
+    """Return the lines of a function of a generated module."""
     return ["", "", f"def {head}:", f'    """{doc}"""', *(f"    {line}" for line in lines)]

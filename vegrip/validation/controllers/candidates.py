@@ -79,12 +79,22 @@ def parameters(name: str, knob: float, friction: float = math.nan) -> GraspParam
 
 
 def learning_parameters(base: GraspParameters) -> GraspParameters:
-    """Return ``base`` with one belief of friction for all fingers, probing, and a quick release."""
+    """Return ``base`` with one belief of friction for all fingers, probing, and a quick release.
+
+    It is told how coarse and how late the slip channel of the virtual hand is.
+    """
+    sensor = HandSettings().sensor
     return replace(
         base,
-        friction=replace(base.friction, shared=True, probing=True),
+        friction=replace(
+            base.friction,
+            shared=True,
+            probing=True,
+            slip_threshold=sensor.slip_threshold,
+            slip_delay=sensor.slip_delay,
+        ),
         grip=replace(
-            base.grip, release_time=0.3, settle_time=0.1, slip_growth=20.0, proven_time=20.0, drive_lag=0.01
+            base.grip, release_time=0.3, settle_time=0.1, slip_growth=40.0, proven_time=20.0, drive_lag=0.01
         ),
         estimator=replace(base.estimator, friction_drift=0.03),
     )

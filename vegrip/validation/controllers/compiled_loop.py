@@ -43,7 +43,14 @@ FINGERS = 5  # that the compiled trial has room for
 PERIOD_S = 0.002
 SAMPLING_S = 0.01
 
-SHARED = ("friction_belief", "friction_probe", "friction_onset", "load_lead", "felt_slip")  # of vegrip.grip
+SHARED = (
+    "friction_belief",
+    "friction_probe",
+    "friction_onset",
+    "load_lead",
+    "felt_slip",
+    "late_slip",
+)  # of vegrip.grip
 RunTrial = Callable[..., float]
 
 

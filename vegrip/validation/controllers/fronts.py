@@ -16,6 +16,7 @@ from vegrip.validation.controllers.compiled_loop import SAMPLING_S, CompiledRun,
 from vegrip.validation.controllers.grip_quality import GripRecord, figures_of, record_of
 from vegrip.validation.controllers.scenario import Scenario
 from vegrip.virtual import HandSettings
+from vegrip.virtual.settings import SensorSettings
 
 SWEEPS = {
     "hand": {
@@ -36,6 +37,8 @@ SWEEPS = {
     },
 }
 
+USUAL_SENSOR = SensorSettings()
+
 
 @dataclass(frozen=True)
 class Surroundings:
@@ -43,8 +46,8 @@ class Surroundings:
 
     drive_bandwidth: float = math.nan  # [Hz]; NaN = as it is; the rate limit goes in proportion
     friction_scale: float = 1.0  # [-] of every surface
-    slip_threshold: float = 0.0  # [m/s] from which slip is felt
-    slip_delay: float = 0.0  # [s] by which it is late
+    slip_threshold: float = USUAL_SENSOR.slip_threshold  # [m/s] from which slip is felt
+    slip_delay: float = USUAL_SENSOR.slip_delay  # [s] by which it is late
     slip_channel: bool = True  # whether slip is felt at all
 
     def applied(self, hand: HandSettings) -> HandSettings:

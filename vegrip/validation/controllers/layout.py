@@ -7,14 +7,17 @@ import numpy as np
 from vegrip.virtual import profile
 
 FLAGS = 64
-"""Samples by which a slip flag may be late."""
+"""Samples by which felt slip may be late."""
 SLOTS = 25
 """Of the running median, as :data:`vegrip.grip.policies.running_median.WINDOW_SLOTS`."""
 TABLE = 400
 """Pressure exponents of the hand's tables."""
 
-ROW_FINGER = ("force", "command", "margin", "mu", "radius", "exponent", "tangential", "torque", "least")
-"""Truth of one finger in a row of the result."""
+ROW_FINGER = (
+    "force", "command", "margin", "mu", "radius", "exponent", "tangential", "torque", "least",
+    "ln_mu_believed", "ln_mu_variance",
+)  # fmt: skip
+"""Truth of one finger in a row of the result, and what is believed of its friction; NaN = not in contact."""
 ROW_HEAD = ("time", "slips", "micro_slips")
 
 HAND_SCALARS = (
@@ -32,12 +35,12 @@ CONTROL_SCALARS = (
     "POLICY", "MARGIN", "QUANTILE", "QUANTILE_KNOWN",
     "DEAD_BAND", "RELEASE_TIME", "SETTLE_TIME", "SLOT", "SLIP_GROWTH",
     "MIN_FORCE", "MAX_FORCE", "RAISE_RATE", "LOWER_RATE", "LIFETIME", "FAIL_FORCE", "FAIL_HOLD", "FAIL_RAMP",
-    "CONSTANT", "CONE", "LONGEST_GAP", "LEARNS", "KNOWN", "PROVEN_TIME",
+    "CONSTANT", "CONE", "LONGEST_GAP", "LEARNS", "KNOWN", "PROVEN_TIME", "RECOVERY",
 )  # fmt: skip
 CONTROL_FINGER = (
     "COMMAND", "REQUIRED", "FAULTY", "SAMPLES", "INFORMED", "TRANSFER", "FIRST_FORCE", "FIRST_LOAD",
-    "FIRST_ARM", "SEEN", "SITE", "SITE_WEIGHTED", "ENVELOPE", "QUIET",
-    "SLOTS_USED", "SLOT_FILLED", "SLOT_PRESENT", "SLOT_MEDIAN", "PROVEN",
+    "FIRST_ARM", "SINCE_LED", "BELIEVED", "BELIEVED_VAR", "SEEN", "SITE", "SITE_WEIGHTED", "ENVELOPE",
+    "QUIET", "SLOTS_USED", "SLOT_FILLED", "SLOT_PRESENT", "SLOT_MEDIAN", "PROVEN",
 )  # fmt: skip
 
 
@@ -57,7 +60,8 @@ class TrialLayout:
         sections |= {f"H_{name}": n for name in HAND_FINGER}
         sections |= {f"H_{name}": n * self.branches for name in ("BRANCHES", "BRANCH_DECAY", "BRANCH_SHARE")}
         sections |= {"H_STEPS": 3, "H_POSE": 6, "H_START": 3, "H_PLACE": 2 * n, "H_WRENCH": 3 * n}
-        sections |= {"H_SLIP": 3 * n, "H_READING": 8 * n, "H_FLAGS": FLAGS * n, "H_LOAD": self.rings * n}
+        sections |= {"H_SLIP": 3 * n, "H_READING": 8 * n, "H_FLAGS": FLAGS * n, "H_SPEEDS": FLAGS * n}
+        sections |= {"H_LOAD": self.rings * n}
         sections |= {"H_REACH": self.rings, "H_AREA": self.rings, "H_COSINE": self.spokes}
         sections |= {"H_SINE": self.spokes, "H_BRISTLE": 2 * n * elements, "H_EXPONENT_TABLE": TABLE}
         sections |= {"H_RING_TABLE": TABLE * self.rings}

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vegrip.estimator.layout import friction_symbol
-from vegrip.grip.felt_slip import FELT_SIZE, begin_felt_slip
+from vegrip.grip.felt_slip import begin_felt_slip
 from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief, expect_finger
 from vegrip.grip.friction_onset import begin_onsets
 from vegrip.grip.friction_probe import begin_probing
+from vegrip.grip.late_slip import LATE_SIZE, begin_late_slip
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.parameters import GraspParameters
 from vegrip.model import ContactModel
@@ -100,7 +101,7 @@ def set_control(
         "LEARNS": float(settings.policy == "margin" and settings.friction.shared),
         "CONE": (1.0 + cone.safety) / cone.friction, "LONGEST_GAP": settings.estimator.longest_gap,
         "ELASTIC": [elastic.friction, elastic.safety, elastic.radius, elastic.power, elastic.exponent],
-        "COMMAND": math.nan, "INFORMED": math.inf,
+        "RECOVERY": settings.watchdog.recover_after, "COMMAND": math.nan, "INFORMED": math.inf,
     }  # fmt: skip
     for name, value in values.items():
         h[at[f"G_{name}"]] = np.asarray(value, float)
@@ -129,7 +130,7 @@ def noise_table(settings: HandSettings, seed: int, samples: int) -> Floats:
 
 def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int) -> tuple[Floats, Floats]:
     """Return the belief of the grasp before anything was felt, and the state of its probing."""
-    g, q = np.zeros(BELIEF_SIZE), np.zeros(FELT_SIZE)
+    g, q = np.zeros(BELIEF_SIZE), np.zeros(LATE_SIZE)
     mu = model.values[friction_symbol(model)]
     f = settings.friction
     begin_belief(g, fingers, settings.estimator.friction_drift, f.shock)
@@ -144,4 +145,5 @@ def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int
     noise = settings.noise
     begin_lead(q, settings.grip.drive_lag, noise.tangential_force, noise.torque_z)
     begin_felt_slip(q, f.sliding_speed, f.slip_delay)
+    begin_late_slip(q)
     return g, q

@@ -15,12 +15,15 @@ from vegrip.grip.felt_slip import (
 )
 from vegrip.grip.friction_onset import counts_as_known, feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
+from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import LEAD_LAG, lead_load
 from vegrip.validation.controllers.kernels.generated import (
     CH_USED,
     CHANNEL0,
     FRI_LN_MU,
     FRI_VAR,
+    G_BELIEVED,
+    G_BELIEVED_VAR,
     G_COMMAND,
     G_CONE,
     G_CONSTANT,
@@ -50,10 +53,12 @@ from vegrip.validation.controllers.kernels.generated import (
     G_QUANTILE_KNOWN,
     G_QUIET,
     G_RAISE_RATE,
+    G_RECOVERY,
     G_RELEASE_TIME,
     G_REQUIRED,
     G_SAMPLES,
     G_SETTLE_TIME,
+    G_SINCE_LED,
     G_SLIP_GROWTH,
     G_SLOT,
     G_SLOT_FILLED,
@@ -79,6 +84,7 @@ from vegrip.validation.controllers.kernels.generated import (
 )
 from vegrip.validation.controllers.kernels.learning import give_evidence, probe_finger, take_belief
 
+LONGEST_STEP = 0.1  # [s], as finger.LONGEST_STEP_S
 LEAST_SLIDING = 2e-4  # [m/s], as estimator.LEAST_SLIP_SPEED
 TRANSFER_TIME = 0.3  # [s], as bumpless_transfer.TRANSFER_DURATION_S
 
@@ -174,15 +180,12 @@ def control_finger(
     sensed_slip, sensed_speed = slip, slip_speed
     learns = h[G_LEARNS] > 0.5
     if learns:
-        slip, slip_speed = believed_flag(q, i, slip), believed_speed(q, i, slip_speed)
-    believed = slip
-    if slip >= 0.5 and slip_speed < LEAST_SLIDING:
-        believed = math.nan
-    first = h[G_SAMPLES + i] == 0.0
-    h[G_SAMPLES + i] += 1.0
+        slip = present_slip(q, i, believed_flag(q, i, slip))
+        slip_speed = present_slip(q, i, believed_speed(q, i, slip_speed))
+    believed = math.nan if slip >= 0.5 and slip_speed < LEAST_SLIDING else slip
+    first = count_sample(h, i, dt)
     if learns:
         take_belief(m, h, g, i)
-    ahead, turn = load_ahead(q, i, 0.0 if first else dt, x, y, torque)
     ln, variance = m[FRI_LN_MU], m[FRI_VAR]
     update(m, -1.0 if first else dt, force, displacement, math.nan, tangential, torque, believed)
     age = informed_age(m, h, i, dt)
@@ -201,6 +204,7 @@ def control_finger(
     else:
         least = math.nan
         if h[G_POLICY] == 0.0 and valid:
+            ahead, turn = load_ahead(h, q, i, x, y, torque)
             least = needed_force(m, h, i, ahead, turn, margin, at)
         trusted = not math.isnan(least)
     if first:
@@ -216,6 +220,9 @@ def control_finger(
     least = taken_over(h, i, least, armed_load(tangential, torque, h[G_FIRST_ARM + i]), slipping)
     require(h, i, 0.0 if first else dt, least, tangential, torque, touching, slipping, trusted)
     command_finger(h, i, dt if not first else 0.0)
+    h[G_BELIEVED + i], h[G_BELIEVED_VAR + i] = (
+        (m[FRI_LN_MU], m[FRI_VAR]) if touching else (math.nan, math.nan)
+    )
     if learns:
         step = 0.0 if first else dt
         learn_friction_of(
@@ -223,10 +230,21 @@ def control_finger(
         )
 
 
-def load_ahead(q: Floats, i: int, dt: float, x: float, y: float, torque: float) -> tuple[float, float]:
-    """Return the load of finger ``i`` that counts: ahead by the drive's lag where that is told."""
+def count_sample(h: Floats, i: int, dt: float) -> bool:
+    """Count a sample of finger ``i`` that comes ``dt`` [s] after the last; return whether it is the first."""
+    h[G_SINCE_LED + i] += dt
+    h[G_SAMPLES + i] += 1.0
+    return bool(h[G_SAMPLES + i] == 1.0)
+
+
+def load_ahead(h: Floats, q: Floats, i: int, x: float, y: float, torque: float) -> tuple[float, float]:
+    """Return the load of finger ``i`` that counts: ahead by the drive's lag where that is told.
+
+    Only a finger that touches answers its load, so the filters rest in the air, as they do in the node.
+    """
     if q[LEAD_LAG] > 0.0:
-        return lead_load(q, i, dt, x, y, torque)
+        since, h[G_SINCE_LED + i] = min(h[G_SINCE_LED + i], LONGEST_STEP), 0.0
+        return lead_load(q, i, since, x, y, torque)
     return math.sqrt(x * x + y * y), torque
 
 
@@ -256,11 +274,11 @@ def learn_friction_of(
     tangential: float, torque: float, slip: float, slip_speed: float, at: float,
 ) -> None:  # fmt: skip
     """Take into the belief of the grasp what finger ``i`` has just learned, and let probing go on."""
-    give_evidence(m, h, g, i, step, ln, variance)
+    believed, fast = believed_flag(q, i, slip), believed_speed(q, i, slip_speed)
+    give_evidence(m, h, g, i, step, ln, variance, believed >= 0.5 and is_late(q))
     u, relative = utilisation(m)
     u *= math.exp(ln - m[FRI_LN_MU])
-    believed, fast = believed_flag(q, i, slip), believed_speed(q, i, slip_speed)
-    feel_onset(g, q, i, step, u, relative, believed, fast)
+    feel_onset(g, q, i, step, recall_load(q, i, step, u), relative, believed, fast)
     q[PROBE_NEED + i] = h[G_REQUIRED + i]
     load = armed_load(tangential, torque, m[REP_RADIUS])
     probe_finger(g, q, i, step, load, m[SET_S_TANGENTIAL], m[REP_CONTACT] > 0.5, believed, at)
@@ -308,7 +326,10 @@ def require(
     slipping: bool,
     trusted: bool,
 ) -> None:
-    """Find what finger ``i`` needs on its own."""
+    """Find what finger ``i`` needs on its own; its first samples are not believed yet, as by the watchdog."""
+    if h[G_SAMPLES + i] < h[G_RECOVERY]:
+        ride_out(h, i, dt)
+        return
     active = h[G_FAULTY + i] >= 0.0
     base = h[G_COMMAND + i] if slipping or active else h[G_REQUIRED + i]
     force = math.nan

@@ -97,6 +97,7 @@ H_WRENCH: int
 H_SLIP: int
 H_READING: int
 H_FLAGS: int
+H_SPEEDS: int
 H_LOAD: int
 H_REACH: int
 H_AREA: int
@@ -110,8 +111,10 @@ G_MARGIN: int
 G_QUANTILE: int
 G_QUANTILE_KNOWN: int
 G_DEAD_BAND: int
+G_RECOVERY: int
 G_RELEASE_TIME: int
 G_SETTLE_TIME: int
+G_SINCE_LED: int
 G_SLOT: int
 G_SLIP_GROWTH: int
 G_MIN_FORCE: int
@@ -128,6 +131,8 @@ G_LONGEST_GAP: int
 G_LEARNS: int
 G_KNOWN: int
 G_PROVEN_TIME: int
+G_BELIEVED: int
+G_BELIEVED_VAR: int
 G_COMMAND: int
 G_REQUIRED: int
 G_FAULTY: int

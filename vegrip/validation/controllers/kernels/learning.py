@@ -8,6 +8,7 @@ from vegrip.grip.friction_belief import (
     BELIEF_VERSION,
     absorb_evidence,
     believed_variance,
+    refuse_evidence,
     widen_own,
 )
 from vegrip.grip.friction_onset import may_probe
@@ -40,12 +41,20 @@ def take_belief(m: Floats, h: Floats, g: Floats, i: int) -> None:
         m[FRI_BASE_LN] = (mean / variance - h[G_SITE_WEIGHTED + i]) / left
 
 
-def give_evidence(m: Floats, h: Floats, g: Floats, i: int, dt: float, ln: float, variance: float) -> None:
-    """Tell the grasp what finger ``i`` has learned since its estimate was ``ln``, ``variance``."""
+def give_evidence(
+    m: Floats, h: Floats, g: Floats, i: int, dt: float, ln: float, variance: float, late: bool
+) -> None:
+    """Tell the grasp what finger ``i`` has learned since its estimate was ``ln``, ``variance``.
+
+    Of slip that is felt ``late`` it learns by the wrong load, so that is refused.
+    """
     g[BELIEF_SINCE] += dt / g[BELIEF_FINGERS]
     if m[FRI_LN_MU] == ln:
         if m[FRI_VAR] > variance + 1e-4:
             widen_own(g, i, m[FRI_VAR])
+        return
+    if late:
+        refuse_evidence(g)
         return
     h[G_SITE + i] += 1.0 / m[FRI_VAR] - 1.0 / variance
     h[G_SITE_WEIGHTED + i] += m[FRI_LN_MU] / m[FRI_VAR] - ln / variance

@@ -5,6 +5,8 @@ import math
 from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.validation.controllers.kernels.control import control_finger
 from vegrip.validation.controllers.kernels.generated import (
+    G_BELIEVED,
+    G_BELIEVED_VAR,
     G_COMMAND,
     H_COMMAND,
     H_DEPTH,
@@ -24,6 +26,7 @@ from vegrip.validation.controllers.kernels.generated import (
     H_SLIP_SENSOR,
     H_SLIP_THRESHOLD,
     H_SLIPS,
+    H_SPEEDS,
     H_STEPS,
     H_WRENCH,
     HAND_FINGERS,
@@ -84,16 +87,24 @@ def feel_finger(h: Floats, z: Floats, sample: int, i: int) -> None:
     h[at + 2] = quantized(h[H_WRENCH + 3 * i + 1] + z[noise + 2], h[H_STEPS])
     h[at + 3] = quantized(turned * h[H_WRENCH + 3 * i + 2] + z[noise + 3], h[H_STEPS + 1])
     h[at + 4] = quantized(h[H_DEPTH + i] + z[noise + 4], h[H_STEPS + 2])
-    h[at + 6] = max(h[H_SLIP + 3 * i + 1] + z[noise + 6], 0.0)
-    first = H_FLAGS + HAND_FLAGS * i
+    speed = h[H_SLIP + 3 * i + 1]
+    sliding = h[H_SLIDING + i]
+    if speed < h[H_SLIP_THRESHOLD]:
+        speed = sliding = 0.0
+    speed = felt_late(h, H_SPEEDS + HAND_FLAGS * i, speed)
+    h[at + 6] = max(speed + z[noise + 6], 0.0)
+    h[at + 7] = felt_late(h, H_FLAGS + HAND_FLAGS * i, sliding)
+    if h[H_SLIP_SENSOR] < 0.5:
+        h[at + 6] = h[at + 7] = math.nan
+
+
+def felt_late(h: Floats, first: int, value: float) -> float:
+    """Put ``value`` into the ring from ``first`` on; return what was put there by the delay of slip ago."""
     late = int(h[H_SLIP_DELAY])
     for j in range(late):
         h[first + late - j] = h[first + late - j - 1]
-    felt = h[H_SLIDING + i] > 0.5 and h[H_SLIP + 3 * i + 1] >= h[H_SLIP_THRESHOLD]
-    h[first] = 1.0 if felt else 0.0
-    h[at + 7] = h[first + late]
-    if h[H_SLIP_SENSOR] < 0.5:
-        h[at + 6] = h[at + 7] = math.nan
+    h[first] = value
+    return float(h[first + late])
 
 
 def quantized(value: float, step: float) -> float:
@@ -132,6 +143,7 @@ def write_row(h: Floats, out: Floats, at: int) -> None:
         f, torque = math.sqrt(x * x + y * y), abs(h[H_WRENCH + 3 * i + 2])
         out[c + 6], out[c + 7] = f, torque
         out[c + 8] = least_possible(f, torque, h[H_MU + i], h[H_RADIUS + i], h[H_K + i], h[H_FORCE + i])
+        out[c + 9], out[c + 10] = h[G_BELIEVED + i], h[G_BELIEVED_VAR + i]
 
 
 def least_possible(f: float, torque: float, mu: float, a: float, k: float, force: float) -> float:
