@@ -9,8 +9,9 @@ import numpy as np
 
 from vegrip.errors import ConfigError
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
+from vegrip.grip.batch_text import STATE_BYTES
 from vegrip.grip.compiled_batch import CompiledBatch, can_batch
-from vegrip.grip.compiled_finger import LEFT_ALONE, STATE_BYTES, CompiledFinger, Place, why_not_compiled
+from vegrip.grip.compiled_finger import LEFT_ALONE, CompiledFinger, Place, why_not_compiled
 from vegrip.grip.controller import GripController, need_of
 from vegrip.grip.drive_log import DriveLog
 from vegrip.grip.estimator_protocol import Estimator
@@ -302,6 +303,31 @@ class GraspForce(NodeBase):
         """Return what is due to be told of a finger; worked out when it is taken."""
         controller = self.controller
         return iter(()) if controller is None else self._reports(controller, controller.fingers[name], now)
+
+    def report_frames(self, name: str, now: int) -> Iterable[tuple[int, np.ndarray]]:
+        """Return identifiers and frames of contact and slip margin, if the compiled step can tell them."""
+        compiled = self._compiled.get(name)
+        if not self._active or compiled is None or not compiled.lent or not compiled.tell(now):
+            return ()
+        return zip(compiled.report_ids, compiled.report_frames, strict=True)
+
+    def report_batch(self, names: Sequence[str], now: int) -> list[str]:
+        """Pack contacts and slip margins of fingers into :attr:`batch_reports`; return whose were told."""
+        batch = self._batch
+        if not self._active or batch is None:
+            return []
+        return batch.report([name for name in names if self._compiled[name].lent], now)
+
+    @property
+    def batch_reports(self) -> tuple[bytearray, bytearray]:
+        """The rows that :meth:`report_batch` has packed last, below heads that are still empty."""
+        batch = self._batch
+        return (bytearray(), bytearray()) if batch is None else (batch.contacts, batch.margins)
+
+    def has_more_to_tell(self, name: str, now: int) -> bool:
+        """Return whether :meth:`reports` has something to tell besides :meth:`report_frames`."""
+        compiled = self._compiled.get(name)
+        return compiled is None or not compiled.lent or compiled.has_more_to_tell(now)
 
     def felt(self, name: str) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the last frame that ran compiled."""

@@ -3,13 +3,13 @@
 As :mod:`vegrip.runtime.hot_path` for frames; what is left alone goes the way of messages.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from vegrip.clock import Clock
-from vegrip.messages import FingertipState
+from vegrip.messages import FingertipState, Message
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.hot_path import COMMANDED, LEFT_ALONE, AnswersFrames, show
 from vegrip.runtime.sender_watch import SenderWatch
@@ -107,6 +107,11 @@ class TopicPath:
         if self._telemetry is not None:
             show(self._telemetry, self.node, finger, done)
         return done, finger
+
+    def reports(self, fingers: Sequence[str], now: int) -> Iterator[Message]:
+        """Yield what is due to be told of ``fingers``."""
+        for finger in fingers:
+            yield from self.node.reports(finger, now)
 
     def _send(self, finger: str, line: TopicLine, now: int) -> None:
         seq, force, adjustment, reason, lifetime = self.node.command_numbers(finger)

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 from e2e.p05 import e2e_p05_protect
 
-from vegrip.grip.compiled import COMMANDED
+from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.compiled_finger import LEFT_ALONE, REPORT
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters
-from vegrip.messages import Condition, ForceCommand, Message
+from vegrip.messages import Condition, ContactEstimate, ForceCommand, Message, SlipMargin
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.line import Line
 from vegrip.validation.controllers.candidates import KNOBS, demo_parameters, make_node, parameters
@@ -81,6 +81,8 @@ class Answers:
     """What a node answered: the commands as bytes, and what it thought of its input after each event."""
 
     commands: list[tuple[int, bytes]] = field(default_factory=list)
+    reports: list[tuple[int, bytes]] = field(default_factory=list)  # contacts and slip margins
+    packed_reports: int = 0  # frames of them that the compiled step packed
     conditions: list[tuple[Condition, ...]] = field(default_factory=list)
     faults: dict[str, dict[Condition, int]] = field(default_factory=dict)
     lost: int = 0
@@ -350,7 +352,11 @@ class Replay:
             if done & COMMANDED:
                 self.answers.commands.append((line.command_id, self.node.command_frame(finger).tobytes()))
             if done & REPORT:
-                self._answered(self.node.reports(finger, now))
+                packed = [(name, data.tobytes()) for name, data in self.node.report_frames(finger, now)]
+                self.answers.reports += packed
+                self.answers.packed_reports += len(packed)
+                if self.node.has_more_to_tell(finger, now):
+                    self._answered(self.node.reports(finger, now))
             if done != LEFT_ALONE:
                 self.answers.compiled_frames += 1
                 return
@@ -360,9 +366,10 @@ class Replay:
 
     def _answered(self, messages: Iterable[Message]) -> None:
         for message in messages:
-            if isinstance(message, ForceCommand):
-                sent = self.codec.encode(message)
-                self.answers.commands += [(frame.arbitration_id, frame.data) for frame in sent]
+            if isinstance(message, ForceCommand | ContactEstimate | SlipMargin):
+                sent = [(frame.arbitration_id, frame.data) for frame in self.codec.encode(message)]
+                kept = self.answers.commands if isinstance(message, ForceCommand) else self.answers.reports
+                kept += sent
 
     def _condition(self, finger: str) -> Condition:
         compiled = self.node.compiled_fingers.get(finger)
@@ -373,15 +380,8 @@ class Replay:
 
 def differences(left: Answers, right: Answers) -> list[str]:
     """Return in sentences what two nodes answered differently; empty: nothing."""
-    found = []
-    pairs = list(zip(left.commands, right.commands, strict=False))
-    unequal = [i for i, (a, b) in enumerate(pairs) if a != b]
-    if unequal:
-        i = unequal[0]
-        a, b = (f"{identifier:#x} {data.hex()}" for identifier, data in pairs[i])
-        found.append(f"{len(unequal)} of {len(pairs)} commands differ, first number {i}: {a}, {b}")
-    if len(left.commands) != len(right.commands):
-        found.append(f"{len(left.commands)} commands and {len(right.commands)}")
+    found = _unequal("commands", left.commands, right.commands)
+    found += _unequal("reports", left.reports, right.reports)
     states = [i for i, (a, b) in enumerate(zip(left.conditions, right.conditions, strict=True)) if a != b]
     if states:
         i = states[0]
@@ -391,10 +391,24 @@ def differences(left: Answers, right: Answers) -> list[str]:
     return found + [f"{name}: {a}, {b}" for name, (a, b) in counts.items() if a != b]
 
 
+def _unequal(what: str, left: list[tuple[int, bytes]], right: list[tuple[int, bytes]]) -> list[str]:
+    found = []
+    pairs = list(zip(left, right, strict=False))
+    unequal = [i for i, (a, b) in enumerate(pairs) if a != b]
+    if unequal:
+        i = unequal[0]
+        a, b = (f"{identifier:#x} {data.hex()}" for identifier, data in pairs[i])
+        found.append(f"{len(unequal)} of {len(pairs)} {what} differ, first number {i}: {a}, {b}")
+    if len(left) != len(right):
+        found.append(f"{len(left)} {what} and {len(right)}")
+    return found
+
+
 def bits_left(replay: Replay) -> tuple[int, dict[str, bytes]]:
     """Return how many frames ran compiled, and the bits of all commands and memories after a log."""
     answers = replay.run()
-    left = {"commands": b"".join(data for _, data in answers.commands)}
+    sent = [*answers.commands, *answers.reports]
+    left = {"commands and reports": b"".join(data for _, data in sent)}
     for name, finger in replay.node.compiled_fingers.items():
         f = np.where(np.isnan(finger.memory.f), np.nan, finger.memory.f)  # NaN has many bits, and one meaning
         left[f"{name}, real numbers"], left[f"{name}, whole numbers"] = f.tobytes(), finger.memory.t.tobytes()
@@ -465,8 +479,9 @@ def _compare(way: Way, name: str, log: Log, mode: str) -> int:
     objects, compiled = way.replay(log, "").run(), way.replay(log, mode).run()
     found = differences(objects, compiled)
     share = f"{compiled.compiled_frames} of {log.frames} frames compiled"
+    told = f"{compiled.packed_reports} of {len(objects.reports)} frames of reports packed by it"
     verdict = "; ".join(found) or "equal"
-    sys.stdout.write(f"{name}: {verdict} ({len(objects.commands)} commands, {share})\n")
+    sys.stdout.write(f"{name}: {verdict} ({len(objects.commands)} commands, {share}, {told})\n")
     sys.stdout.flush()
     return int(bool(found))
 

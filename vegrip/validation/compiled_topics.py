@@ -7,7 +7,7 @@ from typing import Any
 import msgpack
 import numpy as np
 
-from vegrip.grip.compiled import COMMANDED
+from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.compiled_finger import LEFT_ALONE, REPORT
 from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import FingertipState, ForceCommand, Message

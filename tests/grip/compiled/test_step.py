@@ -86,7 +86,7 @@ def test_channels_stand_in_one_order_everywhere() -> None:
 
 
 def test_every_place_has_one_name() -> None:
-    layout = FingerLayout(100, late=3, history=5)
+    layout = FingerLayout(100, 50, late=3, history=5)
     for places, first, end in ((layout.reals, 100, layout.n_reals), (layout.wholes, 0, layout.n_wholes)):
         named = {place for name, place in places.items() if not name.endswith("0")}
         assert min(named) >= first

@@ -1,5 +1,6 @@
-"""States and commands of one finger in FD frames, for a program that reads and writes the bytes itself."""
+"""Messages of one finger in FD frames, for a program that reads and writes the bytes itself."""
 
+from collections.abc import Sequence
 from typing import Final, Protocol
 
 from vegrip.clock import NS
@@ -20,6 +21,7 @@ class FingerLine(Protocol):
     wire: str
     state_id: int
     command_id: int
+    report_ids: tuple[int, ...]
 
     def carries(self, lifetime: float) -> bool:
         """Return whether a command can say that it lives for ``lifetime`` [s]."""
@@ -40,15 +42,18 @@ class Line:
     Args:
         states: of the finger.
         commands: of the finger.
+        reports: of what is told of it: contact and slip margin.
 
     """
 
     wire: str = FD
 
-    def __init__(self, states: Decoder, commands: Encoder) -> None:
+    def __init__(self, states: Decoder, commands: Encoder, reports: Sequence[Encoder] = ()) -> None:
         self.state_id, self.command_id = states.identifier, commands.identifier
         self.state_ids: tuple[int, ...] = (states.identifier,)
         """Of the frames of a state, in their order."""
+        self.report_ids = tuple(identifier for encoder in reports for identifier in encoder.identifiers)
+        """Of the frames of a report, where each is one: both of a contact, and that of a slip margin."""
         self._sender_time = states.uses_sender_time
         self._sequence = states.assembly.sequence
         self._commands = commands
@@ -64,6 +69,9 @@ class Line:
     def write_to(self, memory: NamedNumbers, lifetime: float) -> None:
         """Put identifiers, counter and the ``lifetime`` [s] of commands into a memory."""
         memory["SETUP_STATE_ID"], memory["SETUP_COMMAND_ID"] = self.state_id, self.command_id
+        names = ("SETUP_CONTACT1_ID", "SETUP_CONTACT2_ID", "SETUP_MARGIN_ID")
+        for name, identifier in zip(names, self.report_ids, strict=False):
+            memory[name] = identifier
         memory["SETUP_SENDER_TIME"] = self._sender_time
         memory["SETUP_EXPIRES"] = self._raw(lifetime) or 0
         self._sequence.write_to(memory)

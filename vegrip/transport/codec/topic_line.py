@@ -39,6 +39,7 @@ class TopicLine:
 
     wire: str = TOPIC
     state_id = command_id = NO_FRAME
+    report_ids: tuple[int, ...] = ()
 
     def __init__(
         self, finger: str, states: Route, commands: Route, sequence: Sequence, *, use_sender_time: bool
