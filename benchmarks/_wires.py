@@ -12,7 +12,7 @@ import numpy as np
 
 from vegrip.canopen.codec import CanopenCodec
 from vegrip.canopen.connection_set import identifiers
-from vegrip.grip.compiled import COMMANDED
+from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.node import GraspForce
 from vegrip.messages import FingertipState, ForceCommand, Message
 from vegrip.transport.codec import CanCodec, Frame
@@ -31,7 +31,9 @@ Given = tuple[Any, int]
 class Wire(Protocol):
     """One way of states and commands; ``given`` is made of the same states for all."""
 
-    given: Sequence[Given]
+    @property
+    def given(self) -> Sequence[Given]:
+        """What comes, in its order."""
 
     def by_objects(self, what: Any, now: int) -> None:
         """Answer what came by messages."""
@@ -174,20 +176,20 @@ class Batches:
         sender, rows = BatchCodec(log.fingers), list[Frame]()
         self.given: list[Given] = []
         for state, now in states_of(log):
-            if (row := sender.encode(state)) is not None:
-                rows.append(row)
+            rows += sender.encode(state)
             if len(rows) == len(log.fingers):
                 self.given.append((bytes(sender.pack(FingertipState, rows)), now))
                 rows = []
 
     def by_objects(self, what: bytes, now: int) -> None:
         """Answer a batch by messages."""
-        frames = []
+        frames: list[Frame] = []
         for row in range(self.codec.rows_in(what, FingertipState)):
             message = self.codec.decode(self.codec.frame(what, FingertipState, row, now))
             if message is not None:
-                frames += map(self.codec.encode, commands(self.node.on_message(message, now)))
-        self.codec.pack(ForceCommand, [frame for frame in frames if frame is not None])
+                for command in commands(self.node.on_message(message, now)):
+                    frames += self.codec.encode(command)
+        self.codec.pack(ForceCommand, frames)
 
     def compiled(self, what: bytes, now: int) -> None:
         """Answer a batch by the compiled step."""
