@@ -94,6 +94,17 @@ def test_the_library_refuses_a_double_of_four_bytes(exported: tuple[Path, str], 
     assert ("--precision float" in done.stderr) == is_double
 
 
+def test_the_library_refuses_an_arduino_of_eight_bits(exported: tuple[Path, str]) -> None:
+    """Built by avr-gcc it would call functions that its library does not have."""
+    folder, name = exported
+    compiler = host.compiler()
+    if compiler is None:
+        pytest.skip("no C compiler")
+    done = run(compiler, *host.EXACT, "-D__AVR__", "-fsyntax-only", f"{name}.c", where=folder)
+    assert done.returncode != 0
+    assert "take a processor of 32 bits" in done.stderr
+
+
 def test_the_zephyr_sample_configures_and_compiles(exported: tuple[Path, str], tmp_path: Path) -> None:
     if shutil.which("cmake") is None or host.compiler() is None:
         pytest.skip("no cmake or no C compiler")

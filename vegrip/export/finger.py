@@ -15,10 +15,11 @@ from vegrip.export.finger_vectors import FingerVectors, Meeting
 from vegrip.export.precision import PRECISIONS, WIDE
 from vegrip.export.request import Request
 from vegrip.export.texts import NAMES, NUMBER_DIGITS, ONLY_TOUCHING, Texts, text_number
-from vegrip.grip.compiled import ENTRIES, finger_places, finger_text
-from vegrip.grip.compiled_finger import COMMAND_BYTES
+from vegrip.grip.batch_text import COMMAND_BYTES
+from vegrip.grip.compiled import finger_places, finger_text
 from vegrip.grip.finger_controller import RENEWAL
 from vegrip.grip.layout import REALS, FingerLayout
+from vegrip.grip.wires import ENTRIES
 from vegrip.messages import Condition
 from vegrip.model.file import model_text
 from vegrip.transport.codec.database import database, layouts
@@ -27,6 +28,7 @@ from vegrip.transport.codec.kernel_text import STATE
 FILES = {
     "finger.h": "{p}_finger.h", "finger.c": "{p}_finger.c", "finger_vectors.h": "{p}_vectors.h",
     "finger_vectors.c": "{p}_vectors.c", "finger_selftest.c": "{p}_selftest.c", "Makefile": "Makefile",
+    "counting.h": "{p}_counting.h", "finger_worst.c": "{p}_worst.c",
     "CMakeLists.txt": "CMakeLists.txt", "finger_bare_metal.c": "examples/bare_metal.c",
     "finger_linux.c": "examples/linux.c",
     "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld", **frameworks.FINGER,
@@ -58,7 +60,7 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
     """
     model, p, precision = request.model, request.prefix, PRECISIONS[request.precision]
     layout = layout_of(model)
-    finger = FingerLayout(layout.size)
+    finger = FingerLayout(layout.size, layout.lasting)
     ellipse = request.settings.surface == "ellipse"
     text = finger_text(model.effects, layout, finger, ellipse)
     origins = finger_places(model)
@@ -93,6 +95,7 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         "longest_gap": literals.real(request.settings.longest_gap),
         **{f"REP_{name}": place for name, place in report.items()},
         **finger_constants(finger), **_vectors(vectors), **precision.known,
+        "worst_sources": f"{p}_worst.c {p}_vectors.c",
         **frameworks.words("finger"),
     }  # fmt: skip
     folder = resources.files("vegrip.export") / "templates"

@@ -17,6 +17,7 @@ LONGEST = 300.0  # [s] that a compiler or a self-test may take
 AGREEMENT = re.compile(r"(\d+) of (\d+) numbers equal to the bit, largest [a-z ]+ (\S+)")
 PASSED = re.compile(r"^PASS (\d+) frames$", re.MULTILINE)
 INSTRUCTIONS = re.compile(r"^(\w+): (\d+) instructions on average, (\d+) at most$", re.MULTILINE)
+TRIED = re.compile(r"^(\d+) inputs tried$", re.MULTILINE)
 STACK = re.compile(r":([A-Za-z_]\w*)[\w.]*\t(\d+)\t(\S+)")
 CALLS = {
     "estimator": {"update": "update", "slip_margin": "margin_of", "least_force": "least_force"},
@@ -50,6 +51,15 @@ class Run:
 
 
 @dataclass(frozen=True)
+class Search:
+    """A search for the inputs that take most instructions."""
+
+    inputs: int
+    most: Mapping[str, int]
+    """Function of the header -> instructions of the worst call that was found."""
+
+
+@dataclass(frozen=True)
 class Measured:
     """What could be measured here; None for what could not."""
 
@@ -57,6 +67,7 @@ class Measured:
     cortex: Size | None  # the emulated processor
     host_run: Run | None
     cortex_run: Run | None
+    search: Search | None  # on the emulated processor
     missing: tuple[str, ...]  # what was not there, in words
 
 
@@ -90,15 +101,15 @@ def measure(
             if compiler
             else None
         )
-        arm_run = (
-            _run(_emulated(folder, qemu, processor, here), f"{processor['Core']} in qemu")
-            if arm and qemu
-            else None
-        )
+        arm_run, search = None, None
+        if arm and qemu:
+            tested = _emulated(folder, qemu, processor, here, processor["core"])
+            arm_run = _run(tested, f"{processor['Core']} in qemu")
+            search = _search(_emulated(folder, qemu, processor, here, "worst"))
     missing += [] if compiler else ["a C compiler for this machine (cc, gcc or clang)"]
     missing += [] if arm else ["a compiler for Cortex-M (arm-none-eabi-gcc)"]
     missing += [] if qemu else ["an emulator (qemu-system-arm)"]
-    return Measured(sizes[0], sizes[1], host_run, arm_run, tuple(missing))
+    return Measured(sizes[0], sizes[1], host_run, arm_run, search, tuple(missing))
 
 
 def _size(
@@ -156,10 +167,10 @@ def _host_test(folder: Path, names: tuple[str, str], compiler: str, here: Path) 
     return program
 
 
-def _emulated(folder: Path, qemu: str, processor: Mapping[str, str], here: Path) -> list[str]:
-    """Build for the emulated board as the Makefile of the export does, and return how to run it."""
-    made = _done(["make", "-C", str(folder), f"BUILD={here}", processor["core"]], here)
-    program = here / f"{processor['core']}.elf"
+def _emulated(folder: Path, qemu: str, processor: Mapping[str, str], here: Path, name: str) -> list[str]:
+    """Build ``name`` for the emulated board as the Makefile of the export does, and return how to run it."""
+    program = here / f"{name}.elf"
+    made = _done(["make", "-C", str(folder), f"BUILD={here}", str(program)], here)
     board = [qemu, "-M", processor["board"], "-nographic", "-icount", "shift=0"]
     if made.returncode:
         return ["false"]
@@ -184,6 +195,14 @@ def _run(command: list[str], machine: str) -> Run | None:
         float(agreement[3]),
         {name: (int(usual), int(most)) for name, usual, most in INSTRUCTIONS.findall(done.stdout)},
     )
+
+
+def _search(command: list[str]) -> Search | None:
+    done = _done(command, Path())
+    tried = TRIED.search(done.stdout)
+    if tried is None:
+        return None
+    return Search(int(tried[1]), {name: int(most) for name, _, most in INSTRUCTIONS.findall(done.stdout)})
 
 
 def _version(tool: str) -> str:

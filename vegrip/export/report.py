@@ -97,13 +97,17 @@ def _instructions(measured: Measured) -> Iterator[str]:
         return
     yield "## Instructions of a call"
     yield ""
-    yield f"Counted by the emulator ({run.machine}) over the recorded sequence, in steps of 40."
-    yield "Every loop has a bound, but another sequence may have a call that takes more than these."
+    yield f"Counted by the emulator ({run.machine}), in steps of 40: over the recorded sequence, and the"
+    yield "most that was found by changing its numbers and times (`make worst`). A pause is worked out in"
+    yield "steps, so the first call after a silence takes most. Every loop has a bound, but this search is no"
+    yield "proof of the worst."
     yield ""
-    yield "| call | on average | at most |"
-    yield "| --- | --- | --- |"
-    for name, (usual, most) in run.instructions.items():
-        yield f"| {WORDS[name]} | {usual} | {most} |"
+    most = measured.search.most if measured.search is not None else {}
+    tried = f"most of {measured.search.inputs} inputs" if measured.search is not None else "most found"
+    yield f"| call | on average | at most | {tried} |"
+    yield "| --- | --- | --- | --- |"
+    for name, (usual, recorded) in run.instructions.items():
+        yield f"| {WORDS[name]} | {usual} | {recorded} | {most.get(name, '-')} |"
     yield ""
 
 

@@ -40,6 +40,7 @@ ONLY_TOUCHING = ("pressure_exponent", "limit_radius")
 FILES = {
     "estimator.h": "{p}_estimator.h", "estimator.c": "{p}_estimator.c", "vectors.h": "{p}_vectors.h",
     "vectors.c": "{p}_vectors.c", "selftest.c": "{p}_selftest.c", "Makefile": "Makefile",
+    "counting.h": "{p}_counting.h", "worst.c": "{p}_worst.c",
     "CMakeLists.txt": "CMakeLists.txt", "bare_metal.c": "examples/bare_metal.c",
     "linux.c": "examples/linux.c",
     "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld", **frameworks.ESTIMATOR,
@@ -81,6 +82,7 @@ def write(request: Request, vectors: Vectors) -> Texts:
         "effects": ", ".join(e.name for e in model.effects),
         **_settings(request), **_memory(request, layout), **_vectors(vectors),
         "kernels": program.text(), "text_number": f"(({WIDE}){text_number(digest):.0f}LL)",
+        "worst_sources": f"{p}_worst.c {p}_vectors.c {p}_estimator.c",
         **precision.known, **frameworks.words("estimator"),
     }  # fmt: skip
     folder = resources.files("vegrip.export") / "templates"

@@ -5,27 +5,29 @@
 
 import ctypes
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from vegrip.c99 import BYTES, LONG, LONGS, MEMORY, UntranslatableError, host
+from vegrip.c99 import LONG, MEMORY, UntranslatableError, host
 from vegrip.c99.bridge import Lengths
 from vegrip.c99.host import CompilerError
+from vegrip.c99.kinds import Kind
 from vegrip.effects.contract import Effect
 from vegrip.estimator import kernels_c
 from vegrip.estimator.compiled import estimator_parts, kernel_mode, tell_once
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS
 from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
+from vegrip.grip.batch_text import REPORT_ARGUMENTS, STEP_ARGUMENTS, batch_text
 from vegrip.grip.late_slip import LATE_SIZE
 from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
 from vegrip.grip.policies.running_median import WINDOW_SLOTS
+from vegrip.grip.wires import WIRES
 from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
-from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, ROW_STRIDE
-from vegrip.transport.codec.kernel_text import wire_text
+from vegrip.transport.codec.line import FD
 
 HERE: Final = Path(__file__).parent / "kernels"
 INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog", "sense")
@@ -34,83 +36,55 @@ GRIP_KERNELS: Final = (
     "finger_step",
 )  # fmt: skip
 SHARED_FRICTION: Final = (
-    "friction_belief", "friction_probe", "friction_onset", "load_lead", "felt_slip", "late_slip",
+    "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
 )  # fmt: skip
 """Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
-ENTRIES: Final = {
-    "finger_step": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
-    "finger_tick": (MEMORY, LONGS, MEMORY, LONG, BYTES),
-    "finger_receive": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
-}
-"""What is called from outside, with the kinds of its arguments."""
-
-COMMANDED: Final = 2
-"""Bit of a step after which a command was packed."""
-_POINTER, _WHOLE = ctypes.c_void_p, ctypes.c_int64
-BATCH_ARGUMENTS: Final = (
-    *[_POINTER] * 3, *[_WHOLE] * 5, ctypes.c_char_p, *[_WHOLE] * 3, *[_POINTER] * 2,
-)  # fmt: skip
-BATCH_STEP: Final = f"""
-int64_t vg_batch_step(double *const *f, int64_t *const *t, double *g, int64_t places, int64_t state_row,
-    int64_t state_base, int64_t command_row, int64_t command_base, const uint8_t *payload, int64_t rows,
-    int64_t arrival, int64_t now, uint8_t *answers, uint8_t *done)
-{{
-    int64_t commands = 0;
-    for (int64_t i = 0; i < rows; i++) {{
-        const uint8_t *row = payload + {FIRST_ROW} + i * state_row;
-        const int64_t id = row[0] + 256 * row[1], n = id / {ROW_STRIDE} - 1;
-        uint8_t *answer = answers + commands * command_row;
-        done[i] = 0;
-        if (n < 0 || n >= places || f[n] == 0 || id % {ROW_STRIDE} != state_base) {{
-            continue;
-        }}
-        done[i] = (uint8_t)vg_finger_step(f[n], t[n], g, row + {ROW_ID.size}, state_row - {ROW_ID.size},
-            arrival, now, answer + {ROW_ID.size});
-        if (done[i] & {COMMANDED}) {{
-            answer[0] = (uint8_t)((command_base + (n + 1) * {ROW_STRIDE}) & 255);
-            answer[1] = (uint8_t)((command_base + (n + 1) * {ROW_STRIDE}) >> 8);
-            commands++;
-        }}
-    }}
-    return commands;
-}}
-"""
-"""Goes through the rows of a batch, see :mod:`vegrip.grip.compiled_batch`: pointers to pointers are the one
-thing that the text of the kernels has no words for."""
 
 LOAD_CHANNELS: Final = ("tangential_force_x", "tangential_force_y", "torque_z")
 SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")
 FingerKernels = Any
 """A generated module, or what stands for it: :class:`FingerKernelsC`."""
 
-Step = Callable[[Any, int, int, int], int]
-"""Frame, its length, arrival and time [ns] -> what was done, in bits."""
+Step = Callable[..., int]
+"""A frame or values, and what its wire has besides (:mod:`vegrip.grip.wires`) -> what was done, in bits."""
 
 log = logging.getLogger(__name__)
 
 
 def finger_module(
-    model: ContactModel, layout: Layout, finger: FingerLayout, *, ellipse: bool = False, mode: str = ""
+    model: ContactModel,
+    layout: Layout,
+    finger: FingerLayout,
+    *,
+    ellipse: bool = False,
+    mode: str = "",
+    wire: str = FD,
 ) -> FingerKernels:
     """Return the compiled finger step of a model; ``mode`` goes before ``VEGRIP_KERNEL``."""
-    text, mode = finger_text(model.effects, layout, finger, ellipse), mode or _mode()
+    text, mode = finger_text(model.effects, layout, finger, ellipse, wire), mode or _mode()
     if mode == "python":
         return cache.load_plain(text)
     if mode in {"c", "c-float"}:
         try:
-            places, lengths = finger_places(model), single_lengths(finger) if mode == "c-float" else None
-            library = kernels_c.library_of(text, ENTRIES, places.place, BATCH_STEP, single=lengths)
-            return FingerKernelsC(library)
+            places, entries = finger_places(model), WIRES[wire].entries
+            lengths = single_lengths(finger, wire) if mode == "c-float" else None
+            more = batch_text(finger) if wire == FD else ""
+            library = kernels_c.library_of(text, entries, places.place, more, single=lengths)
+            return FingerKernelsC(library, wire)
         except (CompilerError, UntranslatableError) as error:
             tell_once(str(error))
     return cache.load(text)
 
 
-def bound_step(module: FingerKernels, f: Any, t: Any, g: Any, out: Any) -> Step:
+def bound_step(module: FingerKernels, wire: str, f: Any, t: Any, g: Any, out: Any) -> Step:
     """Return the step of ``module`` on arrays that stay where they are and are kept by the caller."""
     if isinstance(module, FingerKernelsC):
         return module.bound_step(f, t, g, out)
-    step = module.finger_step
+    step = getattr(module, WIRES[wire].step)
+    if not WIRES[wire].writes:
+        return lambda values, counter, stamp, arrival, now: step(
+            f, t, g, values, counter, stamp, arrival, now
+        )
     return lambda frame, length, arrival, now: step(f, t, g, frame, length, arrival, now, out)
 
 
@@ -119,10 +93,12 @@ def _mode() -> str:
     return "c" if mode == "c-float" else mode
 
 
-def single_lengths(finger: FingerLayout) -> Lengths:
+def single_lengths(finger: FingerLayout, wire: str = FD) -> Lengths:
     """Return how long the memories of each entry are, for a step that computes in single precision."""
     needs = f"(int)a1[{finger.wholes['SETUP_FINGERS']}]"
-    return dict.fromkeys(ENTRIES, (finger.n_reals, LATE_SIZE if finger.is_shared else needs))
+    lengths = (finger.n_reals, LATE_SIZE if finger.is_shared else needs, len(CHANNELS))
+    entries = WIRES[wire].entries
+    return {name: lengths[: entries[name].count(MEMORY)] for name in entries}
 
 
 def finger_places(model: ContactModel) -> Origins:
@@ -131,33 +107,36 @@ def finger_places(model: ContactModel) -> Origins:
 
 
 @lru_cache(maxsize=32)
-def finger_text(effects: tuple[Effect, ...], layout: Layout, finger: FingerLayout, ellipse: bool) -> str:
+def finger_text(
+    effects: tuple[Effect, ...], layout: Layout, finger: FingerLayout, ellipse: bool, wire: str = FD
+) -> str:
     """Return the text of the module.
 
     Raises:
         ModelError: two functions or constants have one name.
 
     """
-    kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger)]
-    parts = [*estimator_parts(layout, ellipse=ellipse), finger.constants(), constants(layout), wire_text()]
+    kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger, wire)]
+    known = [finger.constants(), constants(layout), WIRES[wire].text()]
+    parts = [*estimator_parts(layout, ellipse=ellipse), *known]
     names = [effect.name for effect in effects]
-    return writer.write(compose(effects), names, [*parts, *kernels], tuple(ENTRIES))
+    return writer.write(compose(effects), names, [*parts, *kernels], tuple(WIRES[wire].entries))
 
 
-def kernels_of(finger: FingerLayout) -> list[Path]:
+def kernels_of(finger: FingerLayout, wire: str = FD) -> list[Path]:
     """Return the files of the step, in their order."""
     friction = [HERE / "friction_alone.py"]
     if finger.is_shared:
         friction = [HERE.with_name(f"{name}.py") for name in SHARED_FRICTION]
         friction.append(HERE / "friction_shared.py")
-    before, behind = ([HERE / f"{name}.py" for name in names] for names in (INPUT_KERNELS, GRIP_KERNELS))
+    names = INPUT_KERNELS, (*GRIP_KERNELS, *WIRES[wire].kernels)
+    before, behind = ([HERE / f"{name}.py" for name in some] for some in names)
     return [*before, *friction, *behind]
 
 
 def constants(layout: Layout) -> str:
     """Return what the kernels know beside places."""
     return "\n".join([
-        f"ESTIMATOR_SIZE = {layout.size}",
         f"MEASURED = {len(CHANNELS)}",
         f"MECHANICAL = {MECHANICAL_CHANNELS}",
         f"USUAL_SLOTS = {WINDOW_SLOTS}",
@@ -184,18 +163,25 @@ class FingerKernelsC:
 
     Args:
         library: the shared library.
+        wire: whose step it has, see :mod:`vegrip.grip.wires`.
 
     """
 
-    def __init__(self, library: Path) -> None:
+    def __init__(self, library: Path, wire: str = FD) -> None:
         loaded = host.load(library)
-        self.library = library
-        batch_step: Any = loaded["vg_batch_step"]
-        batch_step.argtypes, batch_step.restype = BATCH_ARGUMENTS, ctypes.c_int64
-        self.batch_step = batch_step
-        self._step = _entry(loaded, "finger_step", ctypes.c_int)
-        self._tick = _entry(loaded, "finger_tick", ctypes.c_int)
-        self._receive = _entry(loaded, "finger_receive", ctypes.c_int)
+        self.library, self._wire = library, WIRES[wire]
+        self._step = _entry(loaded, self._wire.step, self._wire.entries[self._wire.step])
+        if wire != FD:
+            return
+        step: Any = loaded["vg_batch_step"]
+        report: Any = loaded["vg_batch_report"]
+        step.argtypes, step.restype = STEP_ARGUMENTS, ctypes.c_int64
+        report.argtypes, report.restype = REPORT_ARGUMENTS, None
+        self.batch_step, self.batch_report = step, report
+        entries = self._wire.entries
+        self._tick = _entry(loaded, "finger_tick", entries["finger_tick"])
+        self._receive = _entry(loaded, "finger_receive", entries["finger_receive"])
+        self._report = _entry(loaded, "finger_report", entries["finger_report"])
 
     def finger_step(
         self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
@@ -206,9 +192,16 @@ class FingerKernelsC:
         return done
 
     def bound_step(self, f: Any, t: Any, g: Any, out: Any) -> Step:
-        """Return :meth:`finger_step` on arrays that stay where they are and are kept by the caller."""
+        """Return the step on arrays that stay where they are and are kept by the caller."""
         step, answer = self._step, _address(out)
         at_f, at_t, at_g = map(_address, (f, t, g))
+        if not self._wire.writes:
+
+            def call_with(values: Any, counter: int, stamp: int, arrival: int, now: int) -> int:
+                done: int = step(at_f, at_t, at_g, _address(values), counter, stamp, arrival, now)
+                return done
+
+            return call_with
 
         def call(frame: Any, length: int, arrival: int, now: int) -> int:
             done: int = step(at_f, at_t, at_g, _address(frame), length, arrival, now, answer)
@@ -229,6 +222,12 @@ class FingerKernelsC:
         done: int = self._receive(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
         return done
 
+    def finger_report(self, f: Any, t: Any, now: int, contact1: Any, contact2: Any, margin: Any) -> int:
+        """As :func:`vegrip.grip.kernels.reports.finger_report`."""
+        at = _address
+        told: int = self._report(at(f), at(t), now, at(contact1), at(contact2), at(margin))
+        return told
+
 
 _known: dict[int, tuple[Any, int]] = {}
 KEPT: Final = 512  # addresses of arrays
@@ -247,8 +246,8 @@ def _address(array: Any) -> int:
     return _known[id(array)][1]
 
 
-def _entry(library: ctypes.CDLL, name: str, result: Any) -> Any:
+def _entry(library: ctypes.CDLL, name: str, kinds: Sequence[Kind]) -> Any:
     function = library[f"vg_{name}"]
-    function.argtypes = [ctypes.c_int64 if kind == LONG else ctypes.c_void_p for kind in ENTRIES[name]]
-    function.restype = result
+    function.argtypes = [ctypes.c_int64 if kind == LONG else ctypes.c_void_p for kind in kinds]
+    function.restype = ctypes.c_int
     return function

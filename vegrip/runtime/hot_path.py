@@ -6,25 +6,26 @@ way of messages. Who watches the telemetry gets the messages all the same: they 
 keeps, in the thread of the telemetry.
 """
 
-from collections.abc import Iterator, Mapping
-from typing import Any, Final, Protocol, runtime_checkable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from vegrip.clock import Clock
-from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, SlipMargin
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry, Unmade
 from vegrip.transport.codec import Frame
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.line import CLASSIC, FingerLine, Line
 from vegrip.transport.endpoint import Intercept
 
 LONGEST_FRAME: Final = 64  # [bytes]
 LEFT_ALONE: Final = 0
 COMMANDED: Final = 2
 REPORT: Final = 4
+PART: Final = 8
 """What a node says it did with a frame, in bits."""
 
 
@@ -52,11 +53,14 @@ class AnswersFrames(Protocol):
     def number_commands_from(self, numbers: Mapping[str, int]) -> None:
         """Give every next command a number above these."""
 
-    def run_compiled(self, lines: Mapping[str, Line]) -> None:
+    def run_compiled(self, lines: Mapping[str, FingerLine]) -> None:
         """Prepare to answer the frames of ``lines``, as far as that is possible."""
 
-    def on_frame(self, name: str, frame: Any, length: int, arrival: int, now: int) -> int:
-        """Answer a frame of the finger ``name``; return in bits what was done, LEFT_ALONE for nothing."""
+    def on_frame(self, name: str, frame: Any, length: int, arrival: int, now: int, part: int = 0) -> int:
+        """Answer a frame of the finger ``name``; return in bits what was done, LEFT_ALONE for nothing.
+
+        Where several frames make a state ``part`` is the number of this one, from 1.
+        """
 
     def command_frame(self, name: str) -> Any:
         """Return the frame of the last command."""
@@ -73,12 +77,26 @@ class AnswersFrames(Protocol):
     def reports(self, name: str, now: int) -> Iterator[Message]:
         """Return what is due to be told besides."""
 
+    def report_frames(self, name: str, now: int) -> Iterable[tuple[int, Any]]:
+        """Return identifiers and frames of what is due to be told and ready as bytes."""
+
+    def has_more_to_tell(self, name: str, now: int) -> bool:
+        """Return whether :meth:`reports` has something to tell besides."""
+
     @property
     def path_taken(self) -> str:
         """Which way states go, and why, in a sentence."""
 
     def take_back(self, name: str = "") -> None:
         """Bring up to date what messages, counts and settings rest on, of the finger ``name`` or of all."""
+
+
+class _Known(NamedTuple):
+    """Whose frame of a state it is, which part of it (0: all), and the identifier of the command."""
+
+    finger: str
+    part: int
+    command: int
 
 
 class HotPath:
@@ -106,22 +124,24 @@ class HotPath:
         channels: ChannelWatch | None,
     ) -> None:
         self.frames = 0
-        """Frames that went this way."""
+        """States that went this way."""
         self.node, self._endpoint, self._clock = node, endpoint, clock
         self._statistics, self._senders, self._telemetry = statistics, senders, telemetry
         self._channels = channels
         self._bytes = bytearray(LONGEST_FRAME)
         self._array = np.frombuffer(self._bytes, dtype=np.uint8)
-        self._lines: dict[
-            int, tuple[str, int]
-        ] = {}  # identifier of a state: finger, identifier of its command
+        self._lines: dict[int, _Known] = {}  # by identifier of the frames of states
 
     def prepare(self) -> None:
         """Compile what will run; the node has been configured."""
         fingers = self.node.frame_fingers
         lines = {finger: line for finger in fingers if (line := self._endpoint.line(finger)) is not None}
         self.node.run_compiled(lines)
-        self._lines = {line.state_id: (finger, line.command_id) for finger, line in lines.items()}
+        self._lines = {
+            identifier: _Known(finger, number if line.wire == CLASSIC else 0, line.command_id)
+            for finger, line in lines.items()
+            for number, identifier in enumerate(line.state_ids, 1)
+        }
 
     def look(self, intercept: Intercept | None) -> None:
         """Let ``intercept`` look at the frames from now on, if there are any to answer; None: at none."""
@@ -134,26 +154,58 @@ class HotPath:
     def answer(self, frame: Frame) -> tuple[int, str]:
         """Answer ``frame``; return what was done, LEFT_ALONE for nothing, and the finger."""
         known = self._lines.get(frame.arbitration_id)
-        if known is None or not frame.fd:
+        if known is None or frame.fd == (known.part > 0):
             return LEFT_ALONE, ""
-        finger, command = known
+        finger, part, command = known
         telemetry, length = self._telemetry, len(frame.data)
         if self._channels is not None and not self._channels.knows(finger):
             self.node.take_back(finger)
             return LEFT_ALONE, finger
         self._bytes[:length] = frame.data
-        done = self.node.on_frame(finger, self._array, length, frame.stamp, self._clock.now())
-        if done == LEFT_ALONE:
-            return LEFT_ALONE, finger
+        done = self.node.on_frame(finger, self._array, length, frame.stamp, self._clock.now(), part)
+        if done in (LEFT_ALONE, PART):
+            return done, finger
         self.frames += 1
         self._statistics.state(finger, frame.stamp)
         if done & COMMANDED:
-            self._endpoint.send_frame(Frame(command, self.node.command_frame(finger).tobytes(), True))
+            self._endpoint.send_frame(Frame(command, self.node.command_frame(finger).tobytes(), not part))
             self._statistics.command(finger, self._clock.now())
         self._senders.note_values(finger, *self.node.felt(finger))
         if telemetry is not None:
             show(telemetry, self.node, finger, done)
         return done, finger
+
+    def reports(self, fingers: Sequence[str], now: int) -> Iterator[Message | None]:
+        """Send what is due to be told of ``fingers`` that is ready as bytes; yield the rest to be sent.
+
+        None is yielded for what was sent here.
+        """
+        for finger in fingers:
+            if not is_watched(self._telemetry, finger):
+                frames = list(self.node.report_frames(finger, now))
+                for identifier, data in frames:
+                    self._endpoint.send_frame(Frame(identifier, data.tobytes(), True))
+                if frames:
+                    count_reports(self._telemetry, finger)
+                    yield None
+            if self.node.has_more_to_tell(finger, now):
+                yield from self.node.reports(finger, now)
+
+
+REPORTS: Final = (ContactEstimate, SlipMargin)
+"""What travels as :meth:`AnswersFrames.report_frames`."""
+
+
+def is_watched(telemetry: Telemetry | None, finger: str) -> bool:
+    """Return whether the reports of ``finger`` are wanted as messages."""
+    return telemetry is not None and any(telemetry.wants(kind, finger, Direction.OUT) for kind in REPORTS)
+
+
+def count_reports(telemetry: Telemetry | None, finger: str) -> None:
+    """Count reports of ``finger`` that travelled as bytes."""
+    if telemetry is not None:
+        for kind in REPORTS:
+            telemetry.count(kind, finger, Direction.OUT)
 
 
 def show(telemetry: Telemetry, node: AnswersFrames, finger: str, done: int) -> None:

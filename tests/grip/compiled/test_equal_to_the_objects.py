@@ -28,6 +28,7 @@ def test_every_command_of_a_recorded_grasp_is_equal(hand_log: Log, by_objects: A
     assert differences(by_objects, compiled) == []
     assert len(compiled.commands) > 1000
     assert compiled.compiled_frames >= hand_log.frames - 10, "it hardly ran compiled"
+    assert compiled.packed_reports > 0.9 * len(by_objects.reports), "reports were hardly packed by it"
 
 
 @pytest.mark.parametrize("case", FAULTS, ids=[case.name for case in FAULTS])
@@ -143,6 +144,7 @@ def test_going_to_and_fro_changes_nothing_where_friction_is_shared(learning_log:
         ({"shared": True, "probing": True, "slip_delay": 0.05}, {}),
         ({"shared": True, "onsets": False}, {}),
         ({}, {"drive_lag": 0.02}),
+        ({}, {"measure_lag": True}),
         ({}, {"proven_time": 3.0, "usual_time": 0.5}),
     ],
     ids=str,

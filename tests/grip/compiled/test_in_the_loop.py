@@ -72,7 +72,7 @@ def test_the_loop_says_which_way_states_go(caplog: pytest.LogCaptureFixture) -> 
     node.configure()
     assert runner.path_taken.endswith("by objects (0 of 2 compiled): the policy is cone")
     node.run_compiled({})
-    assert runner.path_taken.endswith("brings no CAN FD frames")
+    assert runner.path_taken.endswith("by the hand's clock (estimate_clock)")
 
 
 def test_counts_and_status_are_those_of_messages() -> None:

@@ -67,8 +67,19 @@ def record(**changes: object) -> GripRecord:
         "force": np.array([9.0, 2.0, 4.0, 6.0]), "least": np.array([1.0, 1.0, 2.0, 3.0]),
         "margin": np.array([0.9, 0.5, 0.01, 0.4]), "slipped": np.zeros(4),
         "classes": np.array([5, 0, 3, 3]), "settled": np.array([False, True, True, True]),
+        "friction_error": np.array([[9.0, 9.0], [1.9, -3.0], [np.nan, 0.1], [0.2, 0.3]]),
+        "friction_std": np.array([[1.0, 1.0], [0.2, 0.1], [np.nan, 0.3], [0.4, 0.5]]),
     }  # fmt: skip
     return GripRecord(**{**rows, **changes})  # type: ignore[arg-type]
+
+
+def test_friction_is_inside_its_interval_where_the_error_is_below_two_deviations() -> None:
+    """Of what is held: the lift does not count, nor a finger in the air."""
+    figures = figures_of([record()], 0.01)
+    assert figures["friction_inside"] == pytest.approx(4 / 5)
+    assert figures["friction_std"] == pytest.approx(0.3)
+    assert figures["by_class"]["static"]["friction_inside"] == pytest.approx(0.5)
+    assert np.isnan(figures["by_class"]["wet"]["friction_inside"])
 
 
 def test_figures_count_what_is_held_and_slips_from_the_start() -> None:
@@ -133,7 +144,7 @@ def test_the_command_prints_the_figures_of_every_controller(
     one = told["controllers"]["constant"]  # type: ignore[index]
     asked = {
         "slips", "drops", "trials", "mean_force", "force_over_least", "largest_micro_slip", "margin_q05",
-        "time_below_002", "by_class", "front",
+        "time_below_002", "by_class", "front", "friction_inside", "friction_std",
     }  # fmt: skip
     assert asked <= one.keys()
     assert set(one["by_class"]) == set(CLASSES)

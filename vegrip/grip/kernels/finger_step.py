@@ -59,13 +59,10 @@ def finger_step(
     if not is_welcome(t, frame, length, arrival):
         return LEFT_ALONE
     take_frame(f, t, frame, arrival)
-    sense(f, t, g, now)
-    tell_need(f, t, g)
-    done = STEP_TAKEN
-    if t[TURN_STARTED] == 1:
-        command(f, t, g, now, out)
-        done += STEP_COMMANDED
-    return done + STEP_REPORT if is_report_due(t, now) else done
+    done = answer_state(f, t, g, now)
+    if (done & STEP_COMMANDED) != 0:
+        write_command(f, t, now, out)
+    return done
 
 
 def finger_receive(
@@ -90,8 +87,20 @@ def finger_tick(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> int:
         demand_nothing(f, t)
         require_force(f, t, now)
         tell_need(f, t, g)
-    command(f, t, g, now, out)
+    settle_command(f, t, g, now)
+    write_command(f, t, now, out)
     return STEP_TAKEN + STEP_COMMANDED
+
+
+def answer_state(f: Floats, t: Wholes, g: Floats, now: int) -> int:
+    """Answer the present state at ``now`` [ns] with numbers; return what was done, in bits."""
+    sense(f, t, g, now)
+    tell_need(f, t, g)
+    done = STEP_TAKEN
+    if t[TURN_STARTED] == 1:
+        settle_command(f, t, g, now)
+        done += STEP_COMMANDED
+    return done + STEP_REPORT if is_report_due(t, now) else done
 
 
 def sense(f: Floats, t: Wholes, g: Floats, now: int) -> None:
@@ -122,11 +131,16 @@ def sense(f: Floats, t: Wholes, g: Floats, now: int) -> None:
     restore_slip(f, t)
 
 
-def command(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> None:
-    """Pack the command for this finger's share of the grasp."""
+def settle_command(f: Floats, t: Wholes, g: Floats, now: int) -> None:
+    """Settle the command for this finger's share of the grasp."""
     adjustment, reason = command_share(f, t, shared_force(t, g), now)
     f[GRIP_ADJUSTMENT], t[TURN_GIVEN_REASON] = adjustment, reason
-    pack_command(out, t[TURN_SEQ], now, f[GRIP_HELD], adjustment, reason, t[SETUP_EXPIRES])
+
+
+def write_command(f: Floats, t: Wholes, now: int, out: Bytes) -> None:
+    """Pack the command that was settled at ``now`` [ns]."""
+    force, adjustment, reason = f[GRIP_HELD], f[GRIP_ADJUSTMENT], t[TURN_GIVEN_REASON]
+    pack_command(out, t[TURN_SEQ], now, force, adjustment, reason, t[SETUP_EXPIRES])
     protect(out, COMMAND_LENGTH, t[SETUP_COMMAND_ID])
 
 

@@ -69,7 +69,14 @@ def stamp_of(t: Wholes, frame: Bytes, arrival: int) -> int:
 
 def take_frame(f: Floats, t: Wholes, frame: Bytes, arrival: int) -> None:
     """Take a welcome frame: counter, time and values of the state."""
-    counter = counter_of_state(frame)
+    count_on(t, counter_of_state(frame), arrival)
+    t[NEWS_SEQ] = t[LINE_LAST]
+    t[NEWS_STAMP] = stamp_of(t, frame, arrival)
+    unpack_state(f, frame)
+
+
+def count_on(t: Wholes, counter: int, arrival: int) -> None:
+    """Take a counter of 32 bits that begins or goes on."""
     if t[LINE_LAST] < 0:
         t[LINE_LAST] = counter
     else:
@@ -78,6 +85,3 @@ def take_frame(f: Floats, t: Wholes, frame: Bytes, arrival: int) -> None:
         if arrival - t[LINE_STAMP] <= SILENT:
             t[LINE_LOST] += step - 1
     t[LINE_STAMP] = arrival
-    t[NEWS_SEQ] = t[LINE_LAST]
-    t[NEWS_STAMP] = stamp_of(t, frame, arrival)
-    unpack_state(f, frame)

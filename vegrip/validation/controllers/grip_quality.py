@@ -12,7 +12,7 @@ come in bursts, keep every real controller above it.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,9 @@ NEAR_SLIP = 0.02
 """True margin below which a contact is on the verge of slipping [-]."""
 QUANTILE = 0.05
 CONFIDENCE = 0.95
+INSIDE = 1.959964
+"""Standard deviations of a Gaussian within which 95 % lie."""
+BELIEVED = ("friction_error", "friction_std")
 
 Classes = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
@@ -53,6 +56,9 @@ class GripRecord:
     slipped: Floats  # (n,) slips that began in this row
     classes: Classes  # (n,) place in CLASSES
     settled: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]  # (n,) the hand carries the object by itself
+    friction_error: Floats  # (n, fingers) believed less true ln mu, in standard deviations; NaN = no contact
+    friction_std: Floats  # (n, fingers) of ln mu as believed
+    lags: Floats = field(default_factory=lambda: np.zeros(0))  # (m,) [s] of the drives, as far as known
 
 
 def record_of(run: CompiledRun, events: Sequence[Disturbance], lift_start: float) -> GripRecord:
@@ -60,6 +66,8 @@ def record_of(run: CompiledRun, events: Sequence[Disturbance], lift_start: float
     kept = run.time >= lift_start
     time = run.time[kept]
     least = run.truth["least"][kept]
+    std = np.sqrt(run.truth["ln_mu_variance"])[kept]
+    error = (run.truth["ln_mu_believed"] - np.log(run.truth["mu"]))[kept]
     return GripRecord(
         slips=run.slips,
         dropped=run.dropped,
@@ -70,6 +78,9 @@ def record_of(run: CompiledRun, events: Sequence[Disturbance], lift_start: float
         slipped=np.diff(run.slipped[kept], prepend=0.0),
         classes=classes_of(time, events),
         settled=time >= SETTLED_S,
+        friction_error=np.divide(error, std, out=np.full_like(std, math.nan), where=std > 0.0),
+        friction_std=std,
+        lags=run.lags[np.isfinite(run.lags)],
     )
 
 
@@ -86,14 +97,16 @@ def classes_of(time: Floats, events: Sequence[Disturbance]) -> Classes:
 def figures_of(records: Iterable[GripRecord], sampling: float) -> dict[str, Any]:
     """Sum up the trials of one controller at one knob; rows are ``sampling`` [s] apart.
 
-    Force, margin and near slips count from when the hand carries the object, slips from the start.
+    Force, margin, near slips and what is believed of friction count from when the hand carries the object,
+    slips from the start.
     """
     trials = list(records)
     rows = {
         name: np.concatenate([getattr(trial, name) for trial in trials])
-        for name in ("force", "least", "margin", "slipped", "classes", "settled")
+        for name in ("force", "least", "margin", "slipped", "classes", "settled", *BELIEVED)
     }
     counted = rows["settled"] & np.isfinite(rows["least"])
+    lags = np.concatenate([trial.lags for trial in trials])
     slipping = sum(trial.slips > 0 or trial.dropped for trial in trials)
     return {
         "trials": len(trials),
@@ -102,11 +115,14 @@ def figures_of(records: Iterable[GripRecord], sampling: float) -> dict[str, Any]
         "trials_with_slip": slipping,
         "slip_probability_bounds": clopper_pearson(slipping, len(trials)),
         "largest_micro_slip": max((trial.largest_micro_slip for trial in trials), default=math.nan),
+        "drive_lag": float(np.median(lags)) if len(lags) else math.nan,
         **_held(rows, counted, sampling, len(trials)),
+        **_coverage(rows, rows["settled"]),
         "by_class": {
             name: {
                 "slips": int(rows["slipped"][rows["classes"] == i].sum()),
                 **_held(rows, (rows["classes"] == i) & np.isfinite(rows["least"]), sampling, len(trials)),
+                **_coverage(rows, rows["classes"] == i),
             }
             for i, name in enumerate(CLASSES)
         },
@@ -126,6 +142,16 @@ def _held(rows: dict[str, Floats], counted: Floats, sampling: float, trials: int
         "time_below_002": float((margin < NEAR_SLIP).sum() * sampling / trials),
         "seconds": float(len(force) * sampling / trials),
     }
+
+
+def _coverage(rows: dict[str, Floats], counted: Floats) -> dict[str, float]:
+    """Return the share of looks with the true friction inside the stated interval, and how wide that is."""
+    error, std = (rows[name][counted.astype(bool)] for name in ("friction_error", "friction_std"))
+    known = np.isfinite(error)
+    if not known.any():
+        return {"friction_inside": math.nan, "friction_std": math.nan}
+    inside = np.abs(error[known]) <= INSIDE
+    return {"friction_inside": float(inside.mean()), "friction_std": float(np.median(std[known]))}
 
 
 def clopper_pearson(hits: int, trials: int) -> tuple[float, float]:

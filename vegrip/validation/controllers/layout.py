@@ -13,8 +13,11 @@ SLOTS = 25
 TABLE = 400
 """Pressure exponents of the hand's tables."""
 
-ROW_FINGER = ("force", "command", "margin", "mu", "radius", "exponent", "tangential", "torque", "least")
-"""Truth of one finger in a row of the result."""
+ROW_FINGER = (
+    "force", "command", "margin", "mu", "radius", "exponent", "tangential", "torque", "least",
+    "ln_mu_believed", "ln_mu_variance",
+)  # fmt: skip
+"""Truth of one finger in a row of the result, and what is believed of its friction; NaN = not in contact."""
 ROW_HEAD = ("time", "slips", "micro_slips")
 
 HAND_SCALARS = (
@@ -32,12 +35,12 @@ CONTROL_SCALARS = (
     "POLICY", "MARGIN", "QUANTILE", "QUANTILE_KNOWN",
     "DEAD_BAND", "RELEASE_TIME", "SETTLE_TIME", "SLOT", "SLIP_GROWTH",
     "MIN_FORCE", "MAX_FORCE", "RAISE_RATE", "LOWER_RATE", "LIFETIME", "FAIL_FORCE", "FAIL_HOLD", "FAIL_RAMP",
-    "CONSTANT", "CONE", "LONGEST_GAP", "LEARNS", "KNOWN", "PROVEN_TIME",
+    "CONSTANT", "CONE", "LONGEST_GAP", "LEARNS", "KNOWN", "PROVEN_TIME", "RECOVERY",
 )  # fmt: skip
 CONTROL_FINGER = (
     "COMMAND", "REQUIRED", "FAULTY", "SAMPLES", "INFORMED", "TRANSFER", "FIRST_FORCE", "FIRST_LOAD",
-    "FIRST_ARM", "SEEN", "SITE", "SITE_WEIGHTED", "ENVELOPE", "QUIET",
-    "SLOTS_USED", "SLOT_FILLED", "SLOT_PRESENT", "SLOT_MEDIAN", "PROVEN",
+    "FIRST_ARM", "SINCE_LED", "BELIEVED", "BELIEVED_VAR", "SEEN", "SITE", "SITE_WEIGHTED", "ENVELOPE",
+    "QUIET", "SLOTS_USED", "SLOT_FILLED", "SLOT_PRESENT", "SLOT_MEDIAN", "PROVEN",
 )  # fmt: skip
 
 

@@ -8,7 +8,8 @@ from vegrip.clock import NS
 from vegrip.transport.codec import Frame
 from vegrip.validation.faults.testbed import Scene
 
-STATES = 0x200  # identifiers of FingertipStateFd of hand 0, one per finger
+STATES = frozenset({0x200, 0x100, 0x140, 0x180})
+"""Identifiers of FingertipStateFd and of the classic FingertipState1 to 3 of hand 0, finger 0."""
 Sent = Iterable[tuple[int, Frame]]
 
 
@@ -24,7 +25,7 @@ class _Tampering:
         scene.hand.endpoint.tamper = None
 
     def _tamper(self, frame: Frame, now: int) -> Sent:
-        concerned = frame.arbitration_id & ~0x7 == STATES and self.finger in (-1, frame.arbitration_id & 0x7)
+        concerned = frame.arbitration_id & ~0x7 in STATES and self.finger in (-1, frame.arbitration_id & 0x7)
         return self.falsified(frame, now) if concerned else ((now, frame),)
 
     def falsified(self, frame: Frame, now: int) -> Sent:
@@ -62,7 +63,7 @@ class Reordering(_Tampering):
 
     def falsified(self, frame: Frame, now: int) -> Sent:
         """Send even ones at once, odd ones later."""
-        odd = frame.data[2] & 1  # the counter of the E2E header
+        odd = frame.data[2 if frame.fd else 1] & 1  # the counter of the E2E header
         return ((now + odd * round(self.delay * NS), frame),)
 
 
@@ -74,7 +75,8 @@ class Truncation(_Tampering):
 
     def falsified(self, frame: Frame, now: int) -> Sent:
         """Send its beginning."""
-        return ((now, frame._replace(data=frame.data[: self.length])),)
+        length = min(self.length, len(frame.data) // 2)
+        return ((now, frame._replace(data=frame.data[:length])),)
 
 
 @dataclass

@@ -102,7 +102,16 @@ class Course:
 
 
 class Scene:
-    """A pinch of thumb and index (or a whole hand) that has closed and lifted its object."""
+    """A pinch of thumb and index (or a whole hand) that has closed and lifted its object.
+
+    Args:
+        grasp: which of :data:`~vegrip.validation.controllers.scenario.GRASPS`.
+        writer: of a recording.
+        sender_time: whether the node stamps states with the hand's clock.
+        parameters: of the node.
+        fd: whether the frames are of CAN FD.
+
+    """
 
     def __init__(
         self,
@@ -111,8 +120,9 @@ class Scene:
         *,
         sender_time: bool = False,
         parameters: GraspParameters | None = None,
+        fd: bool = True,
     ) -> None:
-        self.sender_time = sender_time
+        self.sender_time, self.fd = sender_time, fd
         self.clock = SimulatedClock()
         self.bus = SimulatedCan(self.clock)
         self.simulation = Cosimulation(self.bus, self.clock)
@@ -148,7 +158,7 @@ class Scene:
 
     def endpoint(self, *, sender_time: bool = False) -> SimulatedEndpoint:
         """Return a new place on the bus."""
-        return self.bus.endpoint(CanCodec(self.fingers, fd=True, use_sender_time=sender_time))
+        return self.bus.endpoint(CanCodec(self.fingers, fd=self.fd, use_sender_time=sender_time))
 
     def start_grip(self, settings: GraspParameters | None = None) -> Participant:
         """Start the node that grips."""

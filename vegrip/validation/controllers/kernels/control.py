@@ -6,6 +6,7 @@ from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.estimator.kernels.forecast import least_force
 from vegrip.estimator.kernels.report import utilisation
 from vegrip.estimator.kernels.update import update
+from vegrip.grip.drive_lag import DRIVE_IS_MEASURED, DRIVE_TOLD, follow_drive
 from vegrip.grip.felt_slip import (
     believed_flag,
     believed_speed,
@@ -16,12 +17,14 @@ from vegrip.grip.felt_slip import (
 from vegrip.grip.friction_onset import counts_as_known, feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
-from vegrip.grip.load_lead import LEAD_LAG, lead_load
+from vegrip.grip.load_lead import lead_load
 from vegrip.validation.controllers.kernels.generated import (
     CH_USED,
     CHANNEL0,
     FRI_LN_MU,
     FRI_VAR,
+    G_BELIEVED,
+    G_BELIEVED_VAR,
     G_COMMAND,
     G_CONE,
     G_CONSTANT,
@@ -51,10 +54,12 @@ from vegrip.validation.controllers.kernels.generated import (
     G_QUANTILE_KNOWN,
     G_QUIET,
     G_RAISE_RATE,
+    G_RECOVERY,
     G_RELEASE_TIME,
     G_REQUIRED,
     G_SAMPLES,
     G_SETTLE_TIME,
+    G_SINCE_LED,
     G_SLIP_GROWTH,
     G_SLOT,
     G_SLOT_FILLED,
@@ -80,6 +85,7 @@ from vegrip.validation.controllers.kernels.generated import (
 )
 from vegrip.validation.controllers.kernels.learning import give_evidence, probe_finger, take_belief
 
+LONGEST_STEP = 0.1  # [s], as finger.LONGEST_STEP_S
 LEAST_SLIDING = 2e-4  # [m/s], as estimator.LEAST_SLIP_SPEED
 TRANSFER_TIME = 0.3  # [s], as bumpless_transfer.TRANSFER_DURATION_S
 
@@ -178,11 +184,9 @@ def control_finger(
         slip = present_slip(q, i, believed_flag(q, i, slip))
         slip_speed = present_slip(q, i, believed_speed(q, i, slip_speed))
     believed = math.nan if slip >= 0.5 and slip_speed < LEAST_SLIDING else slip
-    first = h[G_SAMPLES + i] == 0.0
-    h[G_SAMPLES + i] += 1.0
+    first = count_sample(h, i, dt)
     if learns:
         take_belief(m, h, g, i)
-    ahead, turn = load_ahead(q, i, 0.0 if first else dt, x, y, torque)
     ln, variance = m[FRI_LN_MU], m[FRI_VAR]
     update(m, -1.0 if first else dt, force, displacement, math.nan, tangential, torque, believed)
     age = informed_age(m, h, i, dt)
@@ -201,6 +205,7 @@ def control_finger(
     else:
         least = math.nan
         if h[G_POLICY] == 0.0 and valid:
+            ahead, turn = load_ahead(h, q, i, force, x, y, torque)
             least = needed_force(m, h, i, ahead, turn, margin, at)
         trusted = not math.isnan(least)
     if first:
@@ -216,6 +221,9 @@ def control_finger(
     least = taken_over(h, i, least, armed_load(tangential, torque, h[G_FIRST_ARM + i]), slipping)
     require(h, i, 0.0 if first else dt, least, tangential, torque, touching, slipping, trusted)
     command_finger(h, i, dt if not first else 0.0)
+    h[G_BELIEVED + i], h[G_BELIEVED_VAR + i] = (
+        (m[FRI_LN_MU], m[FRI_VAR]) if touching else (math.nan, math.nan)
+    )
     if learns:
         step = 0.0 if first else dt
         learn_friction_of(
@@ -223,10 +231,24 @@ def control_finger(
         )
 
 
-def load_ahead(q: Floats, i: int, dt: float, x: float, y: float, torque: float) -> tuple[float, float]:
-    """Return the load of finger ``i`` that counts: ahead by the drive's lag where that is told."""
-    if q[LEAD_LAG] > 0.0:
-        return lead_load(q, i, dt, x, y, torque)
+def count_sample(h: Floats, i: int, dt: float) -> bool:
+    """Count a sample of finger ``i`` that comes ``dt`` [s] after the last; return whether it is the first."""
+    h[G_SINCE_LED + i] += dt
+    h[G_SAMPLES + i] += 1.0
+    return bool(h[G_SAMPLES + i] == 1.0)
+
+
+def load_ahead(
+    h: Floats, q: Floats, i: int, force: float, x: float, y: float, torque: float
+) -> tuple[float, float]:
+    """Return the load of finger ``i`` that counts: ahead by the drive's lag where it is known.
+
+    Only a finger that touches answers its load, so the filters rest in the air, as they do in the node.
+    """
+    if q[DRIVE_TOLD] > 0.0 or q[DRIVE_IS_MEASURED] > 0.5:
+        since, h[G_SINCE_LED + i] = min(h[G_SINCE_LED + i], LONGEST_STEP), 0.0
+        follow_drive(q, i, since, h[G_COMMAND + i] if h[G_FAULTY + i] < 0.0 else math.nan, force)
+        return lead_load(q, i, since, x, y, torque)
     return math.sqrt(x * x + y * y), torque
 
 
@@ -308,7 +330,10 @@ def require(
     slipping: bool,
     trusted: bool,
 ) -> None:
-    """Find what finger ``i`` needs on its own."""
+    """Find what finger ``i`` needs on its own; its first samples are not believed yet, as by the watchdog."""
+    if h[G_SAMPLES + i] < h[G_RECOVERY]:
+        ride_out(h, i, dt)
+        return
     active = h[G_FAULTY + i] >= 0.0
     base = h[G_COMMAND + i] if slipping or active else h[G_REQUIRED + i]
     force = math.nan

@@ -1,0 +1,39 @@
+"""The numbers of one state of one finger: values, counter and time in, and the numbers of its command."""
+
+import math
+
+from vegrip.grip.kernels.finger_step import LEFT_ALONE, answer_state
+from vegrip.grip.kernels.generated import (
+    LINE_LAST,
+    MEASURED,
+    NEWS_SEQ,
+    NEWS_STAMP,
+    SETUP_ALONE,
+    STATE0,
+    Floats,
+    Wholes,
+)
+from vegrip.grip.kernels.receive import count_on, follows, is_next
+
+
+def finger_values(
+    f: Floats, t: Wholes, g: Floats, values: Floats, counter: int, stamp: int, arrival: int, now: int
+) -> int:
+    """Answer the state of ``values`` and ``stamp`` [ns]; the command stays in the memory."""
+    if not are_welcome(t, values, counter, stamp, arrival):
+        return LEFT_ALONE
+    count_on(t, counter, arrival)
+    t[NEWS_SEQ], t[NEWS_STAMP] = t[LINE_LAST], stamp
+    for i in range(MEASURED):
+        f[STATE0 + i] = values[i]
+    return answer_state(f, t, g, now)
+
+
+def are_welcome(t: Wholes, values: Floats, counter: int, stamp: int, arrival: int) -> bool:
+    """Return whether the values mean something and the state is new, and can be taken here."""
+    for i in range(MEASURED):
+        if math.isinf(values[i]):
+            return False
+    if t[LINE_LAST] >= 0 and not is_next(t, counter, arrival):
+        return False
+    return t[SETUP_ALONE] == 1 or follows(t, stamp)

@@ -1,0 +1,104 @@
+"""A state in several classic frames: each is checked and kept, and the last one completes the state.
+
+As :mod:`vegrip.transport.codec.assembly` has it, as far as everything comes in order; else nothing changes.
+"""
+
+from vegrip.grip.kernels.generated import (
+    ABSENT_BYTES,
+    LINE_LAST,
+    LINE_LOST,
+    LINE_STAMP,
+    NEWS_SEQ,
+    NEWS_STAMP,
+    PART_BYTES0,
+    PART_LENGTH,
+    PART_OFFSETS,
+    PART_PAYLOAD,
+    PART_VERSION,
+    PARTS_COUNTER,
+    PARTS_EXPECTED,
+    PARTS_INCOMPLETE,
+    PARTS_STAMP,
+    SETUP_ALONE,
+    SETUP_STATE_ID,
+    STATE_PARTS,
+    Bytes,
+    Floats,
+    Wholes,
+    counter_of_part,
+    is_last_part,
+    part_means_something,
+    unpack_parts,
+    version_of_part,
+)
+from vegrip.grip.kernels.part_protection import is_part_intact
+from vegrip.grip.kernels.receive import SILENT, follows
+
+PART_WINDOW = 5_000_000  # [ns] see assembly.WINDOW_NS
+RING = 15  # counters of profile 11
+PART_HEAD = 2  # bytes before the values
+
+
+def is_part_welcome(t: Wholes, frame: Bytes, part: int, arrival: int) -> bool:
+    """Return whether part number ``part`` is whole, is the next one, and can be taken here."""
+    data_id = t[SETUP_STATE_ID] + int(PART_OFFSETS[part - 1])
+    if not is_part_intact(frame, PART_LENGTH, data_id) or version_of_part(frame) != PART_VERSION:
+        return False
+    if not part_means_something(frame, part) or not is_next_part(t, counter_of_part(frame), part, arrival):
+        return False
+    begun = arrival if part == 1 else t[PARTS_STAMP]
+    return not completes(frame, part) or t[SETUP_ALONE] == 1 or follows(t, begun)
+
+
+def is_next_part(t: Wholes, counter: int, part: int, arrival: int) -> bool:
+    """Return whether a first part begins the next state, or another one goes on with the open one."""
+    if part == 1:
+        return t[LINE_LAST] < 0 or is_next_in_ring(t, counter, arrival)
+    expected = counter == t[PARTS_COUNTER] and part == t[PARTS_EXPECTED]
+    return expected and arrival - t[PARTS_STAMP] <= PART_WINDOW
+
+
+def is_next_in_ring(t: Wholes, counter: int, arrival: int) -> bool:
+    """Return whether a counter goes on by less than half of the ring, or anew after a silence."""
+    step = (counter - t[LINE_LAST]) % RING
+    silent = arrival - t[LINE_STAMP] > SILENT
+    return step != 0 and (step <= RING // 2 or silent)
+
+
+def completes(frame: Bytes, part: int) -> bool:
+    """Return whether no further part comes."""
+    return part == STATE_PARTS or is_last_part(frame)
+
+
+def keep_part(t: Wholes, frame: Bytes, part: int, arrival: int) -> None:
+    """Keep a welcome part; a state that was begun and not finished is counted."""
+    if part == 1:
+        counter = counter_of_part(frame)
+        count_on_ring(t, counter, arrival)
+        t[PARTS_INCOMPLETE] += 1 if t[PARTS_EXPECTED] > 0 else 0
+        t[PARTS_COUNTER], t[PARTS_STAMP] = counter, arrival
+    t[PARTS_EXPECTED] = part + 1
+    start = PART_BYTES0 + (part - 1) * PART_PAYLOAD
+    for i in range(PART_PAYLOAD):
+        t[start + i] = int(frame[PART_HEAD + i])
+
+
+def count_on_ring(t: Wholes, counter: int, arrival: int) -> None:
+    """Take a counter that begins or goes on."""
+    if t[LINE_LAST] < 0:
+        t[LINE_LAST] = counter
+    else:
+        step = (counter - t[LINE_LAST]) % RING
+        t[LINE_LAST] += step
+        if arrival - t[LINE_STAMP] <= SILENT:
+            t[LINE_LOST] += step - 1
+    t[LINE_STAMP] = arrival
+
+
+def take_parts(f: Floats, t: Wholes, parts: int) -> None:
+    """Take the state of which ``parts`` have come; what was not sent is not measured."""
+    t[PARTS_EXPECTED] = 0
+    for i in range(parts * PART_PAYLOAD, STATE_PARTS * PART_PAYLOAD):
+        t[PART_BYTES0 + i] = int(ABSENT_BYTES[i])
+    t[NEWS_SEQ], t[NEWS_STAMP] = t[LINE_LAST], t[PARTS_STAMP]
+    unpack_parts(f, t)
