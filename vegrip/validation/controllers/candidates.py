@@ -11,7 +11,7 @@ from vegrip.virtual import HandSettings
 KNOBS = {
     "hand": {
         "vegrip": 0.15,
-        "learning": 0.05,
+        "learning": 0.1,
         "known": 0.1,
         "ellipse": 0.15,
         "constant": 4.0,
