@@ -44,9 +44,9 @@ class GripSettings:
         0.76, unit="1", low=0.5, high=0.9999, doc="the same of each finger once friction is known"
     )
     dead_band: float = parameter(0.04, unit="1", low=0.0, high=0.5, doc="relative dead band of the command")
-    release_time: float = parameter(1.0, unit="s", low=0.01, high=60.0, doc="time constant of lowering")
+    release_time: float = parameter(0.3, unit="s", low=0.01, high=60.0, doc="time constant of lowering")
     settle_time: float = parameter(
-        0.3, unit="s", low=0.0, high=60.0, doc="no lowering after a rise for so long"
+        0.1, unit="s", low=0.0, high=60.0, doc="no lowering after a rise for so long"
     )
     usual_time: float = parameter(
         2.5, unit="s", low=0.0, high=60.0, doc="the need is not believed to have fallen for half of it"
