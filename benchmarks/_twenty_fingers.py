@@ -161,6 +161,6 @@ def batches(rows: Any, count: int) -> list[bytes]:
             FingertipState(1, name, seq, **dict(zip(CHANNELS, row[number % len(row)].tolist(), strict=True)))
             for number, name in enumerate(NAMES)
         ]
-        frames = [frame for state in states if (frame := codec.encode(state)) is not None]
+        frames = [frame for state in states for frame in codec.encode(state)]
         found.append(bytes(codec.pack(FingertipState, frames)))
     return found

@@ -23,6 +23,26 @@ def test_the_first_compiling_says_so_and_the_cache_is_silent(
     assert capsys.readouterr().err.splitlines() == [f"fit: {SENTENCE}"]
 
 
+def test_compiling_that_takes_long_says_how_far_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    announcer = cache._Announcer()
+    for name in ("said", "functions", "_compiled", "_since", "_told"):
+        monkeypatch.setattr(cache.announcer, name, getattr(announcer, name))
+    monkeypatch.setattr(cache, "NEWS_PERIOD_S", 0.0)
+    monkeypatch.setenv("VEGRIP_CACHE", str(tmp_path))
+    called = "import numba\n\n\ndef g(x):\n    return 2.0 * x\n\n\ng = numba.njit(g)\n"
+    module = cache.load(called + "\n\ndef f(x):\n    return g(x) + g(1)\n\n\nf = numba.njit(cache=True)(f)\n")
+    with _progress.progress("fit"):
+        assert module.f(1.0) == 4.0
+    first, *rest = capsys.readouterr().err.splitlines()
+    assert first == f"fit: {SENTENCE}"
+    assert rest == [
+        "fit: compiling g: 0 of at most 2 functions are done, 0 s so far",
+        "fit: compiling g: 1 of at most 2 functions are done, 0 s so far",
+    ]
+
+
 def test_rows_are_counted_once_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [0.0]
     monkeypatch.setattr(_progress.time, "monotonic", lambda: now[0])

@@ -11,6 +11,7 @@ from vegrip.effects import effect
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.estimator.declarations import FILE, declarations
 from vegrip.estimator.layout import layout_of
+from vegrip.messages import FingertipState
 from vegrip.model import ContactModel, paper_model
 
 KERNELS = sorted(path for path in FILE.parent.glob("*.py") if path.name not in ("__init__.py", FILE.name))
@@ -75,3 +76,40 @@ def test_the_state_is_told_by_name_with_what_the_covariance_says(
 def test_states_of_added_effects_have_their_own_names() -> None:
     estimator = ContactEstimator(paper_model(8e-3).with_effect(effect("mullins_softening")), SensorNoise())
     assert set(estimator.model.plan.states) <= set(estimator.state_names)
+
+
+EFFECTS_WITH_MEMORY = (
+    "",
+    "mullins_softening",
+    "second_relaxation",
+    "adhesion",
+    "friction_ageing",
+    "poroelastic_drainage",
+)
+
+
+@pytest.mark.parametrize("name", EFFECTS_WITH_MEMORY)
+def test_a_sample_depends_on_nothing_but_what_lasts(name: str) -> None:
+    """The memory behind ``lasting`` is spoilt before each of some samples with faults, gaps and slips."""
+    model = paper_model(8e-3).with_effect(effect(name)) if name else paper_model(8e-3)
+    estimator = ContactEstimator(model, SensorNoise())
+    rng, lasting = np.random.default_rng(3), estimator.layout.lasting
+    t = np.cumsum(rng.choice([2e-3, 2e-3, 2e-3, 0.3], 300))
+    depth = np.interp(t, [0.1, t[150], t[160], t[-1]], [-2e-4, 1e-3, 2e-4, 8e-4])
+    force = model.simulate(t, depth).normal_force + 0.02 * rng.standard_normal(t.size)
+    force[rng.random(t.size) < 0.1], depth[rng.random(t.size) < 0.1] = np.nan, np.nan
+    force[rng.random(t.size) < 0.02] += 5.0
+    numbers = np.column_stack([force, depth, 0.2 * rng.random(t.size), rng.random(t.size) < 0.05])
+    samples = [
+        FingertipState(int(1e9 * now), "tip", i, n, f, 0.0, 1e-4, d, 25.0, slip)
+        for i, (now, (n, d, f, slip)) in enumerate(zip(t.tolist(), numbers.tolist(), strict=True))
+    ]
+    known = []
+    for is_spoilt in (False, True):
+        estimator.reset()
+        for sample in samples:
+            if is_spoilt:
+                estimator._memory.numbers[lasting:] = rng.uniform(-1e3, 1e3, estimator.layout.size - lasting)
+            estimator.assimilate(sample)
+        known.append((estimator.memory[:lasting].tobytes(), repr(estimator.slip_margin())))
+    assert known[0] == known[1]

@@ -25,6 +25,7 @@ from vegrip.c99.kinds import (
 )  # fmt: skip
 from vegrip.c99.names import local
 from vegrip.c99.refusal import refused
+from vegrip.c99.walk import nodes_of
 
 MATHS = {
     name: name
@@ -258,7 +259,7 @@ class Expressions:
 
     def _calls(self, node: ast.expr) -> bool:
         """Return whether ``node`` calls a function of the module."""
-        calls = (one.func for one in ast.walk(node) if isinstance(one, ast.Call))
+        calls = (one.func for one in nodes_of(node) if isinstance(one, ast.Call))
         return any(isinstance(one, ast.Name) and not hasattr(self, f"_call_{one.id}") for one in calls)
 
     def _ifexp(self, node: ast.IfExp) -> Value:

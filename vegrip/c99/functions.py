@@ -9,6 +9,7 @@ from vegrip.c99.names import INDENT, broken, local
 from vegrip.c99.order import matters
 from vegrip.c99.refusal import is_text, refused
 from vegrip.c99.scopes import Scopes
+from vegrip.c99.walk import nodes_of
 
 ZERO = {REAL: "0.0", INT: "0", LONG: "0", BOOL: "false"}
 PASSES = 8  # until the kinds of all variables are known
@@ -59,7 +60,7 @@ class Function:
         return Body(tuple(lines), self.result or VOID, frozenset(self.written))
 
     def _whole(self) -> list[str]:
-        self.names: set[str] = {*self.kinds, *(n.id for n in ast.walk(self.tree) if isinstance(n, ast.Name))}
+        self.names: set[str] = {*self.kinds, *(n.id for n in nodes_of(self.tree) if isinstance(n, ast.Name))}
         self.made = 0
         unused = [f"(void){local(name)};" for name in self.arguments if self._is_unused(name)]
         lines = self._block(self.tree.body)
@@ -157,7 +158,7 @@ class Function:
 
     def _note_writes(self, *nodes: ast.expr) -> None:
         """Note through which parameters the calls in ``nodes`` write."""
-        for call in (one for node in nodes for one in ast.walk(node) if isinstance(one, ast.Call)):
+        for call in (one for node in nodes for one in nodes_of(node) if isinstance(one, ast.Call)):
             if isinstance(call.func, ast.Name):
                 for place in self.module.written(call.func.id):
                     if place < len(call.args) and isinstance(call.args[place], ast.Name):
@@ -313,9 +314,9 @@ class Function:
         value = writer.value(node)
         if value.kind not in WHOLES:
             raise refused(node, "is not a whole number")
-        free = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)} & set(self.kinds)
+        free = {one.id for one in nodes_of(node) if isinstance(one, ast.Name)} & set(self.kinds)
         fixed = all(self.scopes.is_fixed(name) for name in free)
-        touches = any(isinstance(one, (ast.Call, ast.Subscript)) for one in ast.walk(node))
+        touches = any(isinstance(one, (ast.Call, ast.Subscript)) for one in nodes_of(node))
         if (fixed and not touches) or value.constant is not None:
             return value.within(LESS)
         return self._temporary(value.kind, value.text)
@@ -400,7 +401,7 @@ def _is_name(node: ast.expr, name: str) -> bool:
 
 
 def _reads(node: ast.expr, name: str) -> bool:
-    return any(isinstance(one, ast.Name) and one.id == name for one in ast.walk(node))
+    return any(isinstance(one, ast.Name) and one.id == name for one in nodes_of(node))
 
 
 def _are_independent(targets: list[ast.expr], values: list[ast.expr]) -> bool:
@@ -410,7 +411,7 @@ def _are_independent(targets: list[ast.expr], values: list[ast.expr]) -> bool:
         if isinstance(target, ast.Name):
             if any(_reads(value, target.id) for value in later):
                 return False
-        elif any(isinstance(one, (ast.Subscript, ast.Call)) for value in later for one in ast.walk(value)):
+        elif any(isinstance(one, (ast.Subscript, ast.Call)) for value in later for one in nodes_of(value)):
             return False
     return True
 

@@ -6,13 +6,18 @@ It matters only where one operand writes to the memory and another reads it.
 import ast
 from collections.abc import Callable
 
+from vegrip.c99.walk import nodes_of
+
 Writes = Callable[[ast.Call], bool]
 """Whether a call may write to the memory."""
 
 
 def matters(node: ast.expr, writes: Writes) -> bool:
     """Return whether the result of ``node`` depends on the order of its operands."""
-    return any(_mixes(inner, writes) for inner in ast.walk(node))
+    inner = nodes_of(node)
+    if not any(isinstance(one, ast.Call) and writes(one) for one in inner):
+        return False
+    return any(_mixes(one, writes) for one in inner)
 
 
 def _mixes(node: ast.AST, writes: Writes) -> bool:
@@ -24,8 +29,8 @@ def _mixes(node: ast.AST, writes: Writes) -> bool:
 
 
 def _touches(node: ast.expr) -> bool:
-    return any(isinstance(inner, (ast.Subscript, ast.Call)) for inner in ast.walk(node))
+    return any(isinstance(inner, (ast.Subscript, ast.Call)) for inner in nodes_of(node))
 
 
 def _writes(node: ast.expr, writes: Writes) -> bool:
-    return any(isinstance(inner, ast.Call) and writes(inner) for inner in ast.walk(node))
+    return any(isinstance(inner, ast.Call) and writes(inner) for inner in nodes_of(node))

@@ -13,6 +13,7 @@ from vegrip.c99.helpers import helper
 from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, Kind, Struct, Table
 from vegrip.c99.names import broken, comment, joined, local
 from vegrip.c99.refusal import Place, RefusedError, UntranslatableError, refused, statements, unknown_place
+from vegrip.c99.walk import nodes_of
 
 LETTERS = {REAL: "r", INT: "i", LONG: "l", BOOL: "b"}
 
@@ -228,7 +229,7 @@ def _values(tree: ast.Module) -> dict[str, object]:
         node
         for node in tree.body
         if not isinstance(node, ast.FunctionDef)
-        and not any(isinstance(one, ast.Name) and one.id == "numba" for one in ast.walk(node))
+        and not any(isinstance(one, ast.Name) and one.id == "numba" for one in nodes_of(node))
         and not (isinstance(node, ast.Import) and any(one.name == "numba" for one in node.names))
     ]
     scope: dict[str, object] = {}

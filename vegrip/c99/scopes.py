@@ -3,6 +3,8 @@
 import ast
 from collections import Counter
 
+from vegrip.c99.walk import nodes_of
+
 Home = tuple[int, int]
 """A list of statements, by its id, and the number of the statement in it."""
 
@@ -20,7 +22,7 @@ class Scopes:
 
     def __init__(self, tree: ast.FunctionDef) -> None:
         self._arguments = {argument.arg for argument in tree.args.args}
-        names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+        names = [node for node in nodes_of(tree) if isinstance(node, ast.Name)]
         self._reads = {node.id for node in names if isinstance(node.ctx, ast.Load)}
         self._stores = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
         self._homes: dict[str, dict[Home, bool]] = {}
@@ -95,7 +97,7 @@ class Scopes:
 
     def _mentions(self, node: ast.AST, name: str) -> bool:
         if id(node) not in self._seen:
-            self._seen[id(node)] = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
+            self._seen[id(node)] = {one.id for one in nodes_of(node) if isinstance(one, ast.Name)}
         return name in self._seen[id(node)]
 
 
@@ -106,5 +108,5 @@ def _is_expression(node: ast.AST) -> bool:
 def _stores(node: ast.AST, name: str) -> int:
     return sum(
         isinstance(one, ast.Name) and one.id == name and isinstance(one.ctx, ast.Store)
-        for one in ast.walk(node)
+        for one in nodes_of(node)
     )

@@ -181,7 +181,8 @@ def run(
     with ExitStack() as stack:
         writer = RecordingWriter(folder, radius=parameters.tip.radius, sensors=noise)
         recorder = stack.enter_context(closing(FrameRecorder(writer, transport["channel"], fingers)))
-        endpoint = stack.enter_context(closing(open_endpoint(transport, Hand(fingers))))
+        listening = {**transport, "options": {"patience": LOOK_PAUSE_S}}
+        endpoint = stack.enter_context(closing(open_endpoint(listening, Hand(fingers))))
         assert isinstance(endpoint, CanEndpoint)  # noqa: S101 (the transport of the table above)
         if sentence := choose_scheduling(NODE_PRIORITY, permission(), on=is_switched_on()).sentence:
             say(sentence)

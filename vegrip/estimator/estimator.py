@@ -72,7 +72,7 @@ class ContactEstimator:
         self._module = module_for(model, self.layout, ellipse=self.settings.surface == "ellipse")
         self._memory = EstimatorMemory(self.layout, initial_memory(model, self.layout, noise, self.settings))
         self._clock = SampleClock(self.settings)
-        self._rewind = RewindBuffer(self.settings.late, self.layout.size)
+        self._rewind = RewindBuffer(self.settings.late, self.layout.lasting)
         self._warm()
         self.reset()
 
@@ -117,6 +117,7 @@ class ContactEstimator:
             memory["SAMPLE_REWIND_NEXT"] = self._rewind.next_slot
             self._lent_after = self._clock.taken
         memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"] = self._load, self._torque
+        memory["TOLD_CONFIDENCE"] = self.settings.confidence
         self._clock.write_to(memory)
 
     def read_rewind(self, past: RecentSamples, taken: int) -> None:
@@ -171,7 +172,8 @@ class ContactEstimator:
         found = self._rewind.rewind(state.stamp)
         if found is None:
             return False
-        self._memory.numbers[:], before, later = found
+        lasting, before, later = found
+        self._memory.numbers[: len(lasting)] = lasting
         self._clock.rewind(before, len(later))
         for sample in (state, *later):
             self._take(sample)

@@ -79,6 +79,9 @@ NAMED = {
 }  # fmt: skip
 """Section -> prefix and names of the numbers in it; their places are constants of their own."""
 
+SCRATCH = "OLD"
+"""The first of the sections that nothing is kept in from one sample to the next."""
+
 ENDS = ("Y", "P", "H", "MODE")
 """Sections whose end the kernels ask for."""
 
@@ -144,9 +147,10 @@ class Layout:
             "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
             "MODE": len(MODE), "MOTION": len(MOTION), "START": n, "COUNTS": len(COUNTS),
+            "BEND_SUM": s + 1, "RATIO": n,
             "OLD": n, "KEPT_Y": n, "KEPT_P": n * n,
-            "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1, "BEND_SUM": s + 1,
-            "NEXT": s + 1, "TRIAL": s + 1, "RATIO": n, "L": n * n,
+            "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1,
+            "NEXT": s + 1, "TRIAL": s + 1, "L": n * n,
             "D_FORCE": spread, "D_RADIUS": spread, "D_EXPONENT": spread, "D_FRICTION": spread,
             "D_DELTA": spread, "TRY": n, "MID": n,
         }  # fmt: skip
@@ -163,6 +167,11 @@ class Layout:
     def size(self) -> int:
         """Length of the whole array."""
         return sum(self.sections().values())
+
+    @property
+    def lasting(self) -> int:
+        """Length of what the next sample depends on; all behind it is worked out anew with every sample."""
+        return self.places()[SCRATCH][0]
 
     def names(self) -> dict[str, object]:
         """Return every constant of the generated module by its name."""

@@ -9,11 +9,11 @@ from vegrip.types import Floats
 
 
 class RewindBuffer:
-    """A ring of memories; noting one costs a copy of the estimator's array.
+    """A ring of memories; noting one costs a copy of what lasts of the estimator's array.
 
     Args:
         depth: how many samples; 0 keeps none.
-        size: length of the array.
+        size: length of what lasts, see :attr:`vegrip.estimator.layout.Layout.lasting`.
 
     """
 
@@ -24,7 +24,7 @@ class RewindBuffer:
 
     def note(self, sample: FingertipState, before: FingertipState | None, m: Floats) -> None:
         """Keep ``m``, the memory in which ``sample`` is about to be taken in after ``before``."""
-        self._ring[self._next] = m
+        self._ring[self._next] = m[: self._ring.shape[1]]
         self._samples.append((sample, before, self._next))
         self._next = (self._next + 1) % len(self._ring)
 

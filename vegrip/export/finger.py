@@ -15,8 +15,8 @@ from vegrip.export.finger_vectors import FingerVectors, Meeting
 from vegrip.export.precision import PRECISIONS, WIDE
 from vegrip.export.request import Request
 from vegrip.export.texts import NAMES, NUMBER_DIGITS, ONLY_TOUCHING, Texts, text_number
+from vegrip.grip.batch_text import COMMAND_BYTES
 from vegrip.grip.compiled import finger_places, finger_text
-from vegrip.grip.compiled_finger import COMMAND_BYTES
 from vegrip.grip.finger_controller import RENEWAL
 from vegrip.grip.layout import REALS, FingerLayout
 from vegrip.grip.wires import ENTRIES
@@ -60,7 +60,7 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
     """
     model, p, precision = request.model, request.prefix, PRECISIONS[request.precision]
     layout = layout_of(model)
-    finger = FingerLayout(layout.size)
+    finger = FingerLayout(layout.size, layout.lasting)
     ellipse = request.settings.surface == "ellipse"
     text = finger_text(model.effects, layout, finger, ellipse)
     origins = finger_places(model)

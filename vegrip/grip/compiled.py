@@ -20,13 +20,13 @@ from vegrip.estimator.compiled import estimator_parts, kernel_mode, tell_once
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS
 from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
+from vegrip.grip.batch_text import REPORT_ARGUMENTS, STEP_ARGUMENTS, batch_text
 from vegrip.grip.late_slip import LATE_SIZE
 from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
 from vegrip.grip.policies.running_median import WINDOW_SLOTS
 from vegrip.grip.wires import WIRES
 from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
-from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, ROW_STRIDE
 from vegrip.transport.codec.line import FD
 
 HERE: Final = Path(__file__).parent / "kernels"
@@ -39,39 +39,6 @@ SHARED_FRICTION: Final = (
     "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
 )  # fmt: skip
 """Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
-COMMANDED: Final = 2
-"""Bit of a step after which a command was packed."""
-_POINTER, _WHOLE = ctypes.c_void_p, ctypes.c_int64
-BATCH_ARGUMENTS: Final = (
-    *[_POINTER] * 3, *[_WHOLE] * 5, ctypes.c_char_p, *[_WHOLE] * 3, *[_POINTER] * 2,
-)  # fmt: skip
-BATCH_STEP: Final = f"""
-int64_t vg_batch_step(double *const *f, int64_t *const *t, double *g, int64_t places, int64_t state_row,
-    int64_t state_base, int64_t command_row, int64_t command_base, const uint8_t *payload, int64_t rows,
-    int64_t arrival, int64_t now, uint8_t *answers, uint8_t *done)
-{{
-    int64_t commands = 0;
-    for (int64_t i = 0; i < rows; i++) {{
-        const uint8_t *row = payload + {FIRST_ROW} + i * state_row;
-        const int64_t id = row[0] + 256 * row[1], n = id / {ROW_STRIDE} - 1;
-        uint8_t *answer = answers + commands * command_row;
-        done[i] = 0;
-        if (n < 0 || n >= places || f[n] == 0 || id % {ROW_STRIDE} != state_base) {{
-            continue;
-        }}
-        done[i] = (uint8_t)vg_finger_step(f[n], t[n], g, row + {ROW_ID.size}, state_row - {ROW_ID.size},
-            arrival, now, answer + {ROW_ID.size});
-        if (done[i] & {COMMANDED}) {{
-            answer[0] = (uint8_t)((command_base + (n + 1) * {ROW_STRIDE}) & 255);
-            answer[1] = (uint8_t)((command_base + (n + 1) * {ROW_STRIDE}) >> 8);
-            commands++;
-        }}
-    }}
-    return commands;
-}}
-"""
-"""Goes through the rows of a batch, see :mod:`vegrip.grip.compiled_batch`: pointers to pointers are the one
-thing that the text of the kernels has no words for."""
 
 LOAD_CHANNELS: Final = ("tangential_force_x", "tangential_force_y", "torque_z")
 SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")
@@ -101,7 +68,7 @@ def finger_module(
         try:
             places, entries = finger_places(model), WIRES[wire].entries
             lengths = single_lengths(finger, wire) if mode == "c-float" else None
-            more = BATCH_STEP if wire == FD else ""
+            more = batch_text(finger) if wire == FD else ""
             library = kernels_c.library_of(text, entries, places.place, more, single=lengths)
             return FingerKernelsC(library, wire)
         except (CompilerError, UntranslatableError) as error:
@@ -170,7 +137,6 @@ def kernels_of(finger: FingerLayout, wire: str = FD) -> list[Path]:
 def constants(layout: Layout) -> str:
     """Return what the kernels know beside places."""
     return "\n".join([
-        f"ESTIMATOR_SIZE = {layout.size}",
         f"MEASURED = {len(CHANNELS)}",
         f"MECHANICAL = {MECHANICAL_CHANNELS}",
         f"USUAL_SLOTS = {WINDOW_SLOTS}",
@@ -207,12 +173,15 @@ class FingerKernelsC:
         self._step = _entry(loaded, self._wire.step, self._wire.entries[self._wire.step])
         if wire != FD:
             return
-        batch_step: Any = loaded["vg_batch_step"]
-        batch_step.argtypes, batch_step.restype = BATCH_ARGUMENTS, ctypes.c_int64
-        self.batch_step = batch_step
+        step: Any = loaded["vg_batch_step"]
+        report: Any = loaded["vg_batch_report"]
+        step.argtypes, step.restype = STEP_ARGUMENTS, ctypes.c_int64
+        report.argtypes, report.restype = REPORT_ARGUMENTS, None
+        self.batch_step, self.batch_report = step, report
         entries = self._wire.entries
         self._tick = _entry(loaded, "finger_tick", entries["finger_tick"])
         self._receive = _entry(loaded, "finger_receive", entries["finger_receive"])
+        self._report = _entry(loaded, "finger_report", entries["finger_report"])
 
     def finger_step(
         self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
@@ -252,6 +221,12 @@ class FingerKernelsC:
         at = _address
         done: int = self._receive(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
         return done
+
+    def finger_report(self, f: Any, t: Any, now: int, contact1: Any, contact2: Any, margin: Any) -> int:
+        """As :func:`vegrip.grip.kernels.reports.finger_report`."""
+        at = _address
+        told: int = self._report(at(f), at(t), now, at(contact1), at(contact2), at(margin))
+        return told
 
 
 _known: dict[int, tuple[Any, int]] = {}

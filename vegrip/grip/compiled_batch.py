@@ -10,12 +10,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from vegrip.grip.compiled import COMMANDED, FingerKernelsC
-from vegrip.grip.compiled_finger import COMMAND_BYTES, LEFT_ALONE, CompiledFinger
+from vegrip.grip.batch_text import COMMAND_ROW, COMMANDED, CONTACT_ROW, MARGIN_ROW
+from vegrip.grip.compiled import FingerKernelsC
+from vegrip.grip.compiled_finger import LEFT_ALONE, CompiledFinger
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, ROW_STRIDE
 from vegrip.types import Floats
 
-COMMAND_ROW: Final = ROW_ID.size + COMMAND_BYTES
 LONGEST_STATE: Final = 64  # [bytes]
 
 
@@ -33,14 +33,22 @@ class CompiledBatch:
         self.fingers = tuple(fingers)
         self.commands = bytearray(FIRST_ROW + len(fingers) * COMMAND_ROW)
         """The batch of the last commands; its head is still to be written."""
+        self.contacts = bytearray(FIRST_ROW + len(fingers) * 2 * CONTACT_ROW)
+        """The batch of the last contacts, likewise."""
+        self.margins = bytearray(FIRST_ROW + len(fingers) * MARGIN_ROW)
+        """The batch of the last slip margins, likewise."""
         self._rows = {finger.state_id: finger for finger in fingers}
         self._state_row = ROW_ID.size + state_bytes
         self._frame = np.zeros(LONGEST_STATE, dtype=np.uint8)
         numbers = [number_of(finger.state_id) for finger in fingers]
         self._done = bytearray(2**8)
+        self._numbers = {finger.finger.name: number_of(finger.state_id) for finger in fingers}
+        self._named = {finger.finger.name: finger for finger in fingers}
+        self._told = bytearray(2**8)
         self._call: Any = None
+        self._report: Any = None
         if isinstance(fingers[0].module, FingerKernelsC):
-            self._call = self._bound(fingers[0].module, needs, max(numbers) + 1)
+            self._bind(fingers[0].module, needs, max(numbers) + 1)
 
     def step(self, payload: bytes, rows: int, arrival: int, now: int) -> tuple[bytearray, int]:
         """Answer the ``rows`` of a batch that is whole, which arrived at ``arrival`` at ``now`` [ns].
@@ -52,6 +60,13 @@ class CompiledBatch:
         if self._call is not None:
             return self._done, self._call(payload, rows, arrival, now)
         return self._done, self._step_by_step(payload, rows, arrival, now)
+
+    def report(self, names: Sequence[str], now: int) -> list[str]:
+        """Pack contacts and slip margins of fingers by their names; return whose were told, in that order."""
+        if self._report is None:
+            return self._report_one_by_one(names, now)
+        self._report(bytes([self._numbers[name] for name in names]), len(names), now)
+        return [name for name, told in zip(names, self._told, strict=False) if told]
 
     def finger_of(self, payload: bytes, row: int) -> CompiledFinger | None:
         """Return whose state a row is, None for another one's."""
@@ -74,8 +89,24 @@ class CompiledBatch:
                 commands += 1
         return commands
 
-    def _bound(self, module: FingerKernelsC, needs: Floats, places: int) -> Any:
-        """Return the call of C with all that stays the same."""
+    def _report_one_by_one(self, names: Sequence[str], now: int) -> list[str]:
+        told: list[str] = []
+        for name in names:
+            finger = self._named[name]
+            if not finger.tell(now):
+                continue
+            rows = [
+                ROW_ID.pack(identifier) + frame.tobytes()
+                for identifier, frame in zip(finger.report_ids, finger.report_frames, strict=True)
+            ]
+            at, margin = FIRST_ROW + len(told) * 2 * CONTACT_ROW, FIRST_ROW + len(told) * MARGIN_ROW
+            self.contacts[at : at + 2 * CONTACT_ROW] = rows[0] + rows[1]
+            self.margins[margin : margin + MARGIN_ROW] = rows[2]
+            told.append(name)
+        return told
+
+    def _bind(self, module: FingerKernelsC, needs: Floats, places: int) -> None:
+        """Prepare the calls of C with all that stays the same."""
         kinds = ctypes.c_void_p * places
         reals, wholes = kinds(), kinds()
         for finger in self.fingers:
@@ -84,16 +115,23 @@ class CompiledBatch:
         first = self.fingers[0]
         kept = [ctypes.addressof(reals), ctypes.addressof(wholes), needs.ctypes.data, places]
         kept += [self._state_row, first.state_id % ROW_STRIDE, COMMAND_ROW, first.command_id % ROW_STRIDE]
-        answers = ctypes.addressof(ctypes.c_uint8.from_buffer(self.commands, FIRST_ROW))
-        done = ctypes.addressof(ctypes.c_uint8.from_buffer(self._done))
+        answers, done = _address(self.commands, FIRST_ROW), _address(self._done)
         step = module.batch_step
+        packed = [_address(self.contacts, FIRST_ROW), _address(self.margins, FIRST_ROW), _address(self._told)]
 
         def call(payload: bytes, rows: int, arrival: int, now: int) -> int:
             commands: int = step(*kept, payload, rows, arrival, now, answers, done)
             return commands
 
-        call.lives = (reals, wholes, needs)  # type: ignore[attr-defined]
-        return call
+        def report(numbers: bytes, count: int, now: int) -> None:
+            module.batch_report(kept[0], kept[1], numbers, count, now, *packed)
+
+        self._call, self._report, self._lives = call, report, (reals, wholes, needs)
+
+
+def _address(data: bytearray, at: int = 0) -> int:
+    """Return where ``data`` lies, which may not become longer from then on."""
+    return ctypes.addressof(ctypes.c_uint8.from_buffer(data, at))
 
 
 def number_of(identifier: int) -> int:

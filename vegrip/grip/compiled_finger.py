@@ -14,6 +14,7 @@ import numpy as np
 
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator
+from vegrip.grip.batch_text import COMMAND_BYTES, REPORT_BYTES
 from vegrip.grip.compiled import FingerKernels, FingerKernelsC, bound_step, finger_module
 from vegrip.grip.controller import GripController
 from vegrip.grip.finger import RECENT_STATES, GraspFinger
@@ -26,7 +27,7 @@ from vegrip.grip.settings import ControlSettings
 from vegrip.grip.wires import WIRES
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.runtime.telemetry import Unmade
-from vegrip.transport.codec.line import CLASSIC, Line
+from vegrip.transport.codec.line import CLASSIC, FingerLine
 from vegrip.types import Floats
 
 LEFT_ALONE: Final = 0
@@ -34,8 +35,6 @@ LEFT_ALONE: Final = 0
 REPORT: Final = 4
 """Bit of a step after which something is due to be told."""
 
-STATE_BYTES: Final = 48
-COMMAND_BYTES: Final = 24
 PART_BYTES: Final = 8
 """Of a classic frame."""
 REASONS: Final = tuple(Reason(number) for number in range(len(Reason)))
@@ -88,7 +87,7 @@ class CompiledFinger:
     def __init__(
         self,
         finger: GraspFinger,
-        line: Line,
+        line: FingerLine,
         place: Place,
         shared: Floats,
         mode: str = "",
@@ -100,8 +99,8 @@ class CompiledFinger:
         settings = estimator.settings
         self._alone = alone
         layout = FingerLayout(
-            estimator.layout.size, settings.late, 0 if alone else RECENT_STATES, not alone,
-            WIRES[line.wire].part_bytes(),
+            estimator.layout.size, estimator.layout.lasting, settings.late, 0 if alone else RECENT_STATES,
+            not alone, WIRES[line.wire].part_bytes(),
         )  # fmt: skip
         ellipse = settings.surface == "ellipse"
         self.finger, self._line, self._place = finger, line, place
@@ -111,6 +110,9 @@ class CompiledFinger:
         self.memory = FingerMemory(layout)
         self.answer = np.zeros(PART_BYTES if line.wire == CLASSIC else COMMAND_BYTES, dtype=np.uint8)
         """The frame of the last command, where commands are frames."""
+        sizes = REPORT_BYTES if line.report_ids else ()
+        self.report_frames = tuple(np.zeros(size, dtype=np.uint8) for size in sizes)
+        """Both frames of the last contact that was told by :meth:`tell`, and that of the slip margin."""
         self.lent = False
         self._friction: GraspFriction | None = None  # that has lent
         self._shared = shared
@@ -122,6 +124,8 @@ class CompiledFinger:
         self._news = layout.wholes["NEWS_STAMP"], layout.wholes["NEWS_SEQ"]
         self._given = layout.reals["GRIP_HELD"], layout.reals["GRIP_ADJUSTMENT"]
         self._turn = tuple(layout.wholes[f"TURN_{name}"] for name in ("COMMANDED", "SEQ", "GIVEN_REASON"))
+        tells = ("TURN_REPORT_DUE", "INPUT_CONDITION", "TURN_TOLD", "TURN_NOTED", "TURN_FETCHED")
+        self._tells = tuple(layout.wholes[name] for name in tells)
         self._history = self.memory.section("HISTORY").reshape(-1, HISTORY_CHANNELS)
         self._stamps, self._numbers = map(self.memory.section, ("HISTORY_STAMP", "HISTORY_SEQ"))
         self._lifetime = 0  # [ns] of a command
@@ -164,10 +168,21 @@ class CompiledFinger:
         memory = self.memory
         noted = memory["TURN_NOTED"]
         kept = self._fetched() if noted - memory["TURN_FETCHED"] >= FETCHED_STATES else None
-        if noted != self._seen:
-            self._seen = noted
-            self.finger.read_contact(memory, next(iter(self._rows(noted - 1, noted))))
+        is_new, self._seen = noted != self._seen, noted
+        self.finger.read_contact(memory, next(iter(self._rows(noted - 1, noted))) if is_new else None)
         return kept
+
+    def tell(self, now: int) -> bool:
+        """Put contact and slip margin into :attr:`report_frames`; False: the objects have to tell them."""
+        frames = self.report_frames
+        return bool(frames) and bool(self.module.finger_report(self._f, self._t, now, *frames))
+
+    def has_more_to_tell(self, now: int) -> bool:
+        """Return whether the objects have something to tell, or to fetch."""
+        whole, (due, condition, told, noted, fetched) = self._t.item, self._tells
+        if now >= whole(due) or whole(condition) != whole(told):
+            return True
+        return whole(noted) - whole(fetched) >= len(self._history) // 2
 
     def told(self, periods: tuple[float, float]) -> None:
         """Let the memory know that the objects have reported what :meth:`look` showed them."""
@@ -209,6 +224,12 @@ class CompiledFinger:
         rest = seq, force, adjustment, REASONS[reason], stamp + self._lifetime
         return Unmade(ForceCommand, self.finger.name, stamp, rest)
 
+    def command_numbers(self) -> tuple[int, float, float, int, int]:
+        """Return counter, force [N], its change [N], reason and lifetime [ns] of the last command."""
+        _, seq, reason = map(self._t.item, self._turn)
+        force, adjustment = map(self._f.item, self._given)
+        return seq, force, adjustment, reason, self._lifetime
+
     @property
     def runs_by(self) -> str:
         """What runs the step: C, numba, or Python where nothing is compiled."""
@@ -225,6 +246,11 @@ class CompiledFinger:
     def command_id(self) -> int:
         """Identifier of the frames of commands."""
         return self._line.command_id
+
+    @property
+    def report_ids(self) -> tuple[int, ...]:
+        """Identifiers of :attr:`report_frames`."""
+        return self._line.report_ids
 
     @property
     def need(self) -> float:

@@ -40,6 +40,9 @@ from vegrip.messages import (
 from vegrip.model import ContactModel
 from vegrip.spelling import suggestion
 
+REPORT_GROUPS = 5
+"""Fingers that report at different times; of more, some report together, in one message where that is so."""
+
 MakeEstimator = Callable[[str], Estimator]
 """Gives a new estimator for the finger of this name."""
 
@@ -213,7 +216,8 @@ class GripController:
         controller = FingerController(
             name, make_policy(settings), FailSafe(settings.fail_safe), settings.limits
         )
-        phase = self.names.index(name) / len(self.names)
+        groups = min(len(self.names), REPORT_GROUPS)
+        phase = self.names.index(name) * groups // len(self.names) / groups
         watchdog = InputWatchdog(settings.watchdog)
         return GraspFinger(name, self._make_estimator(name), controller, watchdog, phase)
 

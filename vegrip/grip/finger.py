@@ -162,8 +162,11 @@ class GraspFinger:
         bound = math.nan if self._margin is None else self._margin.lower_bound
         memory["TURN_HAS_MARGIN"], memory["TAKEN_BOUND"] = self._margin is not None, bound
         memory["TURN_TOLD"] = -1 if self._told is None else self._told
-        due = min(self._reported + periods[0] * NS, self._healthy + periods[1] * NS)
-        memory["TURN_REPORT_DUE"] = math.ceil(due) if due > 0.0 else 0
+        memory["TURN_REPORTS"] = self._reports
+        memory["SETUP_REPORT_PERIOD"] = math.ceil(periods[0] * NS)
+        contact, health = self._reported + periods[0] * NS, self._healthy + periods[1] * NS
+        memory["TURN_CONTACT_DUE"], memory["TURN_HEALTH_DUE"] = _whole(contact), _whole(health)
+        memory["TURN_REPORT_DUE"] = _whole(min(contact, health))
 
     def read_from(self, memory: NamedNumbers, taken: int, last: FingertipState) -> None:
         """Take back what the compiled finger step has made of it.
@@ -194,6 +197,14 @@ class GraspFinger:
         self._seen, self._used = bool(memory["TURN_SEEN"]), memory["TURN_USED"]
         if self._margin is None and memory["TURN_HAS_MARGIN"]:
             self._margin = SlipMargin(0, self.name, 0, lower_bound=memory["TAKEN_BOUND"])
+        self.read_told(memory)
+
+    def read_told(self, memory: NamedNumbers) -> None:
+        """Take back what the compiled step has told of contact and margin."""
+        if memory["TURN_REPORTS"] == self._reports:
+            return
+        self._reports, self._reported = memory["TURN_REPORTS"], memory["TURN_REPORTED"]
+        self._margin = SlipMargin(0, self.name, 0, lower_bound=memory["TAKEN_BOUND"])
 
     def command(self, share: float, now: int) -> ForceCommand:
         """Return the command for this finger's share of the grasp [N]."""
@@ -309,6 +320,11 @@ class GraspFinger:
         follow_drive(*self.lead_in, dt, command, state.normal_force)
         x, y, torque = state.tangential_force_x, state.tangential_force_y, state.torque_z
         return self.estimator.least_force(*wanted, lead_load(*self.lead_in, dt, x, y, torque))
+
+
+def _whole(due: float) -> int:
+    """Return a time [ns] as the compiled step has it; 0: at once."""
+    return math.ceil(due) if due > 0.0 else 0
 
 
 def _due(last: float, now: int, period: float) -> bool:

@@ -44,6 +44,7 @@ REALS: dict[str, tuple[str, ...] | int] = {
         "FLAG", "SPEED",
     ),
     "TRANSFER": ("FORCE", "LOAD", "ARM"),
+    "TOLD": ("CONFIDENCE",),
     "GRIP": ("HELD", "REQUIRED", "ENVELOPE", "QUIET", "SLOT", "PRESENT", "FILLED", "MEDIAN", "ELAPSED",
              "ADJUSTMENT", "PROVEN", "PROVEN_TIME"),
     "LARGEST": WINDOW_SLOTS, "ORDERED": WINDOW_SLOTS,
@@ -55,15 +56,16 @@ report; DEMAND: what the finger needs; ASKED: margin and quantile that this stat
 the fingers of a grasp share friction, and what this one has of it (version of the belief, own evidence of the
 present loading, mean and variance of ln mu before the state, slip flag and
 slip speed as they are sensed); TRANSFER: what a contact met in its middle
-began with; GRIP: held and required force, envelope of the need, running median of it, time since a fault
-began, change of the force by the last command, lowest median of late; LARGEST: the median's slots; ORDERED:
-scratch.
+began with; TOLD: of the slip margin that is told; GRIP: held and required force, envelope of the need,
+running median of it, time since a fault began, change of the force by the last command, lowest median of
+late; LARGEST: the median's slots; ORDERED: scratch.
 """
 
 WHOLES: dict[str, tuple[str, ...] | int] = {
     "SETUP": (
         "STATE_ID", "COMMAND_ID", "SENDER_TIME", "FINGER", "FINGERS", "THUMB", "RECOVER_AFTER", "LIFETIME",
         "EXPIRES", "RENEWAL", "LATE", "HISTORY", "ALONE", "RECOVERY", "GAP", "SHARES", "LEADS",
+        "CONTACT1_ID", "CONTACT2_ID", "MARGIN_ID", "REPORT_PERIOD",
     ),
     "LINE": ("LAST", "STAMP", "LOST"),
     "NEWS": ("SEQ", "STAMP"),
@@ -79,13 +81,14 @@ WHOLES: dict[str, tuple[str, ...] | int] = {
     "TURN": (
         "SEEN", "HAS_MARGIN", "TRANSFER_SINCE", "IN_TRANSFER", "STARTED", "COMMANDED", "ASKED", "SEQ",
         "REASON", "SLOTS", "NEXT_SLOT", "USED", "TOLD", "REPORT_DUE", "NOTED", "FETCHED", "GIVEN_REASON",
-        "LEARNED", "LED",
+        "LEARNED", "LED", "CONTACT_DUE", "HEALTH_DUE", "REPORTS", "REPORTED",
     ),
 }  # fmt: skip
 """SETUP: settings; LINE: counter of the frames; NEWS: the present state; INPUT: of the watchdog (LOST, SEEN,
 PRESENT: sets of channels, bit by bit); FAULTS: counts by condition; SAMPLE: of the estimator; NEED: of the
-demand; TURN: of the control: times, counters, states noted in the history and fetched from it, the reason in
-the last command (REASON is that of the required force).
+demand; TURN: of the control: times (CONTACT_DUE: when contact and margin are told again, 0: the objects tell
+them first; HEALTH_DUE: the health; REPORT_DUE: the first of both), counters, states noted in the history and
+fetched from it, the reason in the last command (REASON is that of the required force).
 """
 
 
@@ -101,6 +104,7 @@ class FingerLayout:
 
     Args:
         estimator: length of the estimator's memory.
+        lasting: length of what the estimator keeps from one sample to the next.
         late: samples that the estimator can go back.
         history: states that are kept for others; 0 keeps none.
         is_shared: whether the fingers of a grasp can share friction, and lead their loads.
@@ -109,6 +113,7 @@ class FingerLayout:
     """
 
     estimator: int
+    lasting: int = 0
     late: int = 0
     history: int = 0
     is_shared: bool = False
@@ -117,7 +122,7 @@ class FingerLayout:
     def real_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
         """Yield name, names within and length of the sections of real numbers."""
         yield from _sections(REALS)
-        yield "REWIND", (), self.late * self.estimator
+        yield "REWIND", (), self.late * self.lasting
         yield "HISTORY", (), self.history * HISTORY_CHANNELS
 
     def whole_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
@@ -166,6 +171,7 @@ class FingerLayout:
         lines += [f"CONDITION_{one.name} = {one.value}" for one in Condition]
         lines += [f"REASON_{one.name} = {one.value}" for one in Reason]
         lines += [f"LATE_SAMPLES = {self.late}", f"HISTORY_STATES = {self.history}"]
+        lines.append(f"LASTING_SIZE = {self.lasting}")
         return "\n".join(lines)
 
 

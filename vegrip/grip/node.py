@@ -9,8 +9,9 @@ import numpy as np
 
 from vegrip.errors import ConfigError
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
+from vegrip.grip.batch_text import STATE_BYTES
 from vegrip.grip.compiled_batch import CompiledBatch, can_batch
-from vegrip.grip.compiled_finger import LEFT_ALONE, STATE_BYTES, CompiledFinger, Place, why_not_compiled
+from vegrip.grip.compiled_finger import LEFT_ALONE, CompiledFinger, Place, why_not_compiled
 from vegrip.grip.controller import GripController, need_of
 from vegrip.grip.drive_log import DriveLog
 from vegrip.grip.estimator_protocol import Estimator
@@ -23,7 +24,7 @@ from vegrip.host.realtime import NODE_PRIORITY
 from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth, NodeStatus
 from vegrip.runtime import NodeBase
 from vegrip.runtime.telemetry import Unmade
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.line import FingerLine
 from vegrip.types import Floats
 
 WHY_NO_LINES = (
@@ -67,7 +68,7 @@ class GraspForce(NodeBase):
         self._names = tuple(fingers)
         self._model_swap: ModelSwap | None = None
         self._compiled: dict[str, CompiledFinger] = {}
-        self._lines: Mapping[str, Line] = {}
+        self._lines: Mapping[str, FingerLine] = {}
         self._kernel_mode = ""
         self._batch: CompiledBatch | None = None
         self._shared = np.full(max(1, len(self._names)), np.nan)  # what the fingers of the grasp share
@@ -220,7 +221,7 @@ class GraspForce(NodeBase):
         """The fingers whose frames may run compiled."""
         return self._names
 
-    def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None:
+    def run_compiled(self, lines: Mapping[str, FingerLine], mode: str = "") -> None:
         """Answer the frames of ``lines`` compiled from now on, finger by finger, as far as that is possible.
 
         Args:
@@ -303,6 +304,31 @@ class GraspForce(NodeBase):
         controller = self.controller
         return iter(()) if controller is None else self._reports(controller, controller.fingers[name], now)
 
+    def report_frames(self, name: str, now: int) -> Iterable[tuple[int, np.ndarray]]:
+        """Return identifiers and frames of contact and slip margin, if the compiled step can tell them."""
+        compiled = self._compiled.get(name)
+        if not self._active or compiled is None or not compiled.lent or not compiled.tell(now):
+            return ()
+        return zip(compiled.report_ids, compiled.report_frames, strict=True)
+
+    def report_batch(self, names: Sequence[str], now: int) -> list[str]:
+        """Pack contacts and slip margins of fingers into :attr:`batch_reports`; return whose were told."""
+        batch = self._batch
+        if not self._active or batch is None:
+            return []
+        return batch.report([name for name in names if self._compiled[name].lent], now)
+
+    @property
+    def batch_reports(self) -> tuple[bytearray, bytearray]:
+        """The rows that :meth:`report_batch` has packed last, below heads that are still empty."""
+        batch = self._batch
+        return (bytearray(), bytearray()) if batch is None else (batch.contacts, batch.margins)
+
+    def has_more_to_tell(self, name: str, now: int) -> bool:
+        """Return whether :meth:`reports` has something to tell besides :meth:`report_frames`."""
+        compiled = self._compiled.get(name)
+        return compiled is None or not compiled.lent or compiled.has_more_to_tell(now)
+
     def felt(self, name: str) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the last frame that ran compiled."""
         return self._compiled[name].felt()
@@ -314,6 +340,10 @@ class GraspForce(NodeBase):
     def command_given(self, name: str) -> Unmade:
         """Return the last command that was given compiled."""
         return self._compiled[name].command_given()
+
+    def command_numbers(self, name: str) -> tuple[int, float, float, int, int]:
+        """Return counter, force [N], its change [N], reason and lifetime [ns] of that command."""
+        return self._compiled[name].command_numbers()
 
     def take_back(self, name: str = "") -> None:
         """Bring the objects up to date with what ran compiled, of the finger ``name`` or of all."""
@@ -363,6 +393,12 @@ class GraspForce(NodeBase):
     @property
     def path_taken(self) -> str:
         """How states are answered: by the compiled step or by objects, and why, in a sentence."""
+        lifetime = self.parameters.limits.lifetime
+        if self._lines and not all(line.carries(lifetime) for line in self._lines.values()):
+            return (
+                f"states are answered by objects: no frame can say that a command lives for {lifetime:g} s"
+                " (limits.lifetime)"
+            )
         if self._compiled and len(self._compiled) == len(self.fingers):
             compiled = next(iter(self._compiled.values()))
             how = "all fingers at once" if self._batch is not None else "finger by finger"

@@ -14,6 +14,7 @@ ENTRIES: Final = {
     "finger_step": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
     "finger_tick": (MEMORY, LONGS, MEMORY, LONG, BYTES),
     "finger_receive": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
+    "finger_report": (MEMORY, LONGS, LONG, BYTES, BYTES, BYTES),
 }
 """What is called from outside where a state is one frame, with the kinds of its arguments."""
 
@@ -45,7 +46,7 @@ def _with_parts() -> str:
 
 
 WIRES: Final[Mapping[str, Wire]] = {
-    FD: Wire("finger_step", ENTRIES),
+    FD: Wire("finger_step", ENTRIES, ("reports",)),
     CLASSIC: Wire(
         "finger_part",
         {"finger_part": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES)},

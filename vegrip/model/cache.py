@@ -15,6 +15,7 @@ import os
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -39,20 +40,45 @@ def folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vegrip"
 
 
+NEWS_PERIOD_S = 3.0  # [s] between two sentences of progress
+
+
 class _Announcer(event.Listener):
-    """Says once that the compiler is at work on a model: not for what comes from the cache."""
+    """Says that numba is at work on a model, and how far it is: not for what comes from the cache."""
 
     said = False
+    functions = 0
+    """Of the modules that were loaded to be compiled; not all of them are called."""
+
+    def __init__(self) -> None:
+        self._compiled: set[tuple[str, str]] = set()
+        self._since = self._told = 0.0  # [s]
 
     def on_start(self, event: event.Event) -> None:
         """Say it when a function of a generated module begins to compile."""
-        name = getattr(getattr(event.data["dispatcher"], "py_func", None), "__module__", "") or ""
-        if name.startswith("vegrip") and not self.said:
-            self.said = True
+        module, name = _function_of(event)
+        if not module:
+            return
+        now = time.monotonic()
+        if not self.said:
+            self.said, self._since, self._told = True, now, now
             announce_compiling()
+        elif now - self._told >= NEWS_PERIOD_S:
+            self._told = now
+            done = f"{len(self._compiled)} of at most {self.functions} functions are done"
+            announce_compiling(f"compiling {name}: {done}, {now - self._since:.0f} s so far")
 
     def on_end(self, event: event.Event) -> None:
-        """Nothing: the end shows by itself."""
+        """Count a function that is compiled, whatever for."""
+        if (function := _function_of(event))[0]:
+            self._compiled.add(function)
+
+
+def _function_of(event: event.Event) -> tuple[str, str]:
+    """Return module and name of the function that is compiled, "" for one that is none of ours."""
+    function = getattr(event.data["dispatcher"], "py_func", None)
+    module = getattr(function, "__module__", "") or ""
+    return (module, str(getattr(function, "__name__", ""))) if module.startswith("vegrip") else ("", "")
 
 
 announcer = _Announcer()
@@ -67,6 +93,7 @@ def load(text: str) -> ModuleType:
     name = "vegrip_generated_" + hashlib.sha256(f"{numba.__version__}\n{text}".encode()).hexdigest()[:24]
     if name in sys.modules:
         return sys.modules[name]
+    announcer.functions += text.count("\ndef ")
     return _imported(name, _written(name, text))
 
 

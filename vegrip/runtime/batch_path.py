@@ -4,13 +4,13 @@ As :mod:`vegrip.runtime.hot_path` for the frames of single fingers; what is left
 messages.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
 from vegrip.clock import Clock
 from vegrip.messages import ForceCommand, Message
 from vegrip.runtime.channel_watch import ChannelWatch
-from vegrip.runtime.hot_path import REPORT, AnswersFrames, show
+from vegrip.runtime.hot_path import REPORT, REPORTS, AnswersFrames, count_reports, is_watched, show
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Telemetry
@@ -32,6 +32,9 @@ class GivesBatches(Protocol):
     def send_batch(self, kind: type[Message], payload: bytes | bytearray) -> None:
         """Send a batch as it is."""
 
+    def put_off_batch(self, kind: type[Message], payload: bytes | bytearray) -> None:
+        """Send a batch behind the next one."""
+
 
 @runtime_checkable
 class AnswersBatches(AnswersFrames, Protocol):
@@ -44,8 +47,19 @@ class AnswersBatches(AnswersFrames, Protocol):
     def batch_commands(self) -> bytearray:
         """The rows of the last commands, below a head that is still empty."""
 
+    def report_batch(self, names: Sequence[str], now: int) -> Sequence[str]:
+        """Pack what is due to be told of fingers; return whose it is."""
+
+    @property
+    def batch_reports(self) -> tuple[bytearray, bytearray]:
+        """Contacts and slip margins that were packed last, below heads that are still empty."""
+
     def name_in(self, payload: bytes, row: int) -> str:
         """Return whose state a row is, "" for another one's."""
+
+
+ROWS_EACH = (2, 1)
+"""Rows of a finger in the batches of :data:`~vegrip.runtime.hot_path.REPORTS`."""
 
 
 class BatchPath:
@@ -67,13 +81,13 @@ class BatchPath:
         self._statistics, self._senders, self._telemetry = statistics, senders, telemetry
         self._channels = channels
         self._fingers: tuple[str, ...] = ()
-        self._command_row = ROW_ID.size + endpoint.batches.lengths[ForceCommand]
+        self._are_known = False  # the channels of all fingers
 
     def prepare(self) -> None:
         """Compile what will run; the node has been configured."""
         lines = {f: line for f in self.node.frame_fingers if (line := self._endpoint.line(f)) is not None}
         self.node.run_compiled(lines)
-        self._fingers = tuple(lines)
+        self._fingers, self._are_known = tuple(lines), False
 
     def look(self, intercept: BatchIntercept | None) -> None:
         """Let ``intercept`` look at the batches from now on, if there are any to answer; None: at none."""
@@ -107,12 +121,36 @@ class BatchPath:
                     show(telemetry, self.node, self.node.name_in(payload, row), done[row])
         return done, reporting
 
+    def reports(self, fingers: Sequence[str], now: int) -> Iterator[Message | None]:
+        """As :meth:`vegrip.runtime.hot_path.HotPath.reports`; what is ready as bytes goes out in batches."""
+        told = self.node.report_batch([f for f in fingers if not is_watched(self._telemetry, f)], now)
+        if told:
+            for kind, rows, data in zip(REPORTS, ROWS_EACH, self.node.batch_reports, strict=True):
+                self._put_off(kind, len(told) * rows, data)
+            for finger in told:
+                count_reports(self._telemetry, finger)
+            yield None  # the next states may have come
+        for finger in fingers:
+            if self.node.has_more_to_tell(finger, now):
+                yield from self.node.reports(finger, now)
+
     def _send(self, commands: int) -> None:
-        data = self.node.batch_commands[: FIRST_ROW + commands * self._command_row]
-        self._endpoint.batches.seal(data, ForceCommand, commands)
-        self._endpoint.send_batch(ForceCommand, data)
+        sealed = self._sealed(ForceCommand, commands, self.node.batch_commands)
+        self._endpoint.send_batch(ForceCommand, sealed)
+
+    def _put_off(self, kind: type[Message], rows: int, data: bytearray) -> None:
+        self._endpoint.put_off_batch(kind, self._sealed(kind, rows, data))
+
+    def _sealed(self, kind: type[Message], rows: int, data: bytearray) -> bytearray:
+        """Return the batch of the first ``rows`` of those in ``data``."""
+        batches = self._endpoint.batches
+        whole = data[: FIRST_ROW + rows * (ROW_ID.size + batches.lengths[kind])]
+        batches.seal(whole, kind, rows)
+        return whole
 
     def _is_unknown(self) -> bool:
         """Whether the channels of a finger have not been seen yet."""
         channels = self._channels
-        return channels is not None and not all(map(channels.knows, self._fingers))
+        if not self._are_known:
+            self._are_known = channels is None or all(map(channels.knows, self._fingers))
+        return not self._are_known

@@ -6,19 +6,19 @@ way of messages. Who watches the telemetry gets the messages all the same: they 
 keeps, in the thread of the telemetry.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from vegrip.clock import Clock
-from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, SlipMargin
 from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry, Unmade
 from vegrip.transport.codec import Frame
-from vegrip.transport.codec.line import CLASSIC, Line
+from vegrip.transport.codec.line import CLASSIC, FingerLine, Line
 from vegrip.transport.endpoint import Intercept
 
 LONGEST_FRAME: Final = 64  # [bytes]
@@ -53,7 +53,7 @@ class AnswersFrames(Protocol):
     def number_commands_from(self, numbers: Mapping[str, int]) -> None:
         """Give every next command a number above these."""
 
-    def run_compiled(self, lines: Mapping[str, Line]) -> None:
+    def run_compiled(self, lines: Mapping[str, FingerLine]) -> None:
         """Prepare to answer the frames of ``lines``, as far as that is possible."""
 
     def on_frame(self, name: str, frame: Any, length: int, arrival: int, now: int, part: int = 0) -> int:
@@ -76,6 +76,12 @@ class AnswersFrames(Protocol):
 
     def reports(self, name: str, now: int) -> Iterator[Message]:
         """Return what is due to be told besides."""
+
+    def report_frames(self, name: str, now: int) -> Iterable[tuple[int, Any]]:
+        """Return identifiers and frames of what is due to be told and ready as bytes."""
+
+    def has_more_to_tell(self, name: str, now: int) -> bool:
+        """Return whether :meth:`reports` has something to tell besides."""
 
     @property
     def path_taken(self) -> str:
@@ -168,6 +174,38 @@ class HotPath:
         if telemetry is not None:
             show(telemetry, self.node, finger, done)
         return done, finger
+
+    def reports(self, fingers: Sequence[str], now: int) -> Iterator[Message | None]:
+        """Send what is due to be told of ``fingers`` that is ready as bytes; yield the rest to be sent.
+
+        None is yielded for what was sent here.
+        """
+        for finger in fingers:
+            if not is_watched(self._telemetry, finger):
+                frames = list(self.node.report_frames(finger, now))
+                for identifier, data in frames:
+                    self._endpoint.send_frame(Frame(identifier, data.tobytes(), True))
+                if frames:
+                    count_reports(self._telemetry, finger)
+                    yield None
+            if self.node.has_more_to_tell(finger, now):
+                yield from self.node.reports(finger, now)
+
+
+REPORTS: Final = (ContactEstimate, SlipMargin)
+"""What travels as :meth:`AnswersFrames.report_frames`."""
+
+
+def is_watched(telemetry: Telemetry | None, finger: str) -> bool:
+    """Return whether the reports of ``finger`` are wanted as messages."""
+    return telemetry is not None and any(telemetry.wants(kind, finger, Direction.OUT) for kind in REPORTS)
+
+
+def count_reports(telemetry: Telemetry | None, finger: str) -> None:
+    """Count reports of ``finger`` that travelled as bytes."""
+    if telemetry is not None:
+        for kind in REPORTS:
+            telemetry.count(kind, finger, Direction.OUT)
 
 
 def show(telemetry: Telemetry, node: AnswersFrames, finger: str, done: int) -> None:

@@ -4,13 +4,16 @@ import contextlib
 import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from vegrip.clock import NS
-from vegrip.messages import Lifecycle, Message
+from vegrip.messages import ForceCommand, Lifecycle, Message
 from vegrip.runtime.command_hold import CommandHold
 from vegrip.runtime.lifecycle import state_after
 from vegrip.runtime.node import Node
+
+Answer = TypeVar("Answer", Message, Message | None)
+"""None: what the node has sent by itself."""
 
 FIRST_RETRY = 1 * NS  # [ns] from a fault to the first attempt to activate again
 LAST_RETRY = 30 * NS  # [ns] it doubles up to this
@@ -54,13 +57,13 @@ class ManagedNode:
         """Let an active node answer, as far as the answers are taken; nothing from any other."""
         return self.answers(lambda: self.node.on_message(message, now), now)
 
-    def answers(self, ask: Callable[[], Iterable[Message]], now: int) -> Iterator[Message]:
+    def answers(self, ask: Callable[[], Iterable[Answer]], now: int) -> Iterator[Answer]:
         """Let an active node answer what ``ask`` asks it, as far as the answers are taken."""
         if not self._is_active():
             return
         try:
             for answer in ask():
-                yield self._hold.remembered(answer)
+                yield self._hold.remembered(answer) if isinstance(answer, ForceCommand) else answer
                 if not self._is_active():  # it may have been changed before the next answer is taken
                     return
         except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)

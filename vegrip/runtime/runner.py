@@ -3,8 +3,9 @@
 import gc
 import logging
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from vegrip.clock import NS, Clock
 from vegrip.config import parameter
@@ -22,8 +23,8 @@ from vegrip.runtime.schedule import Schedule
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
-from vegrip.transport.codec import Frame
-from vegrip.transport.endpoint import Endpoint, Gathering, Guarded, Inspected, Selective, Timed
+from vegrip.runtime.topic_path import AnswersValues, GivesTopics, TopicPath
+from vegrip.transport.endpoint import Endpoint, Gathering, Guarded, Inspected, Selective, TakesAll, Timed
 from vegrip.transport.sender_clock import ClockEstimate
 
 LONGEST_WAIT = 0.1  # [s] so that a request to stop is seen soon whatever the tick period is
@@ -83,7 +84,7 @@ class Runner:
         self._telemetry = telemetry
         self._status_schedule = Schedule(settings.status_period)
         self._stop = False
-        self._unfinished: deque[Iterator[Message]] = deque()  # answers of which the command has been sent
+        self._unfinished: deque[Iterator[Message | None]] = deque()  # whose command has been sent
         self._more = False  # the last look at the bus may have left something there
         self._owed: set[str] = set()  # fingers whose reports are among them
         self.running = False  # whether run() has begun
@@ -102,13 +103,16 @@ class Runner:
         self._senders = SenderWatch()
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
         self.channels = ChannelWatch(lacking) if lacking is not None else None
-        self.hot_path: HotPath | BatchPath | None = None
+        self.hot_path: HotPath | BatchPath | TopicPath | None = None
         beside_path = (clock, self.statistics, self._senders, telemetry, self.channels)
         if isinstance(node, AnswersFrames) and isinstance(endpoint, GivesFrames):
             self.hot_path = HotPath(node, endpoint, *beside_path)
         elif isinstance(node, AnswersBatches) and isinstance(endpoint, GivesBatches):
             self.hot_path = BatchPath(node, endpoint, *beside_path)
+        elif isinstance(node, AnswersValues) and isinstance(endpoint, GivesTopics):
+            self.hot_path = TopicPath(node, endpoint, *beside_path)
         self._gathering = endpoint if isinstance(endpoint, Gathering) else None
+        self._takes_all = endpoint if isinstance(endpoint, TakesAll) else None
         self._renumber = True  # commands may have been sent in the node's place
 
     @property
@@ -274,39 +278,42 @@ class Runner:
             return None
         if answered is None:
             return None
-        for finger in answered[1]:
-            self._put_off_reports(path, finger)
+        if answered[1]:
+            self._put_off_reports(path, answered[1])
         return answered[0]
 
-    def _put_off_reports(self, path: HotPath | BatchPath, finger: str) -> None:
-        now = self._clock.now()
-        if finger in self._owed or not self.statistics.pace.allows(finger, now):
+    def _put_off_reports(self, path: HotPath | BatchPath | TopicPath, fingers: Iterable[str]) -> None:
+        now, pace = self._clock.now(), self.statistics.pace
+        due = [finger for finger in fingers if finger not in self._owed and pace.allows(finger, now)]
+        if not due:
             return
-        node = path.node
-        self._owed.add(finger)
-        reports = self.managed.answers(lambda: node.reports(finger, now), now)
-        self._unfinished.append(self._until_delivered(finger, reports))
+        self._owed.update(due)
+        reports = self.managed.answers(lambda: path.reports(due, now), now)
+        self._unfinished.append(self._until_delivered(due, reports))
 
-    def _until_delivered(self, finger: str, reports: Iterator[Message]) -> Iterator[Message]:
-        """Yield the reports of ``finger``; where they end, they are owed no longer."""
+    def _until_delivered(
+        self, fingers: Sequence[str], reports: Iterator[Message | None]
+    ) -> Iterator[Message | None]:
+        """Yield the reports of ``fingers``; where they end, they are owed no longer."""
         yield from reports
-        self._owed.discard(finger)
+        self._owed.difference_update(fingers)
 
-    def _intercept(self, frame: Frame) -> bool:
-        """Answer a frame on the short way; return whether that was done."""
-        if self.state is not Lifecycle.ACTIVE or not isinstance(self.hot_path, HotPath):
+    def _intercept(self, *given: Any) -> bool:
+        """Answer a frame, or what came on a topic, on the short way; return whether that was done."""
+        path = self.hot_path
+        if self.state is not Lifecycle.ACTIVE or path is None or isinstance(path, BatchPath):
             self._renumber = True
             return False
         try:
             if self._renumber:
                 self._renumber = False
-                self.hot_path.renumber(self.managed.numbers_sent())
-            done, finger = self.hot_path.answer(frame)
+                path.renumber(self.managed.numbers_sent())
+            done, finger = path.answer(*given)
         except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
             self.managed.fail(error, self._clock.now())
             return False
         if done & REPORT:
-            self._put_off_reports(self.hot_path, finger)
+            self._put_off_reports(path, (finger,))
         return done != LEFT_ALONE
 
     def _newcomers(self) -> Sequence[Message]:
@@ -314,20 +321,27 @@ class Runner:
         return () if len(self._unfinished) >= MOST_UNFINISHED else self._endpoint.receive(0.0)
 
     def _finish_one(self) -> None:
-        """Send one message of what was to come after the commands."""
+        """Send one message of what was to come after the commands, or let one be sent as bytes."""
         while self._unfinished:
             for answer in self._unfinished[0]:
-                self._send((answer,))
+                if answer is not None:
+                    self._send((answer,))
                 return
             self._unfinished.popleft()
 
     def _tick(self, now: int) -> None:
         self.statistics.ticked(self.schedule.take(now))
         self._send(self.managed.on_tick(now))
+        if self._gathering is not None:
+            self._gathering.flush()
 
     def _send(self, messages: Sequence[Message]) -> None:
+        if self._takes_all is not None and len(messages) > 1:
+            self._takes_all.send_all(messages)
+        else:
+            for message in messages:
+                self._endpoint.send(message)
         for message in messages:
-            self._endpoint.send(message)
             if isinstance(message, ForceCommand):
                 self.statistics.command(message.finger, self._clock.now())
             elif isinstance(message, FingertipState):

@@ -98,10 +98,14 @@ class Telemetry:
         if self._sink.wanted:
             self._put(message, direction)
 
+    def wants(self, kind: type[Message], owner: str, direction: Direction) -> bool:
+        """Return whether such a message is to be shown."""
+        return self._sink.wanted and self._sink.wants(kind, owner, direction)
+
     def count(self, kind: type[Message], owner: str, direction: Direction) -> bool:
         """Count a message of a finger or node that travelled unmade; return whether it is to be shown."""
         self._sink.tally(kind, owner, direction)
-        return self._sink.wanted and self._sink.wants(kind, owner, direction)
+        return self.wants(kind, owner, direction)
 
     def show(self, message: Unmade, direction: Direction) -> None:
         """Queue a message of which :meth:`count` has said that it is to be shown."""

@@ -1,4 +1,4 @@
-"""A hand on a network whose states and commands travel together: one message for all fingers each way.
+"""A hand on a network whose states, commands and reports travel together: one message for all fingers.
 
 Everything else goes by topics as in :class:`~vegrip.transport.zmq_endpoint.ZmqEndpoint`.
 """
@@ -8,8 +8,8 @@ from typing import Any
 
 import zmq
 
-from vegrip.messages import FingertipState, ForceCommand, Message
-from vegrip.transport.codec.batch_codec import BatchCodec
+from vegrip.messages import FingertipState, Message
+from vegrip.transport.codec.batch_codec import BATCHED_MESSAGES, BatchCodec
 from vegrip.transport.codec.frame import Frame
 from vegrip.transport.codec.line import Line
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
@@ -24,7 +24,9 @@ Returns in bits what it did with each row, 0 = left alone, or None when it left 
 
 
 class BatchEndpoint(ZmqEndpoint):
-    """States and commands as batches; what one call of the loop sends goes out with :meth:`flush`.
+    """States, commands, contacts and slip margins as batches.
+
+    What one call of the loop sends goes out with :meth:`flush`.
 
     ``rejected`` has besides, for batches and rows, the names of
     :class:`~vegrip.transport.codec.batch_codec.BatchCodec`.
@@ -33,7 +35,7 @@ class BatchEndpoint(ZmqEndpoint):
         publish: address to bind, "" to send nothing.
         subscribe: addresses to connect to.
         codec: of all other messages.
-        batches: of states and commands.
+        batches: of those.
         keys: CURVE keys.
 
     Raises:
@@ -54,7 +56,8 @@ class BatchEndpoint(ZmqEndpoint):
         self.batches = batches
         self._kinds = {topic.encode(): kind for kind, topic in batches.topics.items()}
         self._topics = {kind: topic for topic, kind in self._kinds.items()}
-        self._gathered: dict[type[Any], dict[int, Frame]] = {FingertipState: {}, ForceCommand: {}}
+        self._put_off: list[tuple[type[Message], bytes | bytearray]] = []
+        self._gathered: dict[type[Any], dict[int, Frame]] = {kind: {} for kind in BATCHED_MESSAGES}
         super().__init__(publish, subscribe, codec, keys)
 
     @property
@@ -77,17 +80,15 @@ class BatchEndpoint(ZmqEndpoint):
         return self.batches.line(finger)
 
     def send(self, message: Message) -> None:
-        """Publish ``message``; a state or command with the others at the next :meth:`flush`."""
-        if not isinstance(message, FingertipState | ForceCommand):
+        """Publish ``message``; one that travels in batches with the others at the next :meth:`flush`."""
+        if not isinstance(message, BATCHED_MESSAGES):
             super().send(message)
             return
-        frame = self.batches.encode(message)
-        if frame is None:
-            return
         gathered = self._gathered[type(message)]
-        if frame.arbitration_id in gathered:
-            self.flush()
-        gathered[frame.arbitration_id] = frame
+        for frame in self.batches.encode(message):
+            if frame.arbitration_id in gathered:
+                self.flush()
+            gathered[frame.arbitration_id] = frame
 
     def flush(self) -> None:
         """Publish what was gathered."""
@@ -95,9 +96,26 @@ class BatchEndpoint(ZmqEndpoint):
             if frames:
                 self.send_batch(kind, bytes(self.batches.pack(kind, list(frames.values()))))
                 frames.clear()
+        self._send_put_off()
 
     def send_batch(self, kind: type[Message], payload: bytes | bytearray) -> None:
-        """Publish a batch as it is."""
+        """Publish a batch as it is, and behind it what was put off."""
+        self._publish(kind, payload)
+        self._send_put_off()
+
+    def put_off_batch(self, kind: type[Message], payload: bytes | bytearray) -> None:
+        """Publish a batch behind the next one, or at the next :meth:`flush`.
+
+        To wake the thread of ZeroMQ takes six times as long as to give it another message while it is awake.
+        """
+        self._put_off.append((kind, payload))
+
+    def _send_put_off(self) -> None:
+        for kind, payload in self._put_off:
+            self._publish(kind, payload)
+        self._put_off.clear()
+
+    def _publish(self, kind: type[Message], payload: bytes | bytearray) -> None:
         try:
             self._publisher.send_multipart([self._topics[kind], payload], zmq.DONTWAIT)
         except zmq.ZMQError:

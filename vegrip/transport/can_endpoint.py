@@ -11,7 +11,7 @@ import can
 
 from vegrip.clock import NS
 from vegrip.messages import Message
-from vegrip.transport.can_port import CanPort, open_port
+from vegrip.transport.can_port import CanPort, VirtualPort, open_port
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec import CanCodec, Frame
@@ -159,6 +159,18 @@ class CanEndpoint(ClosedByWith):
         """Queue the frames of ``message``; what the bus does not take at once is counted as unsent."""
         for frame in self._codec.encode(message):
             self.send_frame(frame)
+
+    def send_all(self, messages: Sequence[Message]) -> None:
+        """Queue the frames of ``messages``; all are counted as unsent when the bus does not take them."""
+        frames = [frame for message in messages for frame in self._codec.encode(message)]
+        if isinstance(self._port, VirtualPort) and self.patience_s == 0.0:
+            try:
+                self._port.send_several(frames)
+            except (can.CanError, OSError):
+                self._faults["unsent"] += len(frames)
+        else:
+            for frame in frames:
+                self.send_frame(frame)
 
     def send_frame(self, frame: Frame) -> None:
         """Queue one frame; counted as unsent when the bus does not take it at once."""

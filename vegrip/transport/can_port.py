@@ -7,6 +7,7 @@ them. Every other interface goes through python-can's own interface.
 import math
 import time
 from collections import Counter
+from collections.abc import Sequence
 from typing import Protocol
 
 import can
@@ -15,6 +16,7 @@ from vegrip.transport.canbus.bus_load import BusLoad
 from vegrip.transport.canbus.error_report import reported_state
 from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
+from vegrip.transport.canbus.hub_wire import MOST_REQUESTS
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.frame import EXTENDED
@@ -90,6 +92,16 @@ class VirtualPort:
             self._bus.put(identifier ^ EXTENDED, frame.data, fd=frame.fd, extended=True)
         else:
             self._bus.put(identifier, frame.data, fd=frame.fd)
+
+    def send_several(self, frames: Sequence[Frame]) -> None:
+        """Queue ``frames``: one packet for many, where they are CAN FD frames with 11 bits."""
+        if all(frame.fd and frame.arbitration_id < FIRST_EXTENDED for frame in frames):
+            for first in range(0, len(frames), MOST_REQUESTS):
+                some = frames[first : first + MOST_REQUESTS]
+                self._bus.put_several([(frame.arbitration_id, frame.data) for frame in some])
+        else:
+            for frame in frames:
+                self.send(frame)
 
     def load(self) -> float:
         """Return the exact load."""

@@ -97,6 +97,14 @@ class Gathering(Protocol):
 
 
 @runtime_checkable
+class TakesAll(Protocol):
+    """An endpoint that sends several messages in less time than one by one."""
+
+    def send_all(self, messages: Sequence[Message]) -> None:
+        """Send ``messages``."""
+
+
+@runtime_checkable
 class Guarded(Protocol):
     """An endpoint whose connections may be refused, by others or by itself."""
 

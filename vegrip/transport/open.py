@@ -80,7 +80,7 @@ class ZmqSettings:
     publish: str = parameter("", doc="address to publish at: ipc:NAME or tcp://127.0.0.1:PORT")
     subscribe: tuple[str, ...] = parameter((), doc="addresses to listen to")
     sender_time: bool = parameter(True, doc="keep the sender's stamps; false: the time of arrival")
-    batch: bool = parameter(False, doc="states and commands of all fingers as one message each")
+    batch: bool = parameter(False, doc="states, commands and reports of all fingers as one message each")
     curve: dict[str, Any] = parameter({}, doc="key files: own, peers, publisher")
     map: str = parameter("", doc="file that says where the values stand in messages of another shape")
 
@@ -141,13 +141,14 @@ def open_bus(settings: CanSettings) -> tuple[can.BusABC, Callable[[], can.BusABC
     def again() -> can.BusABC:
         if settings.interface == "socketcan":
             check_link(settings.channel, fd=settings.fd)
+        options = {"patience": 0.0} if settings.interface == "vegrip" else {}  # frames that end together
         return can.Bus(
             interface=settings.interface,
             channel=settings.channel,
             fd=settings.fd,
             bitrate=settings.bitrate,
             data_bitrate=settings.data_bitrate,
-            **settings.options,
+            **{**options, **settings.options},
         )
 
     try:

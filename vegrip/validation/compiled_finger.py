@@ -4,25 +4,25 @@
 records a pinch under the faults of :mod:`vegrip.validation.faults`; ``--quick`` records less. ``--bits``
 compares C, numba and plain Python instead: every command and every number of all memories after 35 s of the
 hand, as recorded and with hostile states. ``--learning`` does so with friction that is shared and probed,
-``--classic`` with states in several classic frames.
+``--classic`` with states in several classic frames, ``--topics`` on single topics of ZeroMQ.
 """
 
 import argparse
 import math
 import struct
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from e2e.p05 import e2e_p05_protect
 
-from vegrip.grip.compiled import COMMANDED
+from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.compiled_finger import LEFT_ALONE, REPORT
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters
-from vegrip.messages import Condition, ForceCommand, Message
+from vegrip.messages import Condition, ContactEstimate, ForceCommand, Message, SlipMargin
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.line import Line
 from vegrip.validation.controllers.candidates import KNOBS, demo_parameters, make_node, parameters
@@ -44,11 +44,16 @@ CLIPPED = ("normal_force", "adjustment", "reason", "expires")  # of commands; re
 
 @dataclass
 class Event:
-    """A frame that arrived, or a tick, or news of broken frames of ``finger``; answered at ``now`` [ns]."""
+    """A frame that arrived, or a tick, or news of broken frames of ``finger``; answered at ``now`` [ns].
+
+    In a log of topics a state is the ``payload`` of ``finger`` that came at ``arrival`` [ns].
+    """
 
     now: int = 0
     frame: Frame | None = None
     finger: str = ""
+    payload: bytes = b""
+    arrival: int = 0
 
 
 @dataclass
@@ -64,7 +69,7 @@ class Log:
     @property
     def frames(self) -> int:
         """How many frames there are."""
-        return sum(event.frame is not None for event in self.events)
+        return sum(event.frame is not None or bool(event.payload) for event in self.events)
 
     def codec(self) -> CanCodec:
         """Return a codec for the frames."""
@@ -76,6 +81,8 @@ class Answers:
     """What a node answered: the commands as bytes, and what it thought of its input after each event."""
 
     commands: list[tuple[int, bytes]] = field(default_factory=list)
+    reports: list[tuple[int, bytes]] = field(default_factory=list)  # contacts and slip margins
+    packed_reports: int = 0  # frames of them that the compiled step packed
     conditions: list[tuple[Condition, ...]] = field(default_factory=list)
     faults: dict[str, dict[Condition, int]] = field(default_factory=dict)
     lost: int = 0
@@ -345,7 +352,11 @@ class Replay:
             if done & COMMANDED:
                 self.answers.commands.append((line.command_id, self.node.command_frame(finger).tobytes()))
             if done & REPORT:
-                self._answered(self.node.reports(finger, now))
+                packed = [(name, data.tobytes()) for name, data in self.node.report_frames(finger, now)]
+                self.answers.reports += packed
+                self.answers.packed_reports += len(packed)
+                if self.node.has_more_to_tell(finger, now):
+                    self._answered(self.node.reports(finger, now))
             if done != LEFT_ALONE:
                 self.answers.compiled_frames += 1
                 return
@@ -355,9 +366,10 @@ class Replay:
 
     def _answered(self, messages: Iterable[Message]) -> None:
         for message in messages:
-            if isinstance(message, ForceCommand):
-                sent = self.codec.encode(message)
-                self.answers.commands += [(frame.arbitration_id, frame.data) for frame in sent]
+            if isinstance(message, ForceCommand | ContactEstimate | SlipMargin):
+                sent = [(frame.arbitration_id, frame.data) for frame in self.codec.encode(message)]
+                kept = self.answers.commands if isinstance(message, ForceCommand) else self.answers.reports
+                kept += sent
 
     def _condition(self, finger: str) -> Condition:
         compiled = self.node.compiled_fingers.get(finger)
@@ -368,15 +380,8 @@ class Replay:
 
 def differences(left: Answers, right: Answers) -> list[str]:
     """Return in sentences what two nodes answered differently; empty: nothing."""
-    found = []
-    pairs = list(zip(left.commands, right.commands, strict=False))
-    unequal = [i for i, (a, b) in enumerate(pairs) if a != b]
-    if unequal:
-        i = unequal[0]
-        a, b = (f"{identifier:#x} {data.hex()}" for identifier, data in pairs[i])
-        found.append(f"{len(unequal)} of {len(pairs)} commands differ, first number {i}: {a}, {b}")
-    if len(left.commands) != len(right.commands):
-        found.append(f"{len(left.commands)} commands and {len(right.commands)}")
+    found = _unequal("commands", left.commands, right.commands)
+    found += _unequal("reports", left.reports, right.reports)
     states = [i for i, (a, b) in enumerate(zip(left.conditions, right.conditions, strict=True)) if a != b]
     if states:
         i = states[0]
@@ -386,15 +391,38 @@ def differences(left: Answers, right: Answers) -> list[str]:
     return found + [f"{name}: {a}, {b}" for name, (a, b) in counts.items() if a != b]
 
 
-def bits_left(log: Log, mode: str) -> tuple[int, dict[str, bytes]]:
-    """Return how many frames ``mode`` took, and the bits of all commands and memories after a log."""
-    replay = Replay(log, mode)
+def _unequal(what: str, left: list[tuple[int, bytes]], right: list[tuple[int, bytes]]) -> list[str]:
+    found = []
+    pairs = list(zip(left, right, strict=False))
+    unequal = [i for i, (a, b) in enumerate(pairs) if a != b]
+    if unequal:
+        i = unequal[0]
+        a, b = (f"{identifier:#x} {data.hex()}" for identifier, data in pairs[i])
+        found.append(f"{len(unequal)} of {len(pairs)} {what} differ, first number {i}: {a}, {b}")
+    if len(left) != len(right):
+        found.append(f"{len(left)} {what} and {len(right)}")
+    return found
+
+
+def bits_left(replay: Replay) -> tuple[int, dict[str, bytes]]:
+    """Return how many frames ran compiled, and the bits of all commands and memories after a log."""
     answers = replay.run()
-    left = {"commands": b"".join(data for _, data in answers.commands)}
+    sent = [*answers.commands, *answers.reports]
+    left = {"commands and reports": b"".join(data for _, data in sent)}
     for name, finger in replay.node.compiled_fingers.items():
         f = np.where(np.isnan(finger.memory.f), np.nan, finger.memory.f)  # NaN has many bits, and one meaning
         left[f"{name}, real numbers"], left[f"{name}, whole numbers"] = f.tobytes(), finger.memory.t.tobytes()
     return answers.compiled_frames, left
+
+
+@dataclass(frozen=True)
+class Way:
+    """How states travel: what a recorded log becomes, how it is made hostile, and how a node meets it."""
+
+    fd: bool = True
+    converted: Callable[[Log], Log] = lambda log: log
+    hostile: Callable[[Log, int], Log] = hostile
+    replay: Callable[[Log, str], Replay] = Replay
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -404,30 +432,39 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--mode", default="c", choices=MODES, help="what runs the step")
     parser.add_argument("--bits", action="store_true", help="compare C, numba and Python instead")
     parser.add_argument("--classic", action="store_true", help="with states in several classic frames")
+    parser.add_argument("--topics", action="store_true", help="with states on single topics of ZeroMQ")
     parser.add_argument("--learning", action="store_true", help="with friction shared and probed, loads led")
     chosen = parser.parse_args(arguments)
     controller = "learning" if chosen.learning else "vegrip"
-    fd = not chosen.classic
+    way = _topics() if chosen.topics else Way(fd=not chosen.classic)
+    seconds = 2.0 if chosen.quick else BITS_DURATION_S if chosen.bits else 10.0
+    hand = way.converted(record(None, seconds, "hand", controller, fd=way.fd))
     if chosen.bits:
-        log = record(None, 2.0 if chosen.quick else BITS_DURATION_S, "hand", controller, fd=fd)
-        return 4 if _compare_bits(log) else 0
+        return 4 if _compare_bits(way, hand) else 0
     cases = [case for case in CASES if not case.slow]
     cases = cases[:: max(1, len(cases) // QUICK_CASES)] if chosen.quick else cases
-    hand = record(None, 2.0 if chosen.quick else 10.0, "hand", controller, fd=fd)
-    failed = _compare("a hand, undisturbed", hand, chosen.mode)
+    failed = _compare(way, "a hand, undisturbed", hand, chosen.mode)
     for seed in range(2 if chosen.quick else HOSTILE_SEEDS):
-        failed += _compare(f"a hand, hostile states, seed {seed}", hostile(hand, seed), chosen.mode)
+        name = f"a hand, hostile states, seed {seed}"
+        failed += _compare(way, name, way.hostile(hand, seed), chosen.mode)
     for case in cases:
-        failed += _compare(case.name, record(case, 0.0, controller=controller, fd=fd), chosen.mode)
+        met = way.converted(record(case, 0.0, controller=controller, fd=way.fd))
+        failed += _compare(way, case.name, met, chosen.mode)
     sys.stdout.write(f"{failed} differ\n")
     return 4 if failed else 0
 
 
-def _compare_bits(hand: Log) -> int:
+def _topics() -> Way:
+    from vegrip.validation import compiled_topics as topics  # noqa: PLC0415 (it is built on this module)
+
+    return Way(True, topics.on_topics, topics.hostile_topics, topics.TopicReplay)
+
+
+def _compare_bits(way: Way, hand: Log) -> int:
     """Print for a log and its hostile form what C, numba and Python left differently; return how much."""
     failed = 0
-    for name, log in {"a hand, undisturbed": hand, "a hand, hostile states": hostile(hand, 0)}.items():
-        left = {mode: bits_left(log, mode) for mode in MODES}
+    for name, log in {"a hand, undisturbed": hand, "a hand, hostile states": way.hostile(hand, 0)}.items():
+        left = {mode: bits_left(way.replay(log, mode)) for mode in MODES}
         frames, expected = left["c"]
         unequal = [
             f"{mode}: {key}" for mode in MODES for key in expected if left[mode][1][key] != expected[key]
@@ -438,12 +475,13 @@ def _compare_bits(hand: Log) -> int:
     return failed
 
 
-def _compare(name: str, log: Log, mode: str) -> int:
-    objects, compiled = Replay(log).run(), Replay(log, mode).run()
+def _compare(way: Way, name: str, log: Log, mode: str) -> int:
+    objects, compiled = way.replay(log, "").run(), way.replay(log, mode).run()
     found = differences(objects, compiled)
     share = f"{compiled.compiled_frames} of {log.frames} frames compiled"
+    told = f"{compiled.packed_reports} of {len(objects.reports)} frames of reports packed by it"
     verdict = "; ".join(found) or "equal"
-    sys.stdout.write(f"{name}: {verdict} ({len(objects.commands)} commands, {share})\n")
+    sys.stdout.write(f"{name}: {verdict} ({len(objects.commands)} commands, {share}, {told})\n")
     sys.stdout.flush()
     return int(bool(found))
 

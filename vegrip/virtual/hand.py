@@ -22,7 +22,7 @@ from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.plate import Plate
 from vegrip.virtual.profile import FIRST, RATIO, coefficient_logarithms, ring_shares
-from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors
+from vegrip.virtual.sensor import Reading, Sensors
 from vegrip.virtual.settings import HandSettings
 from vegrip.virtual.slips import CONSTANTS, SlipCounter
 from vegrip.virtual.thermal import Warming
@@ -223,11 +223,8 @@ class VirtualHand:
         return wrench
 
     def _reading(self) -> Reading:
-        values = np.empty((len(self.fingers), len(SENSED_CHANNELS)))
-        values[:, 0] = self.soft.force
-        values[:, 1:4] = self._contact_wrench()
-        values[:, 4] = self.soft.indentation
-        values[:, 5] = self._warming.temperature(self.time)
-        values[:, 6] = self.plate.slip[:, 1]
-        values[:, 7] = self._a
-        return Reading(values, self._counter.sliding.copy())
+        plate, warmth = self.plate, self._warming.temperature(self.time)
+        values = kernels.read_tips(
+            self.soft.force, plate.wrench, self._turned, self.soft.indentation, warmth, plate.slip, self._a
+        )
+        return Reading(values, self._counter.sliding)

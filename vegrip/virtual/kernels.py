@@ -466,6 +466,34 @@ def sense(values: Floats, errors: Floats, step: Floats, present: Floats) -> Floa
 
 
 @njit
+def read_tips(
+    force: Floats, wrench: Floats, turned: Floats, depth: Floats, temperature: float, slip: Floats, a: Floats
+) -> Floats:
+    """Return the true quantities of all fingers (n, 8) in the order of the sensors.
+
+    ``wrench`` on the tips (n, 3) in the hand's frame, ``turned`` its signs in the contact frames; ``slip``
+    has the slip speed in its second column.
+    """
+    values = np.empty((len(force), 8))
+    for i in range(len(force)):
+        values[i, 0] = force[i]
+        for j in range(3):
+            values[i, 1 + j] = turned[i, j] * wrench[i, j]
+        values[i, 4], values[i, 5], values[i, 6], values[i, 7] = depth[i], temperature, slip[i, 1], a[i]
+    return values
+
+
+@njit
+def slips_felt(values: Floats, slides: Floats, threshold: float) -> Floats:
+    """Return slip flags and slip speeds [m/s] as they are felt, both from ``threshold`` on; (n, 2)."""
+    felt = np.zeros((len(slides), 2))
+    for i in range(len(slides)):
+        if values[i, 6] >= threshold:
+            felt[i, 0], felt[i, 1] = slides[i], values[i, 6]
+    return felt
+
+
+@njit
 def limit_point(load: Floats, reach: Floats, cosine: Floats, sine: Floats, d: float) -> tuple[float, float]:
     """Return |f|/(mu N) and |m|/(mu N a) when all elements slide about a centre at distance ``d`` [a]."""
     f, m = 0.0, 0.0

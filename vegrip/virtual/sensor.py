@@ -62,10 +62,10 @@ class Sensors:
         felt = self._felt(reading)
         values = kernels.sense(_with_speed(reading.values, felt[:, 1]), errors, self._step, self._present)
         slip = felt[:, 0] if s.slip_sensor else np.full(n, NAN)
-        lost = chance < s.dropout
-        stamps = epoch + np.rint((time + s.jitter * shifts) * NS).astype(np.int64)
+        lost = (chance < s.dropout).tolist() if s.dropout > 0.0 else [False] * n
+        stamps = [epoch + round((time + s.jitter * shift) * NS) for shift in shifts.tolist()]
         self._seq += 1
-        rows = zip(stamps.tolist(), self.fingers, values.tolist(), slip.tolist(), lost.tolist(), strict=True)
+        rows = zip(stamps, self.fingers, values.tolist(), slip.tolist(), lost, strict=True)
         return [
             FingertipState(stamp, finger, self._seq, N, fx, fy, m, d, T, slipping, speed, a)
             for stamp, finger, (N, fx, fy, m, d, T, speed, a), slipping, missing in rows
@@ -80,9 +80,7 @@ class Sensors:
 
     def _felt(self, reading: Reading) -> Floats:
         """Return slip flag and slip speed [m/s] as they are felt: from a threshold on, and late; (n, 2)."""
-        speed = reading.values[:, SLIP_SPEED]
-        shown = speed >= self.settings.slip_threshold
-        self._slips.appendleft(np.column_stack([reading.slip * shown, speed * shown]))
+        self._slips.appendleft(kernels.slips_felt(reading.values, reading.slip, self.settings.slip_threshold))
         return self._slips[-1] if len(self._slips) == self._slips.maxlen else np.zeros((len(self.fingers), 2))
 
 

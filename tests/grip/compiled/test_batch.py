@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vegrip.clock import WallClock
-from vegrip.grip.compiled import COMMANDED
+from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.compiled_finger import LEFT_ALONE
 from vegrip.grip.node import GraspForce
 from vegrip.messages import FingertipState, ForceCommand, SlipMargin
@@ -33,7 +33,7 @@ def batches_of(log: Log, seed: int = -1) -> list[Batch]:
     states = [(now, message) for now, message in heard if isinstance(message, FingertipState)]
     for _, group in groupby(states, lambda pair: pair[1].seq):
         pairs = list(group)
-        rows = [row for _, state in pairs if (row := out.encode(state)) is not None]
+        rows = [row for _, state in pairs for row in out.encode(state)]
         data = out.pack(FingertipState, rows)
         if seed >= 0 and rng.random() < 0.3:
             data[int(rng.integers(FIRST_ROW, len(data)))] ^= 1 << int(rng.integers(8))

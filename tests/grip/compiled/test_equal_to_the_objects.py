@@ -28,6 +28,7 @@ def test_every_command_of_a_recorded_grasp_is_equal(hand_log: Log, by_objects: A
     assert differences(by_objects, compiled) == []
     assert len(compiled.commands) > 1000
     assert compiled.compiled_frames >= hand_log.frames - 10, "it hardly ran compiled"
+    assert compiled.packed_reports > 0.9 * len(by_objects.reports), "reports were hardly packed by it"
 
 
 @pytest.mark.parametrize("case", FAULTS, ids=[case.name for case in FAULTS])

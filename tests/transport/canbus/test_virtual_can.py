@@ -23,6 +23,8 @@ from vegrip.transport.canbus.hub_wire import (
     numbered,
     pack_delivery,
     pack_request,
+    split_deliveries,
+    split_requests,
     unpack_delivery,
     unpack_request,
 )
@@ -285,6 +287,20 @@ def test_any_bytes_are_a_frame_or_nothing(packet):
         unpack(packet)
 
 
+@given(frames=st.lists(frames, min_size=1, max_size=9))
+def test_packets_of_several_frames_are_taken_apart_as_they_were_joined(frames):
+    requests = [pack_request(number, one) for number, one in enumerate(frames)]
+    assert split_requests(b"".join(requests)) == [unpack_request(request) for request in requests]
+    sent = [numbered(n, pack_delivery(Transmission(n, n, 1, one), 0)) for n, one in enumerate(frames)]
+    assert split_deliveries(b"".join(sent)) == sent
+
+
+@given(packet=st.binary(max_size=300))
+def test_any_bytes_are_taken_apart_without_an_error(packet):
+    assert b"".join(split_deliveries(packet)) == packet
+    assert all(number >= 0 for number, _ in split_requests(packet))
+
+
 def errors_of(bus, count, timeout=PATIENCE):
     got = []
     deadline = time.monotonic() + timeout
@@ -333,6 +349,32 @@ def test_a_node_whose_frames_all_fail_is_bus_off_and_comes_back(bus):
         bad.recv(0.01)  # 128 * 11 bits: 28 ms
     assert bad.error_counters in {(0, 0), (8, 0)}, "a frame that was on its way when it went off fails anew"
     assert errors_of(good, 1), "the others saw the errors"
+
+
+def test_frames_brought_together_come_in_order_with_their_own_times_and_none_is_lost(bus):
+    sender, patient, plain = bus(fd=True), bus(fd=True, patience=0.05), bus(fd=True)
+    for number in range(40):
+        length = FD_SIZES[number % len(FD_SIZES)]
+        sender.send(frame(0x100 + number, bytes(length), is_fd=True, bitrate_switch=True))
+    one_by_one, together = (
+        [bus.take(time.monotonic() + PATIENCE) for _ in range(40)] for bus in (plain, patient)
+    )
+    assert together == one_by_one
+    assert [delivery.frame.identifier for delivery in together] == list(range(0x100, 0x100 + 40))
+    assert patient.overruns == 0
+
+
+def test_one_who_waits_for_frames_together_gets_them_though_no_other_follows(bus):
+    sender, patient = bus(), bus(patience=0.02)
+    sender.send(frame(7))
+    assert received(patient, 1)[0].arbitration_id == 7
+
+
+def test_frames_asked_for_at_once_go_out_one_after_the_other(bus):
+    sender, receiver = bus(fd=True), bus(fd=True)
+    sender.put_several([(identifier, bytes(8)) for identifier in (5, 3, 4, 1, 2)])
+    got = received(receiver, 5)
+    assert [message.arbitration_id for message in got] == [5, 3, 4, 1, 2]
 
 
 def test_looking_at_the_state_loses_no_frames(bus):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vegrip.errors import ConfigError
-from vegrip.messages import FingertipState, ForceCommand, Reason
+from vegrip.messages import Channel, ContactEstimate, Estimate, FingertipState, ForceCommand, Reason
 from vegrip.transport.codec.batch_codec import FIRST_ROW, MAX_BATCH_ROWS, BatchCodec
 
 FINGERS = tuple(f"finger{number}" for number in range(20))
@@ -18,7 +18,7 @@ def states(seq: int = 5) -> list[FingertipState]:
 
 
 def packed(codec: BatchCodec, messages: list[FingertipState]) -> bytes:
-    return bytes(codec.pack(FingertipState, [f for m in messages if (f := codec.encode(m))]))
+    return bytes(codec.pack(FingertipState, [frame for m in messages for frame in codec.encode(m)]))
 
 
 def unpacked(codec: BatchCodec, payload: bytes) -> list[FingertipState]:
@@ -37,11 +37,40 @@ def test_all_fingers_come_out_as_they_went_in() -> None:
 def test_commands_come_out_as_they_went_in() -> None:
     codec, other = BatchCodec(FINGERS), BatchCodec(FINGERS)
     sent = ForceCommand(NOW, "finger19", 3, 2.5, 0.125, Reason.RAISE, expires=NOW + 100_000_000)
-    frame = codec.encode(sent)
-    assert frame is not None
-    payload = bytes(codec.pack(ForceCommand, [frame]))
+    payload = bytes(codec.pack(ForceCommand, codec.encode(sent)))
     assert other.rows_in(payload, ForceCommand) == 1
     assert other.decode(other.frame(payload, ForceCommand, 0, NOW)) == sent
+
+
+def test_contacts_come_out_as_they_went_in_from_two_rows_each() -> None:
+    codec, other = BatchCodec(FINGERS), BatchCodec(FINGERS)
+    known = Estimate(0.5, 0.25, True, 0.125)
+    sent = [ContactEstimate(NOW, f, 3, True, Channel.FORCE, known, limit_radius=known) for f in FINGERS]
+    payload = bytes(codec.pack(ContactEstimate, [frame for one in sent for frame in codec.encode(one)]))
+    rows = other.rows_in(payload, ContactEstimate)
+    assert rows == 2 * len(FINGERS)
+    got = [other.decode(other.frame(payload, ContactEstimate, row, NOW)) for row in range(rows)]
+    assert [one for one in got if one is not None] == sent
+    assert other.lost == 0
+
+
+def test_a_contact_of_which_a_row_is_damaged_is_not_told_and_the_others_are() -> None:
+    codec, other = BatchCodec(FINGERS), BatchCodec(FINGERS)
+    sent = [ContactEstimate(NOW, f, 3, friction_coefficient=Estimate(0.5, 0.1)) for f in FINGERS]
+    data = codec.pack(ContactEstimate, [frame for one in sent for frame in codec.encode(one)])
+    data[FIRST_ROW + 66 + 20] ^= 1  # in the second row
+    codec.seal(data, ContactEstimate, 2 * len(FINGERS))
+    rows = other.rows_in(bytes(data), ContactEstimate)
+    got = [other.decode(other.frame(bytes(data), ContactEstimate, row, NOW)) for row in range(rows)]
+    assert [one.finger for one in got if isinstance(one, ContactEstimate)] == list(FINGERS[1:])
+
+
+def test_a_batch_of_reports_of_as_many_fingers_as_there_may_be_is_not_too_long() -> None:
+    names = [str(number) for number in range(MAX_BATCH_ROWS)]
+    codec, known = BatchCodec(names), Estimate(0.5, 0.1)
+    sent = [ContactEstimate(NOW, name, 0, friction_coefficient=known) for name in names]
+    payload = bytes(codec.pack(ContactEstimate, [frame for one in sent for frame in codec.encode(one)]))
+    assert BatchCodec(names).rows_in(payload, ContactEstimate) == 2 * MAX_BATCH_ROWS
 
 
 def test_every_flipped_bit_is_noticed() -> None:

@@ -43,6 +43,7 @@ SHARE_SPREAD = 0.3  # relative std of the part of the force that is still to rel
 FIRST = 1e-3  # [s] of the first look ahead
 GROWTH = 0.5  # each later one is so much farther ahead
 LAST = 2e4  # [s]
+OPEN = -1.0  # for a time that is not known yet
 PARTS = (0.1, 0.25, 0.5, 1.0)  # of the horizon, where the least force looks
 
 
@@ -105,31 +106,38 @@ def variance_without_force(m: Floats) -> float:
     return float(max(relative * relative - part * part, 0.0))
 
 
-def time_to_slip(m: Floats, tangential: float, torque: float, chance: float) -> float:
-    """Time [s] by which the contact has slipped with probability ``chance``, the load staying; inf = never.
+def slip_times(m: Floats, tangential: float, torque: float, chance: float) -> tuple[float, float]:
+    """Times [s] by which the contact has slipped with probability one half, and with ``chance``; inf = never.
 
-    The hold is followed in steps that grow, and the step of the crossing is halved. NaN when the load, the
-    contact or what the hold leads to is not known.
+    The load stays, and the hold is followed once for both, in steps that grow; the step of a crossing is
+    halved. NaN when the load, the contact or what the hold leads to is not known.
     """
     load, y = load_of(tangential, torque), TRY0
     if math.isnan(load[0]) or m[REP_CONTACT] < 0.5:
-        return math.nan
+        return math.nan, math.nan
     copy_state(m)
     put_learned(m, y)
     elastic, origin, fresh = begin_hold(m, y)
     begun = (origin, fresh)
     slipped = slip_probability_after(m, y, elastic, 0.0, begun, load)[0]
-    if m[FRI_SLIDING] > 0.5 or slipped >= chance:
-        return 0.0
+    slides = m[FRI_SLIDING] > 0.5
+    likely = 0.0 if slides or slipped >= 0.5 else OPEN
+    earliest = 0.0 if slides or slipped >= chance else OPEN
     t, dt = 0.0, FIRST
-    while t < LAST and not math.isnan(slipped):
+    while t < LAST and not math.isnan(slipped) and min(likely, earliest) == OPEN:
         slipped, delta, after = slip_probability_after(m, y, elastic, dt, begun, load)
-        if slipped >= chance:
-            return t + crossing_time(m, y, elastic, dt, begun, load, chance)
+        crosses = False
+        if earliest == OPEN and slipped >= chance:
+            earliest, crosses = t + crossing_time(m, y, elastic, dt, begun, load, chance), True
+        if likely == OPEN and slipped >= 0.5:
+            likely, crosses = t + crossing_time(m, y, elastic, dt, begun, load, 0.5), True
+        if crosses:  # the halving has left other trial states
+            slip_probability_after(m, y, elastic, dt, begun, load)
         keep_hold(m, y, delta)
         t, elastic = t + dt, after
         dt = GROWTH * t
-    return math.nan if math.isnan(slipped) else math.inf
+    never = math.nan if math.isnan(slipped) else math.inf
+    return never if likely == OPEN else likely, never if earliest == OPEN else earliest
 
 
 def crossing_time(

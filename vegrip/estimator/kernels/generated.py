@@ -164,6 +164,10 @@ MOTION_RESTLESS: int
 START0: int
 COUNT_RESTARTS: int
 COUNT_OVERFLOWS: int
+BEND_SUM0: int
+RATIO0: int
+RATIO_COUNT: int
+RATIO_PLACE: int
 OLD0: int
 KEPT_Y0: int
 KEPT_P0: int
@@ -174,12 +178,8 @@ H1: int
 G0: int
 K0: int
 BEND0: int
-BEND_SUM0: int
 NEXT0: int
 TRIAL0: int
-RATIO0: int
-RATIO_COUNT: int
-RATIO_PLACE: int
 L0: int
 D_FORCE0: int
 D_RADIUS0: int

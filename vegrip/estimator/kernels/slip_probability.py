@@ -33,6 +33,7 @@ NODES = (
 )
 """Nodes on one side and weights for the mean over a standard normal variable."""
 
+ROOT_HALF = 0.7071067811865476  # sqrt(1/2)
 FARTHEST = 8.0  # standard deviations above b; what holds more shows that b was wrong, not that it slips now
 
 
@@ -46,11 +47,12 @@ def onset_probability(m: Floats, u: float, unsure: float) -> float:
     beyond = max(known - FARTHEST, 0.0)
     x, known = x - beyond, known - beyond
     step = unsure / spread
+    held = math.erfc(known * ROOT_HALF)
     total = 0.0
     for node, weight in NODES:
-        total += weight * slipped_between(known, x + node * step)
+        total += weight * slipped_between(known, held, x + node * step)
         if node > 0.0:
-            total += weight * slipped_between(known, x - node * step)
+            total += weight * slipped_between(known, held, x - node * step)
     return total
 
 
@@ -62,9 +64,6 @@ def onset_spread(m: Floats) -> float:
     return math.sqrt(m[FRI_BASE_VAR] + m[FRI_SCATTER_VAR] + min(rest, 1e2))
 
 
-def slipped_between(known: float, x: float) -> float:
-    """``1 - Q(x) / Q(known)`` for x > known, else 0."""
-    if x <= known:
-        return 0.0
-    root = 0.7071067811865476
-    return 1.0 - math.erfc(x * root) / math.erfc(known * root)
+def slipped_between(known: float, held: float, x: float) -> float:
+    """``1 - Q(x) / Q(known)`` for x > known, else 0; ``held`` is ``2 Q(known)``."""
+    return 0.0 if x <= known else 1.0 - math.erfc(x * ROOT_HALF) / held

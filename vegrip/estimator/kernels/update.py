@@ -4,7 +4,7 @@ import math
 
 from vegrip.estimator.kernels.consistency import PATIENCE, note_contradiction
 from vegrip.estimator.kernels.displacement_loss import follow_displacement_loss
-from vegrip.estimator.kernels.forecast import force_reserve, time_to_slip
+from vegrip.estimator.kernels.forecast import force_reserve, slip_times
 from vegrip.estimator.kernels.friction import learn_friction
 from vegrip.estimator.kernels.gap import bridge_gap
 from vegrip.estimator.kernels.generated import (
@@ -303,5 +303,6 @@ def margin_of(m: Floats, tangential: float, torque: float, out: Floats) -> None:
     out[0] = m[REP_GAUGE]
     out[1] = upper_gauge(m[REP_GAUGE], m[REP_GAUGE_REL], m[REP_GAUGE_ABS], m[SET_QUANTILE])
     out[2] = force_reserve(m, tangential, torque)
-    out[3] = time_to_slip(m, tangential, torque, 0.5)
-    out[4] = time_to_slip(m, tangential, torque, 0.5 * math.erfc(m[SET_QUANTILE] * 0.7071067811865476))
+    chance = 0.5 * math.erfc(m[SET_QUANTILE] * 0.7071067811865476)
+    likely, earliest = slip_times(m, tangential, torque, chance)
+    out[3], out[4] = likely, earliest

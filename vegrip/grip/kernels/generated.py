@@ -12,6 +12,7 @@ from vegrip.estimator.kernels.generated import (
     CHANNEL0,
     CHANNEL_DISPLACEMENT,
     CHANNEL_FORCE,
+    CHANNEL_RADIUS,
     CHANNEL_SIZE,
     EXOGENOUS0,
     FRI_BASE_LN,
@@ -19,14 +20,26 @@ from vegrip.estimator.kernels.generated import (
     FRI_LN_MU,
     FRI_VAR,
     REP_CONTACT,
+    REP_DEPTH_NOW,
+    REP_DEPTH_STD,
+    REP_EXPONENT,
+    REP_EXPONENT_STD,
     REP_FORCE,
     REP_FORCE_STD,
     REP_GAUGE,
     REP_GAUGE_ABS,
     REP_GAUGE_REL,
+    REP_LIMIT_FORCE,
+    REP_LIMIT_FORCE_STD,
+    REP_LIMIT_RADIUS,
+    REP_LIMIT_RADIUS_STD,
+    REP_LIMIT_TORQUE,
+    REP_LIMIT_TORQUE_STD,
     REP_MU,
     REP_MU_STD,
     REP_RADIUS,
+    REP_RADIUS_SOUND,
+    REP_RADIUS_STD,
     REP_SOUND,
     SET_LONGEST_GAP,
     SET_QUANTILE,
@@ -37,6 +50,7 @@ __all__ = [
     "CHANNEL0",
     "CHANNEL_DISPLACEMENT",
     "CHANNEL_FORCE",
+    "CHANNEL_RADIUS",
     "CHANNEL_SIZE",
     "CH_USED",
     "EXOGENOUS0",
@@ -45,14 +59,26 @@ __all__ = [
     "FRI_LN_MU",
     "FRI_VAR",
     "REP_CONTACT",
+    "REP_DEPTH_NOW",
+    "REP_DEPTH_STD",
+    "REP_EXPONENT",
+    "REP_EXPONENT_STD",
     "REP_FORCE",
     "REP_FORCE_STD",
     "REP_GAUGE",
     "REP_GAUGE_ABS",
     "REP_GAUGE_REL",
+    "REP_LIMIT_FORCE",
+    "REP_LIMIT_FORCE_STD",
+    "REP_LIMIT_RADIUS",
+    "REP_LIMIT_RADIUS_STD",
+    "REP_LIMIT_TORQUE",
+    "REP_LIMIT_TORQUE_STD",
     "REP_MU",
     "REP_MU_STD",
     "REP_RADIUS",
+    "REP_RADIUS_SOUND",
+    "REP_RADIUS_STD",
     "REP_SOUND",
     "SET_LONGEST_GAP",
     "SET_QUANTILE",
@@ -77,11 +103,11 @@ CONDITION_OK: int
 CONDITION_OUT_OF_RANGE: int
 CONDITION_REPLAYED: int
 CONDITION_STALE: int
+CONTACT_LENGTH: int
 DEMAND_BOUND: int
 DEMAND_LEAST: int
 DEMAND_LOAD: int
 DEMAND_TORQUE: int
-ESTIMATOR_SIZE: int
 FAULTS0: int
 FORCE_HIGH: int
 FORCE_LOW: int
@@ -124,6 +150,7 @@ INPUT_STAMP: int
 INPUT_STILL_SINCE: int
 INPUT_USABLE: int
 LARGEST0: int
+LASTING_SIZE: int
 LATE_SAMPLES: int
 LEAST_SLIDING_SPEED: float
 LINE_LAST: int
@@ -131,6 +158,7 @@ LINE_LOST: int
 LINE_STAMP: int
 LOADING: int
 LOWEST0: int
+MARGIN_LENGTH: int
 MEASURED: int
 MECHANICAL: int
 MU_LEARNED: bool
@@ -199,14 +227,18 @@ SAMPLE_STAMP: int
 SAMPLE_TRUSTED: int
 SETUP_ALONE: int
 SETUP_COMMAND_ID: int
+SETUP_CONTACT1_ID: int
+SETUP_CONTACT2_ID: int
 SETUP_EXPIRES: int
 SETUP_FINGER: int
 SETUP_FINGERS: int
 SETUP_GAP: int
 SETUP_LEADS: int
+SETUP_MARGIN_ID: int
 SETUP_RECOVERY: int
 SETUP_RECOVER_AFTER: int
 SETUP_RENEWAL: int
+SETUP_REPORT_PERIOD: int
 SETUP_SENDER_TIME: int
 SETUP_SHARES: int
 SETUP_STATE_ID: int
@@ -239,20 +271,25 @@ SUFFICIENT: int
 TAKEN_BOUND: int
 TAKEN_LOAD: int
 TAKEN_TORQUE: int
+TOLD_CONFIDENCE: int
 TRANSFER_ARM: int
 TRANSFER_FORCE: int
 TRANSFER_LOAD: int
 TURN_ASKED: int
 TURN_COMMANDED: int
+TURN_CONTACT_DUE: int
 TURN_FETCHED: int
 TURN_GIVEN_REASON: int
 TURN_HAS_MARGIN: int
+TURN_HEALTH_DUE: int
 TURN_IN_TRANSFER: int
 TURN_LEARNED: int
 TURN_LED: int
 TURN_NEXT_SLOT: int
 TURN_NOTED: int
 TURN_REASON: int
+TURN_REPORTED: int
+TURN_REPORTS: int
 TURN_REPORT_DUE: int
 TURN_SEEN: int
 TURN_SEQ: int
@@ -299,6 +336,70 @@ def pack_command(
     data: Bytes, seq: int, stamp: int, force: float, adjustment: float, reason: int, expires: int
 ) -> None:
     """Write a command, but for its checksum; ``expires`` as it stands in the frame."""
+    raise NotImplementedError
+
+
+def pack_margin(
+    data: Bytes,
+    seq: int,
+    stamp: int,
+    margin_valid: int,
+    margin: float,
+    margin_std: float,
+    margin_age: float,
+    lower_bound: float,
+    confidence: float,
+    force_reserve: float,
+    time_to_slip: float,
+    earliest_slip: float,
+) -> None:
+    """Write a slip margin, but for its checksum; flags are 0 or 1."""
+    raise NotImplementedError
+
+
+def pack_contact1(
+    data: Bytes,
+    seq: int,
+    stamp: int,
+    in_contact: int,
+    indentation_valid: int,
+    normal_force_valid: int,
+    contact_radius_valid: int,
+    pressure_exponent_valid: int,
+    indentation: float,
+    indentation_std: float,
+    age: float,
+    normal_force: float,
+    normal_force_std: float,
+    contact_radius: float,
+    contact_radius_std: float,
+    pressure_exponent: float,
+    pressure_exponent_std: float,
+    channels: int,
+) -> None:
+    """Write the first frame of a contact, but for its checksum."""
+    raise NotImplementedError
+
+
+def pack_contact2(
+    data: Bytes,
+    seq: int,
+    stamp: int,
+    friction_coefficient_valid: int,
+    limit_force_valid: int,
+    limit_torque_valid: int,
+    limit_radius_valid: int,
+    friction_coefficient: float,
+    friction_coefficient_std: float,
+    age: float,
+    limit_force: float,
+    limit_force_std: float,
+    limit_torque: float,
+    limit_torque_std: float,
+    limit_radius: float,
+    limit_radius_std: float,
+) -> None:
+    """Write the second frame of a contact, but for its checksum."""
     raise NotImplementedError
 
 

@@ -10,12 +10,12 @@ from vegrip.grip.kernels.generated import (
     CHANNEL_DISPLACEMENT,
     CHANNEL_FORCE,
     CHANNEL_SIZE,
-    ESTIMATOR_SIZE,
     EXOGENOUS0,
     HISTORY0,
     HISTORY_SEQ0,
     HISTORY_STAMP0,
     HISTORY_STATES,
+    LASTING_SIZE,
     LATE_SAMPLES,
     LEAST_SLIDING_SPEED,
     MEASURED,
@@ -114,10 +114,10 @@ def is_used(f: Floats, channel: int) -> bool:
 
 
 def keep_for_rewind(f: Floats, t: Wholes) -> None:
-    """Keep the memory before this state, so that a late one can still take its place."""
+    """Keep what lasts of the memory before this state, so that a late one can still take its place."""
     if LATE_SAMPLES > 0:
-        start = REWIND0 + t[SAMPLE_REWIND_NEXT] * ESTIMATOR_SIZE
-        for i in range(ESTIMATOR_SIZE):
+        start = REWIND0 + t[SAMPLE_REWIND_NEXT] * LASTING_SIZE
+        for i in range(LASTING_SIZE):
             f[start + i] = f[i]
         t[SAMPLE_REWIND_NEXT] = (t[SAMPLE_REWIND_NEXT] + 1) % max(LATE_SAMPLES, 1)
 

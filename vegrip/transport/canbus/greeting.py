@@ -38,6 +38,9 @@ class Greeting:
     must_match_rates: bool = parameter(False, doc="the bit rates must be these")
     wants_own_frames: bool = parameter(False, doc="it wants to hear its own frames")
     listen_only: bool = parameter(False)
+    patience: float = parameter(
+        -1.0, unit="s", low=-1.0, high=0.1, doc="frames may wait so long to share a packet; negative: none do"
+    )
     faults: NodeFaults = parameter(NodeFaults())
 
 

@@ -30,12 +30,16 @@ from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.error_report import Report, error_report, state_report
 from vegrip.transport.canbus.greeting import Greeting, read_greeting
 from vegrip.transport.canbus.hub_wire import (
+    MAX_GATHERED_BYTES,
     numbered,
     pack_delivery,
     pack_error,
+    split_requests,
     unpack_request,
 )
 
+LONGEST_PACKET = max(MAX_FILTERS_BYTES, MAX_GATHERED_BYTES)  # bytes
+NEVER = 1 << 63  # [ns]
 LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
 GATHERED = 300_000  # [ns] frames that end so soon after another are handed out with it, while more wait
 LINGER = 1.0  # [s] the hub waits for a member to come (back)
@@ -62,9 +66,12 @@ class Member:
         self.greeted = False
         self.since = time.monotonic()  # [s]
         self.hears_itself = False
+        self.patience: int | None = None  # [ns] for which deliveries may wait for others; None: none does
         self.acceptance = Acceptance()
         self._number = 0
         self._backlog: deque[bytes] = deque()
+        self._gathered = bytearray()
+        self.due = NEVER  # [ns] when what is gathered is to be handed out
 
     @property
     def is_behind(self) -> bool:
@@ -73,8 +80,22 @@ class Member:
 
     def hear(self, delivery: bytes) -> None:
         """Bring a frame; the number shows the member what it has missed."""
-        self.deliver(numbered(self._number, delivery))
+        packet = numbered(self._number, delivery)
         self._number += 1
+        if self.patience is None:
+            self.deliver(packet)
+            return
+        if len(self._gathered) + len(packet) > MAX_GATHERED_BYTES:
+            self.hand_out()
+        if not self._gathered:
+            self.due = time.monotonic_ns() + self.patience
+        self._gathered += packet
+
+    def hand_out(self) -> None:
+        """Bring what is gathered."""
+        self.deliver(bytes(self._gathered))
+        self._gathered.clear()
+        self.due = NEVER
 
     def deliver(self, packet: bytes) -> None:
         """Send ``packet`` now, or later when the member does not read: ``MEMBER_BACKLOG_FRAMES`` at most."""
@@ -103,6 +124,8 @@ class Hub:
         self._listener = listener
         self._members: dict[int, Member] = {}  # by file descriptor
         self._nodes: dict[int, Member] = {}
+        self._gathering: dict[int, Member] = {}  # by node, those that take several frames at once
+        self._due = NEVER  # [ns] when one of them is to be handed what was gathered
         self._bus: BusModel | None = None  # from the first greeting on, which sets the bit rates
         self._last_node = 0
 
@@ -118,6 +141,7 @@ class Hub:
         patience = self._sleep()
         if self._bus is not None:
             self._tell(self._bus, self._bus.conclude(time.monotonic_ns()))
+            self._hand_out()
         readers = list(self._members)
         if self._bus is not None and self._bus.queued >= TRANSMIT_QUEUE:  # else no queue can be full
             self._dismiss_the_dead()
@@ -136,6 +160,17 @@ class Hub:
                 self._read(self._members[fd])
         self._dismiss_the_silent()
         self._advance()
+        self._hand_out()
+
+    def _hand_out(self) -> None:
+        """Bring what was gathered for long enough."""
+        now = time.monotonic_ns()
+        if self._due > now:
+            return
+        for member in self._gathering.values():
+            if member.due <= now:
+                member.hand_out()
+        self._due = min((member.due for member in self._gathering.values()), default=NEVER)
 
     def _sleep(self) -> float:
         """Sleep while a frame is on the bus; return for how long to wait for requests after it [s].
@@ -147,7 +182,7 @@ class Hub:
         """
         event = self._bus.next_event() if self._bus else None
         if event is None or self._bus is None:
-            return LINGER / 4
+            return min(max((self._due - time.monotonic_ns()) / NS, 0.0), LINGER / 4)
         if self._bus.queued > 1 and self._bus.is_healthy:
             event += GATHERED
         remaining = (event - time.monotonic_ns()) / NS
@@ -181,7 +216,11 @@ class Hub:
             if (node not in deaf or member.hears_itself) and member.acceptance.accepts(
                 frame.identifier, extended=frame.extended
             ):
-                member.hear(delivery)
+                self._bring(member, delivery)
+
+    def _bring(self, member: Member, delivery: bytes) -> None:
+        member.hear(delivery)
+        self._due = min(self._due, member.due)
 
     def _tell_state(self, change: StateChange) -> None:
         if change.node in self._nodes:
@@ -189,7 +228,7 @@ class Hub:
 
     def _report(self, end: int, node: int, report: Report) -> None:
         busy = self._bus.busy if self._bus is not None else 0
-        self._nodes[node].hear(pack_error(end, busy, node, report))
+        self._bring(self._nodes[node], pack_error(end, busy, node, report))
 
     def _dismiss_the_dead(self) -> None:
         """Remove members that have left with a full queue.
@@ -221,7 +260,7 @@ class Hub:
     def _read(self, member: Member) -> None:
         while self._has_room(member):
             try:
-                packet = member.connection.recv(MAX_FILTERS_BYTES, AT_ONCE)
+                packet = member.connection.recv(LONGEST_PACKET, AT_ONCE)
             except BlockingIOError:
                 return
             except OSError:
@@ -238,9 +277,11 @@ class Hub:
         asked = unpack_request(packet)
         if asked is None and (pairs := unpack_filters(packet)) is not None:
             member.acceptance = Acceptance(pairs)
-        if asked is not None and self._bus is not None:
-            queued, frame = asked
-            now = time.monotonic_ns()
+            return
+        if self._bus is None:
+            return
+        now = time.monotonic_ns()
+        for queued, frame in split_requests(packet) if asked is None else (asked,):
             self._bus.request(min(max(queued, now - OLDEST_REQUEST), now), member.node, frame)
 
     def _greet(self, member: Member, packet: bytes) -> None:
@@ -258,6 +299,9 @@ class Hub:
             "busy": bus.busy,
         }
         member.greeted, member.hears_itself = True, greeting.wants_own_frames
+        if greeting.patience >= 0.0:
+            member.patience = round(greeting.patience * NS)
+            self._gathering[member.node] = member
         bus.attach(
             member.node,
             listen_only=greeting.listen_only,
@@ -285,6 +329,7 @@ class Hub:
     def _dismiss(self, member: Member) -> None:
         """Let ``member`` go; what it has queued is still sent, as the queue of a network interface is."""
         del self._members[member.connection.fileno()]
+        self._gathering.pop(member.node, None)
         if self._nodes.pop(member.node, None) is not None and self._bus is not None:
             self._bus.detach(member.node)
         member.connection.close()

@@ -1,4 +1,7 @@
-"""The bytes between the virtual CAN bus and its members: one packet, one frame."""
+"""The bytes between the virtual CAN bus and its members: one packet, one frame.
+
+A member that has asked for it gets several deliveries in one packet, one behind the other.
+"""
 
 import struct
 from typing import NamedTuple
@@ -7,8 +10,10 @@ from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.error_report import Report
 from vegrip.transport.canbus.frame_time import FD_SIZES, BusFrame
 
-HUB_VERSION = 4
-MAX_PACKET_BYTES = 512  # bytes of a packet; the greeting is the longest
+HUB_VERSION = 5
+MAX_PACKET_BYTES = 512  # bytes of a packet with one frame; the greeting is the longest
+MAX_GATHERED_BYTES = 2048  # bytes of a packet with several deliveries or requests
+MOST_REQUESTS = 16  # in one packet
 _REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then the data
 _NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every member
 _DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, length code; then the data
@@ -61,6 +66,22 @@ def unpack_request(packet: bytes) -> tuple[int, BusFrame] | None:
     return None if frame is None else (time, frame)
 
 
+def split_requests(packet: bytes) -> list[tuple[int, BusFrame]]:
+    """Return times and frames of a packet with several requests; none where it is not one throughout."""
+    found, at = [], 0
+    while at < len(packet):
+        code = packet[at + _REQUEST.size - 1] if len(packet) - at >= _REQUEST.size else len(FD_SIZES)
+        if code >= len(FD_SIZES):
+            return []
+        end = at + _REQUEST.size + FD_SIZES[code]
+        asked = unpack_request(packet[at:end])
+        if asked is None:
+            return []
+        found.append(asked)
+        at = end
+    return found
+
+
 def pack_plain_request(time: int, identifier: int, data: bytes) -> bytes | None:
     """Return what :func:`pack_request` returns for a CAN FD data frame; None: there is no such length."""
     code = _CODES.get(len(data))
@@ -97,6 +118,18 @@ def pack_error(end: int, busy: int, node: int, report: Report) -> bytes:
 def numbered(number: int, delivery: bytes) -> bytes:
     """Return ``delivery`` with the number that it has for one member."""
     return _NUMBER.pack(number & 0xFFFFFFFF) + delivery
+
+
+def split_deliveries(packet: bytes) -> list[bytes]:
+    """Return the numbered deliveries of a packet; one that is cut off at the end is left as it is."""
+    found, at = [], 0
+    while len(packet) - at >= _PLAIN.size:
+        flags, code = packet[at + _PLAIN.size - 2], packet[at + _PLAIN.size - 1]
+        length = 0 if flags & _REMOTE or code >= len(FD_SIZES) else FD_SIZES[code]
+        end = at + _PLAIN.size + length
+        found.append(packet[at:end])
+        at = end
+    return [*found, packet[at:]] if at < len(packet) or not found else found
 
 
 def unpack_delivery(packet: bytes) -> Delivery | None:

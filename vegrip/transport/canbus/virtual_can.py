@@ -27,10 +27,12 @@ from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
 from vegrip.transport.canbus.greeting import make_greeting
 from vegrip.transport.canbus.hub_wire import (
+    MAX_GATHERED_BYTES,
     MAX_PACKET_BYTES,
     Delivery,
     pack_plain_request,
     pack_request,
+    split_deliveries,
     unpack_delivery,
     unpack_plain,
 )
@@ -56,6 +58,9 @@ class VegripBus(can.BusABC):
         error_frames: whether errors on the bus are received too, as SocketCAN gives them.
         faults: what goes wrong at this node on purpose, see
             :class:`~vegrip.transport.canbus.node_faults.NodeFaults`; for tests.
+        patience: for how long [s] frames may wait to be brought together: who is woken less often takes less
+            of the processor. Several then come at once, and :meth:`fileno` tells of the first only.
+            None: they come one by one.
         can_filters: as in python-can, also later by ``set_filters``. The bus does not bring what does not
             pass; error frames always do.
 
@@ -72,6 +77,7 @@ class VegripBus(can.BusABC):
         listen_only: bool = False,
         error_frames: bool = True,
         faults: Mapping[str, Any] | None = None,
+        patience: float | None = None,
         can_filters: Sequence[Any] | None = None,
         **_: Any,
     ) -> None:
@@ -88,6 +94,8 @@ class VegripBus(can.BusABC):
         self._listen_only, self._error_frames = listen_only, error_frames
         self._error_state = ErrorState.ACTIVE
         self._read_ahead: deque[Delivery] = deque()
+        self._gathers = patience is not None
+        self._packets: deque[bytes] = deque()  # deliveries that came in one packet
         self._next_number = 0
         self._epoch = (
             time.time_ns() - time.monotonic_ns()
@@ -96,6 +104,7 @@ class VegripBus(can.BusABC):
             "wants_own_frames": receive_own_messages,
             "listen_only": listen_only,
             "faults": dict(faults or {}),
+            "patience": patience,
         }
         self._checked(can_filters)
         self._socket, answer = _join(str(channel), bitrate, data_bitrate, character)
@@ -178,6 +187,21 @@ class VegripBus(can.BusABC):
         else:
             self._hand_over(packet, 0.0)
 
+    def put_several(self, frames: Sequence[tuple[int, bytes]]) -> None:
+        """Queue CAN FD data frames with 11 bits, ``MOST_REQUESTS`` at most, at once.
+
+        Raises:
+            can.CanOperationError: as :meth:`send`; some of them, or none, are queued then.
+
+        """
+        now = time.monotonic_ns()
+        packets = [packed for one in frames if (packed := pack_plain_request(now, *one)) is not None]
+        if len(packets) < len(frames) or self._listen_only or self._error_state is ErrorState.OFF:
+            for identifier, data in frames:
+                self.put(identifier, data, fd=True)
+        else:
+            self._hand_over(b"".join(packets), 0.0)
+
     def take_plain(self, deadline: float) -> Frame | Delivery | None:
         """Return the next frame as :meth:`take`; a CAN FD data frame with 11 bits quicker, as a ``Frame``.
 
@@ -187,7 +211,7 @@ class VegripBus(can.BusABC):
         """
         while not self._read_ahead and self._fd:
             try:
-                packet = self._socket.recv(MAX_PACKET_BYTES)
+                packet = self._receive()
             except BlockingIOError:
                 if not self._wait_for_packet(deadline):
                     return None
@@ -227,10 +251,21 @@ class VegripBus(can.BusABC):
             "with listen_only=True"
         )
 
+    def _receive(self) -> bytes:
+        """Return the next delivery; BlockingIOError: there is none."""
+        if self._packets:
+            return self._packets.popleft()
+        packet = self._socket.recv(MAX_GATHERED_BYTES)
+        if not self._gathers:
+            return packet
+        first, *rest = split_deliveries(packet)
+        self._packets.extend(rest)
+        return first
+
     def _look(self) -> tuple[Delivery | None, bool]:
         """Return the next frame if it is there and for us, and whether there was anything."""
         try:
-            packet = self._socket.recv(MAX_PACKET_BYTES)
+            packet = self._receive()
         except BlockingIOError:
             return None, False
         except OSError:

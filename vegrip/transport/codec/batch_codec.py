@@ -1,4 +1,4 @@
-"""States and commands of all fingers of a hand in one message each: rows of CAN FD frames.
+"""Messages of one kind of all fingers of a hand in one: rows of CAN FD frames.
 
 ::
 
@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from vegrip.errors import ConfigError
-from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, SlipMargin
 from vegrip.transport.codec.assembly import Assembly
 from vegrip.transport.codec.database import layouts
 from vegrip.transport.codec.decoder import Decoder
@@ -36,7 +36,8 @@ BATCH_HEAD: Final = struct.Struct("<BBH")  # version, rows, bytes of a row
 ROW_ID: Final = struct.Struct("<H")
 FIRST_ROW: Final = P04_HEADER + BATCH_HEAD.size
 COUNTER: Final = slice(2, 4)  # of profile 4, most significant byte first
-BATCHED_MESSAGES: Final = (FingertipState, ForceCommand)
+BATCHED_MESSAGES: Final = (FingertipState, ForceCommand, ContactEstimate, SlipMargin)
+Batched = FingertipState | ForceCommand | ContactEstimate | SlipMargin
 WHOLE: Final = frozenset({"counter"})
 """Why a row is refused that is not broken."""
 
@@ -80,31 +81,32 @@ class BatchCodec:
         for layout in plan.layouts:
             if not layout.fd or layout.schema.cls not in BATCHED_MESSAGES:
                 continue
-            part = layout.parts[0]
-            self.bases[layout.schema.cls], self.lengths[layout.schema.cls] = part.base, part.length
+            self.bases[layout.schema.cls] = layout.parts[0].base
+            self.lengths[layout.schema.cls] = layout.parts[0].length  # parts are of one length
             for number, finger in enumerate(fingers):
                 offset = ROW_STRIDE * (number + 1)
                 self._encoders[layout.schema.cls, finger] = Encoder(
                     layout, offset, plan.version, self.clipped
                 )
-                self._decoders[part.base + offset] = Decoder(
-                    layout, part, Assembly(layout.parts), part.base + offset, finger, plan.version,
-                    use_sender_time,
-                )  # fmt: skip
+                assembly = Assembly(layout.parts)
+                for part in layout.parts:
+                    identifier = part.base + offset
+                    self._decoders[identifier] = Decoder(
+                        layout, part, assembly, identifier, finger, plan.version, use_sender_time
+                    )
 
     @property
     def lost(self) -> int:
         """Messages that never arrived, over all fingers."""
-        return sum(decoder.assembly.lost for decoder in self._decoders.values())
+        return sum({id(d.assembly): d.assembly.lost for d in self._decoders.values()}.values())
 
-    def encode(self, message: FingertipState | ForceCommand) -> Frame | None:
-        """Return the frame of a row; None for a message that cannot be sent (counted in ``clipped``)."""
+    def encode(self, message: Batched) -> list[Frame]:
+        """Return the frames of the rows; none for a message that cannot be sent (counted in ``clipped``)."""
         encoder = self._encoders.get((type(message), message.finger))
         if encoder is None:
             self.clipped["finger"] += 1
-            return None
-        frames = encoder.encode(message)
-        return frames[0] if frames else None
+            return []
+        return encoder.encode(message)
 
     def pack(self, kind: type[Message], frames: Sequence[Frame]) -> bytearray:
         """Return the batch of the frames of one kind."""
@@ -155,7 +157,8 @@ class BatchCodec:
         if finger not in self.fingers:
             return None
         states = self._decoders[self._encoders[FingertipState, finger].identifier]
-        return Line(states, self._encoders[ForceCommand, finger])
+        reports = [self._encoders[kind, finger] for kind in (ContactEstimate, SlipMargin)]
+        return Line(states, self._encoders[ForceCommand, finger], reports)
 
     def _objection(self, payload: bytes, kind: type[Message]) -> str:
         if not FIRST_ROW <= len(payload) <= P04_LIMIT:

@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from typing import Any, Final
 
 from vegrip.errors import ConfigError
-from vegrip.messages import FingertipState, ForceCommand, Message, NodeStatus
+from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, NodeStatus, SlipMargin
 from vegrip.transport.codec.acceptance import acceptance_filters
 from vegrip.transport.codec.assembly import Assembly
 from vegrip.transport.codec.classic_line import ClassicLine
@@ -143,7 +143,11 @@ class CanCodec:
             return None
         states = [d for d in self._decoders.values() if d.owner == finger and d.kind is FingertipState]
         commands = self._encoders[ForceCommand, finger]
-        return Line(states[0], commands) if self.fd else ClassicLine(states, commands, self.clipped)
+        if not self.fd:
+            return ClassicLine(states, commands, self.clipped)
+        return Line(
+            states[0], commands, [self._encoders[kind, finger] for kind in (ContactEstimate, SlipMargin)]
+        )
 
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""

@@ -33,6 +33,11 @@ class Encoder:
         """Of the first frame."""
         return self._parts[0].identifier
 
+    @property
+    def identifiers(self) -> tuple[int, ...]:
+        """Of all frames, in order."""
+        return tuple(part.identifier for part in self._parts)
+
     def raw(self, name: str, value: Any) -> Raw | None:
         """Return the raw value of a signal of the first frame; None when it cannot carry ``value``."""
         return self._parts[0].raw(name, value)

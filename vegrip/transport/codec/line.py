@@ -1,6 +1,7 @@
-"""States and commands of one finger in FD frames, for a program that reads and writes the bytes itself."""
+"""Messages of one finger in FD frames, for a program that reads and writes the bytes itself."""
 
-from typing import Final
+from collections.abc import Sequence
+from typing import Final, Protocol
 
 from vegrip.clock import NS
 from vegrip.transport.codec.cells import Raw
@@ -14,21 +15,45 @@ TOPIC: Final = "topic"
 """The wires: a state in one FD frame, in several classic ones, in one message of a topic."""
 
 
+class FingerLine(Protocol):
+    """How states and commands of one finger travel, as far as their counters and times go."""
+
+    wire: str
+    state_id: int
+    command_id: int
+    report_ids: tuple[int, ...]
+
+    def carries(self, lifetime: float) -> bool:
+        """Return whether a command can say that it lives for ``lifetime`` [s]."""
+
+    def can_hand_over(self, memory: NamedNumbers) -> bool:
+        """Return whether what the objects have written into a ``memory`` can go on there."""
+
+    def write_to(self, memory: NamedNumbers, lifetime: float) -> None:
+        """Put what the step needs into a memory."""
+
+    def read_from(self, memory: NamedNumbers) -> None:
+        """Take the counters back."""
+
+
 class Line:
     """Identifiers of a finger's frames, and the counter of its states.
 
     Args:
         states: of the finger.
         commands: of the finger.
+        reports: of what is told of it: contact and slip margin.
 
     """
 
-    wire = FD
+    wire: str = FD
 
-    def __init__(self, states: Decoder, commands: Encoder) -> None:
+    def __init__(self, states: Decoder, commands: Encoder, reports: Sequence[Encoder] = ()) -> None:
         self.state_id, self.command_id = states.identifier, commands.identifier
         self.state_ids: tuple[int, ...] = (states.identifier,)
         """Of the frames of a state, in their order."""
+        self.report_ids = tuple(identifier for encoder in reports for identifier in encoder.identifiers)
+        """Of the frames of a report, where each is one: both of a contact, and that of a slip margin."""
         self._sender_time = states.uses_sender_time
         self._sequence = states.assembly.sequence
         self._commands = commands
@@ -44,6 +69,9 @@ class Line:
     def write_to(self, memory: NamedNumbers, lifetime: float) -> None:
         """Put identifiers, counter and the ``lifetime`` [s] of commands into a memory."""
         memory["SETUP_STATE_ID"], memory["SETUP_COMMAND_ID"] = self.state_id, self.command_id
+        names = ("SETUP_CONTACT1_ID", "SETUP_CONTACT2_ID", "SETUP_MARGIN_ID")
+        for name, identifier in zip(names, self.report_ids, strict=False):
+            memory[name] = identifier
         memory["SETUP_SENDER_TIME"] = self._sender_time
         memory["SETUP_EXPIRES"] = self._raw(lifetime) or 0
         self._sequence.write_to(memory)

@@ -143,7 +143,7 @@ def write_row(h: Floats, out: Floats, at: int) -> None:
         f, torque = math.sqrt(x * x + y * y), abs(h[H_WRENCH + 3 * i + 2])
         out[c + 6], out[c + 7] = f, torque
         out[c + 8] = least_possible(f, torque, h[H_MU + i], h[H_RADIUS + i], h[H_K + i], h[H_FORCE + i])
-    out[c + 9], out[c + 10] = h[G_BELIEVED + i], h[G_BELIEVED_VAR + i]
+        out[c + 9], out[c + 10] = h[G_BELIEVED + i], h[G_BELIEVED_VAR + i]
 
 
 def least_possible(f: float, torque: float, mu: float, a: float, k: float, force: float) -> float:
