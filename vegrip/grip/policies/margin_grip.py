@@ -36,6 +36,10 @@ from vegrip.types import NamedNumbers
 class GripSettings:
     """How the margin grip trades effort against the risk of slip."""
 
+    slip_every: float = parameter(
+        0.0, unit="s", low=0.0, high=1e6,
+        doc="one slip in so many disturbed seconds is wanted: gives what follows; 0 = that is set by itself",
+    )  # fmt: skip
     wanted_margin: float = parameter(0.15, unit="1", low=0.0, high=0.9, doc="slip margin whose bound is kept")
     probability: float = parameter(
         0.95, unit="1", low=0.5, high=0.9999, doc="that all fingers keep the margin over the horizon"
