@@ -8,6 +8,8 @@ All on the same recorded frames of a closed loop, in processor time, so that a b
 * ``loop_vs_finger_step``: a turn of the loop of the node, five states at a wake-up, without reports, against
   the step; the ratio is the share of the step;
 * ``object_report_vs_packed``: contact and slip margin from objects to frames, and packed by the step;
+* ``wire_fd``, ``wire_classic``, ``wire_canopen``, ``wire_topics``, ``wire_batch``: a state from its bytes to
+  those of its command on this wire, codec and node by objects against codec and node with the compiled step;
 * ``c_vs_numba``: the step by C against the step by numba; every byte and number they make is compared first.
 
 And as cores, on the wall clock, so that what else the machine does counts (with ``load``, the programs that
@@ -36,6 +38,7 @@ from pathlib import Path
 import can
 import numpy as np
 from vegrip.benchmarks._twenty_fingers import measure
+from vegrip.benchmarks._wires import WIRES, require_all_answered, states_of, work
 
 from vegrip.c99 import host
 from vegrip.clock import WallClock
@@ -79,13 +82,15 @@ Stated = tuple[Frame, str, int]
 
 def run() -> dict[str, Timed]:
     log = record(None, SECONDS, "hand")
-    step = finger_step(log, "c" if host.compiler() is not None else "numba")
+    mode = "c" if host.compiler() is not None else "numba"
+    step = finger_step(log, mode)
     results = {
         "finger_step_vs_physics": row(step, physics(log)),
         "object_path_vs_finger_step": row(step, objects(log)),
         "loop_vs_finger_step": row(loop(log), step),
         "object_report_vs_packed": reports(log),
     }
+    results |= {name: wire_row(name, log, mode) for name in WIRES}
     if WITH_NUMBA and host.compiler() is not None:
         require_equal(log)
         results["c_vs_numba"] = row(step, finger_step(log, "numba"))
@@ -240,6 +245,17 @@ def reports(log: Log) -> Timed:
 
     count = REPORTS * len(log.fingers)
     return row(best(packed) / count, best(by_objects) / count)
+
+
+def wire_row(name: str, log: Log, mode: str) -> Timed:
+    """Return the times of a state on one wire, compiled and by objects."""
+    states = len(states_of(log))
+    wire = WIRES[name](log, mode)
+    work(wire, compiled=True)()
+    require_all_answered(wire, states)
+    ours = best(lambda: work(WIRES[name](log, mode), compiled=True))
+    theirs = best(lambda: work(WIRES[name](log, ""), compiled=False))
+    return row(ours / states, theirs / states)
 
 
 def loop(log: Log) -> float:

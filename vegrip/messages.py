@@ -150,6 +150,12 @@ class ForceCommand:
     expires: int  # [ns] the receiver must not use it later than this
 
 
+PROBED = "probed"
+"""Force is let go of slowly on purpose, to learn friction: see :attr:`ModelHealth.friction`."""
+KNOWN = "known"
+"""No more is held than the friction that was learned asks for."""
+
+
 @dataclass(frozen=True, slots=True)
 class ModelHealth:
     """Whether the model still explains what is measured."""
@@ -164,6 +170,7 @@ class ModelHealth:
     regime: str = ""  # and where: "loading", "hold", "unloading", "air", ...
     suspect: str = ""  # leading missing effect, "" = not known
     rejected: int = 0  # measurements refused by the outlier gate since activation
+    friction: str = ""  # what the grip counts on: PROBED, KNOWN, "" = what is usual
 
 
 @dataclass(frozen=True, slots=True)

@@ -166,3 +166,26 @@ def test_a_grasp_node_told_so_produces_time(grasp, other):
     ours = other.add_node(canopen.RemoteNode(GRASP, GRASP_FORCE))
     ours.sdo.RESPONSE_TIMEOUT = 60.0
     assert ours.sdo[0x1012].raw == 0x4000_0100
+
+
+def test_states_in_pdos_are_answered_by_the_compiled_step(grasp, bus):
+    """One finger after the other, because each waits for the command to its own state."""
+    node = build({}, NodeContext("grasp_force", fingers=FINGERS))
+    with hand_of_ours(bus) as (heard, to_send, hand):
+        ours = grasp(node)
+        eventually(lambda: ours.settled)
+        assert ours.runner.path_taken.startswith("states are answered by the compiled step (")
+        for seq in range(90):
+            now = time.monotonic_ns()
+            force = 2.0 + 0.01 * (seq % 7)
+            to_send += [
+                FingertipState(now, name, seq, normal_force=force, displacement=1e-3) for name in FINGERS
+            ]
+            eventually(lambda n=seq: sum(isinstance(one, ForceCommand) for one in heard) > 2 * n + 1)
+        states = ours.runner.hot_path.frames
+        assert states > 60, "the first fifty of a finger go by messages"
+        assert {one.finger for one in heard if isinstance(one, ForceCommand)} == set(FINGERS)
+        refused = {"checksum", "length", "unknown_id", "value", "version"}
+        assert not refused & {*hand.rejected, *ours.endpoint.rejected}
+        commanded = ours.endpoint._mirror._frames
+        assert {len(data) for data in commanded.values()} == {8}, "commands are kept to be read by SDO"

@@ -10,9 +10,10 @@ from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.grip.controller import GripController
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.joint_confidence import FINGER_CORRELATION
 from vegrip.grip.node import GraspForce
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import Condition, FingertipState
+from vegrip.messages import PROBED, Condition, FingertipState
 
 NAMES = ("thumb", "index")
 LEARNING = FrictionSettings(shared=True, probing=True)
@@ -129,7 +130,10 @@ def test_a_bogus_slip_at_light_touch_changes_nothing() -> None:
 def test_probing_says_why_it_is_off_and_is_careful_then(
     friction: FrictionSettings, slip: float, sentence: str
 ) -> None:
-    bench = Bench(controller(friction))
+    _, std = controller(LEARNING).friction.belief("index")
+    as_alone = replace(friction, own_spread=std * math.sqrt(1.0 - FINGER_CORRELATION))
+    bench = Bench(controller(as_alone))
+    assert bench.hand.friction.correlation == pytest.approx(FINGER_CORRELATION, rel=1e-9)
     seconds = 0.6 if sentence else 3.0  # an unknown object is lifted with as much, and then let go of
     bench.run(seconds, 0.6, dict.fromkeys(NAMES, slip))
     why = bench.hand.friction.why_not_probing
@@ -190,3 +194,17 @@ def test_a_node_logs_once_why_friction_is_not_probed(caplog: pytest.LogCaptureFi
             list(node.on_message(state, state.stamp))
     told = [record.getMessage() for record in caplog.records]
     assert told == ["friction is not probed: thumb does not feel slip"]
+
+
+def test_health_says_that_friction_is_probed_and_a_finger_that_does_not_learn_says_nothing() -> None:
+    seen = []
+    for friction in (LEARNING, FrictionSettings()):
+        bench = Bench(controller(friction))
+        bench.run(0.1, 0.6)
+        told = {bench.hand.health("index").friction}
+        for _ in range(40):
+            bench.run(0.05, 0.6)
+            told.add(bench.hand.health("index").friction)
+        seen.append(told)
+    assert seen[0] >= {"", PROBED}
+    assert seen[1] == {""}

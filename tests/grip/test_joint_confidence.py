@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ndtri
 
-from vegrip.grip.joint_confidence import each_confidence, joint_confidence
+from vegrip.grip.joint_confidence import each_confidence, joint_confidence, shared_part
 
 probability = st.floats(0.5, 0.999)
 correlation = st.floats(0.0, 1.0)
@@ -43,3 +43,12 @@ def test_the_confidence_lies_between_its_limits(p: float, rho: float, fingers: i
 def test_a_higher_quantile_is_surer(rho: float, fingers: int) -> None:
     found = [joint_confidence(q, fingers, rho) for q in (0.0, 1.0, 2.0, 3.0)]
     assert found == sorted(found)
+
+
+def test_the_joint_belief_gives_the_correlation_of_fingers_that_share_it() -> None:
+    rng = np.random.default_rng(2)
+    std, own = 0.4, 0.08
+    common = np.sqrt(std**2 - own**2) * rng.standard_normal(200_000)
+    one, other = (common + own * rng.standard_normal(200_000) for _ in range(2))
+    assert shared_part(std, own) == pytest.approx(np.corrcoef(one, other)[0, 1], abs=0.002)
+    assert shared_part(0.05, 0.08) == shared_part(0.0, 0.08) == 0.0

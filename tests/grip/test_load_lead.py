@@ -5,15 +5,21 @@ import math
 import numpy as np
 import pytest
 
-from vegrip.grip.load_lead import LEAD_SIZE, begin_lead, lead_load
+from vegrip.grip.drive_lag import DRIVE_KNOWN, DRIVE_LAG, begin_drives, tell_drives
+from vegrip.grip.load_lead import LEAD_MOST, LEAD_SIZE, begin_lead, lead_load
 
 DT, NOISE, TORQUE_NOISE, LAG = 0.002, 0.01, 1e-4, 0.01
 
 
-def led(loads: list[tuple[float, float, float]], lag: float = LAG) -> list[tuple[float, float]]:
-    """Return what comes ahead of (x, y, torque) by sample."""
+def led(
+    loads: list[tuple[float, float, float]], lag: float = LAG, measured: float = 0.0
+) -> list[tuple[float, float]]:
+    """Return what comes ahead of (x, y, torque) by sample; ``measured`` [s] is 0 where no lag is known."""
     q = [0.0] * LEAD_SIZE
-    begin_lead(q, lag, NOISE, TORQUE_NOISE)
+    begin_drives(q, NOISE)
+    tell_drives(q, lag, measured=True, burst=5.0)
+    begin_lead(q, NOISE, TORQUE_NOISE)
+    q[DRIVE_LAG + 1], q[DRIVE_KNOWN + 1] = measured, float(measured > 0.0)
     return [lead_load(q, 1, DT, *load) for load in loads]
 
 
@@ -51,3 +57,16 @@ def test_an_unknown_load_stays_unknown_and_the_next_one_begins_anew() -> None:
 def test_a_torque_that_is_not_measured_leaves_the_force() -> None:
     ahead = led([(1.0, 0.0, math.nan)] * 3)
     assert ahead[-1] == pytest.approx((1.0, 0.0))
+
+
+def test_a_measured_lag_counts_instead_of_the_one_that_is_told() -> None:
+    loads = [(0.0, 20.0 * k * DT, 0.0) for k in range(100)]
+    now = loads[-1][1]
+    assert led(loads, LAG, measured=0.004)[-1][0] - now == pytest.approx(20.0 * 0.004, rel=0.15)
+
+
+def test_of_a_long_measured_lag_a_part_is_led_and_more_is_held_for_the_rest() -> None:
+    steady = [(2.0, 0.0, 0.01)] * 100
+    force, torque = led(steady, measured=LEAD_MOST + 0.02)[-1]
+    assert (force, torque) == pytest.approx((2.2, 0.011))
+    assert led(steady, measured=LEAD_MOST)[-1] == pytest.approx((2.0, 0.01))

@@ -8,6 +8,8 @@ import pytest
 
 from vegrip.clock import NS
 from vegrip.messages import (
+    KNOWN,
+    PROBED,
     Condition,
     ContactEstimate,
     Estimate,
@@ -22,7 +24,7 @@ from vegrip.messages import (
 )
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.node_row import Present
-from vegrip.web.live.alarms import ALARM_HOLD_S, Alarms, alarms_of
+from vegrip.web.live.alarms import ALARM_HOLD_S, Alarms, Level, alarms_of, states_of
 from vegrip.web.live.columns import COLUMN_COUNT, COLUMN_NAMES, Columns
 from vegrip.web.live.finger_view import finger_view
 from vegrip.web.live.limit_curve import limit_curve
@@ -183,6 +185,43 @@ def test_each_cause_gives_its_alarm(view: LiveView, message: object, said: str) 
     view.take(message, 0, NODE)  # type: ignore[arg-type]
     (text,) = texts(view)
     assert said in text
+
+
+PROBING = replace(HEALTH, friction=PROBED)
+LOW = replace(MARGIN, lower_bound=-0.1, earliest_slip=0.4)
+
+
+def test_what_is_done_on_purpose_is_one_calm_state_and_no_alarm(view: LiveView) -> None:
+    for friction, said in ((PROBED, "probing friction"), (KNOWN, "friction is known")):
+        view.take(replace(HEALTH, friction=friction), 0, NODE)
+        view.take(LOW, 0, NODE)
+        assert texts(view) == []
+        (state,) = states_of(view.board, 0)
+        assert (state.level, state.finger) == (Level.CALM, "thumb")
+        assert state.text.startswith(said)
+
+
+def test_a_slip_that_is_felt_is_an_alarm_while_friction_is_probed_too(view: LiveView) -> None:
+    view.take(PROBING, 0, NODE)
+    view.take(replace(COMMAND, reason=Reason.SLIP), 0, NODE)
+    (text,) = texts(view)
+    assert "slip is felt" in text
+
+
+def test_a_finger_of_known_friction_whose_margin_is_gone_is_an_alarm(view: LiveView) -> None:
+    view.take(replace(HEALTH, friction=KNOWN), 0, NODE)
+    view.take(replace(LOW, margin=sure(-0.02)), 0, NODE)
+    (text,) = texts(view)
+    assert "may be slipping" in text
+
+
+def test_a_state_on_purpose_that_is_old_excuses_nothing(view: LiveView) -> None:
+    view.take(PROBING, 0, NODE)
+    view.take(LOW, 5 * NS, NODE)
+    view.take(CONTACT, 5 * NS, NODE)
+    (text,) = texts(view, 5 * NS)
+    assert "may be slipping" in text
+    assert states_of(view.board, 5 * NS) == []
 
 
 def test_a_node_that_is_killed_gives_an_alarm(view: LiveView) -> None:

@@ -5,10 +5,11 @@ from collections.abc import Callable, Mapping
 
 from vegrip.messages import Message
 from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.line import Line
 
 Service = Callable[[Frame], None]
 Gate = Callable[[int], bool]
-Keep = Callable[[Message, list[Frame]], None]
+Keep = Callable[[Message | None, list[Frame]], None]
 
 
 class CanopenCodec:
@@ -59,21 +60,34 @@ class CanopenCodec:
 
     def decode(self, frame: Frame) -> Message | None:
         """Return the message that a PDO completes; hand any other frame to the services."""
-        identifier = self._identifier.get(frame.arbitration_id)
-        if identifier is None:
+        if frame.arbitration_id not in self._identifier:
             self._service(frame)
             return None
-        if not self._hears(frame.arbitration_id):
+        classic = self.classic(frame)
+        return None if classic is None else self._codec.decode(classic)
+
+    def classic(self, frame: Frame) -> Frame | None:
+        """Return a PDO as the classic frame that it is; None for other frames, and while it is not heard."""
+        identifier = self._identifier.get(frame.arbitration_id)
+        if identifier is None or not self._hears(frame.arbitration_id):
             return None
-        return self._codec.decode(frame._replace(arbitration_id=identifier))
+        return Frame(identifier, frame.data, frame.fd, frame.stamp)  # a third of the time of _replace
+
+    def line(self, finger: str) -> Line | None:
+        """Return how states and commands of ``finger`` travel, as classic frames."""
+        return self._codec.line(finger)
 
     def encode(self, message: Message) -> list[Frame]:
         """Return the PDOs of ``message`` that may be sent; messages without a PDO have none."""
         frames = [] if isinstance(message, self._without_pdo) else self._codec.encode(message)
+        return self.pdos(frames, message)
+
+    def pdos(self, frames: list[Frame], message: Message | None = None) -> list[Frame]:
+        """Return classic ``frames``, of a ``message`` if it is known, as the PDOs that may be sent."""
         self._keep(message, frames)
         cob_ids = [(self._cob_id.get(frame.arbitration_id), frame) for frame in frames]
         return [
-            frame._replace(arbitration_id=cob_id)
+            Frame(cob_id, frame.data, frame.fd, frame.stamp)
             for cob_id, frame in cob_ids
             if cob_id is not None and self._speaks(cob_id)
         ]

@@ -165,7 +165,7 @@ class GraspEndpoint(CanopenEndpoint):
             cob_id & 0x7F == self.device.id or cob_id & 0x780 not in STATE_COB_IDS
         )
 
-    def keep(self, message: Message, frames: list[Frame]) -> None:
+    def keep(self, message: Message | None, frames: list[Frame]) -> None:
         """Keep what is sent, to be read by SDO."""
         self._mirror.keep(message, frames)
 

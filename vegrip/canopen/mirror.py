@@ -29,8 +29,8 @@ class Mirror:
         } | {STATUS: frame_base("NodeStatus") + 8 * hand}
         device.local.add_read_callback(self._read)
 
-    def keep(self, message: Message, frames: Sequence[Frame]) -> None:
-        """Remember what is sent."""
+    def keep(self, message: Message | None, frames: Sequence[Frame]) -> None:
+        """Remember what is sent: frames, and the message that they carry where it is known."""
         if isinstance(message, ContactEstimate):
             self._estimates[message.finger] = message
         for frame in frames:

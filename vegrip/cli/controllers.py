@@ -1,6 +1,7 @@
 """``vegrip controllers``: grip controllers against the least possible force, on the same disturbances."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -35,6 +36,9 @@ DELAY = Annotated[
     float | None, typer.Option("--slip-delay", help="Felt slip is late by this, in s; 0.02 when not given.")
 ]
 CHANNEL = Annotated[bool, typer.Option("--slip-channel/--no-slip-channel", help="Whether slip is felt.")]
+LAG = Annotated[
+    bool, typer.Option("--measure-lag", help="Controllers that lead the load measure the drives' lag.")
+]
 JOBS = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Processes.")]
 PICTURE = Annotated[Path | None, typer.Option("-o", "--output", help="Picture of the fronts.")]
 
@@ -51,6 +55,7 @@ def controllers(
     slip_threshold: THRESHOLD = None,
     slip_delay: DELAY = None,
     slip_channel: CHANNEL = True,
+    measure_lag: LAG = False,
     jobs: JOBS = 1,
     output: PICTURE = None,
     force: FORCE = False,
@@ -76,7 +81,8 @@ def controllers(
     knobs = fronts.knobs_of(grasp, names, sweep=sweep)
     with Outputs(force=force) as outputs:
         outputs.picture(output)
-        trials = fronts.trials_of(knobs, range(first_seed, first_seed + seeds), duration, grasp, around)
+        seen = range(first_seed, first_seed + seeds)
+        trials = fronts.trials_of(knobs, seen, duration, grasp, around, measures_lag=measure_lag)
         every = max(1, len(trials) // 20)
         with progress("controllers") as report:
             found = fronts.run_fronts(
@@ -91,6 +97,8 @@ def controllers(
             print_json({"grasp": grasp, "seeds": seeds, "duration": duration, "controllers": told})
         else:
             _print(told)
+            if measure_lag:
+                _print_lags(told)
 
 
 def _known(grasp: str, only: list[str]) -> list[str]:
@@ -161,3 +169,14 @@ def _print(told: dict[str, Any]) -> None:
         friction.add_row(name, *inside, f"{one['friction_std']:.2f}")
     show(forces)
     show(friction)
+
+
+def _print_lags(told: dict[str, Any]) -> None:
+    """Say how far the drives lag, and what that costs."""
+    from vegrip.grip.drive_log import describe_lag
+    from vegrip.validation.controllers.candidates import parameters
+
+    for name, one in told.items():
+        if math.isfinite(one["drive_lag"]):
+            grip = replace(parameters(name, one["knob"]).grip, measure_lag=True)
+            typer.echo(f"drives of {name}: {describe_lag(one['drive_lag'], grip)}")

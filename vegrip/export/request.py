@@ -15,7 +15,7 @@ PREFIX = re.compile(r"[a-z][a-z0-9]{0,19}(_[a-z0-9]+)*")
 FRAMES = 500
 MOST_FINGERS = 8
 """That the identifiers of a hand's frames tell apart."""
-ABSENT = ("drive_lag",)
+ABSENT = ("drive_lag", "measure_lag")
 """Settings of the grip for which a finger needs more of its grasp than an exported one knows."""
 MARGIN = 0.2
 """For which the self-test asks the least force."""
@@ -64,4 +64,4 @@ class Request:
             )
         for name in ABSENT if self.entry == "finger" else ():
             if getattr(self.control.grip, name) > 0.0:
-                raise InputError(f"[grip] {name}: an exported finger cannot do this; leave it at 0")
+                raise InputError(f"[grip] {name}: an exported finger cannot do this; leave it at its default")

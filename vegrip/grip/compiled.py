@@ -36,7 +36,7 @@ GRIP_KERNELS: Final = (
     "finger_step",
 )  # fmt: skip
 SHARED_FRICTION: Final = (
-    "friction_belief", "friction_probe", "friction_onset", "load_lead", "felt_slip", "late_slip",
+    "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
 )  # fmt: skip
 """Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
 

@@ -27,7 +27,7 @@ from vegrip.grip.settings import ControlSettings
 from vegrip.grip.wires import WIRES
 from vegrip.messages import FingertipState, ForceCommand, Reason
 from vegrip.runtime.telemetry import Unmade
-from vegrip.transport.codec.line import CLASSIC, Line
+from vegrip.transport.codec.line import CLASSIC, FingerLine
 from vegrip.types import Floats
 
 LEFT_ALONE: Final = 0
@@ -87,7 +87,7 @@ class CompiledFinger:
     def __init__(
         self,
         finger: GraspFinger,
-        line: Line,
+        line: FingerLine,
         place: Place,
         shared: Floats,
         mode: str = "",
@@ -223,6 +223,12 @@ class CompiledFinger:
         force, adjustment = map(self._f.item, self._given)
         rest = seq, force, adjustment, REASONS[reason], stamp + self._lifetime
         return Unmade(ForceCommand, self.finger.name, stamp, rest)
+
+    def command_numbers(self) -> tuple[int, float, float, int, int]:
+        """Return counter, force [N], its change [N], reason and lifetime [ns] of the last command."""
+        _, seq, reason = map(self._t.item, self._turn)
+        force, adjustment = map(self._f.item, self._given)
+        return seq, force, adjustment, reason, self._lifetime
 
     @property
     def runs_by(self) -> str:

@@ -135,6 +135,13 @@ class GripController:
         """Return whether the model explains what ``finger`` measures; errors as of :meth:`contact`."""
         return self.friction.name_suspect(self._finger_called(finger).health(self._now))
 
+    def drive_lag(self, finger: str) -> float:
+        """Return the measured lag [s] of the force of ``finger`` behind what it needs; NaN: not known.
+
+        It is measured where ``grip.drive_lag`` or ``grip.measure_lag`` are set; errors as of :meth:`contact`.
+        """
+        return self.friction.drive_lag(self._finger_called(finger).name)
+
     @property
     def settings(self) -> ControlSettings:
         """How the grasp is controlled; new settings take effect at once, what is held and learned stays."""
@@ -216,7 +223,7 @@ class GripController:
 
     def _lead(self) -> None:
         noise = getattr(self._settings, "noise", SensorNoise())
-        self.friction.set_lead(self._settings.grip.drive_lag, noise.torque_z)
+        self.friction.set_lead(self._settings.grip, noise.torque_z)
         for finger in self.fingers.values():
             self.friction.lead(finger)
 
@@ -224,7 +231,8 @@ class GripController:
     def wanted(self) -> Wanted:
         """Margin and confidence of each finger; all count, also those that are not heard."""
         grip = self.settings.grip
-        return grip.wanted_margin, each_confidence(grip.probability, len(self.names), grip.correlation)
+        rho = self.friction.correlation
+        return grip.wanted_margin, each_confidence(grip.probability, len(self.names), rho)
 
     @property
     def wanted_known(self) -> Wanted:

@@ -8,6 +8,7 @@ from vegrip.clock import NS
 from vegrip.estimator.estimator import quantile
 from vegrip.estimator.learning import Learned
 from vegrip.grip.bumpless_transfer import BumplessTransfer
+from vegrip.grip.drive_lag import follow_drive
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger_controller import FingerController
 from vegrip.grip.load_lead import lead_load
@@ -314,6 +315,9 @@ class GraspFinger:
             return self.estimator.least_force(*wanted)
         dt = min(max((state.stamp - self._led) / NS, 0.0), LONGEST_STEP_S)
         self._led = state.stamp
+        is_following = not (self.controller.fail_safe.active or self.watchdog.doubtful)
+        command = self.controller.held if is_following else math.nan
+        follow_drive(*self.lead_in, dt, command, state.normal_force)
         x, y, torque = state.tangential_force_x, state.tangential_force_y, state.torque_z
         return self.estimator.least_force(*wanted, lead_load(*self.lead_in, dt, x, y, torque))
 

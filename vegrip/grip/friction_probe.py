@@ -2,8 +2,8 @@
 
 What a finger counts on is the lower bound of its friction. ``b`` raises it, in logarithms: where nothing is
 known of the object for all fingers, else for the one finger that is least known of those whose need decides
-the grip. It grows only while no load moves and no slip was felt of late, and any slip sets all of them back
-at once::
+the grip and who have not been probed as far as may be. It grows only while no load moves fast and no slip
+was felt of late, and any slip sets all of them back at once::
 
     b' = climb     while the object is unknown        (std of ln mu above ``unknown``)
     b' = rate      while the least known finger is not known well   (std above ``known``)
@@ -36,6 +36,8 @@ PROBE_NEED = PROBE_STILL + BELIEF_MOST  # [N] what each finger needs on its own
 PROBE_SIZE = PROBE_NEED + BELIEF_MOST
 
 SMOOTHING = 0.01  # [s]
+FOLLOWING = 0.1  # [s] with which the load from which changes are counted follows; a slow load is no change
+REACHED = 0.99  # of how far a finger may be probed, from which on it does not keep the next one waiting
 
 
 def begin_probing(
@@ -71,6 +73,7 @@ def watch_load(q: Numbers, i: int, dt: float, load: float, noise: float, touchin
         q[PROBE_STILL + i] = 0.0
     q[PROBE_SMOOTH + i] += (1.0 - math.exp(-dt / SMOOTHING)) * (load - q[PROBE_SMOOTH + i])
     q[PROBE_STILL + i] += dt
+    q[PROBE_LOAD + i] += (1.0 - math.exp(-dt / FOLLOWING)) * (q[PROBE_SMOOTH + i] - q[PROBE_LOAD + i])
     change = abs(q[PROBE_SMOOTH + i] - q[PROBE_LOAD + i])
     if change > q[PROBE_QUIET_CHANGE] * q[PROBE_LOAD + i] + 2.0 * noise:
         q[PROBE_LOAD + i] = q[PROBE_SMOOTH + i]
@@ -86,12 +89,17 @@ def feel_slip(q: Numbers, dt: float, fingers: int, slipping: bool) -> None:
             q[PROBE_SHIFT + j] = 0.0
 
 
+def farthest(g: Numbers, q: Numbers, i: int, lag: float) -> float:
+    """Return how far finger ``i`` may be probed, of ln mu."""
+    return (lag + q[PROBE_REACH]) * math.sqrt(believed_variance(g, i))
+
+
 def probe_friction(g: Numbers, q: Numbers, i: int, dt: float, lag: float) -> None:
     """Let ``b`` of finger ``i`` grow where it may; ``lag`` is how many std are counted off the mean."""
     n = int(g[BELIEF_FINGERS])
     std = math.sqrt(believed_variance(g, i))
     rate = q[PROBE_CLIMB] if std > q[PROBE_UNKNOWN] else q[PROBE_RATE]
-    most = (lag + q[PROBE_REACH]) * std
+    most = farthest(g, q, i, lag)
     if std < q[PROBE_KNOWN] or q[PROBE_SINCE_SLIP] < q[PROBE_PAUSE]:
         return
     others = 0.0
@@ -103,6 +111,7 @@ def probe_friction(g: Numbers, q: Numbers, i: int, dt: float, lag: float) -> Non
     if std <= q[PROBE_UNKNOWN]:
         for j in range(n):
             decides = others >= q[PROBE_NEED] if j > 0 else q[PROBE_NEED] >= others
-            if j != i and decides and believed_variance(g, j) > believed_variance(g, i):
+            vaguer = believed_variance(g, j) > believed_variance(g, i)
+            if j != i and decides and vaguer and q[PROBE_SHIFT + j] < REACHED * farthest(g, q, j, lag):
                 return
     q[PROBE_SHIFT + i] = min(q[PROBE_SHIFT + i] + rate * dt, max(most, q[PROBE_SHIFT + i]))

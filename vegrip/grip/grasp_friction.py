@@ -22,6 +22,7 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.estimator.estimator import quantile
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
+from vegrip.grip.drive_lag import begin_drives, measured_lag, tell_drives
 from vegrip.grip.felt_slip import (
     FELT_BY_LOAD,
     FELT_BY_OTHER,
@@ -69,11 +70,13 @@ from vegrip.grip.friction_probe import (
     watch_load,
 )
 from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.joint_confidence import FINGER_CORRELATION, shared_part
 from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.late_slip import LATE_SIZE, begin_late_slip, is_late, present_slip, recall_load
 from vegrip.grip.load_lead import begin_lead
+from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import FingertipState, ModelHealth
+from vegrip.messages import KNOWN, PROBED, FingertipState, ModelHealth
 from vegrip.types import NamedNumbers
 
 LONGEST_STEP_S = 0.1
@@ -81,6 +84,9 @@ LONGEST_STEP_S = 0.1
 NEW_CONTACT_VARIANCE = 1e-4
 """Growth of the variance of ln mu between two states that only a new contact brings."""
 
+
+LEAST_PROBE = 1e-3
+"""Of ln mu by which a finger is let go of from which on that is said."""
 
 CHANNELS_OF_SLIP = {FELT_FLAG: "slip", FELT_SPEED: "slip_speed"}
 
@@ -141,6 +147,7 @@ class GraspFriction:
         tangential_noise: std of the measured tangential force [N].
         drift: random walk of ln mu [1/sqrt(s)].
         known: what former grasps have learned of the object.
+        normal_noise: std of the measured normal force [N].
 
     """
 
@@ -151,6 +158,7 @@ class GraspFriction:
         tangential_noise: float,
         drift: float,
         known: ObjectFriction | None = None,
+        normal_noise: float = 0.01,
     ) -> None:
         able = {name: e for name, e in fingers.items() if can_share(e)}
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
@@ -164,6 +172,9 @@ class GraspFriction:
         self._before = [(0.0, 0.0)] * len(fingers)  # mean and variance it had before its last state
         self._stamp = [0] * len(fingers)
         self._is_leading = False
+        self.correlation = FINGER_CORRELATION
+        """Of what is not known of the fingers' friction before anything is felt [-]."""
+        begin_drives(self._memory, normal_noise)
         if self.active:
             self._begin(able, drift, known)
 
@@ -178,6 +189,8 @@ class GraspFriction:
             if known is not None and known.prior[1] ** 2 < widest:
                 mean, variance = known.prior[0], known.prior[1] ** 2
                 estimator.believe_friction(FingerFriction(mean, variance, mean, variance))
+            rho = shared_part(math.sqrt(max(variance, 0.0)), s.own_spread)
+            self.correlation = rho if i == 0 else min(rho, self.correlation)
             expect_finger(g, i, mean, math.sqrt(max(variance, 0.0)), s.own_spread)
             g[BELIEF_PRIOR_VAR] = max(g[BELIEF_PRIOR_VAR], widest)  # forgetting leads back to what is usual
             self._before[i] = mean, variance
@@ -263,10 +276,16 @@ class GraspFriction:
         i = self._places[finger.name]
         finger.lead_in = (self._memory, i) if self._is_leading and i < BELIEF_MOST else None
 
-    def set_lead(self, lag: float, torque_noise: float) -> None:
-        """Set the lag of the drives [s], 0 for the load as it is felt, and the noise of a torque [N m]."""
-        self._is_leading = lag > 0.0
-        begin_lead(self._memory, lag, self._noise, torque_noise)
+    def set_lead(self, grip: GripSettings, torque_noise: float) -> None:
+        """Set what is told of the drives, and the noise of a torque [N m]; what was measured stays."""
+        self._is_leading = grip.drive_lag > 0.0 or grip.measure_lag
+        tell_drives(self._memory, grip.drive_lag, grip.measure_lag, grip.burst_rate)
+        begin_lead(self._memory, self._noise, torque_noise)
+
+    def drive_lag(self, finger: str) -> float:
+        """Return the measured lag of the drive of ``finger`` [s]; NaN while it is not known."""
+        i = self._places[finger]
+        return measured_lag(self._memory, i) if i < BELIEF_MOST else math.nan
 
     def write_to(self, memory: NamedNumbers, finger: str, wanted: Wanted) -> None:
         """Lend what is of one finger; ``wanted`` of it once its friction is known."""
@@ -317,9 +336,22 @@ class GraspFriction:
         wrong = CONTRADICTIONS[self._memory[at + 6 * self._places[finger] + FELT_WHY]]
         return f"the channel '{channel}' of {finger} {wrong}, and is not used"
 
+    def friction_counted_on(self, finger: str) -> str:
+        """Return how ``finger`` counts on friction: PROBED, KNOWN, or "" for what is usual."""
+        if not self.active:
+            return ""
+        i = self._places[finger]
+        if self._memory[PROBE_SHIFT + i] > LEAST_PROBE:
+            return PROBED
+        return KNOWN if counts_as_known(self._memory, self._memory, i) else ""
+
     def name_suspect(self, health: ModelHealth) -> ModelHealth:
-        """Return ``health`` with the channel that is not believed, instead of what the model fails at."""
+        """Return ``health`` with the channel that is not believed, instead of what the model fails at.
+
+        What the grip counts on of friction is in it, too.
+        """
         channel = self.doubted_channel(health.finger)
+        health = replace(health, friction=self.friction_counted_on(health.finger))
         return replace(health, channel=channel, regime="", suspect="") if channel else health
 
     @property
@@ -382,4 +414,5 @@ def share_friction(
         noise.tangential_force,
         estimator.friction_drift,
         known,
+        noise.normal_force,
     )

@@ -7,7 +7,8 @@ If each keeps its load with the quantile q, none of n slips with the probability
     P(q) = E_z[ Phi((q + sqrt(rho) z) / sqrt(1 - rho))^n ] ,
 
 which grows with q. ``rho = 1`` gives the confidence of a single finger, ``rho = 0`` its n-th root
-[Sidak1967]_.
+[Sidak1967]_. Where the fingers share what they learn of friction, rho is that of their joint belief before
+anything is felt (:func:`shared_part`), else ``FINGER_CORRELATION``.
 """
 
 from functools import cache
@@ -18,7 +19,20 @@ from scipy.special import ndtr, ndtri
 
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(96)
 _WEIGHTS = _WEIGHTS / _WEIGHTS.sum()
+FINGER_CORRELATION = 0.9
+"""Of the errors of fingers that do not share what they learn of friction [-]: they hold one object."""
 _ALL = 1.0 - 1e-6  # correlation from which on the errors count as one
+
+
+def shared_part(std: float, own: float) -> float:
+    """Return the correlation of ln mu of two fingers on one object.
+
+    Args:
+        std: of ln mu of each.
+        own: the part of it that is not common to all.
+
+    """
+    return 1.0 - min(own / std, 1.0) ** 2 if std > 0.0 else 0.0
 
 
 def joint_confidence(quantile: float, fingers: int, correlation: float) -> float:

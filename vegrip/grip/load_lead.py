@@ -8,20 +8,33 @@ change::
 
 Of the difference, ``LEAD_GATE`` standard deviations of its noise do not count: a steady load has no lead.
 
+The lag is the one that is told, or the measured one (:mod:`~vegrip.grip.drive_lag`), of which no more than
+``LEAD_MOST`` is led: beyond it, the noise of the rate and the shakes of the hand cost more than the lead
+gains. For the rest the finger holds more beforehand: as much as a load that grows by ``burst`` of
+itself a second asks for in that time::
+
+    load = ahead (1 + burst (lag - LEAD_MOST)) .
+
 Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, behind its sections and those
-of :mod:`~vegrip.grip.friction_onset`; the same text is compiled.
+of :mod:`~vegrip.grip.drive_lag`; the same text is compiled.
 """
 
 import math
 
+from vegrip.grip.drive_lag import (
+    DRIVE_BURST,
+    DRIVE_IS_MEASURED,
+    DRIVE_KNOWN,
+    DRIVE_LAG,
+    DRIVE_SIZE,
+    DRIVE_TOLD,
+)
 from vegrip.grip.friction_belief import BELIEF_MOST
-from vegrip.grip.friction_onset import ONSET_SIZE
 from vegrip.types import Numbers
 
-LEAD_LAG = ONSET_SIZE  # [s] of the drive; 0 = the load as it is felt
-LEAD_NOISE = ONSET_SIZE + 1  # [N] std of a tangential force
-LEAD_TORQUE_NOISE = ONSET_SIZE + 2  # [N m]
-LEAD_BEGUN = ONSET_SIZE + 3
+LEAD_NOISE = DRIVE_SIZE  # [N] std of a tangential force
+LEAD_TORQUE_NOISE = DRIVE_SIZE + 1  # [N m]
+LEAD_BEGUN = DRIVE_SIZE + 2
 LEAD_AHEAD = LEAD_BEGUN + BELIEF_MOST  # x, y [N] and torque [N m] of finger i from 3 i on
 LEAD_FAST = LEAD_AHEAD + 3 * BELIEF_MOST
 LEAD_SLOW = LEAD_FAST + 3 * BELIEF_MOST
@@ -30,11 +43,12 @@ LEAD_SIZE = LEAD_SLOW + 3 * BELIEF_MOST
 LEAD_FAST_TIME = 0.003  # [s]
 LEAD_SLOW_TIME = 0.012  # [s]
 LEAD_GATE = 2.0  # standard deviations
+LEAD_MOST = 0.015  # [s] of a measured lag
 
 
-def begin_lead(q: Numbers, lag: float, noise: float, torque_noise: float) -> None:
-    """Set the drive's lag [s] and the noise of the load [N], [N m]; nothing is felt yet."""
-    q[LEAD_LAG], q[LEAD_NOISE], q[LEAD_TORQUE_NOISE] = lag, noise, torque_noise
+def begin_lead(q: Numbers, noise: float, torque_noise: float) -> None:
+    """Set the noise of the load [N], [N m]; nothing is felt yet."""
+    q[LEAD_NOISE], q[LEAD_TORQUE_NOISE] = noise, torque_noise
     for i in range(BELIEF_MOST):
         q[LEAD_BEGUN + i] = 0.0
 
@@ -50,15 +64,40 @@ def lead_load(q: Numbers, i: int, dt: float, x: float, y: float, torque: float) 
         return math.sqrt(x * x + y * y), abs(torque)
     begun = q[LEAD_BEGUN + i] > 0.5
     q[LEAD_BEGUN + i] = 1.0
-    lead_component(q, 3 * i, dt, x, q[LEAD_NOISE], begun)
-    lead_component(q, 3 * i + 1, dt, y, q[LEAD_NOISE], begun)
-    lead_component(q, 3 * i + 2, dt, turn, q[LEAD_TORQUE_NOISE], begun)
-    at = LEAD_AHEAD + 3 * i
-    return math.sqrt(q[at] * q[at] + q[at + 1] * q[at + 1]), abs(q[at + 2])
+    lag = lead_time(q, i)
+    lead_component(q, 3 * i, dt, x, q[LEAD_NOISE], begun, lag)
+    lead_component(q, 3 * i + 1, dt, y, q[LEAD_NOISE], begun, lag)
+    lead_component(q, 3 * i + 2, dt, turn, q[LEAD_TORQUE_NOISE], begun, lag)
+    at, more = LEAD_AHEAD + 3 * i, burst_reserve(q, i)
+    return more * math.sqrt(q[at] * q[at] + q[at + 1] * q[at + 1]), more * abs(q[at + 2])
 
 
-def lead_component(q: Numbers, at: int, dt: float, value: float, noise: float, begun: bool) -> None:
-    """Follow one component of the load, whose noise has the std ``noise``."""
+def lead_time(q: Numbers, i: int) -> float:
+    """Return by how much the load of finger ``i`` is led [s]."""
+    if counts_measured(q, i):
+        return min(q[DRIVE_LAG + i], LEAD_MOST)
+    return q[DRIVE_TOLD]
+
+
+def burst_reserve(q: Numbers, i: int) -> float:
+    """Return how many times its load finger ``i`` holds against, for the part of the lag that is not led."""
+    return reserve_for(q[DRIVE_LAG + i], q[DRIVE_BURST]) if counts_measured(q, i) else 1.0
+
+
+def reserve_for(lag: float, burst: float) -> float:
+    """Return how many times its load a finger holds against, whose drive has this measured ``lag`` [s]."""
+    return 1.0 + burst * max(lag - LEAD_MOST, 0.0)
+
+
+def counts_measured(q: Numbers, i: int) -> bool:
+    """Return whether the measured lag of finger ``i`` counts."""
+    return q[DRIVE_IS_MEASURED] > 0.5 and q[DRIVE_KNOWN + i] > 0.5
+
+
+def lead_component(
+    q: Numbers, at: int, dt: float, value: float, noise: float, begun: bool, lag: float
+) -> None:
+    """Follow one component of the load, whose noise has the std ``noise``, and lead it by ``lag`` [s]."""
     if not begun:
         q[LEAD_FAST + at] = q[LEAD_SLOW + at] = q[LEAD_AHEAD + at] = value
         return
@@ -69,7 +108,7 @@ def lead_component(q: Numbers, at: int, dt: float, value: float, noise: float, b
     gate = LEAD_GATE * noise * math.sqrt(lead_variance(keep, hold))
     beyond = math.copysign(max(abs(off) - gate, 0.0), off)
     rate = beyond / (LEAD_SLOW_TIME - LEAD_FAST_TIME)
-    q[LEAD_AHEAD + at] = q[LEAD_FAST + at] + (LEAD_FAST_TIME + q[LEAD_LAG]) * rate
+    q[LEAD_AHEAD + at] = q[LEAD_FAST + at] + (LEAD_FAST_TIME + lag) * rate
 
 
 def lead_variance(keep: float, hold: float) -> float:

@@ -13,6 +13,7 @@ from vegrip.grip.batch_text import STATE_BYTES
 from vegrip.grip.compiled_batch import CompiledBatch, can_batch
 from vegrip.grip.compiled_finger import LEFT_ALONE, CompiledFinger, Place, why_not_compiled
 from vegrip.grip.controller import GripController, need_of
+from vegrip.grip.drive_log import DriveLog
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import GraspFinger
 from vegrip.grip.known_objects import KnownObjects, ObjectFriction
@@ -23,7 +24,7 @@ from vegrip.host.realtime import NODE_PRIORITY
 from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth, NodeStatus
 from vegrip.runtime import NodeBase
 from vegrip.runtime.telemetry import Unmade
-from vegrip.transport.codec.line import Line
+from vegrip.transport.codec.line import FingerLine
 from vegrip.types import Floats
 
 WHY_NO_LINES = (
@@ -67,7 +68,7 @@ class GraspForce(NodeBase):
         self._names = tuple(fingers)
         self._model_swap: ModelSwap | None = None
         self._compiled: dict[str, CompiledFinger] = {}
-        self._lines: Mapping[str, Line] = {}
+        self._lines: Mapping[str, FingerLine] = {}
         self._kernel_mode = ""
         self._batch: CompiledBatch | None = None
         self._shared = np.full(max(1, len(self._names)), np.nan)  # what the fingers of the grasp share
@@ -78,6 +79,7 @@ class GraspForce(NodeBase):
         self.diagnoser = diagnoser or NoDiagnosis()
         self._active = False
         self._why_not_probing = ""  # as it was last told
+        self._drive_log = DriveLog(name)
         self._worn = False  # the fingers have a past
         self._is_at_fault = False  # of this node itself, not of its input
 
@@ -219,7 +221,7 @@ class GraspForce(NodeBase):
         """The fingers whose frames may run compiled."""
         return self._names
 
-    def run_compiled(self, lines: Mapping[str, Line], mode: str = "") -> None:
+    def run_compiled(self, lines: Mapping[str, FingerLine], mode: str = "") -> None:
         """Answer the frames of ``lines`` compiled from now on, finger by finger, as far as that is possible.
 
         Args:
@@ -339,6 +341,10 @@ class GraspForce(NodeBase):
         """Return the last command that was given compiled."""
         return self._compiled[name].command_given()
 
+    def command_numbers(self, name: str) -> tuple[int, float, float, int, int]:
+        """Return counter, force [N], its change [N], reason and lifetime [ns] of that command."""
+        return self._compiled[name].command_numbers()
+
     def take_back(self, name: str = "") -> None:
         """Bring the objects up to date with what ran compiled, of the finger ``name`` or of all."""
         self._take_back([self.fingers[name]] if name else self.fingers.values())
@@ -387,6 +393,12 @@ class GraspForce(NodeBase):
     @property
     def path_taken(self) -> str:
         """How states are answered: by the compiled step or by objects, and why, in a sentence."""
+        lifetime = self.parameters.limits.lifetime
+        if self._lines and not all(line.carries(lifetime) for line in self._lines.values()):
+            return (
+                f"states are answered by objects: no frame can say that a command lives for {lifetime:g} s"
+                " (limits.lifetime)"
+            )
         if self._compiled and len(self._compiled) == len(self.fingers):
             compiled = next(iter(self._compiled.values()))
             how = "all fingers at once" if self._batch is not None else "finger by finger"
@@ -476,6 +488,7 @@ class GraspForce(NodeBase):
         self._told(finger)
         if looks:
             self._tell_probing(controller)
+            self._drive_log.tell(finger.name, controller.friction, self.parameters.grip)
         # last, so that a state that has come meanwhile need not wait for it
         if looks and (learned := self._learned_store.observe(finger.name, now)):
             yield from finger.learned_messages(learned, now, self.parameters.learned_period)

@@ -18,7 +18,7 @@ from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry, Unmade
 from vegrip.transport.codec import Frame
-from vegrip.transport.codec.line import CLASSIC, Line
+from vegrip.transport.codec.line import CLASSIC, FingerLine, Line
 from vegrip.transport.endpoint import Intercept
 
 LONGEST_FRAME: Final = 64  # [bytes]
@@ -53,7 +53,7 @@ class AnswersFrames(Protocol):
     def number_commands_from(self, numbers: Mapping[str, int]) -> None:
         """Give every next command a number above these."""
 
-    def run_compiled(self, lines: Mapping[str, Line]) -> None:
+    def run_compiled(self, lines: Mapping[str, FingerLine]) -> None:
         """Prepare to answer the frames of ``lines``, as far as that is possible."""
 
     def on_frame(self, name: str, frame: Any, length: int, arrival: int, now: int, part: int = 0) -> int:

@@ -5,6 +5,7 @@ import logging
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from vegrip.clock import NS, Clock
 from vegrip.config import parameter
@@ -22,7 +23,7 @@ from vegrip.runtime.schedule import Schedule
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
-from vegrip.transport.codec import Frame
+from vegrip.runtime.topic_path import AnswersValues, GivesTopics, TopicPath
 from vegrip.transport.endpoint import Endpoint, Gathering, Guarded, Inspected, Selective, TakesAll, Timed
 from vegrip.transport.sender_clock import ClockEstimate
 
@@ -102,12 +103,14 @@ class Runner:
         self._senders = SenderWatch()
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
         self.channels = ChannelWatch(lacking) if lacking is not None else None
-        self.hot_path: HotPath | BatchPath | None = None
+        self.hot_path: HotPath | BatchPath | TopicPath | None = None
         beside_path = (clock, self.statistics, self._senders, telemetry, self.channels)
         if isinstance(node, AnswersFrames) and isinstance(endpoint, GivesFrames):
             self.hot_path = HotPath(node, endpoint, *beside_path)
         elif isinstance(node, AnswersBatches) and isinstance(endpoint, GivesBatches):
             self.hot_path = BatchPath(node, endpoint, *beside_path)
+        elif isinstance(node, AnswersValues) and isinstance(endpoint, GivesTopics):
+            self.hot_path = TopicPath(node, endpoint, *beside_path)
         self._gathering = endpoint if isinstance(endpoint, Gathering) else None
         self._takes_all = endpoint if isinstance(endpoint, TakesAll) else None
         self._renumber = True  # commands may have been sent in the node's place
@@ -279,7 +282,7 @@ class Runner:
             self._put_off_reports(path, answered[1])
         return answered[0]
 
-    def _put_off_reports(self, path: HotPath | BatchPath, fingers: Iterable[str]) -> None:
+    def _put_off_reports(self, path: HotPath | BatchPath | TopicPath, fingers: Iterable[str]) -> None:
         now, pace = self._clock.now(), self.statistics.pace
         due = [finger for finger in fingers if finger not in self._owed and pace.allows(finger, now)]
         if not due:
@@ -295,21 +298,22 @@ class Runner:
         yield from reports
         self._owed.difference_update(fingers)
 
-    def _intercept(self, frame: Frame) -> bool:
-        """Answer a frame on the short way; return whether that was done."""
-        if self.state is not Lifecycle.ACTIVE or not isinstance(self.hot_path, HotPath):
+    def _intercept(self, *given: Any) -> bool:
+        """Answer a frame, or what came on a topic, on the short way; return whether that was done."""
+        path = self.hot_path
+        if self.state is not Lifecycle.ACTIVE or path is None or isinstance(path, BatchPath):
             self._renumber = True
             return False
         try:
             if self._renumber:
                 self._renumber = False
-                self.hot_path.renumber(self.managed.numbers_sent())
-            done, finger = self.hot_path.answer(frame)
+                path.renumber(self.managed.numbers_sent())
+            done, finger = path.answer(*given)
         except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
             self.managed.fail(error, self._clock.now())
             return False
         if done & REPORT:
-            self._put_off_reports(self.hot_path, (finger,))
+            self._put_off_reports(path, (finger,))
         return done != LEFT_ALONE
 
     def _newcomers(self) -> Sequence[Message]:

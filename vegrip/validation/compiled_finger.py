@@ -4,14 +4,14 @@
 records a pinch under the faults of :mod:`vegrip.validation.faults`; ``--quick`` records less. ``--bits``
 compares C, numba and plain Python instead: every command and every number of all memories after 35 s of the
 hand, as recorded and with hostile states. ``--learning`` does so with friction that is shared and probed,
-``--classic`` with states in several classic frames.
+``--classic`` with states in several classic frames, ``--topics`` on single topics of ZeroMQ.
 """
 
 import argparse
 import math
 import struct
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -44,11 +44,16 @@ CLIPPED = ("normal_force", "adjustment", "reason", "expires")  # of commands; re
 
 @dataclass
 class Event:
-    """A frame that arrived, or a tick, or news of broken frames of ``finger``; answered at ``now`` [ns]."""
+    """A frame that arrived, or a tick, or news of broken frames of ``finger``; answered at ``now`` [ns].
+
+    In a log of topics a state is the ``payload`` of ``finger`` that came at ``arrival`` [ns].
+    """
 
     now: int = 0
     frame: Frame | None = None
     finger: str = ""
+    payload: bytes = b""
+    arrival: int = 0
 
 
 @dataclass
@@ -64,7 +69,7 @@ class Log:
     @property
     def frames(self) -> int:
         """How many frames there are."""
-        return sum(event.frame is not None for event in self.events)
+        return sum(event.frame is not None or bool(event.payload) for event in self.events)
 
     def codec(self) -> CanCodec:
         """Return a codec for the frames."""
@@ -399,9 +404,8 @@ def _unequal(what: str, left: list[tuple[int, bytes]], right: list[tuple[int, by
     return found
 
 
-def bits_left(log: Log, mode: str) -> tuple[int, dict[str, bytes]]:
-    """Return how many frames ``mode`` took, and the bits of all commands and memories after a log."""
-    replay = Replay(log, mode)
+def bits_left(replay: Replay) -> tuple[int, dict[str, bytes]]:
+    """Return how many frames ran compiled, and the bits of all commands and memories after a log."""
     answers = replay.run()
     sent = [*answers.commands, *answers.reports]
     left = {"commands and reports": b"".join(data for _, data in sent)}
@@ -411,6 +415,16 @@ def bits_left(log: Log, mode: str) -> tuple[int, dict[str, bytes]]:
     return answers.compiled_frames, left
 
 
+@dataclass(frozen=True)
+class Way:
+    """How states travel: what a recorded log becomes, how it is made hostile, and how a node meets it."""
+
+    fd: bool = True
+    converted: Callable[[Log], Log] = lambda log: log
+    hostile: Callable[[Log, int], Log] = hostile
+    replay: Callable[[Log, str], Replay] = Replay
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Compare on the table of faults and print a line for each case; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -418,30 +432,39 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--mode", default="c", choices=MODES, help="what runs the step")
     parser.add_argument("--bits", action="store_true", help="compare C, numba and Python instead")
     parser.add_argument("--classic", action="store_true", help="with states in several classic frames")
+    parser.add_argument("--topics", action="store_true", help="with states on single topics of ZeroMQ")
     parser.add_argument("--learning", action="store_true", help="with friction shared and probed, loads led")
     chosen = parser.parse_args(arguments)
     controller = "learning" if chosen.learning else "vegrip"
-    fd = not chosen.classic
+    way = _topics() if chosen.topics else Way(fd=not chosen.classic)
+    seconds = 2.0 if chosen.quick else BITS_DURATION_S if chosen.bits else 10.0
+    hand = way.converted(record(None, seconds, "hand", controller, fd=way.fd))
     if chosen.bits:
-        log = record(None, 2.0 if chosen.quick else BITS_DURATION_S, "hand", controller, fd=fd)
-        return 4 if _compare_bits(log) else 0
+        return 4 if _compare_bits(way, hand) else 0
     cases = [case for case in CASES if not case.slow]
     cases = cases[:: max(1, len(cases) // QUICK_CASES)] if chosen.quick else cases
-    hand = record(None, 2.0 if chosen.quick else 10.0, "hand", controller, fd=fd)
-    failed = _compare("a hand, undisturbed", hand, chosen.mode)
+    failed = _compare(way, "a hand, undisturbed", hand, chosen.mode)
     for seed in range(2 if chosen.quick else HOSTILE_SEEDS):
-        failed += _compare(f"a hand, hostile states, seed {seed}", hostile(hand, seed), chosen.mode)
+        name = f"a hand, hostile states, seed {seed}"
+        failed += _compare(way, name, way.hostile(hand, seed), chosen.mode)
     for case in cases:
-        failed += _compare(case.name, record(case, 0.0, controller=controller, fd=fd), chosen.mode)
+        met = way.converted(record(case, 0.0, controller=controller, fd=way.fd))
+        failed += _compare(way, case.name, met, chosen.mode)
     sys.stdout.write(f"{failed} differ\n")
     return 4 if failed else 0
 
 
-def _compare_bits(hand: Log) -> int:
+def _topics() -> Way:
+    from vegrip.validation import compiled_topics as topics  # noqa: PLC0415 (it is built on this module)
+
+    return Way(True, topics.on_topics, topics.hostile_topics, topics.TopicReplay)
+
+
+def _compare_bits(way: Way, hand: Log) -> int:
     """Print for a log and its hostile form what C, numba and Python left differently; return how much."""
     failed = 0
-    for name, log in {"a hand, undisturbed": hand, "a hand, hostile states": hostile(hand, 0)}.items():
-        left = {mode: bits_left(log, mode) for mode in MODES}
+    for name, log in {"a hand, undisturbed": hand, "a hand, hostile states": way.hostile(hand, 0)}.items():
+        left = {mode: bits_left(way.replay(log, mode)) for mode in MODES}
         frames, expected = left["c"]
         unequal = [
             f"{mode}: {key}" for mode in MODES for key in expected if left[mode][1][key] != expected[key]
@@ -452,8 +475,8 @@ def _compare_bits(hand: Log) -> int:
     return failed
 
 
-def _compare(name: str, log: Log, mode: str) -> int:
-    objects, compiled = Replay(log).run(), Replay(log, mode).run()
+def _compare(way: Way, name: str, log: Log, mode: str) -> int:
+    objects, compiled = way.replay(log, "").run(), way.replay(log, mode).run()
     found = differences(objects, compiled)
     share = f"{compiled.compiled_frames} of {log.frames} frames compiled"
     told = f"{compiled.packed_reports} of {len(objects.reports)} frames of reports packed by it"

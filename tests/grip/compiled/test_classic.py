@@ -93,13 +93,13 @@ def test_forces_beyond_the_frame_are_clipped_and_counted_alike(classic_log: Log,
 @pytest.mark.parametrize("seed", [-1, 3])
 def test_c_and_plain_python_leave_the_same_bits_in_the_whole_memory(classic_log: Log, seed: int) -> None:
     log = short(classic_log if seed < 0 else hostile(classic_log, seed))
-    assert bits_left(log, "c") == bits_left(log, "python")
+    assert bits_left(Replay(log, "c")) == bits_left(Replay(log, "python"))
 
 
 @pytest.mark.skipif(kernel_mode() != "numba", reason="numba compiles for a minute; make test-numba")
 def test_numba_leaves_the_bits_of_plain_python(classic_log: Log) -> None:
     log = short(hostile(classic_log, 3))
-    assert bits_left(log, "numba") == bits_left(log, "python")
+    assert bits_left(Replay(log, "numba")) == bits_left(Replay(log, "python"))
 
 
 def test_a_frame_that_is_left_alone_has_changed_nothing(classic_log: Log, mode: str) -> None:
@@ -142,3 +142,14 @@ def test_a_hand_on_classic_can_is_held_with_the_same_forces_on_both_ways() -> No
     assert compiled.course.command == objects.course.command
     assert compiled.course.condition[-1] == (Condition.OK,) * 5
     assert compiled.grip.runner.statistics.states == objects.grip.runner.statistics.states
+
+
+def test_a_lifetime_that_no_classic_frame_can_carry_is_told_and_answered_alike(
+    classic_log: Log, mode: str
+) -> None:
+    base = demo_parameters()
+    lasting = replace(base, limits=replace(base.limits, lifetime=0.6))
+    log = short(classic_log, 900)
+    replay = Replay(log, mode, lasting)
+    assert replay.node.path_taken.endswith("a command lives for 0.6 s (limits.lifetime)")
+    assert differences(Replay(log, "", lasting).run(), replay.run()) == []

@@ -169,3 +169,14 @@ def test_a_busy_machine_is_named_while_it_is_busy(board: Board) -> None:
 )
 def test_an_age_is_short(age: float, words: str) -> None:
     assert spoken(age) == words
+
+
+def test_friction_that_is_probed_on_purpose_is_said_in_place_of_a_red_bar(board: Board) -> None:
+    board.take(SlipMargin(1, "index", 2, known(0.3, 0.2), -0.1, 0.95), 1)
+    for friction, said in (("probed", "probing friction"), ("known", "friction known")):
+        board.take(ModelHealth(1, "index", 2, Condition.OK, 1.0, consistent=True, friction=friction), 1)
+        assert said in text(board)
+    console = Console(width=150, force_terminal=True, color_system="standard")
+    with console.capture() as capture:
+        console.print(render(board, 1, size=(150, 40)))
+    assert "\x1b[31m█" not in capture.get()

@@ -10,7 +10,9 @@ import pytest
 from hypothesis import strategies as st
 
 from vegrip.messages import (
+    KNOWN,
     NAN,
+    PROBED,
     UNKNOWN,
     Channel,
     Condition,
@@ -120,6 +122,7 @@ STRATEGIES: dict[type[Any], st.SearchStrategy[Any]] = {
         regime=st.sampled_from(("", "air", "loading", "hold", "unloading", "sliding")),
         suspect=st.sampled_from(("", "second_relaxation", "adhesion", "rolling")),
         rejected=_counts,
+        friction=st.sampled_from(("", PROBED, KNOWN)),
     ),
     LearnedParameter: _builds(
         LearnedParameter,
@@ -165,7 +168,9 @@ def examples() -> list[Message]:
         ),
         SlipMargin(second, "index", 7, Estimate(0.4, 0.03, True, 0.002), 0.33, 0.95, 1.2, 4.0, 2.5),
         ForceCommand(second, "index", 7, 4.2, 0.2, Reason.RAISE, second + 50_000_000),
-        ModelHealth(second, "index", 7, Condition.DEGRADED, 1.5, True, "torque_z", "hold", "adhesion", 3),
+        ModelHealth(
+            second, "index", 7, Condition.DEGRADED, 1.5, True, "torque_z", "hold", "adhesion", 3, KNOWN
+        ),
         LearnedParameter(second, "index", 7, "K", known, known, 12.5),
         NodeStatus(
             *(second, "grasp_force", 7, Lifecycle.ACTIVE),

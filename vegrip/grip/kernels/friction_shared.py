@@ -5,6 +5,7 @@
 
 import math
 
+from vegrip.grip.drive_lag import follow_drive
 from vegrip.grip.felt_slip import (
     believed_flag,
     believed_speed,
@@ -30,7 +31,10 @@ from vegrip.grip.kernels.generated import (
     FRI_BASE_VAR,
     FRI_LN_MU,
     FRI_VAR,
+    GRIP_ELAPSED,
+    GRIP_HELD,
     GRIP_REQUIRED,
+    INPUT_DOUBTFUL,
     MU_LEARNED,
     NEWS_STAMP,
     REP_GAUGE,
@@ -56,6 +60,7 @@ from vegrip.grip.kernels.generated import (
     SHARED_SPEED,
     SHARED_WIDEST,
     SLIDES,
+    STATE_NORMAL_FORCE,
     STATE_SLIP,
     STATE_SLIP_SPEED,
     STATE_TANGENTIAL_FORCE_X,
@@ -65,6 +70,7 @@ from vegrip.grip.kernels.generated import (
     TAKEN_TORQUE,
     TURN_LEARNED,
     TURN_LED,
+    TURN_STARTED,
     Floats,
     Wholes,
 )
@@ -203,8 +209,15 @@ def load_to_answer(f: Floats, t: Wholes, g: Floats) -> tuple[float, float]:
         return f[TAKEN_LOAD], f[TAKEN_TORQUE]
     dt = since(t[NEWS_STAMP], t[TURN_LED])
     t[TURN_LED] = t[NEWS_STAMP]
+    follow_drive(g, t[SETUP_FINGER], dt, followed_command(f, t), f[STATE_NORMAL_FORCE])
     x, y, torque = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y], f[STATE_TORQUE_Z]
     return lead_load(g, t[SETUP_FINGER], dt, x, y, torque)
+
+
+def followed_command(f: Floats, t: Wholes) -> float:
+    """Return the command [N] that the drive follows; NaN: there is none, or it is of a fault."""
+    is_following = t[TURN_STARTED] == 1 and not f[GRIP_ELAPSED] >= 0.0 and t[INPUT_DOUBTFUL] == 0
+    return f[GRIP_HELD] if is_following else math.nan
 
 
 def since(stamp: int, before: int) -> float:

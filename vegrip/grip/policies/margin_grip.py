@@ -43,9 +43,6 @@ class GripSettings:
     known_probability: float = parameter(
         0.76, unit="1", low=0.5, high=0.9999, doc="the same of each finger once friction is known"
     )
-    correlation: float = parameter(
-        0.9, unit="1", low=0.0, high=1.0, doc="of what is not known of the fingers: they hold one object"
-    )
     dead_band: float = parameter(0.04, unit="1", low=0.0, high=0.5, doc="relative dead band of the command")
     release_time: float = parameter(1.0, unit="s", low=0.01, high=60.0, doc="time constant of lowering")
     settle_time: float = parameter(
@@ -60,6 +57,11 @@ class GripSettings:
     )  # fmt: skip
     drive_lag: float = parameter(
         0.0, unit="s", low=0.0, high=0.2, doc="of the force behind its command, by which the load is led",
+    )  # fmt: skip
+    measure_lag: bool = parameter(False, doc="lead by the lag that is measured of each drive, once known")
+    burst_rate: float = parameter(
+        20.0, unit="1/s", low=0.0, high=100.0,
+        doc="relative growth of sudden loads, held beforehand for what of a measured lag cannot be led",
     )  # fmt: skip
     slip_growth: float = parameter(
         8.0, unit="1/s", low=0.0, high=100.0, doc="growth of grip while slip is felt"

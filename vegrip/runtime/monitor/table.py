@@ -9,6 +9,8 @@ from rich.text import Text
 
 from vegrip.clock import NS
 from vegrip.messages import (
+    KNOWN,
+    PROBED,
     Condition,
     ContactEstimate,
     Estimate,
@@ -26,6 +28,9 @@ BAR = 24  # characters of the margin bar
 NARROW_BAR = 13  # as long as "no news 59 min"
 WIDE_COLUMNS = 118  # columns from which on everything is shown
 FRAME = 2  # lines
+ON_PURPOSE = "cyan"
+FRICTION = {PROBED: "probing friction", KNOWN: "friction known"}
+"""What is done on purpose, by :attr:`vegrip.messages.ModelHealth.friction`."""
 REASON_STYLE = {
     Reason.SLIP: "bold red",
     Reason.RAISE: "yellow",
@@ -146,7 +151,9 @@ def _bar(row: FingerRow, now: int, width: int, *, alarm: bool) -> Text:
         return Text("no contact" if contact is not None and not contact.in_contact else "-", "dim")
     value, bound = min(max(margin.margin.value, 0.0), 1.0), margin.lower_bound
     full = round(width * value)
-    text = Text("█" * full, _colour(bound if math.isfinite(bound) else value))
+    health = row.fresh(ModelHealth, now)
+    purpose = health is not None and health.friction in FRICTION and margin.margin.value >= 0.0
+    text = Text("█" * full, ON_PURPOSE if purpose else _colour(bound if math.isfinite(bound) else value))
     text.append("·" * (width - full), "dim")
     if math.isfinite(bound):
         at = min(max(round(width * bound), 0), width - 1)
@@ -188,6 +195,8 @@ def _health(row: FingerRow, now: int) -> Text:
     if not health.consistent and health.channel:
         where = f"{health.channel} in {health.regime}" if health.regime else health.channel
         return Text(f"{health.suspect or 'misfit'}: {where}", "yellow")
+    if health.friction:
+        return Text(FRICTION.get(health.friction, f"friction {health.friction}"), ON_PURPOSE)
     return Text(words(health.condition), "green" if health.condition == Condition.OK else "yellow")
 
 

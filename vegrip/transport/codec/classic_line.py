@@ -23,7 +23,7 @@ class ClassicLine(Line):
 
     """
 
-    wire = CLASSIC
+    wire: str = CLASSIC
 
     def __init__(self, states: Sequence[Decoder], commands: Encoder, clipped: Counter[str]) -> None:
         super().__init__(states[0], commands)

@@ -1,7 +1,7 @@
 """Messages of one finger in FD frames, for a program that reads and writes the bytes itself."""
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Protocol
 
 from vegrip.clock import NS
 from vegrip.transport.codec.cells import Raw
@@ -15,6 +15,27 @@ TOPIC: Final = "topic"
 """The wires: a state in one FD frame, in several classic ones, in one message of a topic."""
 
 
+class FingerLine(Protocol):
+    """How states and commands of one finger travel, as far as their counters and times go."""
+
+    wire: str
+    state_id: int
+    command_id: int
+    report_ids: tuple[int, ...]
+
+    def carries(self, lifetime: float) -> bool:
+        """Return whether a command can say that it lives for ``lifetime`` [s]."""
+
+    def can_hand_over(self, memory: NamedNumbers) -> bool:
+        """Return whether what the objects have written into a ``memory`` can go on there."""
+
+    def write_to(self, memory: NamedNumbers, lifetime: float) -> None:
+        """Put what the step needs into a memory."""
+
+    def read_from(self, memory: NamedNumbers) -> None:
+        """Take the counters back."""
+
+
 class Line:
     """Identifiers of a finger's frames, and the counter of its states.
 
@@ -25,7 +46,7 @@ class Line:
 
     """
 
-    wire = FD
+    wire: str = FD
 
     def __init__(self, states: Decoder, commands: Encoder, reports: Sequence[Encoder] = ()) -> None:
         self.state_id, self.command_id = states.identifier, commands.identifier

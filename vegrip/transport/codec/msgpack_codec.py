@@ -12,25 +12,17 @@ from typing import Any, Final
 
 import msgpack
 
-from vegrip.messages import FingertipState, Message
+from vegrip.messages import FingertipState, ForceCommand, Message
 from vegrip.transport.codec.fields import Fields, restamp
-from vegrip.transport.codec.packing import MAP_LIMIT, SEQUENCE_MODULUS, TEXT_LIMIT, RefusedError
-from vegrip.transport.codec.protection import P04, P04_HEADER, P04_LIMIT
+from vegrip.transport.codec.packing import MSGPACK_LIMITS, SEQUENCE_MODULUS, RefusedError
+from vegrip.transport.codec.protection import P04, P04_COUNTER, P04_HEADER, P04_LIMIT
 from vegrip.transport.codec.schema import message_set
 from vegrip.transport.codec.streams import Streams
+from vegrip.transport.codec.topic_line import TopicLine
 from vegrip.transport.codec.topics import ROUTES, Route, Topics
 
-COUNTER: Final = slice(2, 4)  # of profile 4, most significant byte first
 WHOLE: Final = frozenset({"unknown_topic", "counter"})
 """Why a message is refused that is not broken."""
-
-MSGPACK_LIMITS: Final = {
-    "max_str_len": TEXT_LIMIT * 4,  # bytes
-    "max_array_len": 8,
-    "max_map_len": MAP_LIMIT,
-    "max_bin_len": 0,
-    "max_ext_len": 0,
-}
 
 
 class MsgpackCodec:
@@ -81,7 +73,8 @@ class MsgpackCodec:
         self._use_sender_time = use_sender_time
         self._version = message_set().version
         self._fields = {s.cls: Fields(s) for s in message_set().messages.values()}
-        self._streams = Streams(fingers or (), SEQUENCE_MODULUS)
+        self._fingers = frozenset(fingers or ())
+        self._streams = Streams(self._fingers, SEQUENCE_MODULUS)
 
     @property
     def lost(self) -> int:
@@ -111,7 +104,7 @@ class MsgpackCodec:
         if len(data) > P04_LIMIT:
             self.clipped["size"] += 1
             return None
-        data[COUNTER] = (message.seq & 0xFFFF).to_bytes(2, "big")
+        data[P04_COUNTER] = (message.seq & 0xFFFF).to_bytes(2, "big")
         P04.protect(data, route.data_id)
         return route.topic, bytes(data)
 
@@ -123,6 +116,17 @@ class MsgpackCodec:
             self.rejected[refused.name] += 1
             self._note_broken(topic, refused.name)
             return None
+
+    def line(self, finger: str) -> TopicLine | None:
+        """Return how states and commands of ``finger`` travel, for a program that needs no messages.
+
+        None for a finger that is not configured.
+        """
+        states, commands = (self.topics.outgoing(kind, finger) for kind in (FingertipState, ForceCommand))
+        if states is None or commands is None or finger not in self._fingers:
+            return None
+        sequence = self._streams.of(states.topic, finger)
+        return TopicLine(finger, states, commands, sequence, use_sender_time=self._use_sender_time)
 
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""
@@ -144,7 +148,7 @@ class MsgpackCodec:
         owner = values[route.schema.owner]
         if route.owner not in (None, owner):
             raise RefusedError("finger")
-        if int.from_bytes(payload[COUNTER], "big") != values["seq"] & 0xFFFF:
+        if int.from_bytes(payload[P04_COUNTER], "big") != values["seq"] & 0xFFFF:
             raise RefusedError("counter")
         values["seq"] = self._advance((topic, owner), values["seq"], stamp)
         if not self._use_sender_time:

@@ -10,6 +10,13 @@ from vegrip.transport.codec.schema import Enumeration, Field
 
 TEXT_LIMIT: Final = 64  # characters
 MAP_LIMIT: Final = 64  # entries
+MSGPACK_LIMITS: Final = {
+    "max_str_len": TEXT_LIMIT * 4,  # bytes
+    "max_array_len": 8,
+    "max_map_len": MAP_LIMIT,
+    "max_bin_len": 0,
+    "max_ext_len": 0,
+}
 SEQUENCE_MODULUS: Final = 1 << 32
 INT64_MIN: Final = -(1 << 63)
 INT64_MAX: Final = (1 << 63) - 1

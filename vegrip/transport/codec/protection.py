@@ -26,6 +26,7 @@ COUNTER_MODULUS: Final = 15
 """The counter of profile 11 runs from 0 to 14; 15 is not a counter."""
 
 P04_HEADER: Final = 12
+P04_COUNTER: Final = slice(2, 4)  # most significant byte first
 P04_LIMIT: Final = 4096
 """Profile 4 is specified for messages of at most 4 kB [AUTOSAR E2E]."""
 

@@ -6,7 +6,7 @@ from typing import Any, Final, Protocol
 
 import msgpack
 
-from vegrip.transport.codec.msgpack_codec import MSGPACK_LIMITS
+from vegrip.transport.codec.packing import MSGPACK_LIMITS
 from vegrip.transport.mapped.paths import Step, getter, put
 from vegrip.transport.mapped.plan import Plan
 

@@ -12,13 +12,12 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.validation.controllers.candidates import BOUND, INFORMED, KNOBS, NAMES, make_node, parameters
 from vegrip.validation.controllers.closed_loop import Course, Loop
 from vegrip.validation.controllers.result import Result, result_of
@@ -26,7 +25,6 @@ from vegrip.validation.controllers.scenario import GRASPS, Scenario
 
 TRIAL_DURATION_S = 20.0  # [s]
 TUNING_SEED = 1000  # the first seed of the sweep; the comparison counts from 0
-FINGER_CORRELATION = GripSettings().correlation  # [-] of the fingers' errors
 SWEEP = {
     "vegrip": (0.05, 0.1, 0.15, 0.2, 0.3),
     "constant": (2.0, 3.0, 4.0, 6.0, 8.0, 11.0),
@@ -44,7 +42,6 @@ class Trial:
     duration: float
     knob: float
     grasp: str = "hand"
-    correlation: float = FINGER_CORRELATION
 
 
 def run_course(trial: Trial) -> Course:
@@ -53,7 +50,6 @@ def run_course(trial: Trial) -> Course:
     hand = scenario.hand()
     friction = scenario.settings.tip.friction
     settings = parameters(trial.name, trial.knob, friction)
-    settings = replace(settings, grip=replace(settings.grip, correlation=trial.correlation))
     node = make_node(settings, hand.fingers)
     return Loop(hand, node).run(trial.duration)
 
@@ -117,9 +113,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--sweep", action="store_true", help="the trade-off curves, on the tuning seeds")
     parser.add_argument("--workers", type=int, default=None, help="processes (default: one per core)")
     parser.add_argument("--grasp", choices=tuple(GRASPS), default="hand")
-    parser.add_argument(
-        "--correlation", type=float, default=FINGER_CORRELATION, help="of the fingers' errors"
-    )
     parser.add_argument("--told", action="store_true", help="controllers that know each object's friction")
     parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="these controllers alone")
     given = parser.parse_args(arguments)
@@ -127,7 +120,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     tuned = INFORMED if given.told else {n: knob for n, knob in KNOBS[given.grasp].items() if n != BOUND}
     knobs = SWEEP if given.sweep else {name: (knob,) for name, knob in tuned.items()}
     trials = [
-        Trial(name, seed, given.duration, knob, given.grasp, given.correlation)
+        Trial(name, seed, given.duration, knob, given.grasp)
         for name, settings in knobs.items()
         if name in given.only
         for knob in settings

@@ -21,6 +21,7 @@ from vegrip.estimator.estimator import quantile
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import layout_of
 from vegrip.grip import friction_belief
+from vegrip.grip.drive_lag import measured_lag
 from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.parameters import GraspParameters, models_of
 from vegrip.model import ContactModel
@@ -29,6 +30,7 @@ from vegrip.types import Floats
 from vegrip.validation.controllers.layout import ROW_FINGER, ROW_HEAD, TrialLayout
 from vegrip.validation.controllers.trial_memory import (
     burden_table,
+    correlation_of,
     hand_memory,
     learning_memory,
     noise_table,
@@ -44,13 +46,9 @@ PERIOD_S = 0.002
 SAMPLING_S = 0.01
 
 SHARED = (
-    "friction_belief",
-    "friction_probe",
-    "friction_onset",
-    "load_lead",
-    "felt_slip",
-    "late_slip",
-)  # of vegrip.grip
+    "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
+)  # fmt: skip
+"""Of :mod:`vegrip.grip`."""
 RunTrial = Callable[..., float]
 
 
@@ -66,6 +64,7 @@ class CompiledRun:
     time: Floats  # (n,) [s]
     slipped: Floats  # (n,) slips so far
     truth: dict[str, Floats]  # name in ROW_FINGER -> (n, fingers), SI
+    lags: Floats  # (fingers,) [s] measured lag of each drive at the end; NaN = not known
 
 
 def run_compiled(
@@ -86,7 +85,7 @@ def run_compiled(
     models = models_of(settings, hand.fingers, "grasp_force")
     run = trial_of(models[0], layout, settings.estimator.surface == "ellipse")
     grip = settings.grip
-    each = each_confidence(grip.probability, n, grip.correlation)
+    each = each_confidence(grip.probability, n, correlation_of(settings, models[0]))
     h = hand_memory(layout, hand, seed, PERIOD_S)
     set_control(h, layout, settings, quantile(each), quantile(grip.known_probability))
     h[layout.places()["G_KNOWN"]] = float(known)
@@ -99,10 +98,13 @@ def run_compiled(
         *tips, h, g, q, burden_table(events, hand.step, duration), noise_table(hand, seed, periods), rows,
         float(periods), float(round(PERIOD_S / hand.step)), SAMPLING_S,
     )  # fmt: skip
-    return _run_of(hand.fingers, layout, h, rows[: int(count)])
+    lags = np.array([measured_lag(q, i) for i in range(n)])
+    return _run_of(hand.fingers, layout, h, rows[: int(count)], lags)
 
 
-def _run_of(fingers: tuple[str, ...], layout: TrialLayout, h: Floats, rows: Floats) -> CompiledRun:
+def _run_of(
+    fingers: tuple[str, ...], layout: TrialLayout, h: Floats, rows: Floats, lags: Floats
+) -> CompiledRun:
     at = layout.places()
     table = rows[:, len(ROW_HEAD) :].reshape(len(rows), len(fingers), len(ROW_FINGER))
     return CompiledRun(
@@ -114,6 +116,7 @@ def _run_of(fingers: tuple[str, ...], layout: TrialLayout, h: Floats, rows: Floa
         time=rows[:, 0],
         slipped=rows[:, 1],
         truth={name: table[:, :, j] for j, name in enumerate(ROW_FINGER)},
+        lags=lags,
     )
 
 

@@ -76,6 +76,7 @@ class QualityTrial:
     knob: float
     grasp: str
     surroundings: Surroundings = Surroundings()
+    measures_lag: bool = False  # of the drives, instead of being told
 
 
 def run_quality_trial(trial: QualityTrial) -> CompiledRun:
@@ -88,7 +89,8 @@ def run_quality_trial(trial: QualityTrial) -> CompiledRun:
         slip_threshold=hand.sensor.slip_threshold,
         slip_delay=hand.sensor.slip_delay,
     )
-    settings = replace(settings, friction=friction)
+    grip = replace(settings.grip, measure_lag=trial.measures_lag and settings.grip.drive_lag > 0.0)
+    settings = replace(settings, friction=friction, grip=grip)
     return run_compiled(
         hand, trial.seed, scenario.events, settings, trial.duration, known=trial.name == BOUND
     )
@@ -106,10 +108,12 @@ def trials_of(
     duration: float,
     grasp: str,
     surroundings: Surroundings,
+    *,
+    measures_lag: bool = False,
 ) -> list[QualityTrial]:
-    """Return every controller with every knob on every seed."""
+    """Return every controller with every knob on every seed; those that lead the load may measure the lag."""
     return [
-        QualityTrial(name, seed, duration, knob, grasp, surroundings)
+        QualityTrial(name, seed, duration, knob, grasp, surroundings, measures_lag)
         for name, values in knobs.items()
         for knob in values
         for seed in seeds

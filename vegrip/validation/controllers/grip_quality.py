@@ -12,7 +12,7 @@ come in bursts, keep every real controller above it.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -58,6 +58,7 @@ class GripRecord:
     settled: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]  # (n,) the hand carries the object by itself
     friction_error: Floats  # (n, fingers) believed less true ln mu, in standard deviations; NaN = no contact
     friction_std: Floats  # (n, fingers) of ln mu as believed
+    lags: Floats = field(default_factory=lambda: np.zeros(0))  # (m,) [s] of the drives, as far as known
 
 
 def record_of(run: CompiledRun, events: Sequence[Disturbance], lift_start: float) -> GripRecord:
@@ -79,6 +80,7 @@ def record_of(run: CompiledRun, events: Sequence[Disturbance], lift_start: float
         settled=time >= SETTLED_S,
         friction_error=np.divide(error, std, out=np.full_like(std, math.nan), where=std > 0.0),
         friction_std=std,
+        lags=run.lags[np.isfinite(run.lags)],
     )
 
 
@@ -104,6 +106,7 @@ def figures_of(records: Iterable[GripRecord], sampling: float) -> dict[str, Any]
         for name in ("force", "least", "margin", "slipped", "classes", "settled", *BELIEVED)
     }
     counted = rows["settled"] & np.isfinite(rows["least"])
+    lags = np.concatenate([trial.lags for trial in trials])
     slipping = sum(trial.slips > 0 or trial.dropped for trial in trials)
     return {
         "trials": len(trials),
@@ -112,6 +115,7 @@ def figures_of(records: Iterable[GripRecord], sampling: float) -> dict[str, Any]
         "trials_with_slip": slipping,
         "slip_probability_bounds": clopper_pearson(slipping, len(trials)),
         "largest_micro_slip": max((trial.largest_micro_slip for trial in trials), default=math.nan),
+        "drive_lag": float(np.median(lags)) if len(lags) else math.nan,
         **_held(rows, counted, sampling, len(trials)),
         **_coverage(rows, rows["settled"]),
         "by_class": {

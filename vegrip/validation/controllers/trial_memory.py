@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vegrip.estimator.layout import friction_symbol
+from vegrip.grip.drive_lag import begin_drives, tell_drives
 from vegrip.grip.felt_slip import begin_felt_slip
 from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief, expect_finger
 from vegrip.grip.friction_onset import begin_onsets
 from vegrip.grip.friction_probe import begin_probing
+from vegrip.grip.joint_confidence import FINGER_CORRELATION, shared_part
 from vegrip.grip.late_slip import LATE_SIZE, begin_late_slip
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.parameters import GraspParameters
@@ -128,6 +130,14 @@ def noise_table(settings: HandSettings, seed: int, samples: int) -> Floats:
     return np.stack([sensors.draw()[0] for _ in range(samples)])
 
 
+def correlation_of(settings: GraspParameters, model: ContactModel) -> float:
+    """Return the correlation of what is not known of the fingers, as the node has it."""
+    friction = settings.friction
+    if not (friction.shared and settings.policy == "margin"):
+        return FINGER_CORRELATION
+    return shared_part(model.values[friction_symbol(model)].std, friction.own_spread)
+
+
 def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int) -> tuple[Floats, Floats]:
     """Return the belief of the grasp before anything was felt, and the state of its probing."""
     g, q = np.zeros(BELIEF_SIZE), np.zeros(LATE_SIZE)
@@ -143,7 +153,10 @@ def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int
     )  # fmt: skip
     begin_onsets(q, f.onset_noise if f.onsets else math.inf, f.shock)
     noise = settings.noise
-    begin_lead(q, settings.grip.drive_lag, noise.tangential_force, noise.torque_z)
+    grip = settings.grip
+    begin_drives(q, noise.normal_force)
+    tell_drives(q, grip.drive_lag, grip.measure_lag, grip.burst_rate)
+    begin_lead(q, noise.tangential_force, noise.torque_z)
     begin_felt_slip(q, f.sliding_speed, f.slip_delay)
     begin_late_slip(q)
     return g, q

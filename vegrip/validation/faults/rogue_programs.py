@@ -25,8 +25,8 @@ from vegrip.errors import VegripError
 from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Message, NodeStatus, Reason
 from vegrip.runtime.client import ask
 from vegrip.runtime.registry import Entry, find_node
-from vegrip.transport.codec.msgpack_codec import COUNTER, MsgpackCodec
-from vegrip.transport.codec.protection import P04, P04_HEADER
+from vegrip.transport.codec.msgpack_codec import MsgpackCodec
+from vegrip.transport.codec.protection import P04, P04_COUNTER, P04_HEADER
 from vegrip.transport.zmq_address import resolve
 
 FINGERS = ("thumb", "index")
@@ -116,7 +116,7 @@ class Stage:
         topic, payload = self._sender.encode(state) or ("", b"")
         body = msgpack.unpackb(payload[P04_HEADER:]) | fields
         data = bytearray(P04_HEADER) + msgpack.packb(body)
-        data[COUNTER] = (body["seq"] & 0xFFFF).to_bytes(2, "big")
+        data[P04_COUNTER] = (body["seq"] & 0xFFFF).to_bytes(2, "big")
         route = self._sender.topics.outgoing(type(state), state.finger)
         P04.protect(data, route.data_id if route else 0)
         self.publisher.send_multipart([topic.encode(), bytes(data)])

@@ -8,11 +8,20 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from vegrip.clock import NS
-from vegrip.messages import Condition, ContactEstimate, ForceCommand, ModelHealth, Reason, SlipMargin
+from vegrip.messages import (
+    KNOWN,
+    PROBED,
+    Condition,
+    ContactEstimate,
+    ForceCommand,
+    ModelHealth,
+    Reason,
+    SlipMargin,
+)
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.finger_row import FingerRow
 from vegrip.runtime.monitor.node_row import Presence
-from vegrip.web.live.words import CONDITIONS, REASONS, health_in_words
+from vegrip.web.live.words import CONDITIONS, FRICTION, REASONS, health_in_words
 
 ALARM_HOLD_S = 2.0  # [s] an alarm stays after its cause has gone
 SOON = 1.0  # [s] until the earliest slip from which on it is an alarm
@@ -23,6 +32,8 @@ class Level(Enum):
 
     BAD = "bad"
     WARN = "warn"
+    CALM = "calm"
+    """Nothing is wrong: it is done on purpose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +97,7 @@ def _of_finger(name: str, row: FingerRow, now: int) -> list[Alarm]:
     if command is not None and command.reason is Reason.SLIP:
         found.append(Alarm(f"slip {name}", Level.BAD, "slip is felt, the grip is raised", name))
     if contact is not None and contact.in_contact and margin is not None:
-        found += _of_margin(name, margin)
+        found += _of_margin(name, margin, health.friction if health is not None else "")
     if command is not None and command.reason in (Reason.MAX_LIMIT, Reason.FAIL_SAFE):
         found.append(Alarm(f"limit {name}", Level.WARN, REASONS[command.reason], name))
     if health is not None and health.channel and not health.consistent:
@@ -94,7 +105,24 @@ def _of_finger(name: str, row: FingerRow, now: int) -> list[Alarm]:
     return found
 
 
-def _of_margin(name: str, margin: SlipMargin) -> list[Alarm]:
+def states_of(board: Board, now: int) -> list[Alarm]:
+    """Return what fingers do on purpose at ``now`` [ns] that would be alarming otherwise."""
+    found = []
+    for name, row in board.rows.items():
+        health, margin = row.fresh(ModelHealth, now), row.fresh(SlipMargin, now)
+        if health is not None and margin is not None and (text := FRICTION.get(health.friction)):
+            found.append(Alarm(f"{health.friction} {name}", Level.CALM, text, name))
+    return found
+
+
+def _of_margin(name: str, margin: SlipMargin, friction: str) -> list[Alarm]:
+    """Return what the margin warns of; one that is small on purpose does not warn.
+
+    While friction is probed, slip is what is waited for, and felt. A finger whose friction is known holds
+    with less than the confidence of the reported bound, so that its margin itself has to be gone.
+    """
+    if friction == PROBED or (friction == KNOWN and not margin.margin.value < 0.0):
+        return []
     if margin.margin.valid and margin.lower_bound < 0.0:
         text = "may be slipping: the lower bound of the margin is below zero"
         return [Alarm(f"bound {name}", Level.BAD, text, name)]

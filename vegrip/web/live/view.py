@@ -18,7 +18,7 @@ from vegrip.messages import (
 )
 from vegrip.runtime.monitor.board import MOST_FINGERS, Board
 from vegrip.runtime.monitor.node_row import NodeRow, Presence, Present
-from vegrip.web.live.alarms import Alarms, alarms_of
+from vegrip.web.live.alarms import Alarms, alarms_of, states_of
 from vegrip.web.live.columns import BANDS, COLUMN_COUNT, COLUMN_NAMES, COLUMN_PERIOD_S, Column, Columns
 from vegrip.web.live.finger_view import finger_view, finite
 
@@ -41,6 +41,7 @@ class LiveView:
     columns: dict[str, Columns] = field(default_factory=dict)
     _learned: dict[str, dict[str, LearnedParameter]] = field(default_factory=dict)
     _alarms: Alarms = field(default_factory=Alarms)
+    _states: Alarms = field(default_factory=Alarms)
 
     def take(self, message: Message, now: int, node: str = "") -> None:
         """Take a message that came at ``now`` [ns] from ``node``."""
@@ -91,6 +92,7 @@ class LiveView:
             },
             "nodes": {name: _node(row, now) for name, row in board.nodes.items()},
             "alarms": self._alarms.update(alarms_of(board, now), now),
+            "states": self._states.update(states_of(board, now), now),
             "log": [
                 {"time": round(line.time, 1), "text": line.text, "style": line.style} for line in board.log
             ],

@@ -1,6 +1,6 @@
 """Why a command is what it is, and what is wrong with an input, in words for the page."""
 
-from vegrip.messages import Condition, ModelHealth, Reason
+from vegrip.messages import KNOWN, PROBED, Condition, ModelHealth, Reason
 
 REASONS = {
     Reason.HOLD: "holds: the margin is at its target",
@@ -26,6 +26,12 @@ CONDITIONS = {
     Condition.REPLAYED: "input replayed",
     Condition.CORRUPT: "input corrupt",
 }
+
+FRICTION = {
+    PROBED: "probing friction: let go of slowly on purpose",
+    KNOWN: "friction is known: held with little more than the least force on purpose",
+}
+"""What is done on purpose, by :attr:`vegrip.messages.ModelHealth.friction`."""
 
 
 def health_in_words(health: ModelHealth) -> str:

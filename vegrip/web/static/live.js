@@ -74,6 +74,7 @@ const draw = (now) => {
   if (!names.includes(state.selected)) state.selected = names[0] ?? null;
   $("empty").hidden = names.length > 0 || Object.keys(now.nodes).length > 0;
   drawAlarms(now.alarms);
+  put($("states"), now.states.map((one) => `<li class="calm">${text(one.text)}</li>`).join(""));
   drawFingers(now.fingers, names);
   drawNodes(now.nodes);
   dialog.attend(now.nodes);

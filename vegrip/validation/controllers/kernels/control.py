@@ -6,6 +6,7 @@ from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.estimator.kernels.forecast import least_force
 from vegrip.estimator.kernels.report import utilisation
 from vegrip.estimator.kernels.update import update
+from vegrip.grip.drive_lag import DRIVE_IS_MEASURED, DRIVE_TOLD, follow_drive
 from vegrip.grip.felt_slip import (
     believed_flag,
     believed_speed,
@@ -16,7 +17,7 @@ from vegrip.grip.felt_slip import (
 from vegrip.grip.friction_onset import counts_as_known, feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
-from vegrip.grip.load_lead import LEAD_LAG, lead_load
+from vegrip.grip.load_lead import lead_load
 from vegrip.validation.controllers.kernels.generated import (
     CH_USED,
     CHANNEL0,
@@ -204,7 +205,7 @@ def control_finger(
     else:
         least = math.nan
         if h[G_POLICY] == 0.0 and valid:
-            ahead, turn = load_ahead(h, q, i, x, y, torque)
+            ahead, turn = load_ahead(h, q, i, force, x, y, torque)
             least = needed_force(m, h, i, ahead, turn, margin, at)
         trusted = not math.isnan(least)
     if first:
@@ -237,13 +238,16 @@ def count_sample(h: Floats, i: int, dt: float) -> bool:
     return bool(h[G_SAMPLES + i] == 1.0)
 
 
-def load_ahead(h: Floats, q: Floats, i: int, x: float, y: float, torque: float) -> tuple[float, float]:
-    """Return the load of finger ``i`` that counts: ahead by the drive's lag where that is told.
+def load_ahead(
+    h: Floats, q: Floats, i: int, force: float, x: float, y: float, torque: float
+) -> tuple[float, float]:
+    """Return the load of finger ``i`` that counts: ahead by the drive's lag where it is known.
 
     Only a finger that touches answers its load, so the filters rest in the air, as they do in the node.
     """
-    if q[LEAD_LAG] > 0.0:
+    if q[DRIVE_TOLD] > 0.0 or q[DRIVE_IS_MEASURED] > 0.5:
         since, h[G_SINCE_LED + i] = min(h[G_SINCE_LED + i], LONGEST_STEP), 0.0
+        follow_drive(q, i, since, h[G_COMMAND + i] if h[G_FAULTY + i] < 0.0 else math.nan, force)
         return lead_load(q, i, since, x, y, torque)
     return math.sqrt(x * x + y * y), torque
 

@@ -1,0 +1,228 @@
+"""A state on every wire, from its bytes to those of its command: by objects, and by the compiled step.
+
+On both sides the codec and the node, without sockets, loop and reports; the same recorded states on all.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from vegrip.canopen.codec import CanopenCodec
+from vegrip.canopen.connection_set import identifiers
+from vegrip.grip.batch_text import COMMANDED
+from vegrip.grip.node import GraspForce
+from vegrip.messages import FingertipState, ForceCommand, Message
+from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
+from vegrip.transport.codec.msgpack_codec import MsgpackCodec
+from vegrip.validation.compiled_finger import Log
+from vegrip.validation.controllers.candidates import demo_parameters, make_node
+
+COMMAND_ROW = 24 + ROW_ID.size
+GRASP_NODE, FIRST_FINGER = 16, 32
+LONGEST_FRAME, VALUES = 64, 9
+Given = tuple[Any, int]
+"""What comes, and when [ns]."""
+
+
+class Wire(Protocol):
+    """One way of states and commands; ``given`` is made of the same states for all."""
+
+    @property
+    def given(self) -> Sequence[Given]:
+        """What comes, in its order."""
+
+    def by_objects(self, what: Any, now: int) -> None:
+        """Answer what came by messages."""
+
+    def compiled(self, what: Any, now: int) -> None:
+        """Answer what came by the compiled step."""
+
+
+def states_of(log: Log) -> list[tuple[FingertipState, int]]:
+    """Return the states of a log of CAN FD frames, with their times [ns]."""
+    codec = CanCodec(log.fingers, fd=True, use_sender_time=True)
+    heard = [(codec.decode(event.frame), event.now) for event in log.events if event.frame is not None]
+    return [(one, now) for one, now in heard if isinstance(one, FingertipState)]
+
+
+def node_of(log: Log, lines: Any, mode: str) -> GraspForce:
+    """Return an active node that never reports; without a ``mode`` its objects answer."""
+    node = make_node(replace(demo_parameters(), report_period=10.0, health_period=60.0), log.fingers)
+    node.configure()
+    node.activate()
+    if mode:
+        node.run_compiled(lines, mode)
+    return node
+
+
+def commands(answers: Iterable[Message]) -> Iterable[ForceCommand]:
+    """Yield the first command of the answers to one state; reports are made when they are taken."""
+    for answer in answers:
+        if isinstance(answer, ForceCommand):
+            yield answer
+            return
+
+
+class Frames:
+    """CAN FD or classic frames; ``mode`` says what runs the step, "" the objects."""
+
+    def __init__(self, log: Log, mode: str, *, fd: bool) -> None:
+        self.codec = CanCodec(log.fingers, fd=fd, use_sender_time=fd)
+        lines = {finger: line for finger in log.fingers if (line := self.codec.line(finger)) is not None}
+        self._known = {
+            identifier: (finger, 0 if fd else part, line.command_id)
+            for finger, line in lines.items()
+            for part, identifier in enumerate(line.state_ids, 1)
+        }
+        self.node, self._fd = node_of(log, lines, mode), fd
+        self._bytes = bytearray(LONGEST_FRAME)
+        self._array = np.frombuffer(self._bytes, dtype=np.uint8)
+        sender = CanCodec(log.fingers, fd=fd)
+        self.given: list[Given] = [
+            (frame._replace(stamp=now), now)
+            for state, now in states_of(log)
+            for frame in sender.encode(state)
+        ]
+
+    def by_objects(self, what: Frame, now: int) -> None:
+        """Answer a frame by messages."""
+        message = self.codec.decode(what)
+        if message is not None:
+            for command in commands(self.node.on_message(message, now)):
+                self.codec.encode(command)
+
+    def compiled(self, what: Frame, now: int) -> None:
+        """Answer a frame by the compiled step."""
+        finger, part, command = self._known[what.arbitration_id]
+        length = len(what.data)
+        self._bytes[:length] = what.data
+        if self.node.on_frame(finger, self._array, length, what.stamp, now, part) & COMMANDED:
+            Frame(command, self.node.command_frame(finger).tobytes(), self._fd)
+
+
+class Pdos(Frames):
+    """Classic frames as the PDOs of CANopen."""
+
+    def __init__(self, log: Log, mode: str) -> None:
+        super().__init__(log, mode, fd=False)
+        nodes = tuple(FIRST_FINGER + number for number in range(len(log.fingers)))
+        known = identifiers(nodes, GRASP_NODE, 0)
+        self._pdos = CanopenCodec(self.codec, known, lambda _: None, lambda _: True, lambda _: True)
+        cob_ids = {identifier: cob_id for cob_id, identifier in known.items()}
+        self.given = [
+            (frame._replace(arbitration_id=cob_ids[frame.arbitration_id]), now) for frame, now in self.given
+        ]
+
+    def by_objects(self, what: Frame, now: int) -> None:
+        """Answer a PDO by messages."""
+        message = self._pdos.decode(what)
+        if message is not None:
+            for command in commands(self.node.on_message(message, now)):
+                self._pdos.encode(command)
+
+    def compiled(self, what: Frame, now: int) -> None:
+        """Answer a PDO by the compiled step."""
+        classic = self._pdos.classic(what)
+        if classic is None:
+            return
+        finger, part, command = self._known[classic.arbitration_id]
+        self._bytes[: len(classic.data)] = classic.data
+        length = len(classic.data)
+        if self.node.on_frame(finger, self._array, length, classic.stamp, now, part) & COMMANDED:
+            self._pdos.pdos([Frame(command, self.node.command_frame(finger).tobytes())])
+
+
+class SingleTopics:
+    """msgpack on single topics."""
+
+    def __init__(self, log: Log, mode: str) -> None:
+        self.codec = MsgpackCodec("", log.fingers)
+        lines = {finger: line for finger in log.fingers if (line := self.codec.line(finger)) is not None}
+        self._lines = {line.state_topic: (finger, line) for finger, line in lines.items()}
+        self.node = node_of(log, lines, mode)
+        self._bytes = bytearray(8 * VALUES)
+        self._values = np.frombuffer(self._bytes)
+        sender = MsgpackCodec("", log.fingers)
+        sent = [(sender.encode(state), now) for state, now in states_of(log)]
+        self.given: list[Given] = [((one[0].encode(), one[1]), now) for one, now in sent if one is not None]
+
+    def by_objects(self, what: tuple[bytes, bytes], now: int) -> None:
+        """Answer a payload by messages."""
+        message = self.codec.decode(what[0].decode("utf-8", "replace"), what[1], now)
+        if message is not None:
+            for command in commands(self.node.on_message(message, now)):
+                self.codec.encode(command)
+
+    def compiled(self, what: tuple[bytes, bytes], now: int) -> None:
+        """Answer a payload by the compiled step."""
+        finger, line = self._lines[what[0]]
+        found = line.unpack(what[1], now, self._bytes)
+        if found is not None and self.node.on_values(finger, self._values, *found, now, now) & COMMANDED:
+            seq, force, adjustment, reason, lifetime = self.node.command_numbers(finger)
+            line.pack(seq, now, force, adjustment, reason, now + lifetime)
+
+
+class Batches:
+    """States of all fingers in one message, and their commands."""
+
+    def __init__(self, log: Log, mode: str) -> None:
+        self.codec = BatchCodec(log.fingers)
+        lines = {finger: line for finger in log.fingers if (line := self.codec.line(finger)) is not None}
+        self.node = node_of(log, lines, mode)
+        sender, rows = BatchCodec(log.fingers), list[Frame]()
+        self.given: list[Given] = []
+        for state, now in states_of(log):
+            rows += sender.encode(state)
+            if len(rows) == len(log.fingers):
+                self.given.append((bytes(sender.pack(FingertipState, rows)), now))
+                rows = []
+
+    def by_objects(self, what: bytes, now: int) -> None:
+        """Answer a batch by messages."""
+        frames: list[Frame] = []
+        for row in range(self.codec.rows_in(what, FingertipState)):
+            message = self.codec.decode(self.codec.frame(what, FingertipState, row, now))
+            if message is not None:
+                for command in commands(self.node.on_message(message, now)):
+                    frames += self.codec.encode(command)
+        self.codec.pack(ForceCommand, frames)
+
+    def compiled(self, what: bytes, now: int) -> None:
+        """Answer a batch by the compiled step."""
+        answered = self.node.on_batch(what, self.codec.rows_in(what, FingertipState), now, now)
+        if answered is not None and answered[1]:
+            data = self.node.batch_commands[: FIRST_ROW + answered[1] * COMMAND_ROW]
+            self.codec.seal(data, ForceCommand, answered[1])
+
+
+WIRES: dict[str, Callable[[Log, str], Wire]] = {
+    "wire_fd": lambda log, mode: Frames(log, mode, fd=True),
+    "wire_classic": lambda log, mode: Frames(log, mode, fd=False),
+    "wire_canopen": Pdos,
+    "wire_topics": SingleTopics,
+    "wire_batch": Batches,
+}
+"""Row of the benchmark -> what makes one, of a log and of what runs the step ("": the objects)."""
+
+
+def work(wire: Wire, *, compiled: bool) -> Callable[[], None]:
+    """Return what answers all that is given, either way."""
+    answer = wire.compiled if compiled else wire.by_objects
+
+    def run() -> None:
+        for what, now in wire.given:
+            answer(what, now)
+
+    return run
+
+
+def require_all_answered(wire: Wire, states: int) -> None:
+    """Raise unless the compiled step answered what it was given."""
+    node: GraspForce = wire.node  # type: ignore[attr-defined]
+    noted = Counter({name: finger.memory["TURN_NOTED"] for name, finger in node.compiled_fingers.items()})
+    if noted.total() < 0.95 * states:
+        raise AssertionError(f"only {noted.total()} of {states} states were answered by the compiled step")

@@ -1,0 +1,158 @@
+"""The lag of a drive is found from its commands and forces, and nothing that is wrong of them teaches."""
+
+import math
+import re
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from vegrip.grip.drive_lag import (
+    DRIVE_LAG,
+    DRIVE_SIZE,
+    DRIVE_STATE,
+    begin_drives,
+    follow_drive,
+    measured_lag,
+)
+from vegrip.grip.drive_log import DriveLog, describe_lag
+from vegrip.grip.friction_settings import FrictionSettings
+from vegrip.grip.grasp_friction import GraspFriction
+from vegrip.grip.policies.margin_grip import GripSettings
+from vegrip.types import Floats
+
+DT, NOISE, FINGER = 0.002, 0.01, 3
+
+
+def grips(seconds: float, seed: int = 1) -> Floats:
+    """Return commands [N] as a grip gives them: raised at 80 N/s at some instants, lowered slowly."""
+    rng = np.random.default_rng(seed)
+    command, goal, out = 2.0, 2.0, []
+    for _ in range(round(seconds / DT)):
+        if rng.random() < DT / 0.7:
+            goal = 2.0 + 3.0 * rng.random()
+        step = goal - command
+        command += min(step, 80.0 * DT) if step > 0.0 else max(step * DT / 0.3, -8.0 * DT)
+        if command >= goal - 1e-9:
+            goal = 1.5
+        out.append(command)
+    return np.array(out)
+
+
+def forces(
+    commands: Floats, time_constant: float, rate: float = 60.0, dead: int = 0, stiction: float = 0.01
+) -> Iterator[tuple[float, float]]:
+    """Yield the command that was in force and the measured force [N] of a drive, by sample."""
+    rng = np.random.default_rng(7)
+    target = force = commands[0]
+    for k, command in enumerate(commands):
+        asked = commands[max(k - dead, 0)]
+        for _ in range(20):
+            step = DT / 20
+            target += min(max(asked - target, -rate * step), rate * step)
+            error = target - force
+            force += step / time_constant * (error - min(max(error, -stiction), stiction))
+        yield command, force + 0.005 + NOISE * rng.standard_normal()
+
+
+def followed(samples: Iterator[tuple[float, float]]) -> list[float]:
+    """Return the state after all samples."""
+    q = [0.0] * DRIVE_SIZE
+    begin_drives(q, NOISE)
+    for command, force in samples:
+        follow_drive(q, FINGER, DT, command, force)
+    return q
+
+
+def behind_a_need(time_constant: float, dead: int = 0) -> float:
+    """Return the lag [s] of a drive that is commanded sample by sample."""
+    return DT / (1.0 - math.exp(-DT / time_constant)) + dead * DT
+
+
+@pytest.mark.parametrize(("bandwidth", "rate"), [(5.0, 25.0), (12.0, 60.0), (30.0, 150.0), (80.0, 400.0)])
+def test_the_lag_of_a_drive_of_any_bandwidth_is_found_within_a_fifth(bandwidth: float, rate: float) -> None:
+    time_constant = 1.0 / (2.0 * math.pi * bandwidth)
+    q = followed(forces(grips(30.0), time_constant, rate))
+    assert measured_lag(q, FINGER) == pytest.approx(behind_a_need(time_constant), rel=0.2)
+
+
+def test_a_dead_time_counts_as_lag() -> None:
+    q = followed(forces(grips(30.0), 0.01, dead=3))
+    assert measured_lag(q, FINGER) == pytest.approx(behind_a_need(0.01, 3), rel=0.25)
+
+
+def test_the_lag_is_not_known_before_the_command_has_moved() -> None:
+    q = followed((2.0, 2.0 + 0.01 * math.sin(k)) for k in range(5000))
+    assert math.isnan(measured_lag(q, FINGER))
+
+
+def test_a_drive_that_becomes_slower_is_found_out() -> None:
+    commands = grips(120.0)
+    half = len(commands) // 2
+    samples = [*forces(commands[:half], 0.01), *forces(commands[half:], 0.03)]
+    assert measured_lag(followed(iter(samples)), FINGER) == pytest.approx(behind_a_need(0.03), rel=0.25)
+
+
+@pytest.mark.parametrize("wrong", [1e3, -5.0, 0.0, math.inf, math.nan])
+def test_one_bad_sample_of_the_force_moves_the_lag_by_little(wrong: float) -> None:
+    samples = list(forces(grips(10.0), 0.0133))
+    good = followed(iter(samples))[DRIVE_LAG + FINGER]
+    for at in range(4000, 4400, 40):
+        bad = [*samples]
+        bad[at] = (samples[at][0], wrong)
+        assert followed(iter(bad))[DRIVE_LAG + FINGER] == pytest.approx(good, abs=1e-3)
+
+
+def test_a_force_that_stands_still_or_does_not_listen_is_not_taken_for_a_lag() -> None:
+    """A drive that holds its position: what it does is told by no lag, so none is known."""
+    rng = np.random.default_rng(5)
+    q = followed((command, 3.0 + NOISE * rng.standard_normal()) for command in grips(30.0))
+    assert math.isnan(measured_lag(q, FINGER))
+
+
+def test_samples_that_do_not_count_teach_nothing() -> None:
+    """A fail-safe, a doubtful force or a stale state come as a command that is no number."""
+    q = followed((math.nan, force) for _, force in forces(grips(10.0), 0.03))
+    assert q[DRIVE_STATE + 3 * FINGER] == pytest.approx(0.015)
+    assert math.isnan(measured_lag(q, FINGER))
+
+
+def test_the_lag_stays_within_bounds_whatever_comes() -> None:
+    rng = np.random.default_rng(3)
+    odd = rng.choice([0.0, 1.0, 1.4, 5.0, 1e300, -1e300, math.nan, math.inf], size=(20_000, 2))
+    q = followed((float(command), float(force)) for command, force in odd)
+    assert all(math.isfinite(value) for value in q)
+    assert 0.0 <= q[DRIVE_LAG + FINGER] <= 0.3
+
+
+def test_a_node_logs_the_lag_of_a_drive_once_it_is_known(caplog: pytest.LogCaptureFixture) -> None:
+    log = DriveLog("grip")
+    friction = GraspFriction({"thumb": object()}, FrictionSettings(), 0.01, 0.01)
+    friction.set_lead(GripSettings(drive_lag=0.01), 1e-4)
+    with caplog.at_level("INFO", logger="vegrip.grip"):
+        log.tell("thumb", friction, GripSettings(drive_lag=0.01))
+        for command, force in forces(grips(20.0), 0.0133):
+            follow_drive(friction.shared, 0, DT, command, force)
+            log.tell("thumb", friction, GripSettings(drive_lag=0.01))
+    assert friction.drive_lag("thumb") == pytest.approx(0.0143, rel=0.2)
+    told = [record.getMessage() for record in caplog.records]
+    assert len(told) == 1
+    assert re.fullmatch("drive of thumb: lag 1[3-7] ms, configured 10 ms", told[0])
+
+
+def test_other_parameters_do_not_make_it_forget_a_lag() -> None:
+    friction = GraspFriction({"thumb": object()}, FrictionSettings(), 0.01, 0.01)
+    for command, force in forces(grips(20.0), 0.0133):
+        follow_drive(friction.shared, 0, DT, command, force)
+    known = friction.drive_lag("thumb")
+    friction.set_lead(GripSettings(measure_lag=True), 1e-4)
+    assert friction.drive_lag("thumb") == known
+
+
+def test_what_a_slow_drive_costs_is_said() -> None:
+    grip = GripSettings(drive_lag=0.01, measure_lag=True, burst_rate=20.0)
+    assert describe_lag(0.033, grip) == (
+        "lag 33 ms, configured 10 ms; 15 ms of it are led, for the rest 36 % more is held, "
+        "which a quicker drive would not need"
+    )
+    assert describe_lag(0.004, grip) == "lag 4 ms, configured 10 ms"
