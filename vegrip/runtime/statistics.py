@@ -47,7 +47,7 @@ class LoopStatistics:
             self._answered(now - arrived)
 
     def answered(self, finger: str, arrived: int, now: int) -> None:
-        """Count a state of ``finger`` and the command that answers it, as :meth:`state` and :meth:`command`."""
+        """Count a state of ``finger`` and its command, as :meth:`state` and :meth:`command` do."""
         self.states += 1
         self.commands += 1
         oldest = self._unanswered.pop(finger, arrived) if self._unanswered else arrived
