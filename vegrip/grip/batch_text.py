@@ -66,8 +66,8 @@ void vg_batch_report(double *const *f, int64_t *const *t, const uint8_t *numbers
     for (int64_t i = 0; i < count; i++) {{
         const int64_t n = numbers[i];
         uint8_t *second = contacts + {CONTACT_ROW};
-        reported[i] = (uint8_t)vg_finger_report(f[n], t[n], now, contacts + {ROW_ID.size}, second + {ROW_ID.size},
-            margins + {ROW_ID.size});
+        reported[i] = (uint8_t)vg_finger_report(f[n], t[n], now, contacts + {ROW_ID.size},
+            second + {ROW_ID.size}, margins + {ROW_ID.size});
         if (reported[i]) {{
             row_id(contacts, t[n][CONTACT1_ID]);
             row_id(second, t[n][CONTACT2_ID]);
