@@ -120,6 +120,42 @@ def test_a_state_that_comes_during_the_reports_is_answered_before_the_next_repor
     assert sorted(told[4:]) == [("ModelHealth", "index"), ("ModelHealth", "middle")]
 
 
+class Numbering(Follower):
+    """Reports in two parts, after each command and in each tick; it numbers them as it makes them."""
+
+    reports = 0
+
+    def parts(self, finger):
+        first = self.reports
+        self.reports += 2
+        self.clock.advance(0.02)  # so that a tick is due before the second part is sent
+        yield ModelHealth(self.clock.now(), finger, first)
+        yield ModelHealth(self.clock.now(), finger, first + 1)
+
+    def on_message(self, message, now):
+        if message.normal_force > 0.0:
+            yield from super().on_message(message, now)
+        yield from self.parts(message.finger)
+
+    def on_tick(self, now):
+        super().on_tick(now)
+        command = ForceCommand(now, "index", len(self.ticks), 1.0, 0.0, Reason.HOLD, now + 50 * MS)
+        return [*self.parts("thumb"), command]
+
+
+@pytest.mark.parametrize("force", [1.5, 0.0], ids=["commanded", "not commanded"])
+def test_what_a_tick_tells_does_not_overtake_a_report_of_two_parts(force):
+    rig = Rig()
+    rig.runner.managed.node = Numbering(rig.clock)
+    rig.runner.start()
+    rig.state(seq=0, force=1.5)
+    rig.state(seq=1, force=force)
+    rig.steps(3)
+    told = [message.seq for message in rig.answers(ModelHealth)]
+    assert len(told) >= 6
+    assert told == sorted(told)
+
+
 def test_what_a_node_that_fails_in_its_report_had_commanded_has_been_sent(rig):
     def answer(message, now):
         yield from Follower.on_message(rig.node, message, now)

@@ -85,6 +85,7 @@ class Runner:
         self._status_schedule = Schedule(settings.status_period)
         self._stop = False
         self._unfinished: deque[Iterator[Message | None]] = deque()  # whose command has been sent
+        self._begun = False  # a part of the first of them has been sent
         self._more = False  # the last look at the bus may have left something there
         self._owed: set[str] = set()  # fingers whose reports are among them
         self.running = False  # whether run() has begun
@@ -256,6 +257,8 @@ class Runner:
             self._telemetry.offer(message, Direction.IN)
         answers = self.managed.on_message(message, self._clock.now())
         for answer in answers:
+            if not isinstance(answer, ForceCommand):
+                self._finish_begun()
             self._send((answer,))
             if isinstance(answer, ForceCommand):
                 if self.statistics.pace.allows(answer.finger, self._clock.now()):
@@ -324,14 +327,29 @@ class Runner:
         """Send one message of what was to come after the commands, or let one be sent as bytes."""
         while self._unfinished:
             for answer in self._unfinished[0]:
+                self._begun = True
                 if answer is not None:
                     self._send((answer,))
                 return
             self._unfinished.popleft()
+            self._begun = False
+
+    def _finish_begun(self) -> None:
+        """Send the rest of a report of which a part has been sent, so that no later one overtakes it."""
+        if self._begun:
+            self._begun = False
+            for answer in self._unfinished.popleft():
+                if answer is not None:
+                    self._send((answer,))
 
     def _tick(self, now: int) -> None:
         self.statistics.ticked(self.schedule.take(now))
-        self._send(self.managed.on_tick(now))
+        answers = self.managed.on_tick(now)
+        if self._begun:
+            self._send([one for one in answers if isinstance(one, ForceCommand)])
+            self._finish_begun()
+            answers = [one for one in answers if not isinstance(one, ForceCommand)]
+        self._send(answers)
         if self._gathering is not None:
             self._gathering.flush()
 
