@@ -102,8 +102,8 @@ def learning_parameters(base: GraspParameters) -> GraspParameters:
 def told_of_slip(settings: GraspParameters, sensor: SensorSettings) -> GraspParameters:
     """Return ``settings`` told how slip is felt.
 
-    One that learns counts on more of what is not known yet where its channel is fine enough to probe with: the
-    slip that this may cost is felt.
+    One that learns counts on more of what is not known yet where its channel is fine enough to probe with:
+    the slip that this may cost is felt.
     """
     friction = replace(settings.friction, slip_threshold=sensor.slip_threshold, slip_delay=sensor.slip_delay)
     told = replace(settings, friction=friction)
