@@ -14,6 +14,7 @@ of the grasp, fail-safe, limits, renewal of commands before they expire. The nod
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from vegrip.errors import UsageError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
@@ -27,6 +28,7 @@ from vegrip.grip.known_objects import ObjectFriction
 from vegrip.grip.safety.fail_safe import FailSafe
 from vegrip.grip.safety.watchdog import InputWatchdog
 from vegrip.grip.settings import ControlSettings, make_policy, make_share
+from vegrip.grip.slip_table import derive_grip
 from vegrip.grip.warm_up import dummy_states
 from vegrip.messages import (
     Condition,
@@ -85,7 +87,7 @@ class GripController:
         self.rejected: Counter[str] = Counter()
         """States that were not for a finger of this hand, counted by name."""
         self._make_estimator = make_estimator or _from_models(self.names, model, noise, estimator)
-        self._settings = settings or ControlSettings()
+        self._settings = self._derived(settings or ControlSettings())
         self._known_object = known_object
         self._share_of = make_share(self._settings, self.names)
         self.need_of: Callable[[GraspFinger], float] = need_of
@@ -144,15 +146,18 @@ class GripController:
 
     @property
     def settings(self) -> ControlSettings:
-        """How the grasp is controlled; new settings take effect at once, what is held and learned stays."""
+        """How the grasp is controlled; new settings take effect at once, what is held and learned stays.
+
+        With ``grip.slip_every`` they hold what follows from it.
+        """
         return self._settings
 
     @settings.setter
     def settings(self, settings: ControlSettings) -> None:
         self._share_of = make_share(settings, self.names)
-        self._settings = settings
+        self._settings = self._derived(settings)
         for finger in self.fingers.values():
-            finger.apply(settings)
+            finger.apply(self._settings)
         self._lead()
 
     def reset(self) -> None:
@@ -220,6 +225,10 @@ class GripController:
         phase = self.names.index(name) * groups // len(self.names) / groups
         watchdog = InputWatchdog(settings.watchdog)
         return GraspFinger(name, self._make_estimator(name), controller, watchdog, phase)
+
+    def _derived(self, settings: ControlSettings) -> ControlSettings:
+        grip = derive_grip(settings.grip, len(self.names))
+        return settings if grip is settings.grip else replace(settings, grip=grip)
 
     def _lead(self) -> None:
         noise = getattr(self._settings, "noise", SensorNoise())

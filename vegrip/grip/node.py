@@ -20,6 +20,7 @@ from vegrip.grip.known_objects import KnownObjects, ObjectFriction
 from vegrip.grip.learned_store import LearnedStore, NoStore
 from vegrip.grip.model_swap import ModelSwap
 from vegrip.grip.settings import ControlSettings, make_share
+from vegrip.grip.slip_table import describe_derived
 from vegrip.host.realtime import NODE_PRIORITY
 from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth, NodeStatus
 from vegrip.runtime import NodeBase
@@ -135,6 +136,8 @@ class GraspForce(NodeBase):
             known_object=self._known_object,
         )  # fmt: skip
         self.controller.need_of = self._need
+        if taken := describe_derived(self.parameters.grip, len(self._names)):
+            logging.getLogger(f"vegrip.{self.name}").info("%s", taken)
         self._compile()
 
     def activate(self) -> None:

@@ -36,6 +36,10 @@ from vegrip.types import NamedNumbers
 class GripSettings:
     """How the margin grip trades effort against the risk of slip."""
 
+    slip_every: float = parameter(
+        0.0, unit="s", low=0.0, high=1e6,
+        doc="one slip in so many disturbed seconds is wanted: gives what follows; 0 = that is set by itself",
+    )  # fmt: skip
     wanted_margin: float = parameter(0.15, unit="1", low=0.0, high=0.9, doc="slip margin whose bound is kept")
     probability: float = parameter(
         0.95, unit="1", low=0.5, high=0.9999, doc="that all fingers keep the margin over the horizon"
@@ -44,9 +48,9 @@ class GripSettings:
         0.76, unit="1", low=0.5, high=0.9999, doc="the same of each finger once friction is known"
     )
     dead_band: float = parameter(0.04, unit="1", low=0.0, high=0.5, doc="relative dead band of the command")
-    release_time: float = parameter(1.0, unit="s", low=0.01, high=60.0, doc="time constant of lowering")
+    release_time: float = parameter(0.3, unit="s", low=0.01, high=60.0, doc="time constant of lowering")
     settle_time: float = parameter(
-        0.3, unit="s", low=0.0, high=60.0, doc="no lowering after a rise for so long"
+        0.1, unit="s", low=0.0, high=60.0, doc="no lowering after a rise for so long"
     )
     usual_time: float = parameter(
         2.5, unit="s", low=0.0, high=60.0, doc="the need is not believed to have fallen for half of it"

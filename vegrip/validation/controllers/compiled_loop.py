@@ -8,7 +8,7 @@ import ctypes
 import hashlib
 import platform
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -24,6 +24,7 @@ from vegrip.grip import friction_belief
 from vegrip.grip.drive_lag import measured_lag
 from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.parameters import GraspParameters, models_of
+from vegrip.grip.slip_table import derive_grip
 from vegrip.model import ContactModel
 from vegrip.model import cache as model_cache
 from vegrip.types import Floats
@@ -84,7 +85,8 @@ def run_compiled(
     layout = TrialLayout(n, hand.rings, hand.spokes, len(hand.tip.rates))
     models = models_of(settings, hand.fingers, "grasp_force")
     run = trial_of(models[0], layout, settings.estimator.surface == "ellipse")
-    grip = settings.grip
+    grip = derive_grip(settings.grip, n)
+    settings = replace(settings, grip=grip)
     each = each_confidence(grip.probability, n, correlation_of(settings, models[0]))
     h = hand_memory(layout, hand, seed, PERIOD_S)
     set_control(h, layout, settings, quantile(each), quantile(grip.known_probability))
