@@ -6,7 +6,9 @@ from dataclasses import replace
 from vegrip.estimator import EstimatorSettings
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters, TipParameters, estimator_factory
+from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.virtual import HandSettings
+from vegrip.virtual.settings import SensorSettings
 
 KNOBS = {
     "hand": {
@@ -34,6 +36,9 @@ Wanted margin [-] of vegrip, of learning, of one that knows the truth of frictio
 (the bound of what any of them can reach), and of the ellipse. Force [N], safety [-] and friction
 coefficient [-] set by hand of the others: tuned for each grasp.
 """
+
+LEARNING_PROBABILITY = 0.92
+"""``grip.probability`` of learning with a slip channel that is fine enough to probe with."""
 
 DEMONSTRATED = "learning"
 """What the demonstration shows as vegrip: the parameters that suit a hand that feels slip at once."""
@@ -83,27 +88,30 @@ def learning_parameters(base: GraspParameters) -> GraspParameters:
 
     It is told how coarse and how late the slip channel of the virtual hand is.
     """
-    sensor = HandSettings().sensor
-    return replace(
+    learning = replace(
         base,
-        friction=replace(
-            base.friction,
-            shared=True,
-            probing=True,
-            slip_threshold=sensor.slip_threshold,
-            slip_delay=sensor.slip_delay,
-        ),
+        friction=replace(base.friction, shared=True, probing=True),
         grip=replace(
-            base.grip,
-            probability=0.92,
-            release_time=0.3,
-            settle_time=0.1,
-            slip_growth=40.0,
-            proven_time=20.0,
-            drive_lag=0.01,
+            base.grip, release_time=0.3, settle_time=0.1, slip_growth=40.0, proven_time=20.0, drive_lag=0.01
         ),
         estimator=replace(base.estimator, friction_drift=0.03),
     )
+    return told_of_slip(learning, HandSettings().sensor)
+
+
+def told_of_slip(settings: GraspParameters, sensor: SensorSettings) -> GraspParameters:
+    """Return ``settings`` told how slip is felt.
+
+    One that learns counts on more of what is not known yet where its channel is fine enough to probe with:
+    the slip that this may cost is felt.
+    """
+    friction = replace(settings.friction, slip_threshold=sensor.slip_threshold, slip_delay=sensor.slip_delay)
+    told = replace(settings, friction=friction)
+    if not friction.probing:
+        return told
+    is_felt = sensor.slip_sensor and not friction.why_too_coarse
+    probability = LEARNING_PROBABILITY if is_felt else GripSettings().probability
+    return replace(told, grip=replace(told.grip, probability=probability))
 
 
 def demonstrated_parameters(grasp: str) -> GraspParameters:

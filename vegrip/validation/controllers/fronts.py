@@ -11,7 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vegrip.validation.controllers.candidates import BOUND, KNOBS, parameters
+from vegrip.validation.controllers.candidates import BOUND, KNOBS, parameters, told_of_slip
 from vegrip.validation.controllers.compiled_loop import SAMPLING_S, CompiledRun, run_compiled
 from vegrip.validation.controllers.grip_quality import GripRecord, figures_of, record_of
 from vegrip.validation.controllers.scenario import Scenario
@@ -83,14 +83,9 @@ def run_quality_trial(trial: QualityTrial) -> CompiledRun:
     """Run one trial."""
     scenario = Scenario(trial.seed, trial.duration, trial.grasp)
     hand = trial.surroundings.applied(scenario.settings)
-    settings = parameters(trial.name, trial.knob, hand.tip.friction)
-    friction = replace(
-        settings.friction,
-        slip_threshold=hand.sensor.slip_threshold,
-        slip_delay=hand.sensor.slip_delay,
-    )
+    settings = told_of_slip(parameters(trial.name, trial.knob, hand.tip.friction), hand.sensor)
     grip = replace(settings.grip, measure_lag=trial.measures_lag and settings.grip.drive_lag > 0.0)
-    settings = replace(settings, friction=friction, grip=grip)
+    settings = replace(settings, grip=grip)
     return run_compiled(
         hand, trial.seed, scenario.events, settings, trial.duration, known=trial.name == BOUND
     )

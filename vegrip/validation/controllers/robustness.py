@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vegrip.grip.parameters import GraspParameters
-from vegrip.validation.controllers.candidates import KNOBS, parameters
+from vegrip.validation.controllers.candidates import KNOBS, parameters, told_of_slip
 from vegrip.validation.controllers.compiled_loop import SAMPLING_S, run_compiled
 from vegrip.validation.controllers.fronts import Surroundings
 from vegrip.validation.controllers.grip_quality import GripRecord, figures_of, record_of
@@ -116,11 +116,9 @@ def settings_of(trial: RobustnessTrial, hand: HandSettings) -> GraspParameters:
     """Return the controller at its operating point, told of the slip channel and the size of the tips."""
     few = len(hand.fingers) == 2
     settings = parameters(trial.name, KNOBS["pinch" if few else "hand"][trial.name], hand.tip.friction)
-    friction = replace(
-        settings.friction, slip_threshold=hand.sensor.slip_threshold, slip_delay=hand.sensor.slip_delay
-    )
     tips = {finger: tip for finger, tip in settings.tips.items() if finger in hand.fingers}
-    return replace(settings, friction=friction, tip=replace(settings.tip, radius=hand.tip.radius), tips=tips)
+    told = told_of_slip(settings, hand.sensor)
+    return replace(told, tip=replace(settings.tip, radius=hand.tip.radius), tips=tips)
 
 
 def record_of_trial(trial: RobustnessTrial) -> tuple[GripRecord, float]:
