@@ -16,7 +16,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from statistics import NormalDist
-from typing import Final
+from typing import Any, Final
 
 from vegrip.grip.policies.margin_grip import GripSettings
 
@@ -58,7 +58,9 @@ def derive_grip(grip: GripSettings, fingers: int) -> GripSettings:
     if grip.slip_every <= 0.0:
         return grip
     derived = MEASURED_WITH | {"probability": probability_for(grip.slip_every, table_of(fingers))}
-    taken = {name: value for name, value in derived.items() if getattr(grip, name) == getattr(DEFAULTS, name)}
+    taken: dict[str, Any] = {
+        name: value for name, value in derived.items() if getattr(grip, name) == getattr(DEFAULTS, name)
+    }
     return replace(grip, **taken)
 
 
