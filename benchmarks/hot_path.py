@@ -7,6 +7,7 @@ All on the same recorded frames of a closed loop, in processor time, so that a b
 * ``object_path_vs_finger_step``: codec, node and codec by objects against the step;
 * ``loop_vs_finger_step``: a turn of the loop of the node, five states at a wake-up, without reports, against
   the step; the ratio is the share of the step;
+* ``object_report_vs_packed``: contact and slip margin from objects to frames, and packed by the step;
 * ``wire_fd``, ``wire_classic``, ``wire_canopen``, ``wire_topics``, ``wire_batch``: a state from its bytes to
   those of its command on this wire, codec and node by objects against codec and node with the compiled step;
 * ``c_vs_numba``: the step by C against the step by numba; every byte and number they make is compared first.
@@ -74,6 +75,7 @@ COUNTER_AT, VALUES_AT = 2, 12
 COUNTERS: Counter[int] = Counter()
 """By identifier: states that were sent."""
 STATE_BYTES = 48
+REPORTS = 100  # of each finger
 Timed = dict[str, float]
 Stated = tuple[Frame, str, int]
 
@@ -86,6 +88,7 @@ def run() -> dict[str, Timed]:
         "finger_step_vs_physics": row(step, physics(log)),
         "object_path_vs_finger_step": row(step, objects(log)),
         "loop_vs_finger_step": row(loop(log), step),
+        "object_report_vs_packed": reports(log),
     }
     results |= {name: wire_row(name, log, mode) for name in WIRES}
     if WITH_NUMBA and host.compiler() is not None:
@@ -207,6 +210,41 @@ def objects(log: Log) -> float:
         return steps
 
     return best(prepare) / log.frames
+
+
+def reports(log: Log) -> Timed:
+    """Return how long contact and slip margin take, packed by the step and by the objects."""
+    replay = Replay(log, "c" if host.compiler() is not None else "numba")
+    replay.run()
+    node, codec, now = replay.node, replay.codec, log.events[-1].now
+    assert node.controller is not None
+    for name, finger in node.fingers.items():
+        finger.health(now)  # worked out once for the last state, so not timed below
+        compiled = node.compiled_fingers[name]
+        compiled.lend(node.controller, (1e-9, 1e6))
+
+    later = itertools.count(now + 1)
+
+    def packed() -> Callable[[], None]:
+        def tell() -> None:
+            for when in itertools.islice(later, REPORTS):
+                for finger in node.compiled_fingers.values():
+                    if not finger.tell(when):
+                        raise AssertionError("the step did not tell its contact")
+
+        return tell
+
+    def by_objects() -> Callable[[], None]:
+        def tell() -> None:
+            for when in itertools.islice(later, REPORTS):
+                for finger in node.fingers.values():
+                    codec.encode(finger.contact(when))
+                    codec.encode(finger.margin(when))
+
+        return tell
+
+    count = REPORTS * len(log.fingers)
+    return row(best(packed) / count, best(by_objects) / count)
 
 
 def wire_row(name: str, log: Log, mode: str) -> Timed:

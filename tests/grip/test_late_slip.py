@@ -46,12 +46,12 @@ def test_a_slide_is_over_where_the_load_has_fallen_far_below_that_of_then() -> N
     for _ in range(20):
         recall_load(q, 0, 0.002, 0.5)
     assert present_slip(q, 0, 1.0) == 1.0
-    recall_load(q, 0, 0.002, 0.44)
+    recall_load(q, 0, 0.002, 0.39)
     assert present_slip(q, 0, 1.0) == 0.0
     assert present_slip(q, 1, 1.0) == 1.0, "another finger"
     assert math.isnan(present_slip(q, 0, math.nan)), "what is not sensed stays so"
     for _ in range(20):  # it goes on although the load is as low as it was a delay ago: that is no old slide
-        recall_load(q, 0, 0.002, 0.44)
+        recall_load(q, 0, 0.002, 0.39)
     assert present_slip(q, 0, 1.0) == 1.0
 
 

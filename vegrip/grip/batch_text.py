@@ -61,14 +61,14 @@ static void row_id(uint8_t *row, int64_t id)
 }}
 
 void vg_batch_report(double *const *f, int64_t *const *t, const uint8_t *numbers, int64_t count, int64_t now,
-    uint8_t *contacts, uint8_t *margins, uint8_t *told)
+    uint8_t *contacts, uint8_t *margins, uint8_t *reported)
 {{
     for (int64_t i = 0; i < count; i++) {{
         const int64_t n = numbers[i];
         uint8_t *second = contacts + {CONTACT_ROW};
-        told[i] = (uint8_t)vg_finger_report(f[n], t[n], now, contacts + {ROW_ID.size}, second + {ROW_ID.size},
-            margins + {ROW_ID.size});
-        if (told[i]) {{
+        reported[i] = (uint8_t)vg_finger_report(f[n], t[n], now, contacts + {ROW_ID.size},
+            second + {ROW_ID.size}, margins + {ROW_ID.size});
+        if (reported[i]) {{
             row_id(contacts, t[n][CONTACT1_ID]);
             row_id(second, t[n][CONTACT2_ID]);
             row_id(margins, t[n][MARGIN_ID]);

@@ -124,6 +124,12 @@ class CompiledFinger:
         self._news = layout.wholes["NEWS_STAMP"], layout.wholes["NEWS_SEQ"]
         self._given = layout.reals["GRIP_HELD"], layout.reals["GRIP_ADJUSTMENT"]
         self._turn = tuple(layout.wholes[f"TURN_{name}"] for name in ("COMMANDED", "SEQ", "GIVEN_REASON"))
+        quiet = (
+            "INPUT_IS_HEARD", "INPUT_HEARD", "TURN_STARTED", "TURN_COMMANDED", "SETUP_RENEWAL",
+            "INPUT_CONDITION",
+        )  # fmt: skip
+        self._quiet = tuple(layout.wholes[name] for name in quiet)
+        self._time_out_at = layout.reals["RULE_TIME_OUT"]
         tells = ("TURN_REPORT_DUE", "INPUT_CONDITION", "TURN_TOLD", "TURN_NOTED", "TURN_FETCHED")
         self._tells = tuple(layout.wholes[name] for name in tells)
         self._history = self.memory.section("HISTORY").reshape(-1, HISTORY_CHANNELS)
@@ -203,10 +209,10 @@ class CompiledFinger:
 
     def is_quiet(self, now: int) -> bool:
         """Return whether a tick has nothing to do: no silence, and no command to renew."""
-        memory = self.memory
-        heard = memory["INPUT_IS_HEARD"] and now - memory["INPUT_HEARD"] <= memory["RULE_TIME_OUT"]
-        fresh = not memory["TURN_STARTED"] or now - memory["TURN_COMMANDED"] < memory["SETUP_RENEWAL"]
-        return bool(heard and fresh and memory["INPUT_CONDITION"] <= 1)
+        is_heard, heard, started, commanded, renewal, condition = map(self._t.item, self._quiet)
+        known = is_heard and now - heard <= self._f.item(self._time_out_at)
+        fresh = not started or now - commanded < renewal
+        return bool(known and fresh and condition <= 1)
 
     def felt(self) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the present state."""

@@ -23,7 +23,7 @@ LATE_ENDED = LATE_AGE + BELIEF_MOST  # 1 where the slide of finger i that is fel
 LATE_PAST = LATE_ENDED + BELIEF_MOST  # u of finger i, the newest first, from LATE_STEPS i on
 LATE_SIZE = LATE_PAST + LATE_STEPS * BELIEF_MOST
 
-LATE_OVER = 0.9
+LATE_OVER = 0.8
 
 
 def begin_late_slip(q: Numbers) -> None:

@@ -166,10 +166,11 @@ class HotPath:
         if done in (LEFT_ALONE, PART):
             return done, finger
         self.frames += 1
-        self._statistics.state(finger, frame.stamp)
         if done & COMMANDED:
             self._endpoint.send_frame(Frame(command, self.node.command_frame(finger).tobytes(), not part))
-            self._statistics.command(finger, self._clock.now())
+            self._statistics.answered(finger, frame.stamp, self._clock.now())
+        else:
+            self._statistics.state(finger, frame.stamp)
         self._senders.note_values(finger, *self.node.felt(finger))
         if telemetry is not None:
             show(telemetry, self.node, finger, done)

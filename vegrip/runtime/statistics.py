@@ -46,6 +46,13 @@ class LoopStatistics:
         if arrived is not None:
             self._answered(now - arrived)
 
+    def answered(self, finger: str, arrived: int, now: int) -> None:
+        """Count a state of ``finger`` and its command, as :meth:`state` and :meth:`command` do."""
+        self.states += 1
+        self.commands += 1
+        oldest = self._unanswered.pop(finger, arrived) if self._unanswered else arrived
+        self._answered(now - oldest)
+
     def batch(self, states: int, commands: int, arrived: int, now: int) -> None:
         """Count states that arrived together at ``arrived`` [ns], and commands that left at ``now``."""
         self.states += states

@@ -16,6 +16,8 @@ from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.curve import Keys
 from vegrip.transport.zmq_endpoint import ZmqEndpoint
 
+DONTWAIT, TOPIC_FLAGS = int(zmq.DONTWAIT), int(zmq.DONTWAIT) | int(zmq.SNDMORE)
+
 BatchIntercept = Callable[[bytes, int, int], Sequence[int] | None]
 """Looks at a batch of states first, with its number of rows and its arrival [ns].
 
@@ -117,7 +119,8 @@ class BatchEndpoint(ZmqEndpoint):
 
     def _publish(self, kind: type[Message], payload: bytes | bytearray) -> None:
         try:
-            self._publisher.send_multipart([self._topics[kind], payload], zmq.DONTWAIT)
+            self._publisher.send(self._topics[kind], TOPIC_FLAGS)
+            self._publisher.send(payload, DONTWAIT)
         except zmq.ZMQError:
             self._faults["unsent"] += 1
 

@@ -13,6 +13,8 @@ import zmq
 
 from vegrip.transport.socket_monitor import SocketMonitor
 
+EVENTS, POLLIN, DONTWAIT = int(zmq.EVENTS), int(zmq.POLLIN), int(zmq.DONTWAIT)
+"""As plain numbers: two flags are joined in microseconds."""
 REOPEN_AFTER: Final = 0.1
 """[s] from the end of a connection that libzmq does not try again until it is opened anew: its interval."""
 
@@ -66,12 +68,12 @@ class Subscription:
 
     def is_readable(self) -> bool:
         """Whether a message is there."""
-        return bool(int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN)
+        return bool(int(self._socket.getsockopt(EVENTS)) & POLLIN)
 
     def take(self) -> Sequence[bytes] | None:
         """Return the parts of the next message, None when there is none."""
         try:
-            return self._socket.recv_multipart(zmq.DONTWAIT)
+            return self._socket.recv_multipart(DONTWAIT)
         except zmq.Again:
             return None
 

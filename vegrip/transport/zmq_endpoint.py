@@ -188,7 +188,7 @@ class ZmqEndpoint(ClosedByWith):
     def _drain(self, messages: list[Message]) -> None:
         for subscription in self._subscriptions:
             for _ in range(MOST_MESSAGES // len(self._subscriptions) or 1):
-                parts = subscription.take()
+                parts = subscription.take() if subscription.is_readable() else None
                 if parts is None:
                     break
                 self._take(parts, time.monotonic_ns(), messages)

@@ -11,7 +11,7 @@ from vegrip.virtual import HandSettings
 KNOBS = {
     "hand": {
         "vegrip": 0.15,
-        "learning": 0.05,
+        "learning": 0.1,
         "known": 0.1,
         "ellipse": 0.15,
         "constant": 4.0,
@@ -94,7 +94,13 @@ def learning_parameters(base: GraspParameters) -> GraspParameters:
             slip_delay=sensor.slip_delay,
         ),
         grip=replace(
-            base.grip, release_time=0.3, settle_time=0.1, slip_growth=40.0, proven_time=20.0, drive_lag=0.01
+            base.grip,
+            probability=0.92,
+            release_time=0.3,
+            settle_time=0.1,
+            slip_growth=40.0,
+            proven_time=20.0,
+            drive_lag=0.01,
         ),
         estimator=replace(base.estimator, friction_drift=0.03),
     )
