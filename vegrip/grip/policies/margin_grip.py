@@ -38,7 +38,7 @@ class GripSettings:
 
     slip_every: float = parameter(
         0.0, unit="s", low=0.0, high=1e6,
-        doc="one slip in so many disturbed seconds is wanted: gives what follows; 0 = that is set by itself",
+        doc="target: one slip in so many disturbed seconds, gives the parameters below; 0 = none",
     )  # fmt: skip
     wanted_margin: float = parameter(0.15, unit="1", low=0.0, high=0.9, doc="slip margin whose bound is kept")
     probability: float = parameter(

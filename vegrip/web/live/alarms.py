@@ -111,7 +111,7 @@ def states_of(board: Board, now: int) -> list[Alarm]:
     for name, row in board.rows.items():
         health, margin = row.fresh(ModelHealth, now), row.fresh(SlipMargin, now)
         if health is not None and margin is not None and (text := FRICTION.get(health.friction)):
-            found.append(Alarm(f"{health.friction} {name}", Level.CALM, text, name))
+            found.append(Alarm(f"friction {name}", Level.CALM, text, name))
     return found
 
 
