@@ -344,12 +344,8 @@ class Runner:
 
     def _tick(self, now: int) -> None:
         self.statistics.ticked(self.schedule.take(now))
-        answers = self.managed.on_tick(now)
-        if self._begun:
-            self._send([one for one in answers if isinstance(one, ForceCommand)])
-            self._finish_begun()
-            answers = [one for one in answers if not isinstance(one, ForceCommand)]
-        self._send(answers)
+        self._finish_begun()
+        self._send(self.managed.on_tick(now))
         if self._gathering is not None:
             self._gathering.flush()
 
