@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.export.worst_inputs import assert_search_finds_more_than_recorded
 from vegrip.c99 import host
 from vegrip.cli import main
 from vegrip.errors import InputError, UsageError
@@ -117,16 +118,7 @@ def test_it_runs_on_an_emulated_cortex_m7(exported: tuple[Path, Exported]) -> No
 
 
 def test_a_search_finds_calls_that_take_more_than_the_recorded_ones(exported: tuple[Path, Exported]) -> None:
-    if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
-        pytest.skip("no arm-none-eabi-gcc or no qemu-system-arm")
-    measured = exported[1].measured
-    assert measured.search is not None
-    assert measured.cortex_run is not None
-    recorded = {name: most for name, (_, most) in measured.cortex_run.instructions.items()}
-    assert measured.search.most.keys() == recorded.keys()
-    assert all(measured.search.most[name] >= most for name, most in recorded.items())
-    assert measured.search.most["update"] > 2 * recorded["update"], "the first after a silence"
-    assert f"most of {measured.search.inputs} inputs" in (exported[0] / "REPORT.md").read_text()
+    assert_search_finds_more_than_recorded(*exported, "update")
 
 
 def test_nothing_that_firmware_has_not(exported: tuple[Path, Exported]) -> None:
