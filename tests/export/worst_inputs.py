@@ -9,7 +9,7 @@ from vegrip.export import Exported
 
 
 def assert_search_finds_more_than_recorded(folder: Path, exported: Exported, call: str) -> None:
-    """No recorded call takes more instructions than the worst found, the first after a silence takes twice."""
+    """No recorded call takes more instructions than the worst found, the first after a silence twice."""
     if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
         pytest.skip("no arm-none-eabi-gcc or no qemu-system-arm")
     measured = exported.measured
