@@ -53,8 +53,10 @@ test-c: $(STAMP)  ## the estimator in C against numba, every effect; the export 
 test-web: $(STAMP)  ## the pages in a real browser, headless: Chromium of the distribution (apt-get install chromium)
 	VEGRIP_WEB_TESTS=1 $(V)/python -m pytest -q -n 0 -m browser tests/web
 
-web-pictures: $(STAMP)  ## draw docs/images/web-*.png again, from the tests of the pages
-	VEGRIP_WEB_TESTS=1 VEGRIP_SCREENSHOTS=$(CURDIR)/docs/images $(V)/python -m pytest -q -n 0 -m browser tests/web
+web-pictures: $(STAMP)  ## draw docs/images/web-*.png again, from the tests of the pages, on a quiet machine; more are in build/web-pictures
+	mkdir -p build/web-pictures
+	VEGRIP_WEB_TESTS=1 VEGRIP_SCREENSHOTS=$(CURDIR)/build/web-pictures $(V)/python -m pytest -q -n 0 -m browser tests/web
+	cp build/web-pictures/web-live.png build/web-pictures/web-check.png build/web-pictures/web-calibrate.png docs/images
 
 wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
 	$(V)/python -m pytest -q -n 0 tests/install
