@@ -38,7 +38,13 @@ def test_written_table_is_read_back(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_torsion_table_in_the_file_is_the_one_the_script_computes() -> None:
-    assert pytest.approx(make_table.torsion_table(), abs=1e-12) == fast.TORSION_TABLE
+    t = np.linspace(-1, 1, 2001)
+    again, in_file = (
+        polynomial.polyval(t, np.asarray(powers))
+        for powers in (make_table.torsion_table(), fast.TORSION_TABLE)
+    )
+    # powers of high order differ more than what they add up to from one processor's rounding to another's
+    assert again == pytest.approx(in_file, abs=1e-12)
 
 
 @pytest.mark.long
