@@ -42,7 +42,7 @@ def test_the_compiled_trial_has_the_slips_forces_and_margins_of_the_uncompiled_o
     assert np.max(np.abs(fast.truth["force"][late] - force)) < 0.005
     assert np.max(np.abs(fast.truth["margin"][late] - margin)) < 0.01
     time, mu, _ = np.array(slow.friction).T  # as the first finger reports it
-    believed = np.exp(fast.truth["ln_mu_believed"][:, 0])[np.searchsorted(fast.time, time - 0.003)]
+    believed = np.exp(fast.truth["ln_mu_stated"][:, 0])[np.searchsorted(fast.time, time - 0.003)]
     assert np.median(np.abs(believed / mu - 1.0)) < 0.02
 
 
