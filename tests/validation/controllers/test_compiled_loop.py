@@ -44,7 +44,8 @@ def test_the_compiled_trial_has_the_slips_forces_and_margins_of_the_uncompiled_o
     time, mu, std = np.array(slow.friction).T  # as the first finger reports it
     rows = np.searchsorted(fast.time, time - 0.003)
     assert np.median(np.abs(np.exp(fast.truth["ln_mu_stated"][rows, 0]) / mu - 1.0)) < 0.02
-    assert np.median(np.abs(fast.truth["ln_mu_std"][rows, 0] * mu / std - 1.0)) < 0.02
+    wider = std / mu / fast.truth["ln_mu_std"][rows, 0]  # of mu, which has a tail, over that of ln mu
+    assert 0.98 < np.median(wider) < 1.1
 
 
 def test_a_slip_is_counted_in_the_compiled_trial_as_in_the_other() -> None:
