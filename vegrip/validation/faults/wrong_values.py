@@ -144,7 +144,7 @@ def run(end: float, look: float, fault: Fault, *, learning: bool = False) -> Run
     sound = SoundNode(learning_parameters(), scene.fingers) if learning else None
     scene.hand_node.falsify = _falsifier(scene, fault, sound)
     _run_until(look, scene, sound)
-    known, told = _all_estimates(scene.node, scene.fingers), ()
+    known = told = _all_estimates(scene.node, scene.fingers)
     if sound is not None:
         told = _all_estimates(sound.node, scene.fingers)
     is_safe = _run_until(end, scene, sound)
