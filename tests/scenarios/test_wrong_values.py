@@ -31,3 +31,14 @@ def test_a_slip_channel_that_lies_neither_teaches_nor_keeps_the_grip_up_with_lea
 ):
     verdict = judge(Fault(channel, value, FAULT_BEGIN_S, duration, -1), learning=True)
     assert verdict.worst <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("channel", "value", "duration"), [("torque_z", -1.9, 0.05), ("tangential_force_x", -5.0, 0.05)]
+)
+def test_a_wrong_load_teaches_nothing_that_a_node_with_sound_input_does_not_learn(channel, value, duration):
+    verdict = judge(Fault(channel, value, FAULT_BEGIN_S, duration, -1), learning=True)
+    assert verdict.fallen == 0.0
+    assert verdict.off < 0.1
+    assert verdict.shrunk < 0.1
+    assert verdict.risen < 0.1

@@ -127,7 +127,7 @@ class GripController:
             UsageError: there is no such finger.
 
         """
-        return self._finger_called(finger).contact(self._now)
+        return self.friction.state_friction(self._finger_called(finger).contact(self._now))
 
     def margin(self, finger: str) -> SlipMargin:
         """Return the slip margin of ``finger`` under its present load; errors as of :meth:`contact`."""

@@ -53,6 +53,14 @@ from vegrip.grip.friction_belief import (
     refuse_evidence,
     widen_own,
 )
+from vegrip.grip.friction_change import (
+    CHANGE_LEVEL,
+    CHANGE_SIZE,
+    CHANGE_SPREAD,
+    begin_changes,
+    follow_level,
+    stated_friction,
+)
 from vegrip.grip.friction_onset import (
     ONSET_SILENT,
     begin_onsets,
@@ -64,6 +72,7 @@ from vegrip.grip.friction_onset import (
 from vegrip.grip.friction_probe import (
     PROBE_NEED,
     PROBE_SHIFT,
+    PROBE_UNKNOWN,
     begin_probing,
     feel_slip,
     probe_friction,
@@ -72,11 +81,11 @@ from vegrip.grip.friction_probe import (
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, shared_part
 from vegrip.grip.known_objects import ObjectFriction
-from vegrip.grip.late_slip import LATE_SIZE, begin_late_slip, is_late, present_slip, recall_load
+from vegrip.grip.late_slip import begin_late_slip, is_late, present_slip, recall_load
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.settings import ControlSettings
-from vegrip.messages import KNOWN, PROBED, FingertipState, ModelHealth
+from vegrip.messages import KNOWN, PROBED, ContactEstimate, Estimate, FingertipState, ModelHealth
 from vegrip.types import NamedNumbers
 
 LONGEST_STEP_S = 0.1
@@ -164,7 +173,7 @@ class GraspFriction:
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
         self._settings, self._noise = settings, tangential_noise
         self._places = {name: i for i, name in enumerate(fingers)}
-        self._memory = array("d", bytes(8 * max(LATE_SIZE, len(fingers))))
+        self._memory = array("d", bytes(8 * max(CHANGE_SIZE, len(fingers))))
         self.shared = np.frombuffer(self._memory)
         """All that the fingers of the grasp share, as the compiled step has it; the same numbers as here."""
         self._seen = [0.0] * len(fingers)  # version of the belief that each finger has
@@ -202,6 +211,7 @@ class GraspFriction:
         begin_onsets(g, s.onset_noise if s.onsets else math.inf, s.shock)
         begin_felt_slip(g, s.sliding_speed, s.slip_delay)
         begin_late_slip(g)
+        begin_changes(g)
 
     def prepare(self, finger: GraspFinger, unknown: Wanted, known: Wanted) -> Wanted:
         """Tell the estimator of ``finger`` what the grasp believes; return margin and confidence to ask for.
@@ -270,6 +280,7 @@ class GraspFriction:
         x, y = state.tangential_force_x, state.tangential_force_y
         twist = twist_share(math.sqrt(x * x + y * y), load)
         judge_felt_slip(g, i, dt, state.slip, state.slip_speed, u, twist)
+        follow_level(g, g, i, dt)
 
     def lead(self, finger: GraspFinger) -> None:
         """Let ``finger`` answer the load that is to come by the lag of its drive, see :meth:`set_lead`."""
@@ -296,6 +307,10 @@ class GraspFriction:
         memory["SHARED_WIDEST"], memory["SHARED_LOAD_NOISE"] = self._settings.widest_variance, self._noise
         memory["SHARED_SEEN"], memory["TURN_LEARNED"] = self._seen[i], self._stamp[i]
         memory["SHARED_SITE"], memory["SHARED_SITE_WEIGHTED"] = precision, weighted
+        if self.active:
+            level, spread, unknown = self._change_of(i)
+            memory["SHARED_LEVEL"], memory["SHARED_SPREAD"] = level, spread
+            memory["SHARED_UNKNOWN"] = unknown
 
     def read_from(self, memory: NamedNumbers, finger: str) -> None:
         """Take back what is of one finger."""
@@ -354,6 +369,17 @@ class GraspFriction:
         health = replace(health, friction=self.friction_counted_on(health.finger))
         return replace(health, channel=channel, regime="", suspect="") if channel else health
 
+    def state_friction(self, contact: ContactEstimate) -> ContactEstimate:
+        """Return ``contact`` with the friction that is stated (:mod:`vegrip.grip.friction_change`)."""
+        mu = contact.friction_coefficient
+        if not (self.active and contact.finger in self._places and 0.0 < mu.value < math.inf):
+            return contact
+        i = self._places[contact.finger]
+        level, spread, unknown = self._change_of(i)
+        mean, std = stated_friction(math.log(mu.value), mu.std / mu.value, level, spread, unknown)
+        value = math.exp(mean)
+        return replace(contact, friction_coefficient=Estimate(value, value * std, mu.valid, mu.age))
+
     @property
     def learned_object(self) -> ObjectFriction | None:
         """What this grasp has learned of the object; None while it is unknown."""
@@ -370,6 +396,10 @@ class GraspFriction:
         """Return mean and standard deviation of ln mu of ``finger`` as the grasp believes it."""
         i = self._places[finger]
         return self._memory[BELIEF_MEAN + i], math.sqrt(believed_variance(self._memory, i))
+
+    def _change_of(self, i: int) -> tuple[float, float, float]:
+        g = self._memory
+        return g[CHANGE_LEVEL + i], g[CHANGE_SPREAD + i], g[PROBE_UNKNOWN]
 
     def _told(self, i: int) -> FingerFriction:
         """Return the belief of finger ``i``, and the same without its evidence of the present loading."""

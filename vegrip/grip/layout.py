@@ -41,7 +41,7 @@ REALS: dict[str, tuple[str, ...] | int] = {
     "ASKED": ("MARGIN", "QUANTILE"),
     "SHARED": (
         "KNOWN_QUANTILE", "WIDEST", "LOAD_NOISE", "SEEN", "SITE", "SITE_WEIGHTED", "BEFORE", "BEFORE_VAR",
-        "FLAG", "SPEED",
+        "FLAG", "SPEED", "LEVEL", "SPREAD", "UNKNOWN",
     ),
     "TRANSFER": ("FORCE", "LOAD", "ARM"),
     "TOLD": ("CONFIDENCE",),
@@ -55,10 +55,10 @@ TAKEN: load and torque that the estimator has, and the bound of the margin at th
 report; DEMAND: what the finger needs; ASKED: margin and quantile that this state is judged with; SHARED: how
 the fingers of a grasp share friction, and what this one has of it (version of the belief, own evidence of the
 present loading, mean and variance of ln mu before the state, slip flag and
-slip speed as they are sensed); TRANSFER: what a contact met in its middle
-began with; TOLD: of the slip margin that is told; GRIP: held and required force, envelope of the need,
-running median of it, time since a fault began, change of the force by the last command, lowest median of
-late; LARGEST: the median's slots; ORDERED: scratch.
+slip speed as they are sensed, LEVEL, SPREAD, UNKNOWN: what is stated of friction beside its belief);
+TRANSFER: what a contact met in its middle began with; TOLD: of the slip margin that is told; GRIP: held and
+required force, envelope of the need, running median of it, time since a fault began, change of the force by
+the last command, lowest median of late; LARGEST: the median's slots; ORDERED: scratch.
 """
 
 WHOLES: dict[str, tuple[str, ...] | int] = {

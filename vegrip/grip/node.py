@@ -22,7 +22,15 @@ from vegrip.grip.model_swap import ModelSwap
 from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.grip.slip_table import describe_derived
 from vegrip.host.realtime import NODE_PRIORITY
-from vegrip.messages import Condition, FingertipState, ForceCommand, Message, ModelHealth, NodeStatus
+from vegrip.messages import (
+    Condition,
+    ContactEstimate,
+    FingertipState,
+    ForceCommand,
+    Message,
+    ModelHealth,
+    NodeStatus,
+)
 from vegrip.runtime import NodeBase
 from vegrip.runtime.telemetry import Unmade
 from vegrip.transport.codec.line import FingerLine
@@ -497,6 +505,8 @@ class GraspForce(NodeBase):
             yield from finger.learned_messages(learned, now, self.parameters.learned_period)
 
     def _with_suspects(self, report: Message, controller: GripController) -> Message:
+        if isinstance(report, ContactEstimate):
+            return controller.friction.state_friction(report)
         if not isinstance(report, ModelHealth):
             return report
         return controller.friction.name_suspect(self.diagnoser.annotate(report))

@@ -10,7 +10,12 @@ from scipy.stats import binom
 
 from vegrip.cli import main
 from vegrip.validation.controllers.compiled_loop import CompiledRun
-from vegrip.validation.controllers.fronts import QualityTrial, Surroundings, run_quality_trial
+from vegrip.validation.controllers.fronts import (
+    QualityTrial,
+    Surroundings,
+    record_trial,
+    run_quality_trial,
+)
 from vegrip.validation.controllers.grip_quality import (
     CLASSES,
     GripRecord,
@@ -80,6 +85,14 @@ def test_friction_is_inside_its_interval_where_the_error_is_below_two_deviations
     assert figures["friction_std"] == pytest.approx(0.3)
     assert figures["by_class"]["static"]["friction_inside"] == pytest.approx(0.5)
     assert np.isnan(figures["by_class"]["wet"]["friction_inside"])
+
+
+def test_the_true_friction_lies_inside_the_stated_interval_though_faces_get_wet_and_dry_unseen() -> None:
+    trials = [QualityTrial("learning", seed, 10.0, 0.1, "pinch") for seed in range(100, 112)]
+    figures = figures_of([record_trial(trial) for trial in trials], 0.01)
+    assert figures["friction_inside"] > 0.9
+    assert figures["by_class"]["wet"]["friction_inside"] > 0.8
+    assert figures["friction_std"] < 0.25
 
 
 def test_figures_count_what_is_held_and_slips_from_the_start() -> None:

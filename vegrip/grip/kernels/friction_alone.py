@@ -36,5 +36,10 @@ def is_slipping(f: Floats, _t: Wholes, _g: Floats) -> bool:
     return f[STATE_SLIP] >= SLIDES
 
 
+def told_friction(_f: Floats, _t: Wholes, mu: float, std: float) -> tuple[float, float]:
+    """Return the friction coefficient and its std as they are believed."""
+    return mu, std
+
+
 def restore_slip(_f: Floats, _t: Wholes) -> None:
     """Leave the state as it is: nothing was taken out of it."""

@@ -22,6 +22,7 @@ from vegrip.grip.friction_belief import (
     refuse_evidence,
     widen_own,
 )
+from vegrip.grip.friction_change import CHANGE_LEVEL, CHANGE_SPREAD, follow_level, stated_friction
 from vegrip.grip.friction_onset import counts_as_known, feel_onset, may_probe
 from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT, feel_slip, probe_friction, watch_load
 from vegrip.grip.kernels.generated import (
@@ -53,11 +54,14 @@ from vegrip.grip.kernels.generated import (
     SHARED_BEFORE_VAR,
     SHARED_FLAG,
     SHARED_KNOWN_QUANTILE,
+    SHARED_LEVEL,
     SHARED_LOAD_NOISE,
     SHARED_SEEN,
     SHARED_SITE,
     SHARED_SITE_WEIGHTED,
     SHARED_SPEED,
+    SHARED_SPREAD,
+    SHARED_UNKNOWN,
     SHARED_WIDEST,
     SLIDES,
     STATE_NORMAL_FORCE,
@@ -158,6 +162,18 @@ def update_shared_friction(f: Floats, t: Wholes, g: Floats) -> None:
     x, y = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y]
     twist = twist_share(math.sqrt(x * x + y * y), load)
     judge_felt_slip(g, i, dt, f[SHARED_FLAG], f[SHARED_SPEED], u, twist)
+    follow_level(g, g, i, dt)
+    f[SHARED_LEVEL], f[SHARED_SPREAD] = g[CHANGE_LEVEL + i], g[CHANGE_SPREAD + i]
+
+
+def told_friction(f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, float]:
+    """Return the friction coefficient and its std that are told, of those that are believed."""
+    if t[SETUP_SHARES] == 0 or not 0.0 < mu < math.inf:
+        return mu, std
+    level, spread, unknown = f[SHARED_LEVEL], f[SHARED_SPREAD], f[SHARED_UNKNOWN]
+    mean, relative = stated_friction(math.log(mu), std / mu, level, spread, unknown)
+    told = math.exp(mean)
+    return told, told * relative
 
 
 def give_evidence(f: Floats, g: Floats, i: int, late: bool) -> None:

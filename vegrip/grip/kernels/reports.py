@@ -8,6 +8,7 @@ import math
 
 from vegrip.estimator.kernels.forecast import force_reserve, slip_times
 from vegrip.estimator.kernels.report import upper_gauge
+from vegrip.grip.kernels.friction_shared import told_friction
 from vegrip.grip.kernels.generated import (
     CH_USED,
     CHANNEL0,
@@ -158,6 +159,7 @@ def report_contact(f: Floats, t: Wholes, first: Bytes, second: Bytes) -> None:
     age = float(stamp - t[SAMPLE_INFORMED]) / 1e9
     current = t[SAMPLE_TRUSTED] == 1 and is_sound(f, t)
     touching = touches(f, t)
+    mu, mu_std = told_friction(f, t, f[REP_MU], f[REP_MU_STD])
     pack_contact1(
         first, seq, stamp, flag_of(touching), flag_of(current),
         flag_of(current and is_known(f[REP_FORCE], f[REP_FORCE_STD])),
@@ -170,11 +172,11 @@ def report_contact(f: Floats, t: Wholes, first: Bytes, second: Bytes) -> None:
     protect(first, CONTACT_LENGTH, t[SETUP_CONTACT1_ID])
     pack_contact2(
         second, seq, stamp,
-        flag_of(current and is_known(f[REP_MU], f[REP_MU_STD])),
+        flag_of(current and is_known(mu, mu_std)),
         flag_of(current and is_known(f[REP_LIMIT_FORCE], f[REP_LIMIT_FORCE_STD])),
         flag_of(current and is_known(f[REP_LIMIT_TORQUE], f[REP_LIMIT_TORQUE_STD])),
         flag_of(current and touching and is_known(f[REP_LIMIT_RADIUS], f[REP_LIMIT_RADIUS_STD])),
-        f[REP_MU], f[REP_MU_STD], age, f[REP_LIMIT_FORCE], f[REP_LIMIT_FORCE_STD],
+        mu, mu_std, age, f[REP_LIMIT_FORCE], f[REP_LIMIT_FORCE_STD],
         f[REP_LIMIT_TORQUE], f[REP_LIMIT_TORQUE_STD], f[REP_LIMIT_RADIUS], f[REP_LIMIT_RADIUS_STD],
     )  # fmt: skip
     protect(second, CONTACT_LENGTH, t[SETUP_CONTACT2_ID])

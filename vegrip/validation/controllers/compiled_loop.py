@@ -48,6 +48,7 @@ SAMPLING_S = 0.01
 
 SHARED = (
     "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
+    "friction_change",
 )  # fmt: skip
 """Of :mod:`vegrip.grip`."""
 RunTrial = Callable[..., float]

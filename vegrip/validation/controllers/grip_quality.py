@@ -56,8 +56,8 @@ class GripRecord:
     slipped: Floats  # (n,) slips that began in this row
     classes: Classes  # (n,) place in CLASSES
     settled: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]  # (n,) the hand carries the object by itself
-    friction_error: Floats  # (n, fingers) believed less true ln mu, in standard deviations; NaN = no contact
-    friction_std: Floats  # (n, fingers) of ln mu as believed
+    friction_error: Floats  # (n, fingers) stated less true ln mu, in standard deviations; NaN = no contact
+    friction_std: Floats  # (n, fingers) of ln mu as stated
     lags: Floats = field(default_factory=lambda: np.zeros(0))  # (m,) [s] of the drives, as far as known
 
 
@@ -66,8 +66,8 @@ def record_of(run: CompiledRun, events: Sequence[Disturbance], lift_start: float
     kept = run.time >= lift_start
     time = run.time[kept]
     least = run.truth["least"][kept]
-    std = np.sqrt(run.truth["ln_mu_variance"])[kept]
-    error = (run.truth["ln_mu_believed"] - np.log(run.truth["mu"]))[kept]
+    std = run.truth["ln_mu_std"][kept]
+    error = (run.truth["ln_mu_stated"] - np.log(run.truth["mu"]))[kept]
     return GripRecord(
         slips=run.slips,
         dropped=run.dropped,

@@ -15,7 +15,7 @@ TABLE = 400
 
 ROW_FINGER = (
     "force", "command", "margin", "mu", "radius", "exponent", "tangential", "torque", "least",
-    "ln_mu_believed", "ln_mu_variance",
+    "ln_mu_stated", "ln_mu_std",
 )  # fmt: skip
 """Truth of one finger in a row of the result, and what is believed of its friction; NaN = not in contact."""
 ROW_HEAD = ("time", "slips", "micro_slips")

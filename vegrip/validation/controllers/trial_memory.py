@@ -11,10 +11,11 @@ from vegrip.estimator.layout import friction_symbol
 from vegrip.grip.drive_lag import begin_drives, tell_drives
 from vegrip.grip.felt_slip import begin_felt_slip
 from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief, expect_finger
+from vegrip.grip.friction_change import CHANGE_SIZE, begin_changes
 from vegrip.grip.friction_onset import begin_onsets
 from vegrip.grip.friction_probe import begin_probing
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, shared_part
-from vegrip.grip.late_slip import LATE_SIZE, begin_late_slip
+from vegrip.grip.late_slip import begin_late_slip
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.parameters import GraspParameters
 from vegrip.model import ContactModel
@@ -140,7 +141,7 @@ def correlation_of(settings: GraspParameters, model: ContactModel) -> float:
 
 def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int) -> tuple[Floats, Floats]:
     """Return the belief of the grasp before anything was felt, and the state of its probing."""
-    g, q = np.zeros(BELIEF_SIZE), np.zeros(LATE_SIZE)
+    g, q = np.zeros(BELIEF_SIZE), np.zeros(CHANGE_SIZE)
     mu = model.values[friction_symbol(model)]
     f = settings.friction
     begin_belief(g, fingers, settings.estimator.friction_drift, f.shock)
@@ -159,4 +160,5 @@ def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int
     begin_lead(q, noise.tangential_force, noise.torque_z)
     begin_felt_slip(q, f.sliding_speed, f.slip_delay)
     begin_late_slip(q)
+    begin_changes(q)
     return g, q

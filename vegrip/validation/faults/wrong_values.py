@@ -10,12 +10,16 @@ finger or of all. The values are within the ranges of the watchdog, the frames a
     within 2 s the friction is back within two of its undisturbed standard deviations
     and its standard deviation has not shrunk
 
-With learning a grip is let go of on purpose, a little later or earlier after a fault, so the first line is::
+With learning a grip is let go of on purpose, a little later or earlier after a fault, so another run is no
+measure: it has its slips at other times, and each of them teaches. There the law is about one run, in which a
+second node (:mod:`.sound_node`) is given what the hand senses before it is made wrong::
 
-    the object slips no more often, and from 2 s after the fault on no command is above 1.25 of the largest
-    one without it
-
-and of the standard deviations the smallest of all fingers counts: which of them slips first is chance.
+    the object slips no more often than without the fault
+    the command stays at the largest for no more than 0.5 s after the fault
+    within 2 s the friction is within two standard deviations of what the second node believes
+    and its standard deviation is not smaller than there: a fault teaches nothing
+    from 2 s on no command is above 1.25 of the largest one of the second node since the fault began,
+    and no finger is gripped fail-safe
 
 ``--worst N`` looks for the worst case: half of N at random, then steps from the worst in each part of it.
 """
@@ -29,8 +33,12 @@ from itertools import cycle
 
 import numpy as np
 
-from vegrip.messages import Estimate, FingertipState
+from vegrip.grip.node import GraspForce
+from vegrip.grip.parameters import GraspParameters
+from vegrip.messages import Estimate, FingertipState, Reason
+from vegrip.types import Floats
 from vegrip.validation.controllers.candidates import KNOBS, demo_parameters, parameters
+from vegrip.validation.faults.sound_node import SoundNode
 from vegrip.validation.faults.testbed import SAMPLING, STATE_RATE_HZ, Falsify, Scene
 
 FAULT_BEGIN_S = 6.0  # [s] of the fault, unless it is drawn
@@ -77,9 +85,11 @@ class Fault:
 class Run:
     """One grasp: commands at every SAMPLING, estimates at one instant."""
 
-    command: np.ndarray[tuple[int, int], np.dtype[np.float64]]  # [N], (instants, fingers)
+    command: Floats  # [N], (instants, fingers)
     estimates: tuple[dict[str, Estimate], ...]  # of each finger, BACK after the fault
     slips: int = 0
+    sound: "Run | None" = None  # the same of the node that is given sound states
+    fail_safe: bool = False  # whether a finger is gripped fail-safe after the estimates
 
 
 class Reference:
@@ -94,7 +104,7 @@ class Reference:
         """Return the grasp until ``end`` [s], with the estimates at ``look`` [s]."""
         while (simulated := len(self._estimates)) < round(end / SAMPLING):
             self._scene.run_until((simulated + 1) * SAMPLING)
-            self._estimates.append(_all_estimates(self._scene))
+            self._estimates.append(_all_estimates(self._scene.node, self._scene.fingers))
             self._slips.append(self._scene.hand_node.hand.slips)
         command = np.array(self._scene.course.command[: round(end / SAMPLING)])
         at = round(end / SAMPLING) - 1
@@ -108,30 +118,49 @@ class Verdict:
     fallen: float  # largest share by which the command fell, over 0.05; with learning 2 where it slipped
     maximum: float  # time at the largest command after the fault, over 0.5 s
     off: float  # largest error of an estimate, over two standard deviations
-    risen: float  # with learning, by how much the command is too large after BACK, over a quarter
+    risen: float  # with learning, by how much the command is too large after BACK, over a quarter of it
     shrunk: float  # largest standard deviation without the fault over that with it, less 1, over what it may
+    unsound: float  # with learning, 2 where a finger is gripped fail-safe after BACK
 
     @property
     def worst(self) -> float:
         """The number to look at."""
-        return max(self.fallen, self.maximum, self.off, self.risen, self.shrunk)
+        return max(self.fallen, self.maximum, self.off, self.risen, self.shrunk, self.unsound)
 
 
 def scene_of(*, learning: bool = False) -> Scene:
     """Return the grasp that all faults meet."""
-    if not learning:
-        return Scene("pinch")
-    return Scene("pinch", parameters=parameters("learning", KNOBS["pinch"]["learning"]))
+    return Scene("pinch", parameters=learning_parameters() if learning else None)
+
+
+def learning_parameters() -> GraspParameters:
+    """Return the parameters of a grasp that learns."""
+    return parameters("learning", KNOBS["pinch"]["learning"])
 
 
 def run(end: float, look: float, fault: Fault, *, learning: bool = False) -> Run:
     """Hold the object until ``end`` [s] with the fault; note the estimates at ``look`` [s]."""
     scene = scene_of(learning=learning)
-    scene.hand_node.falsify = _falsifier(scene, fault)
-    scene.run_until(look)
-    known = _all_estimates(scene)
-    scene.run_until(end)
-    return Run(np.array(scene.course.command), known, scene.hand_node.hand.slips)
+    sound = SoundNode(learning_parameters(), scene.fingers) if learning else None
+    scene.hand_node.falsify = _falsifier(scene, fault, sound)
+    _run_until(look, scene, sound)
+    known = told = _all_estimates(scene.node, scene.fingers)
+    if sound is not None:
+        told = _all_estimates(sound.node, scene.fingers)
+    is_safe = _run_until(end, scene, sound)
+    beside = None if sound is None else Run(np.array(sound.course), told)
+    return Run(np.array(scene.course.command), known, scene.hand_node.hand.slips, beside, is_safe)
+
+
+def _run_until(time: float, scene: Scene, sound: SoundNode | None) -> bool:
+    """Run until ``time`` [s]; return whether a finger was gripped fail-safe meanwhile."""
+    is_safe = False
+    while scene.now < time - 0.5 * SAMPLING:
+        scene.run_until(scene.now + SAMPLING)
+        if sound is not None:
+            sound.look(scene.clock.now())
+        is_safe |= any(c.reason is Reason.FAIL_SAFE for c in scene.hand_node.commands.values())
+    return is_safe
 
 
 @cache
@@ -150,56 +179,65 @@ def judge(fault: Fault, *, learning: bool = False) -> Verdict:
     ratio = disturbed.command[begun:n] / np.maximum(without.command[begun:n], 1e-9)
     largest = demo_parameters().limits.max_force
     after = disturbed.command[round(over / SAMPLING) : n].max(axis=1) >= 0.999 * largest
-    off, shrunk = 0.0, 0.0
-    for calm, other in zip(without.estimates, disturbed.estimates, strict=True):
-        for name, known in calm.items():
-            off = max(off, abs(other[name].value - known.value) / (2.0 * known.std))
-            shrunk = max(shrunk, known.std / max(other[name].std, 1e-300))
-    fallen = float((1.0 - ratio.min()) / (1.0 - FALLEN))
+    sound = disturbed.sound or without
+    off, shrunk = _taught(sound.estimates, disturbed.estimates)
+    fallen, above = float((1.0 - ratio.min()) / (1.0 - FALLEN)), 0.0
     if learning:
         fallen = SLIPPED if disturbed.slips > without.slips else 0.0
-        shrunk = _narrowest(without.estimates) / _narrowest(disturbed.estimates)
-    back = round(look / SAMPLING)
-    above = disturbed.command[back:n].max() / without.command[begun:n].max() - 1.0
+        back = round(look / SAMPLING)
+        above = float(disturbed.command[back:n].max() / sound.command[begun:n].max() - 1.0)
     return Verdict(
         fallen=fallen,
-        risen=float(above) / RISEN if learning else 0.0,
+        risen=above / RISEN,
         maximum=float(np.count_nonzero(after)) * SAMPLING / MAXIMUM,
         off=off,
         shrunk=(shrunk - 1.0) / (SHRUNK - 1.0),
+        unsound=UNSOUND if learning and disturbed.fail_safe else 0.0,
     )
 
 
 SLIPPED = 2.0
 """How far it breaks the law to slip because of a fault."""
+UNSOUND = 2.0
+"""How far it breaks the law to be gripped fail-safe because of a fault that is over."""
 RISEN = 0.25
 """By so much the command may be larger than it ever was without the fault."""
 SHRUNK = 1.1
 """By so much a standard deviation may differ: a grip that rises changes the contact, and what is known."""
 
 
-def _narrowest(estimates: Sequence[Mapping[str, Estimate]]) -> float:
-    return min(known.std for finger in estimates for known in finger.values())
+def _taught(
+    sound: Sequence[Mapping[str, Estimate]], disturbed: Sequence[Mapping[str, Estimate]]
+) -> tuple[float, float]:
+    """Return the largest error, over two standard deviations, and by what the smallest one has shrunk."""
+    off, shrunk = 0.0, 0.0
+    for calm, other in zip(sound, disturbed, strict=True):
+        for name, known in calm.items():
+            off = max(off, abs(other[name].value - known.value) / (2.0 * known.std))
+            shrunk = max(shrunk, known.std / max(other[name].std, 1e-300))
+    return off, shrunk
 
 
-def _all_estimates(scene: Scene) -> tuple[dict[str, Estimate], ...]:
-    return tuple(_estimates(scene, finger) for finger in scene.fingers)
+def _all_estimates(node: GraspForce | None, fingers: Sequence[str]) -> tuple[dict[str, Estimate], ...]:
+    assert node is not None  # noqa: S101 (it is not killed)
+    return tuple(_estimates(node, finger) for finger in fingers)
 
 
-def _estimates(scene: Scene, finger: str) -> dict[str, Estimate]:
-    assert scene.node is not None  # noqa: S101 (it is not killed)
-    estimator = scene.node.fingers[finger].estimator
+def _estimates(node: GraspForce, finger: str) -> dict[str, Estimate]:
+    estimator = node.fingers[finger].estimator
     e = estimator.contact_estimate()
     mu = e.friction_coefficient
     relative = mu.std / mu.value  # in its logarithm, where it is normal
     return {"friction": Estimate(math.log(mu.value), relative, mu.valid, mu.age)}
 
 
-def _falsifier(scene: Scene, fault: Fault) -> Falsify:
+def _falsifier(scene: Scene, fault: Fault, sound: SoundNode | None) -> Falsify:
     rng = np.random.default_rng(1)
     concerned = set(scene.fingers) if fault.finger < 0 else {scene.fingers[fault.finger]}
 
     def falsify(state: FingertipState) -> FingertipState:
+        if sound is not None:
+            sound.take(state, scene.clock.now())
         inside = fault.begin <= scene.now < fault.begin + fault.duration
         if not inside or state.finger not in concerned:
             return state

@@ -14,6 +14,7 @@ from vegrip.grip.felt_slip import (
     shows_sliding,
     twist_share,
 )
+from vegrip.grip.friction_change import follow_level
 from vegrip.grip.friction_onset import counts_as_known, feel_onset
 from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
@@ -287,6 +288,7 @@ def learn_friction_of(
     load = armed_load(tangential, torque, m[REP_RADIUS])
     probe_finger(g, q, i, step, load, m[SET_S_TANGENTIAL], m[REP_CONTACT] > 0.5, believed, at)
     judge_felt_slip(q, i, step, slip, slip_speed, u, twist_share(tangential, load))
+    follow_level(g, q, i, step)
 
 
 def armed_load(tangential: float, torque: float, arm: float) -> float:

@@ -3,11 +3,14 @@
 import math
 
 from vegrip.contact.limit_surface.fast import least_normal_force
+from vegrip.grip.friction_change import CHANGE_LEVEL, CHANGE_SPREAD, stated_friction
+from vegrip.grip.friction_probe import PROBE_UNKNOWN
 from vegrip.validation.controllers.kernels.control import control_finger
 from vegrip.validation.controllers.kernels.generated import (
     G_BELIEVED,
     G_BELIEVED_VAR,
     G_COMMAND,
+    G_LEARNS,
     H_COMMAND,
     H_DEPTH,
     H_DROPPED,
@@ -71,7 +74,7 @@ def run_whole_trial(
             else:
                 sense_finger(m4, h, g, q, i)
         if hand_time(h) >= rows * every:
-            write_row(h, out, rows * ROW)
+            write_row(h, q, out, rows * ROW)
             rows += 1
     if h[H_EVENT_OPEN] > 0.5:
         close_event(h)
@@ -132,7 +135,7 @@ def sense_finger(m: Floats, h: Floats, g: Floats, q: Floats, i: int) -> None:
     )
 
 
-def write_row(h: Floats, out: Floats, at: int) -> None:
+def write_row(h: Floats, q: Floats, out: Floats, at: int) -> None:
     """Write the truth as it is now, in the order of ``ROW_HEAD`` and ``ROW_FINGER``."""
     out[at], out[at + 1], out[at + 2] = hand_time(h), h[H_SLIPS], h[H_MICROS]
     for i in range(HAND_FINGERS):
@@ -143,7 +146,15 @@ def write_row(h: Floats, out: Floats, at: int) -> None:
         f, torque = math.sqrt(x * x + y * y), abs(h[H_WRENCH + 3 * i + 2])
         out[c + 6], out[c + 7] = f, torque
         out[c + 8] = least_possible(f, torque, h[H_MU + i], h[H_RADIUS + i], h[H_K + i], h[H_FORCE + i])
-        out[c + 9], out[c + 10] = h[G_BELIEVED + i], h[G_BELIEVED_VAR + i]
+        out[c + 9], out[c + 10] = told_ln_mu(h, q, i)
+
+
+def told_ln_mu(h: Floats, q: Floats, i: int) -> tuple[float, float]:
+    """Return mean and std of ln mu that are stated of finger ``i``; NaN without a contact."""
+    mean, std = h[G_BELIEVED + i], math.sqrt(h[G_BELIEVED_VAR + i])
+    if h[G_LEARNS] < 0.5:
+        return mean, std
+    return stated_friction(mean, std, q[CHANGE_LEVEL + i], q[CHANGE_SPREAD + i], q[PROBE_UNKNOWN])
 
 
 def least_possible(f: float, torque: float, mu: float, a: float, k: float, force: float) -> float:
