@@ -208,6 +208,11 @@ class CompiledFinger:
         self.lent = False
         return kept
 
+    def read_counters(self) -> None:
+        """Let the objects know what was counted of frames; the memory stays in force."""
+        if self.lent:
+            self._line.read_from(self.memory)
+
     def is_quiet(self, now: int) -> bool:
         """Return whether a tick has nothing to do: no silence, and no command to renew."""
         is_heard, heard, started, commanded, renewal, condition = map(self._t.item, self._quiet)
