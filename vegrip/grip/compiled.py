@@ -94,14 +94,15 @@ def bound_step(module: FingerKernels, wire: str, f: Any, t: Any, g: Any, out: An
 def compile_now(module: FingerKernels, wire: str, f: Any, t: Any, out: Any) -> None:
     """Let numba compile what a node calls of ``module``, for arrays like these; C and Python have no need to.
 
-    numba compiles a function when it is called first, and that would be within the loop: half a minute
-    without a command. Nothing is called here, so that the arrays stay as they are.
+    numba compiles a function when it is called first, and that would be within the loop: a minute without a
+    command. Nothing is called here, so that the arrays stay as they are.
     """
     given = {MEMORY: f, LONGS: t, BYTES: out, LONG: 0}
     for name in (WIRES[wire].step, *WIRES[wire].reports):
         function = getattr(module, name, None)
         if isinstance(function, Dispatcher):
-            function.compile(tuple(typeof(given[kind]) for kind in WIRES[wire].entries[name]))
+            kinds = WIRES[wire].entries[name]
+            function.compile(tuple(typeof(given[kind]) for kind in kinds))  # type: ignore[no-untyped-call]
 
 
 def _mode() -> str:
