@@ -1,7 +1,9 @@
 """Long work shows itself on standard error: reading, and the compiler's first run."""
 
+from collections.abc import Callable
 from pathlib import Path
 
+import numba
 import pytest
 
 from vegrip.cli import _progress
@@ -41,6 +43,36 @@ def test_compiling_that_takes_long_says_how_far_it_is(
         "fit: compiling g: 0 of at most 2 functions are done, 0 s so far",
         "fit: compiling g: 1 of at most 2 functions are done, 0 s so far",
     ]
+
+
+def test_of_modules_that_were_not_generated_nobody_knows_how_many_functions_will_compile(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    announcer = cache._Announcer()
+    for name in ("said", "functions", "_compiled", "_since", "_told"):
+        monkeypatch.setattr(cache.announcer, name, getattr(announcer, name))
+    monkeypatch.setattr(cache, "NEWS_PERIOD_S", 0.0)
+    monkeypatch.setenv("VEGRIP_CACHE", str(tmp_path))
+    functions = [made_by_hand(number) for number in range(3)]
+    with _progress.progress("hand"):
+        for function in functions:
+            assert function(1) == 2
+    _, *rest = capsys.readouterr().err.splitlines()
+    assert [sentence.rpartition(",")[0] for sentence in rest] == [
+        "hand: compiling twice: 1 compiled before it",
+        "hand: compiling twice: 2 compiled before it",
+    ]
+
+
+def made_by_hand(number: int) -> Callable[[int], int]:
+    """Return a function that seems to be of a module of vegrip itself."""
+
+    def twice(x: int) -> int:
+        return 2 * x
+
+    twice.__module__ = f"vegrip.virtual.kernels{number}"
+    compiled: Callable[[int], int] = numba.njit(twice)
+    return compiled
 
 
 def test_rows_are_counted_once_a_second(monkeypatch: pytest.MonkeyPatch) -> None:

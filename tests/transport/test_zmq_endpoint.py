@@ -15,7 +15,7 @@ from vegrip.transport.curve import Curve, Keys
 from vegrip.transport.key_files import make_keys
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.transport.zmq_address import resolve
-from vegrip.transport.zmq_endpoint import MAX_MESSAGE_BYTES, ZmqEndpoint
+from vegrip.transport.zmq_endpoint import MAX_MESSAGE_BYTES, MOST_MESSAGES, ZmqEndpoint
 
 FINGERS = ("thumb", "index")
 pytestmark = pytest.mark.usefixtures("runtime")
@@ -282,3 +282,12 @@ def test_of_several_publishers_each_is_heard(endpoint):
             sender.send(NodeStatus(time.monotonic_ns(), name, 0, Lifecycle.ACTIVE))
         heard |= {message.node for message in receiver.receive(0.01)}
     assert heard == set(senders)
+
+
+def test_a_flood_that_is_answered_past_the_messages_keeps_nobody_from_the_next_tick(endpoint, monkeypatch):
+    taken = []
+    listener = endpoint("", ["ipc:flood"])
+    monkeypatch.setattr(listener._subscriptions[0], "take", lambda: (b"topic", b"payload"))
+    monkeypatch.setattr(listener, "_take", lambda parts, *_: taken.append(parts))
+    assert not listener.receive(0.0)
+    assert len(taken) == MOST_MESSAGES

@@ -10,7 +10,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from vegrip.c99 import LONG, MEMORY, UntranslatableError, host
+from numba import typeof
+from numba.core.dispatcher import Dispatcher
+
+from vegrip.c99 import BYTES, LONG, LONGS, MEMORY, UntranslatableError, host
 from vegrip.c99.bridge import Lengths
 from vegrip.c99.host import CompilerError
 from vegrip.c99.kinds import Kind
@@ -87,6 +90,20 @@ def bound_step(module: FingerKernels, wire: str, f: Any, t: Any, g: Any, out: An
             f, t, g, values, counter, stamp, arrival, now
         )
     return lambda frame, length, arrival, now: step(f, t, g, frame, length, arrival, now, out)
+
+
+def compile_now(module: FingerKernels, wire: str, f: Any, t: Any, out: Any) -> None:
+    """Let numba compile what a node calls of ``module``, for arrays like these; C and Python have no need to.
+
+    numba compiles a function when it is called first, and that would be within the loop: a minute without a
+    command. Nothing is called here, so that the arrays stay as they are.
+    """
+    given = {MEMORY: f, LONGS: t, BYTES: out, LONG: 0}
+    for name in (WIRES[wire].step, *WIRES[wire].reports):
+        function = getattr(module, name, None)
+        if isinstance(function, Dispatcher):
+            kinds = WIRES[wire].entries[name]
+            function.compile(tuple(typeof(given[kind]) for kind in kinds))  # type: ignore[no-untyped-call]
 
 
 def _mode() -> str:

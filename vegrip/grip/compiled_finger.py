@@ -15,7 +15,7 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.estimator import ContactEstimator
 from vegrip.grip.batch_text import COMMAND_BYTES, REPORT_BYTES
-from vegrip.grip.compiled import FingerKernels, FingerKernelsC, bound_step, finger_module
+from vegrip.grip.compiled import FingerKernels, FingerKernelsC, bound_step, compile_now, finger_module
 from vegrip.grip.controller import GripController
 from vegrip.grip.finger import RECENT_STATES, GraspFinger
 from vegrip.grip.grasp_friction import GraspFriction
@@ -117,6 +117,7 @@ class CompiledFinger:
         self._friction: GraspFriction | None = None  # that has lent
         self._shared = shared
         self._f, self._t = self.memory.f, self.memory.t
+        compile_now(self.module, line.wire, self._f, self._t, self.answer)
         self._step = bound_step(self.module, line.wire, self._f, self._t, shared, self.answer)
         self._force_at = layout.reals["STATE_NORMAL_FORCE"]
         self._displacement_at = layout.reals["STATE_DISPLACEMENT"]
@@ -206,6 +207,11 @@ class CompiledFinger:
             self._friction.read_from(memory, self.finger.name)
         self.lent = False
         return kept
+
+    def read_counters(self) -> None:
+        """Let the objects know what was counted of frames; the memory stays in force."""
+        if self.lent:
+            self._line.read_from(self.memory)
 
     def is_quiet(self, now: int) -> bool:
         """Return whether a tick has nothing to do: no silence, and no command to renew."""

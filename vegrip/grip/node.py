@@ -360,6 +360,14 @@ class GraspForce(NodeBase):
         """Bring the objects up to date with what ran compiled, of the finger ``name`` or of all."""
         self._take_back([self.fingers[name]] if name else self.fingers.values())
 
+    def read_counters(self) -> None:
+        """Bring up to date what was counted of frames; what runs compiled goes on doing so.
+
+        To take everything back for that, and to lend it again, would stop the loop for milliseconds.
+        """
+        for compiled in self._compiled.values():
+            compiled.read_counters()
+
     def standing_commands(self) -> list[ForceCommand]:
         """Return the last command of each finger that has one."""
         self.take_back()

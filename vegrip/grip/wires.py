@@ -30,6 +30,7 @@ class Wire:
         text: gives the functions that are written from the DBC.
         part_bytes: gives the length of the values of all frames of a state, where several make one.
         writes: whether the step writes the bytes of commands.
+        reports: what a node calls besides the step: of the entries those that pack reports.
 
     """
 
@@ -39,6 +40,7 @@ class Wire:
     text: Callable[[], str] = wire_text
     part_bytes: Callable[[], int] = field(default=lambda: 0)
     writes: bool = True
+    reports: tuple[str, ...] = ()
 
 
 def _with_parts() -> str:
@@ -46,7 +48,7 @@ def _with_parts() -> str:
 
 
 WIRES: Final[Mapping[str, Wire]] = {
-    FD: Wire("finger_step", ENTRIES, ("reports",)),
+    FD: Wire("finger_step", ENTRIES, ("reports",), reports=("finger_report",)),
     CLASSIC: Wire(
         "finger_part",
         {"finger_part": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES)},

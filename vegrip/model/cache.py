@@ -41,6 +41,8 @@ def folder() -> Path:
 
 
 NEWS_PERIOD_S = 3.0  # [s] between two sentences of progress
+GENERATED = "vegrip_generated_"
+"""How the names of generated modules begin."""
 
 
 class _Announcer(event.Listener):
@@ -48,7 +50,7 @@ class _Announcer(event.Listener):
 
     said = False
     functions = 0
-    """Of the modules that were loaded to be compiled; not all of them are called."""
+    """Of the generated modules that were loaded to be compiled; not all of them are called."""
 
     def __init__(self) -> None:
         self._compiled: set[tuple[str, str]] = set()
@@ -65,13 +67,22 @@ class _Announcer(event.Listener):
             announce_compiling()
         elif now - self._told >= NEWS_PERIOD_S:
             self._told = now
-            done = f"{len(self._compiled)} of at most {self.functions} functions are done"
-            announce_compiling(f"compiling {name}: {done}, {now - self._since:.0f} s so far")
+            announce_compiling(f"compiling {name}: {self._done()}, {now - self._since:.0f} s so far")
 
     def on_end(self, event: event.Event) -> None:
         """Count a function that is compiled, whatever for."""
         if (function := _function_of(event))[0]:
             self._compiled.add(function)
+
+    def _done(self) -> str:
+        """Return how many functions are compiled, and of how many where that is known.
+
+        How many a module of vegrip itself has is not: only what was generated was counted when it was loaded.
+        """
+        generated = sum(module.startswith(GENERATED) for module, _ in self._compiled)
+        if generated < len(self._compiled) or generated >= self.functions:
+            return f"{len(self._compiled)} compiled before it"
+        return f"{generated} of at most {self.functions} functions are done"
 
 
 def _function_of(event: event.Event) -> tuple[str, str]:
@@ -90,7 +101,7 @@ def load(text: str) -> ModuleType:
 
     When they compile, :func:`vegrip.compiling.announce_compiling` says so.
     """
-    name = "vegrip_generated_" + hashlib.sha256(f"{numba.__version__}\n{text}".encode()).hexdigest()[:24]
+    name = GENERATED + hashlib.sha256(f"{numba.__version__}\n{text}".encode()).hexdigest()[:24]
     if name in sys.modules:
         return sys.modules[name]
     announcer.functions += text.count("\ndef ")

@@ -90,6 +90,9 @@ class AnswersFrames(Protocol):
     def take_back(self, name: str = "") -> None:
         """Bring up to date what messages, counts and settings rest on, of the finger ``name`` or of all."""
 
+    def read_counters(self) -> None:
+        """Bring up to date what was counted of frames, and nothing else."""
+
 
 class _Known(NamedTuple):
     """Whose frame of a state it is, which part of it (0: all), and the identifier of the command."""

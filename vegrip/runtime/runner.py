@@ -380,7 +380,7 @@ class Runner:
         of_others = {"also_sent": self._also_sent, "two_senders": self._senders.count}
         own = {"reports_lowered": self.statistics.pace.lowered}
         if self.hot_path is not None:
-            self.hot_path.node.take_back()  # the counters of the frames are part of what is counted
+            self.hot_path.node.read_counters()  # of the frames: part of what is counted
         counts = {
             **self._endpoint.rejected,
             **self.managed.node.rejected,

@@ -13,8 +13,8 @@ import zmq
 
 from vegrip.transport.socket_monitor import SocketMonitor
 
-EVENTS, POLLIN, DONTWAIT = int(zmq.EVENTS), int(zmq.POLLIN), int(zmq.DONTWAIT)
-"""As plain numbers: two flags are joined in microseconds."""
+DONTWAIT = int(zmq.DONTWAIT)
+"""As a plain number: flags of the enumeration are looked up in microseconds."""
 REOPEN_AFTER: Final = 0.1
 """[s] from the end of a connection that libzmq does not try again until it is opened anew: its interval."""
 
@@ -55,6 +55,8 @@ class Subscription:
         self._address = address
         self._on_handshake = on_handshake
         self._ended: float | None = None  # [s] when the connection ended that is not tried again so far
+        self.descriptor: Final = int(socket.fileno())
+        """Signals that something may have come, but only once: wait for it after :meth:`take` gave None."""
         self._monitor = SocketMonitor(socket, int(_EVENTS))
         socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE)
         for option, value in _KEEPALIVE if address.startswith("tcp:") else ():
@@ -62,20 +64,21 @@ class Subscription:
         socket.connect(address)
         socket.subscribe("")
 
-    def fileno(self) -> int:
-        """Return the descriptor that signals edges only; ask :meth:`readable` before waiting for it."""
-        return int(self._socket.fileno())
-
-    def is_readable(self) -> bool:
-        """Whether a message is there."""
-        return bool(int(self._socket.getsockopt(EVENTS)) & POLLIN)
-
     def take(self) -> Sequence[bytes] | None:
-        """Return the parts of the next message, None when there is none."""
+        """Return the parts of the next message, None when there is none.
+
+        Whether a message is there is not asked before: for libzmq that is as much work as to look for it.
+        The frames know what follows, which costs less than to ask the socket.
+        """
         try:
-            return self._socket.recv_multipart(DONTWAIT)
+            frame = self._socket.recv(DONTWAIT, copy=False)
+            parts = [frame.bytes]
+            while frame.more:
+                frame = self._socket.recv(DONTWAIT, copy=False)
+                parts.append(frame.bytes)
         except zmq.Again:
             return None
+        return parts
 
     def look(self, now: float) -> None:
         """See how the connection is at ``now`` [s], and open it anew if libzmq does not."""

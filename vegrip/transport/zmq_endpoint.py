@@ -75,6 +75,7 @@ class ZmqEndpoint(ClosedByWith):
             keys.guard(self._context)
         self._publisher = self._socket(zmq.PUB)
         self._subscriptions: list[Subscription] = []
+        self._descriptors: list[int] = []
         self._look_at = 0.0  # [s]
         self._handshakes = Handshakes() if keys is not None else None
         self._limit = self._limited(bound[0] if bound else "")
@@ -112,8 +113,14 @@ class ZmqEndpoint(ClosedByWith):
             self._look(now)
             self._look_at = now + CONNECTION_POLL_S
         self._is_dealt_with = False
-        while not (messages or self._is_dealt_with) and self._is_readable(now + timeout):
-            self._drain(messages)
+        is_dry = self._drain(messages)
+        while not (messages or self._is_dealt_with):
+            remaining = now + timeout - time.monotonic()
+            if remaining <= 0.0:
+                break
+            if is_dry:  # ``Socket.poll`` counts in whole milliseconds, too coarse for a tick
+                select.select(self._descriptors, [], [], remaining)
+            is_dry = self._drain(messages)
         self.arrivals = [time.monotonic_ns()] * len(messages)
         return messages
 
@@ -173,6 +180,7 @@ class ZmqEndpoint(ClosedByWith):
             self._limit.start()
         for address in subscribe:
             self._subscriptions.append(self._subscription(address))
+        self._descriptors = [each.descriptor for each in self._subscriptions]
 
     def _subscription(self, address: str) -> Subscription:
         socket = self._socket(zmq.SUB)
@@ -185,15 +193,20 @@ class ZmqEndpoint(ClosedByWith):
         for each in self._subscriptions:
             each.look(now)
 
-    def _drain(self, messages: list[Message]) -> None:
+    def _drain(self, messages: list[Message]) -> bool:
+        """Take what is there; return whether that was all, so that the descriptors may be waited for."""
+        is_dry = True
         for subscription in self._subscriptions:
             for _ in range(MOST_MESSAGES // len(self._subscriptions) or 1):
-                parts = subscription.take() if subscription.is_readable() else None
+                parts = subscription.take()
                 if parts is None:
                     break
                 self._take(parts, time.monotonic_ns(), messages)
                 if messages and self.intercept_topic is not None:
-                    return  # it is answered before the next one is looked at
+                    return False  # it is answered before the next one is looked at
+            else:
+                is_dry = False
+        return is_dry
 
     def _take(self, parts: Sequence[bytes], arrived: int, messages: list[Message]) -> None:
         """Add what the parts say, which arrived at ``arrived`` [ns]."""
@@ -206,19 +219,6 @@ class ZmqEndpoint(ClosedByWith):
         message = self._codec.decode(parts[0].decode("utf-8", "replace"), parts[1], arrived)
         if message is not None:
             messages.append(message)
-
-    def _is_readable(self, deadline: float) -> bool:
-        """Wait for a message until ``deadline`` [s].
-
-        ``Socket.poll`` counts in whole milliseconds, too coarse for a tick. The descriptor of the socket
-        signals edges only, so ``EVENTS`` is asked before each wait.
-        """
-        while not any(each.is_readable() for each in self._subscriptions):
-            remaining = deadline - time.monotonic()
-            if remaining <= 0.0:
-                return False
-            select.select(self._subscriptions, [], [], remaining)
-        return True
 
 
 def _checked(addresses: Sequence[str], keys: Keys | None) -> list[str]:

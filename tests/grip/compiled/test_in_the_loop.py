@@ -93,6 +93,20 @@ def test_counts_and_status_are_those_of_messages() -> None:
     assert status.rate_in > 300.0
 
 
+def test_a_status_counts_what_the_step_has_lost_and_the_step_goes_on() -> None:
+    scene = Scene("pinch", sender_time=True)
+    scene.run_until(0.6)
+    node = scene.node
+    assert isinstance(node, GraspForce)
+    first, *_ = fingers = list(node.compiled_fingers.values())
+    first.memory["LINE_LOST"] += 3
+    assert scene.grip.runner._rejected()["lost"] == 3
+    assert all(finger.lent for finger in fingers)
+    scene.run_until(UNTIL)
+    assert scene.grip.runner.status is not None
+    assert scene.grip.runner.status.rejected == {"lost": 3}
+
+
 def shown(scene: Scene) -> list[str]:
     """Return what a reader of all telemetry hears between 0.6 and 0.9 s, as text: there NaN equals NaN."""
     scene.run_until(0.6)

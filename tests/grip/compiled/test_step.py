@@ -2,21 +2,28 @@
 
 import ast
 from pathlib import Path
+from types import SimpleNamespace
 
+import numba
 import numpy as np
 import pytest
+from numba.core.event import install_recorder
 
 import vegrip.estimator.kernels as estimator_kernels
 import vegrip.grip.kernels as grip_kernels
-from vegrip.c99 import host
+from vegrip.c99 import BYTES, LONGS, MEMORY, host
+from vegrip.clock import NS
 from vegrip.contact.limit_surface import fast
 from vegrip.estimator import ContactEstimator
 from vegrip.estimator.compiled import kernel_mode
+from vegrip.grip.compiled import compile_now
 from vegrip.grip.compiled_finger import LEFT_ALONE
 from vegrip.grip.finger import RECENT_STATES
 from vegrip.grip.layout import CHANNELS, FingerLayout
 from vegrip.grip.safety.ranges import CHECKED_CHANNELS
+from vegrip.grip.wires import WIRES
 from vegrip.messages import FingertipState
+from vegrip.transport.codec.line import FD
 from vegrip.validation.compiled_finger import Log, Replay, bits_left, hostile
 
 FRAMES = 600
@@ -65,6 +72,38 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(hand_log: Log, mode: str
     assert (one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._shared.tobytes()) == before
     assert one.step(whole, 48, event.frame.stamp, event.now) != LEFT_ALONE
     assert one.step(whole, 48, event.frame.stamp, event.now) == LEFT_ALONE, "the same frame twice"
+
+
+def test_before_the_first_frame_numba_has_compiled_what_a_node_calls() -> None:
+    """Else it would do so within the loop. These functions stand for the module's, which take minutes."""
+    table = WIRES[FD]
+    names = (table.step, *table.reports)
+    module = SimpleNamespace(
+        finger_step=numba.njit(lambda a, b, c, d, e, f, g, h: (a, b, c, d, e, f, g, h)),
+        finger_report=numba.njit(lambda a, b, c, d, e, f: (a, b, c, d, e, f)),
+    )
+    arrays = {MEMORY: np.zeros(9), LONGS: np.zeros(9, dtype=np.int64), BYTES: np.zeros(64, dtype=np.uint8)}
+    compile_now(module, FD, arrays[MEMORY], arrays[LONGS], arrays[BYTES])
+    with install_recorder("numba:compile") as compiled:
+        for name in names:
+            kinds = table.entries[name]
+            assert len(getattr(module, name)(*[arrays.get(kind, 7) for kind in kinds])) == len(kinds)
+    assert not compiled.buffer
+
+
+@pytest.mark.skipif(kernel_mode() != "numba", reason="numba compiles for a minute; make test-numba")
+def test_the_first_states_after_activation_compile_nothing(hand_log: Log) -> None:
+    replay = Replay(hand_log, "numba")
+    first = next(iter(replay.node.compiled_fingers.values()))
+    known = {name: getattr(first.module, name) for name in ("finger_step", "finger_report")}
+    before = {name: function.signatures for name, function in known.items()}
+    with install_recorder("numba:compile") as compiled:
+        for one in hand_log.events[:FRAMES]:
+            replay.meet(one)
+        assert first.tell(hand_log.events[FRAMES].now + NS)
+    assert not compiled.buffer
+    assert {name: function.signatures for name, function in known.items()} == before
+    assert all(len(signatures) == 1 for signatures in before.values())
 
 
 def test_what_is_handed_to_and_fro_comes_back_as_it_was(hand_log: Log, mode: str) -> None:

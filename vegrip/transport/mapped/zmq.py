@@ -54,7 +54,8 @@ class MappedZmqEndpoint(ZmqEndpoint):
         self._was_heard = self._was_heard or bool(messages)
         return messages
 
-    def _drain(self, messages: list[Message]) -> None:
+    def _drain(self, messages: list[Message]) -> bool:
+        is_dry = True
         for subscription in self._subscriptions:
             for _ in range(MOST_MESSAGES // len(self._subscriptions) or 1):
                 parts = subscription.take()
@@ -65,6 +66,9 @@ class MappedZmqEndpoint(ZmqEndpoint):
                     continue
                 topic = parts[0].decode("utf-8", "replace") if len(parts) == 2 else ALONE
                 messages += self._mapped.decode_all(topic, parts[-1], time.monotonic_ns())
+            else:
+                is_dry = False
+        return is_dry
 
     def _publish(self, topic: str, payload: bytes) -> None:
         parts = [payload] if topic == ALONE else [topic.encode(), payload]
