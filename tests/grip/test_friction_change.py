@@ -89,7 +89,15 @@ def test_an_object_that_is_unknown_again_has_no_level():
     follow_level(g, g, 0, 0.002)
     g[BELIEF_MEAN], g[BELIEF_P] = -0.5, 0.3**2
     follow_level(g, g, 0, 0.002)
-    assert g[CHANGE_LEVEL] == -0.5
+    assert g[CHANGE_LEVEL] == -math.inf
+
+
+def test_the_first_slip_of_an_object_is_no_fall_from_what_is_usual():
+    g = belief(-0.35, 0.4)
+    follow_level(g, g, 0, 0.002)
+    g[BELIEF_MEAN], g[BELIEF_P] = -1.1, 0.1**2
+    follow_level(g, g, 0, 0.002)
+    assert (g[CHANGE_LEVEL], g[CHANGE_SPREAD]) == (-1.1, pytest.approx(0.1))
 
 
 def test_a_grasp_that_does_not_share_states_what_is_believed():

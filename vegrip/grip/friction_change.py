@@ -44,7 +44,9 @@ def follow_level(g: Numbers, q: Numbers, i: int, dt: float) -> None:
     """Note where the friction of finger ``i`` was before it fell; ``dt`` [s] since the last sample."""
     mean, std = g[BELIEF_MEAN + i], math.sqrt(max(believed_variance(g, i), 0.0))
     at = CHANGE_LEVEL + i
-    if std > q[PROBE_UNKNOWN] or not q[at] > mean:
+    if std > q[PROBE_UNKNOWN]:
+        q[at], q[CHANGE_SPREAD + i] = -math.inf, 0.0  # what is usual of objects is no level of this one
+    elif not q[at] > mean:
         q[at], q[CHANGE_SPREAD + i] = mean, std
     else:
         q[at] += (1.0 - math.exp(-dt / LEVEL_TIME)) * (mean - q[at])
