@@ -13,6 +13,7 @@ import time
 from collections import deque
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import combinations
 
 import can
 import pytest
@@ -210,14 +211,16 @@ def differing(log):
 
     A command is the answer to the oldest state that waits, unless that came after the command was made: then
     it was renewed by the clock. The node may have looked at the clock before it was given a state that
-    waited, so where a command differs, those shortly before it are taken the other way, the least sure first.
+    waited, so where a command differs, those shortly before it are taken the other way,
+    one or two of them, the least sure first.
     """
     turned = frozenset()
     while (first := _first_differing(log, turned, waits := {})) is not None:
-        for number in sorted(list(waits)[-WINDOW:], key=lambda one: abs(waits[one]))[:TRIES]:
-            other = _first_differing(log, turned ^ {number}, {})
+        unsure = sorted(list(waits)[-WINDOW:], key=lambda one: abs(waits[one]))[:TRIES]
+        for chosen in (set(some) for n in (1, 2) for some in combinations(unsure, n)):
+            other = _first_differing(log, turned ^ chosen, {})
             if other is None or other > first:
-                turned ^= {number}
+                turned ^= chosen
                 break
         else:
             break
