@@ -68,7 +68,7 @@ def launched(request, tmp_path_factory):
     assert process.returncode == 0, output
 
 
-def watched(endpoint, enough, patience=180.0):
+def watched(endpoint, enough, patience=400.0):
     """Return what was on the bus until ``enough`` of the messages so far."""
     messages = []
     deadline = time.monotonic() + patience
