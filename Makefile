@@ -41,7 +41,7 @@ OF_KERNELS = tests/estimator tests/grip/compiled tests/grip/test_controller.py t
   tests/grip/test_hostile.py tests/grip/test_learned_store.py tests/grip/test_model_swap.py \
   tests/c99/test_estimator.py tests/c99/test_kernel_mode.py tests/c99/test_single.py
 test-numba: $(STAMP)  ## the tests of estimator and grip with the estimator compiled by numba; the others take C
-	VEGRIP_KERNEL=numba $(V)/python -m pytest -q -n auto --dist worksteal -m "not long" $(OF_KERNELS)
+	VEGRIP_KERNEL=numba $(V)/python -m pytest -q -n auto --dist worksteal -m "not long and not other_model" $(OF_KERNELS)
 
 test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-Mode-Linux where this kernel has none
 	$(V)/python -c 'from vegrip.virtual import HandSettings, VirtualHand; VirtualHand(HandSettings(), 0, ()).step(0.02, {})'  # compiled here: there it would take minutes, and be thrown away

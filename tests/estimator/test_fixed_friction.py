@@ -58,6 +58,7 @@ def test_a_friction_that_is_not_to_be_learned_stays_as_it_is_told(press, run) ->
     assert math.isfinite(margin.lower_bound)
 
 
+@pytest.mark.other_model
 def test_the_friction_coefficient_may_have_another_name(tmp_path) -> None:
     model = with_friction(SLIPPERY)
     assert friction_symbol(model) == "slippery"

@@ -123,6 +123,7 @@ def test_no_force_suffices_for_an_absurd_load(
     assert estimator.least_force(0.3) == math.inf
 
 
+@pytest.mark.other_model
 def test_the_ellipse_asks_for_less_force_under_force_and_torque_and_as_much_under_either(
     model: ContactModel, press: Record, run: Run
 ) -> None:

@@ -15,7 +15,7 @@ PRESSED = ([0.0, 0.3, 0.5, 2.0, 2.2, 2.6], [-2e-4, -2e-4, 1.1e-3, 1.1e-3, -2e-4,
 
 
 @pytest.mark.parametrize("gap", [1.0, 30.0, 1000.0])
-@pytest.mark.parametrize("slow", [False, True])
+@pytest.mark.parametrize("slow", [False, pytest.param(True, marks=pytest.mark.other_model)])
 def test_a_free_fingertip_comes_out_of_a_gap_as_recovered_as_it_is(press, gap, slow) -> None:
     """What the filter foresees of the next touch is what the model says of the whole history."""
     model = paper_model(8e-3)

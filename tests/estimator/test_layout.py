@@ -73,13 +73,13 @@ def test_the_state_is_told_by_name_with_what_the_covariance_says(
     assert state["ln K"].std == pytest.approx(estimator.value("K").std)
 
 
+@pytest.mark.other_model
 def test_states_of_added_effects_have_their_own_names() -> None:
     estimator = ContactEstimator(paper_model(8e-3).with_effect(effect("mullins_softening")), SensorNoise())
     assert set(estimator.model.plan.states) <= set(estimator.state_names)
 
 
 EFFECTS_WITH_MEMORY = (
-    "",
     "mullins_softening",
     "second_relaxation",
     "adhesion",
@@ -88,7 +88,9 @@ EFFECTS_WITH_MEMORY = (
 )
 
 
-@pytest.mark.parametrize("name", EFFECTS_WITH_MEMORY)
+@pytest.mark.parametrize(
+    "name", ["", *(pytest.param(name, marks=pytest.mark.other_model) for name in EFFECTS_WITH_MEMORY)]
+)
 def test_a_sample_depends_on_nothing_but_what_lasts(name: str) -> None:
     """The memory behind ``lasting`` is spoilt before each of some samples with faults, gaps and slips."""
     model = paper_model(8e-3).with_effect(effect(name)) if name else paper_model(8e-3)
