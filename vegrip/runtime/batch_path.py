@@ -4,16 +4,12 @@ As :mod:`vegrip.runtime.hot_path` for the frames of single fingers; what is left
 messages.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Protocol, runtime_checkable
 
-from vegrip.clock import Clock
 from vegrip.messages import ForceCommand, Message
-from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.hot_path import REPORT, REPORTS, AnswersFrames, count_reports, is_watched, show
-from vegrip.runtime.sender_watch import SenderWatch
-from vegrip.runtime.statistics import LoopStatistics
-from vegrip.runtime.telemetry import Telemetry
+from vegrip.runtime.short_way import OfLoop, ShortWay
 from vegrip.transport.batch_endpoint import BatchIntercept
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
 from vegrip.transport.codec.line import Line
@@ -62,24 +58,11 @@ ROWS_EACH = (2, 1)
 """Rows of a finger in the batches of :data:`~vegrip.runtime.hot_path.REPORTS`."""
 
 
-class BatchPath:
-    """Answers the batches of states of one node; the arguments are those of HotPath."""
+class BatchPath(ShortWay[AnswersBatches, GivesBatches]):
+    """Answers the batches of states of one node."""
 
-    def __init__(
-        self,
-        node: AnswersBatches,
-        endpoint: GivesBatches,
-        clock: Clock,
-        statistics: LoopStatistics,
-        senders: SenderWatch,
-        telemetry: Telemetry | None,
-        channels: ChannelWatch | None,
-    ) -> None:
-        self.frames = 0
-        """Rows that went this way."""
-        self.node, self._endpoint, self._clock = node, endpoint, clock
-        self._statistics, self._senders, self._telemetry = statistics, senders, telemetry
-        self._channels = channels
+    def __init__(self, node: AnswersBatches, endpoint: GivesBatches, loop: OfLoop) -> None:
+        super().__init__(node, endpoint, loop)
         self._fingers: tuple[str, ...] = ()
         self._are_known = False  # the channels of all fingers
 
@@ -92,10 +75,6 @@ class BatchPath:
     def look(self, intercept: BatchIntercept | None) -> None:
         """Let ``intercept`` look at the batches from now on, if there are any to answer; None: at none."""
         self._endpoint.intercept_batch = intercept if self._fingers else None
-
-    def renumber(self, sent: Mapping[str, int]) -> None:
-        """Go on with the numbers of commands that were sent in the node's place."""
-        self.node.number_commands_from(sent)
 
     def answer(self, payload: bytes, rows: int, arrival: int) -> tuple[Sequence[int], Collection[str]] | None:
         """Answer a batch; return what was done with each row and who has something to report, or None."""

@@ -11,11 +11,8 @@ from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from vegrip.clock import Clock
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, SlipMargin
-from vegrip.runtime.channel_watch import ChannelWatch
-from vegrip.runtime.sender_watch import SenderWatch
-from vegrip.runtime.statistics import LoopStatistics
+from vegrip.runtime.short_way import OfLoop, ShortWay
 from vegrip.runtime.telemetry import Direction, Telemetry, Unmade
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.line import CLASSIC, FingerLine, Line
@@ -102,35 +99,11 @@ class _Known(NamedTuple):
     command: int
 
 
-class HotPath:
-    """Answers the frames of states of one node.
+class HotPath(ShortWay[AnswersFrames, GivesFrames]):
+    """Answers the frames of states of one node."""
 
-    Args:
-        node: which answers.
-        endpoint: where frames come from.
-        clock: of the loop.
-        statistics: of the loop.
-        senders: sees every state.
-        telemetry: which counts, and says what is to be shown.
-        channels: sees the first states of every finger.
-
-    """
-
-    def __init__(
-        self,
-        node: AnswersFrames,
-        endpoint: GivesFrames,
-        clock: Clock,
-        statistics: LoopStatistics,
-        senders: SenderWatch,
-        telemetry: Telemetry | None,
-        channels: ChannelWatch | None,
-    ) -> None:
-        self.frames = 0
-        """States that went this way."""
-        self.node, self._endpoint, self._clock = node, endpoint, clock
-        self._statistics, self._senders, self._telemetry = statistics, senders, telemetry
-        self._channels = channels
+    def __init__(self, node: AnswersFrames, endpoint: GivesFrames, loop: OfLoop) -> None:
+        super().__init__(node, endpoint, loop)
         self._bytes = bytearray(LONGEST_FRAME)
         self._array = np.frombuffer(self._bytes, dtype=np.uint8)
         self._lines: dict[int, _Known] = {}  # by identifier of the frames of states
@@ -149,10 +122,6 @@ class HotPath:
     def look(self, intercept: Intercept | None) -> None:
         """Let ``intercept`` look at the frames from now on, if there are any to answer; None: at none."""
         self._endpoint.intercept = intercept if self._lines else None
-
-    def renumber(self, sent: Mapping[str, int]) -> None:
-        """Go on with the numbers of commands that were sent in the node's place."""
-        self.node.number_commands_from(sent)
 
     def answer(self, frame: Frame) -> tuple[int, str]:
         """Answer ``frame``; return what was done, LEFT_ALONE for nothing, and the finger."""

@@ -21,6 +21,7 @@ from vegrip.runtime.managed import ManagedNode
 from vegrip.runtime.node import Node
 from vegrip.runtime.schedule import Schedule
 from vegrip.runtime.sender_watch import SenderWatch
+from vegrip.runtime.short_way import OfLoop
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.runtime.topic_path import AnswersValues, GivesTopics, TopicPath
@@ -105,13 +106,13 @@ class Runner:
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
         self.channels = ChannelWatch(lacking) if lacking is not None else None
         self.hot_path: HotPath | BatchPath | TopicPath | None = None
-        beside_path = (clock, self.statistics, self._senders, telemetry, self.channels)
+        of_loop = OfLoop(clock, self.statistics, self._senders, telemetry, self.channels)
         if isinstance(node, AnswersFrames) and isinstance(endpoint, GivesFrames):
-            self.hot_path = HotPath(node, endpoint, *beside_path)
+            self.hot_path = HotPath(node, endpoint, of_loop)
         elif isinstance(node, AnswersBatches) and isinstance(endpoint, GivesBatches):
-            self.hot_path = BatchPath(node, endpoint, *beside_path)
+            self.hot_path = BatchPath(node, endpoint, of_loop)
         elif isinstance(node, AnswersValues) and isinstance(endpoint, GivesTopics):
-            self.hot_path = TopicPath(node, endpoint, *beside_path)
+            self.hot_path = TopicPath(node, endpoint, of_loop)
         self._gathering = endpoint if isinstance(endpoint, Gathering) else None
         self._takes_all = endpoint if isinstance(endpoint, TakesAll) else None
         self._renumber = True  # commands may have been sent in the node's place

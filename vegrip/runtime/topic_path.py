@@ -3,18 +3,14 @@
 As :mod:`vegrip.runtime.hot_path` for frames; what is left alone goes the way of messages.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from vegrip.clock import Clock
 from vegrip.messages import FingertipState, Message
-from vegrip.runtime.channel_watch import ChannelWatch
 from vegrip.runtime.hot_path import COMMANDED, LEFT_ALONE, AnswersFrames, show
-from vegrip.runtime.sender_watch import SenderWatch
-from vegrip.runtime.statistics import LoopStatistics
-from vegrip.runtime.telemetry import Telemetry
+from vegrip.runtime.short_way import OfLoop, ShortWay
 from vegrip.transport.codec.schema import message_set
 from vegrip.transport.codec.topic_line import TopicLine
 from vegrip.transport.zmq_endpoint import TopicIntercept
@@ -44,24 +40,11 @@ class AnswersValues(AnswersFrames, Protocol):
         """Return counter, force [N], its change [N], reason and lifetime [ns] of the last command."""
 
 
-class TopicPath:
-    """Answers the states of one node that come on topics; the arguments are those of HotPath."""
+class TopicPath(ShortWay[AnswersValues, GivesTopics]):
+    """Answers the states of one node that come on topics."""
 
-    def __init__(
-        self,
-        node: AnswersValues,
-        endpoint: GivesTopics,
-        clock: Clock,
-        statistics: LoopStatistics,
-        senders: SenderWatch,
-        telemetry: Telemetry | None,
-        channels: ChannelWatch | None,
-    ) -> None:
-        self.frames = 0
-        """States that went this way."""
-        self.node, self._endpoint, self._clock = node, endpoint, clock
-        self._statistics, self._senders, self._telemetry = statistics, senders, telemetry
-        self._channels = channels
+    def __init__(self, node: AnswersValues, endpoint: GivesTopics, loop: OfLoop) -> None:
+        super().__init__(node, endpoint, loop)
         self._lines: dict[bytes, tuple[str, TopicLine]] = {}  # by the topic of states
         fields = message_set().messages[FingertipState].fields
         self._bytes = bytearray(8 * sum(field.kind == "float" for field in fields))
@@ -77,10 +60,6 @@ class TopicPath:
     def look(self, intercept: TopicIntercept | None) -> None:
         """Let ``intercept`` look at payloads from now on, if there are any to answer; None: at none."""
         self._endpoint.intercept_topic = intercept if self._lines else None
-
-    def renumber(self, sent: Mapping[str, int]) -> None:
-        """Go on with the numbers of commands that were sent in the node's place."""
-        self.node.number_commands_from(sent)
 
     def answer(self, topic: bytes, payload: bytes, arrival: int) -> tuple[int, str]:
         """Answer a payload; return what was done, LEFT_ALONE for nothing, and the finger."""
