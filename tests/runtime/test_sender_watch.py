@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from vegrip.messages import FingertipState
-from vegrip.runtime.sender_watch import MOST_FINGERS, WINDOW_STATES, SenderWatch
+from vegrip.runtime.sender_watch import MOST_FINGERS, TURN_STATES, WINDOW_STATES, SenderWatch
 
 RATE = 200.0  # [Hz]
 SIGMA = 0.02  # [N]
@@ -77,3 +77,19 @@ def test_made_up_fingers_do_not_make_it_grow():
     for number in range(3000):
         watch.note(FingertipState(number, f"f{number}", 0, normal_force=1.0))
     assert len(watch._fingers) == MOST_FINGERS
+
+
+def test_one_of_five_fingers_that_is_two_is_told_by_a_look_at_one_after_the_other():
+    watch, fingers = SenderWatch(), [f"f{number}" for number in range(5)]
+    looked_at = 0
+    for seq, (one, other) in enumerate(zip(noise(1, 5000), in_turn(noise(2), noise(3)), strict=False)):
+        for name in fingers:
+            if watch.has_turn(name):
+                looked_at += 1
+                apart = 0.5 * (seq % 2) if name == "f3" else 0.0
+                watch.note_values(name, 5.0 + one, 1e-3 + 1e-4 * (other + apart))
+        if watch.count:
+            break
+    assert watch.count > 0
+    assert seq < 5 * TURN_STATES // len(fingers), "within the time in which each has had its turn"
+    assert looked_at <= 0.25 * 5 * (seq + 1)

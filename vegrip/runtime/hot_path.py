@@ -143,7 +143,8 @@ class HotPath(ShortWay[AnswersFrames, GivesFrames]):
             self._statistics.answered(finger, frame.stamp, self._clock.now())
         else:
             self._statistics.state(finger, frame.stamp)
-        self._senders.note_values(finger, *self.node.felt(finger))
+        if self._senders.has_turn(finger):
+            self._senders.note_values(finger, *self.node.felt(finger))
         if telemetry is not None:
             show(telemetry, self.node, finger, done)
         return done, finger

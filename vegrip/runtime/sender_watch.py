@@ -20,6 +20,7 @@ TWO_SENDERS_RATIO: Final = (
     6.0  # of S_1 to S_2; noise alone comes to 1, streams three standard deviations apart to 5.5
 )
 IN_A_ROW: Final = 16  # states for which the ratio holds; coarse values alternate by chance, but not for long
+TURN_STATES: Final = 512  # of all fingers until another one is looked at: a hundred of each of five
 MOST_FINGERS: Final = 256  # are watched; a sender of made-up names must not make the table grow
 
 
@@ -62,6 +63,17 @@ class SenderWatch:
     def __init__(self) -> None:
         self.count = 0
         self._fingers: dict[str, _Finger] = {}
+        self._turn, self._passed = "", TURN_STATES
+
+    def has_turn(self, name: str) -> bool:
+        """Return whether the next state of the finger ``name`` is to be looked at.
+
+        For one who cannot afford to look at all: one finger after the other has its turn.
+        """
+        self._passed += 1
+        if self._passed > TURN_STATES and name != self._turn:
+            self._turn, self._passed = name, 0
+        return name == self._turn
 
     def note(self, state: FingertipState) -> None:
         """Take in the next state of a finger."""

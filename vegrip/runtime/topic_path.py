@@ -82,7 +82,8 @@ class TopicPath(ShortWay[AnswersValues, GivesTopics]):
         self._statistics.state(finger, arrival)
         if done & COMMANDED:
             self._send(finger, line, now)
-        self._senders.note_values(finger, *self.node.felt(finger))
+        if self._senders.has_turn(finger):
+            self._senders.note_values(finger, *self.node.felt(finger))
         if self._telemetry is not None:
             show(self._telemetry, self.node, finger, done)
         return done, finger
