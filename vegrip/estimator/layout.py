@@ -139,7 +139,7 @@ class Layout:
 
     def sections(self) -> dict[str, int]:
         """Name -> length of each section, in order."""
-        n, s, spread = self.n, self.n_states, self.moving + len(self.considered)
+        n, s, spread = self.n, self.n_states, self.moving + len(self.considered) + 1
         return {
             "Y": n, "P": n * n, "VALUES": self.n_values, "EXOGENOUS": len(OUTSIDE),
             "PRIOR": n, "LOW": n, "HIGH": n, "DRIFT": n, "SET": len(SETTINGS),
