@@ -237,3 +237,20 @@ def test_nothing_is_valid_before_the_first_usable_sample(estimator: ContactEstim
     assert not any(one.valid for one in all_estimates(e))
     assert not estimator.slip_margin().margin.valid
     assert math.isnan(estimator.least_force(0.3))
+
+
+@pytest.mark.parametrize("frequency", [1.0, 3.0, 10.0])
+@pytest.mark.parametrize("size", [0.1, 0.3])
+def test_a_force_that_the_model_cannot_explain_widens_the_interval_and_stays_valid(
+    estimator: ContactEstimator, model: ContactModel, press: Record, size: float, frequency: float
+) -> None:
+    """An oscillation of the force that no displacement shows; all the time after 0.5 s of it."""
+    begin, widths = 1.5, []
+    for state in press(model, [0.0, 0.3, 0.8, 4.0], [-1e-4, -1e-4, 1.8e-3, 1.8e-3], share=0.3):
+        t = state.stamp / 1e9 - begin
+        shaken = state.normal_force + (size * math.sin(2.0 * math.pi * frequency * t) if t > 0.0 else 0.0)
+        force = estimator.update(dataclasses.replace(state, normal_force=shaken)).normal_force
+        if t > 0.5:
+            assert force.valid
+            widths.append(force.std)
+    assert np.median(widths) > 0.4 * size

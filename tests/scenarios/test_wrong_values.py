@@ -42,3 +42,9 @@ def test_a_wrong_load_teaches_nothing_that_a_node_with_sound_input_does_not_lear
     assert verdict.off < 0.1
     assert verdict.shrunk < 0.1
     assert verdict.risen < 0.1
+
+
+@pytest.mark.parametrize("value", [0.0, -1.9])
+def test_a_torque_that_is_wrong_for_a_second_neither_teaches_nor_leaves_a_finger_fail_safe(value):
+    """Zero would let the grip down to a slip; after the large one the tips recover from 15 N."""
+    assert judge(Fault("torque_z", value, FAULT_BEGIN_S, 1.0, -1), learning=True).worst <= 1.0

@@ -28,7 +28,7 @@ from vegrip.model.composer import compose
 KERNELS = (
     "state", "covariance_root", "motion", "predict", "scalar_update", "measure", "displacement_loss",
     "initialisation", "gap", "touch_detection", "quantities", "report", "consistency", "friction",
-    "hold_model", "slip_probability", "forecast", "update",
+    "load_loss", "hold_model", "slip_probability", "forecast", "update",
 )  # fmt: skip
 ENTRIES = ("update", "margin_of", "least_force", "filter_step")
 

@@ -316,7 +316,8 @@ class ContactEstimator:
     def utilisation(self) -> tuple[float, float, float]:
         """Return the friction coefficient at which the load would slip, its relative std, and the load [N].
 
-        The load has the torque as a force at the contact radius. NaN and inf where there is no contact.
+        The load has the torque as a force at the contact radius. NaN and inf where there is no contact; the
+        first two also while a part of the load is doubted (:mod:`vegrip.estimator.kernels.load_loss`).
         """
         report = self._memory.report
         gauge, radius = report("GAUGE"), report("RADIUS")
@@ -330,6 +331,8 @@ class ContactEstimator:
         load = math.sqrt(
             self._load * self._load + torque * torque
         )  # as C rounds, see the kernels of the grip
+        if self._memory.is_load_doubted:
+            return NAN, math.inf, load
         return gauge * mu, math.sqrt(rest + noise * noise), load
 
     def health(self) -> ModelHealth:

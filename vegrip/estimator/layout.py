@@ -97,6 +97,10 @@ MOVING = ("tip", "elastic", "force", "sense")
 PER_CHANNEL = ("STREAK", "REJECTED", "AGE", "USED")
 """Refusals in a row, refusals in all, time since the last one used [s], whether the present one was."""
 PER_CELL = ("WEIGHT", "MEAN", "NIS")
+LOAD_PARTS = ("force", "torque")
+PER_PART = ("AVERAGE", "LAST", "LEAST", "BEFORE", "BLOCK", "LOST")
+"""Average and last value of a part of the load, the least of the average in this block of time and in the
+one before, the age of the block [s], and for how long [s] it is doubted that the part is gone."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +143,7 @@ class Layout:
 
     def sections(self) -> dict[str, int]:
         """Name -> length of each section, in order."""
-        n, s, spread = self.n, self.n_states, self.moving + len(self.considered)
+        n, s, spread = self.n, self.n_states, self.moving + len(self.considered) + 1
         return {
             "Y": n, "P": n * n, "VALUES": self.n_values, "EXOGENOUS": len(OUTSIDE),
             "PRIOR": n, "LOW": n, "HIGH": n, "DRIFT": n, "SET": len(SETTINGS),
@@ -147,7 +151,7 @@ class Layout:
             "CHANNEL": len(CHANNELS) * len(PER_CHANNEL),
             "HEALTH": len(CHANNELS) * len(REGIMES) * len(PER_CELL),
             "MODE": len(MODE), "MOTION": len(MOTION), "START": n, "COUNTS": len(COUNTS),
-            "BEND_SUM": s + 1, "RATIO": n,
+            "BEND_SUM": s + 1, "RATIO": n, "PART": len(LOAD_PARTS) * len(PER_PART),
             "OLD": n, "KEPT_Y": n, "KEPT_P": n * n,
             "F": (s + 1) * n, "B": n * n, "H": n, "G": n, "K": n, "BEND": s + 1,
             "NEXT": s + 1, "TRIAL": s + 1, "L": n * n,
@@ -193,6 +197,8 @@ class Layout:
         yield from ((f"CH_{name}", i) for i, name in enumerate(PER_CHANNEL))
         yield from {"REGIMES": len(REGIMES), "CELL_SIZE": len(PER_CELL)}.items()
         yield from ((f"CELL_{name}", i) for i, name in enumerate(PER_CELL))
+        yield "PART_SIZE", len(PER_PART)
+        yield from ((f"PART_{name}", i) for i, name in enumerate(PER_PART))
         words = (name.upper().replace(" ", "_") for name in REGIMES)
         yield from ((f"REGIME_{word}", float(i)) for i, word in enumerate(words))
 

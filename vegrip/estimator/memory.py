@@ -7,7 +7,16 @@ import math
 
 import numpy as np
 
-from vegrip.estimator.layout import CHANNELS, COUNTS, FRICTION, MODE, PER_CHANNEL, REPORT, Layout
+from vegrip.estimator.layout import (
+    CHANNELS,
+    COUNTS,
+    FRICTION,
+    MODE,
+    PER_CHANNEL,
+    PER_PART,
+    REPORT,
+    Layout,
+)
 from vegrip.messages import Channel, FingertipState
 from vegrip.types import Floats
 
@@ -106,6 +115,12 @@ class EstimatorMemory:
     def has_contact(self) -> bool:
         """Whether the fingertip touches; made at two standard deviations, broken at half of one."""
         return self.report("CONTACT") > 0.5
+
+    @property
+    def is_load_doubted(self) -> bool:
+        """Whether a part of the load is gone that may still be there."""
+        parts = self.section("PART")[PER_PART.index("LOST") :: len(PER_PART)]
+        return bool(parts.max() > 0.0)
 
     @property
     def is_sound(self) -> bool:

@@ -30,6 +30,7 @@ from vegrip.estimator.kernels.generated import (
     gauge,
 )
 from vegrip.estimator.kernels.hold_model import begin_hold, keep_hold, surface_of, try_hold
+from vegrip.estimator.kernels.load_loss import load_to_hold
 from vegrip.estimator.kernels.report import upper_gauge
 from vegrip.estimator.kernels.slip_probability import onset_probability
 from vegrip.estimator.kernels.state import copy_state, put_learned
@@ -185,9 +186,10 @@ def least_force(m: Floats, tangential: float, torque: float, margin: float, quan
     Follows the model's own loading and unloading from the present state: the indentation changes at once,
     the relaxed forces stay; N, a and k with it. The gauge falls with the indentation; inf when even pressing
     in by the whole tip radius does not suffice. NaN when the load, or what the contact would carry, is not
-    known.
+    known. A part of the load that may be gone by a fault of its channel alone counts as it was.
     """
     load, y = load_of(tangential, torque), TRY0
+    load = load_to_hold(m, load[0], load[1])
     if math.isnan(load[0] + margin + quantile):
         return math.nan
     copy_state(m)

@@ -38,6 +38,13 @@ CELL_SIZE: int
 CELL_WEIGHT: int
 CELL_MEAN: int
 CELL_NIS: int
+PART_SIZE: int
+PART_AVERAGE: int
+PART_LAST: int
+PART_LEAST: int
+PART_BEFORE: int
+PART_BLOCK: int
+PART_LOST: int
 REGIME_AIR: float
 REGIME_LOADING: float
 REGIME_HOLD: float
@@ -168,6 +175,7 @@ BEND_SUM0: int
 RATIO0: int
 RATIO_COUNT: int
 RATIO_PLACE: int
+PART0: int
 OLD0: int
 KEPT_Y0: int
 KEPT_P0: int

@@ -7,6 +7,8 @@ the mean will not do: where the pressure exponent meets the end of its law it is
 
 Where a step upwards changes everything by less than 2 %, the step downwards is taken for its mirror image:
 what the bend would add to that column is 1 % of it, and half of the work is saved once the state is known.
+
+What the model leaves unexplained of the force is no part of the state: it has a column of its own.
 """
 
 import math
@@ -27,6 +29,7 @@ from vegrip.estimator.kernels.generated import (
     L0,
     LEARNED_FROM,
     MODE_BLIND,
+    MODE_TOLERATED,
     N_CONSIDERED,
     P0,
     SPEED,
@@ -57,7 +60,7 @@ def quantities(m: Floats, y: int) -> Quantities:
 
 
 def spread_quantities(m: Floats) -> Quantities:
-    """Fill D, 5 x (moving + considered): N, a, k, friction, delta; return the first four at the mean."""
+    """Fill D, 5 x (moving + considered + 1): N, a, k, friction, delta; return the first four at the mean."""
     square_root(m, P0)
     copy_state(m)
     now = quantities(m, TRY0)
@@ -78,6 +81,7 @@ def spread_quantities(m: Floats) -> Quantities:
         if j >= LEARNED_FROM and m[MODE_BLIND] > 0.5:
             m[D_FORCE0 + j] = 0.0  # exactly; the straight line along which it moved bends
     spread_considered(m, now)
+    spread_unexplained(m, now[0])
     return now
 
 
@@ -103,6 +107,17 @@ def spread_considered(m: Floats, now: Quantities) -> None:
         note_difference(m, M + i, up, down, now[2])
         m[at] = keep
         m[D_DELTA0 + M + i] = 0.0
+
+
+def spread_unexplained(m: Floats, force: float) -> None:
+    """Column of D for what the model leaves unexplained: by so much the ``force`` of a contact may be wrong.
+
+    The filter takes it for noise of the sensor. A tip that comes back from a hard grip does not follow the
+    model for seconds; the force would else be told to a tenth of what it is wrong by.
+    """
+    last = M + N_CONSIDERED
+    m[D_FORCE0 + last] = math.sqrt(m[MODE_TOLERATED]) if force > 0.0 else 0.0
+    m[D_RADIUS0 + last] = m[D_EXPONENT0 + last] = m[D_FRICTION0 + last] = m[D_DELTA0 + last] = 0.0
 
 
 def is_slight(now: Quantities, up: Quantities) -> bool:
@@ -151,7 +166,7 @@ def note_difference(
 def combined_std(m: Floats, a0: float, a1: float, a2: float, a3: float, a4: float) -> float:
     """Standard deviation of ``a0 N + a1 a + a2 k + a3 friction + a4 delta``."""
     total = 0.0
-    for j in range(M + N_CONSIDERED):
+    for j in range(M + N_CONSIDERED + 1):
         s = a0 * m[D_FORCE0 + j] + a1 * m[D_RADIUS0 + j] + a2 * m[D_EXPONENT0 + j]
         s += a3 * m[D_FRICTION0 + j] + a4 * m[D_DELTA0 + j]
         total += s * s

@@ -65,6 +65,7 @@ from vegrip.estimator.kernels.initialisation import (
     keep_finite,
     return_belief,
 )
+from vegrip.estimator.kernels.load_loss import follow_load, is_load_doubted
 from vegrip.estimator.kernels.measure import expect_force, expect_force_alone, measure_radius
 from vegrip.estimator.kernels.motion import follow_motion, predict_motion, surprise_of
 from vegrip.estimator.kernels.predict import follow_extremes, predict
@@ -284,12 +285,13 @@ def update(
         dt = 0.0
     filter_step(m, dt, force, displacement, radius)
     keep_finite(m)
+    follow_load(m, dt, tangential, torque)
     report(m, tangential, torque)
     note_contradiction(m, dt, force, displacement, radius)
     if m[REP_FORCE] <= 0.0:
         m[MODE_ZERO_KNOWN] = 1.0  # in the air: the next touch tells where zero is
     u, relative = utilisation(m)
-    sound = m[REP_SOUND] > 0.5 and m[MODE_CONTRADICTED] == 0.0
+    sound = m[REP_SOUND] > 0.5 and m[MODE_CONTRADICTED] == 0.0 and not is_load_doubted(m)
     learn_friction(m, dt, u, relative, slip, m[REP_CONTACT] > 0.5, sound)
 
 

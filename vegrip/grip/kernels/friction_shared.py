@@ -5,6 +5,7 @@
 
 import math
 
+from vegrip.estimator.kernels.load_loss import is_load_doubted
 from vegrip.grip.drive_lag import follow_drive
 from vegrip.grip.felt_slip import (
     believed_flag,
@@ -201,8 +202,11 @@ def is_load_told(f: Floats, is_touching: bool) -> bool:
 
 
 def utilised_friction(f: Floats, is_touching: bool) -> tuple[float, float]:
-    """Return the friction coefficient at which the load would slip, and its relative std."""
-    if not is_load_told(f, is_touching):
+    """Return the friction coefficient at which the load would slip, and its relative std.
+
+    NaN and inf while a part of the load is doubted.
+    """
+    if not is_load_told(f, is_touching) or is_load_doubted(f):
         return math.nan, math.inf
     mu = f[REP_MU]
     part = f[REP_MU_STD] / mu if mu > 0.0 else 0.0
