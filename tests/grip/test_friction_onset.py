@@ -6,7 +6,6 @@ import pytest
 
 from vegrip.grip.friction_belief import (
     BELIEF_MEAN,
-    BELIEF_PRIOR_VAR,
     BELIEF_SIZE,
     begin_belief,
     believed_variance,
@@ -124,59 +123,6 @@ def test_fingers_that_slip_long_after_one_another_do_not_confirm_each_other() ->
     for slips in ([0.0] * 50 + [1.0] + [0.0] * 60, [0.0] * 60):
         feel(g, q, 0.4, slips, finger=1)
     assert feel(g, q, 0.4, [0.0] * 50 + [1.0]) == LN_MU
-
-
-SLIPPERY, ROUGH = 0.3, 0.9
-
-
-def learned(mu: float, std: float, fingers: int = 2) -> tuple[list[float], list[float]]:
-    """Return a grasp that has learned the friction ``mu`` to ``std`` of ln mu; before, it knew it to 0.4."""
-    g, q = grasp(fingers, std)
-    g[BELIEF_PRIOR_VAR] = 0.4**2
-    for i in range(fingers):
-        g[BELIEF_MEAN + i] = math.log(mu)
-    return g, q
-
-
-def onset_at(off: float, mu: float, std: float = 0.1) -> tuple[float, float]:
-    """Return mean and variance of ln mu after one onset, less those of the Gaussian update alone.
-
-    The onset is ``off`` in ln mu from the ``mu`` that was believed.
-    """
-    g, q = learned(mu, std)
-    feel(g, q, mu * math.exp(off), [0.0] * 50 + [1.0] * 2)
-    noise = 0.05**2 + 0.02**2
-    gain = std**2 / (std**2 + noise)
-    return g[BELIEF_MEAN] - math.log(mu) - gain * off, believed_variance(g, 0) - (1.0 - gain) * std**2
-
-
-def test_an_onset_far_down_on_a_slippery_object_lowers_it_by_what_is_left_of_a_fall() -> None:
-    """A slip comes on the way down: when it is felt, friction is still falling."""
-    assert onset_at(-0.2, SLIPPERY) == pytest.approx((-0.1, 0.01), abs=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("off", "mu", "std"),
-    [(0.0, SLIPPERY, 0.1), (0.2, SLIPPERY, 0.1), (-0.2, ROUGH, 0.1), (-0.4, SLIPPERY, 0.25)],
-    ids=["at what was believed", "above", "rough object", "unknown object"],
-)
-def test_no_fall_is_expected_otherwise(off: float, mu: float, std: float) -> None:
-    assert onset_at(off, mu, std) == pytest.approx((0.0, 0.0), abs=1e-3)
-
-
-def test_what_is_left_of_a_fall_fades_out_where_an_object_is_no_longer_slippery() -> None:
-    lowered = [onset_at(-0.2, mu)[0] for mu in (0.3, 0.48, 0.5, 0.52, 0.6)]
-    assert lowered[0] < lowered[1] < lowered[2] < lowered[3] < -1e-3 < lowered[4]
-
-
-def test_a_fall_is_expected_of_all_fingers_alike() -> None:
-    fallen, steady = learned(SLIPPERY, 0.1, 5), learned(SLIPPERY, 0.1, 5)
-    feel(*fallen, SLIPPERY * math.exp(-0.2), [0.0] * 50 + [1.0] * 2)
-    feel(*steady, SLIPPERY, [0.0] * 50 + [1.0] * 2)
-    lowered = [steady[0][BELIEF_MEAN + i] - fallen[0][BELIEF_MEAN + i] for i in range(5)]
-    grown = [believed_variance(fallen[0], i) - believed_variance(steady[0], i) for i in range(5)]
-    assert min(lowered) > 0.1
-    assert grown == pytest.approx([0.01] * 5, abs=1e-6)
 
 
 def test_an_onset_moves_the_belief_by_no_more_than_its_bound() -> None:

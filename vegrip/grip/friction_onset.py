@@ -13,15 +13,6 @@ and only
 * where the channel was quiet before, so that one that says slip all the time teaches at most once;
 * where u is not far below what the finger held a moment ago: friction does not fall so fast.
 
-Friction falls within some tenths of a second (faces get wet), and the slip that tells of it comes on the
-way down. Drives raise so many newtons a second, and friction holds mu times those, so what is slippery slides
-on for longer. An onset ``ONSET_FALLEN`` standard deviations below what was believed therefore lowers what is
-believed of all fingers of a slippery object by what is left of a fall::
-
-    min(ONSET_LEFT, ONSET_SLIPPERY - ln mu)    of ln mu, give or take as much
-
-Where nothing was left of it, probing finds that out.
-
 It moves the belief by no more than a slip at ``ONSET_BOUND`` standard deviations would. What fails the last
 test is counted: a channel that goes on so is not believed any more.
 
@@ -64,9 +55,6 @@ ONSET_FAR = 0.6  # of what was held: friction does not fall below this within ON
 ONSET_FADING = 0.3  # [s]
 ONSET_BOUND = 2.5  # standard deviations
 ONSET_FAR_BELOW = 2.5  # as FAR_BELOW of the belief
-ONSET_FALLEN = 1.0  # standard deviations below the mean from which friction is taken to be falling
-ONSET_LEFT = 0.1  # of ln mu by which it goes on falling
-ONSET_SLIPPERY = -0.8  # ln mu below which an object is slippery (0.45)
 ONSET_DOUBTS = 3.0  # contradictions from which on a channel is not believed
 
 
@@ -93,12 +81,7 @@ def counts_as_known(g: Numbers, q: Numbers, i: int) -> bool:
 
     Its slip is sensed, and the object is not unknown any more: what is lifted has taught nothing yet.
     """
-    return may_probe(q, i) and not is_unknown(g, q, i)
-
-
-def is_unknown(g: Numbers, q: Numbers, i: int) -> bool:
-    """Return whether nothing is known of the friction of finger ``i`` but what is usual of objects."""
-    return believed_variance(g, i) > q[PROBE_UNKNOWN] * q[PROBE_UNKNOWN]
+    return may_probe(q, i) and believed_variance(g, i) <= q[PROBE_UNKNOWN] * q[PROBE_UNKNOWN]
 
 
 def feel_onset(
@@ -178,17 +161,6 @@ def take_onset(g: Numbers, q: Numbers, i: int, ln_u: float, relative: float) -> 
     off = ln_u - g[BELIEF_MEAN + i]
     if off < -ONSET_FAR_BELOW * math.sqrt(believed_variance(g, i) + noise):
         add_common(g, q[ONSET_SHOCK] * q[ONSET_SHOCK])
-    spread = math.sqrt(believed_variance(g, i) + noise)
-    has_fallen = off < -ONSET_FALLEN * spread and not is_unknown(g, q, i)
-    measured = g[BELIEF_MEAN + i] + min(max(off, -ONSET_BOUND * spread), ONSET_BOUND * spread)
+    most = ONSET_BOUND * math.sqrt(believed_variance(g, i) + noise)
+    measured = g[BELIEF_MEAN + i] + min(max(off, -most), most)
     absorb_factor(g, i, 1.0 / noise, measured / noise)
-    if has_fallen:
-        expect_fall(g, min(ONSET_LEFT, ONSET_SLIPPERY - g[BELIEF_MEAN + i]))
-
-
-def expect_fall(g: Numbers, left: float) -> None:
-    """Lower what is believed of all fingers by what is ``left`` of a fall of ln mu, if anything."""
-    if left > 0.0:
-        for j in range(int(g[BELIEF_FINGERS])):
-            g[BELIEF_MEAN + j] -= left
-        add_common(g, left * left)
