@@ -93,6 +93,38 @@ def test_slip_without_slip_speed_is_no_onset() -> None:
     assert feel(g, q, 0.4, [0.0] * 50 + [1.0] * 9, speed=1e-3) < LN_MU - 0.3
 
 
+def creep(speeds: list[float]) -> float:
+    """Feel slip at the speeds one after the other; return the mean of ln mu then."""
+    g, q = grasp()
+    feel(g, q, 0.4, [0.0] * 50)
+    for speed in speeds:
+        feel(g, q, 0.4, [1.0], speed=speed)
+    return g[BELIEF_MEAN]
+
+
+def test_a_slide_that_begins_slowly_is_an_onset_when_its_speed_shows() -> None:
+    assert creep([5e-5, 9e-5, 2e-4, 8e-5, 3e-4]) == creep([1e-3] * 2) < LN_MU - 0.3
+
+
+def test_a_speed_that_shows_long_after_its_flag_is_no_onset() -> None:
+    assert creep([5e-5] * 40 + [1e-3] * 9) == LN_MU
+
+
+def test_one_sample_of_slip_is_an_onset_where_another_finger_has_just_slipped() -> None:
+    g, q = grasp(3)
+    for finger in range(3):
+        feel(g, q, 0.4, [0.0] * 50, finger=finger)
+    feel(g, q, 0.4, [1.0], finger=1)
+    assert feel(g, q, 0.4, [1.0], finger=2) < LN_MU - 0.3
+
+
+def test_fingers_that_slip_long_after_one_another_do_not_confirm_each_other() -> None:
+    g, q = grasp()
+    for slips in ([0.0] * 50 + [1.0] + [0.0] * 60, [0.0] * 60):
+        feel(g, q, 0.4, slips, finger=1)
+    assert feel(g, q, 0.4, [0.0] * 50 + [1.0]) == LN_MU
+
+
 def test_an_onset_moves_the_belief_by_no_more_than_its_bound() -> None:
     for u in (1e-3, 1e3):
         g, q = grasp()

@@ -5,9 +5,10 @@ and steady) tells of creep long before. From ``ONSET_RUN_LENGTH`` samples of it 
 a measurement of ln mu, u being the friction coefficient at which the present load would slip. Once a run,
 and only
 
-* where two samples in a row say so; one, where the finger was being let go of and u is not below what was
-  to be expected;
-* where the slip speed, if it is measured, shows a slide;
+* where two samples in a row say so; one, where another finger has just slipped, or where the finger was being
+  let go of and u is not below what was to be expected;
+* where the slip speed, if it is measured, shows a slide, at the latest ``ONSET_QUIET_TIME`` after the flag: a
+  slide that begins slowly passes the threshold of the flag first;
 * where u is known well: a light touch tells nothing;
 * where the channel was quiet before, so that one that says slip all the time teaches at most once;
 * where u is not far below what the finger held a moment ago: friction does not fall so fast.
@@ -21,6 +22,7 @@ Plain scalar code over the flat sequence of :mod:`~vegrip.grip.friction_probe`, 
 import math
 
 from vegrip.grip.friction_belief import (
+    BELIEF_FINGERS,
     BELIEF_MEAN,
     BELIEF_MOST,
     absorb_factor,
@@ -45,6 +47,7 @@ ONSET_RUN_LENGTH = 2.0
 ONSET_PROBED_LENGTH = 1.0  # the same where the finger was being let go of: there slip is expected
 ONSET_PROBED = 0.05  # of ln mu by which it was let go
 ONSET_PROBED_BELOW = 1.5  # standard deviations below the mean down to which slip is expected
+ONSET_TOGETHER = 0.1  # [s] within which fingers that slip confirm each other
 ONSET_CREEP = 1e-4  # [m/s] below which a slip speed, where it is measured, shows no onset
 ONSET_VAGUE = 0.1  # relative std of u beyond which nothing is learned
 ONSET_QUIET_TIME = 0.05  # [s] without slip before an onset
@@ -117,6 +120,9 @@ def feel_onset(
         q[ONSET_SUM + i] = 0.0
         if q[ONSET_QUIET + i] < ONSET_QUIET_TIME:
             q[ONSET_RUN + i] = -1.0
+    if q[ONSET_RUN + i] == 0.0 and speed < ONSET_CREEP:
+        q[ONSET_QUIET + i] = min(q[ONSET_QUIET + i], 2.0 * ONSET_QUIET_TIME) - dt
+        return
     q[ONSET_QUIET + i] = 0.0
     if q[ONSET_RUN + i] < 0.0 or not known or speed < ONSET_CREEP:
         return
@@ -131,8 +137,12 @@ def feel_onset(
 def onset_length(g: Numbers, q: Numbers, i: int) -> float:
     """Return how many samples of slip in a row make an onset, at the mean ln u of this run.
 
-    A probe ends with the first sample, because the force comes back; one is enough where slip is expected.
+    A probe ends with the first sample, because the force comes back; one is enough where slip is expected. So
+    it is where another finger has just slipped, since two channels say it.
     """
+    for j in range(int(g[BELIEF_FINGERS])):
+        if j != i and q[ONSET_QUIET + j] < ONSET_TOGETHER:
+            return ONSET_PROBED_LENGTH
     spread = math.sqrt(believed_variance(g, i) + q[ONSET_NOISE] * q[ONSET_NOISE])
     expected = g[BELIEF_MEAN + i] - ONSET_PROBED_BELOW * spread
     probed = q[PROBE_SHIFT + i] > ONSET_PROBED and q[ONSET_SUM + i] > q[ONSET_RUN + i] * expected
