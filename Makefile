@@ -44,7 +44,7 @@ test-numba: $(STAMP)  ## the tests of estimator and grip with the estimator comp
 	VEGRIP_KERNEL=numba $(V)/python -m pytest -q -n auto --dist worksteal -m "not long and not other_model" $(OF_KERNELS)
 
 test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-Mode-Linux where this kernel has none
-	$(V)/python -c 'from vegrip.virtual import HandSettings, VirtualHand; VirtualHand(HandSettings(), 0, ()).step(0.02, {})'  # compiled here: there it would take minutes, and be thrown away
+	$(V)/python tests/vcan/compile_first.py  # here: in there it would take minutes
 	tests/vcan/run $(V)/python -m pytest -q -p no:cacheprovider tests/vcan tests/canopen/test_with_canopen.py tests/canopen/test_trouble.py
 
 test-c: $(STAMP)  ## the estimator in C against numba, every effect; the export with gcc, clang, sanitizers, cppcheck, MISRA, emulated Cortex-M7 and M4F

@@ -181,6 +181,7 @@ def test_lag_and_proven_time_changed_on_the_way_count_at_once_on_both_ways(
     assert objects.commands != Replay(learning_log).run().commands
 
 
+@pytest.mark.other_model
 def test_a_surface_and_settings_of_another_kind_are_equal(hand_log: Log, mode: str) -> None:
     base = demo_parameters()
     other = replace(
