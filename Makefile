@@ -47,7 +47,7 @@ test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-M
 	$(V)/python tests/vcan/compile_first.py  # here: in there it would take minutes
 	tests/vcan/run $(V)/python -m pytest -q -p no:cacheprovider tests/vcan tests/canopen/test_with_canopen.py tests/canopen/test_trouble.py
 
-test-c: $(STAMP)  ## the estimator in C against numba, every effect; the export with gcc, clang, sanitizers, cppcheck, MISRA, emulated Cortex-M7 and M4F
+test-c: $(STAMP)  ## the estimator in C against plain Python, every effect; the export with gcc, clang, sanitizers, cppcheck, MISRA, emulated Cortex-M7 and M4F
 	$(V)/python -m pytest -q -n auto tests/c99 tests/export
 
 test-web: $(STAMP)  ## the pages in a real browser, headless: Chromium of the distribution (apt-get install chromium)

@@ -1,6 +1,6 @@
-"""Compile what the programs of these tests run, so that the emulated kernel, where it takes minutes, need not.
+"""Compile what the programs of these tests run: inside the emulated kernel it would take minutes.
 
-What is compiled in there is thrown away, and every start of a node would compile it again.
+What is compiled in there is thrown away as well, and every start of a node would compile it again.
 """
 
 from vegrip.nodes.grasp_force import build
