@@ -5,8 +5,9 @@ All on the same recorded frames of a closed loop, in processor time, so that a b
 * ``finger_step_vs_physics``: the step (checks, watchdog, grip, limits, frames and the physics) against update
   and least force alone, each called from Python;
 * ``object_path_vs_finger_step``: codec, node and codec by objects against the step;
-* ``loop_vs_finger_step``: a turn of the loop of the node, five states at a wake-up, without reports, against
-  the step; the ratio is the share of the step;
+* ``loop_vs_finger_step``: the loop of the node, five states at a wake-up, without reports, against the step;
+  the ratio is the share of the step;
+* ``loop_of_packets_vs_finger_step``: the same where the bus brings the five states in one packet;
 * ``object_report_vs_packed``: contact and slip margin from objects to frames, and packed by the step;
 * ``wire_fd``, ``wire_classic``, ``wire_canopen``, ``wire_topics``, ``wire_batch``: a state from its bytes to
   those of its command on this wire, codec and node by objects against codec and node with the compiled step;
@@ -69,6 +70,7 @@ SMALLEST = {
     "TWENTY_SECONDS": 0.5,
 }
 
+FINGERS = 5
 NEVER = (1e6, 1e6)  # [s] between reports
 LARGEST = 512  # bytes of a packet
 COUNTER_AT, VALUES_AT = 2, 12
@@ -87,7 +89,8 @@ def run() -> dict[str, Timed]:
     results = {
         "finger_step_vs_physics": row(step, physics(log)),
         "object_path_vs_finger_step": row(step, objects(log)),
-        "loop_vs_finger_step": row(loop(log), step),
+        "loop_vs_finger_step": row(loop(log, 1), step),
+        "loop_of_packets_vs_finger_step": row(loop(log, FINGERS), step),
         "object_report_vs_packed": reports(log),
     }
     results |= {name: wire_row(name, log, mode) for name in WIRES}
@@ -258,21 +261,22 @@ def wire_row(name: str, log: Log, mode: str) -> Timed:
     return row(ours / states, theirs / states)
 
 
-def loop(log: Log) -> float:
+def loop(log: Log, in_a_packet: int) -> float:
     """Return the time of a state in the loop [s], five at a wake-up, on a socket that is always ready."""
     channel = f"hotpath{time.monotonic_ns()}"
-    bus = can.Bus(interface="vegrip", channel=channel, fd=True)
+    bus = can.Bus(interface="vegrip", channel=channel, fd=True, patience=0.0)
     assert isinstance(bus, VegripBus)
     bus._socket.close()
-    bus._socket, hub = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    bus._socket.setblocking(False)
+    node_end, hub = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    node_end.setblocking(False)
+    bus._talk_over(node_end)
     parameters = replace(demo_parameters(), report_period=10.0, health_period=60.0)
     with closing(hub), closing(CanEndpoint(bus, replace(log, sender_time=False).codec())) as endpoint:
         node = make_node(parameters, log.fingers)
         runner = Runner(node, endpoint, WallClock(), LoopSettings(tick_period=10.0, status_period=60.0))
         runner.start()
         runner.step()
-        return min(turn_time(runner, hub, packets(log)) for _ in range(BATCHES))
+        return min(turn_time(runner, hub, packets(log), in_a_packet) for _ in range(BATCHES))
 
 
 def packets(log: Log) -> Iterator[bytes]:
@@ -290,14 +294,16 @@ def packets(log: Log) -> Iterator[bytes]:
         yield numbered(number, pack_delivery(sent, 0))
 
 
-def turn_time(runner: Runner, hub: socket.socket, states: Iterator[bytes]) -> float:
+def turn_time(runner: Runner, hub: socket.socket, states: Iterator[bytes], in_a_packet: int) -> float:
     assert runner.hot_path is not None
-    fingers, spent, answered = 5, 0.0, runner.hot_path.frames
+    spent, answered = 0.0, runner.hot_path.frames
     for _ in range(TURNS):
-        for packet in itertools.islice(states, fingers):
+        packets = [b"".join(itertools.islice(states, in_a_packet)) for _ in range(FINGERS // in_a_packet)]
+        for packet in packets:
             hub.send(packet)
         start = time.process_time()
-        runner.step()
+        for _ in packets:
+            runner.step()
         spent += time.process_time() - start
         with contextlib.suppress(BlockingIOError):
             while hub.recv(LARGEST, socket.MSG_DONTWAIT):

@@ -82,7 +82,7 @@ void vg_batch_report(double *const *f, int64_t *const *t, const uint8_t *numbers
 
 
 def batch_text(finger: FingerLayout) -> str:
-    """Return both functions for fingers of a layout."""
-    names = ("CONTACT1_ID", "CONTACT2_ID", "MARGIN_ID")
+    """Return both functions for fingers of a layout, and above them where identifiers lie."""
+    names = ("COMMAND_ID", "CONTACT1_ID", "CONTACT2_ID", "MARGIN_ID")
     places = "".join(f"#define {name} {finger.wholes[f'SETUP_{name}']}\n" for name in names)
-    return f"{STEP}\n{places}{REPORT}"
+    return f"{places}{STEP}{REPORT}"

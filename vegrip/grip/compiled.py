@@ -23,6 +23,7 @@ from vegrip.estimator.compiled import estimator_parts, kernel_mode, tell_once
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS
 from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
+from vegrip.grip import packet_text
 from vegrip.grip.batch_text import REPORT_ARGUMENTS, STEP_ARGUMENTS, batch_text
 from vegrip.grip.friction_change import CHANGE_SIZE
 from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
@@ -72,7 +73,7 @@ def finger_module(
         try:
             places, entries = finger_places(model), WIRES[wire].entries
             lengths = single_lengths(finger, wire) if mode == "c-float" else None
-            more = batch_text(finger) if wire == FD else ""
+            more = batch_text(finger) + packet_text.PACKET_TEXT if wire == FD else ""
             library = kernels_c.library_of(text, entries, places.place, more, single=lengths)
             return FingerKernelsC(library, wire)
         except (CompilerError, UntranslatableError) as error:
@@ -191,11 +192,10 @@ class FingerKernelsC:
         self._step = _entry(loaded, self._wire.step, self._wire.entries[self._wire.step])
         if wire != FD:
             return
-        step: Any = loaded["vg_batch_step"]
-        report: Any = loaded["vg_batch_report"]
-        step.argtypes, step.restype = STEP_ARGUMENTS, ctypes.c_int64
-        report.argtypes, report.restype = REPORT_ARGUMENTS, None
-        self.batch_step, self.batch_report = step, report
+        self.batch_step = _plain(loaded, "vg_batch_step", STEP_ARGUMENTS, ctypes.c_int64)
+        self.batch_report = _plain(loaded, "vg_batch_report", REPORT_ARGUMENTS, None)
+        self.packet_step = _plain(loaded, "vg_packet_step", packet_text.STEP_ARGUMENTS, ctypes.c_int64)
+        self.packet_report = _plain(loaded, "vg_packet_report", packet_text.REPORT_ARGUMENTS, ctypes.c_int)
         entries = self._wire.entries
         self._tick = _entry(loaded, "finger_tick", entries["finger_tick"])
         self._receive = _entry(loaded, "finger_receive", entries["finger_receive"])
@@ -262,6 +262,12 @@ def _address(array: Any) -> int:
         _known.clear()
     _known[id(array)] = (array, array.ctypes.data)
     return _known[id(array)][1]
+
+
+def _plain(library: ctypes.CDLL, name: str, arguments: Sequence[Any], returns: Any) -> Any:
+    function: Any = library[name]
+    function.argtypes, function.restype = arguments, returns
+    return function
 
 
 def _entry(library: ctypes.CDLL, name: str, kinds: Sequence[Kind]) -> Any:

@@ -250,6 +250,11 @@ class CompiledFinger:
         return "Python" if isinstance(self.module.finger_step, FunctionType) else "numba"
 
     @property
+    def wire(self) -> str:
+        """How its states travel, see :mod:`vegrip.transport.codec.line`."""
+        return self._line.wire
+
+    @property
     def state_id(self) -> int:
         """Identifier of the frames of states."""
         return self._line.state_id

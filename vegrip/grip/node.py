@@ -12,6 +12,7 @@ from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
 from vegrip.grip.batch_text import STATE_BYTES
 from vegrip.grip.compiled_batch import CompiledBatch, can_batch
 from vegrip.grip.compiled_finger import LEFT_ALONE, CompiledFinger, Place, why_not_compiled
+from vegrip.grip.compiled_packet import CompiledPackets, can_take_packets
 from vegrip.grip.controller import GripController, need_of
 from vegrip.grip.drive_log import DriveLog
 from vegrip.grip.estimator_protocol import Estimator
@@ -32,6 +33,7 @@ from vegrip.messages import (
     NodeStatus,
 )
 from vegrip.runtime import NodeBase
+from vegrip.runtime.packet_path import PacketAnswer
 from vegrip.runtime.telemetry import Unmade
 from vegrip.transport.codec.line import FingerLine
 from vegrip.types import Floats
@@ -80,6 +82,7 @@ class GraspForce(NodeBase):
         self._lines: Mapping[str, FingerLine] = {}
         self._kernel_mode = ""
         self._batch: CompiledBatch | None = None
+        self._packets: CompiledPackets | None = None
         self._shared = np.full(max(1, len(self._names)), np.nan)  # what the fingers of the grasp share
         super().__init__(name, settings)
         self._make_estimator = make_estimator
@@ -131,14 +134,14 @@ class GraspForce(NodeBase):
         for name, estimator in (successors or {}).items():
             if name in self.fingers:
                 self._take_back([self.fingers[name]])
-                self._batch = None
+                self._batch = self._packets = None
                 self._compiled.pop(name, None)  # its step is of the former model; to compile stops the loop
                 self.fingers[name].replace_estimator(estimator)
                 self.diagnoser.forget(name)
 
     def configure(self) -> None:
         """Build every finger and compile what will run."""
-        self._compiled, self._batch = {}, None
+        self._forget_compiled()
         self.controller = GripController(
             self._names, settings=self.parameters, make_estimator=self._new_estimator,
             known_object=self._known_object,
@@ -155,7 +158,7 @@ class GraspForce(NodeBase):
             self.controller.restart()
         elif self.controller is not None and self._worn:
             self._keep_what_was_learned()
-            self._compiled, self._batch = {}, None
+            self._forget_compiled()
             self.controller.reset()
         self._compile()
         self._active, self._is_at_fault = True, False
@@ -170,7 +173,8 @@ class GraspForce(NodeBase):
         """Forget the fingers, but not what they learned."""
         self._take_back(self.fingers.values())
         self._keep_what_was_learned()
-        self.controller, self._compiled, self._batch = None, {}, None
+        self.controller = None
+        self._forget_compiled()
         self._worn = False
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
@@ -282,12 +286,9 @@ class GraspForce(NodeBase):
 
         What is left alone is for :meth:`on_message`; the answer is :meth:`batch_commands`.
         """
-        batch, controller = self._batch, self.controller
-        if batch is None or controller is None or not self._active:
+        batch = self._batch
+        if batch is None or not self._all_lent(batch.fingers):
             return None
-        for compiled in batch.fingers:
-            if not compiled.lent and not compiled.lend(controller, self._periods):
-                return None
         done, commands = batch.step(payload, rows, arrival, now)
         row = done.find(LEFT_ALONE, 0, rows)
         while row >= 0:
@@ -295,6 +296,28 @@ class GraspForce(NodeBase):
                 self._take_back([refused.finger])  # the objects answer, and refuse by name
             row = done.find(LEFT_ALONE, row + 1, rows)
         return done, commands
+
+    @property
+    def takes_packets(self) -> bool:
+        """Whether :meth:`on_packet` answers."""
+        return self._packets is not None
+
+    def on_packet(self, packet: bytes, expected: int, now: int) -> PacketAnswer | None:
+        """Answer the states at the beginning of a packet, see :meth:`CompiledPackets.step`; None: none.
+
+        What is behind them, and what the step leaves alone, is for :meth:`on_frame`.
+        """
+        packets = self._packets
+        if packets is None or not self._all_lent(packets.fingers):
+            return None
+        return packets.step(packet, expected, now)
+
+    def report_packet(self, name: str, now: int) -> memoryview | None:
+        """Return requests to send contact and slip margin, None where the compiled step cannot tell them."""
+        packets = self._packets
+        if not self._active or packets is None or not self._compiled[name].lent:
+            return None
+        return packets.report(name, now)
 
     @property
     def batch_commands(self) -> bytearray:
@@ -388,6 +411,16 @@ class GraspForce(NodeBase):
             return None
         return compiled if compiled.lent or compiled.lend(controller, self._periods) else None
 
+    def _all_lent(self, fingers: Iterable[CompiledFinger]) -> bool:
+        """Return whether the compiled steps of all fingers have what they need."""
+        controller = self.controller
+        if controller is None or not self._active:
+            return False
+        return all(compiled.lent or compiled.lend(controller, self._periods) for compiled in fingers)
+
+    def _forget_compiled(self) -> None:
+        self._compiled, self._batch, self._packets = {}, None, None
+
     def _compile(self) -> None:
         """Prepare the compiled step of every finger that can have one, from the state of its objects."""
         controller, thumb = self.controller, self.parameters.thumb
@@ -406,7 +439,13 @@ class GraspForce(NodeBase):
             for name, finger in self.fingers.items()
             if name in self._lines and not why_not_compiled(finger, self.parameters)
         }
-        self._batch = self._batch_of(list(self._compiled.values()))
+        fingers = list(self._compiled.values())
+        is_whole = bool(fingers) and len(fingers) == len(self.fingers)
+        self._batch = self._packets = None
+        if is_whole and can_batch(fingers):
+            self._batch = CompiledBatch(fingers, self._shared, STATE_BYTES)
+        elif is_whole and can_take_packets(fingers):
+            self._packets = CompiledPackets(fingers, self._shared)
         self._tell_needs()
 
     @property
@@ -429,12 +468,6 @@ class GraspForce(NodeBase):
         return (
             f"states are answered by objects ({len(self._compiled)} of {len(self.fingers)} compiled): {told}"
         )
-
-    def _batch_of(self, fingers: list[CompiledFinger]) -> CompiledBatch | None:
-        """Return one step for all fingers, None unless every one has a compiled step that allows it."""
-        if len(fingers) < len(self.fingers) or not fingers or not can_batch(fingers):
-            return None
-        return CompiledBatch(fingers, self._shared, STATE_BYTES)
 
     @property
     def _periods(self) -> tuple[float, float]:

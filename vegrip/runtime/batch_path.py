@@ -64,13 +64,12 @@ class BatchPath(ShortWay[AnswersBatches, GivesBatches]):
     def __init__(self, node: AnswersBatches, endpoint: GivesBatches, loop: OfLoop) -> None:
         super().__init__(node, endpoint, loop)
         self._fingers: tuple[str, ...] = ()
-        self._are_known = False  # the channels of all fingers
 
     def prepare(self) -> None:
         """Compile what will run; the node has been configured."""
         lines = {f: line for f in self.node.frame_fingers if (line := self._endpoint.line(f)) is not None}
         self.node.run_compiled(lines)
-        self._fingers, self._are_known = tuple(lines), False
+        self._fingers, self._knows_all = tuple(lines), False
 
     def look(self, intercept: BatchIntercept | None) -> None:
         """Let ``intercept`` look at the batches from now on, if there are any to answer; None: at none."""
@@ -79,7 +78,7 @@ class BatchPath(ShortWay[AnswersBatches, GivesBatches]):
     def answer(self, payload: bytes, rows: int, arrival: int) -> tuple[Sequence[int], Collection[str]] | None:
         """Answer a batch; return what was done with each row and who has something to report, or None."""
         telemetry = self._telemetry
-        if self._is_unknown():
+        if not self.knows_all(self._fingers):
             self.node.take_back()
             return None
         answered = self.node.on_batch(payload, rows, arrival, self._clock.now())
@@ -126,10 +125,3 @@ class BatchPath(ShortWay[AnswersBatches, GivesBatches]):
         whole = data[: FIRST_ROW + rows * (ROW_ID.size + batches.lengths[kind])]
         batches.seal(whole, kind, rows)
         return whole
-
-    def _is_unknown(self) -> bool:
-        """Whether the channels of a finger have not been seen yet."""
-        channels = self._channels
-        if not self._are_known:
-            self._are_known = channels is None or all(map(channels.knows, self._fingers))
-        return not self._are_known

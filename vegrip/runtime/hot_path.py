@@ -118,6 +118,7 @@ class HotPath(ShortWay[AnswersFrames, GivesFrames]):
             for finger, line in lines.items()
             for number, identifier in enumerate(line.state_ids, 1)
         }
+        self._knows_all = False
 
     def look(self, intercept: Intercept | None) -> None:
         """Let ``intercept`` look at the frames from now on, if there are any to answer; None: at none."""

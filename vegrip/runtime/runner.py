@@ -3,9 +3,9 @@
 import gc
 import logging
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from vegrip.clock import NS, Clock
 from vegrip.config import parameter
@@ -19,12 +19,14 @@ from vegrip.runtime.fault_hints import HINTS, FaultHints
 from vegrip.runtime.hot_path import LEFT_ALONE, REPORT, AnswersFrames, GivesFrames, HotPath
 from vegrip.runtime.managed import ManagedNode
 from vegrip.runtime.node import Node
+from vegrip.runtime.packet_path import AnswersPackets, GivesPackets, PacketPath
 from vegrip.runtime.schedule import Schedule
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.short_way import OfLoop
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
 from vegrip.runtime.topic_path import AnswersValues, GivesTopics, TopicPath
+from vegrip.transport.canbus.virtual_can import Taken
 from vegrip.transport.endpoint import Endpoint, Gathering, Guarded, Inspected, Selective, TakesAll, Timed
 from vegrip.transport.sender_clock import ClockEstimate
 
@@ -37,6 +39,9 @@ LISTEN_BEFORE_ACTIVE_S = (
 )
 RECENT_SENDER_S = 0.5  # [s] a sender heard so long ago counts as present
 MOST_UNFINISHED = 64  # answers put off while states come without end
+
+AnyPath = HotPath | BatchPath | TopicPath
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -105,9 +110,11 @@ class Runner:
         self._senders = SenderWatch()
         lacking = getattr(node, "lacking", None)  # nodes of others may have none
         self.channels = ChannelWatch(lacking) if lacking is not None else None
-        self.hot_path: HotPath | BatchPath | TopicPath | None = None
+        self.hot_path: AnyPath | None = None
         of_loop = OfLoop(clock, self.statistics, self._senders, telemetry, self.channels)
-        if isinstance(node, AnswersFrames) and isinstance(endpoint, GivesFrames):
+        if isinstance(node, AnswersPackets) and isinstance(endpoint, GivesPackets):
+            self.hot_path = PacketPath(node, endpoint, of_loop)
+        elif isinstance(node, AnswersFrames) and isinstance(endpoint, GivesFrames):
             self.hot_path = HotPath(node, endpoint, of_loop)
         elif isinstance(node, AnswersBatches) and isinstance(endpoint, GivesBatches):
             self.hot_path = BatchPath(node, endpoint, of_loop)
@@ -269,24 +276,28 @@ class Runner:
     def _intercept_batch(self, payload: bytes, rows: int, arrival: int) -> Sequence[int] | None:
         """Answer a batch on the short way; return what was done with each row, None: with none."""
         path = self.hot_path
-        if self.state is not Lifecycle.ACTIVE or not isinstance(path, BatchPath):
-            self._renumber = True
+        if not isinstance(path, BatchPath):
             return None
-        try:
-            if self._renumber:
-                self._renumber = False
-                path.renumber(self.managed.numbers_sent())
-            answered = path.answer(payload, rows, arrival)
-        except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
-            self.managed.fail(error, self._clock.now())
-            return None
+        answered = self._answered(path, path.answer, payload, rows, arrival)
         if answered is None:
             return None
         if answered[1]:
             self._put_off_reports(path, answered[1])
         return answered[0]
 
-    def _put_off_reports(self, path: HotPath | BatchPath | TopicPath, fingers: Iterable[str]) -> None:
+    def _intercept_packet(self, packet: bytes, expected: int) -> Taken | None:
+        """Answer a packet of frames on the short way; return what was dealt with, None: nothing."""
+        path = self.hot_path
+        if not isinstance(path, PacketPath):
+            return None
+        answered = self._answered(path, path.answer_packet, packet, expected)
+        if answered is None:
+            return None
+        if answered[1]:
+            self._put_off_reports(path, answered[1])
+        return answered[0]
+
+    def _put_off_reports(self, path: AnyPath, fingers: Iterable[str]) -> None:
         now, pace = self._clock.now(), self.statistics.pace
         due = [finger for finger in fingers if finger not in self._owed and pace.allows(finger, now)]
         if not due:
@@ -305,20 +316,29 @@ class Runner:
     def _intercept(self, *given: Any) -> bool:
         """Answer a frame, or what came on a topic, on the short way; return whether that was done."""
         path = self.hot_path
-        if self.state is not Lifecycle.ACTIVE or path is None or isinstance(path, BatchPath):
-            self._renumber = True
+        if path is None or isinstance(path, BatchPath):
             return False
+        answered = self._answered(path, path.answer, *given)
+        if answered is None:
+            return False
+        done, finger = answered
+        if done & REPORT:
+            self._put_off_reports(path, (finger,))
+        return done != LEFT_ALONE
+
+    def _answered(self, path: AnyPath, answer: Callable[..., T], *given: Any) -> T | None:
+        """Return what the short way answers, None while the node is not active and where it fails."""
+        if self.state is not Lifecycle.ACTIVE:
+            self._renumber = True
+            return None
         try:
             if self._renumber:
                 self._renumber = False
                 path.renumber(self.managed.numbers_sent())
-            done, finger = path.answer(*given)
+            return answer(*given)
         except Exception as error:  # noqa: BLE001 (whatever a node raises must not end the loop)
             self.managed.fail(error, self._clock.now())
-            return False
-        if done & REPORT:
-            self._put_off_reports(path, (finger,))
-        return done != LEFT_ALONE
+            return None
 
     def _newcomers(self) -> Sequence[Message]:
         """Return what has come while reports were sent, unless too much waits to be sent."""
@@ -428,10 +448,14 @@ class Runner:
             self.hot_path.look(self._intercept_batch)
         elif self.hot_path is not None:
             self.hot_path.look(self._intercept)
+        if isinstance(self.hot_path, PacketPath):
+            self.hot_path.look_at_packets(self._intercept_packet)
 
     def _forget_the_past(self) -> None:
         if self.hot_path is not None:
             self.hot_path.look(None)
+        if isinstance(self.hot_path, PacketPath):
+            self.hot_path.look_at_packets(None)
         for _ in range(STATE_BACKLOG):
             if not self._endpoint.receive(0.0):
                 break

@@ -1,6 +1,6 @@
 """What the short ways through the loop have in common: the node that answers, its link, what the loop has."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from vegrip.clock import Clock
@@ -40,8 +40,16 @@ class ShortWay(Generic[Node, Endpoint]):
     def __init__(self, node: Node, endpoint: Endpoint, loop: OfLoop) -> None:
         self.frames = 0
         """States that went this way."""
+        self._knows_all = False
         self.node, self._endpoint = node, endpoint
         self._clock, self._statistics, self._senders, self._telemetry, self._channels = loop
+
+    def knows_all(self, fingers: Iterable[str]) -> bool:
+        """Return whether the channels of all ``fingers`` are known, as they are from then on."""
+        if not self._knows_all:
+            channels = self._channels
+            self._knows_all = channels is None or all(map(channels.knows, fingers))
+        return self._knows_all
 
     def renumber(self, sent: Mapping[str, int]) -> None:
         """Go on with the numbers of commands that were sent in the node's place."""

@@ -13,7 +13,7 @@ from vegrip.clock import NS
 from vegrip.messages import Message
 from vegrip.transport.can_port import CanPort, VirtualPort, open_port
 from vegrip.transport.canbus.frame_time import BitTiming
-from vegrip.transport.canbus.virtual_can import VegripBus
+from vegrip.transport.canbus.virtual_can import LookAtPacket, VegripBus
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.line import Line
 from vegrip.transport.endpoint import ClosedByWith, Intercept
@@ -80,6 +80,8 @@ class CanEndpoint(ClosedByWith):
         self.arrivals: Sequence[int] = ()
         self.intercept: Intercept | None = None
         """Looks at every frame first."""
+        self.intercept_packet: LookAtPacket | None = None
+        """Looks at frames first that come together, where a bus brings them so."""
         self.patience_s = 0.0
         """For how long a frame waits for room in a full transmit queue; a control loop does not wait."""
         self._codec = codec
@@ -126,6 +128,9 @@ class CanEndpoint(ClosedByWith):
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a message, then take what is there (``MOST_FRAMES`` at most)."""
+        if self.intercept_packet is not None and self._is_answered_at_once(timeout, self.intercept_packet):
+            self.arrivals = ()
+            return ()
         deadline = time.monotonic() + timeout
         messages: list[Message] = []
         arrivals: list[int] = []
@@ -171,6 +176,29 @@ class CanEndpoint(ClosedByWith):
         else:
             for frame in frames:
                 self.send_frame(frame)
+
+    @property
+    def takes_requests(self) -> bool:
+        """Whether :meth:`send_requests` can be used."""
+        return isinstance(self._port, VirtualPort) and self.patience_s == 0.0
+
+    def send_requests(self, requests: bytes | memoryview, count: int) -> None:
+        """Queue ``count`` frames packed as requests; counted as unsent when the bus does not take them."""
+        try:
+            if not isinstance(self._port, VirtualPort):
+                raise OSError
+            self._port.send_requests(requests)
+        except (can.CanError, OSError):
+            self._faults["unsent"] += count
+
+    def _is_answered_at_once(self, timeout: float, look: LookAtPacket) -> bool:
+        """Return whether ``look`` has dealt with frames that came together, or nothing came."""
+        if not isinstance(self._port, VirtualPort):
+            return False
+        try:
+            return self._port.offer_packet(timeout, look) is not False
+        except (can.CanError, OSError):
+            return False  # the next look at the bus finds out, and counts
 
     def send_frame(self, frame: Frame) -> None:
         """Queue one frame; counted as unsent when the bus does not take it at once."""

@@ -8,7 +8,7 @@ import math
 import time
 from collections import Counter
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Final, Protocol
 
 import can
 
@@ -68,6 +68,8 @@ class VirtualPort:
         self._bus = bus
         self._extended = extended
         self._faults = faults
+        self.offer_packet: Final = bus.offer_packet
+        self.send_requests: Final = bus.put_requests
 
     def receive(self, timeout: float) -> Frame | None:
         """Return the next frame, or None."""

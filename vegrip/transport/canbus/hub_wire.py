@@ -23,6 +23,23 @@ _CODES = {size: code for code, size in enumerate(FD_SIZES)}
 
 _EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE, _ERROR = 1, 2, 4, 8, 16, 32
 
+REQUEST_AT = {"time": 0, "identifier": 8, "flags": 12, "code": 13, "data": _REQUEST.size}
+"""Where what lies in a request, for those who go through its bytes without this module."""
+DELIVERY_AT = {
+    "number": 0,
+    "end": 4,
+    "busy": 12,
+    "identifier": 22,
+    "flags": 26,
+    "code": 27,
+    "data": _PLAIN.size,
+}
+"""Where what lies in a numbered delivery, likewise."""
+SWITCH = _SWITCH
+"""Flag of a frame with bit-rate switch."""
+PLAIN_FLAGS = _FD | _SWITCH
+"""Of a CAN FD data frame with 11 bits as a node sends it."""
+
 
 class _Kind(NamedTuple):
     """The flags of a frame, in the order of the fields of :class:`BusFrame`."""

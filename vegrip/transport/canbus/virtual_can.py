@@ -11,9 +11,9 @@ import subprocess
 import sys
 import time
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import can
 
@@ -43,6 +43,20 @@ READ_AHEAD = (
     4096  # frames looked through for the error state; as many as the bus keeps for one that does not read
 )
 SEND_BUFFER = 32_768  # bytes, some eighty frames: a full bus must push back on the sender within 20 ms
+
+
+class Taken(NamedTuple):
+    """What was dealt with of a packet of deliveries."""
+
+    size: int  # bytes, from the beginning
+    lost: int  # frames that the numbers show to be lost
+    expected: int  # number of the delivery behind them
+    end: int  # [ns] of the last of them
+    busy: int  # [ns] of the bus by then
+
+
+LookAtPacket = Callable[[bytes, int], Taken | None]
+"""Looks at a packet of deliveries, given the number of the first one if none was lost; None: leaves it."""
 
 
 class VegripBus(can.BusABC):
@@ -107,12 +121,16 @@ class VegripBus(can.BusABC):
             "patience": patience,
         }
         self._checked(can_filters)
-        self._socket, answer = _join(str(channel), bitrate, data_bitrate, character)
+        connection, answer = _join(str(channel), bitrate, data_bitrate, character)
+        self._talk_over(connection)
         self._node: int = answer["node"]
         self.timing = BitTiming(**answer["timing"])
         self._load = BusLoad(busy=answer["busy"])
         self._can_protocol = can.CanProtocol.CAN_FD if fd else can.CanProtocol.CAN_20
         super().__init__(channel, can_filters=can_filters)
+
+    def _talk_over(self, connection: socket.socket) -> None:
+        self._socket, self._readable = connection, [connection.fileno()]
 
     def _apply_filters(self, filters: can.typechecking.CanFilters | None) -> None:
         pairs = self._checked(filters)
@@ -227,6 +245,49 @@ class VegripBus(can.BusABC):
                 return delivery
         return self.take(deadline)
 
+    def offer_packet(self, timeout: float, look: LookAtPacket) -> bool | None:
+        """Wait up to ``timeout`` [s] for frames that come together, and let ``look`` deal with them.
+
+        What it leaves is received as ever.
+
+        Returns:
+            Whether it has dealt with some; None: nothing has come.
+
+        Raises:
+            can.CanOperationError: the bus has gone.
+
+        """
+        if self._packets or self._read_ahead or not (self._gathers and self._fd):
+            return False
+        if timeout > 0.0 and not select.select(self._readable, (), (), timeout)[0]:
+            return None
+        try:
+            packet = self._socket.recv(MAX_GATHERED_BYTES)
+        except BlockingIOError:
+            return None
+        except OSError:
+            raise self._gone() from None
+        taken = look(packet, self._next_number) if packet else None
+        if taken is None:
+            self._packets.extend(split_deliveries(packet))
+            return False
+        self.overruns += taken.lost
+        self._next_number = taken.expected
+        self._load.carried(taken.end, taken.busy)
+        if taken.size < len(packet):
+            self._packets.extend(split_deliveries(packet[taken.size :]))
+        return True
+
+    def put_requests(self, requests: bytes | memoryview) -> None:
+        """Queue frames that are requests already, ``MOST_REQUESTS`` at most, at once.
+
+        Raises:
+            can.CanOperationError: as :meth:`send`; none of them is queued then.
+
+        """
+        self._require_sending()
+        self._hand_over(requests, 0.0)
+
     @property
     def state(self) -> can.BusState:
         """The error state: ACTIVE, PASSIVE (also of a node that only listens) or ERROR when it is bus-off.
@@ -279,6 +340,10 @@ class VegripBus(can.BusABC):
         return delivery if delivery is not None and self._is_for_us(delivery) else None
 
     def _ask_for(self, frame: BusFrame, deadline: float) -> None:
+        self._require_sending()
+        self._hand_over(pack_request(time.monotonic_ns(), frame), deadline)
+
+    def _require_sending(self) -> None:
         if self._listen_only:
             raise can.CanOperationError(f"{self.channel_info} was opened with listen_only: it sends nothing")
         if self._error_state is ErrorState.OFF:
@@ -286,9 +351,8 @@ class VegripBus(can.BusABC):
                 f"{self.channel_info}: this node is bus-off after too many errors; it recovers by itself, "
                 "and frames that waited are lost"
             )
-        self._hand_over(pack_request(time.monotonic_ns(), frame), deadline)
 
-    def _hand_over(self, packet: bytes, deadline: float) -> None:
+    def _hand_over(self, packet: bytes | memoryview, deadline: float) -> None:
         while True:
             try:
                 self._socket.send(packet, socket.MSG_NOSIGNAL)
@@ -379,7 +443,7 @@ class VegripBus(can.BusABC):
         remaining = None if deadline is None else deadline - time.monotonic()
         if remaining is not None and remaining <= 0.0:
             return False
-        return bool(select.select([self._socket], [], [], remaining)[0])
+        return bool(select.select(self._readable, [], [], remaining)[0])
 
     def _wait_for_room(self, deadline: float) -> None:
         remaining = deadline - time.monotonic()
