@@ -36,11 +36,11 @@ test-long: $(STAMP)  ## the few tests that take the longest
 test-fast: $(STAMP)
 	$(V)/python -m pytest -q -n $(WORKERS) -m "not slow and not long and not wheel"
 
-# those of the grip that run an estimator and not a stand-in, and of C those that compare with what runs by default
-OF_KERNELS = tests/estimator tests/grip/compiled tests/grip/test_controller.py tests/grip/test_grasp_friction.py \
-  tests/grip/test_hostile.py tests/grip/test_learned_store.py tests/grip/test_model_swap.py \
+# those that compare numba with plain Python to the bit, and what is odd: statistics are then those of C
+OF_KERNELS = $(addprefix tests/estimator/test_,estimate.py hostile.py ieee.py memory.py allocation.py late.py hold.py) \
+  tests/grip/compiled tests/grip/test_controller.py tests/grip/test_hostile.py tests/grip/test_model_swap.py \
   tests/c99/test_estimator.py tests/c99/test_kernel_mode.py tests/c99/test_single.py
-test-numba: $(STAMP)  ## the tests of estimator and grip with the estimator compiled by numba; the others take C
+test-numba: $(STAMP)  ## tests of estimator and grip with both compiled by numba; the others take C
 	VEGRIP_KERNEL=numba $(V)/python -m pytest -q -n auto --dist worksteal -m "not long and not other_model" $(OF_KERNELS)
 
 test-vcan: $(STAMP)  ## the tests over a real kernel's SocketCAN; fetches User-Mode-Linux where this kernel has none
