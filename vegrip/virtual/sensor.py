@@ -1,12 +1,12 @@
 """The sensors of the fingertips: noise, bias, resolution, lost and jittered samples."""
 
-from collections import deque
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from vegrip.clock import NS
-from vegrip.messages import NAN, FingertipState
+from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.settings import SensorSettings
@@ -22,7 +22,8 @@ SENSED_CHANNELS = (
     "contact_radius",
 )
 """Order of the measured quantities in the arrays of this module."""
-SLIP_SPEED = SENSED_CHANNELS.index("slip_speed")
+
+DRAWN_AHEAD = 16  # samples; numbers drawn one after the other cost a third of those drawn sample by sample
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +32,25 @@ class Reading:
 
     values: Floats  # (n, 8) in the order of SENSED_CHANNELS
     slip: Floats  # (n,) 1 sliding, 0 not
+
+
+class Sample(NamedTuple):
+    """What all fingers sensed at one instant."""
+
+    seq: int
+    stamps: list[int]  # [ns] of each finger
+    values: Floats  # (n, 9) as :class:`~vegrip.messages.FingertipState` has them, from the normal force on
+    lost: list[bool] | None  # fingers of which nothing is told; None: of none
+
+    def states(self, fingers: tuple[str, ...]) -> list[FingertipState]:
+        """Return what ``fingers`` report, without those of which nothing is told."""
+        lost = self.lost if self.lost is not None else [False] * len(fingers)
+        rows = zip(self.stamps, fingers, self.values.tolist(), lost, strict=True)
+        return [
+            FingertipState(stamp, finger, self.seq, *values)
+            for stamp, finger, values, missing in rows
+            if not missing
+        ]
 
 
 class Sensors:
@@ -48,8 +68,11 @@ class Sensors:
         self._step = np.array(steps)
         self._present = np.array([1.0] * 6 + [float(s.slip_sensor), float(s.radius_sensor)])
         spread = np.array([force, force, force, 0.0, shift, 0.0, 0.0, 0.0])
-        self.bias = spread * rng.standard_normal((len(fingers), len(SENSED_CHANNELS)))
-        self._slips: deque[Floats] = deque(maxlen=round(s.slip_delay * s.rate) + 1)  # flag, speed [m/s]
+        n = len(fingers)
+        self.bias = spread * rng.standard_normal((n, len(SENSED_CHANNELS)))
+        self._felt = np.zeros((round(s.slip_delay * s.rate) + 1, n, 2))  # flag, speed [m/s], as they are felt
+        self._errors = np.zeros((DRAWN_AHEAD, n, len(SENSED_CHANNELS)))
+        self._chance, self._shifts = np.zeros((DRAWN_AHEAD, n)), np.zeros((DRAWN_AHEAD, n))
         self._seq = 0
 
     def measure(self, reading: Reading, time: float, epoch: int = 0) -> list[FingertipState]:
@@ -57,35 +80,49 @@ class Sensors:
 
         Lost samples are missing and their sequence numbers are used up.
         """
-        s, n = self.settings, len(self.fingers)
-        errors, chance, shifts = self.draw()
-        felt = self._felt(reading)
-        values = kernels.sense(_with_speed(reading.values, felt[:, 1]), errors, self._step, self._present)
-        slip = felt[:, 0] if s.slip_sensor else np.full(n, NAN)
-        lost = (chance < s.dropout).tolist() if s.dropout > 0.0 else [False] * n
-        stamps = [epoch + round((time + s.jitter * shift) * NS) for shift in shifts.tolist()]
+        drawn = self._draw()
+        values = kernels.sense(
+            reading.values, reading.slip, self.settings.slip_threshold, self._felt, self._seq,
+            self._errors[drawn], self._step, self._present,
+        )  # fmt: skip
+        return self._sample(values, drawn, time, epoch).states(self.fingers)
+
+    def sample_tips(
+        self, force: Floats, wrench: Floats, turned: Floats, depth: Floats, temperature: float, slip: Floats,
+        a: Floats, slides: Floats, time: float, epoch: int,
+    ) -> Sample:  # fmt: skip
+        """Return what is sensed of the tips at ``time`` [s] after ``epoch`` [ns].
+
+        The arguments up to ``a`` are those of :func:`~vegrip.virtual.kernels.read_tips`; ``slides`` (n,)
+        is 1 for a tip that slides.
+        """
+        drawn = self._draw()
+        values = kernels.sense_tips(
+            force, wrench, turned, depth, temperature, slip, a, slides, self.settings.slip_threshold,
+            self._felt, self._seq, self._errors[drawn], self._step, self._present,
+        )  # fmt: skip
+        return self._sample(values, drawn, time, epoch)
+
+    def _sample(self, values: Floats, drawn: int, time: float, epoch: int) -> Sample:
+        s = self.settings
+        lost = (self._chance[drawn] < s.dropout).tolist() if s.dropout > 0.0 else None
+        if s.jitter > 0.0:
+            shifts = self._shifts[drawn].tolist()
+            stamps = [epoch + round((time + s.jitter * shift) * NS) for shift in shifts]
+        else:
+            stamps = [epoch + round(time * NS)] * len(self.fingers)
         self._seq += 1
-        rows = zip(stamps, self.fingers, values.tolist(), slip.tolist(), lost, strict=True)
-        return [
-            FingertipState(stamp, finger, self._seq, N, fx, fy, m, d, T, slipping, speed, a)
-            for stamp, finger, (N, fx, fy, m, d, T, speed, a), slipping, missing in rows
-            if not missing
-        ]
+        return Sample(self._seq, stamps, values, lost)
 
-    def draw(self) -> tuple[Floats, Floats, Floats]:
-        """Draw the errors of one sample: bias with noise (n, 8), chance of loss (n,), shift in time (n,)."""
-        rng, n = self._rng, len(self.fingers)
-        errors = self.bias + self._noise * rng.standard_normal((n, len(SENSED_CHANNELS)))
-        return errors, rng.random(n), rng.standard_normal(n)
-
-    def _felt(self, reading: Reading) -> Floats:
-        """Return slip flag and slip speed [m/s] as they are felt: from a threshold on, and late; (n, 2)."""
-        self._slips.appendleft(kernels.slips_felt(reading.values, reading.slip, self.settings.slip_threshold))
-        return self._slips[-1] if len(self._slips) == self._slips.maxlen else np.zeros((len(self.fingers), 2))
-
-
-def _with_speed(values: Floats, speed: Floats) -> Floats:
-    """Return true ``values`` (n, 8) with another slip ``speed`` [m/s]."""
-    out = values.copy()
-    out[:, SLIP_SPEED] = speed
-    return out
+    def _draw(self) -> int:
+        """Return the row that has the errors of the next sample: bias with noise, loss and shift in time."""
+        drawn = self._seq % DRAWN_AHEAD
+        if drawn == 0:
+            rng = self._rng
+            for errors, chance, shifts in zip(self._errors, self._chance, self._shifts, strict=True):
+                rng.standard_normal(out=errors)
+                rng.random(out=chance)
+                rng.standard_normal(out=shifts)
+            self._errors *= self._noise
+            self._errors += self.bias
+        return drawn
