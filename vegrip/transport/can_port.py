@@ -103,6 +103,10 @@ class VirtualPort:
             for frame in frames:
                 self.send(frame)
 
+    def send_packet(self, packet: bytearray) -> None:
+        """Queue what a packet of requests asks for."""
+        self._bus.put_packet(packet)
+
     def load(self) -> float:
         """Return the exact load."""
         return self._bus.load()

@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from vegrip.errors import UsageError
+from vegrip.hand_sample import HandSample
 from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
@@ -22,7 +23,7 @@ from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.patch import even_grid
 from vegrip.virtual.plate import Plate
 from vegrip.virtual.profile import FIRST, RATIO, coefficient_logarithms, ring_shares
-from vegrip.virtual.sensor import Sample, Sensors
+from vegrip.virtual.sensor import Sensors
 from vegrip.virtual.settings import HandSettings
 from vegrip.virtual.slips import CONSTANTS, SlipCounter
 from vegrip.virtual.thermal import Warming
@@ -138,12 +139,12 @@ class VirtualHand:
         commands = np.array([forces.get(finger, np.nan) for finger in self.fingers])
         return [state for sample in self.advance(dt, commands) for state in sample.states(self.fingers)]
 
-    def advance(self, dt: float, commands: Floats) -> list[Sample]:
+    def advance(self, dt: float, commands: Floats) -> list[HandSample]:
         """Advance by ``dt`` [s] under the normal forces commanded of all fingers [N], NaN = none.
 
         As :meth:`step`; returns the samples taken on the way.
         """
-        samples: list[Sample] = []
+        samples: list[HandSample] = []
         self.asked += dt
         while (self._ticks + 0.5) * self.settings.step < self.asked:
             self._advance(self._steps_at_once(), commands)
@@ -155,7 +156,8 @@ class VirtualHand:
     def truth(self, finger: str) -> FingerTruth:
         """Return what is really the case at the contact of ``finger``."""
         row = self.truths()[self.fingers.index(finger)].tolist()
-        return FingerTruth(*row[:SLIDING], row[SLIDING] > 0.0, *row[SLIDING + 1 :])
+        row[SLIDING] = row[SLIDING] > 0.0
+        return FingerTruth(*row)
 
     def truths(self) -> Floats:
         """Return what is really the case at all contacts, in the order of :data:`TRUTHS`; (n, 14)."""
@@ -215,7 +217,7 @@ class VirtualHand:
         if material is not None:
             self.soft.heat(*material)
 
-    def _sense(self) -> Sample:
+    def _sense(self) -> HandSample:
         return self._sensors.sample_tips(
             self.soft.force, self.plate.wrench, self._turned, self.soft.indentation,
             self._warming.temperature(self.time), self.plate.slip, self._a, self._counter.sliding,

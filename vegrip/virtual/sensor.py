@@ -1,11 +1,11 @@
 """The sensors of the fingertips: noise, bias, resolution, lost and jittered samples."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from vegrip.clock import NS
+from vegrip.hand_sample import HandSample
 from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
@@ -34,25 +34,6 @@ class Reading:
     slip: Floats  # (n,) 1 sliding, 0 not
 
 
-class Sample(NamedTuple):
-    """What all fingers sensed at one instant."""
-
-    seq: int
-    stamps: list[int]  # [ns] of each finger
-    values: Floats  # (n, 9) as :class:`~vegrip.messages.FingertipState` has them, from the normal force on
-    lost: list[bool] | None  # fingers of which nothing is told; None: of none
-
-    def states(self, fingers: tuple[str, ...]) -> list[FingertipState]:
-        """Return what ``fingers`` report, without those of which nothing is told."""
-        lost = self.lost if self.lost is not None else [False] * len(fingers)
-        rows = zip(self.stamps, fingers, self.values.tolist(), lost, strict=True)
-        return [
-            FingertipState(stamp, finger, self.seq, *values)
-            for stamp, finger, values, missing in rows
-            if not missing
-        ]
-
-
 class Sensors:
     """All sensors of one hand; every finger has its own constant bias, drawn from the seed."""
 
@@ -73,51 +54,43 @@ class Sensors:
         self._felt = np.zeros((round(s.slip_delay * s.rate) + 1, n, 2))  # flag, speed [m/s], as they are felt
         self._errors = np.zeros((DRAWN_AHEAD, n, len(SENSED_CHANNELS)))
         self._chance, self._shifts = np.zeros((DRAWN_AHEAD, n)), np.zeros((DRAWN_AHEAD, n))
-        self._seq = 0
+        self._drawn = self._seq = 0
 
     def measure(self, reading: Reading, time: float, epoch: int = 0) -> list[FingertipState]:
         """Return what the hand reports at ``time`` [s] after ``epoch`` [ns].
 
         Lost samples are missing and their sequence numbers are used up.
         """
-        drawn = self._draw()
+        errors, chance, shifts = self.draw()
         values = kernels.sense(
-            reading.values, reading.slip, self.settings.slip_threshold, self._felt, self._seq,
-            self._errors[drawn], self._step, self._present,
+            reading.values, reading.slip, self.settings.slip_threshold, self._felt, self._seq, errors,
+            self._step, self._present,
         )  # fmt: skip
-        return self._sample(values, drawn, time, epoch).states(self.fingers)
+        return self._sample(values, chance, shifts, time, epoch).states(self.fingers)
 
     def sample_tips(
         self, force: Floats, wrench: Floats, turned: Floats, depth: Floats, temperature: float, slip: Floats,
         a: Floats, slides: Floats, time: float, epoch: int,
-    ) -> Sample:  # fmt: skip
+    ) -> HandSample:  # fmt: skip
         """Return what is sensed of the tips at ``time`` [s] after ``epoch`` [ns].
 
         The arguments up to ``a`` are those of :func:`~vegrip.virtual.kernels.read_tips`; ``slides`` (n,)
         is 1 for a tip that slides.
         """
-        drawn = self._draw()
+        errors, chance, shifts = self.draw()
         values = kernels.sense_tips(
             force, wrench, turned, depth, temperature, slip, a, slides, self.settings.slip_threshold,
-            self._felt, self._seq, self._errors[drawn], self._step, self._present,
+            self._felt, self._seq, errors, self._step, self._present,
         )  # fmt: skip
-        return self._sample(values, drawn, time, epoch)
+        return self._sample(values, chance, shifts, time, epoch)
 
-    def _sample(self, values: Floats, drawn: int, time: float, epoch: int) -> Sample:
-        s = self.settings
-        lost = (self._chance[drawn] < s.dropout).tolist() if s.dropout > 0.0 else None
-        if s.jitter > 0.0:
-            shifts = self._shifts[drawn].tolist()
-            stamps = [epoch + round((time + s.jitter * shift) * NS) for shift in shifts]
-        else:
-            stamps = [epoch + round(time * NS)] * len(self.fingers)
-        self._seq += 1
-        return Sample(self._seq, stamps, values, lost)
+    def draw(self) -> tuple[Floats, Floats, Floats]:
+        """Draw the errors of one sample: bias with noise (n, 8), chance of loss (n,), shift in time (n,).
 
-    def _draw(self) -> int:
-        """Return the row that has the errors of the next sample: bias with noise, loss and shift in time."""
-        drawn = self._seq % DRAWN_AHEAD
-        if drawn == 0:
+        They stand in these arrays only until the next ones are drawn.
+        """
+        i = self._drawn % DRAWN_AHEAD
+        if i == 0:
             rng = self._rng
             for errors, chance, shifts in zip(self._errors, self._chance, self._shifts, strict=True):
                 rng.standard_normal(out=errors)
@@ -125,4 +98,14 @@ class Sensors:
                 rng.standard_normal(out=shifts)
             self._errors *= self._noise
             self._errors += self.bias
-        return drawn
+        self._drawn += 1
+        return self._errors[i], self._chance[i], self._shifts[i]
+
+    def _sample(self, values: Floats, chance: Floats, shifts: Floats, time: float, epoch: int) -> HandSample:
+        s = self.settings
+        stamps = np.empty(len(self.fingers), np.int64)
+        stamps.fill(epoch + round(time * NS))
+        if s.jitter > 0.0:
+            stamps[:] = [epoch + round((time + s.jitter * shift) * NS) for shift in shifts.tolist()]
+        self._seq += 1
+        return HandSample(self._seq, stamps, values, chance < s.dropout)

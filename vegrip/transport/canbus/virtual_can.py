@@ -202,6 +202,16 @@ class VegripBus(can.BusABC):
         else:
             self._hand_over(b"".join(packets), 0.0)
 
+    def put_packet(self, packet: bytes | bytearray) -> None:
+        """Queue what a packet of requests asks for, see :func:`~.hub_wire.plain_requests`.
+
+        Raises:
+            can.CanOperationError: as :meth:`send`; none is queued then.
+
+        """
+        self._refuse_if_silent()
+        self._hand_over(packet, 0.0)
+
     def take_plain(self, deadline: float) -> Frame | Delivery | None:
         """Return the next frame as :meth:`take`; a CAN FD data frame with 11 bits quicker, as a ``Frame``.
 
@@ -279,6 +289,10 @@ class VegripBus(can.BusABC):
         return delivery if delivery is not None and self._is_for_us(delivery) else None
 
     def _ask_for(self, frame: BusFrame, deadline: float) -> None:
+        self._refuse_if_silent()
+        self._hand_over(pack_request(time.monotonic_ns(), frame), deadline)
+
+    def _refuse_if_silent(self) -> None:
         if self._listen_only:
             raise can.CanOperationError(f"{self.channel_info} was opened with listen_only: it sends nothing")
         if self._error_state is ErrorState.OFF:
@@ -286,9 +300,8 @@ class VegripBus(can.BusABC):
                 f"{self.channel_info}: this node is bus-off after too many errors; it recovers by itself, "
                 "and frames that waited are lost"
             )
-        self._hand_over(pack_request(time.monotonic_ns(), frame), deadline)
 
-    def _hand_over(self, packet: bytes, deadline: float) -> None:
+    def _hand_over(self, packet: bytes | bytearray, deadline: float) -> None:
         while True:
             try:
                 self._socket.send(packet, socket.MSG_NOSIGNAL)
