@@ -3,23 +3,26 @@
 With a ``protocol`` it is no hand but its fingertips, each on a test bench (``virtual_bench.py``).
 """
 
+import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 from vegrip.nodes.virtual_bench import VirtualBenchNode
 
 from vegrip.clock import NS
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
-from vegrip.grip.safety.command_validity import reason_to_reject
+from vegrip.grip.safety.command_validity import reason_to_reject_force
+from vegrip.hand_sample import HandSample
 from vegrip.host.realtime import HAND_PRIORITY
 from vegrip.identification.simulate.bench import Benches
 from vegrip.identification.simulate.protocol import read_protocol
-from vegrip.messages import FingertipState, ForceCommand, Message, NodeStatus
+from vegrip.messages import FingertipState, ForceCommand, Message, NodeStatus, Reason
 from vegrip.runtime import NodeBase, NodeContext
 from vegrip.virtual import HandSettings, VirtualHand, disturbances
 from vegrip.virtual.hidden import make
@@ -45,6 +48,14 @@ class Parameters:
     )
 
 
+class AskedForce(NamedTuple):
+    """What a finger was commanded last."""
+
+    normal_force: float  # [N]
+    reason: Reason
+    expires: int  # [ns]
+
+
 class VirtualHandNode(NodeBase):
     """Steps the hand by the time that has passed, and drops commands that have expired."""
 
@@ -58,7 +69,7 @@ class VirtualHandNode(NodeBase):
         super().__init__(name, parameters)
         self.refused: Counter[str] = Counter()
         self.hand = self.new_hand()
-        self.commands: dict[str, ForceCommand] = {}
+        self.commands: dict[str, AskedForce] = {}
         self._last: int | None = None
 
     @property
@@ -88,23 +99,42 @@ class VirtualHandNode(NodeBase):
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
         """Keep the newest command of each finger; count those that cannot be obeyed."""
         if isinstance(message, ForceCommand):
-            reason = self._objection(message, now)
-            if reason:
-                self.refused[reason] += 1
-            else:
-                self.commands[message.finger] = message
+            m = message
+            self.take_command(m.finger, m.normal_force, m.reason, m.stamp, m.expires, now)
         return ()
+
+    def take_command(
+        self, finger: str, normal_force: float, reason: Reason, stamp: int, expires: int, now: int
+    ) -> None:
+        """Do what :meth:`on_message` does with a command of which no message was made."""
+        objection = reason_to_reject_force(normal_force, stamp, expires, now)
+        if finger not in self.hand.fingers:
+            objection = "unknown finger"
+        if objection:
+            self.refused[objection] += 1
+        else:
+            self.commands[finger] = AskedForce(normal_force, reason, expires)
 
     def on_tick(self, now: int) -> Iterable[Message]:
         """Simulate up to now; return the states sampled since the last tick."""
+        return [state for sample in self.sample(now) for state in sample.states(self.sampled_fingers)]
+
+    @property
+    def sampled_fingers(self) -> tuple[str, ...]:
+        """The fingers in the order of :meth:`sample`."""
+        return self.hand.fingers
+
+    def sample(self, now: int) -> Sequence[HandSample]:
+        """Simulate up to now; return what was sampled since the last tick."""
         elapsed = 0.0 if self._last is None else (now - self._last) / NS
         self._last = now
-        dt = min(elapsed, LONGEST_STEP)
-        self.hand.epoch = now - round((self.hand.asked + dt) * NS)
-        valid = {f: c.normal_force for f, c in self.commands.items() if c.expires > now}
-        states = self.hand.step(dt, valid)
-        self.finished = 0.0 < self.parameters.duration <= self.hand.time
-        return states
+        hand, dt = self.hand, min(elapsed, LONGEST_STEP)
+        hand.epoch = now - round((hand.asked + dt) * NS)
+        asked = [self.commands.get(finger) for finger in hand.fingers]
+        forces = [one.normal_force if one is not None and one.expires > now else math.nan for one in asked]
+        samples = hand.advance(dt, np.array(forces))
+        self.finished = 0.0 < self.parameters.duration <= hand.time
+        return samples
 
     def new_hand(self) -> VirtualHand:
         """Return the hand of the parameters, at time zero."""
@@ -112,9 +142,6 @@ class VirtualHandNode(NodeBase):
         plate = p.hand.plate
         events = disturbances(p.disturbance_seed, p.duration or 3600.0, weight=plate.mass * plate.gravity)
         return VirtualHand(p.hand, p.seed, events if p.disturbed else ())
-
-    def _objection(self, command: ForceCommand, now: int) -> str:
-        return reason_to_reject(command, now) if command.finger in self.hand.fingers else "unknown finger"
 
 
 def build(settings: Mapping[str, Any], context: NodeContext) -> VirtualHandNode | VirtualBenchNode:

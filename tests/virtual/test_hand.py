@@ -1,5 +1,6 @@
 """The whole hand: equilibrium, margins, slips, commands, repeatability."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from vegrip.errors import UsageError
 from vegrip.virtual import HandSettings, VirtualHand, disturbances
 from vegrip.virtual.disturbance import AddedMass, SlowLoad
+from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.settings import ActuatorSettings, ObjectSettings, SensorSettings, ThermalSettings
 
 CALM = HandSettings(sensor=SensorSettings(rate=100.0))
@@ -218,3 +220,20 @@ def test_states_stay_finite_under_any_command(seed) -> None:
         for truth in truths(hand):
             assert 0.0 <= truth.normal_force < 200.0
             assert np.isfinite(truth.utilisation)
+
+
+def test_the_truth_of_a_contact_is_that_of_its_patch_alone() -> None:
+    hand = VirtualHand(HandSettings(), 1, disturbances(1, 4.0, start=1.1, pause=0.3))
+    grid = even_grid(hand.settings.rings, hand.settings.spokes)
+    for _ in range(30):
+        hand.step(0.09, dict.fromkeys(hand.fingers[1:], 2.0))
+        for truth in truths(hand):
+            most, along = (
+                truth.friction_coefficient * truth.normal_force,
+                math.hypot(truth.tangential_force_x, truth.tangential_force_y),
+            )
+            turned = truth.torque_z / (most * truth.contact_radius)
+            used = utilisation(grid, truth.pressure_exponent, along / most, turned)
+            assert truth.utilisation == pytest.approx(used, rel=1e-12)
+            load = math.hypot(along, truth.torque_z / truth.contact_radius)
+            assert truth.limit_radius * used == pytest.approx(load, rel=1e-12)

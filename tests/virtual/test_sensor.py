@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors
+from vegrip.virtual.sensor import DRAWN_AHEAD, SENSED_CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import SensorSettings
 
 TRUE = np.array([[3.0, 0.5, -1.0, 0.01, 1e-3, 25.0, 0.02, 4e-3]])
@@ -105,3 +105,30 @@ def test_what_the_tips_feel_of_slip_is_no_finer_than_what_is_published() -> None
     usual = SensorSettings()
     assert usual.slip_delay == 0.02
     assert usual.slip_threshold >= 2.0 * usual.slip_speed
+
+
+def test_what_is_sensed_is_what_numbers_drawn_sample_by_sample_give() -> None:
+    settings = SensorSettings(rate=500.0, slip_delay=0.006, dropout=0.2, jitter=1e-4, radius_sensor=True)
+    fingers, rng = ("a", "b"), np.random.default_rng(3)
+    sensors = Sensors(settings, fingers, np.random.default_rng(3))
+    rng.standard_normal((2, 8))  # of the bias
+    noise = np.array([0.01, 0.01, 0.01, 1e-4, 5e-6, 0.05, 5e-5, 5e-5])
+    step = np.array([2e-3, 2e-3, 2e-3, 2e-5, 1e-6, 0.0, 0.0, 0.0])
+    slips, truth = [np.zeros((2, 2))] * 3, np.random.default_rng(4)
+    for number in range(1, 3 * DRAWN_AHEAD):
+        values, slides = truth.uniform(0.0, 2.0, (2, 8)), truth.integers(2, size=2).astype(float)
+        values[:, 6] *= 1e-4
+        slips.append(np.where(values[:, 6:7] >= settings.slip_threshold, np.c_[slides, values[:, 6]], 0.0))
+        errors = sensors.bias + noise * rng.standard_normal((2, 8))
+        lost, shifts = rng.random(2) < 0.2, rng.standard_normal(2)
+        sensed = np.c_[values[:, :6], slips[number - 1][:, 1], values[:, 7]] + errors
+        sensed = np.where(step > 0.0, np.round(sensed / np.where(step, step, 1.0)) * step, sensed)
+        sensed[:, 6:] = np.maximum(sensed[:, 6:], 0.0)
+        states = sensors.measure(Reading(values, slides), 0.002 * number, 10**9)
+        told = [i for i in range(2) if not lost[i]]
+        assert [s.finger for s in states] == [fingers[i] for i in told]
+        assert {s.seq for s in states} <= {number}
+        for state, i in zip(states, told, strict=True):
+            assert state.stamp == 10**9 + round((0.002 * number + 1e-4 * float(shifts[i])) * 1e9)
+            assert [getattr(state, name) for name in SENSED_CHANNELS] == sensed[i].tolist()
+            assert state.slip == slips[number - 1][i, 0]

@@ -1,10 +1,10 @@
 """The virtual hand of the demonstration: the node on the bus, and beside the bus what it alone knows."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vegrip.messages import Message
+from vegrip.hand_sample import HandSample
 from vegrip.nodes.virtual_hand import Parameters, VirtualHandNode
 from vegrip.validation.controllers.closed_loop import Course
 from vegrip.validation.controllers.scenario import Scenario
@@ -34,14 +34,14 @@ class DemoHand(VirtualHandNode):
         )
         super().__init__("virtual_hand", settings)
 
-    def on_tick(self, now: int) -> Iterable[Message]:
+    def sample(self, now: int) -> Sequence[HandSample]:
         """Simulate up to now, and note the truth."""
-        states = super().on_tick(now)
+        samples = super().sample(now)
         if self.hand.time >= len(self.course.time) * SAMPLING and not self.hand.dropped:
             forces = {finger: command.normal_force for finger, command in self.commands.items()}
             self.course.sample(self.hand, forces)
         self.finished = self.finished or self.hand.dropped
-        return states
+        return samples
 
     def news(self) -> HandNews:
         """Return how the object is doing now."""

@@ -20,6 +20,7 @@ from vegrip.runtime.hot_path import LEFT_ALONE, REPORT, AnswersFrames, GivesFram
 from vegrip.runtime.managed import ManagedNode
 from vegrip.runtime.node import Node
 from vegrip.runtime.packet_path import AnswersPackets, GivesPackets, PacketPath
+from vegrip.runtime.sampled_path import SampledPath, SamplesHand, TakesSamples
 from vegrip.runtime.schedule import Schedule
 from vegrip.runtime.sender_watch import SenderWatch
 from vegrip.runtime.short_way import OfLoop
@@ -120,6 +121,10 @@ class Runner:
             self.hot_path = BatchPath(node, endpoint, of_loop)
         elif isinstance(node, AnswersValues) and isinstance(endpoint, GivesTopics):
             self.hot_path = TopicPath(node, endpoint, of_loop)
+        self._sampled: SampledPath | None = None
+        if isinstance(node, SamplesHand) and isinstance(endpoint, TakesSamples):
+            loop = clock, self.statistics, telemetry
+            self._sampled = SampledPath(self.managed, node, endpoint, *loop)
         self._gathering = endpoint if isinstance(endpoint, Gathering) else None
         self._takes_all = endpoint if isinstance(endpoint, TakesAll) else None
         self._renumber = True  # commands may have been sent in the node's place
@@ -183,6 +188,8 @@ class Runner:
         self._renumber = True
         if transition == "configure" and self.hot_path is not None:
             self.hot_path.prepare()
+        if transition == "configure" and self._sampled is not None:
+            self._sampled.prepare()
         self._pending = False
         if transition == "activate":
             self._settle()
@@ -366,7 +373,8 @@ class Runner:
     def _tick(self, now: int) -> None:
         self.statistics.ticked(self.schedule.take(now))
         self._finish_begun()
-        self._send(self.managed.on_tick(now))
+        if self._sampled is None or not self._sampled.tick(now):
+            self._send(self.managed.on_tick(now))
         if self._gathering is not None:
             self._gathering.flush()
 

@@ -13,13 +13,16 @@ from vegrip.clock import NS
 from vegrip.messages import Message
 from vegrip.transport.can_port import CanPort, VirtualPort, open_port
 from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.canbus.hub_wire import MOST_REQUESTS
 from vegrip.transport.canbus.virtual_can import LookAtPacket, VegripBus
 from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.command_reader import CommandReader
 from vegrip.transport.codec.line import Line
 from vegrip.transport.endpoint import ClosedByWith, Intercept
 from vegrip.transport.in_order import InOrder
 from vegrip.transport.losses import Lossy, losses
 from vegrip.transport.sender_clock import ClockEstimate, SenderClock
+from vegrip.transport.state_sender import StateSender
 
 MOST_FRAMES = 256  # taken in one go; a babbling node must not keep the loop from its ticks
 REOPEN_PERIOD = 1.0  # [s] between attempts to open a lost bus again
@@ -160,6 +163,21 @@ class CanEndpoint(ClosedByWith):
             return None
         return self._codec.line(finger)
 
+    def state_sender(self, fingers: Sequence[str]) -> StateSender | None:
+        """Return what sends samples of a hand with ``fingers`` without messages; None: nothing can here."""
+        if not isinstance(self._codec, CanCodec) or not isinstance(self._bus, VegripBus):
+            return None
+        if len(fingers) > MOST_REQUESTS:
+            return None
+        rows = self._codec.state_rows(fingers)
+        return None if rows is None else StateSender(rows, self.send_requests)
+
+    def command_reader(self) -> CommandReader | None:
+        """Return what reads commands without messages; None: nothing can here."""
+        if not isinstance(self._codec, CanCodec) or self._order is not None:
+            return None
+        return self._codec.command_reader()
+
     def send(self, message: Message) -> None:
         """Queue the frames of ``message``; what the bus does not take at once is counted as unsent."""
         for frame in self._codec.encode(message):
@@ -182,7 +200,7 @@ class CanEndpoint(ClosedByWith):
         """Whether :meth:`send_requests` can be used."""
         return isinstance(self._port, VirtualPort) and self.patience_s == 0.0
 
-    def send_requests(self, requests: bytes | memoryview, count: int) -> None:
+    def send_requests(self, requests: bytes | bytearray | memoryview, count: int) -> None:
         """Queue ``count`` frames packed as requests; counted as unsent when the bus does not take them."""
         try:
             if not isinstance(self._port, VirtualPort):

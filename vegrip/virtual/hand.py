@@ -8,21 +8,22 @@ the object does to the fingertip.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from vegrip.errors import UsageError
+from vegrip.hand_sample import HandSample
 from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.disturbance import Burden, Disturbance, burden_rows, total
 from vegrip.virtual.drive import Drives
 from vegrip.virtual.fingertip import Fingertips
-from vegrip.virtual.patch import even_grid, utilisation
+from vegrip.virtual.patch import even_grid
 from vegrip.virtual.plate import Plate
 from vegrip.virtual.profile import FIRST, RATIO, coefficient_logarithms, ring_shares
-from vegrip.virtual.sensor import Reading, Sensors
+from vegrip.virtual.sensor import Sensors
 from vegrip.virtual.settings import HandSettings
 from vegrip.virtual.slips import CONSTANTS, SlipCounter
 from vegrip.virtual.thermal import Warming
@@ -59,6 +60,10 @@ class FingerTruth:
         return 1.0 - self.utilisation
 
 
+TRUTHS = tuple(field.name for field in fields(FingerTruth))
+SLIDING = TRUTHS.index("sliding")
+
+
 class VirtualHand:
     """A hand in simulated time.
 
@@ -74,6 +79,7 @@ class VirtualHand:
     ) -> None:
         self.settings = s = settings if settings is not None else HandSettings()
         self.fingers, self.events = s.fingers, tuple(events)
+        self._names = frozenset(s.fingers)
         make, noise = (np.random.default_rng([seed, stream]) for stream in (0, 1))
         self.tips = s.tips(make)
         self.soft = Fingertips(self.tips, s.step)
@@ -128,44 +134,38 @@ class VirtualHand:
             UsageError: a force for a finger that the hand does not have.
 
         """
-        if not forces.keys() <= set(self.fingers):
-            raise UsageError(f"the hand has no finger {', '.join(forces.keys() - set(self.fingers))}")
+        if not forces.keys() <= self._names:
+            raise UsageError(f"the hand has no finger {', '.join(forces.keys() - self._names)}")
         commands = np.array([forces.get(finger, np.nan) for finger in self.fingers])
-        states: list[FingertipState] = []
+        return [state for sample in self.advance(dt, commands) for state in sample.states(self.fingers)]
+
+    def advance(self, dt: float, commands: Floats) -> list[HandSample]:
+        """Advance by ``dt`` [s] under the normal forces commanded of all fingers [N], NaN = none.
+
+        As :meth:`step`; returns the samples taken on the way.
+        """
+        samples: list[HandSample] = []
         self.asked += dt
         while (self._ticks + 0.5) * self.settings.step < self.asked:
             self._advance(self._steps_at_once(), commands)
             if self._is_sampled(self._ticks):
                 self._samples += 1
-                states += self._sensors.measure(self._reading(), self.time, self.epoch)
-        return states
+                samples.append(self._sense())
+        return samples
 
     def truth(self, finger: str) -> FingerTruth:
         """Return what is really the case at the contact of ``finger``."""
-        i = self.fingers.index(finger)
-        N, a, mu = float(self.soft.force[i]), float(self._a[i]), float(self._mu[i])
-        k = float(self._k[i])
-        fx, fy, torque = self._contact_wrench()[i].tolist()
-        f = float(np.hypot(fx, fy))
-        used = utilisation(self._grid, k, f / (mu * N), torque / (mu * N * a)) if N > 0.0 and a > 0.0 else 0.0
-        load = float(np.hypot(f, torque / a)) if a > 0.0 else 0.0
-        share_sliding, speed, slid = self.plate.slip[i].tolist()
-        return FingerTruth(
-            normal_force=N,
-            indentation=float(self.soft.indentation[i]),
-            contact_radius=a,
-            pressure_exponent=k,
-            friction_coefficient=mu,
-            tangential_force_x=fx,
-            tangential_force_y=fy,
-            torque_z=torque,
-            utilisation=used,
-            limit_radius=load / used if used > 0.0 else mu * N,
-            sliding=bool(self._counter.sliding[i] > 0.0),
-            sliding_share=share_sliding,
-            slip_speed=speed,
-            slip_distance=slid,
-        )
+        row = self.truths()[self.fingers.index(finger)].tolist()
+        row[SLIDING] = row[SLIDING] > 0.0
+        return FingerTruth(*row)
+
+    def truths(self) -> Floats:
+        """Return what is really the case at all contacts, in the order of :data:`TRUTHS`; (n, 14)."""
+        plate, grid = self.plate, self._grid
+        return kernels.true_contacts(
+            self.soft.force, plate.wrench, self._turned, self.soft.indentation, self._a, self._k, self._mu,
+            plate.slip, self._counter.sliding, grid.reach, grid.cosine, grid.sine, *self._tables[1:],
+        )  # fmt: skip
 
     def _steps_at_once(self) -> int:
         """Return how many steps to take before something other than mechanics is due: one at least."""
@@ -217,14 +217,9 @@ class VirtualHand:
         if material is not None:
             self.soft.heat(*material)
 
-    def _contact_wrench(self) -> Floats:
-        """Force x, y [N] and torque z [N m] of the object on each fingertip, in its contact frame; (n, 3)."""
-        wrench: Floats = self._turned * self.plate.wrench
-        return wrench
-
-    def _reading(self) -> Reading:
-        plate, warmth = self.plate, self._warming.temperature(self.time)
-        values = kernels.read_tips(
-            self.soft.force, plate.wrench, self._turned, self.soft.indentation, warmth, plate.slip, self._a
-        )
-        return Reading(values, self._counter.sliding)
+    def _sense(self) -> HandSample:
+        return self._sensors.sample_tips(
+            self.soft.force, self.plate.wrench, self._turned, self.soft.indentation,
+            self._warming.temperature(self.time), self.plate.slip, self._a, self._counter.sliding,
+            self.time, self.epoch,
+        )  # fmt: skip

@@ -447,21 +447,31 @@ def hand_ticks(
 
 
 @njit
-def sense(values: Floats, errors: Floats, step: Floats, present: Floats) -> Floats:
+def sense(
+    values: Floats, slides: Floats, threshold: float, felt: Floats, number: int, errors: Floats,
+    step: Floats, present: Floats,
+) -> Floats:  # fmt: skip
     """Return what is sensed of the true ``values`` (n, 8): with errors, in steps, NaN without a sensor.
 
-    ``step`` is the resolution of each quantity, 0 = exact; ``present`` 0 for a quantity without a sensor.
-    The last two are magnitudes.
+    Slip is told from a ``threshold`` of its speed [m/s] on, and late: ``felt`` (delay + 1, n, 2) keeps flag
+    and speed of as many samples, in turn, and ``number`` is that of this one from 0. ``step`` is the
+    resolution of each quantity, 0 = exact; ``present`` 0 for a quantity without a sensor. The last two are
+    magnitudes. The slip flag stands before them: (n, 9).
     """
-    sensed = np.empty_like(values)
+    sensed = np.empty((values.shape[0], 9))
+    place, late = number % len(felt), (number + 1) % len(felt)
     for i in range(values.shape[0]):
-        for j in range(values.shape[1]):
-            value = values[i, j] + errors[i, j]
+        slips = values[i, 6] >= threshold
+        felt[place, i, 0] = slides[i] if slips else 0.0
+        felt[place, i, 1] = values[i, 6] if slips else 0.0
+        for j in range(8):
+            value = (felt[late, i, 1] if j == 6 else values[i, j]) + errors[i, j]
             if step[j] > 0.0:
                 value = round(value / step[j]) * step[j]
-            if j >= values.shape[1] - 2:
+            if j >= 6:
                 value = max(value, 0.0)
-            sensed[i, j] = value if present[j] > 0.0 else math.nan
+            sensed[i, j if j < 6 else j + 1] = value if present[j] > 0.0 else math.nan
+        sensed[i, 6] = felt[late, i, 0] if present[6] > 0.0 else math.nan
     return sensed
 
 
@@ -484,13 +494,14 @@ def read_tips(
 
 
 @njit
-def slips_felt(values: Floats, slides: Floats, threshold: float) -> Floats:
-    """Return slip flags and slip speeds [m/s] as they are felt, both from ``threshold`` on; (n, 2)."""
-    felt = np.zeros((len(slides), 2))
-    for i in range(len(slides)):
-        if values[i, 6] >= threshold:
-            felt[i, 0], felt[i, 1] = slides[i], values[i, 6]
-    return felt
+def sense_tips(
+    force: Floats, wrench: Floats, turned: Floats, depth: Floats, temperature: float, slip: Floats, a: Floats,
+    slides: Floats, threshold: float, felt: Floats, number: int, errors: Floats, step: Floats,
+    present: Floats,
+) -> Floats:  # fmt: skip
+    """Return what is sensed of the tips, (n, 9): :func:`sense` of :func:`read_tips`."""
+    values = read_tips(force, wrench, turned, depth, temperature, slip, a)
+    return sense(values, slides, threshold, felt, number, errors, step, present)
 
 
 @njit
@@ -544,3 +555,34 @@ def limit_along(load: Floats, reach: Floats, cosine: Floats, sine: Floats, f: fl
         if high - low < 1e-12 or abs(part - previous) < 1e-13 or turn == 0.0:
             break
     return radius
+
+
+@njit
+def true_contacts(
+    force: Floats, wrench: Floats, turned: Floats, depth: Floats, a: Floats, k: Floats, mu: Floats,
+    slip: Floats, sliding: Floats, reach: Floats, cosine: Floats, sine: Floats,
+    rings: Floats, first: float, ratio: float,
+) -> Floats:  # fmt: skip
+    """Return what is really the case at all contacts, (n, 14): the fields of FingerTruth, in its order.
+
+    ``wrench`` (n, 3) on the tips in the hand's frame, ``turned`` its signs in the contact frames; ``slip``
+    and ``sliding`` as :func:`carry` and :func:`watch_slips` give them; ``rings`` to ``ratio``: the table of
+    :func:`ring_loads`.
+    """
+    truth = np.empty((len(force), 14))
+    load = ring_loads(k, rings, first, ratio) / len(cosine)
+    for i in range(len(force)):
+        fx, fy, torque = turned[i, 0] * wrench[i, 0], turned[i, 1] * wrench[i, 1], turned[i, 2] * wrench[i, 2]
+        most, along = mu[i] * force[i], math.hypot(fx, fy)
+        used, size = 0.0, 0.0
+        if force[i] > 0.0 and a[i] > 0.0:
+            f, m = along / most, torque / (most * a[i])
+            size = math.hypot(f, m)
+            if size > 0.0:
+                used = size / limit_along(load[i], reach, cosine, sine, abs(f), abs(m))
+        radius = math.hypot(along, torque / a[i]) / used if used > 0.0 else most
+        truth[i, 0], truth[i, 1], truth[i, 2], truth[i, 3] = force[i], depth[i], a[i], k[i]
+        truth[i, 4], truth[i, 5], truth[i, 6], truth[i, 7] = mu[i], fx, fy, torque
+        truth[i, 8], truth[i, 9], truth[i, 10] = used, radius, sliding[i]
+        truth[i, 11], truth[i, 12], truth[i, 13] = slip[i, 0], slip[i, 1], slip[i, 2]
+    return truth

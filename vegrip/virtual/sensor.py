@@ -1,12 +1,12 @@
 """The sensors of the fingertips: noise, bias, resolution, lost and jittered samples."""
 
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
 
 from vegrip.clock import NS
-from vegrip.messages import NAN, FingertipState
+from vegrip.hand_sample import HandSample
+from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.settings import SensorSettings
@@ -22,7 +22,8 @@ SENSED_CHANNELS = (
     "contact_radius",
 )
 """Order of the measured quantities in the arrays of this module."""
-SLIP_SPEED = SENSED_CHANNELS.index("slip_speed")
+
+DRAWN_AHEAD = 16  # samples; numbers drawn one after the other cost a third of those drawn sample by sample
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,44 +49,63 @@ class Sensors:
         self._step = np.array(steps)
         self._present = np.array([1.0] * 6 + [float(s.slip_sensor), float(s.radius_sensor)])
         spread = np.array([force, force, force, 0.0, shift, 0.0, 0.0, 0.0])
-        self.bias = spread * rng.standard_normal((len(fingers), len(SENSED_CHANNELS)))
-        self._slips: deque[Floats] = deque(maxlen=round(s.slip_delay * s.rate) + 1)  # flag, speed [m/s]
-        self._seq = 0
+        n = len(fingers)
+        self.bias = spread * rng.standard_normal((n, len(SENSED_CHANNELS)))
+        self._felt = np.zeros((round(s.slip_delay * s.rate) + 1, n, 2))  # flag, speed [m/s], as they are felt
+        self._errors = np.zeros((DRAWN_AHEAD, n, len(SENSED_CHANNELS)))
+        self._chance, self._shifts = np.zeros((DRAWN_AHEAD, n)), np.zeros((DRAWN_AHEAD, n))
+        self._drawn = self._seq = 0
 
     def measure(self, reading: Reading, time: float, epoch: int = 0) -> list[FingertipState]:
         """Return what the hand reports at ``time`` [s] after ``epoch`` [ns].
 
         Lost samples are missing and their sequence numbers are used up.
         """
-        s, n = self.settings, len(self.fingers)
         errors, chance, shifts = self.draw()
-        felt = self._felt(reading)
-        values = kernels.sense(_with_speed(reading.values, felt[:, 1]), errors, self._step, self._present)
-        slip = felt[:, 0] if s.slip_sensor else np.full(n, NAN)
-        lost = (chance < s.dropout).tolist() if s.dropout > 0.0 else [False] * n
-        stamps = [epoch + round((time + s.jitter * shift) * NS) for shift in shifts.tolist()]
-        self._seq += 1
-        rows = zip(stamps, self.fingers, values.tolist(), slip.tolist(), lost, strict=True)
-        return [
-            FingertipState(stamp, finger, self._seq, N, fx, fy, m, d, T, slipping, speed, a)
-            for stamp, finger, (N, fx, fy, m, d, T, speed, a), slipping, missing in rows
-            if not missing
-        ]
+        values = kernels.sense(
+            reading.values, reading.slip, self.settings.slip_threshold, self._felt, self._seq, errors,
+            self._step, self._present,
+        )  # fmt: skip
+        return self._sample(values, chance, shifts, time, epoch).states(self.fingers)
+
+    def sample_tips(
+        self, force: Floats, wrench: Floats, turned: Floats, depth: Floats, temperature: float, slip: Floats,
+        a: Floats, slides: Floats, time: float, epoch: int,
+    ) -> HandSample:  # fmt: skip
+        """Return what is sensed of the tips at ``time`` [s] after ``epoch`` [ns].
+
+        The arguments up to ``a`` are those of :func:`~vegrip.virtual.kernels.read_tips`; ``slides`` (n,)
+        is 1 for a tip that slides.
+        """
+        errors, chance, shifts = self.draw()
+        values = kernels.sense_tips(
+            force, wrench, turned, depth, temperature, slip, a, slides, self.settings.slip_threshold,
+            self._felt, self._seq, errors, self._step, self._present,
+        )  # fmt: skip
+        return self._sample(values, chance, shifts, time, epoch)
 
     def draw(self) -> tuple[Floats, Floats, Floats]:
-        """Draw the errors of one sample: bias with noise (n, 8), chance of loss (n,), shift in time (n,)."""
-        rng, n = self._rng, len(self.fingers)
-        errors = self.bias + self._noise * rng.standard_normal((n, len(SENSED_CHANNELS)))
-        return errors, rng.random(n), rng.standard_normal(n)
+        """Draw the errors of one sample: bias with noise (n, 8), chance of loss (n,), shift in time (n,).
 
-    def _felt(self, reading: Reading) -> Floats:
-        """Return slip flag and slip speed [m/s] as they are felt: from a threshold on, and late; (n, 2)."""
-        self._slips.appendleft(kernels.slips_felt(reading.values, reading.slip, self.settings.slip_threshold))
-        return self._slips[-1] if len(self._slips) == self._slips.maxlen else np.zeros((len(self.fingers), 2))
+        They stand in these arrays only until the next ones are drawn.
+        """
+        i = self._drawn % DRAWN_AHEAD
+        if i == 0:
+            rng = self._rng
+            for errors, chance, shifts in zip(self._errors, self._chance, self._shifts, strict=True):
+                rng.standard_normal(out=errors)
+                rng.random(out=chance)
+                rng.standard_normal(out=shifts)
+            self._errors *= self._noise
+            self._errors += self.bias
+        self._drawn += 1
+        return self._errors[i], self._chance[i], self._shifts[i]
 
-
-def _with_speed(values: Floats, speed: Floats) -> Floats:
-    """Return true ``values`` (n, 8) with another slip ``speed`` [m/s]."""
-    out = values.copy()
-    out[:, SLIP_SPEED] = speed
-    return out
+    def _sample(self, values: Floats, chance: Floats, shifts: Floats, time: float, epoch: int) -> HandSample:
+        s = self.settings
+        stamps = np.empty(len(self.fingers), np.int64)
+        stamps.fill(epoch + round(time * NS))
+        if s.jitter > 0.0:
+            stamps[:] = [epoch + round((time + s.jitter * shift) * NS) for shift in shifts.tolist()]
+        self._seq += 1
+        return HandSample(self._seq, stamps, values, chance < s.dropout)

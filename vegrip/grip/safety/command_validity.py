@@ -15,10 +15,15 @@ LONGEST_LIFE = 10 * NS  # [ns] the largest lifetime that can be configured
 
 def reason_to_reject(command: ForceCommand, now: int) -> str:
     """Return why ``command`` must not be obeyed at ``now`` [ns], "" if it may."""
-    if not math.isfinite(command.normal_force) or command.normal_force < 0.0:
+    return reason_to_reject_force(command.normal_force, command.stamp, command.expires, now)
+
+
+def reason_to_reject_force(normal_force: float, stamp: int, expires: int, now: int) -> str:
+    """Return why a command of ``normal_force`` [N], of which no message was made, must not be obeyed."""
+    if not math.isfinite(normal_force) or normal_force < 0.0:
         return "no usable force"
-    if command.expires <= now:
+    if expires <= now:
         return "expired"
-    if command.expires - command.stamp > LONGEST_LIFE:
+    if expires - stamp > LONGEST_LIFE:
         return "lives too long"
-    return "from the future" if command.stamp - now > AHEAD else ""
+    return "from the future" if stamp - now > AHEAD else ""

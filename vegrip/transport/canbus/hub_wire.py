@@ -4,6 +4,7 @@ A member that has asked for it gets several deliveries in one packet, one behind
 """
 
 import struct
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from vegrip.transport.canbus.bus_events import Transmission
@@ -15,6 +16,7 @@ MAX_PACKET_BYTES = 512  # bytes of a packet with one frame; the greeting is the 
 MAX_GATHERED_BYTES = 2048  # bytes of a packet with several deliveries or requests
 MOST_REQUESTS = 16  # in one packet
 _REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then the data
+REQUEST_HEAD = _REQUEST.size
 _NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every member
 _DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, length code; then the data
 
@@ -103,6 +105,21 @@ def pack_plain_request(time: int, identifier: int, data: bytes) -> bytes | None:
     """Return what :func:`pack_request` returns for a CAN FD data frame; None: there is no such length."""
     code = _CODES.get(len(data))
     return None if code is None else _REQUEST.pack(time, identifier, _FD | _SWITCH, code) + data
+
+
+def plain_requests(identifiers: Sequence[int], length: int) -> bytearray:
+    """Return a packet that asks for CAN FD data frames of ``length`` bytes, all zero, queued at time zero.
+
+    Each request has ``REQUEST_HEAD`` bytes before its data, and begins with its time.
+
+    Raises:
+        ValueError: no frame has that length, or there are too many for one packet.
+
+    """
+    packed = [pack_plain_request(0, identifier, bytes(length)) for identifier in identifiers]
+    if None in packed or len(packed) > MOST_REQUESTS:
+        raise ValueError(f"{len(packed)} frames of {length} bytes do not fit into a packet")
+    return bytearray(b"".join(one for one in packed if one is not None))
 
 
 def unpack_plain(packet: bytes) -> tuple[int, int, int, int, bytes] | None:

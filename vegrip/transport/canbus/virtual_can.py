@@ -278,7 +278,7 @@ class VegripBus(can.BusABC):
             self._packets.extend(split_deliveries(packet[taken.size :]))
         return True
 
-    def put_requests(self, requests: bytes | memoryview) -> None:
+    def put_requests(self, requests: bytes | bytearray | memoryview) -> None:
         """Queue frames that are requests already, ``MOST_REQUESTS`` at most, at once.
 
         Raises:
@@ -352,7 +352,7 @@ class VegripBus(can.BusABC):
                 "and frames that waited are lost"
             )
 
-    def _hand_over(self, packet: bytes | memoryview, deadline: float) -> None:
+    def _hand_over(self, packet: bytes | bytearray | memoryview, deadline: float) -> None:
         while True:
             try:
                 self._socket.send(packet, socket.MSG_NOSIGNAL)

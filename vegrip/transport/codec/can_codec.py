@@ -9,6 +9,7 @@ from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Messa
 from vegrip.transport.codec.acceptance import acceptance_filters
 from vegrip.transport.codec.assembly import Assembly
 from vegrip.transport.codec.classic_line import ClassicLine
+from vegrip.transport.codec.command_reader import CommandReader
 from vegrip.transport.codec.database import layouts
 from vegrip.transport.codec.decoder import Decoder, HandClock
 from vegrip.transport.codec.encoder import Encoder
@@ -16,6 +17,7 @@ from vegrip.transport.codec.frame import Frame
 from vegrip.transport.codec.layout import Layout, Layouts
 from vegrip.transport.codec.line import Line
 from vegrip.transport.codec.schema import message_set
+from vegrip.transport.codec.state_rows import StateRows
 
 NODES: Final = ("grasp_force", "virtual_hand", "monitor", "record", "replay")
 """The numbers of nodes in the identifier of NodeStatus, unless told otherwise."""
@@ -92,7 +94,7 @@ class CanCodec:
         self._hand_clock, self._reach = hand_clock, reach
         for layout in plan.layouts:
             if layout.fd == fd:
-                self._add(plan, layout, hand * plan.hand_stride, use_sender_time)
+                self._add(plan, layout, use_sender_time)
 
     @property
     def lost(self) -> int:
@@ -149,6 +151,20 @@ class CanCodec:
             states[0], commands, [self._encoders[kind, finger] for kind in (ContactEstimate, SlipMargin)]
         )
 
+    def state_rows(self, fingers: Sequence[str]) -> StateRows | None:
+        """Return what packs the states of ``fingers`` together; None where that is not one frame each."""
+        if not self.fd or not set(fingers) <= set(self.fingers):
+            return None
+        offsets = [self._offset(self.fingers.index(finger)) for finger in fingers]
+        return StateRows(self._layout(FingertipState), offsets, layouts().version, self.clipped)
+
+    def command_reader(self) -> CommandReader | None:
+        """Return what reads commands without messages; None where one takes several frames."""
+        if not self.fd or self._reach:
+            return None
+        commands = {i: d for i, d in self._decoders.items() if d.kind is ForceCommand}
+        return CommandReader(commands, self._refuse)
+
     def reset(self) -> None:
         """Forget all counters: what comes next begins new streams (a replay that starts over)."""
         for decoder in self._decoders.values():
@@ -160,9 +176,17 @@ class CanCodec:
         else:
             self.rejected[name] += 1
 
-    def _add(self, plan: Layouts, layout: Layout, hand: int, use_sender_time: bool) -> None:
+    def _offset(self, number: int) -> int:
+        """Return what is added to base identifiers for the finger (or node) of this ``number``."""
+        plan = layouts()
+        return self._hand * plan.hand_stride + number * plan.finger_stride
+
+    def _layout(self, kind: type[Message]) -> Layout:
+        return next(one for one in layouts().layouts if one.fd == self.fd and one.schema.cls is kind)
+
+    def _add(self, plan: Layouts, layout: Layout, use_sender_time: bool) -> None:
         for number, owner in enumerate(self.nodes if layout.schema.cls is NodeStatus else self.fingers):
-            offset = hand + number * plan.finger_stride
+            offset = self._offset(number)
             self._encoders[layout.schema.cls, owner] = Encoder(layout, offset, plan.version, self.clipped)
             assembly = Assembly(layout.parts, self._reach)
             clock = self._hand_clock if layout.schema.cls is FingertipState else None

@@ -77,13 +77,10 @@ class Decoder:
 
     def decode(self, frame: Frame) -> Message | str | None:
         """Return the completed message, None while parts are missing, or the name of the fault."""
-        fault = self._fault(frame)
-        if fault:
-            return fault
-        part, cells = self._part, self._unpack(frame.data)
-        if self._version_of(cells) != self._version:
-            return "version"
-        counter = self._counter_of(cells)
+        cells = self._cells(frame)
+        if isinstance(cells, str):
+            return cells
+        part, counter = self._part, self._counter_of(cells)
         if part.last is None:  # the only part: nothing to put together
             seq = self.assembly.sequence.advance(counter, frame.stamp)
             return "counter" if seq is None else self._message(cells, seq, frame.stamp, self._time(cells))
@@ -92,6 +89,26 @@ class Decoder:
         if isinstance(whole, Whole):
             return self._message(whole.cells, whole.seq, whole.stamp, whole.time)
         return whole
+
+    def read(self, frame: Frame) -> tuple[Sequence[Any], int] | str:
+        """Return the fields of a message that has one part, and its stamp [ns], or the name of the fault.
+
+        The fields are those after stamp, owner and seq; times count from the stamp.
+        """
+        cells = self._cells(frame)
+        if isinstance(cells, str):
+            return cells
+        if self.assembly.sequence.advance(self._counter_of(cells), frame.stamp) is None:
+            return "counter"
+        values = self._layout.read(cells)
+        return "value" if values is None else (values, self._stamp(frame.stamp, self._time(cells)))
+
+    def _cells(self, frame: Frame) -> Cells | str:
+        fault = self._fault(frame)
+        if fault:
+            return fault
+        cells = self._unpack(frame.data)
+        return cells if self._version_of(cells) == self._version else "version"
 
     def _fault(self, frame: Frame) -> str:
         if frame.fd != self._part.fd:
@@ -107,13 +124,15 @@ class Decoder:
         values = self._layout.read(cells)
         if values is None:
             return "value"
-        stamp = _sender_stamp(received, time) if self._use_sender_time else received
-        if self._clock is not None:
-            stamp = self._clock(stamp, received)
+        stamp = self._stamp(received, time)
         if self._layout.relative:
             values = _absolute(values, self._layout.relative, stamp)
         message: Message = self._make(stamp, self.owner, seq, *values)
         return message
+
+    def _stamp(self, received: int, time: int) -> int:
+        stamp = _sender_stamp(received, time) if self._use_sender_time else received
+        return stamp if self._clock is None else self._clock(stamp, received)
 
 
 def _absolute(values: Sequence[Any], relative: tuple[int, ...], stamp: int) -> list[Any]:

@@ -15,8 +15,17 @@ from vegrip.grip.node import GraspForce
 from vegrip.messages import ContactEstimate, ForceCommand, Message
 from vegrip.types import Floats
 from vegrip.virtual import VirtualHand
+from vegrip.virtual.hand import TRUTHS
 
 BELIEF_PERIOD_S = 0.05
+
+FORCE, FORCE_X, FORCE_Y, TORQUE, FRICTION, RADIUS, K, UTILISATION = (
+    TRUTHS.index(name)
+    for name in (
+        "normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "friction_coefficient",
+        "contact_radius", "pressure_exponent", "utilisation",
+    )
+)  # fmt: skip
 
 
 @dataclass
@@ -43,22 +52,16 @@ class Course:
         return time[kept], np.array(self.margin)[kept], np.array(self.force)[kept]
 
     def sample(self, hand: VirtualHand, commands: Mapping[str, float]) -> None:
-        """Add the truth of ``hand`` as it is now."""
-        truths = [hand.truth(finger) for finger in self.fingers]
+        """Add the truth of ``hand``, whose fingers are those of the course, as it is now."""
+        rows = hand.truths().tolist()
         self.time.append(hand.time)
         self.slipped.append(hand.slips)
-        self.margin.append([truth.margin for truth in truths])
-        self.force.append([truth.normal_force for truth in truths])
+        self.margin.append([1.0 - row[UTILISATION] for row in rows])
+        self.force.append([row[FORCE] for row in rows])
         self.contact.append(
             [
-                (
-                    math.hypot(truth.tangential_force_x, truth.tangential_force_y),
-                    abs(truth.torque_z),
-                    truth.friction_coefficient,
-                    truth.contact_radius,
-                    truth.pressure_exponent,
-                )
-                for truth in truths
+                (math.hypot(row[FORCE_X], row[FORCE_Y]), abs(row[TORQUE]), row[FRICTION], row[RADIUS], row[K])
+                for row in rows
             ]
         )
         self.command.append([commands.get(finger, np.nan) for finger in self.fingers])

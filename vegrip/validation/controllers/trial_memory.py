@@ -128,7 +128,7 @@ def noise_table(settings: HandSettings, seed: int, samples: int) -> Floats:
     Shape (samples, fingers, 8).
     """
     sensors = Sensors(settings.sensor, settings.fingers, np.random.default_rng([seed, 1]))
-    return np.stack([sensors.draw()[0] for _ in range(samples)])
+    return np.stack([sensors.draw()[0].copy() for _ in range(samples)])
 
 
 def correlation_of(settings: GraspParameters, model: ContactModel) -> float:

@@ -13,8 +13,8 @@ from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters
 from vegrip.identification.recording.table_file import TableFile
 from vegrip.identification.recording.writer import RecordingWriter
-from vegrip.messages import Condition, FingertipState, ForceCommand, Message
-from vegrip.nodes.virtual_hand import Parameters, VirtualHandNode
+from vegrip.messages import Condition, FingertipState, Message
+from vegrip.nodes.virtual_hand import AskedForce, Parameters, VirtualHandNode
 from vegrip.runtime import NodeBase
 from vegrip.runtime.cosimulation import Cosimulation, Participant
 from vegrip.runtime.runner import LoopSettings
@@ -188,5 +188,5 @@ class Scene:
         return tuple(node.fingers[finger].watchdog.condition for finger in self.fingers)
 
 
-def _force(command: ForceCommand | None) -> float:
+def _force(command: AskedForce | None) -> float:
     return 0.0 if command is None else command.normal_force
