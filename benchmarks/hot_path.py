@@ -17,7 +17,8 @@ And as cores, on the wall clock, so that what else the machine does counts (with
 wanted a core meanwhile):
 
 * ``demo_cores``: all programs of ``vegrip demo --grasp hand``, together and each;
-* ``twenty_fingers_core``: a node that answers twenty fingers at 1 kHz over the batch link.
+* ``twenty_fingers_core``: a node that answers twenty fingers at 1 kHz over the batch link, and beside it an
+  echo (``echo_cores``, ``echo_p50_us``, ``echo_p99_us``), half of its time before and half after.
 """
 
 import contextlib

@@ -14,7 +14,7 @@ from vegrip.c99 import host
 from vegrip.effects import BUILT_IN, effect
 from vegrip.effects.contract import OUTSIDE
 from vegrip.estimator import ContactEstimator, SensorNoise, kernels_c
-from vegrip.estimator.compiled import Kernels, kernel_mode, module_for, text_of
+from vegrip.estimator.compiled import Kernels, kernel_mode, module_for, node_text_of
 from vegrip.estimator.layout import COUNTS
 from vegrip.model import BASE, ContactModel, paper_model
 
@@ -50,7 +50,7 @@ def other_than_c(estimator: ContactEstimator) -> Kernels:
 def differing(model: ContactModel, samples: int = 1200) -> str:
     """Return where the two differ first; nothing when they do not."""
     estimator = ContactEstimator(model, SensorNoise())
-    by_other, by_c = other_than_c(estimator), kernels_c.load(text_of(model, estimator.layout))
+    by_other, by_c = other_than_c(estimator), kernels_c.load(node_text_of(model, estimator.layout))
     memories, margins = (
         [estimator._memory.blank.copy(), estimator._memory.blank.copy()],
         [np.full(5, np.nan), np.full(5, np.nan)],
@@ -97,7 +97,7 @@ def test_every_effect(names: list[str]) -> None:
 @needs_compiler
 def test_the_filter_alone() -> None:
     estimator = ContactEstimator(paper_model(8e-3), SensorNoise())
-    by_other, by_c = other_than_c(estimator), kernels_c.load(text_of(estimator.model, estimator.layout))
+    by_other, by_c = other_than_c(estimator), kernels_c.load(node_text_of(estimator.model, estimator.layout))
     ours, theirs = estimator._memory.numbers.copy(), estimator._memory.numbers.copy()
     for _, sample in eventful(estimator.model, 300):
         dt = max(sample[0], 0.0)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from vegrip.nodes.grasp_force import build
 
-from vegrip.estimator.health import CALM, FAILS, MENDED, HealthHysteresis, misfit_of_cells
-from vegrip.estimator.layout import CHANNELS, REGIMES
+from vegrip.estimator.health import CALM, FAILS, MENDED, NO_CELL, HealthHysteresis
 from vegrip.grip import background_diagnosis
 from vegrip.grip.background_diagnosis import BackgroundDiagnosis, SampleRing
 from vegrip.grip.model_swap import ModelSwap
@@ -162,51 +161,32 @@ def test_a_running_node_takes_the_extended_model_over_and_its_innovations_fall_a
     assert "second_relaxation" in [e.name for e in node.fingers["index"].estimator.model.effects]
 
 
-def cells(value: float = 0.0, *, at: tuple[int, int] = (1, 2)) -> np.ndarray:
-    wrong = np.full((len(CHANNELS), len(REGIMES)), 0.5)
-    wrong[at] = value
-    return wrong
-
-
 def test_the_verdict_comes_after_a_while_and_goes_after_a_longer_one() -> None:
     watch, now = HealthHysteresis(), 0
-    assert watch.update(cells(1.2), now) is None
-    assert watch.update(cells(1.2), now + round(FAILS * 1e9)) == (1, 2)
+    assert watch.update(14, 1.2, 0.0, now) == NO_CELL
+    assert watch.update(14, 1.2, 0.0, now + round(FAILS * 1e9)) == 14
     now += 10**9
-    assert watch.update(cells(0.9), now) == (1, 2)  # between calm and the edge it stays
+    assert watch.update(14, 0.9, 0.9, now) == 14  # between calm and the edge it stays
     now += 10**11
-    assert watch.update(cells(0.9), now) == (1, 2)
-    assert watch.update(cells(CALM / 2), now) == (1, 2)
-    assert watch.update(cells(CALM / 2), now + round(0.9 * MENDED * 1e9)) == (1, 2)
-    assert watch.update(cells(CALM / 2), now + round(MENDED * 1e9)) is None
+    assert watch.update(14, 0.9, 0.9, now) == 14
+    assert watch.update(2, CALM / 2, 0.1, now) == 14
+    assert watch.update(2, CALM / 2, 0.1, now + round(0.9 * MENDED * 1e9)) == 14
+    assert watch.update(2, CALM / 2, 0.1, now + round(MENDED * 1e9)) == NO_CELL
 
 
 def test_a_single_look_a_little_outside_changes_nothing_and_one_far_outside_does() -> None:
     watch = HealthHysteresis()
     for i in range(100):
-        assert watch.update(cells(1.5 if i % 2 else 0.1), i * 200_000_000) is None
-    assert watch.update(cells(2.5), 10**11) == (1, 2)
+        assert watch.update(14, 1.5 if i % 2 else 0.1, 0.0, i * 200_000_000) == NO_CELL
+    assert watch.update(14, 2.5, 0.0, 10**11) == 14
 
 
 def test_another_cell_takes_over_only_when_it_is_clearly_worse() -> None:
     watch = HealthHysteresis()
-    watch.update(cells(1.2), 0)
-    watch.update(cells(1.2), 10**9)
-    both = cells(1.2)
-    both[0, 1] = 1.3
-    assert watch.update(both, 2 * 10**9) == (1, 2)
-    both[0, 1] = 2.0
-    assert watch.update(both, 3 * 10**9) == (0, 1)
-
-
-def test_a_cell_with_little_in_it_is_not_judged() -> None:
-    raw = np.zeros((len(CHANNELS), len(REGIMES), 3))
-    raw[1, 2] = 150.0, 3.0, 9.0
-    assert np.all(misfit_of_cells(raw.ravel()) == 0.0)
-    raw[1, 2, 0] = 500.0
-    found = misfit_of_cells(raw.ravel())
-    assert found[1, 2] > 3.0
-    assert np.count_nonzero(found) == 1
+    watch.update(14, 1.2, 0.0, 0)
+    watch.update(14, 1.2, 0.0, 10**9)
+    assert watch.update(1, 1.3, 1.2, 2 * 10**9) == 14
+    assert watch.update(1, 2.0, 1.2, 3 * 10**9) == 1
 
 
 def state(i: int, period: int = 2_000_000, **values: float) -> FingertipState:

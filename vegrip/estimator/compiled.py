@@ -31,7 +31,9 @@ KERNELS = (
     "load_loss", "hold_model", "slip_probability", "forecast", "update",
 )  # fmt: skip
 ENTRIES = ("update", "margin_of", "least_force", "filter_step")
-
+BESIDE_FIRMWARE = ("health",)
+"""Kernels that only a node calls; the firmware that is exported does not have them."""
+NODE_ENTRIES = ("look_at_cells",)
 
 ELLIPSE = "RADIUS_TABLE = 0.0 * RADIUS_TABLE"
 """Takes the correction off the limit surface: what is left is the ellipse through the same two ends."""
@@ -50,7 +52,7 @@ def module_for(model: ContactModel, layout: Layout, *, plain: bool = False, elli
     Where C cannot be had, numba runs it; the reason is told once if C was asked for, or the compiler failed.
     With ``ellipse`` the limit surface is the usual one, (f / mu N)^2 + (m / m_max)^2 = 1, for comparisons.
     """
-    text, mode = text_of(model, layout, ellipse=ellipse), kernel_mode()
+    text, mode = node_text_of(model, layout, ellipse=ellipse), kernel_mode()
     if plain or mode == "python":
         return cache.load_plain(text)
     if mode in {"c", "c-float"}:
@@ -84,8 +86,15 @@ def tell_once(reason: str) -> None:
 
 
 def text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> str:
-    """Return the text of the module, from which it is compiled by numba or translated to C."""
+    """Return the text of the module that firmware has."""
     return _text(model.effects, layout, ellipse)
+
+
+def node_text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> str:
+    """Return the text of the module that a node has, to be compiled by numba or translated to C."""
+    here = Path(__file__).parent / "kernels"
+    more = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in BESIDE_FIRMWARE]
+    return text_with(model, layout, more, NODE_ENTRIES, ellipse=ellipse)
 
 
 def text_with(

@@ -10,7 +10,7 @@ import numpy as np
 
 from vegrip.errors import InputError
 from vegrip.estimator.compiled import module_for
-from vegrip.estimator.health import HealthHysteresis, health_of
+from vegrip.estimator.health import NO_CELL, HealthHysteresis, Look, health_of
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import CHANNELS, FRICTION, Layout, layout_of, state_names
 from vegrip.estimator.memory import REPORT_PLACE, EstimatorMemory
@@ -84,7 +84,7 @@ class ContactEstimator:
         self._load = self._torque = NAN  # of the last sample that was taken
         self.late = 0
         """Samples that came late and were put in their place."""
-        self._margin = np.full(5, NAN)
+        self._margin, self._look = np.full(5, NAN), np.zeros(len(Look._fields))
         self._lent_after: FingertipState | None = None  # the last sample before :meth:`write_to`
         self._hysteresis = HealthHysteresis()
         self._health: ModelHealth | None = None  # the verdict at the last sample, once it was asked for
@@ -352,8 +352,8 @@ class ContactEstimator:
         condition = Condition.OK if self._channels_used() & 3 == 3 else Condition.DEGRADED
         if not self._is_valid():
             condition = Condition.STALE
-        cells, channels = memory.section("HEALTH"), memory.section("CHANNEL")
-        health = health_of(clock.taken, clock.seq, condition, cells, channels, self._hysteresis)
+        self._module.look_at_cells(memory.numbers, float(self._hysteresis.failing), self._look)
+        health = health_of(clock.taken, clock.seq, condition, Look(*self._look.tolist()), self._hysteresis)
         if self.lost == 0.0:
             return health
         channel = CHANNELS[0 if memory.is_refused(CHANNELS[0]) else 1]
@@ -447,6 +447,7 @@ class ContactEstimator:
             self._module.update(m, dt, 0.0, 0.0, NAN, 0.0, 0.0, 0.0)
         self._module.margin_of(m, 0.0, 0.0, np.zeros(5))
         self._module.least_force(m, 0.0, 0.0, 0.1, 1.0)
+        self._module.look_at_cells(m, float(NO_CELL), np.zeros(len(Look._fields)))
 
 
 def _slip_of(state: FingertipState) -> float:

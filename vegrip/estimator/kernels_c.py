@@ -28,12 +28,14 @@ ENTRIES: Final = {
     "filter_step": (MEMORY, *[REAL] * 4),
     "margin_of": (MEMORY, REAL, REAL, MEMORY),
     "least_force": (MEMORY, *[REAL] * 4),
+    "look_at_cells": (MEMORY, REAL, MEMORY),
 }
 """What is called from outside, with the kinds of its arguments."""
 SENTENCE = (
     "compiles for this machine by its C compiler, once; later starts take it from the cache (about 3 s)"
 )
-MARGIN_NUMBERS = 5  # that margin_of writes
+WRITTEN: Final = {"margin_of": 5, "look_at_cells": 6}
+"""How many numbers an entry writes besides the memory."""
 KEPT = 256  # addresses of memories
 Entries = Mapping[str, tuple[Kind, ...]]
 
@@ -54,6 +56,7 @@ class KernelsC:
         self._filter_step = _entry(loaded, "filter_step", None)
         self._margin_of = _entry(loaded, "margin_of", None)
         self._least_force = _entry(loaded, "least_force", ctypes.c_double)
+        self._look_at_cells = _entry(loaded, "look_at_cells", None)
         self._known: dict[int, tuple[Floats, int]] = {}
 
     def update(
@@ -84,6 +87,10 @@ class KernelsC:
         """As :func:`vegrip.estimator.kernels.forecast.least_force`."""
         force: float = self._least_force(self._address(m), tangential, torque, margin, quantile)
         return force
+
+    def look_at_cells(self, m: Floats, before: float, out: Floats) -> None:
+        """As :func:`vegrip.estimator.kernels.health.look_at_cells`."""
+        self._look_at_cells(self._address(m), before, self._address(out))
 
     def _address(self, m: Floats) -> int:
         """Return where the numbers of ``m`` lie; asking numpy costs a tenth of a step."""
@@ -142,7 +149,7 @@ def load(text: str, place: Place = unknown_place, *, single: int = 0) -> Kernels
         UntranslatableError: a line cannot be translated; names file and line.
 
     """
-    lengths = dict.fromkeys(ENTRIES, (single, MARGIN_NUMBERS)) if single else None
+    lengths = {name: (single, WRITTEN.get(name, 0)) for name in ENTRIES} if single else None
     return KernelsC(library_of(text, ENTRIES, place, single=lengths))
 
 

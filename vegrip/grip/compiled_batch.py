@@ -45,6 +45,8 @@ class CompiledBatch:
         self._numbers = {finger.finger.name: number_of(finger.state_id) for finger in fingers}
         self._named = {finger.finger.name: finger for finger in fingers}
         self._told = bytearray(2**8)
+        self._identifiers = b"", b""  # of the rows that came last, low and high bytes,
+        self._names: list[str] = []  # and whose they are
         self._call: Any = None
         self._report: Any = None
         if isinstance(fingers[0].module, FingerKernelsC):
@@ -67,6 +69,17 @@ class CompiledBatch:
             return self._report_one_by_one(names, now)
         self._report(bytes([self._numbers[name] for name in names]), len(names), now)
         return [name for name, told in zip(names, self._told, strict=False) if told]
+
+    def names_in(self, payload: bytes, rows: int) -> Sequence[str]:
+        """Return whose states the rows are, "" for another one's; mostly they come in the same order."""
+        end = FIRST_ROW + rows * self._state_row
+        low, high = (slice(FIRST_ROW + byte, end, self._state_row) for byte in range(ROW_ID.size))
+        identifiers = payload[low], payload[high]
+        if identifiers != self._identifiers:
+            fingers = [self.finger_of(payload, row) for row in range(rows)]
+            self._names = ["" if finger is None else finger.finger.name for finger in fingers]
+            self._identifiers = identifiers
+        return self._names
 
     def finger_of(self, payload: bytes, row: int) -> CompiledFinger | None:
         """Return whose state a row is, None for another one's."""

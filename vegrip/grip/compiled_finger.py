@@ -25,7 +25,7 @@ from vegrip.grip.policies.margin_grip import MarginGrip
 from vegrip.grip.recent_states import KeptStates
 from vegrip.grip.settings import ControlSettings
 from vegrip.grip.wires import WIRES
-from vegrip.messages import FingertipState, ForceCommand, Reason
+from vegrip.messages import Condition, FingertipState, ForceCommand, Reason
 from vegrip.runtime.telemetry import Unmade
 from vegrip.transport.codec.line import CLASSIC, FingerLine
 from vegrip.types import Floats
@@ -35,6 +35,7 @@ LEFT_ALONE: Final = 0
 REPORT: Final = 4
 """Bit of a step after which something is due to be told."""
 
+DEGRADED: Final = int(Condition.DEGRADED)
 PART_BYTES: Final = 8
 """Of a classic frame."""
 REASONS: Final = tuple(Reason(number) for number in range(len(Reason)))
@@ -117,6 +118,8 @@ class CompiledFinger:
         self._friction: GraspFriction | None = None  # that has lent
         self._shared = shared
         self._f, self._t = self.memory.f, self.memory.t
+        # one number of an array costs three times as much as one of a view of it
+        self._reals, self._wholes = memoryview(self._f), memoryview(self._t)
         compile_now(self.module, line.wire, self._f, self._t, self.answer)
         self._step = bound_step(self.module, line.wire, self._f, self._t, shared, self.answer)
         self._force_at = layout.reals["STATE_NORMAL_FORCE"]
@@ -135,6 +138,7 @@ class CompiledFinger:
         self._tells = tuple(layout.wholes[name] for name in tells)
         self._history = self.memory.section("HISTORY").reshape(-1, HISTORY_CHANNELS)
         self._stamps, self._numbers = map(self.memory.section, ("HISTORY_STAMP", "HISTORY_SEQ"))
+        self._most_unfetched = len(self._history) // 2
         self._lifetime = 0  # [ns] of a command
         self._seen = 0  # states that were believed when the objects looked last
 
@@ -176,7 +180,7 @@ class CompiledFinger:
         noted = memory["TURN_NOTED"]
         kept = self._fetched() if noted - memory["TURN_FETCHED"] >= FETCHED_STATES else None
         is_new, self._seen = noted != self._seen, noted
-        self.finger.read_contact(memory, next(iter(self._rows(noted - 1, noted))) if is_new else None)
+        self.finger.read_contact(memory, self._state_at(noted - 1) if is_new else None)
         return kept
 
     def tell(self, now: int) -> bool:
@@ -186,10 +190,10 @@ class CompiledFinger:
 
     def has_more_to_tell(self, now: int) -> bool:
         """Return whether the objects have something to tell, or to fetch."""
-        whole, (due, condition, told, noted, fetched) = self._t.item, self._tells
-        if now >= whole(due) or whole(condition) != whole(told):
+        whole, (due, condition, told, noted, fetched) = self._wholes, self._tells
+        if now >= whole[due] or whole[condition] != whole[told]:
             return True
-        return whole(noted) - whole(fetched) >= len(self._history) // 2
+        return bool(whole[noted] - whole[fetched] >= self._most_unfetched)
 
     def told(self, periods: tuple[float, float]) -> None:
         """Let the memory know that the objects have reported what :meth:`look` showed them."""
@@ -215,31 +219,31 @@ class CompiledFinger:
 
     def is_quiet(self, now: int) -> bool:
         """Return whether a tick has nothing to do: no silence, and no command to renew."""
-        is_heard, heard, started, commanded, renewal, condition = map(self._t.item, self._quiet)
-        known = is_heard and now - heard <= self._f.item(self._time_out_at)
-        fresh = not started or now - commanded < renewal
-        return bool(known and fresh and condition <= 1)
+        whole, (is_heard, heard, started, commanded, renewal, condition) = self._wholes, self._quiet
+        is_known = whole[is_heard] and now - whole[heard] <= self._reals[self._time_out_at]
+        is_fresh = not whole[started] or now - whole[commanded] < whole[renewal]
+        return bool(is_known and is_fresh and whole[condition] <= DEGRADED)
 
     def felt(self) -> tuple[float, float]:
         """Return normal force [N] and displacement [m] of the present state."""
-        return self._f.item(self._force_at), self._f.item(self._displacement_at)
+        return self._reals[self._force_at], self._reals[self._displacement_at]
 
     def state_taken(self) -> Unmade:
         """Return the present state."""
-        stamp, seq = map(self._t.item, self._news)
+        stamp, seq = map(self._wholes.__getitem__, self._news)
         return Unmade(FingertipState, self.finger.name, stamp, (seq, *self._state.tolist()))
 
     def command_given(self) -> Unmade:
         """Return the last command."""
-        stamp, seq, reason = map(self._t.item, self._turn)
-        force, adjustment = map(self._f.item, self._given)
+        stamp, seq, reason = map(self._wholes.__getitem__, self._turn)
+        force, adjustment = map(self._reals.__getitem__, self._given)
         rest = seq, force, adjustment, REASONS[reason], stamp + self._lifetime
         return Unmade(ForceCommand, self.finger.name, stamp, rest)
 
     def command_numbers(self) -> tuple[int, float, float, int, int]:
         """Return counter, force [N], its change [N], reason and lifetime [ns] of the last command."""
-        _, seq, reason = map(self._t.item, self._turn)
-        force, adjustment = map(self._f.item, self._given)
+        _, seq, reason = map(self._wholes.__getitem__, self._turn)
+        force, adjustment = map(self._reals.__getitem__, self._given)
         return seq, force, adjustment, reason, self._lifetime
 
     @property
@@ -282,6 +286,12 @@ class CompiledFinger:
         kept = self._rows(max(fetched, noted - self.memory.layout.history), noted)
         self.finger.past.extend(kept)
         return kept
+
+    def _state_at(self, number: int) -> FingertipState:
+        """Return a state by its number in the history."""
+        row = number % max(len(self._history), 1)
+        values = self._history[row, :-1].tolist()
+        return FingertipState(int(self._stamps[row]), self.finger.name, int(self._numbers[row]), *values)
 
     def _rows(self, start: int, end: int) -> KeptStates:
         """Return copies of states by their numbers in the history."""

@@ -365,9 +365,10 @@ class GraspFriction:
 
         What the grip counts on of friction is in it, too.
         """
-        channel = self.doubted_channel(health.finger)
-        health = replace(health, friction=self.friction_counted_on(health.finger))
-        return replace(health, channel=channel, regime="", suspect="") if channel else health
+        channel, friction = self.doubted_channel(health.finger), self.friction_counted_on(health.finger)
+        if channel:
+            return replace(health, channel=channel, regime="", suspect="", friction=friction)
+        return health if friction == health.friction else replace(health, friction=friction)
 
     def state_friction(self, contact: ContactEstimate) -> ContactEstimate:
         """Return ``contact`` with the friction that is stated (:mod:`vegrip.grip.friction_change`)."""

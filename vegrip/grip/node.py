@@ -324,10 +324,9 @@ class GraspForce(NodeBase):
         """The rows of the commands that :meth:`on_batch` gave last, below a head that is still empty."""
         return bytearray() if self._batch is None else self._batch.commands
 
-    def name_in(self, payload: bytes, row: int) -> str:
-        """Return whose state a row of a batch is, "" for another one's."""
-        finger = self._batch.finger_of(payload, row) if self._batch is not None else None
-        return "" if finger is None else finger.finger.name
+    def names_in(self, payload: bytes, rows: int) -> Sequence[str]:
+        """Return whose states the rows of a batch are, "" for another one's."""
+        return ("",) * rows if self._batch is None else self._batch.names_in(payload, rows)
 
     def command_frame(self, name: str) -> np.ndarray:
         """Return the bytes of the last command that :meth:`on_frame` gave."""

@@ -5,6 +5,7 @@ messages.
 """
 
 from collections.abc import Collection, Iterator, Sequence
+from itertools import compress
 from typing import Protocol, runtime_checkable
 
 from vegrip.messages import ForceCommand, Message
@@ -50,10 +51,12 @@ class AnswersBatches(AnswersFrames, Protocol):
     def batch_reports(self) -> tuple[bytearray, bytearray]:
         """Contacts and slip margins that were packed last, below heads that are still empty."""
 
-    def name_in(self, payload: bytes, row: int) -> str:
-        """Return whose state a row is, "" for another one's."""
+    def names_in(self, payload: bytes, rows: int) -> Sequence[str]:
+        """Return whose states the rows are, "" for another one's."""
 
 
+REPORTING = bytes(1 if outcome & REPORT else 0 for outcome in range(256))
+"""Of what was done with a row: 1 where something is due to be told."""
 ROWS_EACH = (2, 1)
 """Rows of a finger in the batches of :data:`~vegrip.runtime.hot_path.REPORTS`."""
 
@@ -92,36 +95,39 @@ class BatchPath(ShortWay[AnswersBatches, GivesBatches]):
         self._statistics.batch(taken, commands, arrival, self._clock.now())
         if taken:
             self._senders.note_values(self._fingers[0], *self.node.felt(self._fingers[0]))
-        reporting = [self.node.name_in(payload, row) for row in range(rows) if done[row] & REPORT]
+        names = self.node.names_in(payload, rows)
         if telemetry is not None and taken:
-            for row in range(rows):
-                if done[row]:
-                    show(telemetry, self.node, self.node.name_in(payload, row), done[row])
-        return done, reporting
+            for name, outcome in zip(names, done, strict=False):
+                if outcome:
+                    show(telemetry, self.node, name, outcome)
+        return done, list(compress(names, done.translate(REPORTING)))
 
     def reports(self, fingers: Sequence[str], now: int) -> Iterator[Message | None]:
         """As :meth:`vegrip.runtime.hot_path.HotPath.reports`; what is ready as bytes goes out in batches."""
-        told = self.node.report_batch([f for f in fingers if not is_watched(self._telemetry, f)], now)
+        telemetry = self._telemetry
+        packed = fingers if telemetry is None else [f for f in fingers if not is_watched(telemetry, f)]
+        told = self.node.report_batch(packed, now)
         if told:
             for kind, rows, data in zip(REPORTS, ROWS_EACH, self.node.batch_reports, strict=True):
                 self._put_off(kind, len(told) * rows, data)
             for finger in told:
-                count_reports(self._telemetry, finger)
+                count_reports(telemetry, finger)
             yield None  # the next states may have come
         for finger in fingers:
             if self.node.has_more_to_tell(finger, now):
                 yield from self.node.reports(finger, now)
 
     def _send(self, commands: int) -> None:
-        sealed = self._sealed(ForceCommand, commands, self.node.batch_commands)
-        self._endpoint.send_batch(ForceCommand, sealed)
+        data, end = self.node.batch_commands, self._end_of(ForceCommand, commands)
+        whole = data if len(data) == end else data[:end]
+        self._endpoint.batches.seal(whole, ForceCommand, commands)
+        self._endpoint.send_batch(ForceCommand, whole)
 
     def _put_off(self, kind: type[Message], rows: int, data: bytearray) -> None:
-        self._endpoint.put_off_batch(kind, self._sealed(kind, rows, data))
+        whole = data[: self._end_of(kind, rows)]  # a copy, for the next reports come into ``data``
+        self._endpoint.batches.seal(whole, kind, rows)
+        self._endpoint.put_off_batch(kind, whole)
 
-    def _sealed(self, kind: type[Message], rows: int, data: bytearray) -> bytearray:
-        """Return the batch of the first ``rows`` of those in ``data``."""
-        batches = self._endpoint.batches
-        whole = data[: FIRST_ROW + rows * (ROW_ID.size + batches.lengths[kind])]
-        batches.seal(whole, kind, rows)
-        return whole
+    def _end_of(self, kind: type[Message], rows: int) -> int:
+        """Return the length of a batch of so many ``rows``."""
+        return FIRST_ROW + rows * (ROW_ID.size + self._endpoint.batches.lengths[kind])

@@ -15,6 +15,7 @@ from vegrip.transport.socket_monitor import SocketMonitor
 
 DONTWAIT = int(zmq.DONTWAIT)
 """As a plain number: flags of the enumeration are looked up in microseconds."""
+EVENTS, POLLIN = zmq.EVENTS, int(zmq.POLLIN)
 REOPEN_AFTER: Final = 0.1
 """[s] from the end of a connection that libzmq does not try again until it is opened anew: its interval."""
 
@@ -67,9 +68,11 @@ class Subscription:
     def take(self) -> Sequence[bytes] | None:
         """Return the parts of the next message, None when there is none.
 
-        Whether a message is there is not asked before: for libzmq that is as much work as to look for it.
-        The frames know what follows, which costs less than to ask the socket.
+        Whether one is there is asked before: to look for it and find none is an exception, which costs four
+        times as much. The frames know what follows, which costs less than to ask the socket.
         """
+        if not self._socket.getsockopt(EVENTS) & POLLIN:
+            return None
         try:
             frame = self._socket.recv(DONTWAIT, copy=False)
             parts = [frame.bytes]

@@ -35,7 +35,8 @@ MAX_BATCH_ROWS: Final = 30  # the Data ID of a row has 16 bits
 BATCH_HEAD: Final = struct.Struct("<BBH")  # version, rows, bytes of a row
 ROW_ID: Final = struct.Struct("<H")
 FIRST_ROW: Final = P04_HEADER + BATCH_HEAD.size
-COUNTER: Final = slice(2, 4)  # of profile 4, most significant byte first
+COUNTER: Final = struct.Struct(">H")  # of profile 4
+COUNTER_AT: Final = 2
 BATCHED_MESSAGES: Final = (FingertipState, ForceCommand, ContactEstimate, SlipMargin)
 Batched = FingertipState | ForceCommand | ContactEstimate | SlipMargin
 WHOLE: Final = frozenset({"counter"})
@@ -120,7 +121,7 @@ class BatchCodec:
         """Write version, number and size of the rows that stand in ``data``, and protect it."""
         BATCH_HEAD.pack_into(data, P04_HEADER, self._version, rows, ROW_ID.size + self.lengths[kind])
         self._counter = (self._counter + 1) & 0xFFFF
-        data[COUNTER] = self._counter.to_bytes(2, "big")
+        COUNTER.pack_into(data, COUNTER_AT, self._counter)
         P04.protect(data, self._data_ids[kind])
 
     def rows_in(self, payload: bytes, kind: type[Message]) -> int:
