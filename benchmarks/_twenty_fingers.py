@@ -69,8 +69,9 @@ class Served:
 class Answers(Protocol):
     """One who answers batches of states."""
 
-    rows: int
-    """States answered so far."""
+    @property
+    def rows(self) -> int:
+        """States answered so far."""
 
     def start(self) -> None:
         """Be ready to answer, with the priority of a node."""

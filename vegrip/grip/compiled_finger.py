@@ -119,7 +119,7 @@ class CompiledFinger:
         self._shared = shared
         self._f, self._t = self.memory.f, self.memory.t
         # one number of an array costs three times as much as one of a view of it
-        self._reals, self._wholes = memoryview(self._f), memoryview(self._t)
+        self._reals, self._wholes = self._f.data, self._t.data
         compile_now(self.module, line.wire, self._f, self._t, self.answer)
         self._step = bound_step(self.module, line.wire, self._f, self._t, shared, self.answer)
         self._force_at = layout.reals["STATE_NORMAL_FORCE"]

@@ -357,7 +357,7 @@ class Runner:
             for answer in self._unfinished[0]:
                 self._begun = True
                 if answer is not None:
-                    self._send((answer,))
+                    self._send_later(answer)
                 return
             self._unfinished.popleft()
             self._begun = False
@@ -393,6 +393,15 @@ class Runner:
                 self._telemetry.offer(message, Direction.OUT)
         if self._gathering is not None and messages:
             self._gathering.flush()
+
+    def _send_later(self, message: Message) -> None:
+        """Send a message that nothing waits for; where that saves waking a thread, behind the next one."""
+        if self._gathering is None or isinstance(message, ForceCommand | FingertipState):
+            self._send((message,))
+            return
+        self._gathering.put_off(message)
+        if self._telemetry is not None:
+            self._telemetry.offer(message, Direction.OUT)
 
     def _report(self, now: int) -> None:
         dropped = self._telemetry.dropped if self._telemetry is not None else 0

@@ -58,7 +58,7 @@ class BatchEndpoint(ZmqEndpoint):
         self.batches = batches
         self._kinds = {topic.encode(): kind for kind, topic in batches.topics.items()}
         self._topics = {kind: topic for topic, kind in self._kinds.items()}
-        self._put_off: list[tuple[type[Message], bytes | bytearray]] = []
+        self._put_off: list[tuple[bytes, bytes | bytearray]] = []  # topic and payload
         self._gathered: dict[type[Any], dict[int, Frame]] = {kind: {} for kind in BATCHED_MESSAGES}
         super().__init__(publish, subscribe, codec, keys)
 
@@ -92,6 +92,16 @@ class BatchEndpoint(ZmqEndpoint):
                 self.flush()
             gathered[frame.arbitration_id] = frame
 
+    def put_off(self, message: Message) -> None:
+        """Publish ``message`` behind the next batch, or at the next :meth:`flush`."""
+        if isinstance(message, BATCHED_MESSAGES):
+            frames = self.batches.encode(message)
+            if frames:
+                self.put_off_batch(type(message), self.batches.pack(type(message), frames))
+        elif (encoded := self._codec.encode(message)) is not None:
+            topic, payload = encoded
+            self._put_off.append((topic.encode(), payload))
+
     def flush(self) -> None:
         """Publish what was gathered."""
         for kind, frames in self._gathered.items():
@@ -102,7 +112,7 @@ class BatchEndpoint(ZmqEndpoint):
 
     def send_batch(self, kind: type[Message], payload: bytes | bytearray) -> None:
         """Publish a batch as it is, and behind it what was put off."""
-        self._publish(kind, payload)
+        self._publish(self._topics[kind], payload)
         self._send_put_off()
 
     def put_off_batch(self, kind: type[Message], payload: bytes | bytearray) -> None:
@@ -110,16 +120,16 @@ class BatchEndpoint(ZmqEndpoint):
 
         To wake the thread of ZeroMQ takes six times as long as to give it another message while it is awake.
         """
-        self._put_off.append((kind, payload))
+        self._put_off.append((self._topics[kind], payload))
 
     def _send_put_off(self) -> None:
-        for kind, payload in self._put_off:
-            self._publish(kind, payload)
+        for topic, payload in self._put_off:
+            self._publish(topic, payload)
         self._put_off.clear()
 
-    def _publish(self, kind: type[Message], payload: bytes | bytearray) -> None:
+    def _publish(self, topic: bytes, payload: bytes | bytearray) -> None:
         try:
-            self._publisher.send(self._topics[kind], TOPIC_FLAGS)
+            self._publisher.send(topic, TOPIC_FLAGS)
             self._publisher.send(payload, DONTWAIT)
         except zmq.ZMQError:
             self._faults["unsent"] += 1

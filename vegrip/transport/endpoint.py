@@ -95,6 +95,9 @@ class Gathering(Protocol):
     def flush(self) -> None:
         """Send what was kept."""
 
+    def put_off(self, message: Message) -> None:
+        """Send ``message`` behind what is sent next, or at the next :meth:`flush`."""
+
 
 @runtime_checkable
 class TakesAll(Protocol):

@@ -71,7 +71,7 @@ class Subscription:
         Whether one is there is asked before: to look for it and find none is an exception, which costs four
         times as much. The frames know what follows, which costs less than to ask the socket.
         """
-        if not self._socket.getsockopt(EVENTS) & POLLIN:
+        if not int(self._socket.getsockopt(EVENTS)) & POLLIN:
             return None
         try:
             frame = self._socket.recv(DONTWAIT, copy=False)

@@ -85,7 +85,7 @@ def misfit_of_cell(m: Floats, channel: int, regime: float, at: int) -> float:
     """How far the cell at ``at`` is outside, 1 = at the edge, 0 = too little is known, or not judged."""
     if regime == REGIME_JERK or not m[at + CELL_WEIGHT] >= ENOUGH:
         return 0.0
-    nis, bias = m[at + CELL_NIS], abs(m[at + CELL_MEAN]) / edge_of_regime(regime)
+    nis, bias = float(m[at + CELL_NIS]), float(abs(m[at + CELL_MEAN])) / edge_of_regime(regime)
     if not math.isfinite(nis + bias):
         return math.inf
     of_nis = max(nis / MOST_NIS, LEAST_NIS / max(nis, 1e-9))
