@@ -27,7 +27,7 @@ from vegrip.host.lock_file import locked
 from vegrip.transport.canbus.acceptance import MAX_FILTERS_BYTES, Acceptance, unpack_filters
 from vegrip.transport.canbus.bus_events import BusError, Event, StateChange, Transmission
 from vegrip.transport.canbus.bus_model import BusModel
-from vegrip.transport.canbus.error_report import Report, error_report, state_report
+from vegrip.transport.canbus.error_report import error_report, state_report
 from vegrip.transport.canbus.greeting import Greeting, read_greeting
 from vegrip.transport.canbus.hub_wire import (
     MAX_GATHERED_BYTES,
@@ -198,19 +198,21 @@ class Hub:
         self._tell(self._bus, self._bus.advance(now if event is None else min(now, event + SLICE)))
 
     def _tell(self, bus: BusModel, events: Sequence[Event]) -> None:
+        busy = bus.busy - sum(one.end - one.start for one in events if not isinstance(one, StateChange))
         for event in events:
+            if isinstance(event, StateChange):
+                self._tell_state(event, busy)
+                continue
+            busy += event.end - event.start
             if isinstance(event, Transmission):
-                self._deliver(bus, event)
-            elif isinstance(event, BusError):
-                for node in self._nodes:
-                    self._report(event.end, node, error_report(event, node))
+                self._deliver(event, busy)
             else:
-                self._tell_state(event)
+                self._tell_error(event, busy)
 
-    def _deliver(self, bus: BusModel, sent: Transmission) -> None:
+    def _deliver(self, sent: Transmission, busy: int) -> None:
         if sent.is_lost:
             return
-        delivery, frame = pack_delivery(sent, bus.busy), sent.frame
+        delivery, frame = pack_delivery(sent, busy), sent.frame
         deaf = sent.node, sent.missed_by
         for node, member in self._nodes.items():
             if (node not in deaf or member.hears_itself) and member.acceptance.accepts(
@@ -222,13 +224,13 @@ class Hub:
         member.hear(delivery)
         self._due = min(self._due, member.due)
 
-    def _tell_state(self, change: StateChange) -> None:
-        if change.node in self._nodes:
-            self._report(change.time, change.node, state_report(change))
+    def _tell_error(self, error: BusError, busy: int) -> None:
+        for node, member in self._nodes.items():
+            self._bring(member, pack_error(error.end, busy, node, error_report(error, node)))
 
-    def _report(self, end: int, node: int, report: Report) -> None:
-        busy = self._bus.busy if self._bus is not None else 0
-        self._bring(self._nodes[node], pack_error(end, busy, node, report))
+    def _tell_state(self, change: StateChange, busy: int) -> None:
+        if (member := self._nodes.get(change.node)) is not None:
+            self._bring(member, pack_error(change.time, busy, change.node, state_report(change)))
 
     def _dismiss_the_dead(self) -> None:
         """Remove members that have left with a full queue.
