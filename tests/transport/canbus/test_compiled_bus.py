@@ -165,6 +165,30 @@ def test_the_loop_is_compiled_once_beside_the_bus_and_found_by_the_next_look(emp
 
 
 @needs_compiler
+def test_a_first_bus_carries_frames_while_its_loop_is_compiled_and_then_runs_it(
+    runtime, monkeypatch, tmp_path
+):
+    monkeypatch.setenv("VEGRIP_KERNEL", "c")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("VEGRIP_CACHE", "cache")  # from here, wherever the bus process goes
+    with (
+        can.Bus(interface="vegrip", channel="first", fd=True) as sender,
+        can.Bus(interface="vegrip", channel="first", fd=True) as receiver,
+    ):
+        maps = Path(f"/proc/{hub_process('first')}/maps")
+        deadline = time.monotonic() + PATIENCE
+        number = 0
+        while library_name() not in maps.read_text() and time.monotonic() < deadline:
+            sender.send(frame(number), timeout=PATIENCE)
+            assert len(taken(receiver, 1)) == 1
+            number += 1
+        assert str(tmp_path / "cache" / library_name()) in maps.read_text()
+        sender.send(frame(number))
+        assert len(taken(receiver, 1)) == 1
+        assert receiver.overruns == 0
+
+
+@needs_compiler
 def test_a_library_that_another_could_have_put_there_is_not_loaded(empty):
     empty.mkdir()
     (empty / f"{library_name()}.so").symlink_to("/nowhere")

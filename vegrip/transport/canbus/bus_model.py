@@ -126,7 +126,7 @@ class BusModel:
 
     def error_free_state(self) -> ErrorFreeState | None:
         """Return all that decides what happens next, None unless that is arbitration and time alone."""
-        is_error_free = self.is_healthy and self._acknowledging >= 2  # whoever sends, another acknowledges
+        is_error_free = self.is_healthy and self._acknowledging >= 2  # every frame is acknowledged
         if not is_error_free or any(node.leaving for node in self._nodes.values()):
             return None
         current = self._current

@@ -108,13 +108,15 @@ class Search:
         if now < self._next_look:
             return self._found
         self._next_look = now + LOOK_AGAIN
+        if self._compiling is not None and self._compiling.poll() is None:
+            return None
         path = compiled_folder.found_library(library_name())
         if path is not None:
             self._next_look = sys.maxsize
             self._found = _loaded(path)
         elif self._compiling is None and compiler() is not None:
             self._compiling = _started()
-        elif self._compiling is None or self._compiling.poll():
+        elif self._compiling is None or self._compiling.returncode:
             self._next_look = sys.maxsize  # there is no compiler, or it has failed
         return self._found
 
@@ -127,9 +129,11 @@ def _loaded(path: Path) -> CompiledBus | None:
 
 
 def _started() -> subprocess.Popen[bytes]:
-    quiet = subprocess.DEVNULL
-    command = [sys.executable, "-m", __name__]
-    return subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True)
+    root, quiet = str(HERE.parents[2]), subprocess.DEVNULL
+    text = f"import sys; sys.path.append({root!r}); from {__name__} import main; main()"
+    return subprocess.Popen(
+        [sys.executable, "-c", text], stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True
+    )
 
 
 def main() -> None:
@@ -141,7 +145,3 @@ def main() -> None:
         if locked(where / f"{library_name()}.lock") is None:
             return
     compile_library()
-
-
-if __name__ == "__main__":
-    main()

@@ -59,6 +59,8 @@ MOST_MEMBERS = 256  # far below what select() can watch and a process may open
 MOST_NEWCOMERS = 64  # besides; they are heard, and told so when there is no room
 GREETING_WITHIN = 2.0  # [s] from the connection on; who says nothing must not keep a place
 COMPILED_SLICE = NS // 10  # [ns] for which the compiled loop runs at a time: it hears no signals
+FOLDERS = ("VEGRIP_CACHE", "VEGRIP_RUNTIME_DIR", "XDG_CACHE_HOME", "XDG_RUNTIME_DIR")
+"""Environment variables that name folders, maybe from where the first member was started."""
 MEMBER_BACKLOG_FRAMES = (
     4096  # frames kept for a member that does not read; then they are lost for it, as in any controller
 )
@@ -410,6 +412,9 @@ def main(path: Path) -> None:
 
 
 def _detach() -> None:
+    for name in FOLDERS:
+        if given := os.environ.get(name):
+            os.environ[name] = str(Path(given).absolute())
     os.setsid()
     os.chdir("/")
     nothing = os.open(os.devnull, os.O_RDWR)
