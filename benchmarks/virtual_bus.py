@@ -2,8 +2,10 @@
 
 * A frame through the model of the bus, on a simulated clock, against python-can's ``virtual`` from send to
   receive.
+* A frame from the bytes of its request to those of its deliveries, through the compiled kernels against the
+  model: in a loop, and after a sleep of 1.5 ms, as the bus process runs, when the caches are cold.
 * Processor time of the hub per frame, four members on the wall clock, against a process that copies every
-  packet to the other members and does nothing else.
+  packet to the other members and does nothing else, and against the hub without its compiled loop.
 """
 
 import json
@@ -19,19 +21,34 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
 from random import Random
+from statistics import median
 
 import can
 from vegrip.benchmarks._timing import compared
 
+from vegrip.host.c_compiler import compiler
+from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.bus_model import BusModel
+from vegrip.transport.canbus.compiled_bus import CompiledBus, Search, compile_library
+from vegrip.transport.canbus.error_free_bus import ErrorFreeBus
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
-from vegrip.transport.canbus.hub import AT_ONCE, Hub
-from vegrip.transport.canbus.hub_wire import HUB_VERSION, MAX_PACKET_BYTES, pack_request
+from vegrip.transport.canbus.hub import AT_ONCE, Hub, Member
+from vegrip.transport.canbus.hub_wire import (
+    HUB_VERSION,
+    MAX_PACKET_BYTES,
+    numbered,
+    pack_delivery,
+    pack_request,
+    unpack_request,
+)
+from vegrip.transport.canbus.kernels import memory as at
 
 MEMBERS = 4
 MOST = 1000  # packets taken in one go
 FINGERS, PERIOD = 5, 0.002  # [s]
 ROUNDS = 1500
+ASLEEP = 0.0015  # [s] between two wake-ups of the bus process
+TAKES = 200_001  # [ns] longer than any of the frames
 SMALLEST = {"ROUNDS": 20}
 RANDOM = Random(1)  # noqa: S311 (no secret)
 FRAMES = [
@@ -40,7 +57,7 @@ FRAMES = [
 
 
 def run() -> dict[str, dict[str, float]]:
-    """Measure both."""
+    """Measure all."""
     with ExitStack() as stack:
         ends = [
             stack.enter_context(
@@ -49,11 +66,76 @@ def run() -> dict[str, dict[str, float]]:
             for _ in range(MEMBERS)
         ]
         model = compared(_through_the_model(), _through_python_can(ends))
-    ours, theirs = _hub_time(_hub, _greeting()), _hub_time(_copy, b"")
-    return {
-        "bus_model_frame_vs_python_can_virtual": model,
-        "hub_cpu_per_frame_vs_copying": {"ours_us": ours, "theirs_us": theirs, "ratio": theirs / ours},
+    rows = {"bus_model_frame_vs_python_can_virtual": model}
+    interpreted, copying = _hub_time(_hub, _greeting()), _hub_time(_copy, b"")
+    if compiler() is None:
+        return rows | {"hub_cpu_per_frame_vs_copying": _row(interpreted, copying)}
+    by_kernels, by_model = _by_kernels(CompiledBus(compile_library())), _by_model()
+    compiled = _hub_time(_compiled_hub, _greeting())
+    return rows | {
+        "kernels_frame_vs_model": compared(by_kernels, by_model),
+        "kernels_frame_vs_model_after_a_sleep": _row(_after_sleeps(by_kernels), _after_sleeps(by_model)),
+        "hub_cpu_per_frame_vs_copying": _row(compiled, copying),
+        "hub_cpu_per_frame_vs_hub_in_python": _row(compiled, interpreted),
     }
+
+
+def _row(ours: float, theirs: float) -> dict[str, float]:
+    return {"ours_us": ours, "theirs_us": theirs, "ratio": theirs / ours}
+
+
+def _by_model() -> Callable[[], object]:
+    """Return what takes a frame from the bytes of its request to those of its deliveries, by the model."""
+    bus, packets, now = BusModel(BitTiming()), cycle([pack_request(0, frame) for frame in FRAMES]), 0
+    for node in range(MEMBERS):
+        bus.attach(node)
+
+    def carry() -> object:
+        nonlocal now
+        asked = unpack_request(next(packets))
+        assert asked is not None
+        bus.request(now, now & 3, asked[1])
+        bus.advance(now)
+        now += TAKES
+        sent = [one for one in bus.advance(now) if isinstance(one, Transmission)]
+        return [numbered(now, pack_delivery(one, bus.busy)) for one in sent for _ in range(MEMBERS - 1)]
+
+    return carry
+
+
+def _by_kernels(kernels: CompiledBus) -> Callable[[], object]:
+    """Return what does the same by the kernels in C."""
+    bus, packets, now = BusModel(BitTiming()), cycle([pack_request(0, frame) for frame in FRAMES]), 0
+    memory, members = ErrorFreeBus(), [Member(node, socket.socket()) for node in range(MEMBERS)]
+    for member in members:
+        bus.attach(member.node)
+    memory.load(bus, members, 0)
+    for member in members:
+        member.connection.close()
+    both, t, d = memory.addresses, memory.wholes, memory.bytes
+
+    def carry() -> object:
+        nonlocal now
+        packet = next(packets)
+        d[at.RECEIVED : at.RECEIVED + len(packet)] = packet
+        kernels.take_packet(*both, now & 3, len(packet), now)
+        kernels.advance(*both, now, now)
+        now += TAKES
+        t[at.PACKETS] = t[at.BYTES_TO_SEND] = 0
+        return kernels.advance(*both, now, now)
+
+    return carry
+
+
+def _after_sleeps(carry: Callable[[], object]) -> float:
+    """Return the time [us] of a call after a sleep."""
+    times = []
+    for _ in range(ROUNDS):
+        time.sleep(ASLEEP)
+        start = time.perf_counter()
+        carry()
+        times.append(time.perf_counter() - start)
+    return median(times) * 1e6
 
 
 def _through_the_model() -> Callable[[], object]:
@@ -94,6 +176,10 @@ def _greeting() -> bytes:
 
 def _hub(listener: socket.socket) -> None:
     Hub(listener).serve()
+
+
+def _compiled_hub(listener: socket.socket) -> None:
+    Hub(listener, Search()).serve()
 
 
 def _copy(listener: socket.socket) -> None:

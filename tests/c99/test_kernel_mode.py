@@ -16,7 +16,8 @@ from vegrip.estimator.layout import layout_of
 from vegrip.estimator.origins import Origins
 from vegrip.export import Request
 from vegrip.export.vectors import simulated
-from vegrip.model import cache, paper_model
+from vegrip.host import compiled_folder
+from vegrip.model import paper_model
 
 needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
 
@@ -116,7 +117,7 @@ def test_a_second_start_takes_the_library_from_the_cache(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("VEGRIP_KERNEL", "c")
-    monkeypatch.setattr(cache, "folder", lambda: tmp_path)
+    monkeypatch.setattr(compiled_folder, "folder", lambda: tmp_path)
     monkeypatch.setattr(kernels_c, "_libraries", {})
     ContactEstimator(paper_model(8e-3), SensorNoise())
     made = list(tmp_path.glob("vegrip_c_*.so"))
@@ -128,11 +129,11 @@ def test_a_second_start_takes_the_library_from_the_cache(
 
 @needs_compiler
 def test_a_library_of_another_user_is_not_loaded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    made = cache.library("vegrip_c_test", lambda path: path.write_bytes(b"x") and None)
+    made = compiled_folder.library("vegrip_c_test", lambda path: path.write_bytes(b"x") and None)
     made.unlink()
-    monkeypatch.setattr(cache, "folder", lambda: tmp_path)
+    monkeypatch.setattr(compiled_folder, "folder", lambda: tmp_path)
     foreign = tmp_path / "vegrip_c_test.so"
     foreign.symlink_to("/nowhere")
-    place = cache.library("vegrip_c_test", lambda path: path.write_bytes(b"x") and None)
+    place = compiled_folder.library("vegrip_c_test", lambda path: path.write_bytes(b"x") and None)
     assert place.parent != tmp_path
     place.unlink()

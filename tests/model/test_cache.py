@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from vegrip.host import compiled_folder
 from vegrip.host.private_folder import why_not_private, why_not_trusted
 from vegrip.model import cache
 
@@ -17,8 +18,8 @@ OTHER = 12345  # a user
 
 @pytest.fixture(autouse=True)
 def anew(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    cache._tell.cache_clear()
-    cache._substitute.cache_clear()
+    compiled_folder._tell.cache_clear()
+    compiled_folder.substitute.cache_clear()
     monkeypatch.setenv("VEGRIP_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("VEGRIP_RUNTIME_DIR", str(tmp_path / "run"))
     caplog.set_level(logging.WARNING)
@@ -114,5 +115,5 @@ def test_a_home_that_cannot_be_written_leaves_one_folder_for_all_starts(
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("VEGRIP_CACHE", str(tmp_path / "file" / "cache"))
     assert loaded("first") == tmp_path / "run" / "models"
-    cache._substitute.cache_clear()  # the next start
+    compiled_folder.substitute.cache_clear()  # the next start
     assert loaded("second") == tmp_path / "run" / "models"

@@ -1,10 +1,12 @@
 """Translated text compiled for this machine and called from Python."""
 
 import ctypes
-import os
-import shutil
 import subprocess
 from pathlib import Path
+
+from vegrip.host.c_compiler import compiler
+
+__all__ = ["CompilerError", "build", "compiler", "load"]
 
 HOST_INCLUDES = "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n\n"
 EXACT = ("-std=c99", "-ffp-contract=off")
@@ -15,14 +17,6 @@ MAX_COMPILE_S = 120.0  # [s] that a compiler may take
 
 class CompilerError(Exception):
     """There is no C compiler, or it has failed; says which and why."""
-
-
-def compiler() -> str | None:
-    """Return the C compiler of this machine: ``CC`` of the environment, else cc, gcc or clang."""
-    for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
-        if name and (found := shutil.which(name)):
-            return found
-    return None
 
 
 def build(text: str, library: Path, flags: tuple[str, ...] = FLAGS) -> None:

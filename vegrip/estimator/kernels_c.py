@@ -20,7 +20,7 @@ from vegrip.c99.bridge import Lengths, behind_doubles
 from vegrip.c99.kinds import Kind
 from vegrip.c99.refusal import Place, unknown_place
 from vegrip.compiling import announce_compiling
-from vegrip.model import cache
+from vegrip.host import compiled_folder
 from vegrip.types import Floats
 
 ENTRIES: Final = {
@@ -165,7 +165,7 @@ def _library(text: str, entries: Entries, place: Place, more: str, *, single: Le
             c = behind_doubles(c, entries, single)
         host.build(f"{c}\n{more}", library)
 
-    return cache.library(_name(f"{single or 0} {text}{more}", compiler), make)
+    return compiled_folder.library(_name(f"{single or 0} {text}{more}", compiler), make)
 
 
 def _name(text: str, compiler: str) -> str:

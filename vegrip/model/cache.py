@@ -5,18 +5,12 @@ name changes with every change of text or of numba; stale physics cannot run. Be
 compiled from it, which is run unread: a folder that others can write is not used.
 """
 
-import atexit
-import contextlib
-import functools
 import hashlib
 import importlib.util
-import logging
 import os
-import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -24,21 +18,8 @@ import numba
 from numba.core import event
 
 from vegrip.compiling import announce_compiling
-from vegrip.host.private_folder import ROOT, runtime_root, why_not_private, why_not_trusted
-
-log = logging.getLogger(__name__)
-
-
-class UntrustedError(Exception):
-    """A folder in which others may have put code."""
-
-
-def folder() -> Path:
-    """Return where generated modules live: ``VEGRIP_CACHE``, else the user's cache folder."""
-    if own := os.environ.get("VEGRIP_CACHE"):
-        return Path(own)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vegrip"
-
+from vegrip.host import compiled_folder
+from vegrip.host.compiled_folder import UntrustedError
 
 NEWS_PERIOD_S = 3.0  # [s] between two sentences of progress
 GENERATED = "vegrip_generated_"
@@ -121,76 +102,20 @@ def load_plain(text: str) -> ModuleType:
     return _imported(name, _written(name, plain))
 
 
-def library(name: str, make: Callable[[Path], None]) -> Path:
-    """Return the shared library ``name`` of the cache; ``make`` compiles it to a path where it is not there.
-
-    Raises what ``make`` raises.
-    """
-    where = folder()
-    try:
-        return _made(where, name, make)
-    except (OSError, UntrustedError) as error:
-        _tell(where, error.strerror or str(error) if isinstance(error, OSError) else str(error))
-    return _made(_substitute(), name, make)
-
-
-def _made(where: Path, name: str, make: Callable[[Path], None]) -> Path:
-    path = where / f"{name}.so"
-    where.mkdir(mode=0o700, parents=True, exist_ok=True)
-    _check(where, name)
-    if not path.exists():
-        with tempfile.TemporaryDirectory(dir=where) as scratch:  # a reader never sees half a file
-            make(Path(scratch) / path.name)
-            (Path(scratch) / path.name).replace(path)
-    return path
-
-
 def _written(name: str, text: str) -> Path:
     """Write the module unless it is there; a reader never sees half a file."""
-    where = folder()
+    where = compiled_folder.folder()
     try:
         return _write(where, name, text)
     except (OSError, UntrustedError) as error:
-        _tell(where, error.strerror or str(error) if isinstance(error, OSError) else str(error))
-    return _write(_substitute(), name, text)
-
-
-@functools.cache
-def _tell(where: Path, reason: str) -> None:
-    log.warning("compiled models are not kept in %s: %s; correct that or set VEGRIP_CACHE", where, reason)
-
-
-@functools.cache
-def _substitute() -> Path:
-    """Return a private folder for as long as this user is logged in, or at least as this process lives."""
-    root = runtime_root()
-    with contextlib.suppress(OSError):
-        root.mkdir(mode=0o700, parents=True, exist_ok=True)
-        if not why_not_private(root):
-            (root / "models").mkdir(mode=0o700, exist_ok=True)
-            return root / "models"
-    where = tempfile.mkdtemp(prefix="vegrip-")
-    atexit.register(shutil.rmtree, where, ignore_errors=True)
-    return Path(where)
-
-
-def _check(where: Path, name: str) -> None:
-    """Raise unless ``where``, and what lies there of the module ``name``, is this user's or root's."""
-    if reason := why_not_trusted(where):
-        raise UntrustedError(reason)
-    compiled = where / "__pycache__"
-    found = [compiled, *compiled.glob(f"{name}*"), where / f"{name}.py", where / f"{name}.so"]
-    for place in (place for place in found if place.exists() or place.is_symlink()):
-        if place.is_symlink() or place.stat().st_uid not in (os.getuid(), ROOT):
-            raise UntrustedError(f"{place} belongs to another user or is a link")
-    if compiled.exists() and compiled.stat().st_mode & 0o022:
-        raise UntrustedError(f"{compiled} can be written by other users")
+        compiled_folder.tell(where, error)
+    return _write(compiled_folder.substitute(), name, text)
 
 
 def _write(where: Path, name: str, text: str) -> Path:
     path = where / f"{name}.py"
     where.mkdir(mode=0o700, parents=True, exist_ok=True)
-    _check(where, name)
+    compiled_folder.check(where, name)
     if path.exists() and path.read_text(encoding="utf-8") == text:
         return path
     handle, scratch = tempfile.mkstemp(dir=where, suffix=".tmp")

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.transport.canbus.bit_stuffing import crc15_bytes, stuff_bit_by_bit, stuff_bytes
 from vegrip.transport.canbus.frame_time import (
     FD_SIZES,
     BitTiming,
@@ -15,6 +14,7 @@ from vegrip.transport.canbus.frame_time import (
     frame_duration,
     typical_duration,
 )
+from vegrip.transport.canbus.kernels.bit_stuffing import crc15_bytes, stuff_bit_by_bit, stuff_bytes
 
 identifiers = st.booleans().flatmap(
     lambda extended: st.tuples(st.integers(0, (1 << (29 if extended else 11)) - 1), st.just(extended))

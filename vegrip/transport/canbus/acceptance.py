@@ -63,17 +63,18 @@ class Acceptance:
     """What one member wants to hear."""
 
     def __init__(self, pairs: Sequence[Pair] = ()) -> None:
-        self._pairs = tuple(pairs)
+        self.pairs = tuple(pairs)
+        """Identifiers and masks; without any it wants everything."""
         self._known: dict[int, bool] = {}
 
     def accepts(self, identifier: int, *, extended: bool) -> bool:
         """Whether a data or remote frame passes; error frames always do."""
-        if not self._pairs:
+        if not self.pairs:
             return True
         key = identifier | EXTENDED_FLAG if extended else identifier
         known = self._known.get(key)
         if known is None:
             if len(self._known) >= _REMEMBERED:
                 self._known.clear()
-            known = self._known[key] = any((key ^ wanted) & mask == 0 for wanted, mask in self._pairs)
+            known = self._known[key] = any((key ^ wanted) & mask == 0 for wanted, mask in self.pairs)
         return known

@@ -5,6 +5,7 @@ first frames of all nodes the lowest arbitration field wins.
 """
 
 from collections import deque
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from vegrip.transport.canbus.frame_time import BusFrame
@@ -81,6 +82,19 @@ class Arbiter:
     def resume(self) -> None:
         """Forget the suspensions: another node has begun a frame."""
         self._suspended.clear()
+
+    def queues(self) -> dict[int, list[tuple[int, BusFrame]]] | None:
+        """Return times and frames that wait, by node; None while a node is suspended."""
+        if self._suspended:
+            return None
+        return {node: [(one.time, one.frame) for one in queue] for node, queue in self._queues.items()}
+
+    def restore(self, queues: Mapping[int, Sequence[tuple[int, BusFrame]]]) -> None:
+        """Let exactly the frames of ``queues`` wait."""
+        self._queues.clear()
+        for node, queue in queues.items():
+            for time, frame in queue:
+                self.request(time, node, frame)
 
     def _ready(self, node: int) -> int:
         time = self._queues[node][0].time

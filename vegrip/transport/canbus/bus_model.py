@@ -5,6 +5,7 @@ The same model runs on the wall clock (:mod:`vegrip.transport.canbus.hub`) and o
 later cannot receive it. A frame that goes wrong stays first in its node's queue and asks for the bus again.
 """
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from vegrip.clock import NS
@@ -30,6 +31,17 @@ class _Attempt(NamedTuple):
     error: ErrorKind | None = None
     found_by: int = NOBODY
     missed_by: int = NOBODY
+
+
+class ErrorFreeState(NamedTuple):
+    """A bus whose nodes have no errors, all there, and on which every frame is acknowledged."""
+
+    busy: int  # [ns]
+    free: int  # [ns]
+    current: (
+        tuple[int, int, int] | None
+    )  # start, end [ns] and node of the frame on the bus, the first of its queue
+    queues: Mapping[int, Sequence[tuple[int, BusFrame]]]  # node -> times [ns] and frames that wait
 
 
 class _Node:
@@ -111,6 +123,32 @@ class BusModel:
     def is_healthy(self) -> bool:
         """Whether no node has errors, and none is made to have some."""
         return not (self._troubled or self._off or self._has_faults)
+
+    def error_free_state(self) -> ErrorFreeState | None:
+        """Return all that decides what happens next, None unless that is arbitration and time alone."""
+        is_error_free = self.is_healthy and self._acknowledging >= 2  # every frame is acknowledged
+        if not is_error_free or any(node.leaving for node in self._nodes.values()):
+            return None
+        current = self._current
+        if current is not None and (current.error is not None or current.missed_by != NOBODY):
+            return None
+        queues = self._arbiter.queues()
+        if queues is None:
+            return None
+        on_bus = None if current is None else (current.start, current.end, current.node)
+        return ErrorFreeState(self.busy, self._free, on_bus, queues)
+
+    def restore(self, state: ErrorFreeState) -> None:
+        """Go on from ``state``, which a bus of these nodes was in."""
+        self.busy, self._free, self._current = state.busy, state.free, None
+        self._arbiter.restore(state.queues)
+        if state.current is not None:
+            start, end, node = state.current
+            self._current = _Attempt(start, end, node, state.queues[node][0][1])
+
+    def listens_only(self, node: int) -> bool:
+        """Whether ``node`` sends nothing."""
+        return self._nodes[node].listen_only
 
     def is_heard(self, node: int) -> bool:
         """Whether another node would acknowledge a frame of ``node``."""

@@ -19,8 +19,8 @@ the data are not made.
 from typing import NamedTuple
 
 from vegrip.clock import NS
-from vegrip.transport.canbus.bit_stuffing import LONGEST_RUN, crc15_bit_by_bit
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, frame_duration, number_bits
+from vegrip.transport.canbus.kernels.bit_stuffing import LONGEST_RUN, crc15_bit_by_bit
 
 FLAG = 6
 DELIMITER = 8

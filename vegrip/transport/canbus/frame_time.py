@@ -16,7 +16,7 @@ from random import Random
 from typing import NamedTuple
 
 from vegrip.clock import NS
-from vegrip.transport.canbus.bit_stuffing import (
+from vegrip.transport.canbus.kernels.bit_stuffing import (
     LONGEST_RUN,
     Run,
     crc15_bit_by_bit,
@@ -24,10 +24,9 @@ from vegrip.transport.canbus.bit_stuffing import (
     stuff_bit_by_bit,
     stuff_bytes,
 )
+from vegrip.transport.canbus.kernels.frame_fields import AFTER_CRC, AFTER_CRC_FD, DATA_SIZES
 
-FD_SIZES = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)  # bytes of data by length code
-_AFTER_CRC = 1 + 1 + 1 + 7 + 3  # CRC delimiter, ACK, ACK delimiter, end of frame, between frames
-_AFTER_CRC_FD = _AFTER_CRC - 1  # the CRC delimiter is sent at the data bit rate
+FD_SIZES = DATA_SIZES  # bytes of data by length code
 
 
 class BusFrame(NamedTuple):
@@ -91,7 +90,7 @@ def _classic_bits(frame: BusFrame) -> int:
     in_data, run = stuff_bytes(run, frame.data)
     in_crc, run = stuff_bit_by_bit(run, crc15_bytes(crc, frame.data), 15)
     last = run[1] == LONGEST_RUN
-    return width + 8 * len(frame.data) + 15 + stuffed + in_data + in_crc + last + _AFTER_CRC
+    return width + 8 * len(frame.data) + 15 + stuffed + in_data + in_crc + last + AFTER_CRC
 
 
 @lru_cache(maxsize=4096)
@@ -127,7 +126,7 @@ def _fd_control(
     crc = 4 + (17 if length <= 16 else 21)
     fixed, delimiter = 1 + crc // 4, 1
     fast = 5 + in_control + 8 * length + crc + fixed + delimiter
-    return width + stuffed + _AFTER_CRC_FD, fast, run
+    return width + stuffed + AFTER_CRC_FD, fast, run
 
 
 @lru_cache(maxsize=4096)
@@ -158,7 +157,7 @@ def longest_duration(identifier: int, length: int, fd: bool, timing: BitTiming) 
     stuff = 0 if after < free else 1 + (after - free) // (LONGEST_RUN - 1)
     crc = 4 + (17 if length <= 16 else 21)
     fast = after + stuff + crc + 1 + crc // 4 + 1
-    return round(NS * ((width + stuffed + _AFTER_CRC_FD) / timing.bitrate + fast / timing.data_bitrate))
+    return round(NS * ((width + stuffed + AFTER_CRC_FD) / timing.bitrate + fast / timing.data_bitrate))
 
 
 def number_bits(number: int, width: int) -> list[int]:

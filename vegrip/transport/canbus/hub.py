@@ -27,7 +27,9 @@ from vegrip.host.lock_file import locked
 from vegrip.transport.canbus.acceptance import MAX_FILTERS_BYTES, Acceptance, unpack_filters
 from vegrip.transport.canbus.bus_events import BusError, Event, StateChange, Transmission
 from vegrip.transport.canbus.bus_model import BusModel
-from vegrip.transport.canbus.error_report import Report, error_report, state_report
+from vegrip.transport.canbus.compiled_bus import Search
+from vegrip.transport.canbus.error_free_bus import ErrorFreeBus
+from vegrip.transport.canbus.error_report import error_report, state_report
 from vegrip.transport.canbus.greeting import Greeting, read_greeting
 from vegrip.transport.canbus.hub_wire import (
     MAX_GATHERED_BYTES,
@@ -37,21 +39,28 @@ from vegrip.transport.canbus.hub_wire import (
     split_requests,
     unpack_request,
 )
+from vegrip.transport.canbus.kernels.limits import (
+    GATHERED,
+    LONGEST_SLEEP,
+    NO_EVENT,
+    OLDEST_REQUEST,
+    SLICE,
+    TRANSMIT_QUEUE,
+)
+from vegrip.transport.canbus.kernels.memory import MOST_SLOTS
+from vegrip.transport.canbus.leaving import Why
 
 LONGEST_PACKET = max(MAX_FILTERS_BYTES, MAX_GATHERED_BYTES)  # bytes
-NEVER = 1 << 63  # [ns]
-LONGEST_SLEEP = 0.01  # [s] so that those who come or leave are seen on a slow bus too
-GATHERED = 300_000  # [ns] frames that end so soon after another are handed out with it, while more wait
 LINGER = 1.0  # [s] the hub waits for a member to come (back)
-TRANSMIT_QUEUE = 64  # frames of one member that may wait for the bus; then the member is not read
 AT_ONCE = int(
     socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL
 )  # a number: to join the flags takes as long as to send
 MOST_MEMBERS = 256  # far below what select() can watch and a process may open
 MOST_NEWCOMERS = 64  # besides; they are heard, and told so when there is no room
 GREETING_WITHIN = 2.0  # [s] from the connection on; who says nothing must not keep a place
-SLICE = NS // 20  # [ns] of the bus at a time, when the hub is behind; else those who come and leave must wait
-OLDEST_REQUEST = NS  # [ns] a frame that claims to have waited for longer has not
+COMPILED_SLICE = NS // 10  # [ns] for which the compiled loop runs at a time: it hears no signals
+FOLDERS = ("VEGRIP_CACHE", "VEGRIP_RUNTIME_DIR", "XDG_CACHE_HOME", "XDG_RUNTIME_DIR")
+"""Environment variables that name folders, maybe from where the first member was started."""
 MEMBER_BACKLOG_FRAMES = (
     4096  # frames kept for a member that does not read; then they are lost for it, as in any controller
 )
@@ -68,10 +77,14 @@ class Member:
         self.hears_itself = False
         self.patience: int | None = None  # [ns] for which deliveries may wait for others; None: none does
         self.acceptance = Acceptance()
-        self._number = 0
+        self.number = 0  # of its next delivery
+        self.gathered = bytearray()
         self._backlog: deque[bytes] = deque()
-        self._gathered = bytearray()
-        self.due = NEVER  # [ns] when what is gathered is to be handed out
+        self.due = NO_EVENT  # [ns] when what is gathered is to be handed out
+
+    def fileno(self) -> int:
+        """Return the descriptor of its connection."""
+        return self.connection.fileno()
 
     @property
     def is_behind(self) -> bool:
@@ -80,22 +93,22 @@ class Member:
 
     def hear(self, delivery: bytes) -> None:
         """Bring a frame; the number shows the member what it has missed."""
-        packet = numbered(self._number, delivery)
-        self._number += 1
+        packet = numbered(self.number, delivery)
+        self.number += 1
         if self.patience is None:
             self.deliver(packet)
             return
-        if len(self._gathered) + len(packet) > MAX_GATHERED_BYTES:
+        if len(self.gathered) + len(packet) > MAX_GATHERED_BYTES:
             self.hand_out()
-        if not self._gathered:
+        if not self.gathered:
             self.due = time.monotonic_ns() + self.patience
-        self._gathered += packet
+        self.gathered += packet
 
     def hand_out(self) -> None:
         """Bring what is gathered."""
-        self.deliver(bytes(self._gathered))
-        self._gathered.clear()
-        self.due = NEVER
+        self.deliver(bytes(self.gathered))
+        self.gathered.clear()
+        self.due = NO_EVENT
 
     def deliver(self, packet: bytes) -> None:
         """Send ``packet`` now, or later when the member does not read: ``MEMBER_BACKLOG_FRAMES`` at most."""
@@ -120,12 +133,14 @@ class Member:
 class Hub:
     """Input and output around a :class:`~vegrip.transport.canbus.bus_model.BusModel`."""
 
-    def __init__(self, listener: socket.socket) -> None:
+    def __init__(self, listener: socket.socket, search: Search | None = None) -> None:
         self._listener = listener
+        self._search = search  # for the compiled loop; None: Python carries all frames
+        self._memory: ErrorFreeBus | None = None  # of the compiled loop, once there is one
         self._members: dict[int, Member] = {}  # by file descriptor
         self._nodes: dict[int, Member] = {}
         self._gathering: dict[int, Member] = {}  # by node, those that take several frames at once
-        self._due = NEVER  # [ns] when one of them is to be handed what was gathered
+        self._due = NO_EVENT  # [ns] when one of them is to be handed what was gathered
         self._bus: BusModel | None = None  # from the first greeting on, which sets the bit rates
         self._last_node = 0
 
@@ -133,9 +148,32 @@ class Hub:
         """Carry frames until no member has been there for ``LINGER``."""
         alone_since = time.monotonic()
         while self._members or time.monotonic() - alone_since < LINGER:
-            self._step()
+            self._carry_compiled()
             if self._members:
                 alone_since = time.monotonic()
+            self._step()
+
+    def _carry_compiled(self) -> None:
+        """Let the compiled loop carry frames until something is out of the ordinary; deal with that."""
+        bus, search = self._bus, self._search
+        compiled = search.found(time.monotonic_ns()) if search is not None else None
+        if bus is None or compiled is None or not len(self._members) == len(self._nodes) <= MOST_SLOTS:
+            return
+        members = list(self._nodes.values())
+        memory = self._memory = self._memory or ErrorFreeBus()
+        if any(m.is_behind for m in members) or not memory.load(bus, members, self._listener.fileno()):
+            return
+        why = Why.TIME
+        while why == Why.TIME:  # a signal that has come is dealt with in between
+            why = compiled.loop(*memory.addresses, time.monotonic_ns() + COMPILED_SLICE)
+        for node, packet in memory.unsent():
+            self._nodes[node].deliver(packet)
+        self._due = memory.store(bus)
+        if why == Why.NEWCOMER:
+            self._admit()
+        elif why in (Why.OTHER_PACKET, Why.GONE):
+            node, packet = memory.received()
+            self._take(self._nodes[node], packet)
 
     def _step(self) -> None:
         patience = self._sleep()
@@ -170,7 +208,7 @@ class Hub:
         for member in self._gathering.values():
             if member.due <= now:
                 member.hand_out()
-        self._due = min((member.due for member in self._gathering.values()), default=NEVER)
+        self._due = min((member.due for member in self._gathering.values()), default=NO_EVENT)
 
     def _sleep(self) -> float:
         """Sleep while a frame is on the bus; return for how long to wait for requests after it [s].
@@ -187,7 +225,7 @@ class Hub:
             event += GATHERED
         remaining = (event - time.monotonic_ns()) / NS
         if remaining > 0.0:
-            time.sleep(min(remaining, LONGEST_SLEEP))
+            time.sleep(min(remaining, LONGEST_SLEEP / NS))
         return 0.0
 
     def _advance(self) -> None:
@@ -198,19 +236,21 @@ class Hub:
         self._tell(self._bus, self._bus.advance(now if event is None else min(now, event + SLICE)))
 
     def _tell(self, bus: BusModel, events: Sequence[Event]) -> None:
+        busy = bus.busy - sum(one.end - one.start for one in events if not isinstance(one, StateChange))
         for event in events:
+            if isinstance(event, StateChange):
+                self._tell_state(event, busy)
+                continue
+            busy += event.end - event.start
             if isinstance(event, Transmission):
-                self._deliver(bus, event)
-            elif isinstance(event, BusError):
-                for node in self._nodes:
-                    self._report(event.end, node, error_report(event, node))
+                self._deliver(event, busy)
             else:
-                self._tell_state(event)
+                self._tell_error(event, busy)
 
-    def _deliver(self, bus: BusModel, sent: Transmission) -> None:
+    def _deliver(self, sent: Transmission, busy: int) -> None:
         if sent.is_lost:
             return
-        delivery, frame = pack_delivery(sent, bus.busy), sent.frame
+        delivery, frame = pack_delivery(sent, busy), sent.frame
         deaf = sent.node, sent.missed_by
         for node, member in self._nodes.items():
             if (node not in deaf or member.hears_itself) and member.acceptance.accepts(
@@ -222,13 +262,13 @@ class Hub:
         member.hear(delivery)
         self._due = min(self._due, member.due)
 
-    def _tell_state(self, change: StateChange) -> None:
-        if change.node in self._nodes:
-            self._report(change.time, change.node, state_report(change))
+    def _tell_error(self, error: BusError, busy: int) -> None:
+        for node, member in self._nodes.items():
+            self._bring(member, pack_error(error.end, busy, node, error_report(error, node)))
 
-    def _report(self, end: int, node: int, report: Report) -> None:
-        busy = self._bus.busy if self._bus is not None else 0
-        self._bring(self._nodes[node], pack_error(end, busy, node, report))
+    def _tell_state(self, change: StateChange, busy: int) -> None:
+        if (member := self._nodes.get(change.node)) is not None:
+            self._bring(member, pack_error(change.time, busy, change.node, state_report(change)))
 
     def _dismiss_the_dead(self) -> None:
         """Remove members that have left with a full queue.
@@ -265,13 +305,18 @@ class Hub:
                 return
             except OSError:
                 packet = b""
+            self._take(member, packet)
             if not packet:
-                self._dismiss(member)
                 return
-            if member.greeted:
-                self._request(member, packet)
-            else:
-                self._greet(member, packet)
+
+    def _take(self, member: Member, packet: bytes) -> None:
+        """Deal with what a member has sent; nothing: it has gone."""
+        if not packet:
+            self._dismiss(member)
+        elif member.greeted:
+            self._request(member, packet)
+        else:
+            self._greet(member, packet)
 
     def _request(self, member: Member, packet: bytes) -> None:
         asked = unpack_request(packet)
@@ -361,12 +406,15 @@ def main(path: Path) -> None:
         gc.freeze()
         realtime.priority_of(realtime.HUB_PRIORITY).take()  # without: the nodes say what is not permitted
         with contextlib.suppress(KeyboardInterrupt):
-            Hub(listener).serve()
+            Hub(listener, Search()).serve()
         path.unlink(missing_ok=True)
         path.with_suffix(".lock").unlink(missing_ok=True)
 
 
 def _detach() -> None:
+    for name in FOLDERS:
+        if given := os.environ.get(name):
+            os.environ[name] = str(Path(given).absolute())
     os.setsid()
     os.chdir("/")
     nothing = os.open(os.devnull, os.O_RDWR)

@@ -25,6 +25,7 @@ from vegrip.grip.drive_lag import measured_lag
 from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.parameters import GraspParameters, models_of
 from vegrip.grip.slip_table import derive_grip
+from vegrip.host import compiled_folder
 from vegrip.model import ContactModel
 from vegrip.model import cache as model_cache
 from vegrip.types import Floats
@@ -157,7 +158,7 @@ def _by_c(text: str) -> RunTrial:
     def make(library: Path) -> None:
         host.build(translate(text, {ENTRY: KINDS}).text(), library)
 
-    function = host.load(model_cache.library(_name(text), make))[f"vg_{ENTRY}"]
+    function = host.load(compiled_folder.library(_name(text), make))[f"vg_{ENTRY}"]
     function.argtypes = [ctypes.c_void_p if kind == MEMORY else ctypes.c_double for kind in KINDS]
     function.restype = ctypes.c_double
 
