@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vegrip.hand_sample import HandSample
-from vegrip.transport.canbus.hub_wire import REQUEST_HEAD, plain_requests
+from vegrip.transport.canbus.hub_wire import REQUEST_AT, plain_requests
 from vegrip.transport.codec.state_rows import StateRows
 
 SendPacket = Callable[[bytearray, int], None]
@@ -25,9 +25,10 @@ class StateSender:
     def __init__(self, rows: StateRows, send: SendPacket) -> None:
         self._rows, self._send = rows, send
         self._packet = plain_requests(rows.identifiers, rows.length)
-        shape = len(rows.identifiers), REQUEST_HEAD + rows.length
+        head = REQUEST_AT["data"]
+        shape = len(rows.identifiers), head + rows.length
         self._requests = np.frombuffer(self._packet, np.uint8).reshape(shape)
-        self._frames = self._requests[:, REQUEST_HEAD:]
+        self._frames = self._requests[:, head:]
         self._times = np.ndarray(shape[:1], "<u8", self._packet, strides=shape[1:])
         rows.prepare(self._frames)
 

@@ -16,7 +16,6 @@ MAX_PACKET_BYTES = 512  # bytes of a packet with one frame; the greeting is the 
 MAX_GATHERED_BYTES = 2048  # bytes of a packet with several deliveries or requests
 MOST_REQUESTS = 16  # in one packet
 _REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then the data
-REQUEST_HEAD = _REQUEST.size
 _NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every member
 _DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, length code; then the data
 
@@ -110,7 +109,7 @@ def pack_plain_request(time: int, identifier: int, data: bytes) -> bytes | None:
 def plain_requests(identifiers: Sequence[int], length: int) -> bytearray:
     """Return a packet that asks for CAN FD data frames of ``length`` bytes, all zero, queued at time zero.
 
-    Each request has ``REQUEST_HEAD`` bytes before its data, and begins with its time.
+    Each request begins with its time, and its data are at ``REQUEST_AT["data"]``.
 
     Raises:
         ValueError: no frame has that length, or there are too many for one packet.
