@@ -15,8 +15,8 @@ from vegrip.grip.packet_text import (
     IDENTIFIERS,
     MOST_FINGERS,
     REQUEST_BYTES,
-    TOLD_FIRST,
-    TOLD_SIZE,
+    RESULTS_FIRST,
+    RESULTS_SIZE,
 )
 from vegrip.runtime.packet_path import PacketAnswer
 from vegrip.transport.canbus.virtual_can import Taken
@@ -43,13 +43,13 @@ class CompiledPackets:
         numbers = (ctypes.c_uint8 * IDENTIFIERS)()
         for number, finger in enumerate(fingers, 1):
             numbers[finger.state_id] = number
-        requests, told = (ctypes.c_uint8 * ANSWER_BYTES)(), (ctypes.c_int64 * TOLD_SIZE)()
+        requests, results = (ctypes.c_uint8 * ANSWER_BYTES)(), (ctypes.c_int64 * RESULTS_SIZE)()
         report = (ctypes.c_uint8 * sum(REQUEST_BYTES))()
-        self._requests, self._told, self._report = memoryview(requests), told, memoryview(report)
+        self._requests, self._results, self._report = memoryview(requests), results, memoryview(report)
         self._step, self._pack_report = module.packet_step, module.packet_report
         self._given = [ctypes.addressof(reals), ctypes.addressof(wholes), needs.ctypes.data]
         self._given.append(ctypes.addressof(numbers))
-        self._out = ctypes.addressof(requests), ctypes.addressof(told)
+        self._out = ctypes.addressof(requests), ctypes.addressof(results)
         self._report_at = ctypes.addressof(report)
         places = zip(self._names, reals, wholes, strict=True)
         self._memories: dict[str, Any] = {name: (f, t) for name, f, t in places}
@@ -67,17 +67,17 @@ class CompiledPackets:
         states = self._step(*self._given, packet, len(packet), expected, now, *self._out)
         if not states:
             return None
-        told = self._told[: TOLD_FIRST + 3 * states]
-        size, lost, follows, end, busy, commands, length = told[:7]
-        names = [self._names[number] for number in told[TOLD_FIRST::3]]
-        rows = list(zip(names, told[TOLD_FIRST + 1 :: 3], told[TOLD_FIRST + 2 :: 3], strict=True))
+        results = self._results[: RESULTS_FIRST + 3 * states]
+        size, lost, follows, end, busy, commands, length = results[:7]
+        names = [self._names[number] for number in results[RESULTS_FIRST::3]]
+        rows = list(zip(names, results[RESULTS_FIRST + 1 :: 3], results[RESULTS_FIRST + 2 :: 3], strict=True))
         taken = Taken(size, lost, follows, end, busy)
         return PacketAnswer(taken, commands, self._requests[:length], rows)
 
     def report(self, name: str, now: int) -> memoryview | None:
         """Return requests to send contact and slip margin of a finger, None where the objects tell them."""
-        told = self._pack_report(*self._memories[name], now, self._report_at)
-        return self._report if told else None
+        is_packed = self._pack_report(*self._memories[name], now, self._report_at)
+        return self._report if is_packed else None
 
 
 def can_take_packets(fingers: Sequence[CompiledFinger]) -> bool:

@@ -15,10 +15,10 @@ from vegrip.transport.canbus.hub_wire import DELIVERY_AT, MOST_REQUESTS, PLAIN_F
 MOST_FINGERS: Final = 62
 """Whose states one packet may bring: a bit of a number each."""
 IDENTIFIERS: Final = 2048
-TOLD_FIRST: Final = 8
-"""Numbers that are told of a packet; behind them come, for each state, finger, bits of the step, arrival."""
+RESULTS_FIRST: Final = 8
+"""Where the results of each state begin: finger, bits of the step, arrival; before them those of the packet."""
 REQUEST_BYTES: Final = tuple(REQUEST_AT["data"] + size for size in REPORT_BYTES)
-TOLD_SIZE: Final = TOLD_FIRST + 3 * MOST_REQUESTS
+RESULTS_SIZE: Final = RESULTS_FIRST + 3 * MOST_REQUESTS
 ANSWER_BYTES: Final = MOST_REQUESTS * (REQUEST_AT["data"] + COMMAND_BYTES)
 
 _POINTER, _WHOLE = ctypes.c_void_p, ctypes.c_int64
@@ -52,7 +52,7 @@ static void packet_request(uint8_t *at, int64_t now, int64_t id, uint8_t code)
 
 STEP: Final = f"""
 int64_t vg_packet_step(double *const *f, int64_t *const *t, double *g, const uint8_t *fingers,
-    const uint8_t *packet, int64_t length, int64_t expected, int64_t now, uint8_t *requests, int64_t *told)
+    const uint8_t *packet, int64_t length, int64_t expected, int64_t now, uint8_t *requests, int64_t *results)
 {{
     int64_t at = 0, states = 0, commands = 0, lost = 0, seen = 0, last = 0;
     uint8_t *request = requests;
@@ -82,20 +82,20 @@ int64_t vg_packet_step(double *const *f, int64_t *const *t, double *g, const uin
         lost += (number - expected) & 0xFFFFFFFF;
         expected = (number + 1) & 0xFFFFFFFF;
         seen |= (int64_t)1 << n;
-        told[{TOLD_FIRST} + 3 * states] = n;
-        told[{TOLD_FIRST} + 3 * states + 1] = done;
-        told[{TOLD_FIRST} + 3 * states + 2] = end;
+        results[{RESULTS_FIRST} + 3 * states] = n;
+        results[{RESULTS_FIRST} + 3 * states + 1] = done;
+        results[{RESULTS_FIRST} + 3 * states + 2] = end;
         states++;
         last = at;
         at += {DELIVERY_AT["data"]} + size;
     }}
-    told[0] = at;
-    told[1] = lost;
-    told[2] = expected;
-    told[3] = packet_word(packet + last + {DELIVERY_AT["end"]}, 8);
-    told[4] = packet_word(packet + last + {DELIVERY_AT["busy"]}, 8);
-    told[5] = commands;
-    told[6] = request - requests;
+    results[0] = at;
+    results[1] = lost;
+    results[2] = expected;
+    results[3] = packet_word(packet + last + {DELIVERY_AT["end"]}, 8);
+    results[4] = packet_word(packet + last + {DELIVERY_AT["busy"]}, 8);
+    results[5] = commands;
+    results[6] = request - requests;
     return states;
 }}
 """
