@@ -16,7 +16,7 @@ MOST_FINGERS: Final = 62
 """Whose states one packet may bring: a bit of a number each."""
 IDENTIFIERS: Final = 2048
 RESULTS_FIRST: Final = 8
-"""Where the results of each state begin: finger, bits of the step, arrival; before them those of the packet."""
+"""Where the results of states begin: finger, bits of the step, arrival of each; before them the packet's."""
 REQUEST_BYTES: Final = tuple(REQUEST_AT["data"] + size for size in REPORT_BYTES)
 RESULTS_SIZE: Final = RESULTS_FIRST + 3 * MOST_REQUESTS
 ANSWER_BYTES: Final = MOST_REQUESTS * (REQUEST_AT["data"] + COMMAND_BYTES)
