@@ -15,6 +15,7 @@ from vegrip.transport.can_port import CanPort, VirtualPort, open_port
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.frame import FrameBlock
 from vegrip.transport.codec.line import Line
 from vegrip.transport.endpoint import ClosedByWith, Intercept
 from vegrip.transport.in_order import InOrder
@@ -187,6 +188,14 @@ class CanEndpoint(ClosedByWith):
 
             self._inbox = CommandInbox(self._bus, reader)
         return self._inbox.take()
+
+    def take_block(self) -> FrameBlock | None:
+        """Return the frames that have come, at once; None: :meth:`next_frame` must bring them."""
+        if self._port is None or not isinstance(self._bus, VegripBus):
+            return None
+        from vegrip.transport.delivered_frames import take_block  # noqa: PLC0415 (numba, as above)
+
+        return take_block(self._bus)
 
     def send(self, message: Message) -> None:
         """Queue the frames of ``message``; what the bus does not take at once is counted as unsent."""

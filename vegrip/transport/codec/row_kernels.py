@@ -49,7 +49,7 @@ def _crc(row: Bytes, start: int, length: int, identifier: int, table: Integers) 
     for k in range(start + CRC_BYTES, start + length):
         crc = (crc << 8 & 0xFFFF) ^ table[crc >> 8 ^ row[k]]
     crc = (crc << 8 & 0xFFFF) ^ table[crc >> 8 ^ identifier & 255]
-    return (crc << 8 & 0xFFFF) ^ table[crc >> 8 ^ identifier >> 8]
+    return int((crc << 8 & 0xFFFF) ^ table[crc >> 8 ^ identifier >> 8])
 
 
 @njit
@@ -129,3 +129,36 @@ def read_commands(
         if not (is_whole and is_known and lifetimes[0] <= out[7] <= lifetimes[1]):
             return False
     return True
+
+
+@njit
+def find_frames(data: Bytes, head: Integers, sizes: Integers, found: Integers, last: Integers) -> int:
+    """Find CAN FD data frames with 11 bits among deliveries that stand one behind the other.
+
+    Return how many these are; -1 where one is something else or does not follow the one before.
+
+    Args:
+        data: the deliveries.
+        head: as in :func:`read_commands`, without the code of the length.
+        sizes: of frames by their code [bytes].
+        found: (m, 4) takes identifier, end [ns], begin of the data and its length.
+        last: takes number of the first, end and busy [ns] of the last.
+
+    """
+    at, count, start = 0, 0, head[9]
+    while at < len(data):
+        if len(data) - at < start or count == len(found):
+            return -1
+        row = data[at:]
+        number, identifier, code = _get(row, head[0], 4), _get(row, head[3], 4), row[head[5]]
+        if count == 0:
+            last[0] = number
+        follows = number == (last[0] + count) & 0xFFFFFFFF
+        if not follows or row[head[4]] & head[6] != head[7] or code >= len(sizes) or identifier >> 11:
+            return -1
+        last[1], last[2] = _get(row, head[1], 8), _get(row, head[2], 8)
+        found[count, 0], found[count, 1] = identifier, last[1]
+        found[count, 2], found[count, 3] = at + start, sizes[code]
+        at += start + sizes[code]
+        count += 1
+    return count if at == len(data) else -1
