@@ -241,8 +241,8 @@ class VegripBus(can.BusABC):
     def take_packets(self) -> bytes | None:
         """Return the deliveries that have come, one behind the other and not counted yet.
 
-        None: there is something that :meth:`take` must look at. Whoever does not understand all of them
-        gives them back by :meth:`put_back`; else they are counted by :meth:`count_deliveries`.
+        None: there is something that :meth:`take` must look at. A caller that does not understand all of
+        them gives them back by :meth:`put_back`; else it counts them by :meth:`count_deliveries`.
         """
         if self._read_ahead or self._packets or not self._fd:
             return None
