@@ -18,6 +18,7 @@ from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
 from vegrip.transport.canbus.hub_wire import numbered, pack_delivery, split_requests
 from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.row_kernels import pack_states, read_commands
 from vegrip.virtual import HandSettings
 from vegrip.virtual.settings import SensorSettings
 
@@ -201,4 +202,15 @@ def test_states_are_counted_for_the_telemetry(monkeypatch):
         rig.turn([])
     for finger in HAND.fingers:
         assert rig.sink.counted[FingertipState, finger, Direction.OUT] == 9  # none at time zero
+    rig.close()
+
+
+def test_nothing_is_compiled_in_the_loop(monkeypatch):
+    rig = Rig(monkeypatch, HAND, shows=False, sender_time=True)
+    compiled = [len(kernel.signatures) for kernel in (pack_states, read_commands)]
+    traffic = Traffic(0)
+    for _ in range(5):
+        rig.turn(traffic.packets(rig.clock.now()))
+    assert compiled == [len(kernel.signatures) for kernel in (pack_states, read_commands)]
+    assert min(compiled) >= 1
     rig.close()

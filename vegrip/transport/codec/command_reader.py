@@ -83,6 +83,8 @@ class CommandReader:
         self._meaning, self._scale = reason.meaning, lifetime.scale
         self._lifetimes = np.array([lifetime.low, lifetime.high])
         self._wholes, self._forces = np.zeros((MOST_ROWS, 8), np.int64), np.zeros(MOST_ROWS)
+        no_rows = np.frombuffer(b"", np.uint8).reshape(0, self.length)
+        self._read(no_rows, np.zeros(len(RowHead._fields), np.int64))  # compiles before the loop begins
 
     def read_rows(self, rows: Bytes, head: Integers) -> Deliveries | None:
         """Return what the frames in ``rows`` command, read at once.
@@ -96,12 +98,9 @@ class CommandReader:
 
         """
         count = len(rows)
-        wholes, forces = self._wholes[:count], self._forces[:count]
-        if count > MOST_ROWS or not read_commands(
-            rows, head, self.length, self._identifiers, self._places, self._version, self._reasons,
-            self._lifetimes, CRC_TABLE, wholes, forces,
-        ):  # fmt: skip
+        if count > MOST_ROWS or not self._read(rows, head):
             return None
+        wholes, forces = self._wholes[:count], self._forces[:count]
         commands = []
         numbers = wholes.tolist()
         for (who, _, end, _, counter, time, reason, lifetime), force in zip(
@@ -115,6 +114,12 @@ class CommandReader:
             expires = stamp + round(lifetime * self._scale * NS)
             commands.append(ArrivedCommand(decoder.owner, force, self._meaning[reason], stamp, expires))
         return Deliveries(commands, numbers[0][1], count, numbers[-1][2], numbers[-1][3])
+
+    def _read(self, rows: Bytes, head: Integers) -> bool:
+        return read_commands(
+            rows, head, self.length, self._identifiers, self._places, self._version, self._reasons,
+            self._lifetimes, CRC_TABLE, self._wholes, self._forces,
+        )  # fmt: skip
 
 
 def _converter(part: Part, name: str, kind: type[Any]) -> Any:
