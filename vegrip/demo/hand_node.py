@@ -34,6 +34,11 @@ class DemoHand(VirtualHandNode):
         )
         super().__init__("virtual_hand", settings)
 
+    def configure(self) -> None:
+        """Compile the simulation, and what tells the truth of it."""
+        super().configure()
+        self.new_hand().truths()
+
     def sample(self, now: int) -> Sequence[HandSample]:
         """Simulate up to now, and note the truth."""
         samples = super().sample(now)

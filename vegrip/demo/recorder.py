@@ -6,6 +6,7 @@ from vegrip.identification.recording.frame_log import FrameLog
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.frame import FrameBlock
 
 FRAMES = "frames.log"
 """In the folder of the recording while the demonstration runs, and after one that was killed."""
@@ -34,6 +35,10 @@ class FrameRecorder:
     def offer(self, frame: Frame) -> None:
         """Keep ``frame``; never waits."""
         self._log.offer(frame)
+
+    def offer_block(self, block: FrameBlock) -> None:
+        """Keep all frames of ``block``; never waits."""
+        self._log.offer_block(block)
 
     def flush(self) -> None:
         """Write out what was kept."""

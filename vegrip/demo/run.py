@@ -9,7 +9,7 @@ Latency is measured in the node, from the arrival of a state to the departure of
 import math
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -85,11 +85,7 @@ class Demo:
     def watch(self, endpoint: CanEndpoint, recorder: FrameRecorder) -> None:
         """Take what is on the bus: the newest of every kind to show it, everything to record it."""
         time.sleep(LOOK_PAUSE_S)
-        shown: dict[int, Frame] = {}
-        while (frame := endpoint.next_frame(0.0)) is not None:
-            recorder.offer(frame)
-            shown[frame.arbitration_id if self.page is None else len(shown)] = frame
-        for frame in shown.values():
+        for frame in self.take(endpoint, recorder):
             self._show(frame)
         if self.page is not None:
             self.page.tick()
@@ -102,6 +98,17 @@ class Demo:
             load = endpoint.bus_load()
             if not math.isnan(load):
                 self.loads.append(load)
+
+    def take(self, endpoint: CanEndpoint, recorder: FrameRecorder) -> Sequence[Frame]:
+        """Record what has come; return what of it is to be shown."""
+        if (block := endpoint.take_block()) is not None:
+            recorder.offer_block(block)
+            return block.newest() if self.page is None else block.frames()
+        shown: dict[int, Frame] = {}
+        while (frame := endpoint.next_frame(0.0)) is not None:
+            recorder.offer(frame)
+            shown[frame.arbitration_id if self.page is None else len(shown)] = frame
+        return list(shown.values())
 
     def _show(self, frame: Frame) -> None:
         message = self.codec.decode(frame) if self.codec is not None else None
@@ -196,6 +203,7 @@ def run(
             "virtual_hand", Job(DemoHand, (scenario,), transport, fingers, TICK_PERIODS_S["hand"])
         )
         stack.callback(hand.stop)
+        demo.take(endpoint, recorder)  # nothing yet, but it compiles
         programs = {"hand": hand.process_id, "node": node.process_id, "watch": os.getpid()}
         if (hub := hub_process(transport["channel"])) is not None:
             programs["bus"] = hub

@@ -247,6 +247,9 @@ class Runner:
             return self._endpoint.receive(wait)
         if not self._more:
             self._clock.sleep_until(self._clock.now() + round(wait * NS))
+        if self._sampled is not None and self._sampled.take_commands():
+            self._more = False
+            return ()
         messages = self._endpoint.receive(0.0)
         self._more = bool(messages)
         return messages

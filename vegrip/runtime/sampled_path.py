@@ -14,9 +14,7 @@ from vegrip.messages import FingertipState, ForceCommand, Lifecycle, Reason
 from vegrip.runtime.managed import ManagedNode
 from vegrip.runtime.statistics import LoopStatistics
 from vegrip.runtime.telemetry import Direction, Telemetry
-from vegrip.transport.codec import Frame
-from vegrip.transport.codec.command_reader import CommandReader
-from vegrip.transport.endpoint import Intercept
+from vegrip.transport.codec.command_reader import ArrivedCommand, CommandReader
 from vegrip.transport.state_sender import StateSender
 
 PASSED: Final = ((FingertipState, Direction.OUT), (ForceCommand, Direction.IN))
@@ -44,13 +42,14 @@ class SamplesHand(Protocol):
 class TakesSamples(Protocol):
     """An endpoint that may send samples and read commands without messages."""
 
-    intercept: Intercept | None
-
     def state_sender(self, fingers: Sequence[str]) -> StateSender | None:
         """Return what sends samples of ``fingers``; None: nothing can here."""
 
     def command_reader(self) -> CommandReader | None:
         """Return what reads commands; None: nothing can here."""
+
+    def take_commands(self, reader: CommandReader) -> Sequence[ArrivedCommand] | None:
+        """Return the commands that have come; None: something else is there, to be received."""
 
 
 class SampledPath:
@@ -86,12 +85,11 @@ class SampledPath:
         self._fingers = self._node.sampled_fingers
         self._sender = self._endpoint.state_sender(self._fingers)
         self._reader = self._endpoint.command_reader()
-        self._endpoint.intercept = self._take if self._reader is not None else None
 
     def tick(self, now: int) -> bool:
         """Let the node sample, and send that; return whether it was done."""
         sender = self._sender
-        if sender is None or self._managed.state is not Lifecycle.ACTIVE or self._is_shown():
+        if sender is None or not self._is_open():
             return False
         try:
             samples = self._node.sample(now)
@@ -106,16 +104,18 @@ class SampledPath:
                         self._telemetry.count(FingertipState, finger, Direction.OUT)
         return True
 
-    def _take(self, frame: Frame) -> bool:
-        """Let the node obey a command; return whether that was done."""
-        reader = self._reader
-        if reader is None or not reader.reads(frame) or self._managed.state is not Lifecycle.ACTIVE:
+    def take_commands(self) -> bool:
+        """Let the node obey the commands that have come; return whether nothing else is there."""
+        if self._reader is None or not self._is_open():
             return False
-        if self._is_shown():
+        commands = self._endpoint.take_commands(self._reader)
+        if commands is None:
             return False
-        command = reader.read(frame)
-        if command is None:
-            return True
+        for command in commands:
+            self._obey(command)
+        return True
+
+    def _obey(self, command: ArrivedCommand) -> None:
         self._statistics.commands_received += 1
         now = self._clock.now()
         try:
@@ -124,7 +124,9 @@ class SampledPath:
             self._managed.fail(error, now)
         if self._telemetry is not None:
             self._telemetry.count(ForceCommand, command.finger, Direction.IN)
-        return True
+
+    def _is_open(self) -> bool:
+        return self._managed.state is Lifecycle.ACTIVE and not self._is_shown()
 
     def _is_shown(self) -> bool:
         telemetry, fingers = self._telemetry, self._fingers

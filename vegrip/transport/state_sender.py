@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vegrip.hand_sample import HandSample
+from vegrip.hand_sample import HandSample, nothing
 from vegrip.transport.canbus.hub_wire import REQUEST_AT, plain_requests
 from vegrip.transport.codec.state_rows import StateRows
 
@@ -31,6 +31,7 @@ class StateSender:
         self._frames = self._requests[:, head:]
         self._times = np.ndarray(shape[:1], "<u8", self._packet, strides=shape[1:])
         rows.prepare(self._frames)
+        rows.pack(self._frames, nothing(len(rows.identifiers)))  # compiles before the loop begins
 
     def send(self, sample: HandSample) -> int:
         """Queue the frames of ``sample``; return how many these are."""

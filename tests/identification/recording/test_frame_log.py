@@ -7,6 +7,7 @@ import numpy as np
 from vegrip.identification.recording.can_log import frames_of
 from vegrip.identification.recording.frame_log import FrameLog
 from vegrip.transport.codec import Frame
+from vegrip.transport.codec.frame import FrameBlock
 
 
 def some_frames(count: int) -> list[Frame]:
@@ -31,10 +32,32 @@ def test_frames_come_back_as_they_were(tmp_path: Path) -> None:
     assert list(frames_of(tmp_path / "frames.log")) == frames
 
 
+def block_of(frames: list[Frame]) -> FrameBlock:
+    rows, data = [], b"between"
+    for frame in frames:
+        rows.append((frame.arbitration_id, frame.stamp, len(data), len(frame.data)))
+        data += frame.data + b"between"
+    return FrameBlock(data, np.array(rows, np.int64))
+
+
+def test_a_block_is_written_as_its_frames_are(tmp_path: Path) -> None:
+    stamps = (0, 999, 1_000_001, 123_456_789_012_345, 2**62)
+    frames = [one._replace(stamp=stamp) for stamp in stamps for one in some_frames(60) if one.fd]
+    whole, single = (FrameLog(tmp_path / name, "demo-7") for name in ("whole.log", "single.log"))
+    whole.offer(frames[0])
+    whole.offer_block(block_of(frames[1:]))
+    for frame in frames:
+        single.offer(frame)
+    for log in (whole, single):
+        log.flush()
+    assert whole.path.read_bytes() == single.path.read_bytes()
+
+
 def test_what_the_disk_does_not_take_is_counted(tmp_path: Path) -> None:
     log = FrameLog(tmp_path / "frames.log", "demo")
     (tmp_path / "frames.log").unlink()
     (tmp_path / "frames.log").mkdir()
     log.offer(Frame(1, b"", True, 0))
+    log.offer_block(block_of([Frame(1, b"", True, 0)] * 3))
     log.flush()
-    assert log.lost == 1
+    assert log.lost == 4

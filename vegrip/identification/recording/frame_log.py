@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from vegrip.clock import NS
+from vegrip.identification.recording.frame_text import MICROSECOND, NO_FRAMES, lines_of
 from vegrip.transport.codec import Frame
+from vegrip.transport.codec.frame import FrameBlock
 
-MICROSECOND = 1000  # [ns]
 FD_WITH_RATE_SWITCH = "##1"
 
 
@@ -29,27 +30,35 @@ class FrameLog:
         self.lost = 0
         """Frames that the disk did not take."""
         self._channel = channel
-        self._kept: list[Frame] = []
+        self._kept: list[Frame | FrameBlock] = []
         path.touch()
+        lines_of(NO_FRAMES, channel)  # compiles, which a loop that records has no time for
 
     def offer(self, frame: Frame) -> None:
         """Keep ``frame``; never waits."""
         self._kept.append(frame)
 
+    def offer_block(self, block: FrameBlock) -> None:
+        """Keep all frames of ``block``; never waits."""
+        self._kept.append(block)
+
     def flush(self) -> None:
         """Write out what was kept since."""
         kept, self._kept = self._kept, []
         try:
-            with self.path.open("a", encoding="ascii") as file:
-                file.writelines(self._line(frame) for frame in kept)
+            with self.path.open("ab") as file:
+                file.writelines(self._text(one) for one in kept)
         except OSError:
-            self.lost += len(kept)
+            self.lost += sum(len(one.rows) if isinstance(one, FrameBlock) else 1 for one in kept)
 
     def frames(self) -> Iterator[Frame]:
         """Yield what was written, oldest first."""
         with self.path.open(encoding="ascii") as file:
             for line in file:
                 yield _frame(line)
+
+    def _text(self, kept: Frame | FrameBlock) -> bytes:
+        return lines_of(kept, self._channel) if isinstance(kept, FrameBlock) else self._line(kept).encode()
 
     def _line(self, frame: Frame) -> str:
         second, rest = divmod(frame.stamp, NS)

@@ -20,6 +20,8 @@ _NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every mem
 _DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, length code; then the data
 
 _PLAIN = struct.Struct("<IQQHIBB")  # number and delivery at once
+DELIVERY_HEAD = _PLAIN.size
+PLAIN_PLACES = (0, 4, 12, 22, 26, 27)  # bytes of number, end, busy, identifier, flags and code of the length
 _CODES = {size: code for code, size in enumerate(FD_SIZES)}
 
 _EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE, _ERROR = 1, 2, 4, 8, 16, 32
@@ -133,6 +135,14 @@ def unpack_plain(packet: bytes) -> tuple[int, int, int, int, bytes] | None:
     if flags & ~_SWITCH != _FD or code > 15 or identifier >> 11 or len(data) != FD_SIZES[code]:
         return None
     return number, end, busy, identifier, data
+
+
+def plain_flags(length: int) -> tuple[int, int, int]:
+    """Return what makes a delivery that of a CAN FD data frame of ``length`` bytes with 11 bits.
+
+    The flags that matter, what they are then, and the code of the length.
+    """
+    return ~_SWITCH & 0xFF, _FD, _CODES[length]
 
 
 def pack_delivery(sent: Transmission, busy: int) -> bytes:

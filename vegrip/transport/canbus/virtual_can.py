@@ -42,6 +42,7 @@ HUB_TIMEOUT_S = 60.0  # [s] to find or start the hub; on a busy machine a start 
 READ_AHEAD = (
     4096  # frames looked through for the error state; as many as the bus keeps for one that does not read
 )
+MOST_PACKETS = 256  # taken at once; a babbling node must not keep the loop from its ticks
 SEND_BUFFER = 32_768  # bytes, some eighty frames: a full bus must push back on the sender within 20 ms
 
 
@@ -287,6 +288,39 @@ class VegripBus(can.BusABC):
         """
         self._require_sending()
         self._hand_over(requests, 0.0)
+
+    def take_packets(self) -> bytes | None:
+        """Return the deliveries that have come, one behind the other and not counted yet.
+
+        None: there is something that :meth:`take` must look at. A caller that does not understand all of
+        them gives them back by :meth:`put_back`; else it counts them by :meth:`count_deliveries`.
+        """
+        if self._read_ahead or self._packets or not self._fd:
+            return None
+        packets: list[bytes] = []
+        try:
+            while len(packets) < MOST_PACKETS:
+                packets.append(self._socket.recv(MAX_GATHERED_BYTES))
+                if not packets[-1]:
+                    break
+            else:
+                return b"".join(packets)
+        except BlockingIOError:
+            return b"".join(packets)
+        except OSError:
+            pass  # the bus has gone, which the next look tells
+        self.put_back(b"".join(packets))
+        return None
+
+    def put_back(self, deliveries: bytes) -> None:
+        """Take back what :meth:`take_packets` has given."""
+        if deliveries:
+            self._packets.extend(split_deliveries(deliveries))
+
+    def count_deliveries(self, first: int, count: int, end: int, busy: int) -> None:
+        """Count deliveries in a row from number ``first``; ``end`` [ns] and ``busy`` [ns] of the last."""
+        self._count(first, end, busy)
+        self._next_number = (first + count) & 0xFFFFFFFF
 
     @property
     def state(self) -> can.BusState:

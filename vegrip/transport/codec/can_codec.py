@@ -2,14 +2,13 @@
 
 from collections import Counter
 from collections.abc import Collection, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from vegrip.errors import ConfigError
 from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message, NodeStatus, SlipMargin
 from vegrip.transport.codec.acceptance import acceptance_filters
 from vegrip.transport.codec.assembly import Assembly
 from vegrip.transport.codec.classic_line import ClassicLine
-from vegrip.transport.codec.command_reader import CommandReader
 from vegrip.transport.codec.database import layouts
 from vegrip.transport.codec.decoder import Decoder, HandClock
 from vegrip.transport.codec.encoder import Encoder
@@ -17,7 +16,10 @@ from vegrip.transport.codec.frame import Frame
 from vegrip.transport.codec.layout import Layout, Layouts
 from vegrip.transport.codec.line import Line
 from vegrip.transport.codec.schema import message_set
-from vegrip.transport.codec.state_rows import StateRows
+
+if TYPE_CHECKING:
+    from vegrip.transport.codec.command_reader import CommandReader
+    from vegrip.transport.codec.state_rows import StateRows
 
 NODES: Final = ("grasp_force", "virtual_hand", "monitor", "record", "replay")
 """The numbers of nodes in the identifier of NodeStatus, unless told otherwise."""
@@ -151,17 +153,23 @@ class CanCodec:
             states[0], commands, [self._encoders[kind, finger] for kind in (ContactEstimate, SlipMargin)]
         )
 
-    def state_rows(self, fingers: Sequence[str]) -> StateRows | None:
+    def state_rows(self, fingers: Sequence[str]) -> "StateRows | None":
         """Return what packs the states of ``fingers`` together; None where that is not one frame each."""
         if not self.fd or not set(fingers) <= set(self.fingers):
             return None
+        from vegrip.transport.codec.state_rows import StateRows  # noqa: PLC0415 (numba is slow to import)
+
         offsets = [self._offset(self.fingers.index(finger)) for finger in fingers]
         return StateRows(self._layout(FingertipState), offsets, layouts().version, self.clipped)
 
-    def command_reader(self) -> CommandReader | None:
+    def command_reader(self) -> "CommandReader | None":
         """Return what reads commands without messages; None where one takes several frames."""
         if not self.fd or self._reach:
             return None
+        from vegrip.transport.codec.command_reader import (  # noqa: PLC0415 (numba is slow to import)
+            CommandReader,
+        )
+
         commands = {i: d for i, d in self._decoders.items() if d.kind is ForceCommand}
         return CommandReader(commands, self._refuse)
 

@@ -45,10 +45,10 @@ class Decoder:
         self.assembly = assembly
         self.kind: type[Any] = layout.schema.cls
         self.owner = owner
+        self.part = part
+        self.version = version % part.version_modulus
         self._layout = layout
-        self._part = part
         self._identifier = identifier
-        self._version = version % part.version_modulus
         self._clock = clock if part.time is not None else None
         self._use_sender_time = (use_sender_time or clock is not None) and part.time is not None
         self._make: Any = layout.schema.cls
@@ -64,7 +64,7 @@ class Decoder:
     @property
     def length(self) -> int:
         """Of a frame [bytes]."""
-        return self._part.length
+        return self.part.length
 
     def cells(self, data: bytes) -> Cells:
         """Return the cells of a frame, unchecked."""
@@ -77,10 +77,13 @@ class Decoder:
 
     def decode(self, frame: Frame) -> Message | str | None:
         """Return the completed message, None while parts are missing, or the name of the fault."""
-        cells = self._cells(frame)
-        if isinstance(cells, str):
-            return cells
-        part, counter = self._part, self._counter_of(cells)
+        fault = self._fault(frame)
+        if fault:
+            return fault
+        part, cells = self.part, self._unpack(frame.data)
+        if self._version_of(cells) != self.version:
+            return "version"
+        counter = self._counter_of(cells)
         if part.last is None:  # the only part: nothing to put together
             seq = self.assembly.sequence.advance(counter, frame.stamp)
             return "counter" if seq is None else self._message(cells, seq, frame.stamp, self._time(cells))
@@ -90,47 +93,28 @@ class Decoder:
             return self._message(whole.cells, whole.seq, whole.stamp, whole.time)
         return whole
 
-    def read(self, frame: Frame) -> tuple[Sequence[Any], int] | str:
-        """Return the fields of a message that has one part, and its stamp [ns], or the name of the fault.
-
-        The fields are those after stamp, owner and seq; times count from the stamp.
-        """
-        cells = self._cells(frame)
-        if isinstance(cells, str):
-            return cells
-        if self.assembly.sequence.advance(self._counter_of(cells), frame.stamp) is None:
-            return "counter"
-        values = self._layout.read(cells)
-        return "value" if values is None else (values, self._stamp(frame.stamp, self._time(cells)))
-
-    def _cells(self, frame: Frame) -> Cells | str:
-        fault = self._fault(frame)
-        if fault:
-            return fault
-        cells = self._unpack(frame.data)
-        return cells if self._version_of(cells) == self._version else "version"
-
     def _fault(self, frame: Frame) -> str:
-        if frame.fd != self._part.fd:
+        if frame.fd != self.part.fd:
             return "layout"
-        if len(frame.data) != self._part.length:
+        if len(frame.data) != self.part.length:
             return "length"
         return "" if self._check(frame.data, self._identifier) else "checksum"
 
     def _time(self, cells: Cells) -> int:
-        return int(self._part.time.get(cells)) if self._use_sender_time and self._part.time else 0
+        return int(self.part.time.get(cells)) if self._use_sender_time and self.part.time else 0
 
     def _message(self, cells: Cells, seq: int, received: int, time: int) -> Message | str:
         values = self._layout.read(cells)
         if values is None:
             return "value"
-        stamp = self._stamp(received, time)
+        stamp = self.stamp(received, time)
         if self._layout.relative:
             values = _absolute(values, self._layout.relative, stamp)
         message: Message = self._make(stamp, self.owner, seq, *values)
         return message
 
-    def _stamp(self, received: int, time: int) -> int:
+    def stamp(self, received: int, time: int) -> int:
+        """Return the stamp of a message received at ``received`` [ns] with the sender's ``time`` [us]."""
         stamp = _sender_stamp(received, time) if self._use_sender_time else received
         return stamp if self._clock is None else self._clock(stamp, received)
 

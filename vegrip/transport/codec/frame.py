@@ -1,6 +1,10 @@
 """One CAN frame as the transports hand it to the codec."""
 
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 EXTENDED: Final = 1 << 31
 """Set in the identifier of a frame whose identifier has 29 bits, as SocketCAN does."""
@@ -13,3 +17,25 @@ class Frame(NamedTuple):
     data: bytes
     fd: bool = False
     stamp: int = 0  # [ns] receive time; 0 on the way out
+
+
+class FrameBlock(NamedTuple):
+    """CAN FD frames as they came, one behind the other."""
+
+    data: bytes
+    rows: "NDArray[np.int64]"
+    """(m, 4): identifier, receive time [ns], where in ``data`` its bytes begin and how many they are."""
+
+    def frame(self, number: int) -> Frame:
+        """Return the frame ``number``."""
+        identifier, stamp, start, length = self.rows[number].tolist()
+        return Frame(identifier, self.data[start : start + length], True, stamp)
+
+    def newest(self) -> list[Frame]:
+        """Return the last frame of each identifier."""
+        last = {identifier: number for number, identifier in enumerate(self.rows[:, 0].tolist())}
+        return [self.frame(number) for number in last.values()]
+
+    def frames(self) -> list[Frame]:
+        """Return all frames in their order."""
+        return [self.frame(number) for number in range(len(self.rows))]
