@@ -222,8 +222,10 @@ def play(pipe: Connection, states: Path, seconds: float) -> None:
     receiver.subscribe("/hand/force_commands")
     pipe.send("ready")
     pipe.recv()
+    # until those who publish and subscribe have met; and ZeroMQ ends a program whose priority changes while
+    # its threads ask for it
+    time.sleep(0.5)
     priority_of(HAND_PRIORITY).take()
-    time.sleep(0.5)  # until those who publish and subscribe have met
     latency, commands = Histogram(), 0
     under_way: deque[int] = deque()  # [ns] when the batches left that are not answered yet
     due = time.monotonic_ns()
