@@ -10,7 +10,7 @@ from typing import Final
 
 from vegrip.grip.batch_text import COMMAND_BYTES, COMMANDED, REPORT_BYTES
 from vegrip.transport.canbus.frame_time import FD_SIZES
-from vegrip.transport.canbus.hub_wire import DELIVERY_AT, MOST_REQUESTS, PLAIN_FLAGS, REQUEST_AT, SWITCH
+from vegrip.transport.canbus.hub_wire import DELIVERY_AT, MOST_REQUESTS, PLAIN_FLAGS, RATE_SWITCH, REQUEST_AT
 
 MOST_FINGERS: Final = 62
 """Whose states one packet may bring: a bit of a number each."""
@@ -60,7 +60,7 @@ int64_t vg_packet_step(double *const *f, int64_t *const *t, double *g, const uin
         const uint8_t *one = packet + at, *data = one + {DELIVERY_AT["data"]};
         const int64_t id = packet_word(one + {DELIVERY_AT["identifier"]}, 4);
         const int flags = one[{DELIVERY_AT["flags"]}], code = one[{DELIVERY_AT["code"]}];
-        if ((flags | {SWITCH}) != {PLAIN_FLAGS} || code > 15 || id >= {IDENTIFIERS} || fingers[id] == 0) {{
+        if ((flags | {RATE_SWITCH}) != {PLAIN_FLAGS} || code > 15 || id >= {IDENTIFIERS} || fingers[id] == 0) {{
             break;
         }}
         const int64_t size = packet_sizes[code], n = fingers[id] - 1;

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vegrip.transport.canbus.hub_wire import DELIVERY_HEAD, PLAIN_PLACES, plain_flags
+from vegrip.transport.canbus.hub_wire import DELIVERY_AT, PLAIN_PLACES, plain_flags
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec.command_reader import ArrivedCommand, CommandReader, RowHead
 
@@ -20,9 +20,9 @@ class CommandInbox:
 
     def __init__(self, bus: VegripBus, reader: CommandReader) -> None:
         self.bus, self._reader = bus, reader
-        head = RowHead(*PLAIN_PLACES, *plain_flags(reader.length), DELIVERY_HEAD)
+        head = RowHead(*PLAIN_PLACES, *plain_flags(reader.length), DELIVERY_AT["data"])
         self._head = np.array(head)
-        self._row = DELIVERY_HEAD + reader.length
+        self._row = DELIVERY_AT["data"] + reader.length
 
     def take(self) -> Sequence[ArrivedCommand] | None:
         """Return what has come; None: something else than good commands is there, to be received."""

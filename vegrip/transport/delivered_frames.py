@@ -5,13 +5,13 @@ from typing import Final
 import numpy as np
 
 from vegrip.transport.canbus.frame_time import FD_SIZES
-from vegrip.transport.canbus.hub_wire import DELIVERY_HEAD, PLAIN_PLACES, plain_flags
+from vegrip.transport.canbus.hub_wire import DELIVERY_AT, PLAIN_PLACES, plain_flags
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec.command_reader import RowHead
 from vegrip.transport.codec.frame import FrameBlock
 from vegrip.transport.codec.row_kernels import find_frames
 
-HEAD: Final = np.array(RowHead(*PLAIN_PLACES, *plain_flags(0), DELIVERY_HEAD))
+HEAD: Final = np.array(RowHead(*PLAIN_PLACES, *plain_flags(0), DELIVERY_AT["data"]))
 SIZES: Final = np.array(FD_SIZES)
 
 
@@ -20,7 +20,7 @@ def take_block(bus: VegripBus) -> FrameBlock | None:
     data = bus.take_packets()
     if data is None:
         return None
-    found, last = np.zeros((len(data) // DELIVERY_HEAD, 4), np.int64), np.zeros(3, np.int64)
+    found, last = np.zeros((len(data) // DELIVERY_AT["data"], 4), np.int64), np.zeros(3, np.int64)
     count = find_frames(np.frombuffer(data, np.uint8), HEAD, SIZES, found, last)
     if count < 0:
         bus.put_back(data)

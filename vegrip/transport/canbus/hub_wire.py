@@ -20,8 +20,6 @@ _NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every mem
 _DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, length code; then the data
 
 _PLAIN = struct.Struct("<IQQHIBB")  # number and delivery at once
-DELIVERY_HEAD = _PLAIN.size
-PLAIN_PLACES = (0, 4, 12, 22, 26, 27)  # bytes of number, end, busy, identifier, flags and code of the length
 _CODES = {size: code for code, size in enumerate(FD_SIZES)}
 
 _EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE, _ERROR = 1, 2, 4, 8, 16, 32
@@ -38,7 +36,9 @@ DELIVERY_AT = {
     "data": _PLAIN.size,
 }
 """Where what lies in a numbered delivery, likewise."""
-SWITCH = _SWITCH
+PLAIN_PLACES = tuple(DELIVERY_AT.values())[:-1]
+"""The same of its head, in that order."""
+RATE_SWITCH = _SWITCH
 """Flag of a frame with bit-rate switch."""
 PLAIN_FLAGS = _FD | _SWITCH
 """Of a CAN FD data frame with 11 bits as a node sends it."""

@@ -42,7 +42,7 @@ HUB_TIMEOUT_S = 60.0  # [s] to find or start the hub; on a busy machine a start 
 READ_AHEAD = (
     4096  # frames looked through for the error state; as many as the bus keeps for one that does not read
 )
-MOST_PACKETS = 256  # taken at once; a babbling node must not keep the loop from its ticks
+MOST_PACKETS_AT_ONCE = 256  # taken at once; a babbling node must not keep the loop from its ticks
 SEND_BUFFER = 32_768  # bytes, some eighty frames: a full bus must push back on the sender within 20 ms
 
 
@@ -299,7 +299,7 @@ class VegripBus(can.BusABC):
             return None
         packets: list[bytes] = []
         try:
-            while len(packets) < MOST_PACKETS:
+            while len(packets) < MOST_PACKETS_AT_ONCE:
                 packets.append(self._socket.recv(MAX_GATHERED_BYTES))
                 if not packets[-1]:
                     break
