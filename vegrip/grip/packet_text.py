@@ -60,7 +60,10 @@ int64_t vg_packet_step(double *const *f, int64_t *const *t, double *g, const uin
         const uint8_t *one = packet + at, *data = one + {DELIVERY_AT["data"]};
         const int64_t id = packet_word(one + {DELIVERY_AT["identifier"]}, 4);
         const int flags = one[{DELIVERY_AT["flags"]}], code = one[{DELIVERY_AT["code"]}];
-        if ((flags | {RATE_SWITCH}) != {PLAIN_FLAGS} || code > 15 || id >= {IDENTIFIERS} || fingers[id] == 0) {{
+        if ((flags | {RATE_SWITCH}) != {PLAIN_FLAGS} || code > 15) {{
+            break;
+        }}
+        if (id >= {IDENTIFIERS} || fingers[id] == 0) {{
             break;
         }}
         const int64_t size = packet_sizes[code], n = fingers[id] - 1;

@@ -36,7 +36,8 @@ DELIVERY_AT = {
     "data": _PLAIN.size,
 }
 """Where what lies in a numbered delivery, likewise."""
-PLAIN_PLACES = tuple(DELIVERY_AT.values())[:-1]
+NUMBER_AT, END_AT, BUSY_AT, IDENTIFIER_AT, FLAGS_AT, CODE_AT, _ = DELIVERY_AT.values()
+PLAIN_PLACES = (NUMBER_AT, END_AT, BUSY_AT, IDENTIFIER_AT, FLAGS_AT, CODE_AT)
 """The same of its head, in that order."""
 RATE_SWITCH = _SWITCH
 """Flag of a frame with bit-rate switch."""
