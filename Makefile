@@ -7,7 +7,7 @@ DEMO := .venv/.demo
 # every process would compile all its modules anew, and each of hundreds in the tests does
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-ci test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs site examples bench latency soak soak-wall clean fuzz fuzz-estimator attack audit
+.PHONY: demo test test-ci test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs site examples bench latency soak soak-wall clean fuzz fuzz-estimator fuzz-c attack audit mutants
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -53,10 +53,11 @@ test-c: $(STAMP)  ## the estimator in C against plain Python, every effect; the 
 test-web: $(STAMP)  ## the pages in a real browser, headless: Chromium of the distribution (apt-get install chromium)
 	VEGRIP_WEB_TESTS=1 $(V)/python -m pytest -q -n 0 -m browser tests/web
 
-web-pictures: $(STAMP)  ## draw docs/images/web-*.png again, from the tests of the pages, on a quiet machine; more are in build/web-pictures
+web-pictures: $(STAMP)  ## draw docs/images/web-*.png and live.webp again, on a quiet machine; more are in build/web-pictures
 	mkdir -p build/web-pictures
 	VEGRIP_WEB_TESTS=1 VEGRIP_SCREENSHOTS=$(CURDIR)/build/web-pictures $(V)/python -m pytest -q -n 0 -m browser tests/web
 	cp build/web-pictures/web-live.png build/web-pictures/web-check.png build/web-pictures/web-calibrate.png docs/images
+	$(V)/python docs/live_picture.py
 
 wheel-test: $(STAMP)  ## the built wheel in a clean environment without extras, outside the checkout
 	$(V)/python -m pytest -q -n 0 tests/install
@@ -99,6 +100,12 @@ examples: $(STAMP)
 fuzz-estimator: $(STAMP)  ## a million hostile samples through estimator and node (3 minutes)
 	VEGRIP_FUZZ=250000 $(V)/python -m pytest -q -n auto tests/estimator/test_hostile.py tests/grip/test_hostile.py
 
+FUZZ_FRAMES ?= 1000000
+FUZZ_SEED ?= 26
+fuzz-c: $(STAMP)  ## random and hostile frames, times, saves and settings: exported C under sanitizers against Python (a million frames: 20 minutes)
+	VEGRIP_FUZZ_C=$(FUZZ_FRAMES) VEGRIP_FUZZ_SEED=$(FUZZ_SEED) $(V)/python -m pytest -q -n 0 --log-cli-level=INFO \
+	  tests/export/test_differential.py -k test_no_order_makes_a_difference
+
 FUZZ_SECONDS ?= 60
 fuzz: $(STAMP)  ## look for bytes that break a decoder, guided by coverage
 	$(V)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[fuzz]'
@@ -111,6 +118,10 @@ ATTACK_SEED ?= 0
 attack: $(STAMP)  ## break files of every kind, then what goes over the wires (ATTACK_SECONDS=300 for each, ATTACK_SEED=0); files that failed: build/attack
 	$(V)/python tests/attack/readers --seconds $(ATTACK_SECONDS) --seed $(ATTACK_SEED)
 	$(V)/python tests/attack/wire --seconds $(ATTACK_SECONDS) --seed $(ATTACK_SEED)
+
+MUTANTS ?=
+mutants: $(STAMP)  ## change one operator or number at a time: does a test fail? Takes hours, goes on from the last run (MUTANTS="--seed 1 --only contact")
+	nice $(V)/python tools/mutants.py $(MUTANTS)
 
 AUDIT := build/audit/bin
 audit:  ## look for known vulnerabilities in the pinned dependencies, with pip-audit; needs a network

@@ -19,7 +19,6 @@ from vegrip.demo.run import Demo, elapsed, run
 from vegrip.runtime.monitor import render
 from vegrip.validation.controllers.candidates import DEMONSTRATED, KNOBS
 from vegrip.validation.controllers.comparison import Trial, run_course
-from vegrip.validation.controllers.result import result_of
 from vegrip.validation.controllers.scenario import Scenario
 
 IMAGES = Path(__file__).parent / "images"
@@ -49,7 +48,7 @@ def main() -> int:
     for grasp, name in PICTURES.items():
         scenario = Scenario(SEED, DURATION, grasp)
         ours = run_course(Trial(DEMONSTRATED, SEED, DURATION, KNOBS[grasp][DEMONSTRATED], grasp))
-        others = run_other_controllers(scenario, result_of(ours).mean_grip_force)
+        others = run_other_controllers(scenario, ours)
         draw_comparison({"vegrip": ours, **others}, scenario.events, IMAGES / name, DURATION)
     return 0
 

@@ -26,9 +26,13 @@ from vegrip.messages import FingertipState, ForceCommand, Message, NodeStatus, R
 from vegrip.runtime import NodeBase, NodeContext
 from vegrip.virtual import HandSettings, VirtualHand, disturbances
 from vegrip.virtual.hidden import make
+from vegrip.virtual.settings import FingertipSettings
 
 LONGEST_STEP = 0.05
 """More than this is never simulated in one tick [s]; a loop that late lets simulated time fall behind."""
+
+PLAIN = HandSettings(tip=FingertipSettings().with_one_rate())
+"""Its tips relax as the model of grasp_force does, which tells of a second rate that something is missing."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class Parameters:
     disturbed: bool = parameter(True, doc="whether the object is disturbed", live=False)
     disturbance_seed: int = parameter(0, low=0, high=2**31, doc="of the disturbances", live=False)
     duration: float = parameter(0.0, unit="s", low=0.0, high=1e6, doc="end after this; 0 = never", live=False)
-    hand: HandSettings = parameter(HandSettings(), doc="what the hand is made of", live=False)
+    hand: HandSettings = parameter(PLAIN, doc="what the hand is made of", live=False)
     protocol: str = parameter(
         "", doc="protocol file: each fingertip alone on a bench goes through it; empty = a hand", live=False
     )

@@ -58,3 +58,16 @@ def test_the_type_checker_knows_every_public_name() -> None:
         for alias in node.names
     }
     assert seen == vegrip._PLACES
+
+
+STATISTICS = """
+import sys
+import vegrip.demo.command, vegrip.identification.experiment, vegrip.nodes.virtual_hand
+import vegrip.validation.controllers.grip_quality
+print("scipy.stats" in sys.modules)
+"""
+
+
+def test_no_program_pays_for_the_start_of_scipy_stats() -> None:
+    """It takes 0.3 s of processor time in every process; ``scipy.special`` has the few functions."""
+    assert fresh(STATISTICS) == "False\n"

@@ -1,10 +1,13 @@
 """The distribution holds all of the project's packages, and only one of them is on top."""
 
+import re
 import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-SETUP = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+SETUP = PROJECT["tool"]["setuptools"]
+EXTRAS = set(PROJECT["project"]["optional-dependencies"])
 
 
 def test_every_package_folder_is_shipped() -> None:
@@ -18,6 +21,39 @@ def test_every_package_folder_is_shipped() -> None:
 
 def test_the_import_name_is_vegrip_alone() -> None:
     assert {name.split(".")[0] for name in SETUP["packages"]} == {"vegrip"}
+
+
+def test_every_file_of_a_package_folder_is_shipped() -> None:
+    """The wheel itself is looked at by ``make wheel-test``."""
+    tops = [ROOT / folder for folder in SETUP["package-dir"].values()]
+    packages = {init.parent for top in tops for init in top.rglob("__init__.py")}
+    shipped = {
+        path for one in packages for pattern in SETUP["package-data"]["*"] for path in one.glob(pattern)
+    }
+    files = {
+        path
+        for top in tops
+        for path in top.rglob("*")
+        if path.is_file() and path.parent.name != "__pycache__"
+    }
+    assert sorted(path for path in files - shipped if path.suffix != ".py") == []
+
+
+def test_the_page_on_installing_explains_every_extra() -> None:
+    page = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)) == EXTRAS
+
+
+def test_every_extra_that_a_message_or_page_names_exists() -> None:
+    texts = [*(ROOT / "vegrip").rglob("*.py"), ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    named = {
+        extra
+        for path in texts
+        for extras in re.findall(r"pip install '[^'\[]*\[([\w,]+)\]'", path.read_text(encoding="utf-8"))
+        for extra in extras.split(",")
+    }
+    assert named >= {"web", "plot", "bags"}
+    assert named <= EXTRAS
 
 
 REGISTRIES = ("pypi" + ".org", "python" + "hosted.org", "ana" + "conda.org", "npm" + "js.", "crates" + ".io")

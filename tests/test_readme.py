@@ -25,3 +25,11 @@ def test_the_example_runs_and_commands_every_finger() -> None:
         assert reason in ("HOLD", "LOWER", "RAISE", "FORECAST", "RATE_LIMIT", "MIN_LIMIT")
         assert 1.0 < float(radius) < 9.0
         assert 0.1 < float(margin) < 1.0
+
+
+def test_every_claim_of_what_it_gains_has_a_command_beside_it() -> None:
+    text = README.read_text(encoding="utf-8")
+    gains = text.partition("## What it gains")[2].partition("\n## ")[0]
+    claims = re.split(r"^\* ", gains, flags=re.MULTILINE)[1:]
+    assert len(claims) >= 5
+    assert [claim for claim in claims if not re.search(r"`(?:vegrip|python) [^`]+`", claim)] == []

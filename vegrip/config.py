@@ -12,6 +12,7 @@ declaration serves the configuration file, the help text and ``vegrip param`` on
 
 import dataclasses
 import math
+import re
 import tomllib
 import typing
 from collections.abc import Iterable, Mapping
@@ -34,6 +35,21 @@ TYPES: dict[type[Any], str] = {
 
 LARGEST_WHOLE = 1000
 """Bits of a whole number in a file; TOML promises 64, and 1024 are beyond every float."""
+
+LONGEST_TOML = 1_000_000
+"""Characters of a TOML file; the largest of ours have some thousands."""
+
+DEEPEST_KEY = 16
+"""Parts of a dotted key: the parser takes time and memory with the square of their number."""
+
+STRING_OR_COMMENT = re.compile(
+    r'"""(?:[^\\]|\\.)*?(?:"""|\Z)|'
+    r"'''.*?(?:'''|\Z)|"
+    r'"(?:[^"\\\n]|\\.)*"?|'
+    r"'[^'\n]*'?|#[^\n]*",
+    re.DOTALL,
+)
+DEEP_KEY = re.compile(rf"(?<![\w-])[\w-]++(?:[ \t]*+\.[ \t]*+[\w-]++){{{DEEPEST_KEY}}}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +93,8 @@ def declaration(cls: type[Any] | Any, name: str) -> Declaration:
 def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file; a missing or broken one raises :class:`ConfigError` with the line."""
     try:
-        return parse_toml(path.read_text(encoding="utf-8"))
+        with path.open(encoding="utf-8") as file:
+            return parse_toml(file.read(LONGEST_TOML + 1))
     except FileNotFoundError:
         raise ConfigError(f"{path}: there is no such file") from None
     except (OSError, UnicodeDecodeError) as error:
@@ -90,10 +107,15 @@ def parse_toml(text: str) -> dict[str, Any]:
     """Return the table in ``text``.
 
     Raises:
-        ValueError: not TOML, or a whole number that no float comes near.
+        ValueError: not TOML, too long, a key of too many parts, or a whole number that no float comes near.
         RecursionError: brackets in thousands of brackets.
 
     """
+    if len(text) > LONGEST_TOML:
+        raise ValueError(f"it has more than {LONGEST_TOML} characters")
+    bare = STRING_OR_COMMENT.sub(lambda found: "" if found[0][0] == "#" else "_", text)
+    if deep := DEEP_KEY.search(bare):
+        raise ValueError(f"the key {deep[0][:20]}... has more than {DEEPEST_KEY} parts")
     table = tomllib.loads(text)
     _check_whole(table)
     return table

@@ -15,6 +15,9 @@ The message is one sentence that says what is wrong and what to do. Errors are f
 command line; inside the real-time loop nothing raises, outputs are flagged and counted instead.
 """
 
+from pathlib import Path
+from typing import TypeGuard
+
 
 class VegripError(Exception):
     """Any error of vegrip; ``exit_code`` is what the command line returns."""
@@ -58,3 +61,8 @@ class DeviceError(VegripError):
     """A bus, socket or process that cannot be opened or was lost."""
 
     exit_code = 4
+
+
+def is_missing_from_installation(error: BaseException) -> TypeGuard[FileNotFoundError]:
+    """Whether ``error`` is that a file of vegrip itself is not there: nothing of the user's is wrong."""
+    return isinstance(error, FileNotFoundError) and Path(__file__).parent in Path(str(error.filename)).parents

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vegrip.errors import InputError, UsageError
+from vegrip.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,7 +46,7 @@ def save_figure(figure: "Figure", path: Path, dpi: int = DPI) -> None:
 
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with rc_context({"svg.hashsalt": "vegrip"}):
-            figure.savefig(path, dpi=dpi)
+        with rc_context({"svg.hashsalt": "vegrip"}), whole_file(path) as part:
+            figure.savefig(part, dpi=dpi)
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: the picture cannot be written ({error})") from None

@@ -257,7 +257,10 @@ def test_frames_that_are_too_short_are_told_with_the_remedy(log, folder, capsys)
 
 @pytest.mark.parametrize(
     ("names", "sentence"),
-    [("a,b,c", "c: the hand has no further finger"), ("a", "the hand has 2 fingers and 1 names")],
+    [
+        ("a,b,c", "c: no name, letter or number shows a further finger"),
+        ("a", "the hand has 2 fingers and 1 names"),
+    ],
 )
 def test_names_and_fingers_that_are_left_over_are_told(log, capsys, names, sentence):
     connect(log, *GAINS, "--fingers", names, "--json")

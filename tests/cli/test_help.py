@@ -181,11 +181,25 @@ RUN_HERE = [
     if one.path[0]
     not in ("demo", "launch", "node", "monitor", "check", "topic", "param", "lifecycle", "record")
 ]
+
+
+def is_run_by(name: str, other: str) -> bool:
+    mine, longer = examples(BY_NAME[name]), examples(BY_NAME[other])
+    return len(mine) < len(longer) and longer[: len(mine)] == mine
+
+
+RUN_BY_ANOTHER = {name for name in RUN_HERE for other in RUN_HERE if is_run_by(name, other)}
+"""Their examples are the first lines of another one."""
 LONG = {"trial", "controllers", "fleet", "experiment", "bench"}  # seconds to minutes
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in RUN_HERE]
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow if name in LONG else ())
+        for name in RUN_HERE
+        if name not in RUN_BY_ANOTHER
+    ],
 )
 def test_an_example_runs_as_written_in_an_empty_folder(
     name: str, tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch

@@ -51,3 +51,9 @@ def test_a_relaxation_that_no_material_has_is_refused(c: list[float], nu: list[f
 def test_time_before_the_step_is_refused() -> None:
     with pytest.raises(DomainError):
         Creep([0.3], [3.1])(-1e-3)
+
+
+def test_amplitudes_may_sum_to_one_but_for_rounding() -> None:
+    assert Relaxation([0.3, 0.7 + 5e-13], [1.0, 2.0]).equilibrium == pytest.approx(0.0, abs=1e-12)
+    with pytest.raises(DomainError, match="more than 1"):
+        Relaxation([0.3, 0.7 + 1.5e-12], [1.0, 2.0])

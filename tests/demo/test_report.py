@@ -3,39 +3,49 @@
 import pytest
 
 from vegrip.demo.others import AS_FORCEFUL
-from vegrip.demo.report import compare_results, describe_scenario, judge_machine
-from vegrip.validation.controllers.result import Result
+from vegrip.demo.report import TOO_SHORT, compare_courses, describe_scenario, judge_machine
+from vegrip.validation.controllers.closed_loop import Course
 from vegrip.validation.controllers.scenario import GRASPS, Scenario, fitting_grasp
 
-OURS = Result(slips=0, dropped=False, mean_grip_force=4.0, peak_grip_force=9.0, min_margin=0.2)
+
+def course(force: float, slips: int = 0, ends: float = 30.0, *, dropped: bool = False) -> Course:
+    """Return a run with one force from beginning to end."""
+    times = [1.0, 0.5 * ends, ends]
+    return Course(("thumb",), slips, dropped, times, [[0.2]] * 3, [[force]] * 3)
 
 
-def test_a_controller_that_takes_more_force_is_said_to() -> None:
-    theirs = Result(0, False, 8.0, 15.0, 0.3)
-    assert compare_results({"vegrip": OURS, "cone": theirs}) == [
-        "Coulomb cone: 2.0 times the force of vegrip, 0 slips against 0, least margin 0.30 against 0.20"
-    ]
+OURS = course(4.0)
 
 
-def test_a_controller_that_takes_less_force_is_said_to_as_well() -> None:
-    theirs = Result(0, False, 3.0, 15.0, 0.1)
-    (sentence,) = compare_results({"vegrip": OURS, "cone": theirs})
-    assert sentence.startswith("Coulomb cone: 25 % less force than vegrip")
-
-
-def test_a_controller_with_about_the_same_force_is_said_to_have_it() -> None:
-    theirs = Result(2, False, 4.1, 15.0, 0.0)
-    assert compare_results({"vegrip": OURS, "cone" + AS_FORCEFUL: theirs}) == [
-        "Coulomb cone, same force: as much force as vegrip, 2 slips against 0, least margin 0.00 against 0.20"
+def test_the_force_of_a_tuned_controller_is_compared_and_whether_it_slipped_as_often() -> None:
+    told = compare_courses({"vegrip": OURS, "constant": course(8.0), "cone": course(3.0, slips=2)})
+    assert told == [
+        "constant grip: 2.0 times the force of vegrip, as many slips (0)",
+        "Coulomb cone: 25 % less force than vegrip, 2 slips against 0",
     ]
 
 
 def test_who_dropped_the_object_is_named_also_when_it_was_vegrip() -> None:
-    lost = Result(3, True, 2.0, 15.0, 0.0)
-    assert compare_results({"vegrip": OURS, "cone": lost}) == [
+    lost = course(2.0, 3, 10.0, dropped=True)
+    assert compare_courses({"vegrip": OURS, "cone": lost}) == [
         "Coulomb cone against vegrip: Coulomb cone dropped the object"
     ]
-    assert "vegrip dropped the object" in compare_results({"vegrip": lost, "cone": OURS})[0]
+    assert "vegrip dropped the object" in compare_courses({"vegrip": lost, "cone": OURS})[0]
+
+
+def test_with_the_same_force_slips_and_drops_are_compared() -> None:
+    lost = course(4.02, 3, 10.0, dropped=True)
+    assert compare_courses({"vegrip": OURS, "cone" + AS_FORCEFUL: lost}) == [
+        "Coulomb cone, same force: 3 slips and the object dropped after 10.0 s; vegrip: 0 slips"
+    ]
+    assert compare_courses({"vegrip": course(4.0, 1), "constant" + AS_FORCEFUL: course(3.9, 1)}) == [
+        "constant, same force (3.90 N against 4.00 N): 1 slip; vegrip: 1 slip"
+    ]
+
+
+def test_a_run_in_which_nothing_slipped_with_the_same_force_is_called_too_short() -> None:
+    alike = {name + AS_FORCEFUL: course(4.0) for name in ("constant", "cone")}
+    assert compare_courses({"vegrip": OURS, **alike}) == [TOO_SHORT]
 
 
 @pytest.mark.parametrize(
@@ -61,8 +71,9 @@ def test_few_cores_get_the_grasp_that_they_can_show(cores: int, grasp: str) -> N
 
 
 @pytest.mark.parametrize("grasp", GRASPS)
-def test_what_to_see_names_the_grasp_and_what_to_look_at(grasp: str) -> None:
-    told = describe_scenario(Scenario(0, 30.0, grasp))
+def test_what_to_see_names_the_grasp_and_what_to_look_at_where_it_is_shown(grasp: str) -> None:
+    assert "Look at" not in describe_scenario(Scenario(0, 30.0, grasp), shown=False)
+    told = describe_scenario(Scenario(0, 30.0, grasp), shown=True)
     assert ("thumb and index pinch" if grasp == "pinch" else "5 fingers hold") in told
     assert "Look at F, the grip force" in told
     assert max(map(len, told.splitlines())) <= 120

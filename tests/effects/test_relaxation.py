@@ -105,3 +105,13 @@ def test_a_smaller_contact_drains_faster_by_the_square_of_its_radius(model_with)
         at_reference = 2.0 * model.tip_radius * model.reference_depth
         rate = np.log(rest[0] / rest[1]) / 0.2
         assert rate == pytest.approx(nu * at_reference / contact.contact_radius[-1] ** 2, rel=1e-6)
+
+
+def test_below_a_hundredth_of_the_reference_depth_a_contact_drains_no_faster(model_with):
+    model = model_with("poroelastic_drainage")
+    nu, c = model.values["nu1"].value, model.values["c1"].value
+    for depth, felt in ((0.015, 0.015), (0.0099, 0.01), (0.002, 0.01)):
+        t = np.array([0.0, 1e-9, 1e-3, 3e-3])
+        contact = model.simulate(t, np.where(t > 0.0, depth * model.reference_depth, 0.0))
+        rest = contact.normal_force[2:] - (1.0 - c) * power_law(model, depth * model.reference_depth)
+        assert np.log(rest[0] / rest[1]) / 2e-3 == pytest.approx(nu / felt, rel=1e-4)

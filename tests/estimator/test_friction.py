@@ -121,3 +121,20 @@ def test_learned_friction_covers_the_truth(model: ContactModel, compiled: Contac
             learn(m, 0.05, 0.02, 0.02, 0.0, True, True)
         inside += abs(m[start] - ln_mu) <= 1.96 * math.sqrt(m[start + 1])
     assert 0.90 <= inside / 200 <= 0.99
+
+
+def test_the_utilisation_owes_nothing_to_what_is_believed_of_friction(
+    estimator: ContactEstimator, model: ContactModel, press: Record
+) -> None:
+    states = press(model, [0.0, 0.3, 0.8, 1.5], [-1e-4, -1e-4, 9e-4, 9e-4], share=0.5)
+    told = []
+    for mean, variance in ((math.log(0.7), 0.01), (math.log(0.5), 0.09), (math.log(1.8), 0.04)):
+        estimator.reset()
+        for state in states[:-1]:
+            estimator.assimilate(state)
+        estimator.believe_friction((mean, variance, mean, variance))
+        estimator.assimilate(states[-1])
+        told.append(estimator.utilisation())
+    assert told[0][0] == pytest.approx(0.5 * model.values["mu"].value, rel=0.1)
+    assert told[1] == pytest.approx(told[0], rel=0.01)
+    assert told[2] == pytest.approx(told[0], rel=0.01)

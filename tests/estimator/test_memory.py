@@ -64,12 +64,3 @@ def test_it_moves_into_lent_numbers_with_all_it_knows_and_out_again_with_a_reset
     memory.reset()
     assert memory.means[0] == 0.0
     assert lent[memory.layout.places()["Y"][0]] == 8.0, "what was lent is left alone"
-
-
-@pytest.mark.parametrize("section", ["Y", "P", "VALUES"])
-def test_numbers_that_are_not_finite_where_it_matters_cannot_be_its_own(memory, section):
-    numbers = memory.blank.copy()
-    assert memory.can_be(numbers)
-    assert not memory.can_be(numbers[:-1])
-    numbers[memory.layout.places()[section][0]] = math.nan
-    assert not memory.can_be(numbers)

@@ -13,10 +13,12 @@ from vegrip.grip.felt_slip import (
     FELT_SIZE,
     FELT_SPEED,
     FELT_WHY,
+    FELT_WIDTH,
     begin_felt_slip,
     believed_flag,
     believed_speed,
     judge_felt_slip,
+    may_teach,
     shows_sliding,
     twist_share,
 )
@@ -41,7 +43,7 @@ def feel(
 
 
 def is_believed(q: list[float]) -> tuple[bool, bool]:
-    return believed_flag(q, 1, 1.0) == 1.0, believed_speed(q, 1, 1.0) == 1.0
+    return not math.isnan(believed_flag(q, 1, 1.0)), not math.isnan(believed_speed(q, 1, 1.0))
 
 
 def test_a_finger_slides_from_the_slip_speed_on_that_was_set_and_never_where_none_was() -> None:
@@ -68,14 +70,14 @@ def test_a_flag_that_stays_while_the_grip_grows_is_found_out_by_the_load_alone()
     feel(q, 1.0, 0.0, math.nan, 0.5)
     feel(q, 0.2, 1.0, math.nan, 0.5, 0.2)
     assert is_believed(q) == (False, True)
-    assert q[FELT_FLAG + 6 + FELT_WHY] == FELT_BY_LOAD
+    assert q[FELT_FLAG + FELT_WIDTH + FELT_WHY] == FELT_BY_LOAD
 
 
 def test_a_slip_speed_that_stays_while_the_grip_grows_is_found_out_by_the_load() -> None:
     q = felt()
     feel(q, 0.2, math.nan, 0.5, 0.5, 0.2)
     assert is_believed(q) == (True, False)
-    assert q[FELT_SPEED + 6 + FELT_WHY] == FELT_BY_LOAD
+    assert q[FELT_SPEED + FELT_WIDTH + FELT_WHY] == FELT_BY_LOAD
 
 
 def test_a_flag_without_slip_speed_is_found_out_before_the_grip_has_grown_much() -> None:
@@ -84,14 +86,14 @@ def test_a_flag_without_slip_speed_is_found_out_before_the_grip_has_grown_much()
     assert is_believed(q) == (True, True)
     feel(q, 0.02, 1.0, 2e-5, 0.5)
     assert is_believed(q) == (False, True)
-    assert q[FELT_FLAG + 6 + FELT_WHY] == FELT_BY_OTHER
+    assert q[FELT_FLAG + FELT_WIDTH + FELT_WHY] == FELT_BY_OTHER
 
 
 def test_a_flag_that_is_silent_or_late_in_a_slide_is_found_out_by_the_slip_speed() -> None:
     q = felt()
     feel(q, 0.2, 0.0, 5e-3, 0.7)
     assert is_believed(q) == (False, True)
-    assert q[FELT_FLAG + 6 + FELT_WHY] == FELT_SILENT
+    assert q[FELT_FLAG + FELT_WIDTH + FELT_WHY] == FELT_SILENT
 
 
 def test_a_patch_that_is_twisted_slides_in_part_without_a_flag() -> None:
@@ -115,6 +117,40 @@ def test_a_channel_is_believed_again_when_it_has_been_quiet_for_long_enough() ->
     assert is_believed(q) == (False, True)
     feel(q, 1.1, 0.0, 0.0, 0.5)
     assert is_believed(q) == (True, True)
+
+
+def test_single_samples_that_go_on_while_the_grip_grows_are_found_out_by_the_load() -> None:
+    q = felt()
+    feel(q, 1.0, 0.0, math.nan, 0.5)
+    for k in range(10):
+        feel(q, DT, 1.0, math.nan, 0.5 if k < 3 else 0.2)
+        feel(q, 0.1, 0.0, math.nan, 0.5 if k < 3 else 0.2)
+    assert is_believed(q) == (False, True)
+    assert q[FELT_FLAG + FELT_WIDTH + FELT_WHY] == FELT_BY_LOAD
+
+
+def test_a_slide_is_over_where_the_load_has_fallen_far_below_what_it_was() -> None:
+    q = felt()
+    feel(q, 0.01, 1.0, math.nan, 0.5)
+    assert believed_flag(q, 1, 1.0) == 1.0
+    feel(q, 2 * DT, 1.0, math.nan, 0.2)
+    assert believed_flag(q, 1, 1.0) == 0.0
+
+
+@pytest.mark.parametrize("slip", [0.5, 0.999, 1e-9, math.nan])
+def test_what_lies_between_0_and_1_is_no_flag(slip: float) -> None:
+    assert math.isnan(believed_flag(felt(), 1, slip))
+
+
+def test_only_a_flag_that_was_silent_before_teaches() -> None:
+    q = felt()
+    assert not may_teach(q, 1)
+    feel(q, 0.6, 0.0, math.nan, 0.5)
+    assert may_teach(q, 1)
+    feel(q, 0.1, 1.0, math.nan, 0.5)
+    assert may_teach(q, 1)  # it had been
+    feel(q, DT, math.nan, math.nan, 0.5)
+    assert not may_teach(q, 1)
 
 
 def test_a_load_that_is_not_known_contradicts_nothing() -> None:

@@ -11,7 +11,7 @@ from vegrip.grip.friction_belief import (
     believed_variance,
     expect_finger,
 )
-from vegrip.grip.friction_onset import ONSET_SIZE, begin_onsets, feel_onset, is_doubted, may_probe
+from vegrip.grip.friction_onset import ONSET_SIZE, begin_onsets, feel_onset, is_doubted, is_heard
 from vegrip.grip.friction_probe import (
     PROBE_NEED,
     PROBE_SHIFT,
@@ -138,7 +138,7 @@ def test_a_channel_that_contradicts_the_load_again_and_again_is_not_believed_any
         feel(g, q, 0.6, [0.0] * 50)
         assert feel(g, q, 0.2, [1.0] * 3) == LN_MU
     assert is_doubted(q, 0)
-    assert not may_probe(q, 0)
+    assert not is_heard(q, 0)
     feel(g, q, 0.6, [0.0] * 500)
     assert feel(g, q, 0.55, [1.0] * 3) == LN_MU
 

@@ -26,7 +26,7 @@ def controller(friction: FrictionSettings = LEARNING) -> GripController:
 
 
 class Bench:
-    """Fingers pressed to 2 N, with a tangential load and what is said of slip."""
+    """Fingers pressed to 2 N, with a tangential load and what is said of slip, whose speed is noisy."""
 
     def __init__(self, hand: GripController) -> None:
         self.hand, self.tick = hand, 0
@@ -49,7 +49,9 @@ class Bench:
             states = [
                 FingertipState(
                     now, name, self.tick, force + noise, load, 0.0, 0.0, depth, 22.0,
-                    (slip or {}).get(name, 0.0), speed if (slip or {}).get(name, 0.0) >= 0.5 else all_speeds,
+                    (slip or {}).get(name, 0.0),
+                    2e-5 * (1 + (-1) ** self.tick)
+                    + (speed if (slip or {}).get(name, 0.0) >= 0.5 else all_speeds),
                 )
                 for name in NAMES
             ]  # fmt: skip
@@ -211,3 +213,30 @@ def test_health_says_that_friction_is_probed_and_a_finger_that_does_not_learn_sa
         seen.append(told)
     assert seen[0] >= {"", PROBED}
     assert seen[1] == {""}
+
+
+LOAD = ("normal_force", "tangential_force_x", "tangential_force_y")
+COARSE = replace(LEARNING, slip_threshold=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("friction", "channels", "sentence"),
+    [
+        (LEARNING, ("normal_force",), ""),
+        (LEARNING, LOAD, "thumb grips by the friction of its model; to grip less: it must feel slip"),
+        (FrictionSettings(), (*LOAD, "slip"), "its own slides teach; to grip less: vegrip calibrate"),
+        (COARSE, (*LOAD, "slip"), "slides of all fingers teach; to grip less: slip is felt from"),
+        (replace(LEARNING, probing=False), (*LOAD, "slip"), "to grip less: probing is switched off"),
+    ],
+)  # fmt: skip
+def test_a_node_says_of_a_finger_what_it_grips_by_and_what_it_takes_to_grip_less(
+    friction: FrictionSettings, channels: tuple[str, ...], sentence: str
+) -> None:
+    settings = replace(ControlSettings(), friction=friction)
+    model = vegrip.paper_model(tip_radius=9e-3)
+    node = GraspForce("grip", NAMES, lambda _: ContactEstimator(model, SensorNoise()), settings)
+    node.configure()
+    node.activate()
+    said = node.describe_finger("thumb", channels)
+    assert sentence in said
+    assert bool(said) is bool(sentence)

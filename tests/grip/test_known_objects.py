@@ -24,7 +24,7 @@ def parameters(folder: Path, name: str) -> GraspParameters:
 
 
 def grasp(settings: GraspParameters) -> Scene:
-    scene = Scene("pinch", parameters=settings)
+    scene = Scene("hand", parameters=settings)
     scene.run_until(GRASP_S)
     assert scene.node is not None
     scene.node.deactivate()
@@ -39,7 +39,7 @@ def test_the_second_grasp_of_an_object_takes_less_force_and_slips_no_more(tmp_pa
         float(np.mean(np.asarray(scene.course.force)[at : at + 100]))
         for scene, at in zip((first, second), early, strict=True)
     ]
-    assert forces[1] < 0.8 * forces[0]
+    assert forces[1] < 0.85 * forces[0]
     assert second.hand_node.hand.slips <= first.hand_node.hand.slips
     assert not second.hand_node.hand.dropped
 

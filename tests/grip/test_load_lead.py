@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vegrip.grip.drive_lag import DRIVE_KNOWN, DRIVE_LAG, begin_drives, tell_drives
-from vegrip.grip.load_lead import LEAD_MOST, LEAD_SIZE, begin_lead, lead_load
+from vegrip.grip.load_lead import LEAD_MOST, LEAD_SIZE, begin_lead, lead_load, lead_variance
 
 DT, NOISE, TORQUE_NOISE, LAG = 0.002, 0.01, 1e-4, 0.01
 
@@ -70,3 +70,15 @@ def test_of_a_long_measured_lag_a_part_is_led_and_more_is_held_for_the_rest() ->
     force, torque = led(steady, measured=LEAD_MOST + 0.02)[-1]
     assert (force, torque) == pytest.approx((2.2, 0.011))
     assert led(steady, measured=LEAD_MOST)[-1] == pytest.approx((2.0, 0.01))
+
+
+@pytest.mark.parametrize(("keep", "hold"), [(0.5, 0.9), (0.0, 0.99), (0.9, 0.9), (0.3, 0.0)])
+def test_the_variance_of_fast_minus_slow_is_that_of_its_weights(keep, hold) -> None:
+    """Both are sums of the past with weights (1 - a) a^n."""
+    n = np.arange(5000)
+    weights = (1.0 - keep) * keep**n - (1.0 - hold) * hold**n
+    assert lead_variance(keep, hold) == pytest.approx(float(np.sum(weights**2)), abs=1e-9)
+
+
+def test_two_that_keep_everything_have_no_variance() -> None:
+    assert lead_variance(1.0, 1.0) == 0.0

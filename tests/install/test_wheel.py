@@ -4,14 +4,19 @@ import json
 import math
 import os
 import re
+import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tarfile
+import time
+import tomllib
 import venv
 import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from email import message_from_bytes
 from pathlib import Path
 
@@ -19,6 +24,10 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.wheel
+FENCE = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
+ENDLESS = ("launch", "monitor", "check")  # they run until Ctrl-C
+CONSTRAINED = ("--disable-pip-version-check", "-c", str(ROOT / "constraints.txt"))
+PATIENCE = 180.0  # [s] until the nodes of a launch file are active
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 
 HELP = """
@@ -39,15 +48,30 @@ raise SystemExit(f"no help: {failed}" if failed else 0)
 class Installed:
     """An environment with the wheel and what it depends on."""
 
-    folder: Path  # where users work; holds a folder named like the package
+    folder: Path  # holds the environment
     wheel: Path
     source: Path  # the sdist
+    work: Path  # where users work; at first beside a folder named like the package
 
     def __call__(self, *arguments: str, program: str = "vegrip") -> subprocess.CompletedProcess[str]:
+        running = self.start(*arguments, program=program)
+        output, complaints = running.communicate()
+        return subprocess.CompletedProcess(arguments, running.returncode, output, complaints)
+
+    def start(self, *arguments: str, program: str = "vegrip") -> subprocess.Popen[str]:
         kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
         kept |= {"VEGRIP_RUNTIME_DIR": str(self.folder / "r"), "COLUMNS": "200"}
         command = [str(self.folder / "env" / "bin" / program), *arguments]
-        return subprocess.run(command, cwd=self.folder, env=kept, capture_output=True, text=True, check=False)
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        return subprocess.Popen(
+            command, cwd=self.work, env=kept, text=True, start_new_session=True,
+            preexec_fn=_take_interrupts, **pipes,  # noqa: PLW1509
+        )  # fmt: skip
+
+
+def _take_interrupts() -> None:
+    """Undo what a shell does to processes in the background: they ignore Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @pytest.fixture(scope="module")
@@ -58,9 +82,8 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Installed]:
     (wheel,), (source,) = ((folder / "dist").glob(f"*.{end}") for end in ("whl", "tar.gz"))
     venv.create(folder / "env", with_pip=True)
     (folder / "vegrip" / "vegrip").mkdir(parents=True)  # as a clone lies beside a user's script
-    made = Installed(folder, wheel, source)
-    pip = ("-m", "pip", "install", "-q", "--disable-pip-version-check", "-c", str(ROOT / "constraints.txt"))
-    done = made(*pip, str(wheel), program="python")
+    made = Installed(folder, wheel, source, folder)
+    done = made("-m", "pip", "install", "-q", *CONSTRAINED, str(wheel), program="python")
     assert done.returncode == 0, done.stderr
     yield made
     shutil.rmtree(folder)  # half a gigabyte
@@ -202,3 +225,63 @@ def test_the_source_distribution_has_documents_changelog_and_tests(installed: In
     ):
         assert name in names
     assert "tests/install/test_wheel.py" in names
+
+
+def test_the_wheel_has_all_files_of_the_package_folders_and_no_others(installed: Installed) -> None:
+    folders = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-dir"]
+    ours = {
+        (Path(name.replace(".", "/")) / path.relative_to(ROOT / folder)).as_posix()
+        for name, folder in folders.items()
+        for path in (ROOT / folder).rglob("*")
+        if path.is_file() and path.parent.name != "__pycache__"
+    }
+    with zipfile.ZipFile(installed.wheel) as archive:
+        shipped = {name for name in archive.namelist() if ".dist-info/" not in name}
+    assert shipped == ours
+
+
+@pytest.fixture(scope="module")
+def with_extras(installed: Installed) -> Installed:
+    """The same environment afterwards: with the extras that the README names for its commands."""
+    done = installed("-m", "pip", "install", "-q", *CONSTRAINED, "vegrip[web,plot]", program="python")
+    assert done.returncode == 0, done.stderr
+    return installed
+
+
+def commands_of_the_readme() -> Iterator[list[list[str]]]:
+    """Give the calls of vegrip in each code block, without their comments."""
+    for block in FENCE.findall((ROOT / "README.md").read_text(encoding="utf-8")):
+        lines = block.replace("\\\n", " ").splitlines()
+        yield [words[1:] for line in lines if (words := shlex.split(line, comments=True))[:1] == ["vegrip"]]
+
+
+def test_every_command_of_the_readme_runs_in_an_empty_folder(with_extras: Installed, tmp_path: Path) -> None:
+    """Those that run until Ctrl-C go on beside the rest of their block, as in a second terminal."""
+    here = replace(with_extras, work=tmp_path)
+    for block in commands_of_the_readme():
+        with ExitStack() as ends:
+            for words in block:
+                if words[0] in ENDLESS:
+                    running = here.start(*words)
+                    ends.callback(_interrupted, words, running)
+                    if words[0] == "launch":
+                        _until_active(here, running)
+                    continue
+                done = here(*words)
+                assert (words, done.returncode) == (words, 0), done.stderr
+                assert "Traceback" not in done.stderr
+
+
+def _until_active(here: Installed, launched: subprocess.Popen[str]) -> None:
+    end = time.monotonic() + PATIENCE
+    while "active" not in here("lifecycle", "get", "grasp_force").stdout.split():
+        assert launched.poll() is None
+        assert time.monotonic() < end
+
+
+def _interrupted(words: list[str], running: subprocess.Popen[str]) -> None:
+    assert running.poll() is None, (words, running.communicate())
+    running.send_signal(signal.SIGINT)
+    _, complaints = running.communicate(timeout=60)
+    assert running.returncode in (0, 130), (words, complaints)
+    assert "Traceback" not in complaints

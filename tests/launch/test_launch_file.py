@@ -56,6 +56,12 @@ def test_what_is_said_above_holds_for_every_node_unless_it_says_otherwise(tmp_pa
     [
         ("", "node"),
         ("[[node]]", "program"),
+        ("[transport]\ndatabitrate = 2\n[[node]]\nprogram = 'echo'", "did you mean data_bitrate?"),
+        ("[[node]]\nprogram = 'echo'\ntransport = { kind = 'canopen', node = 3 }", "unknown key 'node'"),
+        ("[transport]\nkind = 'zmq'\nsubscibe = ['ipc:a']\n[[node]]\nprogram = 'echo'", "subscribe"),
+        ("[transport]\nkind = 'zmq'\ncurve.owm = 'a'\n[[node]]\nprogram = 'echo'", "unknown key 'owm'"),
+        ("[transport]\nbitrate = 5\n[[node]]\nprogram = 'echo'", "must lie in"),
+        ("fingers = { thumb = {} }\ntransport = { kind = 'can', chanel = 'a' }", "did you mean channel?"),
         ("[[node]]\nprogram = 'echo'\nresart = 'always'", "restart"),
         ("[[node]]\nprogram = 'echo'\nrestart = 'often'", "never, on-failure, always"),
         (

@@ -5,11 +5,13 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 
 from vegrip.host.runtime_folder import runtime_folder
+from vegrip.transport.canbus.virtual_can import hub_process
 
 LAUNCH = """
 [transport]
@@ -254,3 +256,33 @@ def test_a_busy_port_is_one_sentence():
         )
     assert code == 4
     assert "in use" in complaint
+
+
+def test_a_monitor_into_a_pipe_before_any_node_has_said_what_it_waits_for_when_it_is_ended():
+    process = start("monitor")
+    assert process.stdout is not None
+    told = [process.stdout.readline() for _ in range(2)]
+    process.terminate()
+    process.communicate(timeout=PATIENCE)
+    assert "--json" in told[0]
+    assert "waits for one" in told[1]
+    assert vegrip("monitor", "--once")[0] == 2
+
+
+@pytest.mark.slow
+def test_a_bus_whose_process_is_killed_comes_back_and_the_log_of_the_launch_says_that_it_was_lost(tmp_path):
+    path = tmp_path / "two.toml"
+    path.write_text(LAUNCH)
+    launched = start("launch", str(path))
+    deadline = threading.Timer(PATIENCE, launched.kill)
+    try:
+        wait_for(both_active)
+        lost = wait_for(lambda: hub_process("launch"))
+        os.kill(lost, signal.SIGKILL)
+        deadline.start()
+        assert any("the bus was lost" in line for line in launched.stdout)
+        assert wait_for(lambda: hub_process("launch") if hub_process("launch") != lost else None)
+    finally:
+        deadline.cancel()
+        launched.send_signal(signal.SIGINT)
+        launched.communicate(timeout=PATIENCE)

@@ -4,6 +4,7 @@ import importlib.util
 import logging
 import os
 import py_compile
+import threading
 from pathlib import Path
 
 import pytest
@@ -117,3 +118,20 @@ def test_a_home_that_cannot_be_written_leaves_one_folder_for_all_starts(
     assert loaded("first") == tmp_path / "run" / "models"
     compiled_folder.substitute.cache_clear()  # the next start
     assert loaded("second") == tmp_path / "run" / "models"
+
+
+def test_a_module_is_whole_for_every_thread_that_asks_for_it() -> None:
+    text = "import threading\n_first = threading.Event()\n_first.wait(0.05)\nWHOLE = True\n"
+    begun = threading.Barrier(8)
+    seen: list[bool] = []
+
+    def ask() -> None:
+        begun.wait()
+        seen.append(hasattr(cache.load(text), "WHOLE"))
+
+    threads = [threading.Thread(target=ask) for _ in range(8)]
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join()
+    assert seen == [True] * 8

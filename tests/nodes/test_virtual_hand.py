@@ -1,13 +1,18 @@
 """The virtual hand as a node: pure code driven without a bus."""
 
+import tomllib
+from collections.abc import Iterable
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+from vegrip.nodes import grasp_force
 from vegrip.nodes.virtual_hand import VirtualHandNode, build
 
 from vegrip.errors import ConfigError
-from vegrip.messages import FingertipState, ForceCommand, Reason
+from vegrip.messages import FingertipState, ForceCommand, Message, ModelHealth, Reason
 from vegrip.runtime import NodeContext
+from vegrip.validation.controllers.closed_loop import Loop
 
 TICK = 2_000_000  # [ns]
 START = 10**12
@@ -119,3 +124,31 @@ def test_a_running_hand_refuses_to_become_another_one() -> None:
     node.parameters = replace(node.parameters, seed=5)
     node.activate()
     assert node.hand.tips != active().hand.tips
+
+
+class Listening(Loop):
+    """A loop that keeps what the node says of its model."""
+
+    misfits: set[tuple[str, str]]
+
+    def _take(self, answers: Iterable[Message]) -> None:
+        answers = list(answers)
+        self.misfits |= {(m.finger, m.channel) for m in answers if isinstance(m, ModelHealth) and m.channel}
+        super()._take(answers)
+
+
+@pytest.mark.parametrize("relaxes_slowly", [False, True])
+def test_the_model_of_the_demonstration_explains_its_own_hand_from_the_start_unless_something_is_hidden(
+    relaxes_slowly: bool,
+) -> None:
+    launch = tomllib.loads((Path(__file__).parents[2] / "launch" / "demo.toml").read_text())
+    context = NodeContext("node", "", tuple(launch["fingers"]), 0.002)
+    grasp, hand = (node["parameters"] for node in launch["node"][:2])
+    if relaxes_slowly:
+        hand["hand"] = {"tip": {"amplitudes": [0.2, 0.1], "rates": [3.1, 0.15]}}
+    loop = Listening(build(hand, context).hand, grasp_force.build(grasp, context))
+    loop.misfits = set()
+    loop.run(8.0)
+    fingers = {finger for finger, _ in loop.misfits}
+    assert not fingers if not relaxes_slowly else len(fingers) >= 3
+    assert {channel for _, channel in loop.misfits} <= {"normal_force"}

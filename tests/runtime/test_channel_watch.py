@@ -58,3 +58,18 @@ def test_made_up_names_do_not_make_the_table_grow():
     for n in range(2000):
         watch.note(state(n, finger=f"f{n}"))
     assert len(watch._open) + len(watch._known) <= 256
+
+
+def test_a_finger_is_fresh_once_when_those_that_speak_are_known():
+    watch = ChannelWatch(lacking)
+    for n in range(STATES):
+        watch.note(state(n, slip=0.0))
+        if n:
+            watch.note(state(n, "index"))
+    assert list(watch.fresh()) == []
+    watch.note(state(STATES, "index"))
+    assert list(watch.fresh()) == [
+        ("thumb", frozenset({"normal_force", "slip"})),
+        ("index", frozenset({"normal_force"})),
+    ]
+    assert list(watch.fresh()) == []

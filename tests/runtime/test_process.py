@@ -27,6 +27,7 @@ def test_whatever_a_node_raises_at_its_start_is_one_sentence(monkeypatch):
         VegripError, match=r"broken cannot be started: ZeroDivisionError: somebody's own effect$"
     ):
         process.run_node(config)
+    assert "somebody's own effect" in read_reports()["/broken"].reason
 
 
 @pytest.mark.usefixtures("runtime")

@@ -8,6 +8,7 @@ import pytest
 
 from vegrip.errors import ConfigError, UsageError
 from vegrip.host.runtime_folder import runtime_folder
+from vegrip.runtime.exit_reports import KEPT_S, ExitReport, read_reports, write_report
 from vegrip.runtime.names import full_name
 from vegrip.runtime.registry import Entry, find_node, registered, running_nodes
 
@@ -41,8 +42,21 @@ def test_a_node_that_was_killed_is_forgotten():
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
     assert running_nodes() == []
+    assert read_reports()["/grip"].reason == "its process was killed, or crashed"
     os.close(reader)
     os.close(writer)
+
+
+def test_a_report_of_a_failure_is_shown_for_some_minutes_and_until_the_node_runs_again():
+    for name in ("/grip", "/replay"):
+        write_report(ExitReport(name, "echo", "it could not", 3))
+    file = runtime_folder("nodes") / "replay.end"
+    long_ago = file.stat().st_mtime - 1.1 * KEPT_S
+    os.utime(file, (long_ago, long_ago))
+    assert list(read_reports()) == ["/grip"]
+    assert not file.exists()
+    with registered(Entry("/grip", "echo")):
+        assert read_reports() == {}
 
 
 def test_a_node_is_found_by_its_last_name_unless_two_have_it():
@@ -83,4 +97,4 @@ def test_the_sockets_of_a_node_that_was_killed_go_with_it():
     os.waitpid(child, 0)
     assert len(list(runtime_folder("nodes").iterdir())) == 3
     with registered(Entry("/another", "echo")):  # the next node that starts sees to it
-        assert [path.name for path in runtime_folder("nodes").iterdir()] == ["another.node"]
+        assert {path.name for path in runtime_folder("nodes").iterdir()} == {"another.node", "grip.end"}

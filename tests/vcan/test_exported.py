@@ -238,7 +238,7 @@ def test_silent_sensors_let_the_command_stand_and_then_ramp_to_the_fail_safe_for
 @pytest.mark.parametrize("name", HAND)
 def test_the_grip_is_controlled_again_when_the_sensors_come_back(episode, name):
     commands = of(episode.log[episode.again :], ForceCommand, name)
-    assert {command.reason for command in commands[:5]} <= FAULTS, "some sound states come first"
+    assert commands[0].reason in FAULTS, "some sound states come first"
     assert {command.reason for command in commands} - FAULTS
 
 

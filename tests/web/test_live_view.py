@@ -84,7 +84,7 @@ def test_a_finger_is_shown_with_its_margin_command_and_load(view: LiveView) -> N
     assert shown["margin"]["bound"] == 0.2
     assert shown["margin"]["wanted"] == 0.15
     assert shown["margin"]["never"]
-    assert shown["command"]["words"] == "holds: the margin is at its target"
+    assert shown["command"]["words"] == "holds: the force suffices"
     assert shown["load"] == {"force": 0.5, "torque": 1e-3}
 
 
@@ -225,9 +225,9 @@ def test_a_state_on_purpose_that_is_old_excuses_nothing(view: LiveView) -> None:
 
 
 def test_a_node_that_is_killed_gives_an_alarm(view: LiveView) -> None:
-    view.attend([], NS)
+    view.attend([Present(NODE, failure="killed")], NS)
     view.board.look(2 * NS)
-    assert texts(view, 2 * NS) == [f"{NODE} is gone without a word; the last numbers are old"]
+    assert texts(view, 2 * NS) == [f"{NODE} has died (killed); the last numbers are old"]
 
 
 def test_an_alarm_stays_long_enough_to_be_seen_and_then_goes(view: LiveView) -> None:
@@ -253,3 +253,26 @@ def test_every_reason_and_condition_has_words() -> None:
 def test_the_finger_view_knows_no_clock_of_its_own(view: LiveView) -> None:
     row = view.board.rows["thumb"]
     assert finger_view(row, 7, wanted=None, learned={}) == finger_view(row, 7, wanted=None, learned={})
+
+
+def test_a_card_names_the_worst_alarm_of_its_finger_and_none_while_friction_is_probed(view: LiveView) -> None:
+    view.take(LOW, 0, NODE)
+    view.take(CONTACT, 0, NODE)
+    assert thumb(view, 0)["alarm"] == {"level": "bad", "label": "may slip"}
+    view.take(PROBING, 0, NODE)
+    assert thumb(view, 0)["alarm"] is None
+    assert thumb(view, 0)["health"]["friction"] == "probed"
+
+
+def test_what_is_learned_has_its_unit_and_what_the_contact_has_is_not_said_twice(view: LiveView) -> None:
+    for symbol in ("K", "mu", "nu1"):
+        view.take(LearnedParameter(0, "thumb", 0, symbol, sure(2.0), sure(2.0), 3.0), 0, NODE)
+    assert [(one["symbol"], one["unit"]) for one in thumb(view, 0)["learned"]] == [("K", "N"), ("nu1", "1/s")]
+
+
+def test_a_node_that_could_not_start_is_in_the_log_and_no_alarm(view: LiveView) -> None:
+    view.attend([Present(NODE, 1), Present("/replay", 2)], 0)
+    view.attend([Present(NODE, 1), Present("/replay", failure="no such file")], NS)
+    view.board.look(NS)
+    assert "no such file" in view.board.log[-1].text
+    assert not [one for one in texts(view, NS) if "replay" in one]

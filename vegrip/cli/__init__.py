@@ -5,6 +5,7 @@ Each command is a function in its own module, imported only when that command is
 4 device, or a result that was lost; the message goes to standard error, never a traceback.
 """
 
+import errno
 import importlib
 import os
 import sys
@@ -15,7 +16,7 @@ import typer
 
 from vegrip.cli._tables import complain
 from vegrip.cli._usage import explained, literal
-from vegrip.errors import DeviceError, VegripError
+from vegrip.errors import DeviceError, VegripError, is_missing_from_installation
 from vegrip.host.descriptors import COMMAND_NEEDS, is_out_of_descriptors, require_descriptors
 from vegrip.spelling import suggestion
 
@@ -100,6 +101,23 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
 }
 COMMANDS = {name: command for group in GROUPS.values() for name, command in group.items()}
 
+INTERRUPTED = 130  # exit code
+NOTHING = "nothing is written"
+STOPPED = {  # what an interrupted command keeps; the others are ended that way
+    **dict.fromkeys(
+        ("import", "simulate", "fit", "compare", "diagnose", "add", "refine", "report", "experiment"), NOTHING
+    ),
+    **dict.fromkeys(("controllers", "bench"), NOTHING),
+    "replay": "what was sent is sent",
+    "export": "what is in the folder of -o is not complete",
+    "paper": "pictures that were drawn stay",
+    "fleet": "recordings that were examined are kept, and the same command goes on with the others",
+    "trial": "trials that are done stay in the file of -o, and the same command goes on with the others",
+    "calibrate": "trials that were taken are kept, and the same command goes on with the others",
+}
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
+
 COMPLETION = ("--install-completion", "--show-completion")
 
 
@@ -153,6 +171,8 @@ def _run_command(name: str, arguments: list[str]) -> int:
     except VegripError as error:
         complain(str(error))
         return error.exit_code
+    except KeyboardInterrupt:  # while it is imported
+        return INTERRUPTED
     is_group = len(app.registered_commands) > 1
     return _run(app, arguments or ["--help"] if is_group else arguments, f"vegrip {name}")
 
@@ -161,7 +181,7 @@ def _run(app: typer.Typer, arguments: list[str], program: str) -> int:
     try:
         code = literal(app)(arguments, prog_name=program, standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
-        return 130
+        code = INTERRUPTED
     except BrokenPipeError:  # `vegrip ... | head`: the reader has ended
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
@@ -172,6 +192,10 @@ def _run(app: typer.Typer, arguments: list[str], program: str) -> int:
         if not sentence:
             raise
         complain(sentence)
+    if code == INTERRUPTED and (
+        kept := STOPPED.get(program.removeprefix("vegrip "))
+    ):  # typer returns it, too
+        complain(f"stopped; {kept}")
     return code if isinstance(code, int) else 0
 
 
@@ -184,6 +208,13 @@ def _told(error: Exception, program: str) -> tuple[str, int]:
     if is_out_of_descriptors(error):
         said = "too many files and sockets are open; raise the limit, e.g. `ulimit -n 4096`"
         return said, DeviceError.exit_code
+    if isinstance(error, OSError) and error.errno in FULL:
+        return f"the result is not written ({error.strerror})", DeviceError.exit_code
+    if is_missing_from_installation(error):
+        return (
+            f"{error.filename}: this file of vegrip is missing; install vegrip again",
+            DeviceError.exit_code,
+        )
     return "", 1
 
 

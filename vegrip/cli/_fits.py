@@ -44,6 +44,14 @@ def noise_for(recording: "Recording", tolerance: float) -> "Noise":
     return noise_of(recording).tolerant(tolerance)
 
 
+def asked(has_own_zeros: bool, tolerance: float) -> list[str]:
+    """Return the options that decide what an error is, for the next command."""
+    return [
+        *["--zeros-each-episode"] * has_own_zeros,
+        *(["--tolerance", f"{tolerance:g}"] if tolerance else []),
+    ]
+
+
 def opened(
     recording: Path, model: Path | None, *, hold_back: str = "", only: str = ""
 ) -> "tuple[Recording, ContactModel | None]":

@@ -3,6 +3,7 @@
 Nothing here reads markup: ``[m]`` is a unit, not a tag.
 """
 
+import shlex
 from typing import Any
 
 from rich.console import Console
@@ -43,6 +44,11 @@ def show(content: Table) -> None:
     """Print ``content``."""
     console = _Literal()
     (console if console.is_terminal else _Literal(width=WIDE_COLUMNS)).print(content)
+
+
+def print_next(*words: object) -> None:
+    """Print the command that one would call next."""
+    printer().print(f"next: {shlex.join(map(str, words))}", soft_wrap=True)
 
 
 def complain(sentence: str) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.errors import InputError, UsageError, VegripError
+from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,6 +33,12 @@ VIRTUAL = Annotated[
 ]
 DROP = Annotated[int, typer.Option("--drop", metavar="N", min=0, help="Forget trial N.")]
 END = Annotated[bool, typer.Option("--end", help="Look for missing effects, write model and report.")]
+LAUNCH = Annotated[
+    Path | None,
+    typer.Option(
+        help="With --end: launch file, or map, to write how slip is felt into: learning is then on."
+    ),
+]
 LIMITS = Annotated[
     Path | None, typer.Option("--limits", metavar="TOML", help="depth, force, speed, ... of the rig in SI.")
 ]
@@ -58,6 +65,7 @@ def calibrate(
     virtual: VIRTUAL = None,
     drop: DROP = 0,
     end: END = False,
+    launch: LAUNCH = None,
     limits: LIMITS = None,
     depth: DEPTH = None,
     normal_force: MOST_FORCE = None,
@@ -88,8 +96,9 @@ def calibrate(
     if web:
         _serve(folder, radius, own, limits, node, port, opens=opens)
         return
-    calibration = _opened(folder, radius, limits, own, virtual)
     asks = ask and sys.stdin.isatty() and not (as_json or take or drop or end or virtual is not None)
+    _check_launch(launch, is_end=end or asks or virtual is not None)
+    calibration = _opened(folder, radius, limits, own, virtual)
     if drop:
         calibration.drop(drop)
     if take is not None:
@@ -110,6 +119,8 @@ def calibrate(
         _print(calibration, standing, ended)
     if virtual is not None and ended is not None and not as_json:
         _print_truth(virtual, ended.known)
+    if ended is not None:
+        _use_slip(ended, launch, folder, say=not as_json)
 
 
 def _opened(
@@ -253,7 +264,7 @@ def _ended(calibration: "Calibration") -> "Ended":
     command = f"vegrip calibrate {shlex.quote(str(calibration.folder))} --end"
     with progress("calibrate") as report:
         ended = finish(calibration, command, report)
-    (calibration.folder / REPORT).write_text(model_report(ended.account), encoding="utf-8")
+    write_whole(calibration.folder / REPORT, model_report(ended.account))
     return ended
 
 
@@ -313,6 +324,37 @@ def _print(calibration: "Calibration", standing: "Standing", ended: "Ended | Non
     console.print(
         f"then: vegrip calibrate {calibration.folder} --take RECORDING", soft_wrap=True, markup=False
     )
+
+
+def _check_launch(launch: Path | None, *, is_end: bool) -> None:
+    if launch is not None and not is_end:
+        raise UsageError("--launch belongs to the end of a calibration; add --end")
+    if launch is not None and not launch.is_file():
+        raise InputError(f"{launch}: there is no such launch file")
+
+
+def _use_slip(ended: "Ended", launch: Path | None, folder: Path, *, say: bool) -> None:
+    """Write how slip is felt into the launch file, and tell it."""
+    from vegrip.cli._launch_edit import put_friction
+    from vegrip.grip.friction_settings import FrictionSettings
+
+    slip, settings = ended.slip, ended.slip.settings
+    if launch is not None and not settings:
+        raise InputError(f"nothing is written into {launch}: {slip.lacking}")
+    if launch is not None:
+        put_friction(launch, settings, f"measured by vegrip calibrate {folder}")
+    if not say:
+        return
+    if not settings:
+        typer.echo(f"friction is not learned: {slip.lacking}")
+        return
+    speed, late = f"{1e3 * slip.threshold:.2g} mm/s", f"{1e3 * slip.delay:.0f} ms"
+    typer.echo(f"slip is felt from {speed} on, the slowest slide, {late} late ({slip.slides} slides)")
+    if why := FrictionSettings(slip_threshold=slip.threshold, slip_delay=slip.delay).why_too_coarse:
+        typer.echo(f"so friction is learned, but not probed: {why}; a slower slide may show that it is finer")
+    values = ", ".join(f"friction.{key} = {str(value).lower()}" for key, value in settings.items())
+    where = f"written into {launch}" if launch is not None else "to learn friction by it add --launch FILE"
+    typer.echo(f"{where}: {values}")
 
 
 def _print_known(known: Any) -> None:

@@ -4,7 +4,6 @@ import json
 import os
 import sys
 import time
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,7 +12,9 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE
+from vegrip.cli._values import parsed
 from vegrip.errors import ConfigError, InputError, UsageError
+from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
     from vegrip.transport.mapped.database import Database
@@ -33,7 +34,9 @@ CHANNEL = Annotated[str, typer.Option(help="Live: CAN channel that the hand is o
 INTERFACE = Annotated[str, typer.Option(help="Live: python-can interface.")]
 BITRATE = Annotated[int, typer.Option(help="Live: nominal bit rate [bit/s].")]
 FD = Annotated[bool, typer.Option("--fd", help="Live: the bus carries CAN FD.")]
-FINGERS = Annotated[str, typer.Option(help="Their fingers, by commas, in the order of the hand's numbers.")]
+FINGERS = Annotated[
+    str, typer.Option(help="Their fingers, by commas, in the order of the hand's numbers or letters.")
+]
 NODES = Annotated[str, typer.Option(help="EDS: node-IDs of the fingers, e.g. thumb=32,index=33.")]
 REST = Annotated[str, typer.Option(help="A..B [s] of the traffic in which no finger touches anything.")]
 PRESS = Annotated[str, typer.Option(help="A..B [s] in which fingertips are pressed along their normal.")]
@@ -112,7 +115,14 @@ def connect(
         database, output, known, heard, traffic, names, _pairs(nodes), windows, said
     )
     text = _text(proposal, transport, database, settings or [])
-    plan, text = _checked(text, output or Path("hand.toml"), for_each_finger(said, proposal.fingers))
+    target, said = output or Path("hand.toml"), for_each_finger(said, proposal.fingers)
+    plan, text = _checked(text, target, said)
+    if (
+        findings is not None
+        and traffic is not None
+        and _learns_friction(proposal, findings, plan, traffic, said)
+    ):
+        plan, text = _checked(_text(proposal, transport, database, settings or []), target, said)
     if findings is not None and traffic is not None:
         findings.implausible += _short(traffic, known)
     if output is not None:
@@ -169,7 +179,7 @@ def _short(traffic: "Traffic", database: "Database") -> list[str]:
 
 def _write(path: Path, text: str) -> None:
     try:
-        path.write_text(text, encoding="utf-8")
+        write_whole(path, text)
     except OSError as error:
         raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
 
@@ -276,14 +286,46 @@ def _proposed(
 ) -> "tuple[Proposal, Findings | None]":
     from vegrip.transport.mapped.proposal import propose
     from vegrip.transport.mapped.questions import learn
-    from vegrip.transport.mapped.unknown_units import leave_out_unknown_units
+    from vegrip.transport.mapped.unknown_units import leave_out_unknown_units, name_unused
 
     proposal = propose(known, heard, traffic, names, nodes, said)
     folder = (output or Path("hand.toml")).absolute().parent
     proposal.database = os.path.relpath(database.absolute(), folder)
     findings = learn(proposal, heard, windows, known, said) if traffic is not None else None
     leave_out_unknown_units(proposal)
+    name_unused(proposal, known, heard)
     return proposal, findings
+
+
+def _learns_friction(
+    proposal: "Proposal", findings: "Findings", plan: "Plan", traffic: "Traffic", said: "list[Setting]"
+) -> bool:
+    """Find how fine and how late slip is felt, switch learning on by it; return whether anything is new."""
+    from dataclasses import replace
+
+    from vegrip.identification.slip_channel import slides_of, slip_channel
+    from vegrip.transport.mapped.values import values_of
+
+    if not any("slip" in finger.measured for finger in plan.fingers):
+        return False
+    values = values_of(plan, traffic)
+    found = slip_channel([each for name in values.states for each in slides_of(values.recording(name))])
+    if "slip_threshold" in (stated := {path[1]: v for path, v in said if path[0] == "friction" and path[1:]}):
+        found = replace(found, threshold=float(stated["slip_threshold"]))
+    if "slip_delay" in stated:
+        found = replace(found, delay=float(stated["slip_delay"]))
+    proposal.friction = found.settings
+    if found.settings:
+        findings.learned.append(
+            f"slip is felt from {1e3 * found.threshold:.2g} mm/s on and {1e3 * found.delay:.0f} ms late "
+            f"({found.slides} slides), so friction is learned"
+        )
+    if found.lacking:
+        proposal.doubts.append(
+            f"friction is not learned: {found.lacking}; or state what is known of the sensor: "
+            "--set friction.slip_threshold=1e-4 --set friction.slip_delay=0.02"
+        )
+    return True
 
 
 def _text(proposal: "Proposal", transport: dict[str, Any], database: Path, settings: list[str]) -> str:
@@ -296,6 +338,7 @@ def _text(proposal: "Proposal", transport: dict[str, Any], database: Path, setti
 
 def _checked(text: str, path: Path, settings: "list[Setting]") -> "tuple[Plan, str]":
     """Read the text back as a node will; ``--set`` goes over it."""
+    from vegrip.config import parse_toml
     from vegrip.transport.mapped.codec import MappedCodec
     from vegrip.transport.mapped.open import read_database
     from vegrip.transport.mapped.plan import make_plan
@@ -303,7 +346,7 @@ def _checked(text: str, path: Path, settings: "list[Setting]") -> "tuple[Plan, s
     from vegrip.transport.mapped.writer import changed_text
 
     text = changed_text(text, settings)
-    hand = parse_map(tomllib.loads(text), path)
+    hand = parse_map(parse_toml(text), path)
     plan = make_plan(hand, read_database(hand), tuple(hand.fingers))
     MappedCodec(plan)  # compiles, and finds what only then shows
     return plan, text
@@ -313,11 +356,7 @@ def _setting(text: str) -> "Setting":
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
         raise UsageError(f"--set is {text!r}; write KEY=VALUE, as in fingers.thumb.normal_force.sign=-1")
-    try:
-        parsed = tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        parsed = value.strip()
-    return [part.strip() for part in key.split(".")], parsed
+    return [part.strip() for part in key.split(".")], parsed(value.strip())
 
 
 def _tell(

@@ -35,7 +35,10 @@ THRESHOLD = Annotated[
 DELAY = Annotated[
     float | None, typer.Option("--slip-delay", help="Felt slip is late by this, in s; 0.02 when not given.")
 ]
-CHANNEL = Annotated[bool, typer.Option("--slip-channel/--no-slip-channel", help="Whether slip is felt.")]
+CHANNEL = Annotated[
+    str, typer.Option("--slip-channel", help="Of every finger: sound, dead, stuck, noisy or absent.")
+]
+NO_CHANNEL = Annotated[bool, typer.Option("--no-slip-channel", help="The same as --slip-channel absent.")]
 LAG = Annotated[
     bool, typer.Option("--measure-lag", help="Controllers that lead the load measure the drives' lag.")
 ]
@@ -54,7 +57,8 @@ def controllers(
     friction_scale: SCALE = 1.0,
     slip_threshold: THRESHOLD = None,
     slip_delay: DELAY = None,
-    slip_channel: CHANNEL = True,
+    slip_channel: CHANNEL = "sound",
+    no_slip_channel: NO_CHANNEL = False,
     measure_lag: LAG = False,
     jobs: JOBS = 1,
     output: PICTURE = None,
@@ -75,7 +79,10 @@ def controllers(
     from vegrip.validation.controllers import fronts
 
     names = _known(grasp, only or [])
-    around = _surroundings(drive_bandwidth, friction_scale, slip_threshold, slip_delay, slip_channel)
+    if no_slip_channel and slip_channel != "sound":
+        raise UsageError(f"give --slip-channel {slip_channel} or --no-slip-channel, not both")
+    channel = "absent" if no_slip_channel else slip_channel
+    around = _surroundings(drive_bandwidth, friction_scale, slip_threshold, slip_delay, channel)
     if not 2.0 < duration <= 600.0:
         raise UsageError(f"--duration is {duration:g} s; give more than 2 s and at most 600 s")
     knobs = fronts.knobs_of(grasp, names, sweep=sweep)
@@ -94,7 +101,8 @@ def controllers(
         if output is not None:
             outputs.write(output, lambda path: _draw(told, grasp, path))
         if as_json:
-            print_json({"grasp": grasp, "seeds": seeds, "duration": duration, "controllers": told})
+            said = {"grasp": grasp, "seeds": seeds, "duration": duration, "slip_channel": channel}
+            print_json(said | {"controllers": told})
         else:
             _print(told)
             if measure_lag:
@@ -113,10 +121,13 @@ def _known(grasp: str, only: list[str]) -> list[str]:
 
 
 def _surroundings(
-    bandwidth: float | None, scale: float, threshold: float | None, delay: float | None, channel: bool
+    bandwidth: float | None, scale: float, threshold: float | None, delay: float | None, channel: str
 ) -> "Surroundings":
     from vegrip.validation.controllers.fronts import USUAL_SENSOR, Surroundings
+    from vegrip.validation.controllers.trial_memory import SLIP_CHANNELS
 
+    if channel not in SLIP_CHANNELS:
+        raise UsageError(f"there is no slip channel {channel!r}; {suggestion(channel, SLIP_CHANNELS)}")
     threshold = USUAL_SENSOR.slip_threshold if threshold is None else threshold
     delay = USUAL_SENSOR.slip_delay if delay is None else delay
     bounds = {

@@ -53,7 +53,7 @@ def demo(
         raise UsageError(f"there is no grasp {grasp!r}; there are auto, {', '.join(GRASPS)}")
     folder = output if output is not None else Path("recordings") / time.strftime("demo-%Y%m%d-%H%M%S")
     claim_recording(folder, force=force)
-    scenario = Scenario(seed, duration, grasp)
+    scenario = Scenario(seed, duration, grasp, relaxes_slowly=False)
     with switched(on=realtime), replaced(folder):
         interrupted = run_demo(
             scenario, folder, live=not headless, json=json, plot=plot, web=web and not (headless or json)

@@ -9,6 +9,7 @@ import typer
 from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
 from vegrip.cli._options import JSON, RECORDING, REFITTED_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
     from vegrip.identification.diagnosis import Diagnosis
@@ -40,8 +41,9 @@ def diagnose(
 
     Example: vegrip sample press && vegrip diagnose press -o found
     """
-    from vegrip.cli._fits import noise_for, opened, print_json
+    from vegrip.cli._fits import asked, noise_for, opened, print_json
     from vegrip.cli._progress import progress
+    from vegrip.cli._tables import print_next
     from vegrip.identification.diagnosis import diagnose as diagnose_model
     from vegrip.model import write_model
 
@@ -65,6 +67,25 @@ def diagnose(
             print_json(_as_dict(found))
         else:
             _print(found)
+            if words := _next(found, recording, model):
+                same = asked(zeros_each_episode, tolerance) if words[0] in ("add", "fit") else []
+                print_next("vegrip", *words, *same)
+
+
+def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[object]:
+    """Return the command that goes on from the verdict; none where the recording itself is doubted."""
+    if any(doubt.is_grave for doubt in found.doubts):
+        return []
+    name = recording.resolve().name
+    base = ["--model", model] if model is not None else []
+    if found.verdict == "named":
+        first = found.named[0]
+        return ["add", first, recording, *base, "-o", f"{name}-{first}.toml"]
+    if found.verdict == "ambiguous":
+        return ["experiment", recording, *base, "-o", f"{name}-next.toml"]
+    if found.verdict == "adequate":
+        return ["fit", recording, *base, "-o", f"{name}-fit.toml"]
+    return ["report", recording, *base]
 
 
 def _as_dict(found: "Diagnosis") -> dict[str, Any]:
@@ -80,7 +101,7 @@ def _write_folder(found: "Diagnosis", start: str, folder: Path) -> None:
     from vegrip.model import write_model
 
     draw_diagnosis(found, folder, start)
-    (folder / "diagnosis.json").write_text(json_text(_as_dict(found)) + "\n", encoding="utf-8")
+    write_whole(folder / "diagnosis.json", json_text(_as_dict(found)) + "\n")
     write_model(found.model, folder / "model.toml")
 
 
@@ -110,18 +131,23 @@ def _print(found: "Diagnosis") -> None:
         console.print(f"not separated: {', '.join(group)}")
     console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
     table = Table(box=None, padding=(0, 2))
-    for heading in ("effect", "evidence [nats]", "held out [nats]", "error", "fails"):
-        table.add_column(heading, justify="left" if heading in ("effect", "fails") else "right")
-    for one in told["effects"][:8]:
+    for heading in ("round", "effect", "evidence [nats]", "held out [nats]", "error", "outcome"):
+        table.add_column(heading, justify="left" if heading in ("effect", "outcome") else "right")
+    for one in told["rounds"]:
         cells = (f"{one['evidence_gain']:.1f}", f"{one['heldout_gain']:.1f}", f"{one['error_after']:.3f}")
-        table.add_row(one["name"], *cells, ", ".join(one["failed"]))
+        table.add_row(str(one["round"]), one["name"], *cells, one["outcome"])
     console.print(table)
+    added = ", ".join(one.candidate.name for one in found.search.accepted)
+    if added and told["verdict"] == "unexplained":
+        misfit = told["misfit"]
+        console.print(
+            f"not enough: {added} leave {error['after']:.3f} times the noise, and a chi-square by regime of "
+            f"{misfit['after']:.3g} (noise: up to {misfit['noise']:.3g})"
+        )
     for name, si in told["si"].items():
         console.print(f"{name} is {si['value']:.3g} {si['unit']}")
-    print_sentences(regime["note"] for regime in told["where"])
     if told["unexplained"]:
-        left = told["unexplained"]
-        console.print(f"what is left depends on {left['variable']} ({left['channel']})")
+        console.print(told["unexplained"]["note"])
     if told["experiment"]:
         for name, text in told["experiment"]["suggestions"].items():
             console.print(f"to distinguish {name}: {text}")
@@ -132,4 +158,20 @@ def _print(found: "Diagnosis") -> None:
         unseen.setdefault(reason, []).append(name)
     for reason, names in unseen.items():
         console.print(f"could not be tested, {reason}: {', '.join(names)}")
+    _print_failures(told, added)
     print_sentences(text for text in [*told["doubts"], *told["warnings"]] if text not in grave)
+
+
+def _print_failures(told: dict[str, Any], added: str) -> None:
+    """Say where the start model fails, and where the one that was found does."""
+    from vegrip.cli._fits import print_sentences
+    from vegrip.cli._tables import printer
+
+    models = [("the start model", told["error"]["before"], told["where"])]
+    if added:
+        models.append((f"the model with {added}", told["error"]["after"], told["where_after"]))
+    for name, error, regimes in models:
+        printer().print(
+            f"{name} leaves {error:.3f} times the noise" + (", and fails here:" if regimes else "")
+        )
+        print_sentences(regime["note"] for regime in regimes)

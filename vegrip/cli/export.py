@@ -9,7 +9,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file
-from vegrip.errors import InputError, UsageError
+from vegrip.errors import InputError, UsageError, is_missing_from_installation
 
 if TYPE_CHECKING:
     from vegrip.export import Exported, Request
@@ -72,6 +72,8 @@ def c_(
     try:
         exported = write_export(request, output)
     except OSError as error:
+        if is_missing_from_installation(error):
+            raise
         raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
     if as_json:
         typer.echo(json.dumps(_as_dict(exported, precision)))

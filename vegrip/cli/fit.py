@@ -1,10 +1,15 @@
 """``vegrip fit``: the model's parameters from a recording."""
 
 from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
 from vegrip.cli._options import JSON, MODEL_OUT, RECORDING, START_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
+
+if TYPE_CHECKING:
+    from vegrip.identification.fit import Fit
 
 
 def fit(
@@ -24,8 +29,9 @@ def fit(
 
     Example: vegrip sample press && vegrip fit press -o press-fit.toml
     """
-    from vegrip.cli._fits import doubted, noise_for, opened, print_fit, print_json, print_sentences
+    from vegrip.cli._fits import asked, doubted, noise_for, opened, print_fit, print_json, print_sentences
     from vegrip.cli._progress import progress
+    from vegrip.cli._tables import print_next
     from vegrip.identification.fit import fit as fit_model
     from vegrip.model import write_model
 
@@ -41,9 +47,24 @@ def fit(
                 report=report,
             )
         doubts = doubted(found.problem)
-        outputs.write(output, partial(write_model, found.model))
+        kept = outputs.write(output, partial(write_model, found.model))
         if as_json:
             print_json(found.as_dict() | {"doubts": doubts})
         else:
             print_sentences(doubts)  # before the figures that they put in question
             print_fit(found)
+            if not doubts:
+                print_next(
+                    *_next(recording, found, output if kept else None), *asked(zeros_each_episode, tolerance)
+                )
+
+
+def _next(recording: Path, found: "Fit", model: Path | None) -> list[object]:
+    from vegrip.identification.fit.result import MISFIT
+
+    with_model = ["--model", model] if model is not None else []
+    if found.error > MISFIT:
+        return ["vegrip", "diagnose", recording, *with_model]
+    if model is not None:
+        return ["vegrip", "compare", recording, *with_model]
+    return ["vegrip", "fit", recording, "-o", f"{recording.resolve().name}-fit.toml"]

@@ -10,6 +10,7 @@ import typer
 
 from vegrip.cli._options import JSON, START_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
     from vegrip.identification.fleet import Finding, Found, Row
@@ -68,7 +69,7 @@ def fleet(
                 done.append((one, row))
                 count(one, row)
         table = summarize_rows(done)
-        written = outputs.write(output, lambda path: path.write_text(write_csv(table), encoding="utf-8"))
+        written = outputs.write(output, lambda path: write_whole(path, write_csv(table)))
         if as_json:
             print_json({"findings": [one.as_dict() for one in table], "recordings": _recordings(done)})
         else:

@@ -14,6 +14,7 @@ from vegrip.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from vegrip.identification.recording import Recording
+    from vegrip.identification.recording.column_map import ColumnMap
 
 SRC = Annotated[
     list[Path],
@@ -28,6 +29,9 @@ OUT = Annotated[
 MAP_FILE = Annotated[Path | None, typer.Option(help="Map (TOML) of columns or topics, see examples/maps.")]
 MAP = Annotated[list[str] | None, typer.Option("--map", help="CHANNEL=COLUMN, e.g. normal_force=force_N.")]
 UNIT = Annotated[list[str] | None, typer.Option("--unit", help="CHANNEL=UNIT, e.g. displacement=mm.")]
+NEGATE = Annotated[
+    list[str] | None, typer.Option("--negate", help="Channel whose sign is turned; compression is positive.")
+]
 RADIUS = Annotated[str, typer.Option(help="Radius of the fingertip, e.g. '8 mm'; overrides the map's.")]
 FINGERS = Annotated[str, typer.Option(help="CAN logs: fingers in the order of the bus, by commas.")]
 LOGS = (".asc", ".blf")
@@ -42,6 +46,7 @@ def import_(
     map_file: MAP_FILE = None,
     columns: MAP = None,
     units: UNIT = None,
+    negated: NEGATE = None,
     radius: RADIUS = "",
     fingers: FINGERS = ALL,
     as_json: JSON = False,
@@ -54,25 +59,30 @@ def import_(
 
     A CAN log needs no map: vegrip sample press.blf && vegrip import press.blf -o log --fingers thumb
     """
+    from vegrip.identification.recording.column_map import ColumnMap, read_column_map, with_columns
     from vegrip.identification.recording.units import parse_length
 
     metres = parse_length(radius, "--radius") if radius else math.nan
     mapped = map_file is not None or bool(columns)
     one = src[0]
+    table_options = {"--map": columns, "--unit": units, "--negate": negated, "--map-file": map_file}
     is_alone = output.suffix.lower() == ".mcap" or (one.suffix.lower() == ".mcap" and not mapped)
     if len(src) > 1 and (is_alone or any(path.suffix.lower() in LOGS for path in src)):
         raise UsageError(
             "only tables and mapped bags can be joined; import MCAP files and CAN logs one by one"
         )
     if is_alone:
-        _refuse_options({"--map": columns, "--unit": units, "--radius": radius, "--map-file": map_file})
+        _refuse_options({**table_options, "--radius": radius}, "a recording in MCAP, which describes itself")
+    elif one.suffix.lower() in LOGS:
+        _refuse_options(table_options, "a CAN log, which is read by the message set of vegrip")
     _claim(output, one, fingers, force=force)
     if is_alone:
         found = _mcap(one, output)
     elif one.suffix.lower() in LOGS:
         found = _can_log(one, output, fingers, metres)
     else:
-        found = _mapped(src, output, map_file, columns or [], units or [], metres)
+        read = read_column_map(map_file) if map_file else ColumnMap()
+        found = _mapped(src, output, with_columns(read, columns or [], units or [], negated or []), metres)
     _tell(found, as_json=as_json)
 
 
@@ -105,16 +115,12 @@ def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[P
     return _written({output / finger: recording for finger, recording in found.items()})
 
 
-def _mapped(
-    src: list[Path], output: Path, map_file: Path | None, columns: list[str], units: list[str], radius: float
-) -> "Mapping[Path, Recording]":
+def _mapped(src: list[Path], output: Path, chart: "ColumnMap", radius: float) -> "Mapping[Path, Recording]":
     from vegrip.cli._progress import counted, progress
-    from vegrip.identification.recording.column_map import ColumnMap, read_column_map, with_columns
     from vegrip.identification.recording.import_csv import import_csv
     from vegrip.identification.recording.joined import join_recordings
     from vegrip.identification.recording.rosbag_import import import_rosbag
 
-    chart = with_columns(read_column_map(map_file) if map_file else ColumnMap(), columns, units)
     recordings = []
     for path in src:
         if path.is_dir() and not any(path.iterdir()):
@@ -139,14 +145,16 @@ def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
     return found
 
 
-def _refuse_options(options: Mapping[str, object]) -> None:
+def _refuse_options(options: Mapping[str, object], what: str) -> None:
     for name, value in options.items():
         if value:
-            raise UsageError(f"{name} does not apply to a recording in MCAP, which describes itself")
+            raise UsageError(f"{name} does not apply to {what}")
 
 
 def _tell(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
     from vegrip.cli._recordings import describe, print_recording
+    from vegrip.cli._tables import print_next
+    from vegrip.identification.recording import Kind
 
     if as_json:
         told = [{"folder": str(folder), **describe(recording)} for folder, recording in found.items()]
@@ -154,3 +162,11 @@ def _tell(found: "Mapping[Path, Recording]", *, as_json: bool) -> None:
         return
     for folder, recording in found.items():
         print_recording(recording, folder)
+    folder, recording = next(iter(found.items()))
+    is_suspect = any(finding.kind is Kind.SUSPECT for finding in recording.report.findings)
+    if folder.is_dir() and not is_suspect:
+        is_fit = {
+            "displacement",
+            "normal_force",
+        } <= recording.columns.keys() and recording.fingertip.radius > 0.0
+        print_next("vegrip", *(("fit", folder) if is_fit else ("replay", folder, "--through")))

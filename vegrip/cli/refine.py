@@ -10,6 +10,7 @@ import typer
 from vegrip.cli._fits import EACH, HOLD_BACK, TOLERANCE
 from vegrip.cli._options import JSON, MODEL_OUT, RECORDING, START_MODEL
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.whole_file import write_whole
 
 if TYPE_CHECKING:
     from vegrip.identification.diagnosis.error_ladder import Rung
@@ -80,7 +81,7 @@ def _write_report(rungs: "list[Rung]", told: dict[str, Any], folder: Path) -> No
     from vegrip.identification.diagnosis.error_ladder import draw_ladder
 
     draw_ladder(rungs, folder / "ladder.png")
-    (folder / "report.json").write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+    write_whole(folder / "report.json", json.dumps(told, indent=2) + "\n")
 
 
 def _print(told: dict[str, object]) -> None:

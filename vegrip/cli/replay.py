@@ -14,8 +14,23 @@ from vegrip.cli._outputs import FORCE, Outputs, claim_recording
 if TYPE_CHECKING:
     from vegrip.identification.recording import Recording
 
-RECORDING = Annotated[Path, typer.Argument(help="Folder of a recording or of a session.")]
-CONFIG = Annotated[Path | None, typer.Option(help="Launch file with a node `replay`, to take its bus from.")]
+RECORDING = Annotated[
+    Path,
+    typer.Argument(
+        help="Folder of a recording or of a session; or a log (.blf, .asc, .log of candump) with --map."
+    ),
+]
+CONFIG = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        "--map",
+        help="Launch file with a node `replay`, to take its bus from; for a log the map of its hand, "
+        "with its bus, or a launch file that names one.",
+    ),
+]
+LOGS = (".blf", ".asc", ".log")
+PATIENCE_S = 1.0  # for which a frame waits for room on the bus
 SET = Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE, e.g. transport.channel=can0.")]
 FINGER = Annotated[str, typer.Option(help="Play a single recording as this finger.")]
 SPEED = Annotated[float, typer.Option(min=0.01, max=100.0, help="Faster or slower than recorded.")]
@@ -55,16 +70,21 @@ def replay(
     plot: PLOT = None,
     as_json: JSON = False,
 ) -> None:
-    """Play a recording as if it were a hand.
+    """Play a recording, or the log of a hand of another make, as if it were a hand.
 
-    Without --through its states go out on a bus at the time they were recorded. With --through they go over a
-    CAN bus in this process to the grasp_force node, in simulated time, and a summary of what it said follows.
+    Without --through its states, or frames, go out on a bus at the time they were recorded. With --through
+    they go over a CAN bus in this process to the grasp_force node, in simulated time, and a summary of what
+    it said follows. A log goes to a node that runs: --map hand.toml says what in it is the hand's.
 
     Example: vegrip sample press && vegrip replay press --through --plot press.png
     """
     from vegrip.errors import UsageError
 
-    if through:
+    if recording.suffix.lower() in LOGS and recording.is_file():
+        if through or finger:
+            raise UsageError("a log is played as it is; leave out --through and --finger")
+        _play_log(recording, config, speed, values or [])
+    elif through:
         if speed != 1.0 or config is not None:
             raise UsageError(
                 "--through runs in simulated time on a bus of its own; leave out --speed and --config"
@@ -105,6 +125,44 @@ def _play(recording: Path, config: Path | None, finger: str, speed: float, value
     node = configured("replay", config, None, None, values)
     played = {"recording": str(recording), "finger": finger, "speed": speed}
     run_node(dataclasses.replace(node, parameters={**node.parameters, **played}))
+
+
+def _play_log(log: Path, config: Path | None, speed: float, values: list[str]) -> None:
+    import can
+
+    from vegrip.cli._values import assigned
+    from vegrip.clock import WallClock
+    from vegrip.config import build
+    from vegrip.errors import DeviceError, UsageError
+    from vegrip.identification.recording.can_log import frames_of
+    from vegrip.runtime.launch_file import find_launch_file, read_launch_file
+    from vegrip.runtime.replay.frames import play_frames
+    from vegrip.transport.mapped.codec import MappedCodec
+    from vegrip.transport.mapped.open import open_plan
+    from vegrip.transport.open import CanSettings, open_bus
+
+    nodes = [] if config is None else read_launch_file(find_launch_file(str(config)))
+    table = {"transport": next((dict(node.transport) for node in nodes if node.transport.get("map")), {})}
+    if not table["transport"]:
+        raise UsageError(
+            f"{log} is a log: give the map of its hand, or a launch file that names one, by --map; frames of "
+            f"our own layout become a recording first: vegrip import {log} -o NAME"
+        )
+    for assignment in values:
+        assigned(table, assignment)
+    settings = build(CanSettings, table["transport"], f"{config} [transport]")
+    codec = MappedCodec(open_plan(settings.map))
+    heard = [frame for frame in frames_of(log, extended=True) if frame.arbitration_id in codec.identifiers]
+    if not heard:
+        raise UsageError(f"{log}: none of its frames is one that {settings.map} reads")
+    bus, _, _ = open_bus(settings)
+    try:
+        count = play_frames(heard, lambda frame: bus.send(frame, timeout=PATIENCE_S), WallClock(), speed)
+    except can.CanError as error:
+        raise DeviceError(f"{log} is not played to its end: {error}") from None
+    finally:
+        bus.shutdown()
+    typer.echo(f"played {count} frames of {', '.join(codec.plan.messages)} on {settings.channel}")
 
 
 def _run_through(

@@ -1,6 +1,5 @@
 """``vegrip report``: one file of HTML to read, to send on and to print."""
 
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -8,6 +7,7 @@ import typer
 
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, Outputs
+from vegrip.whole_file import write_whole
 
 WHAT = Annotated[
     Path,
@@ -44,12 +44,8 @@ def report(
         start = read_model(model) if model is not None else None
         with progress("report") as tell:
             text = make_report(what, start, model, tell)
-        outputs.write(target, partial(_write, text))
+        outputs.write(target, lambda path: write_whole(path, text))
         if as_json:
             print_json({"report": str(target), "bytes": len(text.encode())})
         else:
             printer().print(f"{target}: open it in a browser, print it to PDF there")
-
-
-def _write(text: str, file: Path) -> None:
-    file.write_text(text, encoding="utf-8")

@@ -9,11 +9,10 @@ import typer
 from vegrip.cli._options import JSON
 from vegrip.cli._outputs import FORCE, claim_file, claim_recording
 from vegrip.errors import UsageError
+from vegrip.identification.samples import SAMPLES
 from vegrip.spelling import suggestion
 
-NAME = Annotated[
-    str, typer.Argument(help="press, press.csv, press.blf or press.toml; without a name all are listed.")
-]
+NAME = Annotated[str, typer.Argument(help=f"One of {', '.join(SAMPLES)}; without a name all are listed.")]
 OUT = Annotated[
     Path | None, typer.Option("-o", "--output", help="Where to write it; by default here, under its name.")
 ]
@@ -25,7 +24,6 @@ def sample(name: NAME = "", output: OUT = None, force: FORCE = False, as_json: J
     Example: vegrip sample press
     """
     from vegrip.cli._tables import printer
-    from vegrip.identification.samples import SAMPLES
 
     if not name:
         _list(as_json=as_json)
@@ -44,7 +42,6 @@ def sample(name: NAME = "", output: OUT = None, force: FORCE = False, as_json: J
 
 def _list(*, as_json: bool) -> None:
     from vegrip.cli._tables import show, table
-    from vegrip.identification.samples import SAMPLES
 
     if as_json:
         typer.echo(json.dumps({name: one.about for name, one in SAMPLES.items()}))

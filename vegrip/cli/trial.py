@@ -97,7 +97,7 @@ def _read(path: Path) -> "dict[str, Outcome]":
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             try:
                 one = Outcome.of(json.loads(line))
-            except (ValueError, TypeError, KeyError) as error:
+            except (ValueError, TypeError, KeyError, RecursionError) as error:
                 raise RecordingError(f"{path}, line {number} is no outcome of a trial") from error
             out[one.case.key] = one
     return out

@@ -22,7 +22,6 @@ from vegrip.errors import DeviceError
 from vegrip.runtime.monitor import render
 from vegrip.validation.controllers import candidates
 from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.result import result_of
 from vegrip.validation.controllers.scenario import Scenario
 
 PAGE_PORT = 8520  # of the live page; any other where it is in use
@@ -37,7 +36,7 @@ def run_demo(
     """
     console = Console(stderr=json)  # with --json standard output holds the JSON object and nothing else
     live = live and console.is_terminal
-    console.print(describe_scenario(scenario), markup=False)
+    console.print(describe_scenario(scenario, shown=live or web), markup=False)
     if plot and not _can_draw():
         console.print(
             "there will be no picture: it needs matplotlib; pip install 'vegrip[plot]'", markup=False
@@ -47,7 +46,7 @@ def run_demo(
     courses = {"vegrip": outcome.course}
     if plot and not outcome.interrupted:
         console.print("the same scenario with a constant grip and a Coulomb cone, in simulated time ...")
-        courses |= run_other_controllers(scenario, result_of(outcome.course).mean_grip_force)
+        courses |= run_other_controllers(scenario, outcome.course)
         _draw(courses, scenario, folder, console)
     console.print(summary(outcome, courses))
     console.print(f"next: {what_to_try(folder, web=web)}", markup=False, soft_wrap=True)

@@ -1,22 +1,26 @@
 """The other controllers of the demonstration, through the same scenario in simulated time.
 
-Constant grip and cone run twice: as tuned so that they did not slip on other scenarios, and with about the
-mean force that vegrip took here. The first shows what their safety costs, the second what it was for.
+Constant grip and cone run as tuned so that they did not slip on other scenarios, and again with the mean
+force that vegrip took here. The first shows what their safety costs, the second what it was for.
 """
 
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 
 from vegrip.c99 import host
 from vegrip.validation.controllers.candidates import KNOBS, LABEL, parameters
 from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.comparison import Trial, run_course
+from vegrip.validation.controllers.comparison import run_scenario
 from vegrip.validation.controllers.compiled_loop import CompiledRun, run_compiled
 from vegrip.validation.controllers.result import result_of
 from vegrip.validation.controllers.scenario import Scenario
 
 CONTACT = ("tangential", "torque", "mu", "radius", "exponent")
 AS_FORCEFUL = ", same force"
-"""Ends the name of a controller whose knob gives it about the mean force of vegrip."""
+"""Ends the name of a controller whose knob gives it the mean force of vegrip."""
+SAME_FORCE = 0.01
+"""Part of the force by which two mean forces may differ and still be called the same."""
+MOST_RUNS = 8  # in search of the knob
 
 
 def label_of(name: str) -> str:
@@ -25,26 +29,35 @@ def label_of(name: str) -> str:
     return LABEL[base].removesuffix(" grip") + name[len(base) :] if base != name else LABEL[base]
 
 
-def run_other_controllers(scenario: Scenario, mean_force: float) -> dict[str, Course]:
-    """Run constant grip and cone, as tuned and with about ``mean_force`` [N] of the first finger."""
-    knobs = KNOBS[scenario.grasp]
-    tuned = _run_all({name: knobs[name] for name in ("constant", "cone")}, scenario)
-    fingers = len(scenario.settings.fingers) - 1
-    cone = result_of(tuned["cone"]).mean_grip_force
-    same = {
-        "constant": mean_force / fingers,
-        "cone": max((1.0 + knobs["cone"]) * mean_force / cone - 1.0, 0.0),
-    }
-    lighter = _run_all(same, scenario)
-    return {**tuned, **{name + AS_FORCEFUL: course for name, course in lighter.items()}}
+def run_other_controllers(scenario: Scenario, ours: Course) -> dict[str, Course]:
+    """Run constant grip and cone, as tuned and with the mean force of ``ours`` on the first finger."""
+    knobs = {name: KNOBS[scenario.grasp][name] for name in ("constant", "cone")}
+    tuned = _run_all(knobs, scenario)
+    same = dict(tuned)
+    for _ in range(MOST_RUNS):
+        ratios = {name: force_ratio(course, ours) for name, course in same.items()}
+        off = {name: ratio for name, ratio in ratios.items() if abs(ratio - 1.0) > SAME_FORCE}
+        if not off:
+            break
+        for name, ratio in off.items():  # a cone's force goes with 1 + safety
+            least = 1.0 if name == "cone" else 0.0
+            knobs[name] = max((least + knobs[name]) / ratio - least, 0.0)
+        same |= _run_all({name: knobs[name] for name in off}, scenario)
+    return {**tuned, **{name + AS_FORCEFUL: course for name, course in same.items()}}
+
+
+def force_ratio(theirs: Course, ours: Course) -> float:
+    """Return the mean grip force of ``theirs`` over that of ``ours``, while both hold."""
+    end = min(theirs.time[-1], ours.time[-1])
+    return result_of(theirs, end).mean_grip_force / result_of(ours, end).mean_grip_force
 
 
 def _run_all(knobs: dict[str, float], scenario: Scenario) -> dict[str, Course]:
     if host.compiler() is not None:
         return {name: _compiled(name, knob, scenario) for name, knob in knobs.items()}
-    trials = [Trial(n, scenario.seed, scenario.duration, knob, scenario.grasp) for n, knob in knobs.items()]
-    with ProcessPoolExecutor(len(trials)) as pool:
-        return dict(zip(knobs, pool.map(run_course, trials), strict=True))
+    with ProcessPoolExecutor(len(knobs)) as pool:
+        courses = pool.map(partial(run_scenario, scenario), knobs, knobs.values())
+        return dict(zip(knobs, courses, strict=True))
 
 
 def _compiled(name: str, knob: float, scenario: Scenario) -> Course:

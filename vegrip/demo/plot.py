@@ -87,7 +87,7 @@ def _draw_margins(axes: Axes, courses: Mapping[str, Course]) -> None:
         _slips(axes, course, name)
     axes.axhline(0.0, color="black", linewidth=1.0)
     axes.set_title(
-        "constant grip and cone with about the mean force of vegrip; x and +: it slips, triangle: dropped",
+        "constant grip and cone with the mean force of vegrip; x and +: it slips, triangle: dropped",
         loc="left",
         fontsize=10,
     )

@@ -7,14 +7,16 @@ from rich.table import Table
 from rich.text import Text
 
 from vegrip.demo.least import force_over_least
-from vegrip.demo.others import label_of
+from vegrip.demo.others import AS_FORCEFUL, SAME_FORCE, label_of
 from vegrip.demo.run import Outcome
 from vegrip.validation.controllers.closed_loop import Course
 from vegrip.validation.controllers.result import Result, result_of
 from vegrip.validation.controllers.scenario import CORES_OF_THE_HAND, SETTLED_S, Scenario
 
-ALIKE = 0.05
-"""Part of the force by which two mean forces may differ and still be called the same."""
+TOO_SHORT = (
+    "nothing slipped with the same force either: this run is too short to show what force is for;"
+    " a longer one (--duration) shows more"
+)
 OVERLOAD = 0.01
 """Share of commands from which on it is said that they were late, or held."""
 
@@ -48,41 +50,62 @@ def summary(outcome: Outcome, courses: dict[str, Course]) -> Group:
         f" ({', '.join(f'{name} {share:.2f}' for name, share in outcome.cores.items())})",
         f"recording: {outcome.folder}",
     ]
-    lines += compare_results({name: result_of(course) for name, course in courses.items()})
+    lines += compare_courses(courses)
     lines += judge_machine(outcome.held, node.deadline_misses / max(node.states, 1))
     return Group(_table(courses), *(Text(line) for line in lines))
 
 
-def describe_scenario(scenario: Scenario) -> str:
-    """Return what is about to happen, and what to look at."""
+def describe_scenario(scenario: Scenario, *, shown: bool) -> str:
+    """Return what is about to happen, and what to look at where it is ``shown``."""
     fingers = scenario.settings.fingers
     hold = "thumb and index pinch" if len(fingers) == 2 else f"{len(fingers)} fingers hold"
     other = "" if len(fingers) > 2 else f" (five: --grasp hand, {CORES_OF_THE_HAND} cores)"
-    return (
-        f"{hold} an object of unknown friction{other}; it is pushed, twisted and made wet.\n"
+    told = f"{hold} an object of unknown friction{other}; it is pushed, twisted and made wet."
+    look = (
         "Look at F, the grip force: it follows the load and keeps the margin's lower bound | above 0 (slip)."
     )
+    return f"{told}\n{look}" if shown else told
 
 
-def compare_results(results: Mapping[str, Result]) -> list[str]:
-    """Return a sentence for each other controller: what it took against vegrip, whichever is better."""
-    ours = results["vegrip"]
-    return [
-        _compare_result(label_of(name), theirs, ours)
-        for name, theirs in results.items()
-        if theirs is not ours
+def compare_courses(courses: Mapping[str, Course]) -> list[str]:
+    """Return what the other controllers took to hold, and how often they slipped with the same force."""
+    ours = courses["vegrip"]
+    others = {name: course for name, course in courses.items() if course is not ours}
+    alike = {name: course for name, course in others.items() if name.endswith(AS_FORCEFUL)}
+    lines = [
+        _compare_force(label_of(name), result_of(course), result_of(ours))
+        for name, course in others.items()
+        if name not in alike
     ]
+    if alike and not any(one.slips or one.dropped for one in (ours, *alike.values())):
+        return [*lines, TOO_SHORT]
+    return lines + [_compare_slips(label_of(name), course, ours) for name, course in alike.items()]
 
 
-def _compare_result(name: str, theirs: Result, ours: Result) -> str:
+def _compare_force(name: str, theirs: Result, ours: Result) -> str:
     if theirs.dropped or ours.dropped:
         who = [label for label, one in ((name, theirs), ("vegrip", ours)) if one.dropped]
         return f"{name} against vegrip: {' and '.join(who)} dropped the object"
     ratio = theirs.mean_grip_force / ours.mean_grip_force
     more, less = f"{ratio:.1f} times the force of", f"{100.0 * (1.0 - ratio):.0f} % less force than"
-    force = "as much force as" if abs(ratio - 1.0) < ALIKE else more if ratio >= 1.0 else less
-    margins = f"least margin {theirs.min_margin:.2f} against {ours.min_margin:.2f}"
-    return f"{name}: {force} vegrip, {theirs.slips} slips against {ours.slips}, {margins}"
+    slips = f"as many slips ({ours.slips})"
+    if theirs.slips != ours.slips:
+        slips = f"{theirs.slips} slips against {ours.slips}"
+    return f"{name}: {more if ratio >= 1.0 else less} vegrip, {slips}"
+
+
+def _compare_slips(name: str, theirs: Course, ours: Course) -> str:
+    end = min(theirs.time[-1], ours.time[-1])
+    force, our_force = (result_of(course, end).mean_grip_force for course in (theirs, ours))
+    forces = (
+        f" ({force:.2f} N against {our_force:.2f} N)" if abs(force / our_force - 1.0) > SAME_FORCE else ""
+    )
+    return f"{name}{forces}: {_fate(theirs)}; vegrip: {_fate(ours)}"
+
+
+def _fate(course: Course) -> str:
+    dropped = f" and the object dropped after {course.time[-1]:.1f} s" if course.dropped else ""
+    return f"{course.slips} slip{'' if course.slips == 1 else 's'}{dropped}"
 
 
 def judge_machine(held: float, late: float) -> list[str]:

@@ -9,6 +9,7 @@ from string import Template
 
 from vegrip.effects import names
 from vegrip.errors import InputError, UsageError
+from vegrip.whole_file import write_whole
 
 PYPROJECT = """\
 [build-system]
@@ -132,7 +133,7 @@ def write_package(name: str, folder: Path, *, replace: bool = False) -> list[Pat
         target = folder / Template(path).substitute(name=name)
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_text(Template(text).substitute(name=name, dashed=name.replace("_", "-")), "utf-8")
+            write_whole(target, Template(text).substitute(name=name, dashed=name.replace("_", "-")))
         except OSError as error:
             raise InputError(f"{target}: cannot be written ({error.strerror or error})") from None
         written.append(target)

@@ -125,8 +125,9 @@ def _text(
 
 def estimator_parts(layout: Layout, *, ellipse: bool = False) -> list[str]:
     """Return the texts that stand below the model: places, limit surface, kernels."""
-    here = Path(__file__).parent / "kernels"
+    here = Path(__file__).parent
     surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
-    kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in KERNELS]
+    names = ("elapsed", *(f"kernels/{name}" for name in KERNELS))
+    kernels = [here.joinpath(f"{name}.py").read_text(encoding="utf-8") for name in names]
     parts = [layout.constants(), f"{surface}\n{ELLIPSE}\n" if ellipse else surface]
     return [*parts, *kernels]

@@ -16,6 +16,7 @@ from vegrip.estimator.layout import CHANNELS, FRICTION, Layout, layout_of, state
 from vegrip.estimator.memory import REPORT_PLACE, EstimatorMemory
 from vegrip.estimator.rewind_buffer import RewindBuffer
 from vegrip.estimator.sample_clock import SampleClock, Turn
+from vegrip.estimator.saved_numbers import SavedNumbers
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.messages import (
     NAN,
@@ -100,13 +101,14 @@ class ContactEstimator:
         For how long nothing was heard is not known: the next sample is taken as after a gap.
 
         Raises:
-            InputError: it is of another model, or the state, covariance or values in it are not finite.
+            InputError: it is of another model, or a number in it is none that a finger can have.
 
         """
-        if not self._memory.can_be(memory):
+        saved = SavedNumbers(self.model, self.layout)
+        if memory.shape != (self.layout.size,) or not saved.are_legal(memory[saved.places]):
             raise InputError("these are not the numbers of a finger with this model")
         self.reset()
-        self._memory.numbers[:] = memory
+        saved.put_into(self._memory.numbers, memory[saved.places])
         self._clock.resume()
 
     def write_to(self, memory: NamedNumbers) -> None:

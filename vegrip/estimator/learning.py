@@ -11,8 +11,6 @@ import dataclasses
 import hashlib
 import json
 import math
-import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +22,7 @@ from vegrip.estimator.estimator import LOST, ContactEstimator
 from vegrip.messages import Estimate, ModelHealth
 from vegrip.model import ContactModel
 from vegrip.parameters import changed, coordinate
+from vegrip.whole_file import write_whole
 
 VERSION = 1
 """Of the files; raised when their meaning changes."""
@@ -116,10 +115,7 @@ def save(learner: Learner, path: Path) -> int:
         return 0
     content = {"version": VERSION, "fingerprint": fingerprint(learner.model), "parameters": kept}
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, scratch = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    with os.fdopen(handle, "w", encoding="utf-8") as stream:
-        json.dump(content, stream, indent=1)
-    Path(scratch).replace(path)
+    write_whole(path, json.dumps(content, indent=1))
     return len(kept)
 
 
@@ -137,7 +133,7 @@ def restored(model: ContactModel, path: Path) -> ContactModel:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         version, make, kept = content["version"], content["fingerprint"], dict(content["parameters"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise ConfigError(f"{path} does not hold learned parameters ({error}); {remedy}") from None
     if version != VERSION:
         raise ConfigError(f"{path} is of version {version}, not {VERSION}; {remedy}")

@@ -61,11 +61,6 @@ class EstimatorMemory:
             lent[:] = self.numbers
             self.numbers = lent
 
-    def can_be(self, numbers: Floats) -> bool:
-        """Whether ``numbers`` have the size of this memory, and state, covariance and values are finite."""
-        known = self._sections["VALUES"].stop
-        return numbers.shape == (self.layout.size,) and bool(np.isfinite(numbers[:known]).all())
-
     def section(self, name: str) -> Floats:
         """Return the numbers of a section of the layout, to read and to write."""
         return self.numbers[self._sections[name]]

@@ -10,6 +10,7 @@ from dataclasses import replace
 from enum import Enum
 
 from vegrip.clock import NS
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.estimator.settings import EstimatorSettings
 from vegrip.messages import NAN, FingertipState
 from vegrip.types import NamedNumbers
@@ -90,7 +91,7 @@ class SampleClock:
 
     def since_last(self, sample: FingertipState) -> float:
         """Return the time [s] from the last sample taken to ``sample``; -1 when that is the first."""
-        return -1.0 if self.taken is None else (sample.stamp - self.taken.stamp) / NS
+        return -1.0 if self.taken is None else elapsed_time(sample.stamp, self.taken.stamp) / NS
 
     def take(self, sample: FingertipState, *, informs: bool) -> None:
         """Take note that ``sample`` was taken, and whether it ``informs``: says something of the contact."""

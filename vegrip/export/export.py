@@ -8,6 +8,7 @@ from vegrip.export.measure import Measured, measure
 from vegrip.export.precision import PRECISIONS
 from vegrip.export.report import report
 from vegrip.export.request import Request
+from vegrip.whole_file import write_whole
 
 
 @dataclass(frozen=True)
@@ -43,5 +44,5 @@ def write_export(request: Request, folder: Path) -> Exported:
 
 def _write(path: Path, text: str) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
+    write_whole(path, text)
     return path

@@ -1,24 +1,30 @@
 """The files of an exported finger: frames of states in, frames of commands out."""
 
 import hashlib
-from importlib import resources
-from string import Template
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.c99 import literals, translate
+from vegrip.clock import NS
+from vegrip.config import declaration
 from vegrip.estimator.compiled import text_of
+from vegrip.estimator.estimator import quantile
 from vegrip.estimator.layout import REPORT, layout_of
 from vegrip.export import frameworks
 from vegrip.export.finger_vectors import FingerVectors, Meeting
 from vegrip.export.precision import PRECISIONS, WIDE
 from vegrip.export.request import Request
-from vegrip.export.texts import NAMES, NUMBER_DIGITS, ONLY_TOUCHING, Texts, text_number
+from vegrip.export.saved import NUMBER_DIGITS, text_number
+from vegrip.export.texts import NAMES, ONLY_TOUCHING, Texts, filled, saved_text, saving_words
 from vegrip.grip.batch_text import COMMAND_BYTES
 from vegrip.grip.compiled import finger_places, finger_text
 from vegrip.grip.finger_controller import RENEWAL
+from vegrip.grip.joint_confidence import FINGER_CORRELATION, each_confidence
 from vegrip.grip.layout import REALS, FingerLayout
+from vegrip.grip.settings import ControlSettings
 from vegrip.grip.wires import ENTRIES
 from vegrip.messages import Condition
 from vegrip.model.file import model_text
@@ -35,14 +41,15 @@ FILES = {
 }  # fmt: skip
 FIXED = ("LIFETIME",)
 """Settings that others follow from; they are those of the export."""
-UNITS = {
-    "WANTED_MARGIN": "-, that is kept", "QUANTILE": "-, of the confidence, standard normal",
-    "DEAD_BAND": "-, relative dead band", "RELEASE_TIME": "s", "SETTLE_TIME": "s", "USUAL_TIME": "s",
-    "SLIP_GROWTH": "1/s", "MIN_FORCE": "N", "MAX_FORCE": "N", "RAISE_RATE": "N/s", "LOWER_RATE": "N/s",
-    "SAFE_FORCE": "N", "HOLD_TIME": "s", "RAMP_RATE": "N/s", "TIME_OUT": "ns", "FROZEN_AFTER": "ns",
-    "FORCE_FROZEN_AFTER": "ns", "DOUBT_AFTER": "ns", "FROZEN_CHANCE": "-",
-    "PROVEN_TIME": "s",
+PARAMETERS = {
+    "WANTED_MARGIN": "grip", "QUANTILE": "grip.probability", "DEAD_BAND": "grip", "RELEASE_TIME": "grip",
+    "SETTLE_TIME": "grip", "USUAL_TIME": "grip", "SLIP_GROWTH": "grip", "PROVEN_TIME": "grip",
+    "MIN_FORCE": "limits", "MAX_FORCE": "limits", "RAISE_RATE": "limits", "LOWER_RATE": "limits",
+    "SAFE_FORCE": "fail_safe.force", "HOLD_TIME": "fail_safe", "RAMP_RATE": "fail_safe",
+    "TIME_OUT": "watchdog", "FROZEN_AFTER": "watchdog", "FORCE_FROZEN_AFTER": "watchdog",
+    "DOUBT_AFTER": "watchdog", "FROZEN_CHANCE": "watchdog",
 }  # fmt: skip
+"""Setting -> section of the control's parameters, and the name there if it is another one."""
 ONE_LINE = 6  # numbers
 IN_PRECISION = (
     "finger.h", "finger.c", "finger_bare_metal.c", "finger_linux.c", "finger_arduino.ino",
@@ -72,13 +79,11 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
     estimator = hashlib.sha256(text_of(model, layout, ellipse=ellipse).encode()).hexdigest()
     places = layout.places()
     report = {name: str(places["REPORT"][0] + i) for i, name in enumerate(REPORT)}
-    memory = vectors.blank.memory
+    memory, settings = vectors.blank.memory, tuple(settable(len(request.fingers)))
     known = {
         "p": p, "P": p.upper(), "entry": "finger", "hash": digest[:NUMBER_DIGITS],
         "effects": ", ".join(effect.name for effect in model.effects),
-        "kernels": program.text(), "text_number": f"(({WIDE}){text_number(estimator):.0f}LL)",
-        "reals": str(finger.n_reals), "wholes": str(finger.n_wholes), "numbers": str(layout.size),
-        "saved": str(layout.size + 2), "known": str(places["VALUES"][1]),
+        "kernels": program.text(), "reals": str(finger.n_reals), "wholes": str(finger.n_wholes),
         "bytes": str(_ram(request, finger)), "state_bytes": str(_state_bytes()),
         "command_bytes": str(COMMAND_BYTES), "finger_allowed": _allowed(request),
         "fingers": str(len(request.fingers)), "names": ", ".join(request.fingers),
@@ -87,8 +92,11 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         "finger_stride": str(layouts().finger_stride), "version": str(layouts().version),
         "blank_reals": _table([literals.real(one) for one in memory.f.tolist()]),
         "blank_wholes": _table([literals.whole(one) for one in memory.t.tolist()]),
-        "settings": "\n".join(_setting(p, name) for name in _settable()),
-        "setting_places": ", ".join(str(finger.reals[f"RULE_{name}"]) for name in _settable()),
+        "settings": "\n".join(f"    {p.upper()}_{one.name}, /* {one.words} */" for one in settings),
+        "setting_places": ", ".join(str(finger.reals[f"RULE_{one.name}"]) for one in settings),
+        "setting_lowest": ", ".join(literals.real(one.low) for one in settings),
+        "setting_highest": ", ".join(literals.real(one.high) for one in settings),
+        **{name: str(finger.reals[name]) for name in ("RULE_MIN_FORCE", "RULE_MAX_FORCE")},
         "conditions": "\n".join(f"    {p.upper()}_{one.name} = {one.value}," for one in Condition),
         "accessors": "\n".join(_accessor(p, name, report) for name in NAMES),
         "declared": "\n".join(f"{p}_estimate {p}_{name}(const {p}_finger *e);" for name in NAMES),
@@ -98,16 +106,16 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         "worst_sources": f"{p}_worst.c {p}_vectors.c",
         **frameworks.words("finger"),
     }  # fmt: skip
-    folder = resources.files("vegrip.export") / "templates"
+    mark = text_number(estimator)
+    known |= saving_words(known, mark, model, layout)
     files = {}
     for template, name in FILES.items():
-        made = Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
+        made = filled(template, known)
         files[name.format(p=p, entry="finger", core=known["core"])] = (
             precision.finished(made) if template in IN_PRECISION else made.replace(WIDE, "double")
         )
     files |= frameworks.arduino_sources(p, "finger", files)
-    saved = [text_number(estimator), 1.0, *vectors.reals[: layout.size].tolist()]
-    files["examples/finger.txt"] = "".join(f"{literals.hexadecimal(one)}\n" for one in saved)
+    files["examples/finger.txt"] = saved_text(mark, model, layout, vectors.reals[: layout.size])
     files["model.toml"] = model_text(model)
     return Texts(files, program, digest, _ram(request, finger))
 
@@ -140,14 +148,37 @@ def _state_bytes() -> int:
     return int(database().get_message_by_name(STATE).length)
 
 
-def _settable() -> list[str]:
+@dataclass(frozen=True)
+class Setting:
+    """A setting of an exported finger, a ``parameter`` of the control in units of 1 / ``scale``."""
+
+    name: str
+    parameter: str
+    scale: int
+    low: float
+    high: float
+    words: str
+
+
+def settable(fingers: int) -> Iterator[Setting]:
+    """Yield what can be set, for a grasp of so many ``fingers``."""
     rules = REALS["RULE"]
     assert isinstance(rules, tuple)  # noqa: S101
-    return [name for name in rules if name not in FIXED]
+    for name in rules:
+        if name not in FIXED:
+            section, _, key = PARAMETERS[name].partition(".")
+            yield _setting(name, section, key or name.lower(), fingers)
 
 
-def _setting(p: str, name: str) -> str:
-    return f"    {p.upper()}_{name}, /* [{UNITS[name]}] */"
+def _setting(name: str, section: str, key: str, fingers: int) -> Setting:
+    declared = declaration(getattr(ControlSettings(), section), key)
+    scale = NS if section == "watchdog" and declared.unit == "s" else 1
+    low, high, doc = declared.low * scale, declared.high * scale, declared.doc
+    unit = "ns" if scale == NS else "-" if declared.unit == "1" else declared.unit
+    if name == "QUANTILE":  # as GripController.wanted, where friction is not shared
+        low, high = (quantile(each_confidence(one, fingers, FINGER_CORRELATION)) for one in (low, high))
+        doc = f"standard normal, of each finger's probability: {doc}"
+    return Setting(name, f"{section}.{key}", scale, low, high, f"[{unit}] {low:.6g} .. {high:.6g}, {doc}")
 
 
 def _accessor(p: str, name: str, report: dict[str, str]) -> str:

@@ -1,6 +1,6 @@
 """Recorded frames and ticks of one finger, and what the node's objects answer: the self-test of an export."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,19 +44,13 @@ class FingerVectors:
 
 def record(request: Request) -> FingerVectors:
     """Run the model's own simulation through the node; the same bytes every time."""
-    settings = replace(request.settings, late=0)  # firmware takes samples in the order of time
     control = replace(request.alone, report_period=0.0, health_period=0.0)
-
-    def estimator(_: str) -> ContactEstimator:
-        return ContactEstimator(request.model, request.noise, settings)
-
-    node = GraspForce("finger", request.fingers, estimator, control)
+    node = GraspForce("finger", request.fingers, _estimators(request), control)
     node.configure()
     node.activate()
     codec = CanCodec(request.fingers, fd=True, use_sender_time=True)
     meetings = tuple(_meetings(node, codec, request))
-    alone = _alone(estimator, request)
-    return FingerVectors(meetings, _memory(alone, meetings), _alone(estimator, request))
+    return FingerVectors(meetings, _memory(alone(request), meetings), alone(request))
 
 
 def _meetings(node: GraspForce, codec: CanCodec, request: Request) -> Iterator[Meeting]:
@@ -99,19 +93,22 @@ def _answered(node: GraspForce, codec: CanCodec, meeting: Meeting, name: str) ->
     return replace(meeting, command=data, condition=int(node.fingers[name].watchdog.condition))
 
 
-def _alone(estimator: object, request: Request) -> CompiledFinger:
-    """Return a finger as firmware has it, before its first frame."""
+def alone(request: Request, mode: str = "python") -> CompiledFinger:
+    """Return a finger as firmware has it, before its first frame; ``mode`` says what runs its step."""
     control, names = request.alone, request.fingers
-    hand = GripController(names, settings=control, make_estimator=estimator)  # type: ignore[arg-type]
+    hand = GripController(names, settings=control, make_estimator=_estimators(request))
     thumb = names.index(control.thumb) if control.thumb in names else -1
     line = CanCodec(names, fd=True, use_sender_time=True).line(names[0])
     assert line is not None  # noqa: S101
     needs = np.full(len(names), np.nan)
-    one = CompiledFinger(
-        hand.fingers[names[0]], line, Place(0, len(names), thumb), needs, "python", alone=True
-    )
+    one = CompiledFinger(hand.fingers[names[0]], line, Place(0, len(names), thumb), needs, mode, alone=True)
     one.lend(hand, (0.0, 0.0))
     return one
+
+
+def _estimators(request: Request) -> Callable[[str], ContactEstimator]:
+    settings = replace(request.settings, late=0)  # firmware takes samples in the order of time
+    return lambda _: ContactEstimator(request.model, request.noise, settings)
 
 
 def _memory(one: CompiledFinger, meetings: tuple[Meeting, ...]) -> NDArray[np.float64]:

@@ -1,6 +1,7 @@
 """What firmware saved of a finger, read back into Python."""
 
 import hashlib
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -9,15 +10,31 @@ from numpy.typing import NDArray
 from vegrip.errors import InputError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.estimator.compiled import text_of
-from vegrip.export.texts import HEAD, text_number
+from vegrip.estimator.saved_numbers import SavedNumbers
 from vegrip.model import ContactModel
 
 LARGEST_FILE = 1 << 20  # [bytes]
+NUMBER_DIGITS = 12
+"""Hexadecimal digits of the text's hash that a double holds exactly."""
+HEAD, TAIL = 2, 1
+"""Numbers before those of the memory, mark and whether the finger had begun, and behind them, a checksum."""
 
 
 def numbers_of(estimator: ContactEstimator) -> NDArray[np.float64]:
     """Return what ``PREFIX_save()`` of an export writes for the same finger."""
-    return np.concatenate([[_mark(estimator), 1.0], estimator.memory])
+    places = SavedNumbers(estimator.model, estimator.layout).places
+    return packed(_mark(estimator), estimator.memory[places])
+
+
+def packed(mark: float, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return saved ``numbers`` of a finger that had begun, behind the ``mark`` of their text."""
+    whole = np.array([mark, 1.0, *np.where(np.isnan(numbers), np.nan, numbers)])  # NaN of one kind
+    return np.append(whole, checksum(whole))
+
+
+def checksum(numbers: NDArray[np.float64]) -> float:
+    """Return the CRC-32 of numbers as little-endian doubles."""
+    return float(zlib.crc32(numbers.astype("<f8").tobytes()))
 
 
 def resumed(estimator: ContactEstimator, numbers: NDArray[np.float64]) -> None:
@@ -29,7 +46,12 @@ def resumed(estimator: ContactEstimator, numbers: NDArray[np.float64]) -> None:
     """
     if numbers.size <= HEAD or numbers[0] != _mark(estimator):
         raise InputError("these numbers were saved by the export of another model, or by another version")
-    estimator.resume(numbers[HEAD:])
+    memory, places = estimator.memory, SavedNumbers(estimator.model, estimator.layout).places
+    is_whole = numbers.size == HEAD + len(places) + TAIL and numbers[1] in (0.0, 1.0)
+    if not is_whole or numbers[-1] != checksum(numbers[:-TAIL]):
+        raise InputError("these numbers are damaged: they are not as they were saved")
+    memory[places] = numbers[HEAD:-TAIL]
+    estimator.resume(memory)
 
 
 def learned_model(
@@ -80,6 +102,11 @@ def read_numbers(path: Path) -> NDArray[np.float64]:
 def _number(word: str) -> float:
     named = {"NAN": "nan", "INFINITY": "inf", "(-INFINITY)": "-inf"}.get(word, word)
     return float.fromhex(named) if "0x" in named.lower() else float(named)
+
+
+def text_number(digest: str) -> float:
+    """Return the beginning of a hash as a number: it marks saved numbers."""
+    return float(int(digest[:NUMBER_DIGITS], 16))
 
 
 def _mark(estimator: ContactEstimator) -> float:

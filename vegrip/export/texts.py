@@ -9,26 +9,27 @@ from string import Template
 import numpy as np
 from numpy.typing import NDArray
 
-from vegrip.c99 import Program, literals, translate
+from vegrip.c99 import LONG, Program, literals, translate
 from vegrip.estimator.compiled import text_of
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS, quantile
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.kernels_c import ENTRIES
 from vegrip.estimator.layout import FRICTION, REPORT, Layout, layout_of
 from vegrip.estimator.origins import Origins
+from vegrip.estimator.saved_numbers import CORRELATED, SavedNumbers, Span
 from vegrip.export import frameworks
 from vegrip.export.precision import PRECISIONS, WIDE
 from vegrip.export.request import MARGIN, Request
+from vegrip.export.saved import HEAD, NUMBER_DIGITS, TAIL, packed, text_number
 from vegrip.export.vectors import ESTIMATES, FLAGS, OUTPUTS, Vectors
+from vegrip.model import ContactModel
 from vegrip.model.file import model_text
 
-NUMBER_DIGITS = 12
-"""Hexadecimal digits of the text's hash that a double holds exactly."""
-HEAD = 2
-"""Saved numbers before the memory: the text's, and whether the finger had begun."""
 BESIDE = 48
 """Bytes of a finger beside the numbers of its memory, in double precision; 40 in single."""
 ONE_LINE = 6  # numbers
+TIMES = {"elapsed_time": (LONG, LONG), "bounded_time": (LONG,)}
+"""Kernels that the part written by hand calls, too."""
 NAMES = {
     "indentation": ("DEPTH_NOW", "DEPTH_STD"), "normal_force": ("FORCE", "FORCE_STD"),
     "contact_radius": ("RADIUS", "RADIUS_STD"), "pressure_exponent": ("EXPONENT", "EXPONENT_STD"),
@@ -72,7 +73,7 @@ def write(request: Request, vectors: Vectors) -> Texts:
     layout = layout_of(model)
     text = text_of(model, layout, ellipse=request.settings.surface == "ellipse")
     origins = Origins(model.effects)
-    entries = {name: ENTRIES[name] for name in ("update", "margin_of", "least_force")}
+    entries = {name: ENTRIES[name] for name in ("update", "margin_of", "least_force")} | TIMES
     program = translate(
         text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), is_public=False
     )
@@ -81,33 +82,57 @@ def write(request: Request, vectors: Vectors) -> Texts:
         "p": p, "P": p.upper(), "entry": "estimator", "hash": digest[:NUMBER_DIGITS],
         "effects": ", ".join(e.name for e in model.effects),
         **_settings(request), **_memory(request, layout), **_vectors(vectors),
-        "kernels": program.text(), "text_number": f"(({WIDE}){text_number(digest):.0f}LL)",
+        "kernels": program.text(),
         "worst_sources": f"{p}_worst.c {p}_vectors.c {p}_estimator.c",
         **precision.known, **frameworks.words("estimator"),
     }  # fmt: skip
-    folder = resources.files("vegrip.export") / "templates"
+    known |= saving_words(known, text_number(digest), model, layout)
     files = {}
     for template, name in FILES.items():
-        made = Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
+        made = filled(template, known)
         files[name.format(p=p, entry="estimator", core=known["core"])] = (
             precision.finished(made) if template in IN_PRECISION else made.replace(WIDE, "double")
         )
     files |= frameworks.arduino_sources(p, "estimator", files)
     files["model.toml"] = model_text(model)
-    saved = [text_number(digest), 1.0, *vectors.memory.tolist()]
-    files["examples/finger.txt"] = "".join(f"{literals.hexadecimal(one)}\n" for one in saved)
+    files["examples/finger.txt"] = saved_text(text_number(digest), model, layout, vectors.memory)
     return Texts(files, program, digest, _ram(request, layout))
+
+
+def filled(template: str, known: dict[str, str]) -> str:
+    """Return the text of a template with its words put in."""
+    folder = resources.files("vegrip.export") / "templates"
+    return Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
+
+
+def saving_words(known: dict[str, str], mark: float, model: ContactModel, layout: Layout) -> dict[str, str]:
+    """Return what the templates say of saved numbers, with the ``known`` words of the other parts."""
+    saved = SavedNumbers(model, layout)
+    words = {
+        "saved": str(HEAD + len(saved.places) + TAIL), "n": str(layout.n),
+        "text_number": f"(({WIDE}){mark:.0f}LL)", "span_count": str(len(saved.spans)),
+        "correlated": literals.real(CORRELATED),
+        "spans": "\n".join(_span(one) for one in saved.spans),
+    }  # fmt: skip
+    parts = {name: filled(f"{name}.c", {**known, **words}) for name in ("saving", "damage")}
+    return words | parts
+
+
+def _span(span: Span) -> str:
+    low, high = literals.real(span.low), literals.real(span.high)
+    return f"    {{{span.first}, {span.count}, {span.step}, {low}, {high}}},"
+
+
+def saved_text(mark: float, model: ContactModel, layout: Layout, memory: NDArray[np.float64]) -> str:
+    """Return what is saved of a memory, one number a line."""
+    numbers = packed(mark, memory[SavedNumbers(model, layout).places])
+    return "".join(f"{literals.hexadecimal(one)}\n" for one in numbers.tolist())
 
 
 def _ram(request: Request, layout: Layout) -> int:
     """Return the bytes of a finger; two of its numbers lie beside the memory."""
     number = PRECISIONS[request.precision].number_bytes
     return number * layout.size + BESIDE - 2 * (8 - number)
-
-
-def text_number(digest: str) -> float:
-    """Return the beginning of a hash as a number: it marks saved numbers."""
-    return float(int(digest[:NUMBER_DIGITS], 16))
 
 
 def _settings(request: Request) -> dict[str, str]:
@@ -141,9 +166,7 @@ def _memory(request: Request, layout: Layout) -> dict[str, str]:
     memory = initial_memory(model, layout, request.noise, request.settings)
     return {
         "size": str(layout.size),
-        "saved": str(layout.size + HEAD),
         "bytes": str(_ram(request, layout)),
-        "known": str(places["VALUES"][1]),
         "parameters": "\n".join(lines),
         "variance_of": ", ".join(variances),
         "std_of": ", ".join(stds),

@@ -14,6 +14,7 @@ Slip ends it at once: then what was held is held no more.
 import math
 
 from vegrip.clock import NS
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.safety.fail_safe import FailSafeSettings
 from vegrip.types import NamedNumbers
@@ -41,7 +42,7 @@ class BumplessTransfer:
         """Return ``least`` [N], or less while what is held shows that less suffices; NaN stays NaN."""
         if self._since is None:
             return least
-        elapsed = (now - self._since) / NS
+        elapsed = elapsed_time(now, self._since) / NS
         if demand.slipping or not 0.0 <= elapsed < TRANSFER_DURATION_S:
             self._since = None
             return least

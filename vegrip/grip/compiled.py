@@ -25,9 +25,9 @@ from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
 from vegrip.grip import packet_text
 from vegrip.grip.batch_text import REPORT_ARGUMENTS, STEP_ARGUMENTS, batch_text
-from vegrip.grip.friction_change import CHANGE_SIZE
 from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
 from vegrip.grip.policies.running_median import WINDOW_SLOTS
+from vegrip.grip.slip_trust import TRUST_SIZE
 from vegrip.grip.wires import WIRES
 from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
@@ -41,7 +41,7 @@ GRIP_KERNELS: Final = (
 )  # fmt: skip
 SHARED_FRICTION: Final = (
     "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
-    "friction_change",
+    "friction_change", "slip_trust",
 )  # fmt: skip
 """Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
 
@@ -115,7 +115,7 @@ def _mode() -> str:
 def single_lengths(finger: FingerLayout, wire: str = FD) -> Lengths:
     """Return how long the memories of each entry are, for a step that computes in single precision."""
     needs = f"(int)a1[{finger.wholes['SETUP_FINGERS']}]"
-    lengths = (finger.n_reals, CHANGE_SIZE if finger.is_shared else needs, len(CHANNELS))
+    lengths = (finger.n_reals, TRUST_SIZE if finger.is_shared else needs, len(CHANNELS))
     entries = WIRES[wire].entries
     return {name: lengths[: entries[name].count(MEMORY)] for name in entries}
 

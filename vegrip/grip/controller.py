@@ -18,7 +18,6 @@ from dataclasses import replace
 
 from vegrip.errors import UsageError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
-from vegrip.estimator.estimator import quantile
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger import UNTRUSTED_DEMAND, GraspFinger, Wanted
 from vegrip.grip.finger_controller import FingerController
@@ -44,6 +43,9 @@ from vegrip.spelling import suggestion
 
 REPORT_GROUPS = 5
 """Fingers that report at different times; of more, some report together, in one message where that is so."""
+
+_WARM: set[str] = set()
+"""Of controllers that have warmed up in this process: settings and number of fingers."""
 
 MakeEstimator = Callable[[str], Estimator]
 """Gives a new estimator for the finger of this name."""
@@ -96,7 +98,6 @@ class GripController:
         self.fingers: dict[str, GraspFinger] = {}
         self.reset()
         self._warm_up()
-        self.reset()
 
     def step(self, states: Iterable[FingertipState], now: int) -> list[ForceCommand]:
         """Take the states that arrived at ``now`` [ns]; return the commands that are to be sent.
@@ -176,7 +177,7 @@ class GripController:
         shown = self.friction.screen(state)
         believed = finger.sense(shown, now, wanted, slides=self.friction.shows_sliding(shown))
         if believed:
-            self.friction.learn(finger, state, quantile(wanted[1]))
+            self.friction.learn(finger, state, wanted)
         return believed
 
     def commands(self, fingers: Iterable[str], now: int) -> list[ForceCommand]:
@@ -208,13 +209,21 @@ class GripController:
             finger.restart()
 
     def _warm_up(self) -> None:
-        """Compile what will run, by running it on fingers that are thrown away."""
+        """Compile what will run, by running it on fingers that are thrown away; once for settings alike.
+
+        The models have no part in it: each estimator compiles its own when it is made.
+        """
+        kind = repr((self._settings, len(self.names)))
+        if kind in _WARM:
+            return
+        _WARM.add(kind)
         for name in self.names:
             for state in dummy_states(name):
                 self.assimilate(state, state.stamp)
                 self.commands([name], state.stamp)
                 for _ in self.fingers[name].reports(state.stamp, 0.0, 0.0):
                     pass
+        self.reset()
 
     def _new_finger(self, name: str) -> GraspFinger:
         settings = self.settings

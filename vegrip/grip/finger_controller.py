@@ -3,6 +3,7 @@
 import math
 
 from vegrip.clock import NS
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import GripPolicy
 from vegrip.grip.safety.fail_safe import FailSafe
@@ -50,7 +51,7 @@ class FingerController:
 
     def due(self, now: int) -> bool:
         """Whether the last command is so old that it must be renewed well before it expires."""
-        return self.started and now - self._commanded >= RENEWAL * self.limits.lifetime * NS
+        return self.started and elapsed_time(now, self._commanded) >= RENEWAL * self.limits.lifetime * NS
 
     def write_to(self, memory: NamedNumbers) -> None:
         """Put limits and state into a memory; policy and fail-safe do so themselves."""
@@ -89,7 +90,7 @@ class FingerController:
 
     def update(self, condition: Condition, demand: Demand, now: int) -> None:
         """Ask what this finger needs at ``now`` [ns]."""
-        dt = max(0.0, (now - self._asked) / NS)
+        dt = max(0.0, elapsed_time(now, self._asked) / NS)
         self._asked = max(self._asked, now)
         if condition > Condition.DEGRADED:
             self._fault_response(dt, Reason.INPUT_HOLD)
@@ -107,7 +108,7 @@ class FingerController:
         """Return the command for ``share`` [N], which is at least the need unless a fault is ridden out."""
         wanted = self.required_force if self.fail_safe.active else max(share, self.required_force)
         # Not longer than a command lives: after a silence the hand is on its own, and must not see a jump.
-        dt = min((now - self._commanded) / NS, self.limits.lifetime)
+        dt = min(elapsed_time(now, self._commanded) / NS, self.limits.lifetime)
         force, reason = limit_force(wanted, self.reason, self._held, dt, self.limits)
         adjustment = force - self._held
         self._held, self._commanded = force, max(self._commanded, now)

@@ -66,6 +66,17 @@ def expect_finger(g: Numbers, i: int, mean: float, std: float, own: float) -> No
     g[BELIEF_P + i * BELIEF_MOST + i] = std * std
 
 
+def forget_evidence(g: Numbers, i: int, mean: float) -> None:
+    """Believe of finger ``i`` again what was expected: ``mean`` of ln mu, and the spread of the prior."""
+    n = int(g[BELIEF_FINGERS])
+    g[BELIEF_MEAN + i] = mean
+    for j in range(n):
+        shared = g[BELIEF_COMMON + i] * g[BELIEF_COMMON + j]
+        g[BELIEF_P + i * BELIEF_MOST + j] = g[BELIEF_P + j * BELIEF_MOST + i] = shared
+    g[BELIEF_P + i * BELIEF_MOST + i] = g[BELIEF_PRIOR_VAR]
+    g[BELIEF_VERSION] += 1.0
+
+
 def believed_variance(g: Numbers, i: int) -> float:
     """Return the variance of ln mu of finger ``i``."""
     return g[BELIEF_P + i * BELIEF_MOST + i]

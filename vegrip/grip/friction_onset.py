@@ -30,7 +30,7 @@ from vegrip.grip.friction_belief import (
     believed_variance,
     widen_belief,
 )
-from vegrip.grip.friction_probe import PROBE_CLIMB, PROBE_SHIFT, PROBE_SIZE, PROBE_UNKNOWN
+from vegrip.grip.friction_probe import PROBE_CLIMB, PROBE_SHIFT, PROBE_SIZE
 from vegrip.types import Numbers
 
 ONSET_NOISE = PROBE_SIZE  # std of ln mu from one onset to the next
@@ -71,17 +71,9 @@ def is_doubted(q: Numbers, i: int) -> bool:
     return q[ONSET_DOUBTED + i] >= ONSET_DOUBTS
 
 
-def may_probe(q: Numbers, i: int) -> bool:
-    """Return whether finger ``i`` probes: its slip is sensed, and that is believed."""
+def is_heard(q: Numbers, i: int) -> bool:
+    """Return whether the slip of finger ``i`` is sensed and believed, and force may be let go of at all."""
     return q[PROBE_CLIMB] > 0.0 and q[ONSET_SILENT + i] < 0.5 and not is_doubted(q, i)
-
-
-def counts_as_known(g: Numbers, q: Numbers, i: int) -> bool:
-    """Return whether finger ``i`` may count on more of its friction than one whose slip is not felt.
-
-    Its slip is sensed, and the object is not unknown any more: what is lifted has taught nothing yet.
-    """
-    return may_probe(q, i) and believed_variance(g, i) <= q[PROBE_UNKNOWN] * q[PROBE_UNKNOWN]
 
 
 def feel_onset(

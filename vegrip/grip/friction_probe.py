@@ -37,6 +37,7 @@ PROBE_SIZE = PROBE_NEED + BELIEF_MOST
 
 SMOOTHING = 0.01  # [s]
 FOLLOWING = 0.1  # [s] with which the load from which changes are counted follows; a slow load is no change
+LEAST_PROBE = 1e-3  # of ln mu, from which on a finger counts as let go of
 REACHED = 0.99  # of how far a finger may be probed, from which on it does not keep the next one waiting
 
 
@@ -89,6 +90,14 @@ def feel_slip(q: Numbers, dt: float, fingers: int, slipping: bool) -> None:
             q[PROBE_SHIFT + j] = 0.0
 
 
+def is_quiet(q: Numbers, fingers: int) -> bool:
+    """Return whether no finger has slipped and no load has changed for a while."""
+    for j in range(fingers):
+        if 0.0 <= q[PROBE_STILL + j] < q[PROBE_QUIET_TIME]:
+            return False
+    return q[PROBE_SINCE_SLIP] >= q[PROBE_PAUSE]
+
+
 def farthest(g: Numbers, q: Numbers, i: int, lag: float) -> float:
     """Return how far finger ``i`` may be probed, of ln mu."""
     return (lag + q[PROBE_REACH]) * math.sqrt(believed_variance(g, i))
@@ -100,14 +109,11 @@ def probe_friction(g: Numbers, q: Numbers, i: int, dt: float, lag: float) -> Non
     std = math.sqrt(believed_variance(g, i))
     rate = q[PROBE_CLIMB] if std > q[PROBE_UNKNOWN] else q[PROBE_RATE]
     most = farthest(g, q, i, lag)
-    if std < q[PROBE_KNOWN] or q[PROBE_SINCE_SLIP] < q[PROBE_PAUSE]:
+    if std < q[PROBE_KNOWN] or not is_quiet(q, n):
         return
     others = 0.0
-    for j in range(n):
-        if 0.0 <= q[PROBE_STILL + j] < q[PROBE_QUIET_TIME]:
-            return
-        if j > 0:
-            others += q[PROBE_NEED + j]
+    for j in range(1, n):
+        others += q[PROBE_NEED + j]
     if std <= q[PROBE_UNKNOWN]:
         for j in range(n):
             decides = others >= q[PROBE_NEED] if j > 0 else q[PROBE_NEED] >= others

@@ -26,15 +26,18 @@ from vegrip.grip.drive_lag import begin_drives, measured_lag, tell_drives
 from vegrip.grip.felt_slip import (
     FELT_BY_LOAD,
     FELT_BY_OTHER,
+    FELT_DEAF,
     FELT_FLAG,
     FELT_OFF,
     FELT_SILENT,
     FELT_SPEED,
     FELT_WHY,
+    FELT_WIDTH,
     begin_felt_slip,
     believed_flag,
     believed_speed,
     judge_felt_slip,
+    may_teach,
     shows_sliding,
     twist_share,
 )
@@ -55,7 +58,6 @@ from vegrip.grip.friction_belief import (
 )
 from vegrip.grip.friction_change import (
     CHANGE_LEVEL,
-    CHANGE_SIZE,
     CHANGE_SPREAD,
     begin_changes,
     follow_level,
@@ -64,18 +66,16 @@ from vegrip.grip.friction_change import (
 from vegrip.grip.friction_onset import (
     ONSET_SILENT,
     begin_onsets,
-    counts_as_known,
     feel_onset,
     is_doubted,
-    may_probe,
 )
 from vegrip.grip.friction_probe import (
+    LEAST_PROBE,
     PROBE_NEED,
     PROBE_SHIFT,
     PROBE_UNKNOWN,
     begin_probing,
     feel_slip,
-    probe_friction,
     watch_load,
 )
 from vegrip.grip.friction_settings import FrictionSettings
@@ -85,6 +85,17 @@ from vegrip.grip.late_slip import begin_late_slip, is_late, present_slip, recall
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.settings import ControlSettings
+from vegrip.grip.slip_trust import (
+    TRUST_SIZE,
+    begin_trust,
+    counted_shift,
+    counts_as_known,
+    ends_probe,
+    follow_trust,
+    is_constant,
+    let_go,
+    trusts_slip,
+)
 from vegrip.messages import KNOWN, PROBED, ContactEstimate, Estimate, FingertipState, ModelHealth
 from vegrip.types import NamedNumbers
 
@@ -93,16 +104,13 @@ LONGEST_STEP_S = 0.1
 NEW_CONTACT_VARIANCE = 1e-4
 """Growth of the variance of ln mu between two states that only a new contact brings."""
 
-
-LEAST_PROBE = 1e-3
-"""Of ln mu by which a finger is let go of from which on that is said."""
-
 CHANNELS_OF_SLIP = {FELT_FLAG: "slip", FELT_SPEED: "slip_speed"}
 
 CONTRADICTIONS = {
     FELT_BY_LOAD: "says slip while its load shows none",
     FELT_BY_OTHER: "says slip while its slip speed shows none",
     FELT_SILENT: "is silent or late while its slip speed shows slip",
+    FELT_DEAF: "is silent in a slide that its load shows",
 }
 """What is wrong with a channel, by :data:`~vegrip.grip.felt_slip.FELT_WHY`."""
 
@@ -173,7 +181,7 @@ class GraspFriction:
         self.active = settings.shared and len(able) == len(fingers) <= BELIEF_MOST
         self._settings, self._noise = settings, tangential_noise
         self._places = {name: i for i, name in enumerate(fingers)}
-        self._memory = array("d", bytes(8 * max(CHANGE_SIZE, len(fingers))))
+        self._memory = array("d", bytes(8 * max(TRUST_SIZE, len(fingers))))
         self.shared = np.frombuffer(self._memory)
         """All that the fingers of the grasp share, as the compiled step has it; the same numbers as here."""
         self._seen = [0.0] * len(fingers)  # version of the belief that each finger has
@@ -212,6 +220,7 @@ class GraspFriction:
         begin_felt_slip(g, s.sliding_speed, s.slip_delay)
         begin_late_slip(g)
         begin_changes(g)
+        begin_trust(g, g)
 
     def prepare(self, finger: GraspFinger, unknown: Wanted, known: Wanted) -> Wanted:
         """Tell the estimator of ``finger`` what the grasp believes; return margin and confidence to ask for.
@@ -235,7 +244,7 @@ class GraspFriction:
             estimator.believe_friction(own)
         self._before[i] = own.mean, own.variance
         margin, confidence = known if counts_as_known(self._memory, self._memory, i) else unknown
-        shift = self._memory[PROBE_SHIFT + i]
+        shift = counted_shift(self._memory, self._memory, i, quantile(confidence))
         return 1.0 - (1.0 - margin) * math.exp(shift), confidence
 
     def screen(self, state: FingertipState) -> FingertipState:
@@ -256,29 +265,35 @@ class GraspFriction:
         """Return whether the slip speed of a screened ``state`` is one of a finger that slides."""
         return self.active and shows_sliding(self._memory, state.slip_speed)
 
-    def learn(self, finger: GraspFinger, state: FingertipState, lag: float) -> None:
-        """Take in what ``finger`` learned of its last ``state``; ``lag`` is the quantile it counts off."""
+    def learn(self, finger: GraspFinger, state: FingertipState, wanted: Wanted) -> None:
+        """Take in what ``finger`` learned of its last ``state``, which was judged as ``wanted``."""
         estimator = finger.estimator
         if not (self.active and can_share(estimator)):
             return
         i, g = self._places[finger.name], self._memory
+        asked, lag = wanted[0], quantile(wanted[1])
         dt = min(max((state.stamp - self._stamp[i]) / NS, 0.0), LONGEST_STEP_S) if self._stamp[i] else 0.0
         self._stamp[i] = state.stamp
         g[BELIEF_SINCE] += dt / len(self._places)
         flag, speed = believed_flag(g, i, state.slip), believed_speed(g, i, state.slip_speed)
         slipping, touching = flag >= 0.5, estimator.in_contact
-        self._take_evidence(i, FingerFriction(*estimator.friction), late=slipping and is_late(g))
+        is_evidence = may_teach(g, i)
+        refused = slipping and (is_late(g) or not is_evidence)
+        self._take_evidence(i, FingerFriction(*estimator.friction), refused=refused)
         u, relative, load = estimator.utilisation()
-        feel_onset(g, g, i, dt, recall_load(g, i, dt, u), relative, flag, speed)
+        vague = relative if is_evidence else math.inf
+        feel_onset(g, g, i, dt, recall_load(g, i, dt, u), vague, flag, speed)
         g[PROBE_NEED + i] = finger.controller.required_force
         watch_load(g, i, dt, load, self._noise, touching)
-        feel_slip(g, dt, len(self._places), slipping)
-        if not may_probe(g, i):
-            g[PROBE_SHIFT + i] = 0.0
-        elif touching and not slipping:
-            probe_friction(g, g, i, dt, lag)
         x, y = state.tangential_force_x, state.tangential_force_y
-        twist = twist_share(math.sqrt(x * x + y * y), load)
+        pull = math.sqrt(x * x + y * y)
+        follow_trust(
+            g, g, i, dt, flag, state.slip_speed, u, relative, state.normal_force, pull, self._noise, touching
+        )
+        slides = ends_probe(g, i, dt, slipping, shows_sliding(g, speed))
+        feel_slip(g, dt, len(self._places), slides)
+        let_go(g, g, i, dt, lag, asked, u, self._noise, touching, slides)
+        twist = twist_share(pull, load)
         judge_felt_slip(g, i, dt, state.slip, state.slip_speed, u, twist)
         follow_level(g, g, i, dt)
 
@@ -325,13 +340,18 @@ class GraspFriction:
             return "probing is switched off"
         if self._settings.why_too_coarse:
             return self._settings.why_too_coarse
-        for name, i in self._places.items():
-            if found := self.suspicion(name):
-                return found
-            if self._memory[ONSET_SILENT + i] > 0.5:
-                return f"{name} does not feel slip"
-            if is_doubted(self._memory, i):
-                return f"the slip channel of {name} contradicts its load"
+        return next(filter(None, map(self._why_not_heard, self._places)), "")
+
+    def _why_not_heard(self, finger: str) -> str:
+        g, i = self._memory, self._places[finger]
+        if found := self.suspicion(finger):
+            return found
+        if g[ONSET_SILENT + i] > 0.5:
+            return f"{finger} does not feel slip"
+        if is_doubted(g, i):
+            return f"the slip channel of {finger} contradicts its load"
+        if not trusts_slip(g, g) and is_constant(g, i):
+            return f"no slip was felt yet, and the slip speed of {finger} shows no noise: it may be dead"
         return ""
 
     def doubted_channel(self, finger: str) -> str:
@@ -339,7 +359,11 @@ class GraspFriction:
         if not self.active:
             return ""
         i = self._places[finger]
-        found = (name for at, name in CHANNELS_OF_SLIP.items() if self._memory[at + 6 * i + FELT_OFF] > 0.0)
+        found = (
+            name
+            for at, name in CHANNELS_OF_SLIP.items()
+            if self._memory[at + FELT_WIDTH * i + FELT_OFF] > 0.0
+        )
         return next(found, "")
 
     def suspicion(self, finger: str) -> str:
@@ -348,7 +372,7 @@ class GraspFriction:
         if not channel:
             return ""
         at = FELT_FLAG if channel == "slip" else FELT_SPEED
-        wrong = CONTRADICTIONS[self._memory[at + 6 * self._places[finger] + FELT_WHY]]
+        wrong = CONTRADICTIONS[self._memory[at + FELT_WIDTH * self._places[finger] + FELT_WHY]]
         return f"the channel '{channel}' of {finger} {wrong}, and is not used"
 
     def friction_counted_on(self, finger: str) -> str:
@@ -411,13 +435,13 @@ class GraspFriction:
             return FingerFriction(mean, variance, mean, variance)
         return FingerFriction(mean, variance, (mean / variance - weighted) / left, 1.0 / left)
 
-    def _take_evidence(self, i: int, own: FingerFriction, *, late: bool) -> None:
+    def _take_evidence(self, i: int, own: FingerFriction, *, refused: bool) -> None:
         mean, variance = self._before[i]
         if own.mean == mean:
             if own.variance > variance + NEW_CONTACT_VARIANCE:
                 widen_own(self._memory, i, own.variance)
             return
-        if late:
+        if refused:
             refuse_evidence(self._memory)
         elif variance > 0.0 and own.variance > 0.0:
             precision, weighted = self._site[i]

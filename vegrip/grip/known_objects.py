@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from vegrip.errors import ConfigError
+from vegrip.whole_file import write_whole
 
 ANEW: Final = 0.1
 """Standard deviation of ln mu from one grasp of an object to the next."""
@@ -57,7 +58,7 @@ class KnownObjects:
             found = ObjectFriction(float(told["ln_friction"]), float(told["std"]))
         except FileNotFoundError:
             return None
-        except (OSError, ValueError, TypeError, KeyError):
+        except (OSError, ValueError, TypeError, KeyError, RecursionError):
             found = ObjectFriction(math.nan, math.nan)
         if abs(found.mean) < WIDEST and 0.0 < found.std < WIDEST:
             return found
@@ -81,9 +82,7 @@ class KnownObjects:
         told = {"ln_friction": friction.mean, "std": friction.std}
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            part = path.with_name(f"{path.name}.part")
-            part.write_text(json.dumps(told) + "\n", encoding="utf-8")
-            part.replace(path)
+            write_whole(path, json.dumps(told) + "\n")
         except OSError as error:
             logging.getLogger("vegrip.memory").warning(
                 "what was learned of %s cannot be written to %s: %s", name, path, error.strerror

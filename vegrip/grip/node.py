@@ -1,7 +1,7 @@
 """The node that grips: a grip controller with a lifecycle, on a bus."""
 
 import logging
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -550,6 +550,21 @@ class GraspForce(NodeBase):
         if not isinstance(report, ModelHealth):
             return report
         return controller.friction.name_suspect(self.diagnoser.annotate(report))
+
+    def describe_finger(self, finger: str, channels: Collection[str]) -> str:
+        """Return what ``finger`` grips by, and what it would take to grip less."""
+        friction = self.controller.friction if self.controller is not None else None
+        if friction is None or not {"tangential_force_x", "tangential_force_y"} <= {*channels}:
+            return ""  # no load is known, so nothing is gripped by, which is said elsewhere
+        by, less = "friction that is probed", friction.why_not_probing
+        if not {"slip", "slip_speed"} & {*channels}:
+            by, less = "the friction of its model", "it must feel slip, which no channel of it does"
+        elif not friction.active:
+            by = "friction that its own slides teach"
+            less = "vegrip calibrate --launch, or connect --log, measures how it feels slip and has all learn"
+        elif less:
+            by = "friction that the slides of all fingers teach"
+        return f"{finger} grips by {by}{f'; to grip less: {less}' if less else ''}"
 
     def _tell_probing(self, controller: GripController) -> None:
         """Log why friction is not probed, where that is asked for, and whenever it changes."""

@@ -7,9 +7,8 @@ compiled from it, which is run unread: a folder that others can write is not use
 
 import hashlib
 import importlib.util
-import os
 import sys
-import tempfile
+import threading
 import time
 from pathlib import Path
 from types import ModuleType
@@ -20,10 +19,13 @@ from numba.core import event
 from vegrip.compiling import announce_compiling
 from vegrip.host import compiled_folder
 from vegrip.host.compiled_folder import UntrustedError
+from vegrip.whole_file import write_whole
 
 NEWS_PERIOD_S = 3.0  # [s] between two sentences of progress
 GENERATED = "vegrip_generated_"
 """How the names of generated modules begin."""
+LOADING = threading.RLock()
+"""Held while a module is imported: another thread must not take it half executed."""
 
 
 class _Announcer(event.Listener):
@@ -83,10 +85,11 @@ def load(text: str) -> ModuleType:
     When they compile, :func:`vegrip.compiling.announce_compiling` says so.
     """
     name = GENERATED + hashlib.sha256(f"{numba.__version__}\n{text}".encode()).hexdigest()[:24]
-    if name in sys.modules:
+    with LOADING:
+        if name not in sys.modules:
+            announcer.functions += text.count("\ndef ")
+            _import(name, _written(name, text))
         return sys.modules[name]
-    announcer.functions += text.count("\ndef ")
-    return _imported(name, _written(name, text))
 
 
 def load_plain(text: str) -> ModuleType:
@@ -97,9 +100,10 @@ def load_plain(text: str) -> ModuleType:
     plain = text.replace("_ = numba.njit(", "_ = math.uncompiled(").replace("import numba\n", "")
     plain = plain.replace("import math\n", "from vegrip.model import ieee_math as math\n")
     name = "vegrip_plain_" + hashlib.sha256(plain.encode()).hexdigest()[:24]
-    if name in sys.modules:
+    with LOADING:
+        if name not in sys.modules:
+            _import(name, _written(name, plain))
         return sys.modules[name]
-    return _imported(name, _written(name, plain))
 
 
 def _written(name: str, text: str) -> Path:
@@ -118,17 +122,13 @@ def _write(where: Path, name: str, text: str) -> Path:
     compiled_folder.check(where, name)
     if path.exists() and path.read_text(encoding="utf-8") == text:
         return path
-    handle, scratch = tempfile.mkstemp(dir=where, suffix=".tmp")
-    with os.fdopen(handle, "w", encoding="utf-8") as stream:
-        stream.write(text)
-    Path(scratch).replace(path)
+    write_whole(path, text)
     return path
 
 
-def _imported(name: str, path: Path) -> ModuleType:
+def _import(name: str, path: Path) -> None:
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None  # noqa: S101, PT018
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     spec.loader.exec_module(module)
-    return module

@@ -11,6 +11,7 @@ from vegrip.model.model import ContactModel
 from vegrip.parameters import Value, declared
 from vegrip.spelling import suggestion
 from vegrip.toml_text import toml_value
+from vegrip.whole_file import write_whole
 
 FINGERTIP = ("tip_radius", "reference_depth", "reference_temperature")
 FIELDS = ("value", "std", "low", "high", "learn")
@@ -18,7 +19,7 @@ FIELDS = ("value", "std", "low", "high", "learn")
 
 def write_model(model: ContactModel, path: Path | str) -> None:
     """Write ``model``; :func:`read_model` gives the same back, to the last bit."""
-    Path(path).write_text(model_text(model), encoding="utf-8")
+    write_whole(Path(path), model_text(model))
 
 
 def model_text(model: ContactModel) -> str:

@@ -28,7 +28,8 @@ class ChannelWatch:
         self.lacking = lacking
         self._said = frozenset(said)
         self._open: dict[str, tuple[int, frozenset[str]]] = {}
-        self._known: set[str] = set()
+        self._known: dict[str, frozenset[str]] = {}
+        self._fresh: list[str] = []  # fingers that became known
         self._news: list[str] = []
 
     def note(self, state: FingertipState) -> None:
@@ -40,13 +41,20 @@ class ChannelWatch:
         if count + 1 < STATES:
             self._open[state.finger] = count + 1, channels
             return
-        self._known.add(state.finger)
+        self._known[state.finger] = channels
+        self._fresh.append(state.finger)
         told = (f"{state.finger}: {sentence}" for sentence in self.lacking(channels))
         self._news += [sentence for sentence in told if sentence not in self._said]
 
     def knows(self, finger: str) -> bool:
         """Return whether the channels of ``finger`` are known, so that no more of its states are needed."""
         return finger in self._known or len(self._open) + len(self._known) >= MOST_FINGERS
+
+    def fresh(self) -> Iterator[tuple[str, frozenset[str]]]:
+        """Yield each finger and its channels once, when those of all that speak are known."""
+        while self._fresh and not self._open:
+            finger = self._fresh.pop(0)
+            yield finger, self._known[finger]
 
     def news(self) -> Iterator[str]:
         """Yield each new sentence once."""

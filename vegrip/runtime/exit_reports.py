@@ -1,16 +1,20 @@
-"""Why a node has ended that could not go on: kept in the runtime folder until one of its name starts again.
+"""Why a node has ended that could not go on: kept in the runtime folder for some minutes.
 
-A node that could not open its bus cannot report on it; ``vegrip lifecycle`` shows the reason.
+A node that could not open its bus, or was killed, cannot report on it; ``vegrip lifecycle`` and the monitor
+show the reason, until a node of its name starts again.
 """
 
 import contextlib
 import json
+import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from vegrip.host.runtime_folder import runtime_folder
+from vegrip.whole_file import write_whole
 
 SUFFIX = ".end"
+KEPT_S = 600.0  # [s] an older report is of another run, and says nothing of now
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,7 @@ class ExitReport:
 def write_report(words: ExitReport) -> None:
     """Write ``words`` down; a folder that takes nothing keeps none."""
     with contextlib.suppress(OSError):
-        _file(words.name).write_text(json.dumps(asdict(words)), encoding="utf-8")
+        write_whole(_file(words.name), json.dumps(asdict(words)))
 
 
 def remove_report(name: str) -> None:
@@ -36,7 +40,7 @@ def remove_report(name: str) -> None:
 
 
 def read_reports() -> dict[str, ExitReport]:
-    """Return the reports of all nodes that failed and do not run again, by full name."""
+    """Return the reports of all nodes that failed lately and do not run again, by full name."""
     found = [_read(path) for path in sorted(runtime_folder("nodes").glob(f"*{SUFFIX}"))]
     return {words.name: words for words in found if words is not None}
 
@@ -47,6 +51,9 @@ def _file(name: str) -> Path:
 
 def _read(path: Path) -> ExitReport | None:
     try:
+        if time.time() - path.stat().st_mtime > KEPT_S:
+            path.unlink()
+            return None
         return ExitReport(**json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):  # removed at this moment, or of another version
+    except (OSError, ValueError, TypeError, RecursionError):  # removed at this moment, or of another version
         return None

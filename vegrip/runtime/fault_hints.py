@@ -17,6 +17,8 @@ HINTS: Final[Mapping[str, str]] = {
     "bit rate, whether the hand is switched on, and with `vegrip connect` whether this is its database",
     "command_held": "no new command came, so the last one is repeated to a hand that cannot hold by itself; "
     "activate the node, or end it to stop sending",
+    "bus_lost": "the bus was lost: its process has died, or its interface is gone; it is opened again as "
+    "soon as it is there, and until then the fingers hold and go to their fail-safe grip",
     "bus_off": "bus-off: the CAN controller has cut itself off after too many errors; give all nodes of the "
     "bus the same bit rates (transport.bitrate, transport.data_bitrate), then look at wiring and termination",
     "connections": "too many programs are connected to a socket of this node, and the next one must wait; "

@@ -15,7 +15,7 @@ from vegrip.errors import ConfigError
 from vegrip.runtime.names import full_name
 from vegrip.runtime.runner import LoopSettings
 from vegrip.spelling import suggestion
-from vegrip.transport.open import TRANSPORTS, settings_of_map
+from vegrip.transport.open import TRANSPORTS, check_settings, settings_of_map
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 SHARED = ("fingers", "hand", "namespace", "transport", "realtime")
@@ -153,4 +153,5 @@ def _node(table: Mapping[str, Any], where: str) -> NodeConfig:
         raise ConfigError(
             f"{where}: 'kind' of the transport is {kind!r}; it must be one of {', '.join(TRANSPORTS)}"
         )
+    check_settings(node.transport, f"{where} [transport]")
     return node

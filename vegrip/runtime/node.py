@@ -89,6 +89,10 @@ class NodeBase:
         self.finished = False
         self.failure = ""
 
+    def describe_finger(self, finger: str, channels: Collection[str]) -> str:  # noqa: ARG002
+        """Return what is said of a finger once it is known which channels it measures: nothing."""
+        return ""
+
     def configure(self) -> None:
         """Nothing to build."""
 

@@ -88,13 +88,14 @@ def run_node(config: NodeConfig, autostart: bool = True) -> None:
 
 @contextmanager
 def _last_words(entry: Entry) -> Iterator[None]:
-    """Store the reason of a failure for ``vegrip lifecycle``."""
+    """Store the reason of a failure for ``vegrip lifecycle`` and the monitor."""
     try:
         yield
-    except VegripError as error:
-        exit_reports.write_report(
-            exit_reports.ExitReport(entry.name, entry.program, str(error), error.exit_code)
-        )
+    except Exception as error:
+        reason, code = f"{type(error).__name__}: {error}", 1
+        if isinstance(error, VegripError):
+            reason, code = str(error), error.exit_code
+        exit_reports.write_report(exit_reports.ExitReport(entry.name, entry.program, reason, code))
         raise
 
 

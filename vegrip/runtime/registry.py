@@ -19,6 +19,8 @@ from vegrip.host.runtime_folder import runtime_folder, socket_path
 from vegrip.runtime import exit_reports
 from vegrip.spelling import suggestion
 
+KILLED = "its process was killed, or crashed"
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -121,20 +123,24 @@ def _living(path: Path) -> Entry | None:
     except BlockingIOError:
         return _read(handle)
     else:
-        _remove_sockets(_read(handle))
-        path.unlink(missing_ok=True)
+        if os.fstat(handle).st_nlink:  # else its owner has removed it in this moment
+            _tidy_up_after(_read(handle))
+            path.unlink(missing_ok=True)
         return None
     finally:
         os.close(handle)
 
 
-def _remove_sockets(dead: Entry | None) -> None:
-    for address in (dead.control, dead.telemetry) if dead is not None else ():
+def _tidy_up_after(dead: Entry | None) -> None:
+    if dead is None:
+        return
+    exit_reports.write_report(exit_reports.ExitReport(dead.name, dead.program, KILLED, 1))
+    for address in (dead.control, dead.telemetry):
         _socket_file(address).unlink(missing_ok=True)
 
 
 def _read(handle: int) -> Entry | None:
     try:
         return Entry(**json.loads(os.pread(handle, 65_536, 0)))
-    except (ValueError, TypeError):  # being written at this moment, or by another version
+    except (ValueError, TypeError, RecursionError):  # being written at this moment, or by another version
         return None

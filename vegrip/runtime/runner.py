@@ -413,9 +413,18 @@ class Runner:
         if self.state is not Lifecycle.FINALIZED:  # a node that ends for that reason reports it last
             for _, sentence in self._remedies.news(self.status.rejected, now):
                 self.managed.logger.error("%s", sentence)
-            if self.channels is not None and (sentences := list(self.channels.news())):
-                self.managed.logger.warning("%s", "; ".join(sentences))
+            if self.channels is not None:
+                self._tell_fingers(self.channels)
         self._send([self.status])
+
+    def _tell_fingers(self, channels: ChannelWatch) -> None:
+        if sentences := list(channels.news()):
+            self.managed.logger.warning("%s", "; ".join(sentences))
+        describe = getattr(self.managed.node, "describe_finger", None)  # nodes of others may have none
+        if describe is None:
+            return
+        if lines := [line for one in channels.fresh() if (line := describe(*one))]:
+            self.managed.logger.info("%s", "\n".join(lines))  # one record: of one line a second is told one
 
     def _rejected(self) -> Mapping[str, int]:
         of_others = {"also_sent": self._also_sent, "two_senders": self._senders.count}

@@ -28,6 +28,13 @@ TRANSPORTS: dict[str, str] = {
 }
 """What may stand as ``kind`` in a ``[transport]`` table; a transport is imported when one is opened."""
 
+SETTINGS: dict[str, str] = {
+    "can": "vegrip.transport.open:CanSettings",
+    "canopen": "vegrip.canopen.open:CanopenSettings",
+    "zmq": "vegrip.transport.open:ZmqSettings",
+}
+"""What such a table may hold, by its kind."""
+
 GROUP = "vegrip.transports"
 """Entry-point group under which other packages offer transports, each a function like :data:`Opener`."""
 
@@ -109,6 +116,21 @@ def open_endpoint(
     table = {"kind": transport, **settings} if isinstance(transport, str) else {**transport, **settings}
     where = where or (f"open_endpoint({transport!r})" if isinstance(transport, str) else "[transport]")
     return _opener(table.get("kind", "can"), where)(table, hand or Hand(USUAL_FINGERS), where)
+
+
+def check_settings(table: Mapping[str, Any], where: str) -> None:
+    """Check a ``[transport]`` table of a kind of :data:`SETTINGS` without opening anything.
+
+    Raises:
+        ConfigError: unknown keys, values out of bounds.
+
+    """
+    module, _, name = SETTINGS[table.get("kind", "can")].partition(":")
+    settings = build(getattr(importlib.import_module(module), name), table, where)
+    if isinstance(settings, ZmqSettings) and settings.curve:
+        from vegrip.transport.curve import Curve  # noqa: PLC0415 (ZeroMQ is not needed on a CAN bus)
+
+        build(Curve, settings.curve, f"{where}.curve")
 
 
 def _opener(kind: object, where: str) -> Opener:

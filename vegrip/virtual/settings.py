@@ -41,6 +41,10 @@ class FingertipSettings:
         if self.relaxation == "power_law" and len(c) != 1:
             raise ConfigError("fingertip: a power law takes one amplitude and one rate")
 
+    def with_one_rate(self) -> "FingertipSettings":
+        """Return the tip without its slower relaxation: what the paper's model explains."""
+        return replace(self, amplitudes=self.amplitudes[:1], rates=self.rates[:1])
+
     def relaxing(self, speed: float = 1.0) -> Relaxation:
         """Return g(t) with all rates multiplied by ``speed`` [-]."""
         if self.relaxation == "power_law":

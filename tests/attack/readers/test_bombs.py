@@ -45,6 +45,22 @@ def test_a_table_beyond_the_bounds_is_refused(
         read_recording(recording(tmp_path / "x", text))
 
 
+@pytest.mark.parametrize(
+    "row",
+    [b"7,1\n", b"8,1\n7,1\n7,1\n", b"x,1\n", b"1\n"],
+    ids=["still", "to and fro", "no number", "no field"],
+)
+def test_a_table_of_rows_of_no_use_is_refused_early(
+    row: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(table, "MOST_LOST", 1000)
+    monkeypatch.setattr(table, "BLOCK_ROWS", 500)
+    good = b"t,normal_force\n" + b"".join(b"%d,1\n" % i for i in range(3000))
+    with pytest.raises(RecordingError, match=r":[345]\d\d\d: more than 1000 rows so far are of no use: 't'"):
+        read_recording(recording(tmp_path / "x", good + row * 9000))
+    assert read_recording(recording(tmp_path / "x", good + row * 200)).report.rows_lost > 0
+
+
 def test_five_megabytes_that_are_gigabytes_cost_little_memory(tmp_path: Path) -> None:
     folder = recording(tmp_path / "x", b"t,normal_force\n")
     with gzip.open(folder / "recording.csv.gz", "wb", compresslevel=9) as file:

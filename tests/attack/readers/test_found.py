@@ -8,11 +8,16 @@ import cantools
 import numpy as np
 import pytest
 
+import vegrip
 from vegrip.cli import main
 from vegrip.config import read_toml
-from vegrip.errors import ConfigError, RecordingError
+from vegrip.errors import ConfigError, InputError, RecordingError
+from vegrip.estimator.learning import restored
+from vegrip.identification.calibration.session import CALIBRATION_FILE
+from vegrip.identification.calibration.session import load as load_calibration
 from vegrip.identification.recording import Recording, read_recording, write_recording
 from vegrip.identification.recording.column_map import read_column_map
+from vegrip.identification.recording.mcap_cells import from_json
 from vegrip.identification.recording.mcap_write import write_mcap
 from vegrip.identification.recording.rosbag_fields import BagField
 from vegrip.identification.recording.units import to_si
@@ -21,6 +26,9 @@ from vegrip.model import paper_model, read_model, write_model
 from vegrip.transport.codec.database import build_layouts
 from vegrip.transport.codec.schema import read_proto
 from vegrip.transport.key_files import make_keys, read_keys
+from vegrip.transport.mapped.dbc import read_dbc
+from vegrip.web.check.session import CHECK_FILE
+from vegrip.web.check.session import load as load_check
 
 HUGE = "0x" + "f" * 5000
 
@@ -39,6 +47,72 @@ def test_a_number_or_nesting_without_bounds_is_no_toml(text: str, tmp_path: Path
     (tmp_path / "x.toml").write_text(text)
     with pytest.raises(ConfigError, match=r"x\.toml: is not valid TOML"):
         read_toml(tmp_path / "x.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (".".join(["a"] * 20_000) + " = 1", "more than 16 parts"),
+        (" . ".join(["'a.b'", '"c"'] * 10) + " = 1", "more than 16 parts"),
+        ("[" + ".".join(["a"] * 17) + "]", "more than 16 parts"),
+        ("x = { " + ".".join(["a"] * 17) + " = 1 }", "more than 16 parts"),
+        ("x = 1\n" * 200_000, "more than 1000000 characters"),
+    ],
+    ids=["key", "quoted", "heading", "inline", "long"],
+)
+def test_toml_is_bounded_before_it_is_parsed(
+    text: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vegrip.config.tomllib.loads", lambda _: pytest.fail("it was parsed"))
+    (tmp_path / "x.toml").write_text(text)
+    with pytest.raises(ConfigError, match=sentence):
+        read_toml(tmp_path / "x.toml")
+
+
+DEEP = "[" * 9000
+READERS = {
+    "learned parameters": lambda file: restored(paper_model(8e-3), file),
+    "check": lambda file: load_check(file.parent, "press"),
+    "calibration": lambda file: load_calibration(file.parent),
+    "message of an MCAP file": lambda file: from_json(file.read_bytes(), ["t"]),
+}
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_brackets_in_thousands_of_brackets_are_refused_in_a_sentence(reader: str, tmp_path: Path) -> None:
+    for name in (CHECK_FILE, CALIBRATION_FILE):
+        (tmp_path / name).write_text(DEEP)
+    with pytest.raises(InputError):
+        READERS[reader](tmp_path / CHECK_FILE)
+
+
+def test_dots_in_strings_and_comments_are_no_deep_key(tmp_path: Path) -> None:
+    dots = ".".join(["a"] * 40)
+    text = f'# {dots}\nx = \'{dots}\'\ny = "\\"{dots}"\nz = """\'\n{dots}"""\n{".".join(["k"] * 16)} = 1.5\n'
+    (tmp_path / "x.toml").write_text(text)
+    assert read_toml(tmp_path / "x.toml")["x"] == dots
+
+
+def test_toml_is_read_in_one_place() -> None:
+    sources = Path(vegrip.__file__).parent.rglob("*.py")
+    assert [path.name for path in sources if "tomllib.load" in path.read_text()] == ["config.py"]
+
+
+@pytest.mark.parametrize(
+    ("text", "limit"),
+    [
+        (' SG_ S : 0|8@1+ (1,0) [0|255] "" A\n' * 20_001, "20000 signals"),
+        ('CM_ SG_ 1 S "x";\n' * 250_000, "4 MiB"),
+        ("<Signal name='s' offset='0'/>" * 20_001, "20000 signals"),
+    ],
+)
+def test_a_database_of_more_than_a_hand_is_refused_before_it_is_parsed(
+    text: str, limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cantools.database.load_file", lambda *_, **__: pytest.fail("it was parsed"))
+    (tmp_path / "x.dbc").write_text(text)
+    with pytest.raises(ConfigError, match=f"has more than {limit}; give the part of it that is the hand"):
+        read_dbc(tmp_path / "x.dbc")
 
 
 @pytest.mark.parametrize("place", ["start = 0", "radius = 0.008", "normal_force = 0.01", "trial = 3"])

@@ -196,3 +196,19 @@ def test_source_runs_uncompiled_with_the_same_results() -> None:
     assert names["least_normal_force"](1.0, 0.01, 0.5, 0.005, 2.0, 1.0, 0.3, 0.0) == pytest.approx(
         fast.least_normal_force(1.0, 0.01, 0.5, 0.005, 2.0, 1.0, 0.3, 0.0), rel=1e-12
     )
+
+
+@pytest.mark.parametrize("load", [(math.inf, 0.0), (0.1, math.inf), (math.nan, 0.1)])
+def test_a_load_that_is_no_number_has_no_gradient(load: tuple[float, float]) -> None:
+    gauge, *gradient = fast.gauge_gradient(2.0, *load)
+    assert not gauge < math.inf
+    assert all(math.isnan(one) for one in gradient)
+    support, f, m = fast.support_gradient(2.0, *load)
+    assert not support < math.inf
+    assert math.isnan(f)
+    assert math.isnan(m)
+
+
+def test_no_load_has_a_gauge_and_gradient_of_zero() -> None:
+    assert fast.gauge_gradient(2.0, 0.0, 0.0) == (0.0, 0.0, 0.0, 0.0)
+    assert fast.support_gradient(2.0, 0.0, 0.0) == (0.0, 0.0, 0.0)

@@ -84,3 +84,9 @@ def test_limit_surfaces_grow_at_constant_load_but_for_pure_force() -> None:
 def test_an_unknown_figure_is_named_with_the_known_ones() -> None:
     with pytest.raises(UsageError, match="fig02"):
         draw("fig03")
+
+
+def test_profiles_end_at_the_edge_of_the_patch() -> None:
+    for r, p in curves(draw("fig02").axes[0]):
+        assert (r[0], r[-1]) == (-1.0, 1.0)
+        assert p[0] == p[-1] == 0.0

@@ -105,8 +105,8 @@ def test_what_is_not_compiled_goes_by_the_objects(
 
 @pytest.fixture(scope="module")
 def learning_log() -> Log:
-    """Return what a pinch meets whose fingers share friction and probe for it, with loads led."""
-    return record(None, 6.0, "pinch", "learning")
+    """Return what a hand meets whose fingers share friction and probe for it, with loads led."""
+    return record(None, 4.0, "hand", "learning")
 
 
 def test_every_command_is_equal_where_friction_is_shared_and_probed(learning_log: Log, mode: str) -> None:

@@ -231,3 +231,14 @@ def test_one_stamp_far_ahead_is_refused_and_a_clock_that_stays_there_is_followed
         ahead = dataclasses.replace(state, stamp=state.stamp + 10**18)
         followed = watchdog.accept(ahead, state.stamp)
     assert followed
+
+
+def test_a_force_that_stands_still_is_doubted_after_a_while_and_no_sooner(states) -> None:
+    settings = WatchdogSettings(frozen_chance=0.0)
+    dog, told = InputWatchdog(settings), {}
+    for state in (next(states) for _ in range(110 + round(2.0 * settings.doubt_after * NS / PERIOD))):
+        still = state.seq > 100
+        dog.accept(dataclasses.replace(state, normal_force=3.0) if still else state, state.stamp)
+        told[(state.stamp - 101 * PERIOD) / NS] = dog.doubtful
+    assert {doubted for since, doubted in told.items() if since <= settings.doubt_after} == {False}
+    assert {doubted for since, doubted in told.items() if since > settings.doubt_after} == {True}

@@ -1,13 +1,15 @@
 """The pieces of a diagnosis: candidates, held-out scores, regimes, discrepancy."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
 from vegrip.effects import BUILT_IN, Effect, effect
 from vegrip.identification.diagnosis.acceptance import misfit_by_regime
-from vegrip.identification.diagnosis.catalogue import Candidate, moved, null, trials
-from vegrip.identification.diagnosis.discrepancy import LENGTHS, _curve, _tents
+from vegrip.identification.diagnosis.catalogue import Candidate, moved, null, trials, why_unseen
+from vegrip.identification.diagnosis.discrepancy import LENGTHS, _curve, _tents, _variables
 from vegrip.identification.diagnosis.evidence_threshold import EvidenceThreshold
 from vegrip.identification.diagnosis.score_tests import Hint
 from vegrip.identification.diagnosis.search import shortlist
@@ -121,3 +123,50 @@ def test_a_further_effect_pays_more_than_the_first_and_form_pays_most() -> None:
     assert (
         EvidenceThreshold(1000.0, 900.0, 3.0, lag).of(adhesion) == 15.0
     )  # much is left: another effect may take it
+
+
+@pytest.mark.parametrize(
+    ("channels", "sliding", "seen", "reason"),
+    [
+        (("tangential_force",), 0, 5, "it shows only in slip"),
+        (("tangential_force", "torque_z"), 0, 0, "it shows only in slip"),
+        (("tangential_force",), 5, 0, ""),
+        (("contact_radius",), 5, 0, "it shows only in the radius"),
+        (("contact_radius", "torque_z"), 0, 0, "it shows only in the radius"),
+        (("contact_radius",), 0, 5, ""),
+        (("normal_force", "contact_radius"), 0, 0, ""),
+    ],
+)
+def test_what_a_recording_cannot_show_is_told_by_the_channel_that_would(
+    channels, sliding, seen, reason
+) -> None:
+    measured = SimpleNamespace(
+        recording=SimpleNamespace(columns={"normal_force": np.ones(9)}),
+        sliding=np.arange(sliding),
+        seen=np.arange(seen),
+    )
+    assert why_unseen(Effect("mine", "", (), (), channels=channels), measured) == reason
+
+
+@pytest.mark.parametrize("stiffness", [1e-3, 1.0, 1e3])  # [N/m] of a cell, of foam, of rubber
+def test_over_which_variables_a_curve_is_looked_for(stiffness) -> None:
+    t = np.arange(6.0)
+    depth = np.array([-1e-4, 1e-4, 3e-4, 3e-4, 1e-4, -1e-4])
+    problem = SimpleNamespace(
+        measured=SimpleNamespace(
+            motion=SimpleNamespace(displacement=depth), recording=SimpleNamespace(t=t, columns={})
+        ),
+        stiffness=np.where(depth > 0.0, stiffness, 0.0),
+        episodes=np.zeros(6),
+        depth=1e-4,
+    )
+    ones = np.ones(6)
+    values = {"normal_force": ones, "time_in_contact": 0.09 * ones, "time": t, "tangential_force": 0.0 * ones}
+    rows = np.array([1, 2, 4, 5])
+    told = dict(_variables(problem, SimpleNamespace(values=values), None, rows, "normal_force"))
+    assert told["contact"].tolist() == [1.0, 1.0, 1.0, 0.0]
+    assert told["direction"].tolist() == [stiffness, stiffness, -stiffness, 0.0]
+    assert told["below_deepest"] == pytest.approx([0.0, 0.0, 2e-4, 0.0])
+    assert told["speed"] == pytest.approx(np.arcsinh([2.0, 1.0, -2.0, -2.0]))
+    assert told["time_in_contact"] == pytest.approx(-ones[:4])
+    assert told["time"].tolist() == [1.0, 2.0, 4.0, 5.0]

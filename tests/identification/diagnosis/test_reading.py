@@ -1,6 +1,8 @@
 """What a diagnosis says can be read: SI beside scaled values, heights, no advice to run what is running."""
 
 import json
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -22,10 +24,12 @@ SCALED = ("x_ref", "over K", "of K", "[K]")
 def found(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder that a diagnosis of the sample writes; what it printed lies beside, as said.txt."""
     folder = tmp_path_factory.mktemp("reading")
-    with pytest.MonkeyPatch.context() as patch:
+    said = StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(said):
         patch.chdir(folder)
         assert main(["sample", "press"]) == 0
         assert main(["diagnose", "press", "-o", "found"]) == 0
+    (folder / "said.txt").write_text(said.getvalue())
     return folder / "found"
 
 
@@ -99,3 +103,23 @@ def test_between_trials_no_input_is_stale(
     gaps = gaps_of(one, 0)
     assert len(gaps) == 1 + np.count_nonzero(np.diff(one.episode))
     assert told["contact_time"] < one.duration - sum(end - begin for begin, end in gaps[1:]) * 1e-9
+
+
+def test_the_last_lines_are_of_the_model_that_was_found_and_those_of_the_start_say_so(found: Path) -> None:
+    said, told = (found.parent / "said.txt").read_text(), json.loads((found / "diagnosis.json").read_text())
+    before, after = (f"{told['error'][which]:.3f} times the noise" for which in ("before", "after"))
+    start, end = (
+        said.index(text) for text in (f"the start model leaves {before}", f"adhesion leaves {after}")
+    )
+    assert start < said.index(told["where"][0]["note"][:40]) < end
+    assert [one for one in told["where_after"] if one in told["where"]] == []
+    assert not any("times the noise" in one for one in told["warnings"])  # 1.02: the model that was found
+
+
+def test_every_candidate_has_its_round_and_what_became_of_it(found: Path) -> None:
+    told = json.loads((found / "diagnosis.json").read_text())
+    assert (told["effects"][0]["name"], told["effects"][0]["outcome"]) == ("adhesion", "taken")
+    for one in told["rounds"]:
+        assert one["round"] >= 1
+        assert one["outcome"].startswith("fails: ") == bool(one["failed"])
+        assert one["name"] in (found.parent / "said.txt").read_text()

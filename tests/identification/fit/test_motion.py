@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vegrip.identification.fit.motion import motion_of
+from vegrip.identification.fit.motion import _shared, motion_of
 from vegrip.identification.fit.straight import straight
 
 NOISE = 5e-6
@@ -110,3 +110,25 @@ def test_what_curves_slowly_between_two_bends_is_not_taken_for_straight(frequenc
         )
         far.append(np.abs(motion.displacement - true) > 4.0 * motion.std)
     assert np.mean(far) < 0.01
+
+
+@pytest.mark.parametrize(("length", "second"), [(8.0, 1.0), (1.0, 1024.0), (0.125, 0.25)])
+def test_units_of_length_and_time_do_not_matter(length, second) -> None:
+    t, first = T[:400], np.r_[1.0, np.zeros(399)]
+    depth = path("ramp and hold")[:400] + NOISE * np.random.default_rng(0).standard_normal(400)
+    one = motion_of(t, first, depth, NOISE)
+    other = motion_of(second * t, first, length * depth, length * NOISE)
+    assert other.displacement == pytest.approx(length * one.displacement, abs=1e-6 * length * NOISE)
+    assert other.std == pytest.approx(length * one.std, rel=1e-6)
+
+
+def test_neighbours_share_what_is_theirs_within_an_episode_and_nothing_goes_round_the_end() -> None:
+    for begins in ([0], [0, 8]):
+        first = np.isin(np.arange(16), begins).astype(float)
+        values = np.random.default_rng(1).standard_normal(16)
+        episode = np.cumsum(first)
+        expected = [
+            sum(values[j] for j in range(16) if abs(i - j) <= 2 and episode[i] == episode[j])
+            for i in range(16)
+        ]
+        assert _shared(values, first) == pytest.approx(expected, abs=1e-12)

@@ -1,5 +1,7 @@
 """Where the noise comes from."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -151,6 +153,21 @@ def test_a_loss_of_force_that_no_motion_explains_is_an_event() -> None:
     assert slipped[found.end] == pytest.approx(force[found.end], abs=0.05)
 
 
+def test_an_event_ends_twice_as_late_as_the_force_is_back_and_with_its_episode() -> None:
+    t = np.arange(0.0, 12.0, 0.01)
+    first = np.zeros(t.size)
+    first[[0, 600]] = 1.0  # an episode ends at 6 s
+    force, depth = 1.0 + 0.1 * t, 1e-4 * t
+    torn = force.copy()
+    for begin, back in ((1.0, 1.4), (3.0, 3.1), (5.5, 9.0), (9.5, 9.9)):
+        inside = (t > begin + 1e-9) & (t < back - 1e-9)
+        torn[inside] -= 0.4
+    found = find_events(t, first, depth, torn, 1e-3)
+    assert [round(t[one.begin], 2) for one in found] == [1.0, 3.0, 5.5, 9.5]
+    assert [one.end for one in found] == [181, 321, 600, 1031]
+    assert all(one.loss == pytest.approx(0.4, abs=0.01) for one in found)
+
+
 def test_letting_go_and_pulling_off_are_no_events() -> None:
     t = np.arange(0.0, 4.0, 0.01)
     first = np.r_[1.0, np.zeros(t.size - 1)]
@@ -178,3 +195,26 @@ def test_of_a_long_recording_stretches_spread_over_all_of_it_tell_the_noise(
     found = estimate_ou_noise(t, first, y, np.ones((first.size, 1)), 0.03)
     assert found.white == pytest.approx(0.02, rel=0.02)
     assert found.slow == 0.0
+
+
+def test_of_many_stretches_the_first_and_the_last_are_looked_at() -> None:
+    first: Floats = np.tile(np.r_[1.0, np.zeros(9)], 100).astype(np.float64)
+    rows = spread_rows(first, 50)
+    assert rows.size == 50
+    assert rows[0] == 0
+    assert rows[-1] == first.size - 1
+
+
+@pytest.mark.parametrize("back", [True, False])
+def test_an_event_says_when_it_begins_and_by_how_much_the_force_falls(back: bool) -> None:
+    t = np.arange(0.0, 4.0, 0.01)
+    first = np.r_[1.0, np.zeros(t.size - 1)]
+    depth = 1e-3 + 1e-4 * t
+    force = 1.0 + 0.1 * t
+    force[150:] -= 0.4
+    if back:
+        force[250:] += 0.4
+    (event,) = find_events(t, first, depth, force, 1e-3)
+    assert event.begin == 149
+    assert dataclasses.astuple(event)[2:] == pytest.approx((t[150], force[149] - force[150:153].min()))
+    assert event.end == t.size if not back else 250 < event.end < t.size

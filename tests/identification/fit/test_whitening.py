@@ -6,7 +6,7 @@ import pytest
 from vegrip.identification.fit.motion import motion_of
 from vegrip.identification.fit.ou_noise import innovations
 from vegrip.identification.fit.sensitivity import Sensitivity, by_position, by_speed, follows
-from vegrip.identification.fit.whitening import ForceNoise, Whitener
+from vegrip.identification.fit.whitening import ForceNoise, Whitener, gains
 
 N = 60
 T = np.cumsum(np.r_[0.0, np.random.default_rng(3).uniform(3e-3, 7e-3, N - 1)])
@@ -125,3 +125,15 @@ def test_a_wandering_zero_alone_is_whitened_as_by_the_whole_filter() -> None:
     white, scale = innovations(T, FIRST, NOISE.white**2, NOISE.slow**2, NOISE.time, used, columns)
     assert white == pytest.approx(whole(columns), abs=1e-12)
     assert scale == pytest.approx(whole.log_scale.sum(), rel=1e-12)
+
+
+def test_compiled_gains_are_those_of_plain_python_which_would_complain_of_a_row_beyond_the_last() -> None:
+    first, follow = FIRST.copy(), np.ones(N)
+    first[20], follow[30:35] = 1.0, 0.0
+    given = (
+        *(T, first, MOTION.pull, np.stack([STIFFNESS, np.linspace(5.0, 0.0, N)], axis=1), follow),
+        *(NOISE.time, MOTION.push, np.tile(MOTION.start[0], (N, 1)), np.full(N, NOISE.white**2)),
+        *(NOISE.slow**2, np.r_[0.0, np.ones(N - 1)]),
+    )
+    for ours, plain in zip(gains(*given), gains.py_func(*given), strict=True):
+        assert ours == pytest.approx(plain, rel=1e-9)

@@ -213,29 +213,73 @@ def test_what_cannot_be_is_told_before_anything_is_examined(folder, tmp_path, ca
     assert "Traceback" not in capsys.readouterr().err
 
 
-@pytest.mark.slow
-def test_a_process_that_dies_costs_only_its_own_recording(folder, monkeypatch, tmp_path) -> None:
-    """A worker that is killed (the file says which) is tried once more alone, and is then a row."""
+@pytest.fixture
+def deadly(monkeypatch, tmp_path) -> None:
+    """Let processes that are started from here on kill themselves when they read the recording ``one``."""
     (tmp_path / "sitecustomize.py").write_text(
-        "import os, vegrip.identification.recording as r\n"
+        "import os, signal, vegrip.identification.recording as r\n"
         "read = r.read_recording\n"
         "def dying(path, **options):\n"
         "    if str(path).endswith('one'):\n"
-        "        os._exit(9)\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n"
         "    return read(path, **options)\n"
         "r.read_recording = dying\n"
     )
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+
+
+@pytest.mark.slow
+def test_a_process_that_dies_costs_only_its_own_recording(folder, deadly) -> None:
+    """What it was at work on is tried once more alone, and is then a row."""
     rows = {one.path.rpartition("/")[2]: row for one, row in run(find_recordings(folder), processes=2)}
     assert rows["one"].verdict == "failed"
     assert "died" in rows["one"].note
     assert rows["thumb"].verdict == "adequate"
     assert rows["cut"].verdict == "failed"
+    assert [name for name, row in rows.items() if row.is_machine_failure] == ["one"]
+
+
+@pytest.mark.slow
+def test_a_worker_of_a_cluster_that_dies_costs_only_its_own_recording_and_that_is_tried_again(
+    tmp_path, deadly, capsys
+) -> None:
+    """Dask holds a death against all tasks of the worker: it has two threads, so that there are others."""
+    distributed = pytest.importorskip("distributed")
+    for name in ("zero", "one", "two", "three", "four", "five"):
+        write_recording(pressed(), tmp_path / "hand" / name)
+    ledger = tmp_path / "l.jsonl"
+    pieces = {"n_workers": 2, "threads_per_worker": 2, "processes": True, "dashboard_address": "127.0.0.1:0"}
+    with distributed.LocalCluster(host="127.0.0.1", protocol="tcp", silence_logs=50, **pieces) as cluster:
+        given = [str(tmp_path / "hand"), "--ledger", str(ledger), "--scheduler", cluster.scheduler_address]
+        assert main(["fleet", *given, "--json"]) == 0
+    rows = {Path(row["path"]).name: row for row in json.loads(capsys.readouterr().out)["recordings"]}
+    assert {name: row["verdict"] for name, row in rows.items() if name != "one"} == dict.fromkeys(
+        ("zero", "two", "three", "four", "five"), "adequate"
+    )
+    assert "died" in rows["one"]["note"]
+    known = [Path(json.loads(line)["path"]).name for line in ledger.read_text().splitlines()]
+    assert sorted(known) == ["five", "four", "three", "two", "zero"]
+
+
+def test_what_failed_for_a_reason_of_the_machine_is_not_kept(tmp_path, folder, monkeypatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    unseen = examine_recording(str(tmp_path / "drive" / "one"))
+    modelless = examine_recording(str(folder / "b" / "cut"), str(tmp_path / "drive" / "m.toml"))
+    monkeypatch.setattr("vegrip.identification.recording.read_recording", full)
+    rows = (unseen, modelless, examine_recording(str(folder / "b" / "cut")))
+    ledger = Ledger(tmp_path / "l.jsonl")
+    for row in rows:
+        assert row.verdict == "failed"
+        ledger.add(found("2026-01"), row)
+    assert ledger.row(found("2026-01")) is None
+    assert not ledger.path.exists()
 
 
 def test_a_cluster_gives_the_same_rows(folder) -> None:
     distributed = pytest.importorskip("distributed")
-    pieces = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    pieces = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": "127.0.0.1:0"}
     with distributed.LocalCluster(host="127.0.0.1", protocol="tcp", **pieces) as cluster:
         rows = {
             one.path: row for one, row in run(find_recordings(folder), scheduler=cluster.scheduler_address)

@@ -229,3 +229,12 @@ def test_an_absent_folder_or_table_is_said(tmp_path: Path) -> None:
     (folder / "recording.toml").unlink()
     with pytest.raises(RecordingError, match="no such file"):
         read_recording(folder)
+
+
+@pytest.mark.parametrize(
+    ("key", "remedy"), [("version = 0", "known are name"), ("stert = 5", "did you mean start?")]
+)
+def test_a_key_that_is_not_used_is_said(key: str, remedy: str, tmp_path: Path, caplog) -> None:
+    found = read_recording(folder_with(tmp_path, "0,0,0,0\n1,0,0,1\n", f"{key}\n{TOML}"))
+    assert f"{key.partition(' ')[0]!r} in recording.toml is not used" in found.report.summary()
+    assert remedy in caplog.text

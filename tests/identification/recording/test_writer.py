@@ -1,5 +1,6 @@
 """What is recorded can be read back; neither a crash nor a full disk costs more than the last second."""
 
+import dataclasses
 import errno
 import math
 import shutil
@@ -346,3 +347,37 @@ def test_made_up_fingers_do_not_use_up_the_descriptors(
             writer.write(state(i, finger))
     assert len(list((tmp_path / "s").glob("*/recording.csv"))) == 2
     assert "2 of 5 rows are lost" in writer.problem
+
+
+def missing_in(folder: Path, finger: str) -> int | None:
+    about = tomllib.loads((folder / finger / "recording.toml").read_text())
+    return about["source"].get("missing_states")
+
+
+def test_states_that_never_came_are_told_at_the_end_in_the_notes_and_to_who_reads_it(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with RecordingWriter(tmp_path / "s") as writer:
+        for i in range(1000):
+            writer.write(state(i, "index"))
+            if not 100 <= i < 103 and not 400 <= i < 800:  # 0.8 s: longer than a pause of the sender
+                writer.write(state(i))
+        writer.flush()
+        assert missing_in(tmp_path / "s", "thumb") == 403  # also should it be killed from here on
+    assert "403 states were sent and are not in it" in caplog.text
+    assert (missing_in(tmp_path / "s", "thumb"), missing_in(tmp_path / "s", "index")) == (403, None)
+    assert tomllib.loads((tmp_path / "s" / "session.toml").read_text())["missing_states"] == 403
+    caplog.clear()
+    again = read_recording(tmp_path / "s" / "thumb")
+    assert "403 states were sent" in caplog.text
+    assert "403 states were sent" in again.report.summary()
+
+
+def test_a_sender_that_starts_again_and_states_that_were_overtaken_are_no_loss(tmp_path: Path) -> None:
+    order = [*range(10), 11, 10, *range(12, 20)]
+    with RecordingWriter(tmp_path / "s") as writer:
+        for i in order:
+            writer.write(state(i))
+        for i in range(5):
+            writer.write(dataclasses.replace(state(1000 + i), seq=20_000 + i))
+    assert missing_in(tmp_path / "s", "thumb") is None

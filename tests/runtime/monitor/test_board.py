@@ -51,6 +51,7 @@ class Watched:
         self.now = 0.0  # [s]
         self.running = {GRASP: 1, HAND: 2, RECORD: 3}  # name: pid, as the registry has it
         self.says = set(self.running)
+        self.killed: set[str] = set()
         self.condition = Condition.OK
         self.rejected: dict[str, int] = {}
         self.misses, self.late = 0, (GRASP,)
@@ -59,7 +60,9 @@ class Watched:
     def pass_by(self, seconds: float, misses_per_s: float = 0.0) -> "Watched":
         for _ in range(round(seconds / LOOK)):
             self.now = round(self.now + LOOK, 3)
-            self.board.attend([Present(n, pid, 1.0) for n, pid in self.running.items()], self.ns)
+            present = [Present(name, failure="killed") for name in self.killed]
+            present += [Present(n, pid, 1.0) for n, pid in self.running.items()]
+            self.board.attend(present, self.ns)
             self.misses += round(misses_per_s * LOOK)
             for name in sorted(self.says):
                 self._speak(name)
@@ -72,6 +75,12 @@ class Watched:
             self.status(name, Lifecycle.FINALIZED)
             self.says.discard(name)
             self.running.pop(name)
+
+    def kill(self, name: str) -> None:
+        """Let a node die: it says nothing, and the registry has found its process dead."""
+        self.says.discard(name)
+        self.running.pop(name)
+        self.killed.add(name)
 
     def status(self, name: str, state: Lifecycle = Lifecycle.ACTIVE) -> None:
         self._seq += 1
@@ -241,8 +250,17 @@ def test_an_end_in_order_is_no_alarm_whoever_ends_first(end: tuple[str, ...]) ->
         watched.pass_by(0.7)
     watched.pass_by(10.0)
     assert not alarms(watched.board)
-    assert {row.presence for row in watched.board.nodes.values()} == {Presence.ENDED}
-    assert [text for text in texts(watched.board) if "ended" in text]
+    assert {row.presence for row in watched.board.nodes.values()} == {Presence.STOPPED}
+    assert [text for text in texts(watched.board) if "stopped" in text]
+
+
+def test_an_end_in_order_is_no_alarm_though_its_last_word_is_lost() -> None:
+    watched = Watched().pass_by(5.0)
+    watched.says.discard(RECORD)
+    watched.running.pop(RECORD)
+    watched.pass_by(5.0)
+    assert not alarms(watched.board)
+    assert texts(watched.board) == [f"{RECORD} has stopped"]
 
 
 def test_a_stopped_node_that_streams_is_silent_after_half_a_second() -> None:
@@ -268,21 +286,19 @@ def test_a_node_that_says_only_how_it_is_is_silent_when_two_such_have_not_come()
 @pytest.mark.parametrize("name", [GRASP, HAND, RECORD])
 def test_a_killed_node_is_gone_within_half_a_second(name: str) -> None:
     watched = Watched().pass_by(5.0)
-    watched.says.discard(name)
-    watched.running.pop(name)
+    watched.kill(name)
     watched.pass_by(FRESH)
     assert watched.board.nodes[name].presence is Presence.GONE
-    assert f"{name} has died, last heard at 5.0 s" in texts(watched.board)
+    assert f"{name} has died, last heard at 5.0 s: killed" in texts(watched.board)
 
 
 def test_what_a_killed_node_said_last_of_the_input_is_not_said_after_it() -> None:
     watched = Watched().pass_by(5.0)
     watched.condition = Condition.STALE
     watched.pass_by(0.1)
-    watched.says.discard(GRASP)
-    watched.running.pop(GRASP)
+    watched.kill(GRASP)
     watched.pass_by(5.0)
-    assert texts(watched.board) == [f"{GRASP} has died, last heard at 5.1 s"]
+    assert texts(watched.board) == [f"{GRASP} has died, last heard at 5.1 s: killed"]
     watched.board.log.clear()
     watched.condition = Condition.OK
     watched.running[GRASP] = 99
@@ -303,8 +319,7 @@ def test_no_node_looks_alive_that_says_nothing(name: str) -> None:
 @pytest.mark.parametrize(("start", "said"), [(0.5, "is heard again"), (8.0, "has started")])
 def test_a_node_started_again_is_running_again_and_the_log_says_so(start: float, said: str) -> None:
     watched = Watched().pass_by(5.0)
-    watched.says.discard(GRASP)
-    watched.running.pop(GRASP)
+    watched.kill(GRASP)
     watched.pass_by(1.0)
     watched.running[GRASP] = 99
     watched.pass_by(start)

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from vegrip.clock import NS
 from vegrip.messages import (
+    PROBED,
     Condition,
     ContactEstimate,
     Estimate,
@@ -21,7 +22,7 @@ from vegrip.messages import (
 )
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.node_row import Present
-from vegrip.runtime.monitor.table import BAR, render, spoken
+from vegrip.runtime.monitor.table import BAR, finger_lines, render, spoken
 
 
 def text(board: Board, now: int = 1, width: int = 150, height: int = 40) -> str:
@@ -130,15 +131,44 @@ def test_a_node_without_news_is_called_silent_with_its_age_and_its_figures_are_g
     assert "2500" not in row
 
 
-@pytest.mark.parametrize("word", ["gone", "ended"])
+@pytest.mark.parametrize("word", ["gone", "stopped"])
 def test_a_node_that_is_no_more_is_called_so(board: Board, word: str) -> None:
     board.attend([Present("grasp_force", 1)], 1)
-    if word == "ended":
-        board.take(status(2, Lifecycle.FINALIZED), 2)
-    board.attend([], 2)
+    board.attend([Present("grasp_force", failure="killed")] if word == "gone" else [], 2)
     row = next(line for line in text(board, 4 * NS).splitlines() if "grasp_force" in line)
     assert f"{word} 4 s" in row
     assert "active" not in row
+
+
+def test_at_60_columns_health_is_there_and_nothing_is_wider(board: Board) -> None:
+    board.take(ModelHealth(1, "ring", 1, Condition.STALE), 1)
+    lines = text(board, 1, 60).splitlines()
+    (row,) = (line for line in lines if "index" in line)
+    for cell in ("0.62", "0.50", "3.60", "ok"):
+        assert cell in row
+    assert {len(line) for line in lines} == {60}
+
+
+@pytest.mark.parametrize("margin", [-0.1, 0.02])
+def test_a_margin_that_is_small_because_friction_is_probed_is_no_red_bar(board: Board, margin: float) -> None:
+    board.take(SlipMargin(1, "index", 2, known(margin), -0.3, 0.95), 1)
+    board.take(ModelHealth(1, "index", 2, Condition.OK, 1.0, consistent=True, friction=PROBED), 1)
+    console = Console(width=100, force_terminal=True, color_system="standard")
+    with console.capture() as capture:
+        console.print(render(board, 1, size=(100, 40)))
+    row = next(line for line in capture.get().splitlines() if "index" in line)
+    assert "probing friction" in row
+    assert "\x1b[31m" not in row
+
+
+def test_before_a_node_it_says_what_it_waits_for() -> None:
+    assert "waits for one; `vegrip launch demo` starts" in text(Board(0))
+
+
+def test_into_a_file_goes_a_line_for_each_finger_that_says_something(board: Board) -> None:
+    (line,) = finger_lines(board, 2)
+    assert line == "   0.00 s  index: N 3.46 N, margin 0.62, bound 0.50, F 3.60 N forecast, ok"
+    assert finger_lines(board, 6 * NS) == []
 
 
 def test_a_screen_of_80_columns_and_24_lines_holds_it_all(board: Board) -> None:

@@ -1,17 +1,24 @@
 """The watch hears nodes over their telemetry sockets, as they come, go and come back."""
 
+import io
+import json
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
+from vegrip.cli import main
 from vegrip.errors import UsageError
+from vegrip.host.runtime_folder import runtime_folder
 from vegrip.messages import Lifecycle, Message, NodeStatus, SlipMargin
 from vegrip.runtime.monitor import watch as watching
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.node_row import Presence
+from vegrip.runtime.monitor.screen import Screen
 from vegrip.runtime.monitor.watch import Watch
 from vegrip.runtime.registry import Entry, registered
 from vegrip.runtime.telemetry import Direction
@@ -52,12 +59,20 @@ def left() -> Iterator[Speaker]:
         yield speaker
 
 
-def until(happened: Callable[[], bool], watch: Watch, board: Board, say: Callable[[], None]) -> None:
+def die(entry: Entry) -> None:
+    """Leave what a node leaves that is killed."""
+    (runtime_folder("nodes") / f"{entry.name.strip('/').replace('/', '.')}.node").write_text(
+        json.dumps(asdict(entry))
+    )
+
+
+def until(happened: Callable[[], bool], watch: Watch, board: Board | Screen, say: Callable[[], None]) -> None:
     deadline = time.monotonic() + PATIENCE
     while not happened() and time.monotonic() < deadline:
         say()
         watch.step(board)
-        board.look(time.monotonic_ns())
+        if isinstance(board, Board):
+            board.look(time.monotonic_ns())
     assert happened()
 
 
@@ -98,6 +113,43 @@ def test_a_node_that_comes_later_goes_and_comes_back_is_followed(left: Speaker) 
             right = Speaker("/right/grasp", ["thumb"])
             watch.step(board)
             until(lambda: presence() is Presence.RUNNING, watch, board, said_by(right))
-            right.close()  # without a word, as one that was killed
+            right.close()
+            die(right.entry)
             until(lambda: presence() is Presence.GONE, watch, board, said_by(left))
     assert sum("has died" in line.text for line in board.log) == 2
+
+
+def test_a_node_that_ends_in_order_has_stopped_though_its_last_word_is_lost(left: Speaker) -> None:
+    board = Board(time.monotonic_ns())
+    with closing(Watch()) as watch:
+        watch.step(board)
+        left.close()
+        watch.step(board)
+    board.look(time.monotonic_ns())
+    assert board.nodes["/left/grasp"].presence is Presence.STOPPED
+
+
+def test_without_a_terminal_lines_come_as_things_happen(left: Speaker) -> None:
+    lines = io.StringIO()
+    screen = Screen("monitor", console=Console(file=lines, force_terminal=False))
+    screen.open()
+    seq = iter(range(1_000_000))
+
+    def say() -> None:
+        left.say(SlipMargin(time.monotonic_ns(), "index", next(seq)))
+
+    with closing(Watch()) as watch:
+        until(lambda: "left/index: N" in lines.getvalue(), watch, screen, say)
+        left.close()
+        until(lambda: "/left/grasp has stopped" in lines.getvalue(), watch, screen, lambda: None)
+    screen.close()
+
+
+def test_once_prints_the_table_and_ends(
+    left: Speaker, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vegrip.cli.monitor.STATUS_WAIT_S", 0.01)
+    assert main(["monitor", "--once"]) == 0
+    told = capsys.readouterr().out
+    assert "left/thumb" in told
+    assert "/left/grasp" in told

@@ -10,7 +10,13 @@ from hypothesis import strategies as st
 from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame, frame_duration, longest_duration
-from vegrip.transport.canbus.schedulability import Stream, fifo_response_times, response_times, utilisation
+from vegrip.transport.canbus.schedulability import (
+    Stream,
+    busy_period,
+    fifo_response_times,
+    response_times,
+    utilisation,
+)
 from vegrip.transport.canbus.traffic import TrafficPlan, forecast_traffic
 
 MS = 1e-3
@@ -46,6 +52,24 @@ def test_an_overloaded_bus_makes_the_less_urgent_wait_for_ever():
 def test_in_one_fifo_all_wait_for_all():
     streams = [Stream(i, 1e-4, 1e-2, queue="node") for i in range(5)]
     assert fifo_response_times(streams, 1e-6) == pytest.approx([5e-4] * 5)
+
+
+def test_in_a_fifo_a_later_frame_may_wait_longer_than_the_first():
+    """Two streams of one queue, every 1 ms, beside 0.5 ms that are more urgent than one of them.
+
+    At the start 0.5 + 0.4 + 0.2 ms are queued. A millisecond later it is 0.5 + 2 (0.4 + 0.2) ms, of which 1.7
+    ms: the bus is busy until then, and what came at 1 ms waits 0.2 ms longer than the first for the blocking.
+    """
+    fast, slow = Stream(0, 0.4 * MS, MS, queue="b"), Stream(2, 0.2 * MS, MS, queue="b")
+    other = Stream(1, 0.5 * MS, 3.0 * MS, queue="a")
+    assert fifo_response_times([fast, other, slow], 1e-6) == pytest.approx([1.2 * MS, 1.7 * MS, 1.2 * MS])
+
+
+def test_a_fifo_of_one_stream_waits_no_less_than_by_priority_and_no_longer_than_the_bus_is_busy():
+    streams = [Stream(i + 1, MS, period * MS, queue=str(i)) for i, period in enumerate((2.5, 3.5, 3.5))]
+    by_priority, fifo = response_times(streams, 1e-6), fifo_response_times(streams, 1e-6)
+    assert busy_period(streams) == pytest.approx(7.0 * MS)
+    assert all(a <= b <= 7.0 * MS for a, b in zip(by_priority, fifo, strict=True))
 
 
 classic = st.tuples(st.integers(0, 0x7FF), st.binary(max_size=8)).map(lambda f: BusFrame(*f))
@@ -164,3 +188,17 @@ def test_a_command_comes_after_the_state_it_answers():
         if row.name == "ForceCommandFd":
             assert row.response > response[row.answers]
             assert row.response == pytest.approx(row.wait + response[row.answers])
+
+
+@pytest.mark.parametrize(("fd", "parts"), [(True, 1), (False, 1), (False, 2), (False, 3)])
+def test_what_a_node_sends_answers_the_last_frame_of_the_state(fd, parts):
+    plan = TrafficPlan(fingers=2, hands=2, fd=fd, state_parts=parts)
+    rows = forecast_traffic(plan).rows
+    owners = {row.owner for row in rows if row.name.startswith("ForceCommand")}
+    assert len(owners) == 4
+    for owner in owners:
+        own = [row for row in rows if row.owner == owner]
+        states = [row.identifier for row in own if row.name.startswith("FingertipState")]
+        assert len(states) == parts
+        answers = {row.answers for row in own if not row.name.startswith("FingertipState")}
+        assert answers == {max(states)}

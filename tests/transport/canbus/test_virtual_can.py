@@ -142,11 +142,20 @@ def test_a_node_that_does_not_read_loses_frames_and_knows_how_many(bus):
 
 
 def test_a_full_transmit_queue_says_so_and_never_blocks(bus):
-    sender = bus(bitrate=10_000)
+    sender, _listener = bus(bitrate=10_000), bus(bitrate=10_000)
     start = time.monotonic()
     with pytest.raises(can.CanOperationError, match="overloaded"):
         send_many(sender, 1000)
     assert time.monotonic() - start < 2.0
+
+
+def test_a_sender_that_is_alone_is_told_that_no_node_acknowledges(bus):
+    alone = bus()
+    alone.send(frame(0x100))
+    while not alone.error_counters[0]:
+        assert alone.state is not can.BusState.ERROR  # looks for news
+    with pytest.raises(can.CanOperationError, match="no other node listens, so no frame is acknowledged"):
+        send_many(alone, 5000)
 
 
 def test_the_hub_ends_after_a_lone_node_that_left_with_a_full_queue(bus):
@@ -184,6 +193,7 @@ def test_fd_frames_need_fd(bus):
     fd.send(frame(0x1, bytes(16), is_fd=True))
     fd.send(frame(0x2))
     assert [m.arbitration_id for m in received(classic, 1)] == [0x2]
+    assert (classic.fd_refused, fd.fd_refused) == (1, 0)
 
 
 @pytest.mark.parametrize("channel", ["a/b", "", "../x", "x" * 200])
@@ -410,3 +420,10 @@ def test_lost_and_delayed_frames_on_the_wall_clock(bus):
     (got,) = received(receiver, 1)
     assert got.arbitration_id == 0x2
     assert got.timestamp - asked >= 0.05
+
+
+def test_requests_that_are_cut_off_are_none_at_all():
+    first, second = (pack_request(time, BusFrame(0x10, bytes(time))) for time in (4, 8))
+    for length in range(1, len(first + second)):
+        expected = [unpack_request(first)] if length == len(first) else []
+        assert split_requests((first + second)[:length]) == expected

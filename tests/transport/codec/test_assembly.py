@@ -117,3 +117,14 @@ def test_the_stamp_is_that_of_the_first_part() -> None:
     sender, receiver = (CanCodec(FINGERS, fd=False) for _ in range(2))
     frames = [f._replace(stamp=100 + i) for i, f in enumerate(cycle(sender, 1))]
     assert [m.stamp for m in map(receiver.decode, frames) if m] == [100]
+
+
+@pytest.mark.parametrize(("late", "whole"), [(4_900_000, True), (7_500_000, False)])
+def test_a_part_may_be_late_but_not_by_the_fifteen_cycles_of_a_counter_at_2_khz(
+    late: int, whole: bool
+) -> None:
+    sender, receiver = (CanCodec(FINGERS, fd=False) for _ in range(2))
+    received = [
+        receiver.decode(frame._replace(stamp=late if i else 0)) for i, frame in enumerate(cycle(sender, 1))
+    ]
+    assert (received[-1] is not None) == whole

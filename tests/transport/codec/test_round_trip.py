@@ -150,3 +150,11 @@ def test_names_of_failures_without_a_signal_are_summed_as_other(examples: list[M
     status = dataclasses.replace(examples[-1], rejected={"checksum": 3, "schema": 4, "type": 5})  # type: ignore[call-arg]
     assert through_can(status, fd=True).rejected == {"checksum": 3, "other": 9}  # type: ignore[union-attr]
     assert through_can(status, fd=False).rejected == {"other": 12}  # type: ignore[union-attr]
+
+
+def test_the_bytes_of_a_finger_are_told_unless_more_than_the_bytes_matters() -> None:
+    for fd in (True, False):
+        assert CanCodec(("thumb",), fd=fd).line("thumb") is not None
+        assert CanCodec(("thumb",), fd=fd).line("index") is None
+        assert CanCodec(("thumb",), fd=fd, hand_clock=lambda _, received: received).line("thumb") is None
+    assert CanCodec(("thumb",), fd=True, reach=3).line("thumb") is None

@@ -5,7 +5,6 @@ from hands import PLAIN_DBC, PLAIN_MAP, written
 
 from vegrip.transport.mapped.open import open_plan
 from vegrip.transport.mapped.price import price, settings
-from vegrip.transport.mapped.schema import read_map
 
 
 def said(tmp_path, text):
@@ -54,5 +53,5 @@ def test_a_slow_hand_has_a_longer_time_out_and_its_noise(tmp_path):
     text = PLAIN_MAP.replace("rate = 200.0", "rate = 40.0").replace('"Tip1.Fz"', '"Tip1.Fz"\nnoise = 0.03')
     assert "states come at 40 Hz" in said(tmp_path, text)
     path = written(tmp_path, PLAIN_DBC, text)
-    assert settings(read_map(path)) == {"noise": {"normal_force": 0.03}, "watchdog": {"time_out": 0.075}}
-    assert settings(read_map(written(tmp_path, PLAIN_DBC, PLAIN_MAP))) == {}
+    assert settings(open_plan(path)) == {"noise": {"normal_force": 0.03}, "watchdog": {"time_out": 0.075}}
+    assert settings(open_plan(written(tmp_path, PLAIN_DBC, PLAIN_MAP))) == {}

@@ -24,6 +24,7 @@ from vegrip.validation.controllers.grip_quality import (
     figures_of,
 )
 from vegrip.validation.controllers.scenario import GRASPS
+from vegrip.validation.controllers.trial_memory import noise_table
 from vegrip.virtual import HandSettings
 from vegrip.virtual.disturbance import Push, Twist, Wetting
 from vegrip.virtual.patch import even_grid, utilisation
@@ -88,7 +89,7 @@ def test_friction_is_inside_its_interval_where_the_error_is_below_two_deviations
 
 
 def test_the_true_friction_lies_inside_the_stated_interval_though_faces_get_wet_and_dry_unseen() -> None:
-    trials = [QualityTrial("learning", seed, 10.0, 0.1, "pinch") for seed in range(100, 112)]
+    trials = [QualityTrial("learning", seed, 10.0, 0.1, "hand") for seed in range(100, 108)]
     figures = figures_of([record_trial(trial) for trial in trials], 0.01)
     assert figures["friction_inside"] > 0.9
     assert figures["by_class"]["wet"]["friction_inside"] > 0.8
@@ -128,12 +129,37 @@ def test_fifty_trials_without_a_slip_bound_its_chance_below_a_fourteenth() -> No
 
 def test_quicker_drives_and_rougher_surfaces_are_what_they_say() -> None:
     hand = QualityTrial("constant", 0, 3.0, 8.0, "pinch").surroundings.applied
-    usual, other = hand(_hand()), Surroundings(24.0, 2.0, slip_channel=False).applied(_hand())
+    usual, other = hand(_hand()), Surroundings(24.0, 2.0, slip_channel="absent").applied(_hand())
     assert other.actuator.bandwidth == 2.0 * usual.actuator.bandwidth
     assert other.actuator.force_rate == 2.0 * usual.actuator.force_rate
     assert other.tip.friction == 2.0 * usual.tip.friction
     assert usual.sensor.slip_sensor
     assert not other.sensor.slip_sensor
+
+
+def test_a_dead_slip_channel_tells_of_no_slide_and_a_stuck_or_noisy_one_of_slides_that_are_not() -> None:
+    """Seen by a controller that believes them all: it raises the grip by what it feels."""
+
+    def run(channel: str, friction: float) -> CompiledRun:
+        around = Surroundings(friction_scale=friction, slip_channel=channel)
+        return run_quality_trial(QualityTrial("vegrip", 3, 2.0, 0.15, "pinch", around))
+
+    slippery, usual = 0.4, 1.0
+    assert not run("sound", slippery).dropped
+    assert run("dead", slippery).dropped
+    assert run("absent", slippery).dropped
+    sound = run("sound", usual).truth["force"].mean()
+    assert run("dead", usual).truth["force"].mean() == pytest.approx(sound, rel=1e-3)
+    for channel in ("stuck", "noisy"):
+        assert run(channel, usual).truth["force"].mean() > 1.1 * sound
+
+
+def test_a_noisy_slip_channel_has_two_flags_in_a_hundred_wrong_and_two_millimetres_a_second() -> None:
+    sound, noisy = (noise_table(_hand(), 5, 20_000, channel) for channel in ("sound", "noisy"))
+    assert not sound[:, :, 7].any()
+    assert noisy[:, :, 7].mean() == pytest.approx(0.02, abs=0.002)
+    assert (noisy - sound)[:, :, 6].std() == pytest.approx(2e-3, rel=0.02)
+    assert np.array_equal(noisy[:, :, :6], sound[:, :, :6])
 
 
 def _hand() -> HandSettings:
@@ -155,6 +181,7 @@ def test_the_command_prints_the_figures_of_every_controller(
         capsys.readouterr,
     )
     one = told["controllers"]["constant"]  # type: ignore[index]
+    assert told["slip_channel"] == "sound"
     asked = {
         "slips", "drops", "trials", "mean_force", "force_over_least", "largest_micro_slip", "margin_q05",
         "time_below_002", "by_class", "front", "friction_inside", "friction_std",
@@ -169,7 +196,8 @@ def test_the_command_prints_the_figures_of_every_controller(
 @pytest.mark.parametrize(
     "wrong",
     [["--grasp", "fist"], ["--only", "vegri"], ["--duration", "1"], ["--friction-scale", "0"],
-     ["--drive-bandwidth", "1e6"], ["--slip-delay", "nan"], ["--duration", "nan"]],
+     ["--drive-bandwidth", "1e6"], ["--slip-delay", "nan"], ["--duration", "nan"],
+     ["--slip-channel", "ded"], ["--slip-channel", "dead", "--no-slip-channel"]],
 )  # fmt: skip
 def test_what_cannot_be_asked_is_one_sentence_and_exit_code_two(
     wrong: list[str], capsys: pytest.CaptureFixture[str]

@@ -58,10 +58,13 @@ def learn_friction(
 ) -> None:
     """Fold in one sample; ``u`` is NaN where load or force are not known, ``slip`` where it is not sensed.
 
+    A ``slip`` between 0 and 1 is no flag, and counts as not sensed.
+
     Nothing is learned where the estimate is not ``sound``.
     """
     inflate_friction(m, dt, touching)
-    if not (0.0 < u < math.inf and relative_std < 10.0 and touching and sound) or math.isnan(slip):
+    known = 0.0 < u < math.inf and relative_std < 10.0 and touching and sound
+    if not known or not (slip <= 0.0 or slip >= 1.0):
         m[FRI_SLIDE_COUNT] = m[FRI_HELD_TIME] = 0.0
         return
     noise = relative_std * relative_std + m[FRI_SCATTER_VAR]

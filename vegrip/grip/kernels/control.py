@@ -2,6 +2,7 @@
 
 import math
 
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.kernels.fail_safe import end_fault, is_at_fault, ride_out_fault
 from vegrip.grip.kernels.generated import (
     CONDITION_DEGRADED,
@@ -38,7 +39,7 @@ def start_control(f: Floats, t: Wholes, present: float, now: int) -> None:
 
 def require_force(f: Floats, t: Wholes, now: int) -> None:
     """Find what this finger needs at ``now`` [ns]."""
-    dt = max(0.0, float(now - t[TURN_ASKED]) / 1e9)
+    dt = max(0.0, float(elapsed_time(now, t[TURN_ASKED])) / 1e9)
     t[TURN_ASKED] = max(t[TURN_ASKED], now)
     if t[INPUT_CONDITION] > CONDITION_DEGRADED:
         ride_out_fault(f, t, dt, REASON_INPUT_HOLD)
@@ -58,7 +59,7 @@ def command_share(f: Floats, t: Wholes, share: float, now: int) -> tuple[float, 
     """Command this finger's ``share`` [N]; return the change of its force [N] and the reason."""
     wanted = f[GRIP_REQUIRED] if is_at_fault(f) else max(share, f[GRIP_REQUIRED])
     # not longer than a command lives: after a silence the hand is on its own, and must not see a jump
-    dt = min(float(now - t[TURN_COMMANDED]) / 1e9, f[RULE_LIFETIME])
+    dt = min(float(elapsed_time(now, t[TURN_COMMANDED])) / 1e9, f[RULE_LIFETIME])
     force, reason = limited(f, wanted, t[TURN_REASON], dt)
     adjustment = force - f[GRIP_HELD]
     f[GRIP_HELD] = force
@@ -69,4 +70,4 @@ def command_share(f: Floats, t: Wholes, share: float, now: int) -> tuple[float, 
 
 def is_renewal_due(t: Wholes, now: int) -> bool:
     """Return whether the last command is so old that it must be renewed well before it expires."""
-    return t[TURN_STARTED] == 1 and now - t[TURN_COMMANDED] >= t[SETUP_RENEWAL]
+    return elapsed_time(now, t[TURN_COMMANDED]) >= t[SETUP_RENEWAL] and t[TURN_STARTED] == 1

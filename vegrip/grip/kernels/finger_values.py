@@ -2,6 +2,7 @@
 
 import math
 
+from vegrip.estimator.elapsed import bounded_time
 from vegrip.grip.kernels.finger_step import LEFT_ALONE, answer_state
 from vegrip.grip.kernels.generated import (
     LINE_LAST,
@@ -23,7 +24,7 @@ def finger_values(
     if not are_welcome(t, values, counter, stamp, arrival):
         return LEFT_ALONE
     count_on(t, counter, arrival)
-    t[NEWS_SEQ], t[NEWS_STAMP] = t[LINE_LAST], stamp
+    t[NEWS_SEQ], t[NEWS_STAMP] = t[LINE_LAST], bounded_time(stamp)
     for i in range(MEASURED):
         f[STATE0 + i] = values[i]
     return answer_state(f, t, g, now)

@@ -5,12 +5,14 @@
 
 import math
 
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.estimator.kernels.load_loss import is_load_doubted
 from vegrip.grip.drive_lag import follow_drive
 from vegrip.grip.felt_slip import (
     believed_flag,
     believed_speed,
     judge_felt_slip,
+    may_teach,
     shows_sliding,
     twist_share,
 )
@@ -24,8 +26,8 @@ from vegrip.grip.friction_belief import (
     widen_own,
 )
 from vegrip.grip.friction_change import CHANGE_LEVEL, CHANGE_SPREAD, follow_level, stated_friction
-from vegrip.grip.friction_onset import counts_as_known, feel_onset, may_probe
-from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT, feel_slip, probe_friction, watch_load
+from vegrip.grip.friction_onset import feel_onset
+from vegrip.grip.friction_probe import PROBE_NEED, feel_slip, watch_load
 from vegrip.grip.kernels.generated import (
     ASKED_MARGIN,
     ASKED_QUANTILE,
@@ -82,6 +84,7 @@ from vegrip.grip.kernels.generated import (
 from vegrip.grip.kernels.sense import touches
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import lead_load
+from vegrip.grip.slip_trust import counted_shift, counts_as_known, ends_probe, follow_trust, let_go
 
 LONGEST_STEP = 0.1  # [s]; a longer pause between two states counts as so much
 NEW_CONTACT = 1e-4  # growth of the variance of ln mu between two states that only a new contact brings
@@ -102,7 +105,8 @@ def prepare_friction(f: Floats, t: Wholes, g: Floats) -> None:
     screen_slip(f, g, i)
     if counts_as_known(g, g, i):
         f[ASKED_QUANTILE] = f[SHARED_KNOWN_QUANTILE]
-    f[ASKED_MARGIN] = 1.0 - (1.0 - f[RULE_WANTED_MARGIN]) * math.exp(g[PROBE_SHIFT + i])
+    shift = counted_shift(g, g, i, f[ASKED_QUANTILE])
+    f[ASKED_MARGIN] = 1.0 - (1.0 - f[RULE_WANTED_MARGIN]) * math.exp(shift)
 
 
 def screen_slip(f: Floats, g: Floats, i: int) -> None:
@@ -149,19 +153,23 @@ def update_shared_friction(f: Floats, t: Wholes, g: Floats) -> None:
     g[BELIEF_SINCE] += dt / float(t[SETUP_FINGERS])
     is_touching = touches(f, t)
     slip, speed = believed_flag(g, i, f[SHARED_FLAG]), believed_speed(g, i, f[SHARED_SPEED])
-    give_evidence(f, g, i, slip >= SLIDES and is_late(g))
+    is_evidence = may_teach(g, i)
+    give_evidence(f, g, i, slip >= SLIDES and (is_late(g) or not is_evidence))
     u, relative = utilised_friction(f, is_touching)
-    feel_onset(g, g, i, dt, recall_load(g, i, dt, u), relative, slip, speed)
+    vague = relative if is_evidence else math.inf
+    feel_onset(g, g, i, dt, recall_load(g, i, dt, u), vague, slip, speed)
     g[PROBE_NEED + i] = f[GRIP_REQUIRED]
     load = armed_load(f, is_touching)
     watch_load(g, i, dt, load, f[SHARED_LOAD_NOISE], is_touching)
-    feel_slip(g, dt, t[SETUP_FINGERS], slip >= SLIDES)
-    if not may_probe(g, i):
-        g[PROBE_SHIFT + i] = 0.0
-    elif is_touching and not slip >= SLIDES:
-        probe_friction(g, g, i, dt, f[ASKED_QUANTILE])
+    noise, slides = f[SHARED_LOAD_NOISE], ends_probe(g, i, dt, slip >= SLIDES, shows_sliding(g, speed))
     x, y = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y]
-    twist = twist_share(math.sqrt(x * x + y * y), load)
+    pull = math.sqrt(x * x + y * y)
+    follow_trust(
+        g, g, i, dt, slip, f[SHARED_SPEED], u, relative, f[STATE_NORMAL_FORCE], pull, noise, is_touching
+    )
+    feel_slip(g, dt, t[SETUP_FINGERS], slides)
+    let_go(g, g, i, dt, f[ASKED_QUANTILE], f[ASKED_MARGIN], u, noise, is_touching, slides)
+    twist = twist_share(pull, load)
     judge_felt_slip(g, i, dt, f[SHARED_FLAG], f[SHARED_SPEED], u, twist)
     follow_level(g, g, i, dt)
     f[SHARED_LEVEL], f[SHARED_SPREAD] = g[CHANGE_LEVEL + i], g[CHANGE_SPREAD + i]
@@ -177,17 +185,18 @@ def told_friction(f: Floats, t: Wholes, mu: float, std: float) -> tuple[float, f
     return told, told * relative
 
 
-def give_evidence(f: Floats, g: Floats, i: int, late: bool) -> None:
+def give_evidence(f: Floats, g: Floats, i: int, refused: bool) -> None:
     """Tell the grasp what the finger's own estimate has learned since :func:`prepare_friction`.
 
-    Of slip that is felt ``late`` it learns by the wrong load, so that is refused.
+    Of slip that is felt late it learns by the wrong load, and a flag that was never silent is no evidence:
+    both are ``refused``.
     """
     mean, variance = f[SHARED_BEFORE], f[SHARED_BEFORE_VAR]
     if f[FRI_LN_MU] == mean:
         if f[FRI_VAR] > variance + NEW_CONTACT:
             widen_own(g, i, f[FRI_VAR])
         return
-    if late:
+    if refused:
         refuse_evidence(g)
     elif variance > 0.0 and f[FRI_VAR] > 0.0:
         f[SHARED_SITE] += 1.0 / f[FRI_VAR] - 1.0 / variance
@@ -242,4 +251,4 @@ def followed_command(f: Floats, t: Wholes) -> float:
 
 def since(stamp: int, before: int) -> float:
     """Return the time between two states [s], as far as it counts."""
-    return min(max(float(stamp - before) / 1e9, 0.0), LONGEST_STEP)
+    return min(max(float(elapsed_time(stamp, before)) / 1e9, 0.0), LONGEST_STEP)

@@ -1,5 +1,6 @@
 """A frame from the line: checks of its bytes, of its counter and of its time, before anything is changed."""
 
+from vegrip.estimator.elapsed import bounded_time, elapsed_time
 from vegrip.grip.kernels.generated import (
     LINE_LAST,
     LINE_LOST,
@@ -50,7 +51,7 @@ def is_whole(t: Wholes, frame: Bytes, length: int) -> bool:
 def is_next(t: Wholes, counter: int, arrival: int) -> bool:
     """Return whether the counter goes on, or begins anew after a silence."""
     step = counter - t[LINE_LAST] & ALL_TIME
-    silent = arrival - t[LINE_STAMP] > SILENT
+    silent = elapsed_time(arrival, t[LINE_STAMP]) > SILENT
     return step != 0 and (step <= MOST_LOST or silent)
 
 
@@ -62,8 +63,8 @@ def follows(t: Wholes, stamp: int) -> bool:
 def stamp_of(t: Wholes, frame: Bytes, arrival: int) -> int:
     """Return the time of a state [ns]: its arrival, or the instant nearest to that by the sender's bits."""
     if t[SETUP_SENDER_TIME] == 0:
-        return arrival
-    now = arrival // 1000
+        return bounded_time(arrival)
+    now = bounded_time(arrival) // 1000
     return (now + (time_of_state(frame) - now + HALF_TIME & ALL_TIME) - HALF_TIME) * 1000
 
 
@@ -82,6 +83,6 @@ def count_on(t: Wholes, counter: int, arrival: int) -> None:
     else:
         step = counter - t[LINE_LAST] & ALL_TIME
         t[LINE_LAST] += step
-        if arrival - t[LINE_STAMP] <= SILENT:
+        if elapsed_time(arrival, t[LINE_STAMP]) <= SILENT:
             t[LINE_LOST] += step - 1
     t[LINE_STAMP] = arrival

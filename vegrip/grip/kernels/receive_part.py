@@ -3,6 +3,7 @@
 As :mod:`vegrip.transport.codec.assembly` has it, as far as everything comes in order; else nothing changes.
 """
 
+from vegrip.estimator.elapsed import bounded_time, elapsed_time
 from vegrip.grip.kernels.generated import (
     ABSENT_BYTES,
     LINE_LAST,
@@ -55,13 +56,13 @@ def is_next_part(t: Wholes, counter: int, part: int, arrival: int) -> bool:
     if part == 1:
         return t[LINE_LAST] < 0 or is_next_in_ring(t, counter, arrival)
     expected = counter == t[PARTS_COUNTER] and part == t[PARTS_EXPECTED]
-    return expected and arrival - t[PARTS_STAMP] <= PART_WINDOW
+    return expected and elapsed_time(arrival, t[PARTS_STAMP]) <= PART_WINDOW
 
 
 def is_next_in_ring(t: Wholes, counter: int, arrival: int) -> bool:
     """Return whether a counter goes on by less than half of the ring, or anew after a silence."""
     step = (counter - t[LINE_LAST]) % RING
-    silent = arrival - t[LINE_STAMP] > SILENT
+    silent = elapsed_time(arrival, t[LINE_STAMP]) > SILENT
     return step != 0 and (step <= RING // 2 or silent)
 
 
@@ -76,7 +77,7 @@ def keep_part(t: Wholes, frame: Bytes, part: int, arrival: int) -> None:
         counter = counter_of_part(frame)
         count_on_ring(t, counter, arrival)
         t[PARTS_INCOMPLETE] += 1 if t[PARTS_EXPECTED] > 0 else 0
-        t[PARTS_COUNTER], t[PARTS_STAMP] = counter, arrival
+        t[PARTS_COUNTER], t[PARTS_STAMP] = counter, bounded_time(arrival)
     t[PARTS_EXPECTED] = part + 1
     start = PART_BYTES0 + (part - 1) * PART_PAYLOAD
     for i in range(PART_PAYLOAD):
@@ -90,7 +91,7 @@ def count_on_ring(t: Wholes, counter: int, arrival: int) -> None:
     else:
         step = (counter - t[LINE_LAST]) % RING
         t[LINE_LAST] += step
-        if arrival - t[LINE_STAMP] <= SILENT:
+        if elapsed_time(arrival, t[LINE_STAMP]) <= SILENT:
             t[LINE_LOST] += step - 1
     t[LINE_STAMP] = arrival
 

@@ -6,6 +6,7 @@ The objects tell the first report, and every one while the input is not believed
 
 import math
 
+from vegrip.estimator.elapsed import bounded_time, elapsed_time
 from vegrip.estimator.kernels.forecast import force_reserve, slip_times
 from vegrip.estimator.kernels.report import upper_gauge
 from vegrip.grip.kernels.friction_shared import told_friction
@@ -93,7 +94,7 @@ def finger_report(f: Floats, t: Wholes, now: int, contact1: Bytes, contact2: Byt
     f[TAKEN_BOUND] = bound
     t[TURN_REPORTS] += 1
     t[TURN_REPORTED] = now
-    t[TURN_CONTACT_DUE] = now + t[SETUP_REPORT_PERIOD]
+    t[TURN_CONTACT_DUE] = bounded_time(now) + t[SETUP_REPORT_PERIOD]
     t[TURN_REPORT_DUE] = min(t[TURN_CONTACT_DUE], t[TURN_HEALTH_DUE])
     return TOLD
 
@@ -147,7 +148,7 @@ def report_margin(f: Floats, t: Wholes, out: Bytes) -> float:
         return math.inf
     if not (is_spread(likely) and is_spread(earliest)):
         return math.inf
-    age = float(t[SAMPLE_STAMP] - t[SAMPLE_INFORMED]) / 1e9
+    age = float(elapsed_time(t[SAMPLE_STAMP], t[SAMPLE_INFORMED])) / 1e9
     pack_margin(out, seq, stamp, 1, value, std, age, bound, confidence, reserve, likely, earliest)
     protect(out, MARGIN_LENGTH, t[SETUP_MARGIN_ID])
     return bound
@@ -156,7 +157,7 @@ def report_margin(f: Floats, t: Wholes, out: Bytes) -> float:
 def report_contact(f: Floats, t: Wholes, first: Bytes, second: Bytes) -> None:
     """Pack the contact, both of its frames."""
     seq, stamp = t[TURN_REPORTS], t[SAMPLE_SHOWN]
-    age = float(stamp - t[SAMPLE_INFORMED]) / 1e9
+    age = float(elapsed_time(stamp, t[SAMPLE_INFORMED])) / 1e9
     current = t[SAMPLE_TRUSTED] == 1 and is_sound(f, t)
     touching = touches(f, t)
     mu, mu_std = told_friction(f, t, f[REP_MU], f[REP_MU_STD])

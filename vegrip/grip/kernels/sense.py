@@ -2,6 +2,7 @@
 
 import math
 
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.estimator.kernels.report import upper_gauge
 from vegrip.estimator.kernels.update import update
 from vegrip.grip.kernels.generated import (
@@ -91,7 +92,8 @@ def follow_clock(f: Floats, t: Wholes) -> None:
 
 def take_state(f: Floats, t: Wholes) -> None:
     """Take the state that follows the last one."""
-    dt = float(t[NEWS_STAMP] - t[SAMPLE_STAMP]) / 1e9 if t[SAMPLE_BEGUN] == 1 else -1.0
+    passed = float(elapsed_time(t[NEWS_STAMP], t[SAMPLE_STAMP])) / 1e9
+    dt = passed if t[SAMPLE_BEGUN] == 1 else -1.0
     keep_for_rewind(f, t)
     x, y, torque = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y], f[STATE_TORQUE_Z]
     load = math.sqrt(x * x + y * y)
@@ -168,7 +170,7 @@ def is_sound(f: Floats, t: Wholes) -> bool:
     """Return whether estimates count: measurements come, and are not all refused."""
     if t[SAMPLE_BEGUN] == 0 or t[SAMPLE_IS_INFORMED] == 0:
         return False
-    age = float(t[SAMPLE_STAMP] - t[SAMPLE_INFORMED]) / 1e9
+    age = float(elapsed_time(t[SAMPLE_STAMP], t[SAMPLE_INFORMED])) / 1e9
     return age <= f[SET_LONGEST_GAP] and f[REP_SOUND] > 0.5
 
 

@@ -1,5 +1,6 @@
 """For how long channels have repeated themselves (:mod:`vegrip.grip.safety.frozen_signal`)."""
 
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.kernels.generated import (
     INPUT_FORCE_STILL_SINCE,
     INPUT_STILL_SINCE,
@@ -23,7 +24,7 @@ def all_still(f: Floats, t: Wholes, now: int) -> int:
         f[REPEATED0 + i] = value
     if not (same and measured):
         t[INPUT_STILL_SINCE] = now
-    return now - t[INPUT_STILL_SINCE]
+    return elapsed_time(now, t[INPUT_STILL_SINCE])
 
 
 def force_still(f: Floats, t: Wholes, now: int) -> int:
@@ -31,4 +32,4 @@ def force_still(f: Floats, t: Wholes, now: int) -> int:
     if f[STATE_NORMAL_FORCE] != f[REPEATED_FORCE0]:
         t[INPUT_FORCE_STILL_SINCE] = now
     f[REPEATED_FORCE0] = f[STATE_NORMAL_FORCE]
-    return now - t[INPUT_FORCE_STILL_SINCE]
+    return elapsed_time(now, t[INPUT_FORCE_STILL_SINCE])

@@ -2,6 +2,7 @@
 
 import math
 
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.kernels.generated import (
     DEMAND_LEAST,
     DEMAND_LOAD,
@@ -32,7 +33,7 @@ def bound_takeover(f: Floats, t: Wholes, now: int) -> None:
     """Ask for no more force than a contact met in its middle shows to suffice."""
     if t[TURN_IN_TRANSFER] == 0:
         return
-    elapsed = float(now - t[TURN_TRANSFER_SINCE]) / 1e9
+    elapsed = float(elapsed_time(now, t[TURN_TRANSFER_SINCE])) / 1e9
     if t[NEED_SLIPPING] == 1 or not 0.0 <= elapsed < TRANSFER_TIME:
         t[TURN_IN_TRANSFER] = 0
         return

@@ -2,6 +2,7 @@
 
 import math
 
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.kernels.generated import (
     CONDITION_CORRUPT,
     CONDITION_DEGRADED,
@@ -68,8 +69,9 @@ def watch_silence(f: Floats, t: Wholes, now: int) -> None:
     """Look at the clock: silence beyond the time-out is a fault."""
     if t[INPUT_IS_HEARD] == 0:
         t[INPUT_HEARD], t[INPUT_IS_HEARD] = now, 1
-    if float(now - t[INPUT_HEARD]) > f[RULE_TIME_OUT]:
-        broken = t[INPUT_IS_CORRUPT] == 1 and float(now - t[INPUT_CORRUPT]) <= f[RULE_TIME_OUT]
+    if float(elapsed_time(now, t[INPUT_HEARD])) > f[RULE_TIME_OUT]:
+        since_corrupt = float(elapsed_time(now, t[INPUT_CORRUPT]))
+        broken = t[INPUT_IS_CORRUPT] == 1 and since_corrupt <= f[RULE_TIME_OUT]
         unheard = CONDITION_MISSING if t[INPUT_IS_KNOWN] == 0 else CONDITION_STALE
         judge(t, CONDITION_CORRUPT if broken else unheard)
 
@@ -102,12 +104,13 @@ def judge_order(t: Wholes) -> int:
 
 def judge_lateness(f: Floats, t: Wholes, now: int) -> int:
     """No state takes the time-out longer than the quickest one, and none comes from far ahead."""
-    took = now - t[NEWS_STAMP]
+    took = elapsed_time(now, t[NEWS_STAMP])
     if leapt(t, took):
         return CONDITION_REPLAYED
-    drift = 0 if t[INPUT_IS_HEARD] == 0 else (now - t[INPUT_HEARD]) // DRIFT_PART
-    t[INPUT_QUICKEST] = min(t[INPUT_QUICKEST] + drift, took)
-    return CONDITION_STALE if float(took - t[INPUT_QUICKEST]) > f[RULE_TIME_OUT] else CONDITION_OK
+    drift = 0 if t[INPUT_IS_HEARD] == 0 else elapsed_time(now, t[INPUT_HEARD]) // DRIFT_PART
+    t[INPUT_QUICKEST] = min(max(t[INPUT_QUICKEST] + drift, -NO_QUICKEST), took)
+    late = float(elapsed_time(took, t[INPUT_QUICKEST])) > f[RULE_TIME_OUT]
+    return CONDITION_STALE if late else CONDITION_OK
 
 
 def leapt(t: Wholes, took: int) -> bool:

@@ -2,6 +2,7 @@
 
 from operator import attrgetter
 
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.messages import NAN, FingertipState
 from vegrip.types import NamedNumbers
 
@@ -22,7 +23,7 @@ class FrozenSignal:
         if not self._repeats(values):
             self._since = now
         self._last = values
-        return now - self._since
+        return elapsed_time(now, self._since)
 
     def write_to(self, memory: NamedNumbers, values: str, since: str) -> None:
         """Put what is known into the places ``values`` and ``since`` of a memory."""

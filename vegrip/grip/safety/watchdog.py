@@ -27,6 +27,7 @@ from itertools import compress
 
 from vegrip.clock import NS
 from vegrip.config import parameter
+from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.safety.frozen_signal import FrozenSignal
 from vegrip.grip.safety.ranges import CHECKED_CHANNELS, Ranges, bounds_of, checked_values
 from vegrip.grip.safety.stuck_noise import StuckNoise
@@ -158,12 +159,12 @@ class InputWatchdog:
         """Look at the clock: silence beyond the time-out is a fault."""
         if self._heard is None:
             self._heard = now
-        if now - self._heard > self.settings.time_out * NS:
+        if elapsed_time(now, self._heard) > self.settings.time_out * NS:
             self._judge(self._silence(now))
         return self.condition
 
     def _silence(self, now: int) -> Condition:
-        if self._corrupt is not None and now - self._corrupt <= self.settings.time_out * NS:
+        if self._corrupt is not None and elapsed_time(now, self._corrupt) <= self.settings.time_out * NS:
             return Condition.CORRUPT
         return Condition.MISSING if self._last is None else Condition.STALE
 
@@ -185,12 +186,12 @@ class InputWatchdog:
         return Condition.REPLAYED
 
     def _lateness(self, state: FingertipState, now: int) -> Condition:
-        took = now - state.stamp
+        took = elapsed_time(now, state.stamp)
         if self._leapt(took):
             return Condition.REPLAYED
-        since = 0 if self._heard is None else now - self._heard
-        self._quickest = min(self._quickest + since // DRIFT_PART, took)
-        late = took - self._quickest > self.settings.time_out * NS
+        since = 0 if self._heard is None else elapsed_time(now, self._heard)
+        self._quickest = min(max(self._quickest + since // DRIFT_PART, -NO_QUICKEST), took)
+        late = elapsed_time(took, self._quickest) > self.settings.time_out * NS
         return Condition.STALE if late else Condition.OK
 
     def _leapt(self, took: int) -> bool:

@@ -11,6 +11,7 @@ from vegrip.identification.diagnosis.account import account
 from vegrip.identification.experiment.next_experiment import next_experiment
 from vegrip.identification.fit import Fit, noise_of
 from vegrip.identification.recording import Recording, write_recording
+from vegrip.identification.slip_channel import SlipChannel
 from vegrip.model import write_model
 
 
@@ -23,6 +24,7 @@ class Ended:
         added: effects that the paper's model lacked.
         error: rms of the whitened residuals; 1 is the noise.
         known: how well each parameter is known.
+        slip: what the slides tell of the channel that feels them.
         account: everything that the report needs.
 
     """
@@ -31,6 +33,7 @@ class Ended:
     added: list[str]
     error: float
     known: list[Known]
+    slip: SlipChannel
     account: dict[str, Any]
 
     def as_dict(self) -> dict[str, Any]:
@@ -40,6 +43,8 @@ class Ended:
             "added": self.added,
             "error": self.error,
             "parameters": {one.symbol: one.as_dict() for one in self.known},
+            "friction": self.slip.settings,
+            "slip_channel": self.slip.lacking or "measured",
         }
 
 
@@ -65,7 +70,9 @@ def finish(calibration: Calibration, command: str, report: Report = lambda _: No
         "again": calibration.again,
     }
     added = [rung["effect"] for rung in told["ladder"] if rung["effect"] is not None]
-    return Ended(found.verdict, added, float(told["ladder"][-1]["error"]), known, told)
+    return Ended(
+        found.verdict, added, float(told["ladder"][-1]["error"]), known, calibration.slip_channel(), told
+    )
 
 
 def _from_touch(whole: Recording, fitted: Fit) -> Recording:

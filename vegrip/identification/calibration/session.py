@@ -29,7 +29,9 @@ from vegrip.identification.fit import Fit, fit
 from vegrip.identification.fit.result import MISFIT
 from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
 from vegrip.identification.recording.joined import join_recordings
+from vegrip.identification.slip_channel import SlipChannel, slides_of, slip_channel
 from vegrip.model import read_model
+from vegrip.whole_file import write_whole
 
 CALIBRATION_FILE = "calibration.json"
 NEXT, MODEL, JOINED, REPORT = "next.toml", "model.toml", "recording", "report.html"
@@ -48,6 +50,7 @@ class Done:
     name: str
     folder: str  # below that of the calibration
     problems: list[str] = field(default_factory=list)
+    speeds: list[float] = field(default_factory=list)  # [m/s] of the slide of each episode, as asked for
 
     @property
     def is_good(self) -> bool:
@@ -64,7 +67,7 @@ class Calibration:
         radius: of the fingertip [m].
         limits: of the rig, all given.
         trials: done so far.
-        asked: the next one, as it was asked for: ``kind`` and ``name``.
+        asked: the next one, as it was asked for: ``kind``, ``name`` and ``speeds``.
 
     """
 
@@ -92,7 +95,9 @@ class Calibration:
         if self.trials:
             join_recordings([read_recording(self.folder / self.trials[0].folder), kept], "both")
         number = 1 + max((int(Path(one.folder).name.split("-")[0]) for one in self.trials), default=0)
-        done = Done(kind, str(self.asked.get("name", kind)), f"trials/{number}-{kind}", problems)
+        asked = self.asked if self.asked.get("kind") == kind else {}
+        name, speeds = str(asked.get("name", kind)), list(asked.get("speeds", []))
+        done = Done(kind, name, f"trials/{number}-{kind}", problems, speeds)
         write_recording(kept, self.folder / done.folder)
         self.trials.append(done)
         return done
@@ -120,6 +125,17 @@ class Calibration:
         parts = [without_zeros(read_recording(self.folder / one.folder)) for one in self.trials]
         trials = [number for number, part in enumerate(parts) for _ in np.unique(part.episode)]
         return join_recordings(parts, self.folder.resolve().name), tuple(trials)
+
+    def slip_channel(self) -> SlipChannel:
+        """Return what the slides tell of the channel that feels them."""
+        slides = [one for one in self.trials if one.kind == "slide"]
+        return slip_channel(
+            [
+                slide
+                for one in slides
+                for slide in slides_of(without_zeros(read_recording(self.folder / one.folder)), one.speeds)
+            ]
+        )
 
     @property
     def good(self) -> list[str]:
@@ -172,7 +188,10 @@ def judge(calibration: Calibration, report: Report = lambda _: None) -> Standing
         tried = [one.kind for one in calibration.trials]
         found = Standing(fitted, known, next_of(fitted, calibration.good, tried, calibration.limits, report))
     trial = found.next.trial
-    calibration.asked = {} if trial is None else {"kind": trial.kind, "name": trial.protocol.name}
+    calibration.asked = {}
+    if trial is not None:
+        speeds = [max(math.hypot(s.pull_x, s.pull_y) for s in one) for one in trial.protocol.episodes]
+        calibration.asked = {"kind": trial.kind, "name": trial.protocol.name, "speeds": speeds}
     return found
 
 
@@ -212,9 +231,7 @@ def save(calibration: Calibration) -> None:
     }
     try:
         calibration.folder.mkdir(parents=True, exist_ok=True)
-        part = calibration.folder / f"{CALIBRATION_FILE}.part"
-        part.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-        part.replace(calibration.folder / CALIBRATION_FILE)
+        write_whole(calibration.folder / CALIBRATION_FILE, json.dumps(told, indent=1) + "\n")
     except OSError as error:
         raise InputError(f"{calibration.folder} cannot be written: {error.strerror or error}") from None
 
@@ -238,5 +255,5 @@ def load(folder: Path) -> Calibration | None:
             [Done(**one) for one in told["trials"]],
             dict(told["asked"]),
         )
-    except (OSError, ValueError, TypeError, KeyError) as error:
+    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise InputError(f"{file} cannot be read ({error}); begin anew in another folder") from None

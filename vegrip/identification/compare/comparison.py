@@ -8,11 +8,10 @@ import numpy as np
 from vegrip.identification.compare.features import Features, features_of
 from vegrip.identification.compare.where import Regime, Residuals, where
 from vegrip.identification.fit.channels import ChannelError, channel_errors, overall_error
-from vegrip.identification.fit.fitting import base_model
-from vegrip.identification.fit.noise import Noise, noise_of
-from vegrip.identification.fit.preprocess import preprocess
+from vegrip.identification.fit.fitting import solve
+from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import AT, Problem, Zeros
-from vegrip.identification.fit.solve import Report, fit_problem
+from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
 from vegrip.types import Floats
@@ -80,10 +79,8 @@ def compare(
         RecordingError: the recording lacks what a comparison needs; says what.
 
     """
-    measured = preprocess(recording, noise or noise_of(recording))
-    symbols = () if model is not None else None
-    problem = Problem(model or base_model(recording), measured, zeros=zeros, symbols=symbols)
-    return Comparison(problem, fit_problem(problem, report).u, fitted=model is None)
+    problem, found = solve(recording, model, noise=noise, zeros=zeros, report=report, symbols=())
+    return Comparison(problem, found.u, fitted=model is None)
 
 
 def residuals_of(problem: Problem, u: Floats) -> list[Residuals]:

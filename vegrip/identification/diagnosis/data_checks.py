@@ -22,12 +22,12 @@ from vegrip.identification.diagnosis.thresholds import (
     MIN_SHIFT_NATS,
     MIN_VISIBLE_SHIFT_S,
     MIN_VISIBLE_SHIFT_SAMPLES,
-    OPPOSED_CORRELATION,
     SHIFT_ADVANTAGE_SHARE,
 )
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.recording import Recording
+from vegrip.identification.recording.checks import suspect_columns
 from vegrip.types import Floats
 
 
@@ -73,13 +73,8 @@ def _before(problem: Problem) -> Iterator[Doubt]:
             "too little to distinguish effects",
             is_grave=True,
         )
-    pressed = np.isfinite(m.force) & (m.motion.displacement > 0.0)
-    if is_force_opposed(m.motion.displacement[pressed], m.force[pressed]):
-        yield Doubt(
-            "the force falls where the tip goes deeper: one of the two has the wrong sign (compression and "
-            "indentation are positive)",
-            is_grave=True,
-        )
+    for sentence in suspect_columns(m.recording.episode, m.recording.columns, m.recording.fingertip.radius):
+        yield Doubt(sentence, is_grave=True)
     deepest = float(np.nanmax(m.motion.displacement))
     if deepest > MAX_DEPTH_RADII * problem.model.tip_radius:
         yield Doubt(
@@ -94,13 +89,6 @@ def _before(problem: Problem) -> Iterator[Doubt]:
             "displacement: their clocks disagree; shift one of them and diagnose again",
             is_grave=True,
         )
-
-
-def is_force_opposed(depth: Floats, force: Floats) -> bool:
-    """Return whether the force falls with the depth."""
-    if depth.size < MIN_CONTACT_ROWS or not np.ptp(depth) > 0.0 or not np.ptp(force) > 0.0:
-        return False
-    return float(np.corrcoef(depth, force)[0, 1]) < -OPPOSED_CORRELATION
 
 
 def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> float:

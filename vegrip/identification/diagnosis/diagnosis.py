@@ -22,7 +22,7 @@ from vegrip.identification.diagnosis.data_checks import (
     refuse_unusable,
 )
 from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
-from vegrip.identification.diagnosis.search import Report, Search, Tried, search_effects
+from vegrip.identification.diagnosis.search import Report, Search, Step, Tried, search_effects
 from vegrip.identification.diagnosis.thresholds import (
     FORM_NATS,
     FORM_SHARE,
@@ -152,7 +152,7 @@ class Diagnosis:
         """
         s = self.search
         if self.verdict == "unexplained":
-            return find_discrepancy(s.first)
+            return find_discrepancy(s.first, with_changes=True)
         return self._rest if s.misfit(s.last) > MAX_NOISE_CHI2 else None
 
     @cached_property
@@ -160,6 +160,16 @@ class Diagnosis:
         """Where the model that was given fails."""
         first = self.start
         return Comparison(first.problem, first.optimum.u, fitted=True).where
+
+    @cached_property
+    def where_after(self) -> list[Regime]:
+        """Where the model with everything that was accepted fails."""
+        last = self.search.last
+        return (
+            Comparison(last.problem, last.optimum.u, fitted=True).where
+            if self.search.accepted
+            else self.where
+        )
 
     @cached_property
     def result(self) -> Fit:
@@ -179,19 +189,20 @@ class Diagnosis:
 
     def effects(self) -> list[dict[str, Any]]:
         """Return what was tried, best first: the accepted ones, then the others step by step."""
-        dropped = self.search.dropped
-        told = [
-            self._told(step.taken, step.tried)
-            for step in self.search.steps
-            if step.taken is not None and step.taken.candidate.name not in dropped
+        taken = {one.candidate.name for one in self.search.accepted}
+        told: dict[str, dict[str, Any]] = {}
+        for one in [one for one in self.rounds if one["taken"] and one["name"] in taken] + self.rounds:
+            told.setdefault(one["name"], one)
+        return list(told.values())
+
+    @cached_property
+    def rounds(self) -> list[dict[str, Any]]:
+        """What was tried, round by round."""
+        return [
+            self._told(one, step) | {"round": number}
+            for number, step in enumerate(self.search.steps, 1)
+            for one in step.tried
         ]
-        seen = {one["name"] for one in told}
-        for step in self.search.steps:
-            for one in step.tried:
-                if one.candidate.name not in seen:
-                    seen.add(one.candidate.name)
-                    told.append(self._told(one, step.tried))
-        return told
 
     def in_si(self) -> dict[str, tuple[float, str]]:
         """Return the scaled parameters of what was accepted, in SI with their units."""
@@ -199,7 +210,8 @@ class Diagnosis:
         symbols = [p.symbol for one in self.search.accepted for p in one.candidate.effect.parameters]
         return {name: si for name in symbols if (si := last.in_si(name)) is not None}
 
-    def _told(self, one: Tried, beside: list[Tried]) -> dict[str, Any]:
+    def _told(self, one: Tried, step: Step) -> dict[str, Any]:
+        beside = step.tried
         best = max(0.0, *(other.verdict.gain for other in beside if other.verdict.is_passed), 0.0)
         weights = {
             other.candidate.name: math.exp(other.verdict.gain - best)
@@ -214,8 +226,24 @@ class Diagnosis:
             "heldout_gain": one.verdict.heldout,
             "evidence_gain": one.verdict.gain,
             "failed": list(one.verdict.failed),
+            "taken": one is step.taken,
+            "outcome": self._outcome(one, step),
             "parameters": {p.symbol: one.fitted.value(p.symbol) for p in one.candidate.effect.parameters},
         }
+
+    def _outcome(self, one: Tried, step: Step) -> str:
+        """Return what became of a candidate, and why."""
+        if one.verdict.failed:
+            return f"fails: {', '.join(one.verdict.failed)}"
+        if one is step.taken:
+            if one.candidate.name in self.search.dropped:
+                return "taken, and not needed beside those after it"
+            return "taken, not enough" if self.verdict == "unexplained" else "taken"
+        if step.taken is not None:
+            return f"passes, {step.taken.candidate.name} gains more"
+        if any(doubt.is_grave for doubt in self.doubts):
+            return "passes, the recording is in doubt"
+        return f"passes, {len(self.search.accepted)} are taken already"
 
     def as_dict(self, experiment: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Return what ``--json`` prints.
@@ -230,17 +258,19 @@ class Diagnosis:
             "verdict": self.verdict,
             "named": self.named,
             "effects": self.effects(),
+            "rounds": self.rounds,
             "indistinguishable": self.indistinguishable,
             "error": self.error,
             "si": {name: {"value": value, "unit": unit} for name, (value, unit) in self.in_si().items()},
             "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": MAX_NOISE_CHI2},
             "where": [one.as_dict() for one in self.where],
+            "where_after": [one.as_dict() for one in self.where_after],
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
             "experiment": experiment,
             "out_of_sight": s.out_of_sight,
             "doubts": [doubt.text for doubt in self.doubts],
             "noise": dict(self.start.problem.measured.noise.source),
-            "warnings": self.start.warnings(advise=False),
+            "warnings": self.result.warnings(advise=False),
         }
 
 

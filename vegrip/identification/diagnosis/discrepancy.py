@@ -20,6 +20,7 @@ import numpy as np
 
 from vegrip.identification.compare.features import Features, features_of
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
+from vegrip.identification.diagnosis.change_point import Change, find_change
 from vegrip.identification.diagnosis.thresholds import MIN_POINTING_NATS
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.types import Floats
@@ -47,6 +48,7 @@ class Discrepancy:
         value: measured less model there [N, or relative load at slip, or m].
         times: what the value is multiplied by, "normal_force" for a stiffness that changes; or nothing.
         others: variable -> gain, of the next best ones.
+        change: of the stiffness at one place, where that has more evidence than any curve.
 
     """
 
@@ -58,18 +60,28 @@ class Discrepancy:
     value: list[float]
     times: str
     others: dict[str, float]
+    change: Change | None = None
+
+    @property
+    def note(self) -> str:
+        """A sentence."""
+        depends = f"what is left depends on {self.variable} ({self.channel})"
+        return depends if self.change is None else f"{depends}: {self.change.note}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
+        """Return it for JSON; where the change is: ``at``, ``interval``, ``change``, ``std``, ``error``."""
         shape = {"at": self.at, "residual": self.value, "times": self.times}
-        return {
+        return (dataclasses.asdict(self.change) if self.change is not None else {}) | {
             "variable": self.variable, "channel": self.channel, "gain": self.gain, "share": self.share,
-            "shape": shape, "others": self.others,
+            "shape": shape, "others": self.others, "note": self.note,
         }  # fmt: skip
 
 
-def find_discrepancy(fitted: CandidateFit) -> Discrepancy | None:
-    """Return the curve with the greatest evidence; None when none has enough."""
+def find_discrepancy(fitted: CandidateFit, *, with_changes: bool = False) -> Discrepancy | None:
+    """Return the curve with the greatest evidence; None when none has enough.
+
+    ``with_changes``: look for a change of the stiffness at one place as well.
+    """
     problem, u = fitted.problem, fitted.optimum.u
     table = problem.table(u)
     features = features_of(problem, table)
@@ -95,6 +107,10 @@ def find_discrepancy(fitted: CandidateFit) -> Discrepancy | None:
     best = max(found, key=lambda one: one.gain, default=None)
     if best is None or best.gain <= MIN_POINTING_NATS:
         return None
+    change = find_change(fitted, best.gain) if with_changes else None
+    if change is not None and change.gain > best.gain:
+        same = [one for one in found if (one.variable, one.channel) == (change.variable, "normal_force")]
+        best = dataclasses.replace(max(same, key=lambda one: one.gain), gain=change.gain, change=change)
     gains: dict[str, float] = {}
     for one in found:
         gains[one.variable] = max(one.gain, gains.get(one.variable, -math.inf))

@@ -218,7 +218,7 @@ def _drop_superfluous(found: Search, groups: Floats) -> None:
         )
         if last.evidence - rest.evidence < MIN_GAIN_NATS:
             found.dropped.append(one.candidate.name)
-            found.steps.append(Step(rest, [], []))
+            found.steps.append(Step(drop_unneeded(rest, groups), [], []))
 
 
 def _without(fitted: CandidateFit, candidate: Candidate) -> Problem:

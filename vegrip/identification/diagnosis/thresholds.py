@@ -76,8 +76,6 @@ MIN_VISIBLE_SHIFT_S = 0.015
 """[s] from which a shift of the clocks is seen by eye (origin: rule)."""
 MIN_VISIBLE_SHIFT_SAMPLES = 2.5
 """Samples, of which a visible shift has to be more as well (origin: rule)."""
-OPPOSED_CORRELATION = 0.5
-"""Correlation of depth and force against each other, from which a sign is wrong (origin: rule)."""
 MIN_RATE_CORRELATION = 0.3
 """Correlation of the rates, below which a lag means nothing (origin: rule)."""
 MIN_SHIFT_NATS = 20.0

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS
 from vegrip.identification.diagnosis.thresholds import INDISTINGUISHABLE_NATS
@@ -48,7 +48,7 @@ class Separation:
 
 def chance_to_decide(nats: float) -> float:
     """Return the probability that one experiment tells a pair apart by more than the limit of ambiguity."""
-    return float(norm.cdf((nats - INDISTINGUISHABLE_NATS) / np.sqrt(2.0 * nats))) if nats > 0.0 else 0.0
+    return float(ndtr((nats - INDISTINGUISHABLE_NATS) / np.sqrt(2.0 * nats))) if nats > 0.0 else 0.0
 
 
 def expected_separation(

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.special import chdtrc, ndtri
 
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.types import Floats
@@ -91,7 +91,7 @@ def _error(raw: Floats, std: Floats, white: Floats, rows: np.ndarray, episode: n
         rms(std),
         rms(z),
         whiteness(white, episode[rows]),
-        float(np.mean(np.abs(z) < norm.ppf(0.975))),
+        float(np.mean(np.abs(z) < ndtri(0.975))),
         raw.size,
     )
 
@@ -112,4 +112,4 @@ def whiteness(values: Floats, episode: np.ndarray, lags: int = LAGS) -> float:
         same = episode[lag:] == episode[:-lag]
         r = float(np.sum((values[lag:] * values[:-lag])[same])) / power
         Q += n * (n + 2.0) * r * r / max(int(np.count_nonzero(same)), 1)
-    return float(chi2.sf(Q, lags))
+    return float(chdtrc(lags, Q))

@@ -41,6 +41,7 @@ def find_events(t: Floats, first: Floats, displacement: Floats, force: Floats, n
     found: list[Event] = []
     fall, move = -np.diff(force), np.abs(np.diff(displacement))
     fall[first[1:] > 0.5] = np.nan
+    ends = np.append(np.flatnonzero(first > 0.5), t.size)  # of the episodes
     for i in np.flatnonzero(np.nan_to_num(fall) > MIN_FORCE_NOISES * noise).tolist():
         if found and i < found[-1].end:
             continue
@@ -55,14 +56,12 @@ def find_events(t: Floats, first: Floats, displacement: Floats, force: Floats, n
             and move[i] <= 2.0 * moved.max()
             and low > MIN_FORCE_SHARE * force[i] > 0.0
         ):
-            found.append(_event(i, t, first, force, low))
+            found.append(_event(i, t, int(ends[np.searchsorted(ends, i, side="right")]), force, low))
     return found
 
 
-def _event(i: int, t: Floats, first: Floats, force: Floats, low: float) -> Event:
-    """Follow an event until the force has long been back where it was; at most to the end of the episode."""
-    over = np.flatnonzero(first[i + 1 :] > 0.5)
-    last = i + 1 + int(over[0]) if over.size else t.size
+def _event(i: int, t: Floats, last: int, force: Floats, low: float) -> Event:
+    """Follow an event until the force has long been back; at most to ``last``, the end of its episode."""
     back = np.flatnonzero(force[i + 1 : last] >= force[i])
     if not back.size:
         return Event(i, last, float(t[i + 1]), float(force[i] - low))

@@ -8,7 +8,7 @@ from vegrip.identification.fit.noise import Noise, noise_of
 from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.fit.problem import Problem, Zeros
 from vegrip.identification.fit.result import Fit, fit_of
-from vegrip.identification.fit.solve import Report, fit_problem
+from vegrip.identification.fit.solve import Optimum, Report, fit_problem
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel, paper_model
 
@@ -37,19 +37,38 @@ def fit(
         RecordingError: the recording lacks what a fit needs; says what.
 
     """
+    return fit_of(*solve(recording, model, noise=noise, zeros=zeros, report=report))
+
+
+def solve(
+    recording: Recording,
+    model: ContactModel | None,
+    *,
+    noise: Noise | None,
+    zeros: Zeros,
+    report: Report,
+    symbols: tuple[str, ...] | None = None,
+) -> tuple[Problem, Optimum]:
+    """Return the problem of ``model``, the paper's when not given, and where it is at its best.
+
+    The arguments are those of :func:`fit`; ``symbols``: parameters to fit, none for a model as it is.
+    """
     measured = preprocess(recording, noise or noise_of(recording))
-    problem = Problem(model or base_model(recording), measured, zeros=zeros)
-    return fit_of(problem, fit_problem(problem, report))
+    plain = Problem(base_model(recording, model), measured, zeros=zeros)
+    if model is None:
+        return plain, fit_problem(plain, report)
+    problem = Problem(model, measured, zeros=zeros, symbols=symbols)
+    return problem, fit_problem(problem, report, plain)
 
 
-def base_model(recording: Recording) -> ContactModel:
-    """Return the paper's model for the recorded fingertip.
+def base_model(recording: Recording, model: ContactModel | None = None) -> ContactModel:
+    """Return the paper's model for the recorded fingertip, or that of ``model``.
 
     Raises:
         RecordingError: its radius is not known.
 
     """
-    radius = recording.fingertip.radius
+    radius = model.tip_radius if model is not None else recording.fingertip.radius
     if not math.isfinite(radius):
         raise RecordingError(
             f"{recording.name} does not state the radius of the fingertip; "

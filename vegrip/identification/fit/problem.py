@@ -246,8 +246,8 @@ class Problem:
         """Rows (n,) whose normal force counts."""
         return np.isfinite(self.measured.force) & ~self.doubtful
 
-    def distrust(self, u: Floats) -> None:
-        """Leave out the rows after the contact parted and was made again within an episode.
+    def doubted(self, u: Floats) -> NDArray[np.bool_]:
+        """Return the rows (n,) after the contact parted and was made again within an episode.
 
         A tip withdrawn faster than it recovers parts from the object while it is still dented. Whether its
         surface then recovers freely, as the model has it, or as if it were still held, as equation (20) of
@@ -255,8 +255,9 @@ class Problem:
         and is no evidence of anything else. Two relaxation times later it is forgotten.
         Where a recording says that its episodes begin unrecovered, that history is what is to be fitted.
         """
+        rows = np.zeros(self.episodes.size, dtype=bool)
         if not self.measured.recovered:
-            return
+            return rows
         out = self.table(u)
         vector, _ = self.parts(u)
         dented = (out[:, AT["indentation"]] > 0.0) & (out[:, AT["contact_radius"]] == 0.0)
@@ -270,8 +271,8 @@ class Problem:
                 since = -math.inf
             if dented[i]:
                 since = t[i]
-            self.doubtful[i] = concerned[i] and t[i] - since < memory
-        self.freeze(u)
+            rows[i] = concerned[i] and t[i] - since < memory
+        return rows
 
     def _slip_noise(self, here: Floats) -> tuple[Floats, Floats]:
         """Return std and mean of what noise makes of ln utilisation, by the ellipse with the same half axes.

@@ -12,6 +12,7 @@ from vegrip.effects.contract import Effect
 from vegrip.identification.fit.channels import ChannelError, channel_errors, overall_error
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.fit.solve import Optimum, covariance
+from vegrip.identification.recording.checks import suspect_columns
 from vegrip.model import ContactModel
 from vegrip.parameters import Parameter, changed, in_si
 from vegrip.types import Floats
@@ -20,6 +21,7 @@ UNDETERMINED_SHARE = 0.7  # a posterior std above this share of the prior's: the
 ENTANGLED = 0.98  # a correlation above this: only a combination is known
 AT_BOUND = 1e-3  # of the range, or of a prior std
 HOPELESS = 10.0  # and from which it says little to count in units of the noise
+GROSS = 0.1  # of the peak force: more than effects of the catalogue make
 GENEROUS = 0.5  # and below which the noise cannot be that of the sensors
 MISFIT = 1.1  # rms of whitened residuals from which the model is said to fail
 
@@ -212,7 +214,17 @@ def _about_misfit(fit: Fit, *, advise: bool) -> Iterator[str]:
             f"the model leaves {fit.error:.2f} times the noise, so the noise was taken to be too large; what "
             "is less than it goes unseen"
         )
-    if fit.error > HOPELESS and not fit.problem.measured.noise.tolerance:
+    if fit.error < HOPELESS or fit.problem.measured.noise.tolerance:
+        return
+    recording = fit.problem.measured.recording
+    missed = fit.channels["normal_force"].rmse / float(np.nanmax(np.abs(recording.columns["normal_force"])))
+    suspects = list(suspect_columns(recording.episode, recording.columns, recording.fingertip.radius))
+    if missed > GROSS or suspects:
+        yield (
+            f"the force is missed by {100.0 * missed:.2g} % of its peak, which no effect makes up for: check "
+            "columns, units, signs and zeros of the recording and the radius of the tip before all else"
+        )
+    else:
         yield (
             "no model of this kind may be right to the noise here; --tolerance 0.01 asks for 1 % of each "
             "episode's peak force, and keeps the deepest press from deciding alone"

@@ -14,6 +14,7 @@ Report = Callable[[str], None]
 START_EVALUATIONS = 8  # evaluations of a start before the best one is chosen
 MAX_EVALUATIONS = 40
 LAST_STEP_NATS = 1e-4  # [nats] a step that foretells less is the last one
+SETTLED_NATS, SETTLED_SHARE = 1.0, 1e-3  # [nats], of the cost, that a model may lack which was fitted before
 DAMPED = 1e-3  # of the first step
 START_RATE_FACTORS = (0.1, 1.0, 10.0)  # factors on the rate of relaxation, the parameter with several minima
 
@@ -52,23 +53,56 @@ class LeastSquares(Protocol):
         """Return the derivative, (rows, p), from the residual at ``u``; ``known``: columns that are given."""
 
 
-def fit_problem(problem: Problem, report: Report = lambda _: None) -> Optimum:
-    """Minimise, from several starts."""
-    starts = starting_points(problem)
-    best: Optimum | None = None
+def fit_problem(problem: Problem, report: Report = lambda _: None, plain: Problem | None = None) -> Optimum:
+    """Minimise, from several starts.
+
+    Rows that the ``plain`` model doubts are left out; that is the paper's, fitted to the same recording, and
+    ``problem`` when not given. So every model is judged on the same rows.
+    """
+    if plain is None:
+        best = _best_start(problem, starting_points(problem), report)
+        problem.doubtful = problem.doubted(best)
+        return _settle(problem, best, report)
+    if plain.measured.recovered:
+        problem.doubtful = plain.doubted(_best_start(plain, starting_points(plain), report))
+    if not problem.symbols:
+        return _settle(problem, problem.unknowns.start, report)
+    as_it_is = Problem(problem.model, problem.measured, zeros=problem.zeros, symbols=(), like=problem)
+    given = problem.unknowns.start.copy()
+    given[problem.unknowns.place < 0] = _settle(as_it_is, as_it_is.unknowns.start, report).u
+    if not _is_settled(problem, given):
+        given = _best_start(problem, [given, *starting_points(problem)], report)
+    return _settle(problem, given, report)
+
+
+def _best_start(problem: Problem, starts: list[Floats], report: Report) -> Floats:
+    best: Floats | None = None
     for i, start in enumerate(starts):
         report(f"start {i + 1} of {len(starts)}")
         problem.freeze(start)
-        found = refine_optimum(problem, start, START_EVALUATIONS)
-        if best is None or _badness(problem, found.u) < _badness(problem, best.u):
+        found = refine_optimum(problem, start, START_EVALUATIONS).u
+        if best is None or _badness(problem, found) < _badness(problem, best):
             best = found
     assert best is not None  # noqa: S101
-    problem.distrust(best.u)
-    for _ in range(2):
-        report("fine")
-        problem.freeze(best.u)
-        best = refine_optimum(problem, best.u, MAX_EVALUATIONS)
     return best
+
+
+def _settle(problem: Problem, u: Floats, report: Report) -> Optimum:
+    """Minimise from ``u`` until the noise is that at the optimum."""
+    for i in range(2):
+        report(f"last steps {i + 1} of 2")
+        problem.freeze(u)
+        best = refine_optimum(problem, u, MAX_EVALUATIONS)
+        u = best.u
+    return best
+
+
+def _is_settled(problem: Problem, u: Floats) -> bool:
+    """Whether ``u`` is where a fit has ended before: fitted again, it stays what it is."""
+    problem.freeze(u)
+    r = problem.residual(u)
+    _, foretold = _step(problem.unknowns, u, r, problem.jacobian(u, r), 0.0)
+    return foretold < SETTLED_NATS + SETTLED_SHARE * _cost(problem.unknowns, r, u)
 
 
 def _badness(problem: Problem, u: Floats) -> float:
@@ -141,13 +175,13 @@ def refine_optimum(
             u, r, cost = new, r_new, cost - found
             if foretold < near and was_fresh:
                 break
-            damping = damping / 10.0 if found > 0.5 * foretold else damping
+            damping = damping / 10.0 if found > 0.9 * foretold else damping
             if found < 0.25 * foretold:
                 J, fresh = problem.jacobian(u, r), True
         elif foretold < near:
             break
         elif fresh:
-            damping = 10.0 * max(damping, 1e-9)
+            damping = 3.0 * max(damping, 1e-9)
         else:
             J, fresh = problem.jacobian(u, r), True
     else:

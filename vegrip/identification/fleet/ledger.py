@@ -32,12 +32,14 @@ class Ledger:
         return self._known.get(self._key(found))
 
     def add(self, found: Found, row: Row) -> None:
-        """Write a row down at once.
+        """Write a row down at once, unless only the machine kept the recording from being examined.
 
         Raises:
             InputError: it cannot be written.
 
         """
+        if row.is_machine_failure:
+            return
         self._known[self._key(found)] = row
         told = {key: None if _is_missing(value) else value for key, value in row.as_dict().items()}
         try:
@@ -58,7 +60,7 @@ class Ledger:
                 told |= {name: tuple(told[name]) for name in ("effects", "doubts")}
                 told |= {name: math.nan for name in ("before", "after") if told[name] is None}
                 self._known[key] = Row(**told)
-            except (ValueError, KeyError, TypeError, AttributeError):
+            except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
                 continue
 
 

@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from vegrip.errors import VegripError
+from vegrip.errors import DeviceError, VegripError
 
 FAILED = "failed"
 
@@ -22,6 +22,7 @@ class Row:
         note: why it failed, or what is left that nothing explains.
         doubts: what else may have caused what was named.
         lost: what of the recording could not be read, and was left out.
+        is_machine_failure: whether it failed for a reason of the machine, so that another run tries it again.
 
     """
 
@@ -34,6 +35,7 @@ class Row:
     note: str = ""
     doubts: tuple[str, ...] = ()
     lost: str = ""
+    is_machine_failure: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON."""
@@ -48,11 +50,18 @@ def examine_recording(path: str, model: str = "") -> Row:
     """
     from vegrip.identification.diagnosis import diagnose  # noqa: PLC0415 (in the worker, not in the command)
     from vegrip.identification.recording import read_recording  # noqa: PLC0415
+    from vegrip.identification.recording.missing import MISSING  # noqa: PLC0415
     from vegrip.model import read_model  # noqa: PLC0415
 
+    for needed in (path, model or path):
+        if not Path(needed).exists():
+            return Row(
+                path, FAILED, note=f"the process that examines it sees no {needed}", is_machine_failure=True
+            )
     try:
         recording = read_recording(Path(path), announce=False)
-        lost = _in_a_line(recording.report.summary()) if recording.report.rows_lost else ""
+        is_whole = not recording.report.rows_lost and MISSING not in recording.source
+        lost = "" if is_whole else _in_a_line(recording.report.summary())
         found = diagnose(recording, read_model(Path(model)) if model else None, threads=1)
         grave = [one.text for one in found.doubts if one.is_grave]
         if grave:
@@ -67,6 +76,8 @@ def examine_recording(path: str, model: str = "") -> Row:
         left = found.unexplained
         note = f"depends on {left.variable}" if verdict == "unexplained" and left is not None else ""
         error = found.error
+    except (DeviceError, MemoryError, OSError) as wrong:
+        return Row(path, FAILED, note=f"{type(wrong).__name__}: {wrong}", is_machine_failure=True)
     except VegripError as wrong:
         return Row(path, FAILED, note=str(wrong))
     except Exception as wrong:  # noqa: BLE001 (one recording must not stop the others)

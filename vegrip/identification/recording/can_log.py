@@ -21,6 +21,7 @@ from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.checks import report_doubts, usable_rows
 from vegrip.identification.recording.data import Fingertip, Recording
+from vegrip.identification.recording.missing import MISSING, MissingStates, told
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec, Frame
@@ -148,11 +149,18 @@ def _recording(
     columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
     for cause, count in sorted(refused.items()):
         report.add(Kind.NOTE, f"{count} frames refused: {cause}")
-    report_doubts(t[keep], columns, radius, lines[keep], report)
+    missing = MissingStates()
+    for state in states:
+        missing.take(state)
+    source: dict[str, str | int | float | bool] = {"file": path.name}
+    if missing.count:
+        source[MISSING] = missing.count
+        report.add(Kind.NOTE, told(missing.count))
     episode = np.zeros(report.rows_kept, dtype=np.int64)
+    report_doubts(t[keep], episode, columns, radius, lines[keep], report)
     name = f"{path.stem} {finger}"
     fingertip = Fingertip(radius, finger)
-    return Recording(name, t[keep], episode, columns, fingertip, {}, {"file": path.name}, start, report)
+    return Recording(name, t[keep], episode, columns, fingertip, {}, source, start, report)
 
 
 def _counts(refused: Counter[str]) -> str:

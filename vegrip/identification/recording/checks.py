@@ -1,6 +1,8 @@
 """What a table of measurements must satisfy to be a recording, and what makes its units doubtful."""
 
 from bisect import bisect_left
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -15,6 +17,18 @@ MAX_SAMPLE_PERIOD_S: Final = 60.0
 """[s] A fingertip sampled more rarely than this has its time in another unit."""
 MIN_SAMPLE_PERIOD_S: Final = 1e-6
 """[s] And so has one sampled more often."""
+
+OPPOSED: Final = 0.5
+"""Correlation of displacement and force against each other, from which a sign is wrong, and with each other,
+from which the two are of one contact (origin: rule)."""
+MIN_SUSPECT_ROWS: Final = 50
+MOSTLY: Final = 3.0
+"""How much farther a force goes to the wrong side, more than any pull of adhesion (origin: rule)."""
+MIN_BULGE: Final = 0.03
+"""Of the curve of force over displacement to the side where a contact grows softer; measured and simulated
+recordings have -0.2 to -0.07, with the columns exchanged 0.06 to 0.19 (origin: measured)."""
+LEAST_MODULUS, LARGEST_MODULUS = 10.0, 1e10
+"""[Pa] between which the effective modulus of anything that a tip touches lies: gels and metals."""
 
 Lines = NDArray[np.int64]
 
@@ -58,9 +72,16 @@ def longest_increasing(values: Floats) -> NDArray[np.int64]:
 
 
 def report_doubts(
-    t: Floats, columns: dict[str, Floats], radius: float, lines: Lines, report: LoadReport
+    t: Floats,
+    episode: NDArray[np.int64],
+    columns: Mapping[str, Floats],
+    radius: float,
+    lines: Lines,
+    report: LoadReport,
 ) -> None:
-    """Report missing values and values that suggest a wrong unit; nothing is left out for them."""
+    """Report missing values and what suggests a wrong unit, sign or column; nothing is left out for it."""
+    for sentence in suspect_columns(episode, columns, radius):
+        report.add(Kind.SUSPECT, sentence)
     for name, values in columns.items():
         report_if(report, Kind.MISSING, name, lines[np.isnan(values)])
         quantity = CHANNELS[name]
@@ -74,3 +95,65 @@ def report_doubts(
     step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
     if not MIN_SAMPLE_PERIOD_S <= step <= MAX_SAMPLE_PERIOD_S:
         report.add(Kind.IMPLAUSIBLE, f"t advances by {step:g} s a row", [int(lines[0])])
+
+
+def suspect_columns(
+    episode: NDArray[np.int64], columns: Mapping[str, Floats], radius: float
+) -> Iterator[str]:
+    """Yield what normal force and displacement cannot be to each other, with what answers it in an import.
+
+    A contact pushes back the harder the deeper it is pressed, it grows stiffer on the way, and of the work
+    that is put in, ``W = sum N d(delta) > 0`` over a press, some is lost. Of two columns that are exchanged,
+    the curve bends to the other side and ``W < 0``; a lag of the force alone turns only ``W``, a creep under
+    a constant force only the bend.
+    """
+    if not {"displacement", "normal_force"} <= columns.keys():
+        return
+    known = np.isfinite(columns["displacement"]) & np.isfinite(columns["normal_force"])
+    depth, force = columns["displacement"][known], columns["normal_force"][known]
+    if depth.size < MIN_SUSPECT_ROWS or not np.ptp(depth) > 0.0 or not np.ptp(force) > 0.0:
+        return
+    together = float(np.corrcoef(depth, force)[0, 1])
+    is_negative = -force.min() > MOSTLY * force.max()
+    if together < -OPPOSED:
+        name = "normal_force" if -force.min() > force.max() else "displacement"
+        yield (
+            "the force falls where the tip goes deeper: one of the two has the wrong sign (compression and "
+            f"indentation are positive); import with --negate {name}"
+        )
+    elif together > OPPOSED and is_negative:
+        yield (
+            "force and displacement are negative where the tip is pressed: both have the wrong sign; import "
+            "with --negate normal_force --negate displacement"
+        )
+    elif together > OPPOSED and _is_exchanged(episode[known], depth, force):
+        yield (
+            "force and displacement look exchanged: the contact grows softer with the depth, and gives back "
+            "more work than is put in; exchange their columns in --map"
+        )
+    elif together > OPPOSED and radius > 0.0:
+        at = int(np.argmax(force))
+        lever = 4.0 / 3.0 * float(np.sqrt(radius * max(depth[at], 0.0) ** 3))  # [m^2]
+        modulus = float(force[at]) / lever if lever > 0.0 else LEAST_MODULUS
+        if not LEAST_MODULUS <= modulus <= LARGEST_MODULUS:
+            yield (
+                f"the stiffness cannot be: {force[at]:.3g} N at {depth[at]:.3g} m needs a modulus of "
+                f"{modulus:.1g} Pa; check --unit of both, and --radius"
+            )
+
+
+def _is_exchanged(episode: NDArray[np.int64], depth: Floats, force: Floats) -> bool:
+    work, bulges, sizes = 0.0, [], []
+    edges = [0, *(np.flatnonzero(np.diff(episode)) + 1).tolist(), episode.size]
+    for low, high in pairwise(edges):
+        d, f = depth[low:high] - depth[low], force[low:high] - force[low]
+        across, up = float(np.ptp(d)), float(np.ptp(f))
+        if across * up == 0.0:
+            continue
+        x, y = (d - d.min()) / across, (f - f.min()) / up
+        pressed = x > 0.1
+        bulges.append(float(np.mean((y - x)[pressed])))
+        sizes.append(across * up)
+        if abs(d[-1]) < 0.1 * across or abs(f[-1]) < 0.1 * up:
+            work += float(np.sum(0.5 * (f[1:] + f[:-1]) * np.diff(d)))
+    return bool(sizes) and work < 0.0 and float(np.average(bulges, weights=sizes)) > MIN_BULGE

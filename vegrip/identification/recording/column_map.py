@@ -90,9 +90,9 @@ class ContactMap:
 class TableMap:
     """How the table is written."""
 
-    delimiter: str = parameter(",", doc="between fields")
-    decimal: str = parameter(".", choices=(".", ","), doc="decimal sign")
-    skip: int = parameter(0, low=0, doc="lines before the header")
+    delimiter: str = parameter("", doc="between fields; empty: found")
+    decimal: str = parameter("", choices=("", ".", ","), doc="decimal sign; empty: found")
+    skip: int = parameter(-1, low=-1, doc="lines before the header; -1: found")
 
 
 @dataclass(frozen=True)
@@ -142,24 +142,36 @@ def read_column_map(path: Path | str) -> ColumnMap:
         raise RecordingError(str(error)) from None
 
 
-def with_columns(base: ColumnMap, columns: Sequence[str], units: Sequence[str]) -> ColumnMap:
-    """Return ``base`` with what the command line says: ``normal_force=force_N``, ``displacement=mm``."""
+def with_columns(
+    base: ColumnMap, columns: Sequence[str], units: Sequence[str], negated: Sequence[str] = ()
+) -> ColumnMap:
+    """Return ``base`` with what the command line says: ``normal_force=force_N``, ``displacement=mm``.
+
+    The sign of the channels in ``negated`` is turned.
+    """
     for name, column in map(_pair, columns):
         base = _changed(base, name, "column", column)
     for name, unit in map(_pair, units):
         if name == "episode" or (name != "t" and name not in base.channels):
             raise UsageError(f"--unit {name}={unit}: {name} is not mapped; add --map {name}=COLUMN")
         base = _changed(base, name, "unit", unit)
+    for name in negated:
+        if name not in CHANNELS:
+            raise UsageError(f"there is no channel {name!r}; {suggestion(name, CHANNELS)}")
+        entry = base.channels.get(name, ChannelMap(name))
+        turned = dataclasses.replace(entry, scale=-entry.scale)
+        base = dataclasses.replace(base, channels={**base.channels, name: turned})
     return base
 
 
 def own_columns(base: ColumnMap, header: Sequence[str]) -> ColumnMap:
-    """Return ``base`` with every column taken as what it is called, when it maps nothing itself."""
-    if base.channels:
-        return base
+    """Return ``base`` with every column taken as what it is called, unless it says otherwise."""
+    said = {base.time.column, base.episode.column, *(entry.column for entry in base.channels.values())}
     for name in header:
-        if name in CHANNELS:
+        if name in CHANNELS and name not in base.channels and name not in said:
             base = _changed(base, name, "column", name)
+    if not base.episode.column and "episode" in header and "episode" not in said:
+        base = _changed(base, "episode", "column", "episode")
     return base
 
 

@@ -1,8 +1,10 @@
 """Recordings on disk: a folder with ``recording.toml`` and ``recording.csv`` or ``recording.csv.gz``."""
 
+import contextlib
 import gzip
 import logging
 import math
+import shlex
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -15,14 +17,17 @@ from vegrip.errors import ConfigError, RecordingError
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 from vegrip.identification.recording.checks import report_doubts, usable_rows
 from vegrip.identification.recording.data import Fingertip, Recording
+from vegrip.identification.recording.missing import MISSING, told
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import BLOCK_ROWS, Layout, Progress, read_header, read_table
 from vegrip.spelling import suggestion
 from vegrip.toml_text import toml_value
 from vegrip.types import Floats
+from vegrip.whole_file import whole_file
 
 TOML = "recording.toml"
 CSV = "recording.csv"
+KEYS = ("name", "start", "fingertip", "sensors", "source")  # of recording.toml
 HEADING = "# All columns of recording.csv are SI units; temperature is in degrees Celsius."
 
 log = logging.getLogger(__name__)
@@ -43,6 +48,11 @@ def read_recording(
 
     """
     folder = Path(folder)
+    if folder.is_file():
+        raise RecordingError(
+            f"{folder}: is a file; a recording is a folder: make one with "
+            f"`vegrip import {shlex.quote(str(folder))} -o {shlex.quote(folder.name.partition('.')[0])}`"
+        )
     if not folder.is_dir():
         raise RecordingError(
             f"{folder}: there is no such folder; a recording is a folder with {TOML} and {CSV}"
@@ -51,32 +61,44 @@ def read_recording(
     report = LoadReport()
     fingertip, sensors = _fingertip(folder, about, report), _sensors(folder, about)
     t, episode, columns = _measurements(_csv(folder), fingertip.radius, report, progress)
-    if announce and report.rows_lost:
-        log.warning("%s: %s", folder, report.summary())
+    for key in sorted(about.keys() - KEYS):
+        said = f"{key!r} in {TOML} is not used; {suggestion(key, KEYS, 'known are')}"
+        report.add(Kind.NOTE, said)
+        log.warning("%s: %s", folder, said)
     name, start, source = about.get("name", folder.name), about.get("start", 0), about.get("source", {})
     if not isinstance(name, str) or not isinstance(start, int) or not isinstance(source, Mapping):
         raise RecordingError(f"{folder / TOML}: name must be text, start whole nanoseconds, source a table")
+    missing = source.get(MISSING)
+    if isinstance(missing, int) and missing > 0:
+        report.add(Kind.NOTE, told(missing))
+    if announce and (report.rows_lost or missing):
+        log.warning("%s: %s", folder, report.summary())
     return Recording(name, t, episode, columns, fingertip, sensors, source, start, report)
 
 
 def write_recording(recording: Recording, folder: Path | str, *, compressed: bool = False) -> None:
-    """Write ``recording`` so that reading it gives the same numbers, bit for bit; the folder is made."""
+    """Write ``recording`` so that reading it gives the same numbers, bit for bit; the folder is made.
+
+    Raises:
+        RecordingError: it cannot be written; what was in the folder stays.
+
+    """
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for stale in (folder / CSV, folder / f"{CSV}.gz"):
-            stale.unlink(missing_ok=True)
-        (folder / TOML).write_text(toml_text(recording), encoding="utf-8")
-        if compressed:
-            with (
-                (folder / f"{CSV}.gz").open("wb") as raw,
-                gzip.GzipFile("", "wb", fileobj=raw, mtime=0) as file,
-            ):
-                file.writelines(_csv_blocks(recording))
-        else:
-            with (folder / CSV).open("wb") as file:
-                file.writelines(_csv_blocks(recording))
+        name, other = (f"{CSV}.gz", CSV) if compressed else (CSV, f"{CSV}.gz")
+        with whole_file(folder / TOML) as about, whole_file(folder / name) as table:
+            about.write_text(toml_text(recording), encoding="utf-8")
+            with table.open("wb") as raw:
+                if compressed:
+                    with gzip.GzipFile("", "wb", fileobj=raw, mtime=0) as file:
+                        file.writelines(_csv_blocks(recording))
+                else:
+                    raw.writelines(_csv_blocks(recording))
+        (folder / other).unlink(missing_ok=True)
     except OSError as error:
+        with contextlib.suppress(OSError):
+            folder.rmdir()  # where nothing else is in it
         raise RecordingError(f"{folder}: cannot be written ({error.strerror or error})") from None
 
 
@@ -184,5 +206,5 @@ def _measurements(
     columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
     if not columns:
         raise RecordingError(f"{path}: no channel holds a single value")
-    report_doubts(t[keep], columns, radius, table.lines[keep], report)
+    report_doubts(t[keep], trial[keep].astype(np.int64), columns, radius, table.lines[keep], report)
     return t[keep], trial[keep].astype(np.int64), columns

@@ -18,6 +18,7 @@ from vegrip.identification.recording.correct import baseline_noise, correct_tria
 from vegrip.identification.recording.data import Columns, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
 from vegrip.identification.recording.table import Layout, Progress, Table, read_header, read_table
+from vegrip.identification.recording.table_form import find_layout
 from vegrip.identification.recording.units import to_si
 from vegrip.spelling import suggestion
 from vegrip.types import Floats
@@ -44,9 +45,13 @@ def import_csv(
     """
     path, report = Path(path), LoadReport()
     chart = column_map or ColumnMap()
-    layout = Layout(chart.table.delimiter, chart.table.decimal, chart.table.skip)
+    layout, unusual = find_layout(path, chart.table.delimiter, chart.table.decimal, chart.table.skip)
+    if unusual:
+        report.add(Kind.NOTE, f"found by itself: {unusual}")
     header = read_header(path, layout)
-    chart = own_columns(chart, header)
+    mapped, chart = chart, own_columns(chart, header)
+    if taken := chart.channels.keys() - mapped.channels.keys() if mapped.channels else ():
+        report.add(Kind.NOTE, f"taken by their names: {', '.join(sorted(taken))}")
     _check_mapped(path, chart, header)
     table = _read(path, chart, layout, report, progress)
     return recording_of(path, table, chart, report, radius)
@@ -81,6 +86,14 @@ def recording_of(
         name: _converted(path, table.numbers[entry.column][keep], name, chart)
         for name, entry in chart.channels.items()
     }
+    for name in [name for name, values in columns.items() if np.all(np.isnan(values))]:
+        column = chart.channels[name].column
+        report.add(
+            Kind.SUSPECT, f"{name} holds no number: the column {column!r} is empty; is it the right one?"
+        )
+        del columns[name]
+    if not columns:
+        raise RecordingError(f"{path}: no channel holds a single value")
     noise = _noise(t, trial, columns, chart)
     for rows in _stretches(trial):
         one = {name: values[rows] for name, values in columns.items()}  # views: corrected in place
@@ -88,13 +101,18 @@ def recording_of(
     fingertip = chart.fingertip if math.isnan(radius) else dataclasses.replace(chart.fingertip, radius=radius)
     if math.isnan(fingertip.radius):
         report.add(Kind.NOTE, "the fingertip's radius is unknown; give --radius if it is known")
-    report_doubts(t, columns, fingertip.radius, lines, report)
+    report_doubts(t, trial, columns, fingertip.radius, lines, report)
     source = {"file": path.name, "map": chart.name or "command line"}
     ordered = {name: columns[name] for name in CHANNELS if name in columns}
     return Recording(_stem(path), t, trial, ordered, fingertip, noise, source, start, report)
 
 
 def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
+    if len(header) == 1:
+        raise RecordingError(
+            f"{path}: has only the column {header[0]!r}; say what separates its fields with a --map-file: "
+            '[table] delimiter = " "'
+        )
     if not chart.channels:
         raise RecordingError(
             f"{path}: none of the columns {', '.join(header)} is called like a channel; "

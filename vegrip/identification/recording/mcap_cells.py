@@ -62,7 +62,7 @@ def from_json(data: bytes, columns: Sequence[str]) -> str:
     """
     try:
         body = json.loads(data, parse_float=str, parse_int=str)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise RecordingError(f"is not JSON ({error})") from None
     if not isinstance(body, dict):
         raise RecordingError("is not a JSON object")

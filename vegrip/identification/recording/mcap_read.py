@@ -17,6 +17,7 @@ from vegrip.identification.recording.mcap_cells import from_json
 from vegrip.identification.recording.mcap_tables import read_all
 from vegrip.identification.recording.rows import FILE_OF_MESSAGE
 from vegrip.identification.recording.writer import SESSION
+from vegrip.whole_file import write_whole
 
 FILES_OF_OURS: Final = (*FILE_OF_MESSAGE.values(), TOML, SESSION)
 MAX_RECORD_BYTES: Final = 2**28  # [bytes] of a record or chunk; a damaged length must not eat the memory
@@ -69,7 +70,7 @@ def _unpacked(path: Path, texts: Mapping[str, str], folder: Path) -> dict[Path, 
     folder.mkdir()
     for name, text in texts.items():
         (folder / name).parent.mkdir(exist_ok=True)
-        (folder / name).write_text(text, encoding="utf-8", newline="")
+        write_whole(folder / name, text)
     try:
         found = read_all(folder)
     except RecordingError as error:

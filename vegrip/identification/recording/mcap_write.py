@@ -13,7 +13,7 @@ is its row. ``log_time`` is the stamp of the message on the recorder's clock.
 import heapq
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.data import Recording
@@ -22,8 +22,7 @@ from vegrip.identification.recording.folder import TOML, toml_text
 from vegrip.identification.recording.mcap_cells import json_schema, properties, to_json
 from vegrip.identification.recording.mcap_tables import TextTable, read_all, tables_of
 from vegrip.identification.recording.writer import SESSION
-
-PART: Final = ".part"  # what is not whole yet does not carry the name
+from vegrip.whole_file import whole_file
 
 
 def write_mcap(folder: Path | str, path: Path | str) -> dict[Path, Recording]:
@@ -38,21 +37,17 @@ def write_mcap(folder: Path | str, path: Path | str) -> dict[Path, Recording]:
     library = bag_library("mcap.writer")
     recordings = read_all(folder)
     tables = list(tables_of(folder, recordings))
-    part = path.with_name(path.name + PART)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("wb") as file:
+        with whole_file(path) as part, part.open("wb") as file:
             writer = library.Writer(file, enable_data_crcs=True)
             writer.start(library="vegrip")
             for name, text in _descriptions(folder, recordings):
                 writer.add_attachment(0, 0, name, "application/toml", text.encode())
             _write_tables(writer, tables)
             writer.finish()
-        part.replace(path)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be written ({error.strerror or error})") from None
-    finally:
-        part.unlink(missing_ok=True)
     return recordings
 
 

@@ -22,6 +22,7 @@ class Kind(Enum):
     DECODE = ("message cannot be decoded", True)
     MISSING = ("value missing (NaN)", False)
     IMPLAUSIBLE = ("implausible value, check the unit", False)
+    SUSPECT = ("suspicious", False)
     COLUMN = ("column not used", False)
     NOTE = ("note", False)
 

@@ -1,13 +1,13 @@
 """What happened in a recorded run of a node: margins, slips, commands, faults, latencies."""
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vegrip.errors import RecordingError
+from vegrip.config import read_toml
+from vegrip.errors import ConfigError, RecordingError
 from vegrip.identification.recording.session import read_output
 
 SESSION = "session.toml"
@@ -29,9 +29,9 @@ def summarise_run(folder: Path) -> dict[str, Any]:
 
     """
     try:
-        about = tomllib.loads((folder / SESSION).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise RecordingError(f"{folder / SESSION} cannot be read: {error}") from None
+        about = read_toml(folder / SESSION)
+    except ConfigError as error:
+        raise RecordingError(str(error)) from None
     fingers = {path.parent.name: _finger(path.parent) for path in sorted(folder.glob("*/force_command.csv"))}
     if not fingers:
         raise RecordingError(f"{folder}: holds no commands of a node; record one with `vegrip launch demo`")

@@ -36,6 +36,9 @@ MOST_CELLS_ALL: Final = 4 * MOST_CELLS
 LONGEST_LINE: Final = 1_000_000
 """Characters of a line."""
 
+MOST_LOST: Final = 1_000_000
+"""Rows that are of no use to a recording; two megabytes of gzip can hold 200 million of one time stamp."""
+
 Cells = list[str]
 Progress = Callable[[int], None]
 
@@ -48,6 +51,7 @@ class Layout:
     decimal: str = "."
     skip: int = 0  # lines before the header
     sealed: bool = False  # a last line without its line end is cut, not only unusual
+    encoding: str = "utf-8-sig"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +65,7 @@ class Table:
 
 def read_header(path: Path, layout: Layout) -> list[str]:
     """Return the column names of ``path``."""
-    with _opened(path) as file:
+    with _opened(path, layout) as file:
         return _header(path, _texts(path, file, layout), layout)
 
 
@@ -75,14 +79,17 @@ def read_table(
 ) -> Table:
     """Read the columns ``numbers`` (as float64; an empty cell is NaN) and ``words`` (as text).
 
-    ``progress`` is called with the number of rows so far, block by block.
+    ``progress`` is called with the number of rows so far, block by block. The first of ``numbers`` is the
+    time: rows in which it is not later than in the row before are of no use.
 
     Raises:
-        RecordingError: no such file, not text, damaged, empty, or a wanted column is missing.
+        RecordingError: no such file, not text, damaged, empty, too many rows of no use, or a wanted column is
+            missing.
 
     """
     blocks: list[Table] = []
-    with _opened(path) as file:
+    of_use = 0
+    with _opened(path, layout) as file:
         texts = _texts(path, file, layout)
         header = _header(path, texts, layout)
         wanted = {name: _position(path, header, name) for name in (*numbers, *words)}
@@ -97,17 +104,26 @@ def read_table(
                 whole = _whole(_rows(path, block, layout), len(header), report)
                 table = _converted(whole, numbers, words, wanted, layout, report)
             blocks.append(table)
+            of_use += (
+                int(np.count_nonzero(np.diff(table.numbers[numbers[0]]) > 0)) + 1 if numbers else len(block)
+            )
+            if report.rows_read - of_use > MOST_LOST:
+                raise RecordingError(
+                    f"{path}:{block[-1][0]}: more than {MOST_LOST} rows so far are of no use: "
+                    f"{numbers[0]!r}, the time, stands still or runs backwards, or they cannot be read; "
+                    "give the column that is the time, or cut the file"
+                )
             progress(report.rows_read)
     if not report.rows_read:
         raise RecordingError(f"{path}: holds a header and no rows")
     return _joined(blocks, numbers, words)
 
 
-def _opened(path: Path) -> TextIO:
+def _opened(path: Path, layout: Layout) -> TextIO:
     try:
         if path.suffix == ".gz":
-            return gzip.open(path, "rt", encoding="utf-8-sig", newline="")
-        return path.open(encoding="utf-8-sig", newline="")
+            return gzip.open(path, "rt", encoding=layout.encoding, newline="")
+        return path.open(encoding=layout.encoding, newline="")
     except FileNotFoundError:
         raise RecordingError(f"{path}: there is no such file") from None
     except OSError as error:
@@ -127,9 +143,10 @@ def _texts(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, str]
             if line > layout.skip and not text.isspace():
                 yield line, text
     except UnicodeDecodeError:
+        name = layout.encoding.removesuffix("-sig").upper()
+        at = _first_foreign(path, line + 1) if name == "UTF-8" else line + 1
         raise RecordingError(
-            f"{path}:{_first_foreign(path, line + 1)}: is not a text file in UTF-8; "
-            "give a table of numbers (CSV)"
+            f"{path}:{at}: is not a text file in {name}; give a table of numbers (CSV)"
         ) from None
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise RecordingError(
@@ -182,7 +199,7 @@ def _rows(path: Path, block: list[tuple[int, str]], layout: Layout) -> list[tupl
     rows = []
     for line, text in block:
         try:
-            cells = _cells(text, layout.delimiter)
+            cells = split_line(text, layout.delimiter)
         except csv.Error as error:
             raise RecordingError(f"{path}:{line}: cannot be split into fields ({error})") from None
         rows.append((line, cells, layout.sealed and text[-1] not in "\r\n"))
@@ -224,8 +241,9 @@ def _plain_block(
     return Table(dict(zip(numbers, values.T.copy(), strict=True)), found, np.array(lines, dtype=np.int64))
 
 
-def _cells(text: str, delimiter: str) -> Cells:
-    if '"' in text:
+def split_line(text: str, delimiter: str) -> Cells:
+    """Return the cells of a line; raise :class:`csv.Error` where quotes do not fit."""
+    if '"' in text and len(delimiter) == 1:
         return next(csv.reader([text], delimiter=delimiter))
     return text.rstrip("\r\n").split(delimiter)
 
@@ -236,6 +254,7 @@ def _header(path: Path, texts: Iterator[tuple[int, str]], layout: Layout) -> lis
         raise RecordingError(f"{path}: is empty; the first line must name the columns")
     first = _rows(path, [top], layout)[0]
     header = [cell.strip() for cell in first[1]]
+    header[0] = header[0].removeprefix("#").strip() or header[0]  # a header that is a comment
     repeated = {name for name in header if name and header.count(name) > 1}
     if repeated:
         raise RecordingError(f"{path}:{first[0]}: the column {min(repeated)!r} stands twice; rename one")

@@ -16,7 +16,7 @@ and summed up in :attr:`RecordingWriter.problem`.
 
 import logging
 import os
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -28,9 +28,11 @@ import numpy as np
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.folder import toml_text
+from vegrip.identification.recording.missing import MISSING, MissingStates, told
 from vegrip.identification.recording.rows import FILE_OF_MESSAGE, csv_header, csv_row
 from vegrip.identification.recording.table_file import BUFFERED_ROWS, TableFile
-from vegrip.messages import Message, NodeStatus
+from vegrip.messages import FingertipState, Message, NodeStatus
+from vegrip.whole_file import write_whole
 
 SESSION = "session.toml"
 MOST_TABLES = 400
@@ -58,6 +60,7 @@ class RecordingWriter:
         self.folder = Path(folder)
         self.rows: Counter[str] = Counter()  # taken, by file
         self.lost: Counter[str] = Counter()  # of them not on disk, by file
+        self.missing: defaultdict[str, MissingStates] = defaultdict(MissingStates)  # by finger
         self.dropped = 0  # messages that came faster than they were taken; set by a queue in front of this
         self._radius = radius
         self._sensors = dict(sensors or {})
@@ -98,6 +101,8 @@ class RecordingWriter:
                 self._refuse(f"more than {MOST_TABLES} tables, the rest")
                 return
             self._files[name] = self._new(name, message)
+        if isinstance(message, FingertipState):
+            self.missing[_name(message.finger)].take(message)
         self._files[name].add(csv_row(message, self._start))
         self.rows[name] += 1
 
@@ -106,6 +111,7 @@ class RecordingWriter:
         lost = {name: file.flush() for name, file in self._files.items()}
         self.lost.update(lost)
         self._tell_accidents(lost)
+        self._note_missing()
         for name in self._descriptions:
             self._describe(name)
         self._tell_refusal(sum(lost.values()))
@@ -120,6 +126,10 @@ class RecordingWriter:
             log.error("%s: %d rows are lost at the end (%s)", self.folder, sum(lost.values()), self._refusal)
         for file in self._files.values():
             file.close()
+        counts = self._note_missing()
+        if counts:
+            each = ", ".join(f"{finger} {count}" for finger, count in counts.items())
+            log.warning("%s: %s (%s)", self.folder, told(sum(counts.values())), each)
         for name in self._descriptions:
             self._describe(name)
         self._seal()
@@ -137,7 +147,7 @@ class RecordingWriter:
             raise RecordingError(f"{self.folder}: holds a recording already; choose another folder")
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            (self.folder / SESSION).write_text(f'began = "{self._began}"\n', encoding="utf-8")
+            write_whole(self.folder / SESSION, f'began = "{self._began}"\n')
         except OSError as error:
             raise RecordingError(f"{self.folder}: cannot be written ({error.strerror or error})") from None
 
@@ -189,7 +199,16 @@ class RecordingWriter:
             log.warning("%s: can be written again", self.folder)
         self._refusal = refusal
 
-    def _about(self, finger: str) -> str:
+    def _note_missing(self) -> dict[str, int]:
+        """Write what never came into the notes of session and fingers; return it by finger."""
+        counts = {finger: found.count for finger, found in self.missing.items() if found.count}
+        if counts:
+            self._descriptions[SESSION] = f'began = "{self._began}"\n{MISSING} = {sum(counts.values())}\n'
+        for finger, count in counts.items():
+            self._descriptions[f"{finger}/recording.toml"] = self._about(finger, count)
+        return counts
+
+    def _about(self, finger: str, missing: int = 0) -> str:
         empty = Recording(
             f"{self.folder.name} {finger}",
             np.empty(0),
@@ -197,7 +216,7 @@ class RecordingWriter:
             {"normal_force": np.empty(0)},
             Fingertip(self._radius, finger),
             self._sensors,
-            {"began": self._began},
+            {"began": self._began} | ({MISSING: missing} if missing else {}),
             self._start or 0,
         )
         return toml_text(empty)
@@ -207,6 +226,8 @@ class RecordingWriter:
         text = f'began = "{self._began}"\nclosed = true\nrows = {rows}\nlost = {lost}\n'
         if self.dropped:
             text += f"dropped = {self.dropped}\n"
+        if missing := sum(found.count for found in self.missing.values()):
+            text += f"{MISSING} = {missing}\n"
         self._descriptions[SESSION] = text
         self._describe(SESSION)
 
@@ -214,7 +235,7 @@ class RecordingWriter:
         """See to it that the file ``name`` says what it should; what cannot be written is tried again."""
         path, data = self.folder / name, self._descriptions[name].encode()
         try:
-            if path.exists() and path.stat().st_size == len(data):
+            if path.exists() and path.read_bytes() == data:
                 return
             path.parent.mkdir(parents=True, exist_ok=True)
             _overwrite(path, data)
@@ -234,6 +255,9 @@ def _overwrite(path: Path, data: bytes) -> None:
 def _file(message: Message) -> str:
     if isinstance(message, NodeStatus):
         return FILE_OF_MESSAGE[NodeStatus]
-    # a finger's name may come from the wire: it must not lead out of the folder
-    finger = "".join(c if c.isalnum() or c in "-_" else "_" for c in message.finger) or "_"
-    return f"{finger}/{FILE_OF_MESSAGE[type(message)]}"
+    return f"{_name(message.finger)}/{FILE_OF_MESSAGE[type(message)]}"
+
+
+def _name(finger: str) -> str:
+    """Return the folder of a finger, whose name may come from the wire and must not lead out of it."""
+    return "".join(c if c.isalnum() or c in "-_" else "_" for c in finger) or "_"

@@ -10,11 +10,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from vegrip.identification.recording import Recording, write_recording
-from vegrip.identification.recording.column_map import ColumnMap, with_columns
-from vegrip.identification.recording.import_csv import import_csv
+from vegrip.whole_file import write_whole
+
+if TYPE_CHECKING:
+    from vegrip.identification.recording import Recording
 
 SAMPLE_RADIUS_M: Final = 8e-3  # [m]
 COLUMNS: Final = (
@@ -69,8 +70,11 @@ def _content(path: Path) -> list[bytes]:
     return [file.read_bytes() for file in files if file.is_file()]
 
 
-def recording() -> Recording:
+def recording() -> "Recording":
     """Return the sample recording."""
+    from vegrip.identification.recording.column_map import ColumnMap, with_columns  # noqa: PLC0415 (heavy)
+    from vegrip.identification.recording.import_csv import import_csv  # noqa: PLC0415
+
     chart = with_columns(ColumnMap(), COLUMNS, UNITS)
     channels = {name: replace(entry, noise=NOISE.get(name, 0.0)) for name, entry in chart.channels.items()}
     with as_file(files(__name__).joinpath(f"{SAMPLE_TABLE}.gz")) as path:
@@ -78,11 +82,11 @@ def recording() -> Recording:
 
 
 def _write_table(path: Path) -> None:
-    path.write_bytes(gzip.decompress(files(__name__).joinpath(f"{SAMPLE_TABLE}.gz").read_bytes()))
+    write_whole(path, gzip.decompress(files(__name__).joinpath(f"{SAMPLE_TABLE}.gz").read_bytes()))
 
 
 def _copied(name: str) -> Callable[[Path], object]:
-    return lambda path: path.write_bytes(files(__name__).joinpath(name).read_bytes())
+    return lambda path: write_whole(path, files(__name__).joinpath(name).read_bytes())
 
 
 def _write_model(path: Path) -> None:
@@ -92,6 +96,8 @@ def _write_model(path: Path) -> None:
 
 
 def _write_recording(path: Path) -> None:
+    from vegrip.identification.recording import write_recording  # noqa: PLC0415 (heavy)
+
     write_recording(recording(), path)
 
 

@@ -29,6 +29,7 @@ from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError
 from vegrip.spelling import suggestion
 from vegrip.virtual.bench.protocol import Episode, Segment
+from vegrip.whole_file import write_whole
 
 __all__ = ["Episode", "Protocol", "Segment", "read_protocol", "write_protocol"]
 
@@ -181,7 +182,7 @@ def write_protocol(protocol: Protocol, path: Path | str, comment: str = "") -> N
         lines += [f"    {{ {_line(segment)} }}," for segment in episode]
         lines.append("]")
     try:
-        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        write_whole(Path(path), "\n".join(lines) + "\n")
     except OSError as error:
         raise ConfigError(f"{path}: cannot be written ({error.strerror or error})") from None
 

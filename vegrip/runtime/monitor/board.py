@@ -60,6 +60,7 @@ class Board:
     rows: dict[str, FingerRow] = field(default_factory=dict)
     nodes: dict[str, NodeRow] = field(default_factory=dict)
     log: deque[LogLine] = field(default_factory=lambda: deque(maxlen=LOG_LINES))
+    said: int = 0  # lines of the log since the start
     counts: dict[str, int] = field(default_factory=dict)
     _slipping: set[str] = field(default_factory=set)
     _looked: int | None = None  # [ns]
@@ -93,16 +94,20 @@ class Board:
         finger.put(message, now)
 
     def attend(self, present: Iterable[Present], now: int) -> None:
-        """Note which nodes run on this machine, all of them, and their fingers in the order of the hand."""
-        running = {node.name: node for node in present}
-        for name, node in running.items():
-            self._node(name, now)
-            self._order(node.fingers)
+        """Note which nodes run on this machine, all of them, and their fingers in the order of the hand.
+
+        Of those that have failed only what was on the board is noted.
+        """
+        known = {node.name: node for node in present}
+        for name, node in known.items():
+            if not node.failure:
+                self._node(name, now)
+                self._order(node.fingers)
         for name, row in self.nodes.items():
-            row.attend(running.get(name), now)
+            row.attend(known.get(name), now)
 
     def look(self, now: int) -> None:
-        """Log what has fallen silent, died, ended or returned by ``now`` [ns]."""
+        """Log what has fallen silent, died, stopped or returned by ``now`` [ns]."""
         if self._looked is None or now - self._looked > FRESH * NS:
             self._awake_since = now  # a monitor that did not look must not call nodes silent
         self._looked = now
@@ -115,6 +120,7 @@ class Board:
 
     def say(self, text: str, now: int, style: str = "") -> None:
         """Add a line to the log."""
+        self.said += 1
         self.log.append(LogLine((now - self.start) / NS, text, style))
 
     @property
@@ -144,15 +150,15 @@ class Board:
 
     def _tell_presence(self, name: str, row: NodeRow, before: Presence, now: int) -> None:
         heard = f"{(row.last_heard - self.start) / NS:.1f} s"
-        if row.presence in (Presence.GONE, Presence.ENDED) and row.sends:
+        if row.presence in (Presence.GONE, Presence.STOPPED) and row.sends:
             self._ended = (name, now)
         match row.presence:
             case Presence.SILENT:
                 self.say(f"{name} is silent since {heard}", now, "bold red")
             case Presence.GONE:
-                self.say(f"{name} has died, last heard at {heard}", now, "bold red")
-            case Presence.ENDED:
-                self.say(f"{name} has ended", now)
+                self.say(f"{name} has died, last heard at {heard}: {row.failure}", now, "bold red")
+            case Presence.STOPPED:
+                self.say(f"{name} has stopped", now)
             case Presence.STARTING:
                 row.is_old = False
             case Presence.RUNNING if before is not Presence.STARTING:
@@ -201,7 +207,7 @@ class Board:
     def _tell_condition(self, fingers: list[str], condition: Condition, now: int) -> None:
         names = "all fingers" if len(fingers) == len(self.rows) > 1 else ", ".join(fingers)
         if condition in ABSENT and self._ended is not None and now - self._ended[1] < CONSEQUENCE * NS:
-            self.say(f"{names}: no input since {self._ended[0]} ended", now)
+            self.say(f"{names}: no input since {self._ended[0]} stopped", now)
         else:
             self.say(f"{names}: input {words(condition)}", now, CONDITION_STYLE.get(condition, "red"))
 

@@ -10,18 +10,18 @@ from vegrip.runtime.monitor.finger_row import FRESH
 
 STATUS_PERIOD = 1.0  # [s] of NodeStatus, where nothing else is known
 MISSED = 2.0  # statuses that may fail to come on a busy machine
-LAST_STATUS_S = 0.3  # [s] the last status of a node may come so long after its process has gone
 RECENT_REFUSAL_S = 10.0  # [s] a refusal so long ago is still shown as news
 
 
 @dataclass(frozen=True)
 class Present:
-    """A node that runs on this machine, as the registry knows it."""
+    """A node that runs on this machine, or has failed there, as the registry knows it."""
 
     name: str  # in full, with namespace
     pid: int = 0
     status_period: float = STATUS_PERIOD  # [s]
     fingers: tuple[str, ...] = ()  # in the order of its hand, as the board calls them
+    failure: str = ""  # why it runs no more
 
 
 class Presence(Enum):
@@ -31,7 +31,7 @@ class Presence(Enum):
     RUNNING = "running"
     SILENT = "silent"  # it says nothing, though its process may run
     GONE = "gone"  # its process has died
-    ENDED = "ended"  # it has said that it ends
+    STOPPED = "stopped"  # it has ended in order
 
 
 @dataclass
@@ -42,14 +42,15 @@ class NodeRow:
     is_old: bool = False  # it ran before the monitor started
     status: NodeStatus | None = None
     presence: Presence = Presence.STARTING
-    present: Present | None = None  # None: the registry does not know it (any more)
+    failure: str = ""  # why it runs no more
+    present: Present | None = None  # None: it is not in the registry (any more)
+    has_left: bool = False  # the registry
     late: float = 0.0  # [1/s] deadlines missed, over the last status period
     sends: bool = False  # states or commands, not only statuses
     recent: dict[str, int] = field(default_factory=dict)  # refusal: [ns] when it was last counted
     _spoke: int = 0  # [ns] the newest message of any kind
     _streamed: int = 0  # [ns] the newest that is no status
     _pid: int = 0
-    _left: int | None = None  # [ns] when the registry lost it
     _status_at: int = 0  # [ns]
     _period: float = STATUS_PERIOD  # [s] between its last two statuses
 
@@ -63,13 +64,13 @@ class NodeRow:
 
     def attend(self, present: Present | None, now: int) -> None:
         """Note whether the registry knows the node."""
-        if present is not None:
+        self.failure = present.failure if present is not None else ""
+        if present is not None and not self.failure:
             if present.pid != self._pid:
                 self.since, self._pid, self._period = now, present.pid, present.status_period
-            self._left = None
+            self.present, self.has_left = present, False
         elif self.present is not None:
-            self._left = now
-        self.present = present
+            self.present, self.has_left = None, True
 
     def age(self, now: int) -> float:
         """Return the time since it last said something, or since it was first known [s]."""
@@ -102,10 +103,11 @@ class NodeRow:
             awake_since: [ns] the watcher itself slept before: silence counts from here.
 
         """
-        if self.status is not None and self.status.state is Lifecycle.FINALIZED and self._is_last_word():
-            return Presence.ENDED
-        if self._left is not None and now - self._left > LAST_STATUS_S * NS:
+        if self.failure:
             return Presence.GONE
+        is_finalized = self.status is not None and self.status.state is Lifecycle.FINALIZED
+        if self.has_left or (is_finalized and self._is_last_word()):
+            return Presence.STOPPED
         if now - max(self.last_heard, awake_since) > self._patience() * NS:
             started = self._spoke >= self.since
             return Presence.SILENT if started or self.present is None else Presence.STARTING

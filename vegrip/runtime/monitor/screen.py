@@ -1,4 +1,7 @@
-"""A live screen in a thread of its own: the loop that feeds it never waits for the terminal."""
+"""A live screen in a thread of its own: the loop that feeds it never waits for the terminal.
+
+Where there is no terminal it prints lines: what happens, and every second a line for each finger.
+"""
 
 import threading
 import time
@@ -8,13 +11,15 @@ from collections.abc import Iterable
 from rich.console import Console
 from rich.live import Live
 
+from vegrip.clock import NS
 from vegrip.messages import Message
 from vegrip.runtime.monitor.board import Board
 from vegrip.runtime.monitor.node_row import Present
-from vegrip.runtime.monitor.table import render
+from vegrip.runtime.monitor.table import finger_lines, log_line, render
 
 QUEUE_MESSAGES = 20_000  # messages between two drawings; the oldest give way
 REDRAW_PERIOD_S = 0.1  # [s]
+LINE_PERIOD_S = 1.0  # [s] between two lines of a finger
 
 
 class Screen:
@@ -47,12 +52,33 @@ class Screen:
             self._thread.join()
 
     def _run(self) -> None:
+        if not self._console.is_terminal:
+            self._print_lines()
+            return
         with Live(console=self._console, auto_refresh=False) as live:
             while not self._stop.wait(REDRAW_PERIOD_S):
                 self._draw(live)
             self._draw(live)
 
     def _draw(self, live: Live) -> None:
+        now = self._look()
+        live.update(render(self.board, now, self._title, size=self._console.size), refresh=True)
+
+    def _print_lines(self) -> None:
+        due, told, fingers = self.board.start, 0, [""]
+        while not self._stop.wait(REDRAW_PERIOD_S):
+            now = self._look()
+            news, told = self.board.said - told, self.board.said
+            lines = [str(log_line(line)) for line in list(self.board.log)[-news:]] if news else []
+            before = fingers
+            if now >= due and (fingers := finger_lines(self.board, now)) != before:
+                due = now + round(LINE_PERIOD_S * NS)
+                lines += fingers
+            for line in lines:
+                self._console.print(line, soft_wrap=True, markup=False, highlight=False)
+
+    def _look(self) -> int:
+        """Put on the board what has come, and return the time [ns]."""
         for _ in range(len(self._queue)):
             news, then, node = self._queue.popleft()
             if isinstance(news, tuple):
@@ -61,4 +87,4 @@ class Screen:
                 self.board.take(news, then, node)
         now = time.monotonic_ns()
         self.board.look(now)
-        live.update(render(self.board, now, self._title, size=self._console.size), refresh=True)
+        return now

@@ -26,8 +26,10 @@ from vegrip.runtime.monitor.node_row import NodeRow, Presence
 
 BAR = 24  # characters of the margin bar
 NARROW_BAR = 13  # as long as "no news 59 min"
+SMALL_COLUMNS = 74  # columns below which measured force and reason give way to health
 WIDE_COLUMNS = 118  # columns from which on everything is shown
 FRAME = 2  # lines
+WAITING = "no node runs yet, and this waits for one; `vegrip launch demo` starts some"
 ON_PURPOSE = "cyan"
 FRICTION = {PROBED: "probing friction", KNOWN: "friction known"}
 """What is done on purpose, by :attr:`vegrip.messages.ModelHealth.friction`."""
@@ -47,7 +49,7 @@ PRESENCE_STYLE = {
     Presence.RUNNING: "",
     Presence.SILENT: "bold red",
     Presence.GONE: "bold red",
-    Presence.ENDED: "dim",
+    Presence.STOPPED: "dim",
 }
 
 
@@ -61,7 +63,12 @@ def render(
     """Return the whole screen as of ``now`` [ns], for a terminal of ``size`` (columns, lines)."""
     columns, lines = size
     wide = columns >= WIDE_COLUMNS
-    parts: list[RenderableType] = [_fingers(board, now, wide=wide), _nodes(board, now, wide=wide)]
+    parts: list[RenderableType] = [Text(WAITING)]
+    if board.rows or board.nodes:
+        parts = [
+            _fingers(board, now, wide=wide, small=columns < SMALL_COLUMNS),
+            _nodes(board, now, wide=wide),
+        ]
     taken = len(board.rows) + len(board.nodes) + 2 + FRAME + 1
     if board.busy:
         parts.append(_one_line(Text(board.busy, "bold yellow")))
@@ -70,27 +77,44 @@ def render(
         parts.append(footer)
         taken += 1
     left = max(lines - taken, 1)
-    parts += [_line(line) for line in list(board.log)[-left:]]
+    parts += [log_line(line) for line in list(board.log)[-left:]]
     clock = f"{(now - board.start) / NS:.1f} s"
     return Panel(Group(*parts), title=title, subtitle=clock, padding=(0, 1))
 
 
-def _fingers(board: Board, now: int, *, wide: bool) -> Table:
+def finger_lines(board: Board, now: int) -> list[str]:
+    """Return a line for each finger that says something at ``now`` [ns], for files and pipes."""
+    if not board.rows and not board.nodes:
+        return [WAITING]
+    lines = []
+    for finger, row in board.rows.items():
+        if row.fresh(SlipMargin, now) is not None:
+            cells = (str(cell) for cell in _cells(finger, row, now, wide=False, alarm=True))
+            _, force, _, margin, bound, command, why, health = cells
+            told = f"N {force} N, margin {margin}, bound {bound}, F {command} N {why}, {health}"
+            lines.append(f"{(now - board.start) / NS:7.2f} s  {finger}: {told}")
+    return lines
+
+
+def _fingers(board: Board, now: int, *, wide: bool, small: bool) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold", expand=False)
     table.add_column("finger", min_width=7, no_wrap=True)
-    _numbers(table, ("N [N]", 5))
+    if not small:
+        _numbers(table, ("N [N]", 5))
     if wide:
         _numbers(table, ("a [mm]", 9), ("k", 9), ("mu", 9))
     bar = BAR if wide else NARROW_BAR
     table.add_column("margin, its bound |" if wide else "margin, |", min_width=bar, no_wrap=True)
     _numbers(table, ("margin", 6), ("bound", 5), ("F [N]", 5))
-    table.add_column("why", min_width=10, no_wrap=True)
+    if not small:
+        table.add_column("why", min_width=10, no_wrap=True)
     if wide:
         _numbers(table, ("age", 6))
     table.add_column("health", min_width=10)  # gives way first
     for finger, row in board.rows.items():
-        ended = row.source in board.nodes and board.nodes[row.source].presence is Presence.ENDED
-        table.add_row(*_cells(finger, row, now, wide=wide, alarm=not ended))
+        stopped = row.source in board.nodes and board.nodes[row.source].presence is Presence.STOPPED
+        cells = _cells(finger, row, now, wide=wide, alarm=not stopped)
+        table.add_row(*([cells[0], *cells[2:-2], cells[-1]] if small else cells))
     return table
 
 
@@ -152,7 +176,8 @@ def _bar(row: FingerRow, now: int, width: int, *, alarm: bool) -> Text:
     value, bound = min(max(margin.margin.value, 0.0), 1.0), margin.lower_bound
     full = round(width * value)
     health = row.fresh(ModelHealth, now)
-    purpose = health is not None and health.friction in FRICTION and margin.margin.value >= 0.0
+    friction = health.friction if health is not None else ""
+    purpose = friction == PROBED or (friction == KNOWN and margin.margin.value >= 0.0)
     text = Text("█" * full, ON_PURPOSE if purpose else _colour(bound if math.isfinite(bound) else value))
     text.append("·" * (width - full), "dim")
     if math.isfinite(bound):
@@ -194,7 +219,8 @@ def _health(row: FingerRow, now: int) -> Text:
         return Text(words(health.condition), "bold red")
     if not health.consistent and health.channel:
         where = f"{health.channel} in {health.regime}" if health.regime else health.channel
-        return Text(f"{health.suspect or 'misfit'}: {where}", "yellow")
+        probing = "probing, " if health.friction == PROBED else ""
+        return Text(f"{probing}{health.suspect or 'misfit'}: {where}", "yellow")
     if health.friction:
         return Text(FRICTION.get(health.friction, f"friction {health.friction}"), ON_PURPOSE)
     return Text(words(health.condition), "green" if health.condition == Condition.OK else "yellow")
@@ -252,7 +278,8 @@ def _refusals(row: NodeRow, now: int) -> Text:
     return Text(f"none now ({before} before)" if before else "-", "dim")
 
 
-def _line(line: LogLine) -> Text:
+def log_line(line: LogLine) -> Text:
+    """Return what happened, on one line."""
     return _one_line(Text.assemble((f"{line.time:7.2f} s  ", "dim"), (line.text, line.style)))
 
 

@@ -15,6 +15,7 @@ from vegrip.messages import (
     NodeStatus,
     SlipMargin,
 )
+from vegrip.runtime.exit_reports import read_reports
 from vegrip.runtime.monitor.node_row import Present
 from vegrip.runtime.registry import Entry, running_nodes
 from vegrip.runtime.telemetry_socket import NEWEST, TelemetryReader
@@ -99,7 +100,8 @@ class Watch:
                 self._connected.add(entry.name)
                 topics = _Topics(entry)
                 self._reader.add(entry, [*topics.of(self._every), *topics.status()])
-        sink.attend([_present(entry) for entry in entries], time.monotonic_ns())
+        failed = [Present(name, failure=report.reason) for name, report in read_reports().items()]
+        sink.attend([*failed, *map(_present, entries)], time.monotonic_ns())
 
 
 class _Topics:

@@ -22,7 +22,7 @@ from vegrip.errors import VegripError
 from vegrip.host.runtime_folder import runtime_folder, socket_path
 from vegrip.transport.canbus.acceptance import Pair, pack_filters, pairs_of
 from vegrip.transport.canbus.bus_load import BusLoad
-from vegrip.transport.canbus.error_report import reported_state
+from vegrip.transport.canbus.error_report import ACKNOWLEDGEMENT, reported_state
 from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
 from vegrip.transport.canbus.greeting import make_greeting
@@ -108,6 +108,7 @@ class VegripBus(can.BusABC):
         self._filtered = False  # whether the bus brings a part of the frames only
         self._listen_only, self._error_frames = listen_only, error_frames
         self._error_state = ErrorState.ACTIVE
+        self._unheard = False  # a frame was not acknowledged, and none of another node has come since
         self._read_ahead: deque[Delivery] = deque()
         self._gathers = patience is not None
         self._packets: deque[bytes] = deque()  # deliveries that came in one packet
@@ -240,6 +241,7 @@ class VegripBus(can.BusABC):
             if (plain := unpack_plain(packet)) is not None:
                 number, end, busy, identifier, data = plain
                 self._count(number, end, busy)
+                self._unheard = False
                 return Frame(identifier, data, fd=True, stamp=end)
             delivery = self._opened(packet)
             if delivery is not None:
@@ -328,12 +330,7 @@ class VegripBus(can.BusABC):
 
         What waits to be received is looked through for news, and still received afterwards.
         """
-        more = len(self._read_ahead) < READ_AHEAD
-        while more:
-            delivery, more = self._look()
-            if delivery is not None:
-                self._read_ahead.append(delivery)
-                more = len(self._read_ahead) < READ_AHEAD
+        self._look_through()
         if self._error_state is ErrorState.OFF:
             return can.BusState.ERROR
         passive = self._listen_only or self._error_state is ErrorState.PASSIVE
@@ -345,6 +342,14 @@ class VegripBus(can.BusABC):
             f"the state of {self.channel_info} follows from its errors; for one that only listens open it "
             "with listen_only=True"
         )
+
+    def _look_through(self) -> None:
+        more = len(self._read_ahead) < READ_AHEAD
+        while more:
+            delivery, more = self._look()
+            if delivery is not None:
+                self._read_ahead.append(delivery)
+                more = len(self._read_ahead) < READ_AHEAD
 
     def _receive(self) -> bytes:
         """Return the next delivery; BlockingIOError: there is none."""
@@ -422,6 +427,7 @@ class VegripBus(can.BusABC):
         if delivery.is_error:
             self._learn(delivery)
             return self._error_frames
+        self._unheard = False
         if delivery.frame.fd and not self._fd:
             self.fd_refused += 1
             return False
@@ -434,6 +440,7 @@ class VegripBus(can.BusABC):
 
     def _learn(self, error: Delivery) -> None:
         detail = error.frame.data
+        self._unheard = self._unheard or bool(error.frame.identifier & ACKNOWLEDGEMENT)
         self.error_counters = detail[6], detail[7]
         told = reported_state(error.frame.identifier, detail)
         self._error_state = self._error_state if told is None else told
@@ -482,9 +489,13 @@ class VegripBus(can.BusABC):
     def _wait_for_room(self, deadline: float) -> None:
         remaining = deadline - time.monotonic()
         if remaining <= 0.0 or not select.select([], [self._socket], [], remaining)[1]:
-            raise can.CanOperationError(
-                f"transmit queue of {self.channel_info} is full: the bus is overloaded"
+            self._look_through()
+            why = (
+                "no other node listens, so no frame is acknowledged; start one first"
+                if self._unheard
+                else "the bus is overloaded"
             )
+            raise can.CanOperationError(f"transmit queue of {self.channel_info} is full: {why}")
 
     def _gone(self) -> can.CanOperationError:
         return can.CanOperationError(f"{self.channel_info} has gone; open it again")

@@ -5,7 +5,6 @@ Both codecs are built from these declarations: msgpack from them alone, CAN from
 """
 
 import enum
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -13,7 +12,7 @@ from importlib import resources
 from typing import Any, Final, get_args
 
 from vegrip import messages
-from vegrip.config import build
+from vegrip.config import build, parse_toml
 from vegrip.errors import ConfigError
 from vegrip.messages import Message
 
@@ -82,7 +81,7 @@ def parse(text: str) -> MessageSet:
         ConfigError: a message or a type that vegrip.messages does not have.
 
     """
-    table = tomllib.loads(text)
+    table = parse_toml(text)
     version = table.pop("version")
     schemas = [_message(name, entry) for name, entry in table.items()]
     return MessageSet(version, {schema.cls: schema for schema in schemas})

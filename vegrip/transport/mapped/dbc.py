@@ -1,13 +1,17 @@
 """A DBC, KCD, SYM or ARXML file becomes a :class:`~vegrip.transport.mapped.database.Database`."""
 
 import math
+import re
 from pathlib import Path
 from typing import Any, Final
 
 from vegrip.errors import ConfigError
 from vegrip.transport.mapped.database import EXTENDED, Database, ForeignMessage, Signal
 
-MAX_DATABASE_BYTES: Final = 16 * 2**20  # [bytes] of a file; those of whole vehicles have five million
+MAX_DATABASE_BYTES: Final = 4 * 2**20  # [bytes] of a file
+MOST_SIGNALS: Final = 20_000  # a hand has some hundreds; cantools reads six thousand a second
+DECLARED: Final = re.compile(rb"\bSG_\s+\w+\s*(?:[mM]\w*\s*)?:|<Signal\s|<I-SIGNAL[\s>]|\b(?:Sig|Var)=")
+"""What declares a signal in a DBC, KCD, ARXML or SYM file."""
 
 
 def read_dbc(path: Path) -> Database:
@@ -20,10 +24,14 @@ def read_dbc(path: Path) -> Database:
     import cantools.database  # noqa: PLC0415 (half a second, only where there is a map)
 
     try:
-        if path.stat().st_size > MAX_DATABASE_BYTES:
-            raise ConfigError(
-                f"{path}: is larger than {MAX_DATABASE_BYTES >> 20} MiB; give the part of it that is the hand"
-            )
+        with path.open("rb") as file:
+            content = file.read(MAX_DATABASE_BYTES + 1)
+        for limit, is_beyond in (
+            (f"{MAX_DATABASE_BYTES >> 20} MiB", len(content) > MAX_DATABASE_BYTES),
+            (f"{MOST_SIGNALS} signals", sum(1 for _ in DECLARED.finditer(content)) > MOST_SIGNALS),
+        ):
+            if is_beyond:
+                raise ConfigError(f"{path}: has more than {limit}; give the part of it that is the hand")
         database: Any = cantools.database.load_file(path, strict=True)
     except FileNotFoundError:
         raise ConfigError(f"{path}: there is no such file; 'database' is relative to the map") from None

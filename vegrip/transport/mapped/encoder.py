@@ -171,7 +171,10 @@ class CommandEncoder:
         return self._frame(outgoing, command.stamp)
 
     def due(self, now: int) -> list[Frame]:
-        """Return the frames whose last one is a period ago at ``now`` [ns]."""
+        """Return the frames whose last one is a period ago at ``now`` [ns].
+
+        Requests keep their own period whatever is commanded: a hand may answer them alone.
+        """
         frames = []
         for outgoing in self._outgoing.values():
             if now - outgoing.last < self._period:
@@ -183,11 +186,9 @@ class CommandEncoder:
                 continue
             self.held += expired
             frames += self._frame(outgoing, now)
-        if frames or any(now - outgoing.last < self._period for outgoing in self._outgoing.values()):
-            return frames
         if self._request and now - self._requested >= self._period:
             self._requested = now
-            return list(self._request)
+            frames += self._request
         return frames
 
     def _frame(self, outgoing: _Outgoing, now: int) -> list[Frame]:

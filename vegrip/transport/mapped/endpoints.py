@@ -10,7 +10,6 @@ from vegrip.transport.mapped.codec import MappedCodec
 from vegrip.transport.mapped.endpoint import MappedCanEndpoint
 from vegrip.transport.mapped.open import open_plan
 from vegrip.transport.mapped.price import settings
-from vegrip.transport.mapped.schema import read_map
 from vegrip.transport.mapped.topics import TopicCodec
 from vegrip.transport.mapped.zmq import MappedZmqEndpoint
 from vegrip.transport.open import CanSettings, Hand, ZmqSettings, open_bus
@@ -55,4 +54,4 @@ def settings_of(path: Path) -> dict[str, Any]:
         ConfigError: the map cannot be used.
 
     """
-    return settings(read_map(path))
+    return settings(open_plan(path))

@@ -1,11 +1,13 @@
 """What a signal of a foreign hand may be, from its name, its unit and its message."""
 
+import itertools
 import re
 from dataclasses import dataclass
 from typing import Final
 
 from vegrip.errors import ConfigError
-from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
+from vegrip.transport.mapped.database import Database, Signal
+from vegrip.transport.mapped.families import Family, Pattern
 from vegrip.transport.mapped.units import conversion
 
 FINGER_WORDS: Final = {
@@ -17,6 +19,7 @@ FINGER_WORDS: Final = {
     "right": ("right", "r", "rechts"),
     "little": ("little", "pinky", "pinkie", "small", "lf", "klein"),
 }
+FINGER_NAMES: Final = frozenset(itertools.chain(*FINGER_WORDS.values()))
 COMMAND_WORDS: Final = {
     "set",
     "cmd",
@@ -38,7 +41,7 @@ COUNTER_WORDS: Final = {"cnt", "counter", "alive", "rolling", "seq", "sequence",
 CHECKSUMS: Final = {"crc", "crc8", "crc16", "chk", "checksum", "chksum", "cs", "cksum", "bcc", "lrc", "check"}
 FORCE_WORDS: Final = {"force", "frc", "load", "press", "pressure", "grip", "kraft", "f"}
 NORMAL_WORDS: Final = {"normal", "norm", "fn", "fz", "grip", "press", "pressure", "normalkraft", "n", "z"}
-SHEAR_WORDS: Final = {"shear", "tangential", "tang", "ft", "lateral", "quer"}
+SHEAR_WORDS: Final = {"shear", "fs", "tangential", "tang", "ft", "lateral", "quer"}
 POSITION_WORDS: Final = {
     "depth",
     "indent",
@@ -78,7 +81,14 @@ UNIT_OF_DIMENSION: Final = {
     "current": "A",
     "speed": "m/s",
 }
+VECTOR_QUANTITIES: Final = ("force", "normal", "tangential", "torque")
+"""How channels begin that are components of a vector."""
+
 ANGLES: Final = {"deg", "rad", "°", "degree", "degrees", "mrad", "cdeg", "mdeg"}
+
+
+MOST_FLAGS: Final = 4
+"""Bits of a signal that may be flags or a mode."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +103,7 @@ class Guess:
     )
     certainty: float  # 0 .. 1
     why: str
+    own: str  # its name without the letter or number of its finger
 
     @property
     def name(self) -> str:
@@ -144,25 +155,40 @@ def finger_of(message: str, signal: str, numbers: tuple[str, ...]) -> str:
     return ""
 
 
-def guess(message: ForeignMessage, signal: Signal, numbers: tuple[str, ...] = ()) -> Guess | None:
-    """Return what ``signal`` may be, None without evidence."""
-    words, around = set(words_of(signal.name)), set(words_of(message.name))
-    finger = finger_of(message.name, signal.name, numbers)
-    found = _kind(signal, words, around)
-    if found is None:
-        return None
-    channel, certainty, why = found
-    return Guess(message.name, signal.name, finger, channel, certainty, why)
-
-
 def guesses(database: Database, numbers: tuple[str, ...] = ()) -> list[Guess]:
-    """Return what all signals may be, the most certain first."""
-    found = [
-        guess(message, signal, numbers)
+    """Return what all signals may be that may be anything, the most certain first."""
+    return [one for one in all_signals(database, numbers) if one.channel]
+
+
+def all_signals(database: Database, numbers: tuple[str, ...] = ()) -> list[Guess]:
+    """Return the same with the signals that may be nothing, whose channel is ""."""
+    names: dict[tuple[str, str], Pattern] = {
+        (message.name, signal): (tuple(words_of(message.name)), tuple(words_of(signal)))
         for message in database.messages.values()
-        for signal in message.signals.values()
-    ]
-    return sorted((one for one in found if one is not None), key=lambda one: -one.certainty)
+        for signal in message.signals
+    }
+    kinds = {
+        place: _kind(database.messages[place[0]].signals[place[1]], set(words[1]), set(words[0]))
+        for place, words in names.items()
+    }
+    told = {
+        names[place]: kind[0].partition("_")[0] not in VECTOR_QUANTITIES
+        for place, kind in kinds.items()
+        if kind
+    }
+    family = Family(told, FINGER_NAMES)
+    found = []
+    for (message, signal), kind in kinds.items():
+        words = names[message, signal]
+        member = family.member(words)
+        own = [word for word in words[1] if not word.isdecimal() and word not in FINGER_NAMES]
+        if member is None:
+            finger = finger_of(message, signal, numbers)
+        else:
+            finger, own = f"#{member.finger}", [*member.pattern[0], *member.pattern[1]]
+        channel, certainty, why = kind or ("", 0.0, "")
+        found.append(Guess(message, signal, finger, channel, certainty, why, " ".join(own)))
+    return sorted(found, key=lambda one: -one.certainty)
 
 
 def _kind(  # noqa: PLR0911, PLR0912 (a list of questions, each with its answer)
@@ -176,6 +202,8 @@ def _kind(  # noqa: PLR0911, PLR0912 (a list of questions, each with its answer)
     if words & COMMAND_WORDS or (around & COMMAND_WORDS and not words & COUNTER_WORDS):
         if quantity or words & (FORCE_WORDS | POSITION_WORDS | JOINT_WORDS):
             return "command", 0.8, "a name that says set, command or target"
+        if words & COMMAND_WORDS and signal.length > MOST_FLAGS:
+            return "command", 0.4, "a name that says set, command or target; no unit of force"
         return None
     axis = next((AXIS_WORDS[word] for word in sorted(words) if word in AXIS_WORDS), "")
     if words & SLIP_WORDS:
@@ -200,7 +228,7 @@ def _kind(  # noqa: PLR0911, PLR0912 (a list of questions, each with its answer)
         return "current", 0.7, "a current"
     if quantity == "speed":
         return "slip_speed", 0.2, "a unit of speed"
-    if not quantity and words & (POSITION_WORDS - {"pos", "position"}):
+    if not quantity and words & ((POSITION_WORDS | {"enc", "encoder"}) - {"pos", "position"}):
         return "displacement", 0.3, "its name; no unit"
     return None
 

@@ -7,15 +7,23 @@ grips.
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any, Final
 
+from vegrip.grip.safety.watchdog import MECHANICAL, WatchdogSettings
 from vegrip.identification.sensors import lacking
 from vegrip.transport.mapped.encoder import CommandEncoder
-from vegrip.transport.mapped.plan import FingerPlan, Plan
+from vegrip.transport.mapped.plan import VECTORS, FingerPlan, Plan
 from vegrip.transport.mapped.schema import HandMap
 
-TIME_OUT: Final = 0.05  # [s] of the watchdog unless the hand is too slow for it
+WATCHDOG: Final = WatchdogSettings()  # unless the hand is slower, or coarser, than that
+LONGEST_WAIT: Final = 3600.0  # [s] for a sensor of which the noise moves nothing
+USUAL_NOISE: Final = {
+    "normal_force": 0.01, "tangential_force": 0.01, "torque_z": 1e-4, "displacement": 5e-6,
+}  # fmt: skip
+"""[SI] Standard deviations that the estimator believes where none is stated."""
 SILENT_AFTER_STATES: Final = 3  # that may be missing before a hand is silent
+HELD_STATES: Final = 4  # in the greatest age of a message from which on its values may be held
 STATE_IT: Final = "or state the load in the map: tangential_force_x = { stated = '1.5 N' }, and y as '0 N'"
 MIN_SLIP_RATE_HZ: Final = 100.0  # [Hz] below which a slip is over before it is seen
 NOISE_CHANNELS: Final = {
@@ -35,15 +43,66 @@ def price(plan: Plan) -> list[str]:
     return [*said, *_messages(plan), *_rate(plan), *_commands(plan)]
 
 
-def settings(hand: HandMap) -> dict[str, Any]:
+def settings(plan: Plan) -> dict[str, Any]:
     """Return the parameters of the grip controller that follow from the map; the user's go before them."""
     found: dict[str, Any] = {}
-    noise = _noise(hand)
+    noise = _noise(plan.hand)
     if noise:
         found["noise"] = noise
-    if hand.rate and SILENT_AFTER_STATES / hand.rate > TIME_OUT:
-        found["watchdog"] = {"time_out": round(SILENT_AFTER_STATES / hand.rate, 4)}
+    watchdog = {name: wait for name, wait in _waits(plan).items() if wait > getattr(WATCHDOG, name)}
+    rate = plan.hand.rate
+    if rate and SILENT_AFTER_STATES / rate > WATCHDOG.time_out:
+        watchdog["time_out"] = round(SILENT_AFTER_STATES / rate, 4)
+    if watchdog:
+        found["watchdog"] = watchdog
+    if plan.hand.friction:
+        found["friction"] = dict(plan.hand.friction)
     return found
+
+
+def _waits(plan: Plan) -> dict[str, float]:
+    """Return for how long values may repeat themselves [s] before they count as frozen."""
+    names = {"frozen_after": MECHANICAL, "force_frozen_after": ("normal_force",)}
+    return {
+        name: max(_longest_run(plan, finger, channels) for finger in plan.fingers)
+        for name, channels in names.items()
+    }
+
+
+def _longest_run(plan: Plan, finger: FingerPlan, channels: Sequence[str]) -> float:
+    """Return for how long a live sensor may repeat itself [s]; 0 where its steps are not known.
+
+    With steps ``q`` and noise ``s`` in front of them a value in the middle of a step repeats itself with
+    the chance ``p = erf(q / (2 sqrt(2) s))``, and n times in a row with the chance ``p^n``: what is rarer
+    than the ``frozen_chance`` of the watchdog is no chance. A measured noise holds that of the steps, so
+    ``s^2 = noise^2 - q^2 / 12`` (Sheppard). Where the steps hide the noise, p = 1 and standing still proves
+    nothing; nor does it where the value of a slow message stands from one state to the next.
+    """
+    rate = plan.hand.rate or SILENT_AFTER_STATES / WATCHDOG.time_out
+    is_slow = finger.max_age * rate > HELD_STATES
+    if finger.rotation and "normal_force" in channels:
+        channels = tuple(dict.fromkeys((*channels, *VECTORS[0])))
+    measured = {name: one for name in channels if (one := finger.channels.get(name)) and one.slots}
+    repeated = 0.0  # ln p
+    for name, channel in measured.items():
+        slots = [plan.slots[number] for number in channel.slots]
+        if any(slot.place is None or slot.place.is_float for slot in slots) or channel.table:
+            return 0.0
+        if is_slow and any(slot.message != finger.trigger for slot in slots):
+            continue
+        step = min(abs(slot.scale) for slot in slots)
+        live = math.sqrt(max(_noise_of(plan.hand, finger.name, name) ** 2 - step**2 / 12.0, 0.0))
+        p = math.erf(step / (math.sqrt(8.0) * live)) if live else 1.0
+        repeated += math.log(p) if p else -math.inf
+    run = math.log(WATCHDOG.frozen_chance) / repeated if repeated else math.inf
+    return round(min(run / rate, LONGEST_WAIT), 3) if measured else 0.0
+
+
+def _noise_of(hand: HandMap, finger: str, channel: str) -> float:
+    """Return the noise of a channel, as the map says it or as it is believed without."""
+    mapped = hand.fingers[finger]
+    source = mapped.channels.get(channel) or mapped.taxels
+    return (source.noise if source is not None else 0.0) or USUAL_NOISE[NOISE_CHANNELS[channel]]
 
 
 def _noise(hand: HandMap) -> dict[str, float]:
@@ -79,6 +138,11 @@ def _finger(plan: Plan, finger: FingerPlan) -> list[str]:
         said.append(
             "normal_force is made from another quantity and has no 'noise': state its standard "
             "deviation, or it is believed like a force sensor"
+        )
+    if _longest_run(plan, finger, ("normal_force",)) == LONGEST_WAIT:
+        said.append(
+            "the steps of normal_force hide its noise, so it stands still at rest: one that is stuck looks "
+            "the same, so no grip is lowered while it stands"
         )
     return said
 
@@ -136,7 +200,7 @@ def _rate(plan: Plan) -> list[str]:
             "keep a larger margin (grip.wanted_margin)"
         )
     ]
-    if SILENT_AFTER_STATES / rate > TIME_OUT:
+    if SILENT_AFTER_STATES / rate > WATCHDOG.time_out:
         said.append(
             f"the hand counts as silent after {1e3 * SILENT_AFTER_STATES / rate:.0f} ms instead of 50 ms"
         )

@@ -16,7 +16,7 @@ from vegrip.transport.mapped.drafts import (
     say,
 )
 from vegrip.transport.mapped.find_checksum import find_checksum
-from vegrip.transport.mapped.find_counter import find_modulus
+from vegrip.transport.mapped.find_counter import MIN_COUNTER_FRAMES, find_modulus
 from vegrip.transport.mapped.guess import Guess, guesses, quantity_of, words_of
 from vegrip.transport.mapped.schema import MAPPED_CHANNELS
 from vegrip.transport.mapped.traffic_log import Trace, Traffic, rate_of
@@ -40,6 +40,7 @@ class Proposal:
     rate: float = 0.0
     doubts: list[str] = field(default_factory=list)
     nodes: Mapping[str, int] = field(default_factory=dict)
+    friction: Mapping[str, Any] = field(default_factory=dict)
 
     def table(self) -> dict[str, Any]:
         """Return the map as the file will say it."""
@@ -50,6 +51,8 @@ class Proposal:
             found["rate"] = self.rate
         if self.messages:
             found["messages"] = {name: dict(draft.keys) for name, draft in self.messages.items()}
+        if self.friction:
+            found["friction"] = dict(self.friction)
         found["fingers"] = {name: _finger_table(finger) for name, finger in self.fingers.items()}
         return found
 
@@ -219,7 +222,7 @@ def _command(one: Guess, database: Database) -> Draft:
 
 
 def _protect(proposal: Proposal, database: Database, found: list[Guess], traffic: Traffic | None) -> None:
-    used = {name.partition(".")[0] for name in _signals(proposal)} & database.messages.keys()
+    used = {name.partition(".")[0] for name in signals_of(proposal)} & database.messages.keys()
     silent = {
         name for name in used if traffic is None or database.messages[name].identifier not in traffic.frames
     }
@@ -227,14 +230,30 @@ def _protect(proposal: Proposal, database: Database, found: list[Guess], traffic
         message = database.messages[name]
         keys: dict[str, Any] = {}
         notes: dict[str, str] = {}
-        counter = next((g.signal for g in found if g.message == name and g.channel == "counter"), "")
+        named = next((g.signal for g in found if g.message == name and g.channel == "counter"), "")
+        counter = named or _rolling(message, set(signals_of(proposal)), traffic)
         if counter:
             _counter(proposal, message, counter, traffic, keys, notes)
+            notes["counter"] = "its name" if named else "it goes up by one from frame to frame"
         checksum = next((g.signal for g in found if g.message == name and g.channel == "checksum"), "")
         if checksum:
             _checksum(proposal, message, checksum, traffic, keys, notes)
         if keys:
             proposal.messages[name] = Draft(keys, notes)
+
+
+def _rolling(message: ForeignMessage, used: set[str], traffic: Traffic | None) -> str:
+    """Return the signal that counts the frames of ``message``, whatever its name; "" where none does."""
+    frames = traffic.frames.get(message.identifier, []) if traffic is not None else []
+    if len(frames) < MIN_COUNTER_FRAMES:
+        return ""
+    data = [frame.data for frame in frames]
+    unused = [
+        name
+        for name, one in message.signals.items()
+        if f"{message.name}.{name}" not in used and not (one.is_float or one.selected_by)
+    ]
+    return next((name for name in unused if find_modulus(message, name, data) is not None), "")
 
 
 def _counter(
@@ -253,7 +272,7 @@ def _counter(
             "pages?), so it is not used, and repeated frames are not seen"
         )
         return
-    keys["counter"], notes["counter"] = signal, "its name"
+    keys["counter"] = signal
     alike = [d.keys for d in proposal.messages.values() if d.keys.get("counter") == signal]
     if not frames:
         modulus = next((one["modulus"] for one in alike if "modulus" in one), 0)
@@ -291,7 +310,8 @@ def _checksum(
     )
 
 
-def _signals(proposal: Proposal) -> list[str]:
+def signals_of(proposal: Proposal) -> list[str]:
+    """Return the signals that the map reads and writes."""
     found: list[str] = []
     for finger in proposal.fingers.values():
         drafts = [*finger.channels.values(), *([finger.command] if finger.command else [])]
@@ -371,7 +391,8 @@ def _doubt_names(proposal: Proposal, database: Database, names: tuple[str, ...])
     left = [name for name in names if name not in proposal.fingers]
     if left:
         proposal.doubts.append(
-            f"{', '.join(left)}: the hand has no further finger that this name could be of"
+            f"{', '.join(left)}: no name, letter or number shows a further finger in {database.name}; "
+            f"if there is one, say its force: --set fingers.{left[0]}.normal_force.signal=MESSAGE.SIGNAL"
         )
     numbers = {one.finger for one in guesses(database, USUAL) if one.channel in MAPPED_CHANNELS}
     numbers = {number for number in numbers if number.startswith("#")}

@@ -22,8 +22,8 @@ from vegrip.transport.mapped.drafts import (
     is_of_unknown_unit,
     say,
 )
-from vegrip.transport.mapped.guess import words_of
-from vegrip.transport.mapped.proposal import Proposal
+from vegrip.transport.mapped.guess import all_signals
+from vegrip.transport.mapped.proposal import USUAL, Proposal
 from vegrip.transport.mapped.traffic_log import Trace, rate_of
 from vegrip.transport.mapped.units import SI
 from vegrip.types import Floats
@@ -38,6 +38,7 @@ QUIET_RATIO: Final = 1.5  # times the least change in a second: as quiet
 STIFFNESS: Final = (10.0, 1e6)  # [N/m] of a soft fingertip and what it touches
 LARGEST_FORCE: Final = 300.0  # [N] that a fingertip carries
 LARGEST_RATIO: Final = 2.5  # of tangential to normal force: no friction is larger for long
+SLIP_LEVEL: Final = 0.25  # of the way from the rest of a slip channel to its largest value
 UNEQUAL: Final = 1.5  # times the response of another signal: then the names are wrong
 
 
@@ -67,7 +68,7 @@ def learn(
             f"rest is taken to be {fingers[0].rest[0]:.1f}..{fingers[0].rest[1]:.1f} s, the first quiet "
             "second; --rest A..B says another"
         )
-    _inherit_places(proposal, findings)
+    _inherit_places(proposal, findings, database)
     say(proposal.fingers, settings)
     for finger in fingers:
         finger.learn()
@@ -108,6 +109,7 @@ class _Finger:
         if self.rest is None:
             return
         self._moving()
+        self._slip_level()
         for channel in ZEROED:
             self._zero(channel)
         for channel in (*FORCES, "torque_z", "displacement", "temperature", "contact_radius"):
@@ -130,6 +132,19 @@ class _Finger:
                     f"{self.name}: {draft.signal} has been zero all the time, so {channel} counts as missing "
                     "until it moves"
                 )
+
+    def _slip_level(self) -> None:
+        """A slip channel that is a level and no flag says slip a quarter of the way above its rest."""
+        draft = self.finger.channels.get("slip")
+        if draft is None or draft.signal not in self.heard or "above" in draft.keys or self.rest is None:
+            return
+        trace = self.heard[draft.signal]
+        still, highest = trace.within(self.rest), float(np.max(trace.value))
+        if highest <= 1.0 or not len(still) or highest <= float(np.max(still)):
+            return
+        level = float(np.max(still))
+        draft.keys["above"] = float(f"{level + SLIP_LEVEL * (highest - level):.4g}")
+        draft.notes["above"] = f"its rest is at most {level:g}, its largest {highest:g}"
 
     def _draft(self, channel: str) -> Draft | None:
         """The draft of a channel that is one signal, heard, and linear; a table or a threshold is not."""
@@ -441,8 +456,9 @@ def _inherit(proposal: Proposal, findings: Findings) -> None:
             findings.learned.append(f"{name}: {channel} turned round as at {found[0]}")
 
 
-def _inherit_places(proposal: Proposal, findings: Findings) -> None:
+def _inherit_places(proposal: Proposal, findings: Findings, database: Database) -> None:
     """Where one finger showed which force is which, signals of the same names are the same at the others."""
+    own_name = {one.name: one.own for one in all_signals(database, USUAL)}
     shown = {
         name
         for name, f in proposal.fingers.items()
@@ -454,8 +470,12 @@ def _inherit_places(proposal: Proposal, findings: Findings) -> None:
         model = proposal.fingers[min(shown)]
         own = {d.signal: d for c, d in finger.channels.items() if c in FORCES}
         own |= {one.name: Draft({"signal": one.name}, {"signal": one.why}) for one in finger.others}
-        by_name = {_own_name(signal): signal for signal in own}
-        places = {c: by_name.get(_own_name(d.signal), "") for c, d in model.channels.items() if c in FORCES}
+        by_name = {own_name.get(signal, signal): signal for signal in own}
+        places = {
+            c: by_name.get(own_name.get(d.signal, d.signal), "")
+            for c, d in model.channels.items()
+            if c in FORCES
+        }
         if not all(places.values()) or all(
             finger.channels.get(c, Draft({})).signal == s for c, s in places.items()
         ):
@@ -469,11 +489,6 @@ def _inherit_places(proposal: Proposal, findings: Findings) -> None:
                 dict(draft.keys), {**draft.notes, "signal": f"as at {min(shown)}, which showed it"}
             )
         findings.learned.append(f"{name}: the forces are placed as at {min(shown)}")
-
-
-def _own_name(signal: str) -> tuple[str, ...]:
-    """Return the words of the name of a signal without the number of its finger."""
-    return tuple(word for word in words_of(signal.partition(".")[2]) if not word.isdecimal())
 
 
 def _quietest(finger: FingerDraft, heard: Mapping[str, Trace]) -> Window | None:

@@ -176,7 +176,7 @@ class SendingMap:
     silence: str = parameter("unknown", choices=SILENCE, doc="what the hand does when commands stop")
     opening: tuple[Any, ...] = parameter((), doc="frames sent once: { identifier = 0x40, data = '01 02' }")
     request: tuple[Any, ...] = parameter(
-        (), doc="frames sent each period while no command is: a hand that answers"
+        (), doc="frames sent each period, to a hand that sends only when it is asked"
     )
 
 
@@ -215,6 +215,7 @@ class HandMap:
     fingers: Mapping[str, FingerMap]
     sending: SendingMap
     transport: Mapping[str, Any]
+    friction: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -227,6 +228,7 @@ class _Top:
     fingers: dict[str, Any] = parameter({})
     command: SendingMap = field(default_factory=SendingMap)
     transport: dict[str, Any] = parameter({}, doc="for vegrip launch; any launch file goes before it")
+    friction: dict[str, Any] = parameter({}, doc="how friction is learned: parameters of grasp_force")
 
 
 def read_map(path: Path | str) -> HandMap:
@@ -267,7 +269,16 @@ def parse_map(table: Mapping[str, Any], path: Path) -> HandMap:
     }
     database = path.parent / top.database if top.database else None
     return HandMap(
-        path, database, top.format, top.nodes, top.rate, messages, fingers, top.command, top.transport
+        path,
+        database,
+        top.format,
+        top.nodes,
+        top.rate,
+        messages,
+        fingers,
+        top.command,
+        top.transport,
+        top.friction,
     )
 
 

@@ -1,14 +1,22 @@
-"""Signals in percent or counts: what is left out of a map until the user says what one of them is worth."""
+"""Signals of which a map says nothing until the user does: in percent or counts, or of no known use."""
 
+from collections.abc import Mapping
 from typing import Final
 
+import numpy as np
+
 from vegrip.errors import InputError
+from vegrip.transport.mapped.database import Database
 from vegrip.transport.mapped.drafts import Draft, FingerDraft, is_of_unknown_unit
-from vegrip.transport.mapped.proposal import Proposal
+from vegrip.transport.mapped.guess import all_signals
+from vegrip.transport.mapped.proposal import USUAL, Proposal, signals_of
+from vegrip.transport.mapped.traffic_log import Trace
 from vegrip.transport.mapped.units import SI, is_force
 
 ONE_IS_WORTH: Final = {"N": "0.25 N", "N*m": "2 mN*m", "m": "0.01 mm", "degC": "0.1 degC", "m/s": "1 mm/s"}
 """Examples of what one count may be."""
+
+MOST_NAMED: Final = 8  # signals of no known use, counted without those alike
 
 FORCES: Final = ("force", "increment")
 
@@ -46,6 +54,41 @@ def leave_out_unknown_units(proposal: Proposal) -> None:
         f"your own: {option}"
         for option, what in options.items()
     ]
+
+
+def name_unused(proposal: Proposal, database: Database, heard: Mapping[str, Trace]) -> None:
+    """Say which signals that move in the traffic are in no map, and how one of them becomes a channel."""
+    guessed = {one.name: one for one in all_signals(database, USUAL)}
+    protection = {
+        f"{name}.{signal}"
+        for name, draft in proposal.messages.items()
+        for signal in (draft.keys.get("counter"), draft.keys.get("checksum", {}).get("signal"))
+    }
+    said = {guessed[name].own for name in guessed if any(f"{name} " in doubt for doubt in proposal.doubts)}
+    pages = {
+        f"{message.name}.{signal.selected_by}"
+        for message in database.messages.values()
+        for signal in message.signals.values()
+    }
+    moved = {name for name, trace in heard.items() if float(np.ptp(trace.raw)) > 0.0}
+    alike: dict[str, list[str]] = {}
+    for name in sorted(moved - protection - pages - set(signals_of(proposal)), key=list(heard).index):
+        if name in guessed and guessed[name].own not in said:
+            alike.setdefault(guessed[name].own, []).append(name)
+    if not alike:
+        return
+    first = next(iter(alike.values()))[0]
+    message, _, signal = first.partition(".")
+    unit = database.messages[message].signals[signal].unit or "count"
+    finger = next(iter(proposal.fingers))
+    named = [f"{one[0]} (and {len(one) - 1} alike)" if len(one) > 1 else one[0] for one in alike.values()]
+    if len(named) > MOST_NAMED:
+        named[MOST_NAMED:] = [f"{len(named) - MOST_NAMED} more"]
+    proposal.doubts.append(
+        f"not used, as neither name nor unit says for what: {', '.join(named)}; one that is a channel is "
+        f'said with what one count is worth: --set \'fingers.{finger}.displacement={{ signal = "{first}", '
+        f'gain = "0.01 mm/{unit}" }}\''
+    )
 
 
 def _forget_trigger(finger: FingerDraft) -> None:

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from vegrip.clock import NS
+from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.messages import FingertipState
 from vegrip.transport.mapped.codec import MappedCodec
@@ -65,6 +66,14 @@ class Values:
             f"{finger}: the indentation falls while the normal force grows; turn one round in the map: "
             f"[fingers.{finger}.displacement] sign"
         )
+
+    def recording(self, finger: str) -> Recording:
+        """Return the states of a finger as a recording."""
+        states = self.states[finger]
+        t = np.array([(state.stamp - states[0].stamp) / NS for state in states])
+        columns = {name: np.array([getattr(state, name) for state in states]) for name in CHANNELS}
+        columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
+        return Recording(finger, t, np.zeros(len(t), dtype=np.int64), columns, Fingertip(math.nan, finger))
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for machines; a channel that was never measured is left out."""

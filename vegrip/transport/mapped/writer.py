@@ -7,6 +7,12 @@ from vegrip.toml_text import toml_key, toml_value
 from vegrip.transport.mapped.drafts import Draft, is_complete
 from vegrip.transport.mapped.proposal import Proposal
 
+FRICTION_NOTES = {
+    "shared": "learned by all fingers of a grasp together",
+    "probing": "less is held until it is known",
+    "slip_threshold": "[m/s] the slowest slide of the traffic that was felt",
+    "slip_delay": "[s] from the fall of the load to the slip flag",
+}
 UNITS = {"normal": "[N]", "tangential": "[N]", "torque": "[N m]"}
 
 
@@ -38,6 +44,9 @@ def map_text(proposal: Proposal, transport: Mapping[str, Any], about: list[str])
     if any(finger.command is not None for finger in proposal.fingers.values()):
         lines += ["", "[command]", _line("period", 0.02, "[s] the last command is repeated so often")]
         lines.append(_line("silence", "unknown", "what the hand does when commands stop: holds or opens?"))
+    if proposal.friction:
+        lines += ["", "[friction]"]
+        lines += [_line(key, value, FRICTION_NOTES.get(key, "")) for key, value in proposal.friction.items()]
     if proposal.doubts:
         lines += ["", "# Still open:", *(f"# * {doubt}" for doubt in proposal.doubts)]
     return "\n".join(lines) + "\n"

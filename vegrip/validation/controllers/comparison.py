@@ -46,12 +46,15 @@ class Trial:
 
 def run_course(trial: Trial) -> Course:
     """Run one trial."""
-    scenario = Scenario(trial.seed, trial.duration, trial.grasp)
+    return run_scenario(Scenario(trial.seed, trial.duration, trial.grasp), trial.name, trial.knob)
+
+
+def run_scenario(scenario: Scenario, name: str, knob: float) -> Course:
+    """Run the controller ``name`` through ``scenario``."""
     hand = scenario.hand()
-    friction = scenario.settings.tip.friction
-    settings = parameters(trial.name, trial.knob, friction)
+    settings = parameters(name, knob, scenario.settings.tip.friction)
     node = make_node(settings, hand.fingers)
-    return Loop(hand, node).run(trial.duration)
+    return Loop(hand, node).run(scenario.duration)
 
 
 def run_trial(trial: Trial) -> Result:

@@ -49,7 +49,7 @@ SAMPLING_S = 0.01
 
 SHARED = (
     "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
-    "friction_change",
+    "friction_change", "slip_trust",
 )  # fmt: skip
 """Of :mod:`vegrip.grip`."""
 RunTrial = Callable[..., float]
@@ -78,10 +78,12 @@ def run_compiled(
     duration: float,
     *,
     known: bool = False,
+    slip_channel: str = "sound",
 ) -> CompiledRun:
     """Run one trial to ``duration`` [s], or until the object is lost.
 
-    A margin grip that is ``known`` knows the truth of friction and contact instead of estimating it.
+    A margin grip that is ``known`` knows the truth of friction and contact instead of estimating it. A hand
+    that feels slip does so by a ``slip_channel`` of SLIP_CHANNELS.
     """
     n = len(hand.fingers)
     layout = TrialLayout(n, hand.rings, hand.spokes, len(hand.tip.rates))
@@ -90,7 +92,7 @@ def run_compiled(
     grip = derive_grip(settings.grip, n)
     settings = replace(settings, grip=grip)
     each = each_confidence(grip.probability, n, correlation_of(settings, models[0]))
-    h = hand_memory(layout, hand, seed, PERIOD_S)
+    h = hand_memory(layout, hand, seed, PERIOD_S, slip_channel)
     set_control(h, layout, settings, quantile(each), quantile(grip.known_probability))
     h[layout.places()["G_KNOWN"]] = float(known)
     g, q = learning_memory(settings, models[0], n)
@@ -99,8 +101,9 @@ def run_compiled(
     periods = round(duration / PERIOD_S)
     rows = np.zeros((round(duration / SAMPLING_S) + 2, layout.row))
     count = run(
-        *tips, h, g, q, burden_table(events, hand.step, duration), noise_table(hand, seed, periods), rows,
-        float(periods), float(round(PERIOD_S / hand.step)), SAMPLING_S,
+        *tips, h, g, q, burden_table(events, hand.step, duration),
+        noise_table(hand, seed, periods, slip_channel), rows, float(periods),
+        float(round(PERIOD_S / hand.step)), SAMPLING_S,
     )  # fmt: skip
     lags = np.array([measured_lag(q, i) for i in range(n)])
     return _run_of(hand.fingers, layout, h, rows[: int(count)], lags)

@@ -48,7 +48,7 @@ class Surroundings:
     friction_scale: float = 1.0  # [-] of every surface
     slip_threshold: float = USUAL_SENSOR.slip_threshold  # [m/s] from which slip is felt
     slip_delay: float = USUAL_SENSOR.slip_delay  # [s] by which it is late
-    slip_channel: bool = True  # whether slip is felt at all
+    slip_channel: str = "sound"  # of SLIP_CHANNELS: what is wrong with it
 
     def applied(self, hand: HandSettings) -> HandSettings:
         """Return ``hand`` in these surroundings."""
@@ -58,7 +58,7 @@ class Surroundings:
             drives = replace(drives, bandwidth=self.drive_bandwidth, force_rate=rate)
         sensor = replace(
             hand.sensor,
-            slip_sensor=self.slip_channel,
+            slip_sensor=self.slip_channel != "absent",
             slip_threshold=self.slip_threshold,
             slip_delay=self.slip_delay,
         )
@@ -87,8 +87,9 @@ def run_quality_trial(trial: QualityTrial) -> CompiledRun:
     grip = replace(settings.grip, measure_lag=trial.measures_lag and settings.grip.drive_lag > 0.0)
     settings = replace(settings, grip=grip)
     return run_compiled(
-        hand, trial.seed, scenario.events, settings, trial.duration, known=trial.name == BOUND
-    )
+        hand, trial.seed, scenario.events, settings, trial.duration, known=trial.name == BOUND,
+        slip_channel=trial.surroundings.slip_channel,
+    )  # fmt: skip
 
 
 def record_trial(trial: QualityTrial) -> GripRecord:

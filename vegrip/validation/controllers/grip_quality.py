@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.stats import beta
+from scipy.special import betaincinv
 
 from vegrip.types import Floats
 from vegrip.validation.controllers.compiled_loop import CompiledRun
@@ -159,6 +159,6 @@ def clopper_pearson(hits: int, trials: int) -> tuple[float, float]:
     if trials == 0:
         return 0.0, 1.0
     tail = 0.5 * (1.0 - CONFIDENCE)
-    low = float(beta.ppf(tail, hits, trials - hits + 1)) if hits > 0 else 0.0
-    high = float(beta.ppf(1.0 - tail, hits + 1, trials - hits)) if hits < trials else 1.0
+    low = float(betaincinv(hits, trials - hits + 1, tail)) if hits > 0 else 0.0
+    high = float(betaincinv(hits + 1, trials - hits, 1.0 - tail)) if hits < trials else 1.0
     return low, high

@@ -23,9 +23,13 @@ class Result:
     min_margin: float  # [-] least of all fingers; zero or less on the limit surface
 
 
-def result_of(course: Course) -> Result:
-    """Sum up ``course`` from the time on that the hand carries the object."""
-    _, margin, force = course.since(SETTLED_S)
+def result_of(course: Course, until: float = math.inf) -> Result:
+    """Sum up ``course`` from the time on that the hand carries the object.
+
+    Force and margin are those up to ``until`` [s].
+    """
+    time, margin, force = course.since(SETTLED_S)
+    margin, force = margin[time <= until], force[time <= until]
     if not len(force):
         return Result(course.slips, course.dropped, math.nan, math.nan, math.nan)
     return Result(

@@ -90,7 +90,7 @@ CASES = {
     "hand, slip from 0.5 mm/s, 10 ms late": Case(
         surroundings=Surroundings(slip_threshold=5e-4, slip_delay=0.01)
     ),
-    "hand, slip not felt": Case(surroundings=Surroundings(slip_channel=False)),
+    "hand, slip not felt": Case(surroundings=Surroundings(slip_channel="absent")),
     "hand, wet to 0.6 in 0.3 s": Case(only_wet=True),
     "pinch, drives of 80 Hz": Case("pinch", Surroundings(80.0)),
     "hand, drives of 5 Hz": Case(surroundings=Surroundings(5.0)),
@@ -124,7 +124,8 @@ def settings_of(trial: RobustnessTrial, hand: HandSettings) -> GraspParameters:
 def record_of_trial(trial: RobustnessTrial) -> tuple[GripRecord, float]:
     """Run one trial; return its record, and the force over least after wet faces have dried (or NaN)."""
     hand, events = trial.case.settings(trial.seed), trial.case.events(trial.seed, trial.duration)
-    run = run_compiled(hand, trial.seed, events, settings_of(trial, hand), trial.duration)
+    settings, channel = settings_of(trial, hand), trial.case.surroundings.slip_channel
+    run = run_compiled(hand, trial.seed, events, settings, trial.duration, slip_channel=channel)
     least = run.truth["least"]
     grip = np.maximum(least[:, 0], least[:, 1:].sum(axis=1))
     dry = WET_START_S + WET_S

@@ -53,13 +53,15 @@ class Scenario:
     seed: int
     duration: float  # [s]
     grasp: str = "hand"  # one of GRASPS
+    relaxes_slowly: bool = True  # the tips have a second relaxation, which the model of no controller has
 
     @property
     def settings(self) -> HandSettings:
         """The hand, with the friction of this object."""
         rng = np.random.default_rng([self.seed, 2])
         hand = GRASPS[self.grasp]
-        return replace(hand, tip=replace(hand.tip, friction=float(rng.uniform(*FRICTION_RANGE))))
+        tip = hand.tip if self.relaxes_slowly else hand.tip.with_one_rate()
+        return replace(hand, tip=replace(tip, friction=float(rng.uniform(*FRICTION_RANGE))))
 
     @property
     def events(self) -> tuple[Disturbance, ...]:

@@ -11,13 +11,14 @@ from vegrip.estimator.layout import friction_symbol
 from vegrip.grip.drive_lag import begin_drives, tell_drives
 from vegrip.grip.felt_slip import begin_felt_slip
 from vegrip.grip.friction_belief import BELIEF_SIZE, begin_belief, expect_finger
-from vegrip.grip.friction_change import CHANGE_SIZE, begin_changes
+from vegrip.grip.friction_change import begin_changes
 from vegrip.grip.friction_onset import begin_onsets
 from vegrip.grip.friction_probe import begin_probing
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, shared_part
 from vegrip.grip.late_slip import begin_late_slip
 from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.parameters import GraspParameters
+from vegrip.grip.slip_trust import TRUST_SIZE, begin_trust
 from vegrip.model import ContactModel
 from vegrip.types import Floats
 from vegrip.validation.controllers.layout import FLAGS, SLOTS, TrialLayout
@@ -28,10 +29,20 @@ from vegrip.virtual.patch import even_grid
 from vegrip.virtual.sensor import Sensors
 from vegrip.virtual.settings import FingertipSettings
 
+SLIP_CHANNELS = {"absent": 0.0, "sound": 1.0, "dead": 2.0, "stuck": 3.0, "noisy": 1.0}
+"""Codes of slip channels by name.
+
+dead: flag and speed are 0, whatever slides; stuck: they say slip, whatever holds; noisy: 2 % of the flags are
+wrong, and the speed has the noise below besides."""
+
+WRONG_FLAGS, SPEED_NOISE_M_S = 0.02, 2e-3  # of a noisy slip channel
+
 POLICIES = {"margin": 0.0, "constant": 1.0, "cone": 2.0, "elastic": 3.0}
 
 
-def hand_memory(layout: TrialLayout, settings: HandSettings, seed: int, period: float) -> Floats:
+def hand_memory(
+    layout: TrialLayout, settings: HandSettings, seed: int, period: float, slip_channel: str
+) -> Floats:
     """Return the array of a hand at time zero, the control in it still unset."""
     h = np.zeros(layout.size)
     at = layout.places()
@@ -44,7 +55,7 @@ def hand_memory(layout: TrialLayout, settings: HandSettings, seed: int, period: 
         "INITIAL_FORCE": drives.initial_force, "CLOSE_TIME": drives.close_time,
         "LIFT_TIME": drives.lift_time, "MASS": plate.mass, "INERTIA": plate.inertia,
         "GRAVITY": plate.gravity, "FAR_LOST": plate.drop_distance, "ANGLE_LOST": plate.drop_angle,
-        "SAMPLE_TIME": period, "SLIP_SENSOR": float(sensor.slip_sensor),
+        "SAMPLE_TIME": period, "SLIP_SENSOR": SLIP_CHANNELS[slip_channel if sensor.slip_sensor else "absent"],
         "SLIP_THRESHOLD": sensor.slip_threshold,
         "SLIP_DELAY": min(round(sensor.slip_delay / period), FLAGS - 1),
     }  # fmt: skip
@@ -122,13 +133,19 @@ def _burdens(events: tuple[Disturbance, ...], step: float, duration: float) -> F
 
 
 @lru_cache(maxsize=64)
-def noise_table(settings: HandSettings, seed: int, samples: int) -> Floats:
+def noise_table(settings: HandSettings, seed: int, samples: int, slip_channel: str) -> Floats:
     """Return bias and noise of every sample as :class:`vegrip.virtual.sensor.Sensors` draws them.
 
-    Shape (samples, fingers, 8).
+    Shape (samples, fingers, 8); the last column is 1 where the slip flag is wrong.
     """
     sensors = Sensors(settings.sensor, settings.fingers, np.random.default_rng([seed, 1]))
-    return np.stack([sensors.draw()[0].copy() for _ in range(samples)])
+    table = np.stack([sensors.draw()[0].copy() for _ in range(samples)])
+    table[:, :, 7] = 0.0
+    if slip_channel == "noisy":
+        rng = np.random.default_rng([seed, 4])
+        table[:, :, 6] += SPEED_NOISE_M_S * rng.standard_normal(table.shape[:2])
+        table[:, :, 7] = rng.random(table.shape[:2]) < WRONG_FLAGS
+    return table
 
 
 def correlation_of(settings: GraspParameters, model: ContactModel) -> float:
@@ -141,7 +158,7 @@ def correlation_of(settings: GraspParameters, model: ContactModel) -> float:
 
 def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int) -> tuple[Floats, Floats]:
     """Return the belief of the grasp before anything was felt, and the state of its probing."""
-    g, q = np.zeros(BELIEF_SIZE), np.zeros(CHANGE_SIZE)
+    g, q = np.zeros(BELIEF_SIZE), np.zeros(TRUST_SIZE)
     mu = model.values[friction_symbol(model)]
     f = settings.friction
     begin_belief(g, fingers, settings.estimator.friction_drift, f.shock)
@@ -161,4 +178,5 @@ def learning_memory(settings: GraspParameters, model: ContactModel, fingers: int
     begin_felt_slip(q, f.sliding_speed, f.slip_delay)
     begin_late_slip(q)
     begin_changes(q)
+    begin_trust(g, q)
     return g, q

@@ -402,9 +402,7 @@ def _undecided(told: Told) -> str:
         for group in told["indistinguishable"]
     ]
     if told["unexplained"]:
-        said.append(
-            f"what is left depends on {told['unexplained']['variable']} ({told['unexplained']['channel']})"
-        )
+        said.append(told["unexplained"]["note"])
     suggestions = (told["experiment"] or {}).get("suggestions", {})
     said += [f"to distinguish {name}: {text}" for name, text in suggestions.items()]
     said += told["doubts"]

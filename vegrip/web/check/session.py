@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from vegrip.errors import InputError, UsageError
+from vegrip.whole_file import write_whole
 
 CHECK_FILE = "check.json"
 VERSION = 1
@@ -90,10 +91,7 @@ class Session:
 
 def save(session: Session, folder: Path) -> None:
     """Write the session; a reader sees the old one or the new one."""
-    text = json.dumps({"version": VERSION, **asdict(session)})
-    part = folder / f"{CHECK_FILE}.part"
-    part.write_text(text, encoding="utf-8")
-    part.replace(folder / CHECK_FILE)
+    write_whole(folder / CHECK_FILE, json.dumps({"version": VERSION, **asdict(session)}))
 
 
 def load(folder: Path, recording: str) -> Session | None:
@@ -113,7 +111,7 @@ def load(folder: Path, recording: str) -> Session | None:
             [Rung(**rung) for rung in told["rungs"]],
             min(told["current"], len(told["rungs"])),
         )
-    except (OSError, ValueError, TypeError, KeyError) as error:
+    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise InputError(
             f"{file} cannot be read ({error}); move the folder away, or give another with -o"
         ) from None

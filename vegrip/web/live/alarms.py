@@ -14,11 +14,12 @@ from vegrip.messages import (
     Condition,
     ContactEstimate,
     ForceCommand,
+    Lifecycle,
     ModelHealth,
     Reason,
     SlipMargin,
 )
-from vegrip.runtime.monitor.board import Board
+from vegrip.runtime.monitor.board import Board, words
 from vegrip.runtime.monitor.finger_row import FingerRow
 from vegrip.runtime.monitor.node_row import Presence
 from vegrip.web.live.words import CONDITIONS, FRICTION, REASONS, health_in_words
@@ -44,6 +45,7 @@ class Alarm:
     level: Level
     text: str
     finger: str = ""  # that the text is about, "" = the text says it
+    label: str = ""  # in a word or two, for the card of the finger
 
 
 @dataclass
@@ -76,14 +78,14 @@ def alarms_of(board: Board, now: int) -> list[Alarm]:
     """Return what is wrong at ``now`` [ns]."""
     found = []
     for name, node in board.nodes.items():
-        if node.presence in (Presence.SILENT, Presence.GONE):
-            said = "says nothing" if node.presence is Presence.SILENT else "is gone without a word"
+        has_run = node.status is not None and node.status.state is not Lifecycle.FINALIZED
+        if node.presence is Presence.SILENT or (node.presence is Presence.GONE and has_run):
+            said = "says nothing" if node.presence is Presence.SILENT else f"has died ({node.failure})"
             found.append(Alarm(f"node {name}", Level.BAD, f"{name} {said}; the last numbers are old"))
     if board.busy:
         found.append(Alarm("busy", Level.WARN, board.busy))
     for name, row in board.rows.items():
-        ended = row.source in board.nodes and board.nodes[row.source].presence is not Presence.RUNNING
-        if not ended:
+        if row.source not in board.nodes or board.nodes[row.source].presence is Presence.RUNNING:
             found += _of_finger(name, row, now)
     return found
 
@@ -93,15 +95,19 @@ def _of_finger(name: str, row: FingerRow, now: int) -> list[Alarm]:
     contact, health = row.fresh(ContactEstimate, now), row.fresh(ModelHealth, now)
     found = []
     if health is not None and health.condition > Condition.DEGRADED:
-        found.append(Alarm(f"input {name}", Level.BAD, CONDITIONS[health.condition], name))
+        found.append(
+            Alarm(
+                f"input {name}", Level.BAD, CONDITIONS[health.condition], name, CONDITIONS[health.condition]
+            )
+        )
     if command is not None and command.reason is Reason.SLIP:
-        found.append(Alarm(f"slip {name}", Level.BAD, "slip is felt, the grip is raised", name))
+        found.append(Alarm(f"slip {name}", Level.BAD, "slip is felt, the grip is raised", name, "slips"))
     if contact is not None and contact.in_contact and margin is not None:
         found += _of_margin(name, margin, health.friction if health is not None else "")
     if command is not None and command.reason in (Reason.MAX_LIMIT, Reason.FAIL_SAFE):
-        found.append(Alarm(f"limit {name}", Level.WARN, REASONS[command.reason], name))
+        found.append(Alarm(f"limit {name}", Level.WARN, REASONS[command.reason], name, words(command.reason)))
     if health is not None and health.channel and not health.consistent:
-        found.append(Alarm(f"health {name}", Level.WARN, health_in_words(health), name))
+        found.append(Alarm(f"health {name}", Level.WARN, health_in_words(health), name, "misfit"))
     return found
 
 
@@ -125,8 +131,8 @@ def _of_margin(name: str, margin: SlipMargin, friction: str) -> list[Alarm]:
         return []
     if margin.margin.valid and margin.lower_bound < 0.0:
         text = "may be slipping: the lower bound of the margin is below zero"
-        return [Alarm(f"bound {name}", Level.BAD, text, name)]
+        return [Alarm(f"bound {name}", Level.BAD, text, name, "may slip")]
     if math.isfinite(margin.earliest_slip) and margin.earliest_slip < SOON:
         text = f"may slip within {SOON:g} s if the grip stays as it is"
-        return [Alarm(f"soon {name}", Level.WARN, text, name)]
+        return [Alarm(f"soon {name}", Level.WARN, text, name, "may slip soon")]
     return []

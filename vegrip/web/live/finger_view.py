@@ -1,10 +1,12 @@
 """What the page shows of one finger: plain values for JSON; what is too old is absent, with its age. Pure."""
 
 import math
+from functools import cache
 from statistics import NormalDist
 from typing import Any
 
 from vegrip.contact.pressure import peak_pressure
+from vegrip.effects import effect, names
 from vegrip.messages import (
     Condition,
     ContactEstimate,
@@ -21,7 +23,14 @@ from vegrip.web.live.words import CONDITIONS, REASONS, health_in_words
 
 CONFIDENCE = 0.95  # one-sided, of the inner limit surface where the margin names none
 
+OF_THE_CONTACT = ("mu", "k")  # are in ContactEstimate, as they are now
+
 NO_LOAD = 0.98  # margin from which on the load is too small to tell the sure limit from
+
+
+@cache
+def _units() -> dict[str, str]:
+    return {p.symbol: p.unit for name in names() for p in effect(name).parameters if p.unit != "1"}
 
 
 def finger_view(
@@ -49,7 +58,7 @@ def finger_view(
         "surface": _surface(contact, margin),
         "load": _load(state),
         "health": _health(health),
-        "learned": [_learned(one) for one in learned.values()],
+        "learned": [_learned(one) for symbol, one in learned.items() if symbol not in OF_THE_CONTACT],
     }
 
 
@@ -158,12 +167,14 @@ def _health(health: ModelHealth | None) -> dict[str, Any]:
         "nis": finite(health.nis, 3),
         "suspect": health.suspect,
         "rejected": health.rejected,
+        "friction": health.friction,
     }
 
 
 def _learned(one: LearnedParameter) -> dict[str, Any]:
     return {
         "symbol": one.symbol,
+        "unit": _units().get(one.symbol, ""),
         "value": finite(one.filtered.value),
         "std": finite(one.filtered.std, 2),
         "valid": one.filtered.valid,

@@ -18,7 +18,7 @@ from vegrip.messages import (
 )
 from vegrip.runtime.monitor.board import MOST_FINGERS, Board
 from vegrip.runtime.monitor.node_row import NodeRow, Presence, Present
-from vegrip.web.live.alarms import Alarms, alarms_of, states_of
+from vegrip.web.live.alarms import Alarm, Alarms, Level, alarms_of, states_of
 from vegrip.web.live.columns import BANDS, COLUMN_COUNT, COLUMN_NAMES, COLUMN_PERIOD_S, Column, Columns
 from vegrip.web.live.finger_view import finger_view, finite
 
@@ -78,10 +78,12 @@ class LiveView:
         """Return everything as of ``now`` [ns] but the columns."""
         self.board.look(now)
         board = self.board
+        alarms = alarms_of(board, now)
+        worst = {one.finger: one for one in sorted(alarms, key=lambda one: one.level is Level.BAD)}
         return {
             "time": round((now - board.start) / NS, 2),
             "fingers": {
-                name: {"source": row.source}
+                name: {"source": row.source, "alarm": _label(worst.get(name))}
                 | finger_view(
                     row,
                     now,
@@ -91,7 +93,7 @@ class LiveView:
                 for name, row in board.rows.items()
             },
             "nodes": {name: _node(row, now) for name, row in board.nodes.items()},
-            "alarms": self._alarms.update(alarms_of(board, now), now),
+            "alarms": self._alarms.update(alarms, now),
             "states": self._states.update(states_of(board, now), now),
             "log": [
                 {"time": round(line.time, 1), "text": line.text, "style": line.style} for line in board.log
@@ -122,6 +124,10 @@ LAYOUT: dict[str, Any] = {
     "most_fingers": MOST_FINGERS,
 }
 """How the columns are to be read."""
+
+
+def _label(alarm: Alarm | None) -> dict[str, str] | None:
+    return {"level": alarm.level.value, "label": alarm.label} if alarm is not None else None
 
 
 def _node(row: NodeRow, now: int) -> dict[str, Any]:

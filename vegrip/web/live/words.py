@@ -3,7 +3,7 @@
 from vegrip.messages import KNOWN, PROBED, Condition, ModelHealth, Reason
 
 REASONS = {
-    Reason.HOLD: "holds: the margin is at its target",
+    Reason.HOLD: "holds: the force suffices",
     Reason.RAISE: "raises: the margin is below its target",
     Reason.LOWER: "lowers: less force suffices",
     Reason.SLIP: "raises: slip is felt",

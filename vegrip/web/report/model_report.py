@@ -138,7 +138,7 @@ def _unknown(told: Account) -> str:
     if found is not None:
         said += [f"not separated: {', '.join(group)}" for group in found["indistinguishable"]]
         if found["unexplained"]:
-            said.append(f"what is left depends on {found['unexplained']['variable']}")
+            said.append(found["unexplained"]["note"])
         said += [f"{name} could not be seen: {reason}" for name, reason in found["out_of_sight"].items()]
         said += found["doubts"]
     return listed(said) or "<p>Nothing that this recording could show.</p>"

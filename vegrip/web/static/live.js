@@ -108,20 +108,23 @@ const makeFinger = (name) => {
 };
 
 const drawFinger = (card, name, finger) => {
-  const margin = finger.margin, bad = margin?.bound != null && margin.bound < 0 && finger.in_contact;
+  const margin = finger.margin, bad = finger.alarm?.level === "bad", probing = finger.health.friction === "probed";
   const kind = `card finger${finger.fresh ? "" : " stale"}${bad ? " bad" : ""}`;
   if (card.className !== kind) card.className = kind;
   card.setAttribute("aria-pressed", name === state.selected);
-  const level = finger.fresh ? finger.health.level : "unknown";
-  put(card.querySelector(".status"), `<span class="chip ${level}">${finger.fresh ? text(finger.health.condition === "ok" ? "ok" : finger.health.input) : "old"}</span>`);
+  const [level, said] = !finger.fresh ? ["unknown", "old"]
+    : finger.alarm ? [finger.alarm.level, finger.alarm.label]
+    : finger.health.condition !== "ok" ? [finger.health.level, finger.health.input]
+    : probing ? ["calm", "probing"] : ["ok", "ok"];
+  put(card.querySelector(".status"), `<span class="chip ${level}">${text(said)}</span>`);
   put(card.querySelector(".big"), finger.fresh
     ? finger.in_contact === false ? `air <small>no contact, no margin</small>` : `${number(margin.value)} <small>${margin.bound == null ? "its bound is not known yet" : `≥ ${number(margin.bound)}, sure to ${margin.confidence == null ? "?" : (100 * margin.confidence).toFixed(0)} %`}</small>`
-    : `${dash} <small>no news for ${ago(finger.age)}</small>`);
+    : `${dash} <small>${finger.age == null ? "no news yet" : `no news for ${ago(finger.age)}`}</small>`);
   put(card.querySelector(".bar"), drawMargin(finger.in_contact ? margin : margin && { wanted: margin.wanted }));
   const scale = (state.scales[name] = surfaceScale(finger.surface, finger.load, state.scales[name]));
   put(card.querySelector(".mini"), drawSurface(finger, state.trails[name] ?? [], scale, true));
   const wanted = margin?.wanted == null ? dash : number(margin.wanted);
-  put(card.querySelector(".facts"), `<dt>wanted</dt><dd>${wanted}</dd><dt>slips in</dt><dd>${finger.in_contact ? untilSlip(margin) : dash}</dd><dt>command</dt><dd>${finger.command ? `<b>${number(finger.command.force)} N</b>` : dash}</dd><dd class="why">${finger.command ? text(finger.command.words) : ""}</dd>`);
+  put(card.querySelector(".facts"), `<dt>wanted</dt><dd>${wanted}</dd><dt>slips in</dt><dd>${!finger.in_contact ? dash : probing ? "probing on purpose" : untilSlip(margin)}</dd><dt>command</dt><dd>${finger.command ? `<b>${number(finger.command.force)} N</b>` : dash}</dd><dd class="why">${finger.command ? text(finger.command.words) : ""}</dd>`);
 };
 
 const drawDetail = (name, finger) => {
@@ -145,30 +148,32 @@ const drawModel = (finger) => {
   const level = health.consistent ? "ok" : health.channel ? "warn" : "unknown";
   const values = [["N", "normal_force", 1, 3, "N"], ["a", "contact_radius", 1e3, 3, "mm"], ["k", "pressure_exponent", 1, 3, ""], ["mu", "friction_coefficient", 1, 3, ""], ["delta", "indentation", 1e3, 3, "mm"]];
   const rows = values.map(([symbol, key, scale, digits, unit]) => `<tr><td>${symbol}</td><td class="num">${withStd(contact?.[key], scale, digits)}</td><td>${unit}</td><td class="soft">now</td></tr>`);
-  const learned = finger.learned.map((one) => `<tr><td>${text(one.symbol)}</td><td class="num">${one.value ?? dash} ± ${one.std ?? "?"}</td><td></td><td class="soft">learned over ${one.excited ?? 0} s${one.valid ? "" : ", not yet valid"}</td></tr>`);
+  const learned = finger.learned.map((one) => `<tr><td>${text(one.symbol)}</td><td class="num">${one.value ?? dash} ± ${one.std ?? "?"}</td><td>${text(one.unit)}</td><td class="soft">learned over ${one.excited ?? 0} s${one.valid ? "" : ", not yet valid"}</td></tr>`);
   put($("model"), `<p><span class="chip ${level}">${text(health.words || "no news")}</span></p><p class="soft">normalised innovation squared ${number(health.nis)} (1 is right); measurements refused ${health.rejected ?? dash}${health.suspect ? `; suspect <b>${text(health.suspect)}</b>` : ""}</p><div class="scroll"><table><tr><th>quantity</th><th class="num">value ± std</th><th></th><th></th></tr>${rows.join("")}${learned.join("")}</table></div>`);
 };
 
-const HEAD = `<tr><th>node</th><th></th><th>state</th><th class="num">in [Hz]</th><th class="num">out [Hz]</th><th class="num">p50 / p99 / max [ms]</th><th class="num">late</th><th class="num">dropped</th><th>refused now</th></tr>`;
+const COLUMNS = ["state", "in [Hz]", "out [Hz]", "p50 / p99 / max [ms]", "late", "dropped", "refused now"];
+const isNumber = (i) => i > 0 && i < 6;
+const HEAD = `<tr><th>node</th><th></th>${COLUMNS.map((name, i) => `<th class="${isNumber(i) ? "num" : ""}">${name}</th>`).join("")}</tr>`;
 
 // Rows stay while their numbers change: a button that is replaced while it is pressed is not pressed.
 const drawNodes = (nodes) => {
   const table = $("nodes"), names = Object.keys(nodes);
   if (table.dataset.names !== names.join("\n")) {
     table.dataset.names = names.join("\n");
-    table.innerHTML = HEAD + (names.map((name) => `<tr><td>${text(name)}</td><td><button type="button" data-node="${text(name)}">parameters</button></td>${"<td></td>".repeat(7)}</tr>`).join("") || `<tr><td colspan="9" class="soft">no node yet</td></tr>`);
+    table.innerHTML = HEAD + (names.map((name) => `<tr><td>${text(name)}</td><td><button type="button" data-node="${text(name)}">parameters</button></td>${COLUMNS.map((label) => `<td data-label="${label}"></td>`).join("")}</tr>`).join("") || `<tr><td colspan="9" class="soft">no node yet</td></tr>`);
   }
   names.forEach((name, i) => drawNode(table.rows[i + 1], nodes[name]));
 };
 
 const drawNode = (row, one) => {
   const running = one.presence === "running", rate = (v) => (running ? number(v, 0) : dash), ms = (v) => (v == null || !running ? dash : (v / 1e3).toFixed(2));
-  const level = running ? (one.state === "active" ? "ok" : "warn") : one.presence === "ended" || one.presence === "starting" ? "unknown" : "bad";
+  const level = running ? (one.state === "active" ? "ok" : "warn") : one.presence === "stopped" || one.presence === "starting" ? "unknown" : "bad";
   const said = running ? one.state ?? "running" : `${one.presence} ${ago(one.age)}`;
   const refused = Object.entries(one.refused).map(([why, count]) => `${why} ${count}`).join(", ");
   const cells = [`<span class="chip ${level}">${said}</span>`, rate(one.rate_in), rate(one.rate_out), `${ms(one.latency_p50)} / ${ms(one.latency_p99)} / ${ms(one.latency_max)}`, one.misses ?? dash, one.dropped ?? dash, text(refused).replaceAll("_", "_<wbr>") || dash];
   cells.forEach((html, i) => {
-    row.cells[i + 2].className = i > 0 && i < 6 ? "num" : "";
+    row.cells[i + 2].className = isNumber(i) ? "num" : "";
     put(row.cells[i + 2], String(html));
   });
   row.querySelector("button").disabled = !running;

@@ -112,8 +112,9 @@ const read = (input, before) => {
 
 const row = (one) => {
   const bounds = one.choices.length ? one.choices.join(" | ") : one.low == null && one.high == null ? "" : `${one.low ?? ""} … ${one.high ?? ""}`;
-  const field = one.type === "bool" || one.choices.length
-    ? `<select data-parameter="${text(one.name)}" aria-label="${text(one.name)}" ${one.live ? "" : "disabled"}>${(one.choices.length ? one.choices : ["true", "false"]).map((v) => `<option ${String(one.value) === v ? "selected" : ""}>${text(v)}</option>`).join("")}</select>`
-    : `<input class="value" data-parameter="${text(one.name)}" aria-label="${text(one.name)}" value="${text(typeof one.value === "object" && one.value !== null ? JSON.stringify(one.value) : one.value)}" ${one.live && typeof one.value !== "object" ? "" : "disabled"}>`;
+  const shown = text(typeof one.value === "object" && one.value !== null ? JSON.stringify(one.value) : one.value);
+  const field = !one.live || typeof one.value === "object" ? `<code>${shown}</code>` : one.type === "bool" || one.choices.length
+    ? `<select data-parameter="${text(one.name)}" aria-label="${text(one.name)}">${(one.choices.length ? one.choices : ["true", "false"]).map((v) => `<option ${String(one.value) === v ? "selected" : ""}>${text(v)}</option>`).join("")}</select>`
+    : `<input class="value" data-parameter="${text(one.name)}" aria-label="${text(one.name)}" value="${shown}">`;
   return `<tr data-row><td><code>${text(one.name)}</code></td><td>${field}</td><td>${one.unit === "1" ? "" : text(one.unit)}</td><td class="soft">${text(bounds)}</td><td class="soft">${text(one.doc)}${one.live ? "" : " (fixed while running)"}</td></tr>`;
 };

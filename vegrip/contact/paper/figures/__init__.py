@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from vegrip.errors import UsageError
 from vegrip.spelling import suggestion
+from vegrip.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,7 +54,8 @@ def save_all(folder: Path) -> list[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for file in files:
-            draw(file.stem).savefig(file)
+            with whole_file(file) as part:
+                draw(file.stem).savefig(part)
     except OSError as error:
         raise UsageError(f"cannot write figures into {folder}: {error.strerror}") from None
     return files

@@ -11,14 +11,17 @@ from vegrip.grip.felt_slip import (
     believed_flag,
     believed_speed,
     judge_felt_slip,
+    may_teach,
     shows_sliding,
     twist_share,
 )
+from vegrip.grip.friction_belief import BELIEF_FINGERS
 from vegrip.grip.friction_change import follow_level
-from vegrip.grip.friction_onset import counts_as_known, feel_onset
-from vegrip.grip.friction_probe import PROBE_NEED, PROBE_SHIFT
+from vegrip.grip.friction_onset import feel_onset
+from vegrip.grip.friction_probe import PROBE_NEED, feel_slip, watch_load
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import lead_load
+from vegrip.grip.slip_trust import counted_shift, counts_as_known, ends_probe, follow_trust, let_go
 from vegrip.validation.controllers.kernels.generated import (
     CH_USED,
     CHANNEL0,
@@ -84,7 +87,7 @@ from vegrip.validation.controllers.kernels.generated import (
     SLOT_COUNT,
     Floats,
 )
-from vegrip.validation.controllers.kernels.learning import give_evidence, probe_finger, take_belief
+from vegrip.validation.controllers.kernels.learning import give_evidence, take_belief
 
 LONGEST_STEP = 0.1  # [s], as finger.LONGEST_STEP_S
 LEAST_SLIDING = 2e-4  # [m/s], as estimator.LEAST_SLIP_SPEED
@@ -196,9 +199,9 @@ def control_finger(
     touching = m[REP_CONTACT] > 0.5
     at, shift = h[G_QUANTILE], 0.0
     if learns:
-        shift = q[PROBE_SHIFT + i]
         if counts_as_known(g, q, i):
             at = h[G_QUANTILE_KNOWN]
+        shift = counted_shift(g, q, i, at)
     margin = 1.0 - (1.0 - h[G_MARGIN]) * math.exp(shift)
     if not touching:
         least = 0.0
@@ -228,7 +231,21 @@ def control_finger(
     if learns:
         step = 0.0 if first else dt
         learn_friction_of(
-            m, h, g, q, i, step, ln, variance, tangential, torque, sensed_slip, sensed_speed, at
+            m,
+            h,
+            g,
+            q,
+            i,
+            step,
+            ln,
+            variance,
+            force,
+            tangential,
+            torque,
+            sensed_slip,
+            sensed_speed,
+            at,
+            margin,
         )
 
 
@@ -276,17 +293,25 @@ def known_force(h: Floats, i: int, tangential: float, torque: float) -> float:
 
 def learn_friction_of(
     m: Floats, h: Floats, g: Floats, q: Floats, i: int, step: float, ln: float, variance: float,
-    tangential: float, torque: float, slip: float, slip_speed: float, at: float,
+    force: float, tangential: float, torque: float, slip: float, slip_speed: float, at: float,
+    asked: float,
 ) -> None:  # fmt: skip
     """Take into the belief of the grasp what finger ``i`` has just learned, and let probing go on."""
     believed, fast = believed_flag(q, i, slip), believed_speed(q, i, slip_speed)
-    give_evidence(m, h, g, i, step, ln, variance, believed >= 0.5 and is_late(q))
+    is_evidence = may_teach(q, i)
+    give_evidence(m, h, g, i, step, ln, variance, believed >= 0.5 and (is_late(q) or not is_evidence))
     u, relative = utilisation(m)
     u *= math.exp(ln - m[FRI_LN_MU])
-    feel_onset(g, q, i, step, recall_load(q, i, step, u), relative, believed, fast)
+    vague = relative if is_evidence else math.inf
+    feel_onset(g, q, i, step, recall_load(q, i, step, u), vague, believed, fast)
     q[PROBE_NEED + i] = h[G_REQUIRED + i]
     load = armed_load(tangential, torque, m[REP_RADIUS])
-    probe_finger(g, q, i, step, load, m[SET_S_TANGENTIAL], m[REP_CONTACT] > 0.5, believed, at)
+    noise, touching = m[SET_S_TANGENTIAL], m[REP_CONTACT] > 0.5
+    watch_load(q, i, step, load, noise, touching)
+    slides = ends_probe(q, i, step, believed >= 0.5, shows_sliding(q, fast))
+    follow_trust(g, q, i, step, believed, slip_speed, u, relative, force, tangential, noise, touching)
+    feel_slip(q, step, int(g[BELIEF_FINGERS]), slides)
+    let_go(g, q, i, step, at, asked, u, noise, touching, slides)
     judge_felt_slip(q, i, step, slip, slip_speed, u, twist_share(tangential, load))
     follow_level(g, q, i, step)
 

@@ -11,8 +11,6 @@ from vegrip.grip.friction_belief import (
     refuse_evidence,
     widen_own,
 )
-from vegrip.grip.friction_onset import may_probe
-from vegrip.grip.friction_probe import PROBE_SHIFT, feel_slip, probe_friction, watch_load
 from vegrip.validation.controllers.kernels.generated import (
     FRI_BASE_LN,
     FRI_BASE_VAR,
@@ -59,24 +57,3 @@ def give_evidence(
     h[G_SITE + i] += 1.0 / m[FRI_VAR] - 1.0 / variance
     h[G_SITE_WEIGHTED + i] += m[FRI_LN_MU] / m[FRI_VAR] - ln / variance
     absorb_evidence(g, i, ln, variance, m[FRI_LN_MU], m[FRI_VAR])
-
-
-def probe_finger(
-    g: Floats,
-    q: Floats,
-    i: int,
-    dt: float,
-    load: float,
-    noise: float,
-    touching: bool,
-    slip: float,
-    lag: float,
-) -> None:
-    """Let finger ``i`` count on more than the bound where nothing happens."""
-    slipping = slip >= 0.5
-    watch_load(q, i, dt, load, noise, touching)
-    feel_slip(q, dt, int(g[BELIEF_FINGERS]), slipping)
-    if not may_probe(q, i):
-        q[PROBE_SHIFT + i] = 0.0
-    elif touching and not slipping:
-        probe_friction(g, q, i, dt, lag)

@@ -41,6 +41,8 @@ from vegrip.validation.controllers.kernels.generated import (
 from vegrip.validation.controllers.kernels.hand import close_event, hand_tick, hand_time, true_margin
 
 HERTZ_POWER = 1.0 / 3.0
+SLIP_ABSENT, SLIP_DEAD, SLIP_STUCK = 0.0, 2.0, 3.0  # of H_SLIP_SENSOR, see trial_memory.SLIP_CHANNELS
+STUCK_SPEED = 1e-3  # [m/s] that a stuck channel says
 
 
 def run_whole_trial(
@@ -51,7 +53,7 @@ def run_whole_trial(
     """Run ``periods`` of ``ticks`` each, a row of truth ``every`` so many [s]; return the number of rows.
 
     ``m0`` to ``m4`` are the estimators of the fingers, ``b`` the burdens by tick, ``z`` bias and noise by
-    sample.
+    sample, 1 in the last column where the slip flag is wrong.
     """
     rows = 0
     for period in range(int(periods)):
@@ -97,8 +99,14 @@ def feel_finger(h: Floats, z: Floats, sample: int, i: int) -> None:
     speed = felt_late(h, H_SPEEDS + HAND_FLAGS * i, speed)
     h[at + 6] = max(speed + z[noise + 6], 0.0)
     h[at + 7] = felt_late(h, H_FLAGS + HAND_FLAGS * i, sliding)
-    if h[H_SLIP_SENSOR] < 0.5:
+    if z[noise + 7] > 0.5:
+        h[at + 7] = 1.0 - h[at + 7]
+    if h[H_SLIP_SENSOR] == SLIP_ABSENT:
         h[at + 6] = h[at + 7] = math.nan
+    elif h[H_SLIP_SENSOR] == SLIP_DEAD:
+        h[at + 6] = h[at + 7] = 0.0
+    elif h[H_SLIP_SENSOR] == SLIP_STUCK:
+        h[at + 6], h[at + 7] = STUCK_SPEED, 1.0
 
 
 def felt_late(h: Floats, first: int, value: float) -> float:

@@ -1,0 +1,144 @@
+"""A hand whose fingers differ by one letter or number: all of them are mapped, and what is open is said."""
+
+import json
+import math
+import shlex
+import tomllib
+from pathlib import Path
+
+import can
+import cantools.database
+import numpy as np
+import pytest
+
+from vegrip.cli import main
+from vegrip.transport.mapped.dbc import read_dbc
+from vegrip.transport.mapped.guess import all_signals
+
+STATE = """BO_ {identifier} {f}_State: 12 Hand
+ SG_ {f}_Fn : 0|16@1- (0.5,0) [-3000|3000] "gf" PC
+ SG_ {f}_Fs1 : 16|16@1- (0.5,0) [-3000|3000] "gf" PC
+ SG_ {f}_Fs2 : 32|16@1- (0.5,0) [-3000|3000] "gf" PC
+ SG_ {f}_Enc : 48|16@1- (1,0) [0|0] "cnt" PC
+ SG_ {f}_Level : 64|8@1+ (1,0) [0|255] "" PC
+ SG_ {f}_Roll : 72|4@1+ (1,0) [0|15] "" PC
+ SG_ {f}_Crc : 80|8@1+ (1,0) [0|255] "" PC
+"""
+TARGET = ' SG_ {f}_Tgt : {bit}|16@1+ (1,0) [0|1000] "permille" Hand\n'
+WINDOWS = ["--rest", "0..1", "--press", "1..4", "--shear", "4..8"]
+COUNT = 1e-6  # [m] of a count of the encoder
+GRAM = 9.80665e-3  # [N]
+
+
+def dbc(fingers):
+    states = "".join(STATE.format(identifier=528 + n, f=f) for n, f in enumerate(fingers))
+    targets = "".join(TARGET.format(f=f, bit=16 * n) for n, f in enumerate(fingers))
+    return f'VERSION ""\nBU_: Hand PC\n{states}BO_ 768 Cmd: 8 PC\n{targets}'
+
+
+def written(fingers):
+    """Write the database and a log in which all fingers rest, press and are sheared along their x."""
+    text = dbc(fingers)
+    Path("own.dbc").write_text(text)
+    database, rng = cantools.database.load_string(text, "dbc"), np.random.default_rng(5)
+    with can.CanutilsLogWriter("own.log", channel="own") as log:
+        for i in range(1600):
+            t = i / 200
+            depth = 900e-6 * math.sin(math.pi * (t - 1) / 3) if t < 4 else min(500e-6, (t - 4) * 2e-3)
+            depth = max(depth, -200e-6) if t > 1 else -200e-6
+            force = 4.8e3 * max(depth, 0.0) * 1.0
+            shear = 0.3 * force * max(math.sin(math.pi * (t - 5) / 3), 0.0) if t > 5 else 0.0
+            for n, f in enumerate(fingers):
+                fn, fs1, fs2 = (
+                    round((value / GRAM + rng.normal(0.0, 0.6)) / 0.5) * 0.5
+                    for value in (-force + 14 * GRAM, 5 * GRAM, -shear)
+                )
+                values = {"Fn": fn, "Fs1": fs1, "Fs2": fs2, "Enc": round(1200 - depth / COUNT)}
+                values |= {"Level": i % 7 * 3, "Roll": i % 16, "Crc": 0}
+                message = database.get_message_by_name(f"{f}_State")
+                data = bytearray(message.encode({f"{f}_{k}": v for k, v in values.items()}, strict=False))
+                data[10] = sum(data[:10]) & 0xFF
+                log.on_message_received(
+                    can.Message(
+                        timestamp=t + n * 4e-4,
+                        arbitration_id=528 + n,
+                        data=data,
+                        is_fd=True,
+                        is_extended_id=False,
+                    )
+                )
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def connected(capsys, *options):
+    assert main(["connect", "own.dbc", "--log", "own.log", *WINDOWS, "-o", "h.toml", "--json", *options]) == 0
+    return tomllib.loads(Path("h.toml").read_text()), json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("fingers", [("FA", "FB", "FC"), ("F1", "F2", "F3"), ("TipL", "TipM", "TipR")])
+def test_every_finger_of_one_letter_or_number_is_proposed_with_its_own_signals(folder, capsys, fingers):
+    written(fingers)
+    hand, told = connected(capsys, "--fingers", "thumb,index,middle")
+    assert list(hand["fingers"]) == ["thumb", "index", "middle"]
+    for f, mapped in zip(fingers, hand["fingers"].values(), strict=True):
+        assert {name: mapped[name]["signal"] for name in list(mapped) if "force" in name} == {
+            "normal_force": f"{f}_State.{f}_Fn",
+            "tangential_force_x": f"{f}_State.{f}_Fs2",
+            "tangential_force_y": f"{f}_State.{f}_Fs1",
+        }
+    assert not any("no further finger" in sentence for sentence in told["open"])
+
+
+def test_a_counter_is_found_by_its_rolling_whatever_its_name(folder, capsys):
+    written(("FA", "FB", "FC"))
+    hand, told = connected(capsys)
+    assert [m["counter"] for m in hand["messages"].values()] == ["FA_Roll", "FB_Roll", "FC_Roll"]
+    assert not any("no counter" in sentence for sentence in told["price"])
+
+
+def test_every_signal_without_a_unit_of_force_is_named_with_the_option_that_answers_it(folder, capsys):
+    written(("FA", "FB", "FC"))
+    _, told = connected(capsys)
+    said = "\n".join(told["open"])
+    options = [shlex.split(line.partition("--set ")[2])[0] for line in told["open"] if "--set" in line]
+    assert "FA_State.FA_Enc [cnt]" in said
+    assert "Cmd.FA_Tgt [permille]" in said
+    assert "FA_State.FA_Level (and 2 alike)" in said
+    said_by_option = [part for option in options if "Level" not in option for part in ("--set", option)]
+    hand, told = connected(capsys, "--force", *said_by_option)
+    assert [line for line in told["open"] if "Level" not in line] == []
+    for f, mapped in zip(("FA", "FB", "FC"), hand["fingers"].values(), strict=True):
+        assert mapped["displacement"]["signal"] == f"{f}_State.{f}_Enc"
+        assert mapped["displacement"]["sign"] == -1
+        assert mapped["command"]["signal"] == f"Cmd.{f}_Tgt"
+
+
+def test_a_finger_that_no_name_tells_is_not_denied(folder, capsys):
+    written(("FA", "FB"))
+    _, told = connected(capsys, "--fingers", "thumb,index,middle")
+    assert any("middle: no name, letter or number shows a further finger" in line for line in told["open"])
+
+
+ALONE = {
+    "axes of one finger": ("Tip", ("LoadA", "LoadB", "LoadC", "TorqueA", "TorqueB", "TorqueC")),
+    "x, y and z": ("Tip", ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")),
+    "two shears": ("Tip", ("Fn", "Fs1", "Fs2", "Ts1", "Ts2")),
+}
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_the_letter_of_an_axis_is_no_finger(folder, name):
+    message, signals = ALONE[name]
+    lines = [
+        f' SG_ {signal} : {8 * n}|8@1- (1,0) [0|0] "{"Nm" if signal[0] == "T" else "N"}" PC'
+        for n, signal in enumerate(signals)
+    ]
+    (folder / "one.dbc").write_text(
+        "\n".join(['VERSION ""', "BU_: Hand PC", f"BO_ 5 {message}: 8 Hand", *lines, ""])
+    )
+    assert {one.finger for one in all_signals(read_dbc(folder / "one.dbc"))} == {""}

@@ -1,0 +1,38 @@
+"""What remains of a memory after a pause, in closed form."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+
+@pytest.mark.parametrize("left", [1e-9, 0.1, 0.7, 0.99, 0.9995, 1.0])
+def test_the_mean_of_a_decay_is_that_over_any_instant_of_the_pause(kernels, left) -> None:
+    mean, square = kernels.mean_decay(left)
+    assert mean == pytest.approx(quad(lambda u: left**u, 0.0, 1.0)[0], rel=1e-3)
+    assert square == pytest.approx(quad(lambda u: left ** (2.0 * u), 0.0, 1.0)[0], rel=1e-3)
+
+
+def test_steps_of_a_pause_add_up_to_it_and_grow(kernels) -> None:
+    steps = [kernels.gap_step(3.0, i) for i in range(kernels.RECOVERY_STEPS)]
+    assert sum(steps) == pytest.approx(3.0)
+    assert np.all(np.diff(steps) > 0.0)
+    assert steps[0] < 1e-4
+
+
+def test_after_a_pause_in_the_air_a_memory_is_the_mean_of_what_may_remain(kernels, m, model) -> None:
+    """A free surface with one branch recovers with (1 - c) nu, from what it could have become in a hold."""
+    z = kernels.Y0 + kernels.EFFECTS
+    kernels.put_learned(m, kernels.Y0)
+    c, nu = (m[kernels.VALUES0 + list(model.parameters).index(name)] for name in ("c1", "nu1"))
+    largest = kernels.largest_memory(m, 0)
+    assert largest >= m[z] > 0.0
+    kernels.bridge_gap(m, 2.0, 0.0, -1e-3)
+    left = math.exp(-(1.0 - c) * nu * 2.0)
+    decades = -math.log(left)
+    assert m[z] == pytest.approx(largest * (1.0 - left) / decades, rel=0.02)
+    square = (1.0 - left**2) / (2.0 * decades)
+    spread = largest**2 * (square - ((1.0 - left) / decades) ** 2)
+    variance = m[kernels.P0 + kernels.EFFECTS * kernels.N + kernels.EFFECTS]
+    assert variance == pytest.approx(spread, rel=0.1)

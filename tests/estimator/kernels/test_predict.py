@@ -1,0 +1,120 @@
+"""A step of the filter, against the same in matrices."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+
+def test_bends_of_the_past_fade_within_two_seconds(kernels, m) -> None:
+    j = kernels.EFFECTS
+    m[kernels.L0 + j * kernels.N + j] = m[kernels.F0 + j] = 1.0
+    m[kernels.BEND0], m[kernels.BEND_SUM0] = 0.0, 1.0
+    for _ in range(1000):
+        assert kernels.bend_again(m, 0, 2e-3) == 0.0
+    assert m[kernels.BEND_SUM0] == pytest.approx(math.exp(-1.0), rel=2e-3)
+
+
+def test_bends_add_up_as_standard_deviations_do(kernels, m) -> None:
+    j = kernels.EFFECTS
+    m[kernels.L0 + j * kernels.N + j] = m[kernels.F0 + j] = 1.0
+    m[kernels.BEND0], m[kernels.BEND_SUM0] = 0.25, 0.0
+    total = sum(kernels.bend_again(m, 0, 1e-9) for _ in range(7))
+    assert total == pytest.approx((7 * math.sqrt(2.0) * 0.5) ** 2)
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.3, 5.0])
+def test_a_state_that_forgets_itself_forgets_its_bends(kernels, m, kept) -> None:
+    j = kernels.EFFECTS
+    m[kernels.L0 + j * kernels.N + j], m[kernels.F0 + j] = 2.0, 2.0 * kept
+    m[kernels.BEND0], m[kernels.BEND_SUM0] = 0.0, 1.0
+    kernels.bend_again(m, 0, 1e-9)
+    assert m[kernels.BEND_SUM0] == pytest.approx(min(kept, 1.0))
+
+
+@pytest.mark.parametrize("driven", [True, False])
+def test_the_covariance_moves_by_the_columns_of_the_root(kernels, m, P, rng, driven) -> None:
+    n, ns, first = kernels.N, kernels.NS, kernels.LEARNED_FROM
+    A = np.tril(rng.standard_normal((n, n)))
+    A[kernels.SPEED] = A[:, kernels.SPEED] = 0.0
+    m[kernels.L0 : kernels.L0 + n * n] = A.ravel()
+    F = rng.standard_normal((ns, n))
+    m[kernels.F0 : kernels.F0 + ns * n] = F.ravel()
+    P[:] = A @ A.T
+    moved = A.copy()
+    moved[kernels.DELTA] = -A[kernels.OFFSET] if driven else A[kernels.DELTA]
+    moved[kernels.EFFECTS : kernels.EFFECTS + ns] = F
+    expected = moved @ moved.T
+    expected[kernels.SPEED] = expected[:, kernels.SPEED] = 0.0
+    expected[kernels.SPEED, kernels.SPEED] = m[kernels.MOTION_VAR_SPEED]
+    kernels.move_covariance(m, driven)
+    assert_allclose(P[:first], expected[:first], atol=1e-12)
+    assert_allclose(P[first:], expected[first:], atol=1e-12)
+
+
+def test_the_error_of_the_depth_adds_to_it_and_to_what_it_does_to_the_memory(kernels, m, P) -> None:
+    before, error, h = P.copy(), 4e-12, 3e-4
+    m[kernels.H0], m[kernels.MODE_CORNER] = h, 5e-6
+    m[kernels.BEND0] = m[kernels.BEND_SUM0] = 0.0
+    kernels.add_depth_error(m, error, 2e-3)
+    d, z = kernels.DELTA, kernels.EFFECTS
+    added = P - before
+    assert added[d, d] == pytest.approx(error)
+    assert added[d, z] == pytest.approx(h * 2e-6)
+    assert added[z, d] == pytest.approx(P[d, z] - before[z, d])
+    assert added[z, z] == pytest.approx(h**2 + (0.4 * h * 5e-6 / 2e-6) ** 2)
+
+
+def test_a_depth_that_is_known_exactly_adds_nothing(kernels, m, P) -> None:
+    before = P.copy()
+    m[kernels.H0], m[kernels.MODE_CORNER] = 0.0, 5e-6
+    m[kernels.BEND0] = m[kernels.BEND_SUM0] = 0.0
+    kernels.add_depth_error(m, 0.0, 2e-3)
+    assert_allclose(P, before)
+
+
+def test_the_change_of_the_memory_is_that_of_the_law(kernels, m) -> None:
+    """F, H and the mean, where the law is straight: differences of the law itself."""
+    dt, depth, error = 2e-3, m[kernels.Y0 + kernels.OFFSET] + 9.2e-4, 1e-6
+    kernels.square_root(m, kernels.P0)
+    kernels.effects_ahead(m, dt, depth, error)
+    H = m[kernels.H0 : kernels.H0 + kernels.NS].copy()
+    F = m[kernels.F0 : kernels.F0 + kernels.NS * kernels.N].reshape(kernels.NS, kernels.N).copy()
+
+    def ahead(y, end):
+        m[kernels.TRY0 : kernels.TRY0 + kernels.N] = y
+        end = end - y[kernels.OFFSET]
+        kernels.propagate(m, kernels.TRY0, end, y[kernels.SPEED], dt, kernels.TRIAL0)
+        return m[kernels.TRIAL0 : kernels.TRIAL0 + kernels.NS].copy()
+
+    y = m[kernels.Y0 : kernels.Y0 + kernels.N].copy()
+    assert_allclose(H, ahead(y, depth + error) - ahead(y, depth), rtol=1e-9)
+    L = m[kernels.L0 : kernels.L0 + kernels.N**2].reshape(kernels.N, kernels.N).copy()
+    wide, here = math.sqrt(3.0), ahead(y, depth)
+    for j in range(kernels.N):
+        if j != kernels.BIAS and L[j, j] > 0.0:
+            rise = (ahead(y + wide * L[:, j], depth) - here) / wide
+            fall = (here - ahead(y - wide * L[:, j], depth)) / wide
+            assert np.all(F[:, j] >= np.minimum(rise, fall) - 1e-12)
+            assert np.all(F[:, j] <= np.maximum(rise, fall) + 1e-12)
+
+
+@pytest.mark.parametrize(("rest", "faster"), [(0.0, 1.0), (1e9, 100.0)])
+def test_zeros_drift_a_hundred_times_the_variance_in_a_long_rest(kernels, m, P, rest, faster) -> None:
+    m[kernels.MODE_REST] = rest
+    before, dt = np.diag(P).copy(), 1e-3
+    kernels.add_random_walks(m, dt)
+    for j in range(kernels.LEARNED_FROM, kernels.N):
+        quick = faster if j >= kernels.M else 1.0
+        limit = max(before[j], quick * m[kernels.PRIOR0 + j])
+        assert P[j, j] == pytest.approx(min(before[j] + quick * dt * m[kernels.DRIFT0 + j], limit))
+
+
+def test_without_a_displacement_the_tip_goes_on_at_its_speed(kernels, m) -> None:
+    m[kernels.MOTION_SPEED] = 3e-2
+    m[kernels.Y0 + kernels.OFFSET] = 2e-5
+    assert kernels.predicted_depth(m, kernels.Y0, math.nan, 2e-3) == pytest.approx(
+        m[kernels.Y0 + kernels.DELTA] + 6e-5
+    )
+    assert kernels.predicted_depth(m, kernels.Y0, 1e-3, 2e-3) == pytest.approx(9.8e-4)

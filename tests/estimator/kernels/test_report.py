@@ -1,0 +1,122 @@
+"""Standard deviations of what is derived, against differences of the quantity itself."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vegrip.contact.limit_surface import fast
+
+
+def columns(kernels, m):
+    """Return D, (N, a, k, friction, delta) by columns of independent unit variables."""
+    count = kernels.M + kernels.N_CONSIDERED + 1
+    names = ("D_FORCE0", "D_RADIUS0", "D_EXPONENT0", "D_FRICTION0", "D_DELTA0")
+    return np.array([m[getattr(kernels, name) : getattr(kernels, name) + count] for name in names])
+
+
+def reported(kernels, m, load=0.4, torque=1e-3):
+    kernels.report(m, load, torque)
+    at = np.array([m[kernels.REP_FORCE], m[kernels.REP_RADIUS], m[kernels.REP_EXPONENT], m[kernels.REP_MU]])
+    return at, columns(kernels, m)
+
+
+def spread(quantity, at, D):
+    """Return quantity and its standard deviation, by differences along each column, without bends."""
+    small = 1e-3
+    changes = [(quantity(*(at + small * d)) - quantity(*(at - small * d))) / (2.0 * small) for d in D[:4].T]
+    return quantity(*at), math.hypot(*changes)
+
+
+def test_a_sum_has_the_spread_of_its_parts(kernels, m) -> None:
+    _, D = reported(kernels, m)
+    weights = [0.3, -200.0, 0.7, 1.1, 50.0]
+    assert kernels.combined_std(m, *weights) == pytest.approx(float(np.linalg.norm(weights @ D)))
+
+
+def test_quantities_have_the_spread_of_their_columns(kernels, m) -> None:
+    _, D = reported(kernels, m)
+    for name, row in zip(("FORCE", "RADIUS", "EXPONENT", "MU"), D, strict=False):
+        assert m[getattr(kernels, f"REP_{name}_STD")] == pytest.approx(float(np.linalg.norm(row)))
+    assert m[kernels.REP_DEPTH_STD] == pytest.approx(float(np.linalg.norm(D[4])))
+
+
+def test_limit_force_and_torque_have_the_spread_of_their_product(kernels, m) -> None:
+    at, D = reported(kernels, m)
+    force, std = spread(lambda N, _a, _k, mu: mu * N, at, D)
+    assert m[kernels.REP_LIMIT_FORCE] == pytest.approx(force)
+    assert m[kernels.REP_LIMIT_FORCE_STD] == pytest.approx(std, rel=1e-5)
+    torque, std = spread(lambda N, a, k, mu: mu * N * a * fast.torsion_limit(k), at, D)
+    assert m[kernels.REP_LIMIT_TORQUE] == pytest.approx(torque)
+    assert m[kernels.REP_LIMIT_TORQUE_STD] == pytest.approx(std, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("load", "torque"), [(0.4, 1e-3), (-0.4, -1e-3), (0.05, 2e-3), (0.6, 0.0), (0.0, 1e-3)]
+)
+def test_gauge_and_limit_radius_have_the_spread_of_the_limit_surface(kernels, m, load, torque) -> None:
+    at, D = reported(kernels, m, load, torque)
+    f, moment = abs(load), abs(torque)
+
+    def gauge(N, a, k, mu, f=f, moment=moment):
+        return fast.gauge(k, f / (mu * N), moment / (mu * N * a))
+
+    def reach(N, a, k, mu):
+        return math.hypot(f, moment / a) / gauge(N, a, k, mu)
+
+    value, std = spread(gauge, at, D)
+    assert m[kernels.REP_GAUGE] == pytest.approx(value)
+    assert m[kernels.REP_GAUGE_REL] == pytest.approx(std / value, rel=1e-4)
+    s_f, s_m = m[kernels.SET_S_TANGENTIAL], m[kernels.SET_S_TORQUE]
+    by_f = (gauge(*at, f=f + 1e-5) - gauge(*at, f=f - 1e-5)) / 2e-5
+    by_m = (gauge(*at, moment=moment + 1e-8) - gauge(*at, moment=moment - 1e-8)) / 2e-8
+    assert m[kernels.REP_GAUGE_ABS] == pytest.approx(math.hypot(by_f * s_f, by_m * s_m), rel=1e-3)
+    limit, std = spread(reach, at, D)
+    assert m[kernels.REP_LIMIT_RADIUS] == pytest.approx(limit)
+    a = at[1]
+    psi = math.atan2(moment / a, f)
+    by_psi = (fast.radius(at[2], psi + 1e-6) - fast.radius(at[2], psi - 1e-6)) / 2e-6 * at[3] * at[0]
+    swing = math.hypot(math.sin(psi) * s_f, math.cos(psi) * s_m / a) / math.hypot(f, moment / a)
+    assert m[kernels.REP_LIMIT_RADIUS_STD] == pytest.approx(math.hypot(std, by_psi * swing), rel=1e-3)
+
+
+def test_the_utilisation_does_not_depend_on_what_is_believed_of_friction(kernels, m) -> None:
+    reported(kernels, m)
+    u, relative = kernels.utilisation(m)
+    known = m[kernels.REP_GAUGE_REL]
+    m[kernels.FRI_LN_MU] += 0.4
+    m[kernels.FRI_VAR] *= 4.0
+    reported(kernels, m)
+    assert kernels.utilisation(m) == pytest.approx((u, relative), rel=1e-3)
+    assert m[kernels.REP_GAUGE_REL] > 1.5 * known
+
+
+def test_an_upper_bound_is_lognormal_in_what_is_estimated_and_normal_in_the_load(kernels) -> None:
+    assert kernels.upper_gauge(0.5, 0.0, 0.0, 1.6) == 0.5
+    assert kernels.upper_gauge(0.5, 0.2, 0.0, 1.6) == pytest.approx(0.5 * math.exp(0.32))
+    assert kernels.upper_gauge(0.5, 0.0, 0.1, 1.6) == pytest.approx(0.66)
+    both = math.hypot(0.5 * (math.exp(0.32) - 1.0), 0.16)
+    assert kernels.upper_gauge(0.5, 0.2, 0.1, 1.6) == pytest.approx(0.5 + both)
+    assert math.isfinite(kernels.upper_gauge(0.5, 1e9, 0.0, 1.6))
+
+
+@pytest.mark.parametrize(
+    ("force", "depth", "before", "contact"),
+    [
+        (2.1, 0.0, 0.0, 1.0),
+        (0.1, 2.1, 0.0, 1.0),
+        (1.9, 1.9, 0.0, 0.0),
+        (1.9, 0.6, 1.0, 1.0),
+        (0.6, 0.0, 1.0, 1.0),
+        (0.4, 0.4, 1.0, 0.0),
+        (-0.1, 9.0, 1.0, 0.0),
+    ],
+)
+def test_contact_is_made_by_two_standard_deviations_and_broken_by_half_of_one(
+    kernels, m, force, depth, before, contact
+) -> None:
+    m[kernels.REP_FORCE], m[kernels.REP_FORCE_STD] = 0.3 * force, 0.3
+    m[kernels.REP_DEPTH_NOW], m[kernels.REP_DEPTH_STD] = 1e-5 * depth, 1e-5
+    m[kernels.REP_CONTACT] = before
+    kernels.update_contact(m)
+    assert m[kernels.REP_CONTACT] == contact

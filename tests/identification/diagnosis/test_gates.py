@@ -1,0 +1,275 @@
+"""What a candidate must pass, and which verdict follows, on fits that are only numbers."""
+
+import dataclasses
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from vegrip.effects import effect
+from vegrip.identification.diagnosis import acceptance, diagnosis
+from vegrip.identification.diagnosis.acceptance import Verdict, drives_onto_bound, judge_candidate
+from vegrip.identification.diagnosis.diagnosis import Diagnosis, are_alike
+from vegrip.identification.diagnosis.score_tests import _is_allowed
+from vegrip.identification.diagnosis.search import rivals
+
+PLACES = SimpleNamespace(names=["K", "pull"], low=np.array([1.0, 0.0]), high=np.array([9.0, 4.0]))
+STD = np.array([0.5, 0.5])
+
+
+def fitted(
+    evidence=0.0, heldout=(0.0, 0.0, 0.0, 0.0), error=1.0, u=(5.0, 2.0), effects=("power_law_stiffness",)
+):
+    unknowns = SimpleNamespace(**vars(PLACES), std=STD)
+    model = SimpleNamespace(effects=[effect(name) for name in effects])
+    return SimpleNamespace(
+        evidence=evidence,
+        heldout=np.array(heldout),
+        error=error,
+        problem=SimpleNamespace(unknowns=unknowns, model=model),
+        optimum=SimpleNamespace(u=np.array(u)),
+    )
+
+
+BASE = fitted(error=1.5)
+GOOD = (10.0, 10.0, 10.0, 10.0)
+
+
+@pytest.fixture(autouse=True)
+def resolved(monkeypatch):
+    monkeypatch.setattr(acceptance, "is_resolved", lambda *_: True)
+
+
+def judged(regimes=(9.0, 1.0), pays=8.0, left=math.inf, **new):
+    values = {"evidence": 40.0, "heldout": GOOD, "error": 1.0} | new
+    candidate = SimpleNamespace(effect=dataclasses.replace(effect("adhesion"), min_gain=0.0))
+    return judge_candidate(candidate, BASE, fitted(**values), regimes, pays, left)
+
+
+def test_a_candidate_that_passes_all_gates_is_told_with_what_it_gains() -> None:
+    told = judged()
+    assert (told.gain, told.heldout, told.failed, told.is_passed) == (40.0, 40.0, (), True)
+
+
+@pytest.mark.parametrize(
+    ("failed", "passes", "fails"),
+    [
+        ("evidence", {"evidence": 8.1}, {"evidence": 8.0}),
+        (
+            "held-out episodes",
+            {"heldout": (50.0, 50.0, -12.0, -12.0)},
+            {"heldout": (50.0, 50.0, -13.0, -13.0)},
+        ),
+        ("held-out episodes", {"heldout": (4.0, 4.0, 0.0, -6.0)}, {"heldout": (3.0, 3.0, 0.0, -6.3)}),
+        ("one episode only", {"heldout": (50.0, 0.1, 0.0, 0.0)}, {"heldout": (50.0, 0.0, 0.0, 0.0)}),
+        ("regimes", {"regimes": (1.4, 1.3)}, {"regimes": (1.4, 1.4)}),
+        ("error", {"error": 1.49}, {"error": 1.5}),
+        ("bounds", {"u": (1.0006, 2.0)}, {"u": (1.0004, 2.0)}),
+        ("bounds", {"u": (8.9994, 2.0)}, {"u": (8.9996, 2.0)}),
+    ],
+)
+def test_each_gate_has_its_place(failed, passes, fails) -> None:
+    assert failed not in judged(**passes).failed
+    assert failed in judged(**fails).failed
+
+
+def test_two_episodes_may_be_explained_in_one_alone() -> None:
+    base, new = fitted(heldout=(0.0, 0.0), error=1.5), fitted(40.0, (50.0, -1.0))
+    candidate = SimpleNamespace(effect=effect("sensor_lag"))
+    assert "one episode only" not in judge_candidate(candidate, base, new, (9.0, 1.0)).failed
+    nothing = fitted(40.0, (4.0, -4.0))
+    assert "held-out episodes" in judge_candidate(candidate, base, nothing, (9.0, 1.0)).failed
+
+
+def test_what_takes_most_of_what_is_left_may_lose_more_episodes_and_rule_the_regimes_less() -> None:
+    lossy = {"heldout": (40.0, 40.0, 20.0, -50.0), "regimes": (9.0, 9.5)}
+    assert judged(**lossy, left=40.0 / 0.31).failed == ()
+    assert judged(**lossy, left=40.0 / 0.29).failed == ("held-out episodes", "regimes")
+
+
+def test_an_effect_that_was_added_may_end_at_a_bound_and_one_that_was_there_already_too() -> None:
+    assert not drives_onto_bound(BASE, fitted(u=(5.0, 4.0)))
+    assert not drives_onto_bound(fitted(u=(1.0, 2.0)), fitted(u=(1.0, 2.0)))
+    assert drives_onto_bound(fitted(u=(5.0, 2.0)), fitted(u=(9.0, 2.0)))
+
+
+def tried(name, gain, *, change=(1.0, 0.0), failed=()):
+    return SimpleNamespace(
+        candidate=SimpleNamespace(name=name), verdict=Verdict(gain, gain, failed), change=np.array(change)
+    )
+
+
+class Found:
+    """Stands for a search: its figures are given."""
+
+    def __init__(self, steps, *, misfit=1.0, error=1.0, first_error=2.0, gained=100.0):
+        self.steps, self.dropped = steps, []
+        self.first = SimpleNamespace(error=first_error, evidence=0.0)
+        self.last = SimpleNamespace(error=error, evidence=gained)
+        self._misfit = misfit
+
+    @property
+    def accepted(self):
+        return [one.taken for one in self.steps if one.taken is not None]
+
+    def misfit(self, _):
+        return self._misfit
+
+
+def step(*given, taken=0):
+    return SimpleNamespace(tried=list(given), taken=given[taken] if given and taken is not None else None)
+
+
+def verdict(steps, rest=None, **figures):
+    one = Diagnosis(SimpleNamespace(), Found(steps, **figures))
+    vars(one)["_rest"] = None if rest is None else SimpleNamespace(gain=rest)
+    return one.verdict
+
+
+NONE = [step(tried("adhesion", 3.0, failed=("evidence",)), taken=None)]
+ONE = [step(tried("adhesion", 100.0))]
+MANY = [step(tried(name, 100.0)) for name in ("adhesion", "sensor_lag", "saturation")]
+
+
+@pytest.mark.parametrize(
+    ("steps", "figures", "told"),
+    [
+        (NONE, {}, "adequate"),
+        (NONE, {"misfit": 1.6}, "adequate"),
+        (NONE, {"misfit": 1.6, "rest": 21.0}, "unexplained"),
+        (NONE, {"misfit": 1.4, "rest": 39.0}, "adequate"),
+        (NONE, {"misfit": 1.4, "rest": 41.0}, "unexplained"),
+        (ONE, {}, "named"),
+        (ONE, {"misfit": 1.6}, "named"),
+        (ONE, {"misfit": 1.5, "rest": 11.0}, "named"),
+        (ONE, {"misfit": 1.6, "rest": 9.0}, "named"),
+        (ONE, {"misfit": 1.6, "rest": 11.0}, "unexplained"),
+        (ONE, {"misfit": 1.4, "rest": 11.0}, "named"),
+        (MANY[:2], {"misfit": 1.6}, "named"),
+        (MANY, {"misfit": 1.6}, "unexplained"),
+        (MANY, {"misfit": 1.4}, "named"),
+        (ONE, {"error": 1.09, "first_error": 1.2}, "named"),
+        (ONE, {"error": 1.11, "first_error": 1.2}, "unexplained"),
+        (ONE, {"error": 1.04, "first_error": 1.2, "misfit": 1.6}, "named"),
+        (ONE, {"error": 1.06, "first_error": 1.2, "misfit": 1.6}, "unexplained"),
+        (ONE, {"error": 1.14, "first_error": math.sqrt(1.0 + 0.2996 / 0.099)}, "named"),
+        (ONE, {"error": 1.14, "first_error": math.sqrt(1.0 + 0.2996 / 0.101)}, "unexplained"),
+        (ONE, {"error": 1.16, "first_error": 9.0}, "unexplained"),
+    ],
+)
+def test_the_verdict_follows_from_misfit_error_and_what_is_left(steps, figures, told) -> None:
+    assert verdict(steps, **figures) == told
+
+
+@pytest.mark.parametrize(
+    ("gain", "other", "alike"),
+    [(100.0, 95.1, True), (100.0, 94.8, False), (1e6, 1e6 - 990.0, True), (1e6, 1e6 - 1010.0, False)],
+)
+def test_candidates_within_five_nats_or_a_thousandth_are_indistinguishable(gain, other, alike) -> None:
+    steps = [step(tried("adhesion", gain), tried("sensor_lag", other, change=(0.0, 1.0)))]
+    one = Diagnosis(SimpleNamespace(), Found(steps))
+    assert one.indistinguishable == ([["adhesion", "sensor_lag"]] if alike else [])
+    assert one.verdict == ("ambiguous" if alike else "named")
+    assert one.named == ([] if alike else ["adhesion"])
+
+
+def test_a_candidate_that_failed_or_a_step_that_was_dropped_makes_nothing_ambiguous() -> None:
+    failed = tried("sensor_lag", 99.0, failed=("error",))
+    assert Diagnosis(SimpleNamespace(), Found([step(tried("adhesion", 100.0), failed)])).verdict == "named"
+    dropped = Found([step(tried("adhesion", 100.0), tried("sensor_lag", 99.0))])
+    dropped.dropped = ["adhesion"]
+    assert Diagnosis(SimpleNamespace(), dropped).indistinguishable == []
+
+
+def near(cosine):
+    return cosine, math.sqrt(1.0 - cosine**2)
+
+
+@pytest.mark.parametrize(
+    ("gain", "other", "cosine", "rough", "alike"),
+    [
+        (1000.0, 981.0, 0.96, False, True),
+        (1000.0, 1019.0, 0.96, False, True),
+        (1000.0, 979.0, 0.96, False, False),
+        (1000.0, 981.0, 0.94, False, False),
+        (40.0, 31.0, 0.96, False, True),  # a quarter of the gain
+        (40.0, 29.0, 0.96, False, False),
+        (10000.0, 9901.0, 0.96, True, True),  # a hundredth, where forms leave a misfit anyhow
+        (10000.0, 9899.0, 0.96, True, False),
+        (10000.0, 9901.0, 0.96, False, False),
+    ],
+)
+def test_two_that_do_the_same_differ_by_form_up_to_so_many_nats(gain, other, cosine, rough, alike) -> None:
+    a, b = tried("a", gain, change=(2.0, 0.0)), tried("b", other, change=np.multiply(3.0, near(cosine)))
+    assert are_alike(a, b, is_rough=rough) == alike
+
+
+def test_two_that_do_nothing_are_not_alike() -> None:
+    nothing = tried("a", 0.0, change=(0.0, 0.0))
+    assert not are_alike(nothing, nothing)
+
+
+@pytest.mark.parametrize(
+    ("taken", "misfit", "names"),
+    [
+        (None, 9.0, []),
+        (0, 1.4, []),  # one effect, and only noise is left
+        (0, 1.6, ["sensor_lag", "saturation"]),
+    ],
+)
+def test_a_search_is_made_again_from_the_best_two_that_gain_enough_alone(taken, misfit, names) -> None:
+    given = [
+        tried("adhesion", 100.0),
+        tried("inertia", 90.0, failed=("error",)),
+        tried("sensor_lag", 80.0),
+        tried("saturation", 61.0),
+        tried("rolling", 60.5),
+        tried("inclination", 59.0),
+    ]
+    found = Found([step(*given, taken=taken)], misfit=misfit)
+    assert [one.candidate.name for one in rivals(found)] == names
+
+
+def test_a_rival_gains_six_tenths_of_the_best_and_is_not_among_what_was_taken() -> None:
+    first = step(tried("adhesion", 100.0), tried("sensor_lag", 60.0), tried("saturation", 59.9))
+    second = step(tried("sensor_lag", 50.0))
+    assert [one.candidate.name for one in rivals(Found([first], misfit=1.6))] == ["sensor_lag"]
+    assert rivals(Found([first, second])) == []
+
+
+def test_where_nothing_is_named_the_curve_is_that_of_the_first_model(monkeypatch) -> None:
+    monkeypatch.setattr(
+        diagnosis, "find_discrepancy", lambda fitted, **_: SimpleNamespace(gain=50.0, of=fitted)
+    )
+    found = Found(ONE, misfit=1.6)
+    assert Diagnosis(SimpleNamespace(), found).unexplained.of is found.first
+    calm = Found(ONE, misfit=1.4)
+    assert Diagnosis(SimpleNamespace(), calm).unexplained is None
+    rough = Found(ONE, misfit=1.6, gained=1e4)
+    assert Diagnosis(SimpleNamespace(), rough).unexplained.of is rough.last
+
+
+@pytest.mark.parametrize(
+    ("at", "multiple", "allowed"),
+    [
+        (1.2, 2.0, True),
+        (1.2, 4.0, True),
+        (1.2, -4.0, True),
+        (1.2, -6.0, False),
+        (0.5, 1.7, True),
+        (0.5, 1.9, False),
+    ],
+)
+def test_a_trial_stays_on_the_side_of_its_bounds(at, multiple, allowed) -> None:
+    """The amount r_mu is nothing at 1 and lies in 0.1 .. 2; beyond the upper bound it is cut, not refused."""
+    one = effect("rate_dependent_friction")
+    trial = {p.symbol: p.default if p.null is None else p.null for p in one.parameters} | {"r_mu": at}
+    assert _is_allowed(SimpleNamespace(effect=one), trial, multiple) == allowed
+
+
+def test_beyond_the_upper_bound_only_the_other_way_is_refused() -> None:
+    one = effect("rate_dependent_friction")
+    trial = {p.symbol: p.default if p.null is None else p.null for p in one.parameters} | {"r_mu": 0.5}
+    assert not _is_allowed(SimpleNamespace(effect=one), trial, -3.0)
+    assert _is_allowed(SimpleNamespace(effect=one), trial | {"r_mu": 1.9}, 3.0)

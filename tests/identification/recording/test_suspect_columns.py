@@ -1,0 +1,117 @@
+"""Columns that are exchanged, of the wrong sign or of another unit are suspected; sound ones are not."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vegrip.identification.recording import Kind
+from vegrip.identification.recording.checks import suspect_columns
+from vegrip.identification.recording.column_map import ColumnMap, with_columns
+from vegrip.identification.recording.import_csv import import_csv
+from vegrip.identification.samples import recording
+from vegrip.types import Floats
+
+RADIUS = 8e-3  # [m]
+Press = tuple[Floats, Floats]
+
+
+def measured() -> Press:
+    sample = recording()
+    return sample.columns["displacement"], sample.columns["normal_force"]
+
+
+def pressed(
+    share_lost: float = 0.2, creep: float = 0.0, pull: float = 0.0, lag: int = 0, noise: float = 0.0
+) -> Press:
+    """Return approach, press, hold and release of a contact whose force falls while it is held.
+
+    With ``creep`` the force is held instead and the depth grows by that share; ``pull`` [N] of adhesion at
+    the release; the force ``lag`` rows late.
+    """
+    up, held = np.linspace(-0.3, 1.0, 400), np.ones(1000)
+    grown = 1.0 + creep * (1.0 - np.exp(-np.linspace(0.0, 5.0, 1000)))
+    down = np.linspace(grown[-1], -0.3, 400)
+    kept = 1.0 - share_lost * (1.0 - np.exp(-np.linspace(0.0, 5.0, 1000)))
+    depth = np.concatenate([up, grown if creep else held, down])
+    force = np.concatenate([np.maximum(up, 0.0) ** 1.5, held if creep else kept])
+    release = np.maximum(down / grown[-1], 0.0) ** 1.5 * (1.0 - share_lost) - pull * (
+        (down < 0.1) & (down > -0.05)
+    )
+    force = np.roll(np.concatenate([force, release]), lag)
+    scatter = np.random.default_rng(4).normal(0.0, noise, (2, depth.size))
+    return 1e-3 * (depth + scatter[0]), 3.0 * (force + scatter[1])
+
+
+SOUND: dict[str, Callable[[], Press]] = {
+    "measured": measured,
+    "pressed": pressed,
+    "noisy": lambda: pressed(noise=0.02),
+    "crept": lambda: pressed(0.1, creep=0.4),
+    "sticky": lambda: pressed(pull=0.4),
+    "elastic": lambda: pressed(share_lost=0.0),
+    "late": lambda: pressed(0.2, lag=15),
+}
+
+
+def told(depth: Floats, force: Floats, radius: float = RADIUS) -> str:
+    columns = {"displacement": depth, "normal_force": force}
+    return "; ".join(suspect_columns(np.zeros(depth.size, dtype=np.int64), columns, radius))
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_a_sound_recording_is_not_suspected(name: str) -> None:
+    assert told(*SOUND[name]()) == ""
+
+
+@pytest.mark.parametrize("name", ["measured", "pressed", "noisy", "sticky"])
+def test_exchanged_columns_are_suspected_whatever_their_units(name: str) -> None:
+    depth, force = SOUND[name]()
+    assert "exchange their columns in --map" in told(1e-3 * force, 1e3 * depth)
+    assert "exchange their columns in --map" in told(force, depth)
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_a_wrong_sign_is_told_with_the_option_that_turns_it(name: str) -> None:
+    depth, force = SOUND[name]()
+    assert told(depth, -force).endswith(
+        "has the wrong sign (compression and indentation are positive); import with --negate normal_force"
+    )
+    assert told(-depth, force).endswith("--negate displacement")
+    if name != "sticky":  # whose force goes to both sides
+        assert told(-depth, -force).endswith("--negate normal_force --negate displacement")
+
+
+def test_a_stiffness_that_nothing_has_is_told() -> None:
+    depth, force = pressed()
+    assert "the stiffness cannot be" in told(1e-3 * depth, 1e3 * force)
+    assert "the stiffness cannot be" in told(30.0 * depth, 1e-4 * force)
+    assert told(1e-3 * depth, 1e3 * force, radius=np.nan) == ""
+
+
+@pytest.mark.parametrize("rows", [0, 1, 49])
+def test_of_a_few_rows_nothing_is_said(rows: int) -> None:
+    depth, force = pressed()
+    assert told(depth[400 : 400 + rows], -force[400 : 400 + rows]) == ""
+    assert told(np.zeros(99), np.zeros(99)) == ""
+    assert told(np.full(99, np.nan), np.arange(99.0)) == ""
+
+
+def test_the_command_turns_the_sign(tmp_path: Path) -> None:
+    depth, force = pressed()
+    rows = "".join(f"{i / 100},{1e3 * d},{-f}\n" for i, (d, f) in enumerate(zip(depth, force, strict=True)))
+    (tmp_path / "a.csv").write_text("t,depth_mm,normal_force\n" + rows)
+    said = (["displacement=depth_mm"], ["displacement=mm"])
+    wrong = import_csv(tmp_path / "a.csv", with_columns(ColumnMap(), *said), radius=RADIUS)
+    right = import_csv(tmp_path / "a.csv", with_columns(ColumnMap(), *said, ["normal_force"]), radius=RADIUS)
+    assert [one.kind for one in wrong.report.findings if one.kind is Kind.SUSPECT]
+    assert not [one.kind for one in right.report.findings if one.kind is Kind.SUSPECT]
+    np.testing.assert_allclose(right.columns["normal_force"], force)
+
+
+def test_an_empty_column_is_told_and_left_out(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t,normal_force,displacement\n0,,1\n1,nan,2\n")
+    found = import_csv(tmp_path / "a.csv")
+    assert list(found.columns) == ["displacement"]
+    assert "normal_force holds no number: the column 'normal_force' is empty" in found.report.summary()

@@ -1,0 +1,384 @@
+"""A grip controller holds the object of :mod:`.plant` by what a channel of :mod:`.channels` says."""
+
+import dataclasses
+import math
+import tomllib
+from collections import deque
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vegrip import FingertipState, GripController
+from vegrip.config import build
+from vegrip.grip.node import GraspForce
+from vegrip.grip.parameters import GraspParameters, estimator_factory
+from vegrip.messages import Condition, ModelHealth
+from vegrip.transport.codec.msgpack_codec import MsgpackCodec
+
+from .channels import FAULTS, FLICKER_S, Said, Sound
+from .plant import DEPTH, FORCE, FORCE_X, FORCE_Y, SPEED, Array, Make, Plant
+
+NS = 1_000_000_000
+LAUNCH = Path(__file__).parents[2] / "launch" / "demo.toml"
+NAMES = ("thumb", "index", "middle", "ring", "little")
+
+TOUCH_S, CLOSE_S, LIFT_S = 0.15, 0.6, 1.0  # the hand touches, is closed, has lifted the object
+START_FORCE_N = 3.0  # with which it is closed
+LATENCY_S = 0.002  # of a command
+NOISE = {"force": 0.01, "tangential": 0.01, "torque": 1e-4, "depth": 5e-6}  # [N], [N], [N m], [m]
+THRESHOLD_M_S, DELAY_S, SPEED_NOISE_M_S = 1e-4, 0.02, 5e-5  # of a sound slip channel
+SLID_M, DROPPED_M = 3e-3, 0.02  # by which the object may slide, and from which on it is lost
+LOOK_S = 0.05  # how often the condition is looked at
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run: what is held, what is wrong, how it is gripped."""
+
+    make: Make = field(default_factory=Make)
+    fault: str = "none"
+    start: float = 0.0  # [s] of the fault
+    which: tuple[int, ...] = ()  # fingers with the fault; none = all
+    gain: float = 1.0  # of the tangential force
+    gain_drifts: bool = False  # it gets there in 50 s
+    gain_start: float = -1.0  # [s]; negative: with the fault
+    falls: float = 0.0  # [s] friction halves within 0.3 s; 0 = it does not
+    falls_at: int = -1  # of this finger alone; negative: of all
+    rises: int = 8  # sudden loads in a minute
+    rise_at: float = 0.0  # [s] of one more; 0 = none
+    learns: bool = True  # as in the demonstration; else without probing and without a slip channel
+    exact: bool = False  # a sound channel says 0 and not its noise
+    duration: float = 60.0
+    rate: int = 200  # [Hz]
+    seed: int = 1
+
+
+@dataclass
+class Outcome:
+    """What came of it."""
+
+    dropped: float = math.inf  # [s]
+    slid: float = 0.0  # [m] of the object: no finger has held it
+    slid_at: float = math.inf  # [s] when it had slid by SLID_M
+    finger: float = 0.0  # [m] of the finger that slid most
+    over_least: float = math.nan  # mean force over the least possible, from the lift on
+    after_fault: float = math.nan  # the same from 5 s after the beginning of the fault
+    peak: float = 0.0  # [N]
+    contradicted: float = math.inf  # [s] first time that the channel has contradicted the truth
+    named: float = math.inf  # [s] when the health of a finger has said so since the fault
+    said: str = ""
+    explained: float = math.inf  # [s] when it was said why nothing is probed, since the contradiction
+    unproven: str = ""  # first that was said of probing
+    friction: float = math.nan  # what the thumb's friction is stated to be at the end
+
+
+def load_course(case: Case) -> Array:
+    """Return the load [N] at every sample, rows of x and y: weight, slow changes, sudden rises by half."""
+    rng = np.random.default_rng([case.seed, 12])
+    t = np.arange(round(case.duration * case.rate) + 2) / case.rate
+    slow = np.zeros_like(t)
+    for _ in range(4):
+        f, phase, size = rng.uniform(0.05, 1.0), rng.uniform(0.0, 2.0 * math.pi), rng.uniform(0.3, 1.0)
+        slow += size * np.sin(2.0 * math.pi * f * t + phase)
+    load = 1.0 + 0.3 * slow / max(1.0, float(np.abs(slow).max()))
+    starts = list(rng.uniform(2.0, case.duration, round(case.rises * case.duration / 60.0)))
+    sudden = np.zeros_like(t)
+    for start in [*starts, *([case.rise_at] if case.rise_at else [])]:
+        quick, stays = rng.uniform(0.03, 0.1), rng.uniform(0.3, 4.0)
+        up = np.clip((t - start) / quick, 0.0, 1.0)
+        down = np.clip((t - start - stays) / rng.uniform(0.1, 1.0), 0.0, 1.0)
+        sudden = np.maximum(sudden, 0.5 * (up - down))
+    lifted = np.clip((t - CLOSE_S) / (LIFT_S - CLOSE_S), 0.0, 1.0)
+    across = 0.1 * np.sin(2.0 * math.pi * rng.uniform(0.1, 0.5) * t)
+    size = case.make.load * lifted * (load + sudden)
+    return np.column_stack([size * across, -size])
+
+
+def friction_course(case: Case) -> Array:
+    """Return what the friction of each finger is multiplied by at every sample, (samples, fingers)."""
+    t = np.arange(round(case.duration * case.rate) + 2) / case.rate
+    factor = np.ones((len(t), case.make.fingers))
+    if case.falls:
+        fallen = 1.0 - 0.5 * np.clip((t - case.falls) / 0.3, 0.0, 1.0)
+        fingers = slice(None) if case.falls_at < 0 else [case.falls_at]
+        factor[:, fingers] = fallen[:, None]
+    return factor
+
+
+def settings_of(case: Case) -> GraspParameters:
+    """Return the parameters of the demonstration, told of the slip channel of the plant."""
+    nodes = tomllib.loads(LAUNCH.read_text(encoding="utf-8"))["node"]
+    table: dict[str, Any] = next(node["parameters"] for node in nodes if node["program"] == "grasp_force")
+    given = build(GraspParameters, table, str(LAUNCH))
+    friction = replace(
+        given.friction,
+        slip_threshold=THRESHOLD_M_S,
+        slip_delay=DELAY_S,
+        probing=case.learns and given.friction.probing,
+    )
+    return replace(given, friction=friction, report_period=1.0, health_period=LOOK_S, suspects=False)
+
+
+class Hand:
+    """The controller: a node whose states run compiled, as on a network, or objects that are embedded."""
+
+    def __init__(self, case: Case, *, objects: bool = False) -> None:
+        self.names = NAMES[: case.make.fingers]
+        settings = settings_of(case)
+        self._last: dict[str, ModelHealth] = {}
+        if objects:
+            make = estimator_factory(settings, self.names, "law")
+            self._embedded: GripController | None = GripController(
+                self.names, settings=settings, make_estimator=make
+            )
+            self.controller = self._embedded
+            return
+        self._embedded = None
+        self.node = GraspForce("law", self.names, estimator_factory(settings, self.names, "law"), settings)
+        self.node.configure()
+        self.node.activate()
+        codec = MsgpackCodec("", self.names, use_sender_time=True)
+        lines = {name: line for name in self.names if (line := codec.line(name)) is not None}
+        self.node.run_compiled(lines)
+        assert self.node.controller is not None
+        self.controller = self.node.controller
+
+    def take(self, values: Array, seq: int, now: int, commands: Array) -> None:
+        """Take a state of each finger: rows in the order of the fields of a state; write the commands."""
+        if self._embedded is not None:
+            states = [
+                FingertipState(now, name, seq, *row)
+                for name, row in zip(self.names, values.tolist(), strict=True)
+            ]
+            for command in self._embedded.step(states, now):
+                commands[self.names.index(command.finger)] = command.normal_force
+            return
+        node = self.node
+        for i, name in enumerate(self.names):
+            if node.on_values(name, values[i], seq, now, now, now):
+                commands[i] = node.command_numbers(name)[1]
+            else:
+                self._listen(
+                    node.on_message(FingertipState(now, name, seq, *values[i].tolist()), now), commands
+                )
+        self._listen(node.on_tick(now), commands)
+
+    def _listen(self, answers: Any, commands: Array) -> None:
+        for answer in answers:
+            if isinstance(answer, ModelHealth):
+                self._last[answer.finger] = answer
+            elif type(answer).__name__ == "ForceCommand":
+                commands[self.names.index(answer.finger)] = answer.normal_force
+
+    def says(self, now: int) -> tuple[str, str]:
+        """Return what is said to be wrong, "" if nothing is, and why friction is not probed."""
+        found = []
+        for name in self.names:
+            if self._embedded is not None:
+                health = self._embedded.health(name)
+            else:
+                for answer in self.node.reports(name, now):
+                    if isinstance(answer, ModelHealth):
+                        self._last[name] = answer
+                if name not in self._last:
+                    continue
+                health = self._last[name]
+            if health.condition is not Condition.OK:
+                found.append(f"{name} {health.condition.name}")
+            if health.channel in ("slip", "slip_speed", "tangential_force"):
+                found.append(f"{name} {health.channel}")
+        return ", ".join(found), self.controller.friction.why_not_probing
+
+
+class Channel:
+    """What the slip channels of all fingers say, sound and with the fault of a case."""
+
+    def __init__(self, case: Case, rng: np.random.Generator) -> None:
+        n = case.make.fingers
+        self._case, self._rng, self._fault = case, rng, FAULTS[case.fault]
+        self._faulty = case.which or tuple(range(n))
+        self._late = round(DELAY_S * case.rate)
+        keeps = self._late + round(0.5 * case.rate) + 1
+        self._truths = [deque([(0.0, 0.0)] * keeps, keeps) for _ in range(n)]  # flag and speed, newest last
+        self._sound = [deque([(0.0, 0.0)] * keeps, keeps) for _ in range(n)]
+        self._held: dict[int, Said] = {}
+        self._silent, self._lies = [0.0] * n, [0] * n
+        self.contradicted = math.inf
+        """[s] since when the channel has contradicted a sound one: 0.2 mm of a slide that it did not tell, or
+        ten samples that say what is not."""
+
+    def say(self, t: float, rows: Array, noise: Array) -> list[Said]:
+        """Return what every finger says at ``t`` [s]."""
+        for i, row in enumerate(rows):
+            speed = float(row[SPEED])
+            self._truths[i].append((float(speed >= THRESHOLD_M_S), speed))
+            flag, speed = self._truths[i][-1 - self._late]
+            self._sound[i].append((flag, speed + noise[i]))
+        is_on, flickers = t >= self._case.start, self._case.fault == "flicker"
+        said = [past[-1] for past in self._sound]
+        for i in self._faulty:
+            if is_on:
+                said[i] = self._wrong(i, t - self._case.start)
+            elif flickers:
+                said[i] = math.nan, math.nan
+        return said
+
+    def judge(self, t: float, said: list[Said]) -> None:
+        """Hold what was ``said`` at ``t`` [s] against what a sound channel says."""
+        if t >= self._case.start and self._case.fault != "none":
+            for i in self._faulty:
+                flag, speed = said[i]
+                sound = self._sound[i][-1]
+                is_silent = sound[0] >= 0.5 and not (flag >= 0.5 or speed >= 1e-3)
+                missed = self._truths[i][-1 - self._late][1] / self._case.rate if is_silent else 0.0
+                self._silent[i] = self._silent[i] * 0.99 + missed
+                self._lies[i] += sound[0] < 0.5 and (flag >= 0.5 or abs(speed - sound[1]) >= 1e-3)
+                if self._silent[i] > 2e-4 or self._lies[i] >= 10:
+                    self.contradicted = min(self.contradicted, t)
+
+    def _wrong(self, i: int, since: float) -> Said:
+        past, rate = self._sound[i], self._case.rate
+        held = self._held.setdefault(i, past[-1])
+        other = self._sound[(i + 1) % len(self._sound)][-1]
+        true_speed = self._truths[i][-1 - self._late][1]
+        earlier = lambda seconds: past[-1 - round(seconds * rate)]  # noqa: E731
+        return self._fault(Sound(*past[-1], since, earlier, other, true_speed, held, self._rng))
+
+
+class Trial:
+    """A case while it runs."""
+
+    def __init__(self, case: Case, *, objects: bool = False) -> None:
+        self.case, self.told = case, Outcome()
+        self.plant, self.hand = Plant(case.make), Hand(case, objects=objects)
+        self._loads, self._frictions = load_course(case), friction_course(case)
+        self._sizes = np.hypot(self._loads[:, 0], self._loads[:, 1])
+        n, rng = case.make.fingers, np.random.default_rng([case.seed, 13])
+        scales = [NOISE["force"], NOISE["tangential"], NOISE["tangential"], NOISE["torque"], NOISE["depth"]]
+        count = round(case.duration * case.rate)
+        self._noise = rng.standard_normal((count, n, 6)) * [
+            *scales, 0.0 if case.exact else SPEED_NOISE_M_S,
+        ]  # fmt: skip
+        self._channel = Channel(case, rng)
+        self._values = np.full((n, 9), math.nan)
+        self._commands, self._acting = np.zeros(n), np.zeros(n)
+        self._waiting: deque[tuple[float, Array]] = deque()
+        self._sums = np.zeros(4)  # squeeze and least squeeze, since the lift and since the fault
+
+    def step(self, k: int) -> None:
+        """Go on by one sample."""
+        case, plant, t = self.case, self.plant, (k + 1) / self.case.rate
+        while self._waiting and self._waiting[0][0] <= t:
+            self._acting = self._waiting.popleft()[1]
+        frictions = self._frictions[k], self._frictions[k + 1]
+        plant.advance(1.0 / case.rate, self._drives(t), frictions, self._loads[k : k + 2])
+        self._sense(t, plant.rows, self._noise[k])
+        self._channel.judge(t, self._said)
+        self.told.contradicted = self._channel.contradicted
+        self.hand.take(self._values, k + 1, round(t * NS), self._commands)
+        self._waiting.append((t + LATENCY_S, self._commands.copy()))
+        self._note(t, plant.least_squeeze(float(self._sizes[k + 1]), frictions[1]))
+        if k % round(LOOK_S * case.rate) == 0 and t > CLOSE_S:
+            self._listen(t)
+
+    def _drives(self, t: float) -> Array:
+        """Return what the drives follow [N]: at first the hand closes by itself."""
+        if t > CLOSE_S:
+            return self._acting
+        force = min(max((t - TOUCH_S) / (CLOSE_S - TOUCH_S), 0.0), 1.0) * START_FORCE_N
+        drives = np.full(len(self._acting), force / (len(self._acting) - 1))
+        drives[0] = force
+        return drives
+
+    def _sense(self, t: float, rows: Array, noise: Array) -> None:
+        case, values = self.case, self._values
+        values[:, 0] = rows[:, FORCE] + noise[:, 0]
+        values[:, 1] = rows[:, FORCE_X] + noise[:, 1]
+        values[:, 2] = rows[:, FORCE_Y] + noise[:, 2]
+        values[:, 3] = noise[:, 3]
+        values[:, 4] = (rows[:, DEPTH] if t > TOUCH_S else 1e-3 * (t - TOUCH_S)) + noise[:, 4]
+        since = t - (case.start if case.gain_start < 0.0 else case.gain_start)
+        if case.gain != 1.0 and since >= 0.0:
+            values[:, 1:3] *= case.gain ** min(since / 50.0, 1.0) if case.gain_drifts else case.gain
+        if case.fault == "flicker" and 0.0 <= t - case.start < FLICKER_S:
+            values[:, 1:3] *= 3.0
+        self._said = self._channel.say(t, rows, noise[:, 5])
+        values[:, 6:8] = self._said
+
+    def _note(self, t: float, least: float) -> None:
+        told, squeeze = self.told, float(self.plant.rows[0, FORCE])
+        slid = self.plant.slid
+        told.slid, told.finger = max(told.slid, float(slid.min())), max(told.finger, float(slid.max()))
+        if told.slid > SLID_M:
+            told.slid_at = min(told.slid_at, t)
+        if told.slid > DROPPED_M:
+            told.dropped = min(told.dropped, t)
+        if t > LIFT_S:
+            self._sums[:2] += squeeze, least
+            told.peak = max(told.peak, squeeze)
+        if t > max(LIFT_S, self.case.start + 5.0):
+            self._sums[2:] += squeeze, least
+        told.over_least = float(self._sums[0] / self._sums[1]) if self._sums[1] else math.nan
+        told.after_fault = float(self._sums[2] / self._sums[3]) if self._sums[3] else math.nan
+        self.row = (t, squeeze, least, float(slid.min()), float(slid.max()))
+
+    def _listen(self, t: float) -> None:
+        told = self.told
+        wrong, why = self.hand.says(round(t * NS))
+        if why and not told.unproven:
+            told.unproven = f"{t:.2f} s: {why}"
+        if t >= self.case.start and wrong and told.named == math.inf:
+            told.named, told.said = t, f"{wrong}; {why}"
+        if t >= told.contradicted and why and told.explained == math.inf:
+            told.explained = t
+
+
+def run(case: Case, *, objects: bool = False, course: list[tuple[float, ...]] | None = None) -> Outcome:
+    """Run a case.
+
+    Args:
+        case: which.
+        objects: whether the controller is embedded, instead of the compiled step of a node.
+        course: takes a row for each sample: time [s], squeeze and least squeeze [N], slide of the object and
+            of the finger that slid most [m].
+
+    """
+    trial = Trial(case, objects=objects)
+    for k in range(round(case.duration * case.rate)):
+        trial.step(k)
+        if course is not None:
+            course.append(trial.row)
+        if trial.told.dropped < math.inf:
+            break
+    trial.told.friction = trial.hand.controller.contact("thumb").friction_coefficient.value
+    return trial.told
+
+
+def draw(rng: np.random.Generator, fault: str = "") -> Case:
+    """Draw a case from the whole space."""
+    mu = float(np.exp(rng.uniform(math.log(0.15), math.log(1.5))))
+    most = 15.0 * 2.0 * mu / 1.8 * 0.5  # [N] load that half of the largest force holds
+    n = int(rng.integers(2, 6))
+    make = Make(
+        fingers=n, mu=mu, load=float(rng.uniform(0.4, 1.0)) * min(3.0, most),
+        drive=float(np.exp(rng.uniform(math.log(3.0), math.log(80.0)))),
+        stiffness=float(np.exp(rng.uniform(math.log(1000.0), math.log(4000.0)))),
+        kinetic=float(rng.choice([1.0, 0.9])), seed=int(rng.integers(1, 10_000)),
+    )  # fmt: skip
+    names = [name for name in FAULTS if name not in ("none",)]
+    start = 0.0 if rng.random() < 0.4 else float(rng.uniform(0.5, 55.0))
+    size = int(rng.choice([n, n, 1, min(2, n)]))
+    which = () if size == n else tuple(int(i) for i in rng.choice(n, size, replace=False))
+    gain = 1.0 if rng.random() < 0.7 else float(np.exp(rng.uniform(math.log(0.4), math.log(2.5))))
+    return Case(
+        make, fault or str(rng.choice(names)), start, which, gain, bool(rng.random() < 0.5),
+        rises=int(rng.integers(4, 16)), rise_at=start + float(rng.uniform(-0.1, 0.3)) if start > 2.0 else 0.0,
+        exact=bool(rng.random() < 0.3), seed=int(rng.integers(1, 10_000)),
+    )  # fmt: skip
+
+
+def without_a_channel(case: Case) -> Case:
+    """Return the same without a slip channel and without learning: what there is to fall back to."""
+    return dataclasses.replace(case, fault="absent", start=0.0, which=(), learns=False)

@@ -1,0 +1,51 @@
+"""The law: no slip channel, however wrong, drops an object, lets it slide, crushes it or stays unnamed."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+from .grasp import SLID_M, Case, Outcome, run, without_a_channel
+
+NAMED_S = 2.0  # after the first contradiction
+CRUSHED = 3.0  # times the least force, from 5 s after the beginning of the fault
+LIFTED_S = 2.0  # a sound channel has been of use until here
+AS_WITHOUT = 1.3  # times the grip without a channel, where that is more: friction that is not known costs it
+
+
+def breaches(case: Case, told: Outcome) -> Iterator[str]:
+    """Yield what of the law is broken."""
+    if told.dropped < math.inf:
+        yield f"DROPPED at {told.dropped:.1f} s"
+    elif told.slid > SLID_M:
+        yield f"SLID {1e3 * told.slid:.1f} mm"
+    due = told.contradicted + NAMED_S
+    if case.fault != "absent" and due < min(case.duration, told.dropped, told.named, told.explained):
+        yield f"NOT NAMED, contradicted at {told.contradicted:.1f} s"
+    if case.fault == "none" and case.gain == 1.0 and told.named < math.inf:
+        yield f"NAMED though sound at {told.named:.1f} s"
+    if told.after_fault > CRUSHED * max(case.gain, 1.0):  # what is felt of a load is all that is known of it
+        yield f"CRUSHED {told.after_fault:.1f} x"
+
+
+def excused(case: Case, told: Outcome, found: Sequence[str]) -> tuple[list[str], str]:
+    """Take out of what was ``found`` what the grip without a channel does, too; say what that does.
+
+    An object that was held until the channel failed has shown its friction, so that is no excuse, unless
+    less and less is felt of its load.
+    """
+    if not found:
+        return [], ""
+    bare = run(without_a_channel(case))
+    left = []
+    for one in found:
+        was_lifted = case.start > LIFTED_S and told.slid_at > case.start and case.gain >= 1.0
+        if one.startswith(("DROPPED", "SLID")) and bare.slid > SLID_M and not was_lifted:
+            continue
+        if one.startswith("CRUSHED") and float(one.split()[1]) <= AS_WITHOUT * max(
+            bare.after_fault, bare.over_least
+        ):
+            continue
+        left.append(one)
+    return left, (
+        f"without: slid {1e3 * bare.slid:.2f} mm, {bare.over_least:.2f} x"
+        + (f", dropped {bare.dropped:.1f} s" if bare.dropped < math.inf else "")
+    )

@@ -1,0 +1,155 @@
+"""How late a slip channel is, and from which slip speed on it speaks: from slides of which the load tells.
+
+While a fingertip sticks, the utilisation u = |tangential force| / normal force follows the load; from the
+moment it slides, u = mu, however the load goes on. So a slide begins where u stops growing: at t0 of
+
+    u = a - b (t0 - t)^q   for t < t0,      u = a - d + c (t - t0)   for t >= t0,      b > 0, c < b / 2,
+
+with the least squares around the moment at which the flag rises; q = 1 where the load is imposed, and more
+where the motion is and the patch slides from its rim inwards. The flag is late by that moment minus t0, which
+is the surer the shorter u has grown. The threshold is at most the slip speed of the slowest slide that the
+flag shows: its median where the speed is measured, else a speed that is known.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from vegrip.identification.recording import Recording
+from vegrip.types import Floats
+
+BEFORE_S: Final = 0.5  # [s] before the flag in which a slide may have begun
+AFTER_S: Final = 0.05  # [s] after it that are looked at, while it is up
+AHEAD_S: Final = 0.02  # [s] by which it may be ahead
+RISEN: Final = 0.3  # of its peak from which on u is fitted: before, the load may not have begun
+MIN_ROWS: Final = 4  # on each side of the beginning
+CLEAR_STD: Final = 6.0  # standard errors by which u must grow before and stop
+PRESSED: Final = 0.1  # of the greatest normal force below which u is not known
+ORDERS: Final = (1.0, 1.5, 2.0, 3.0)
+MOST_AFTER: Final = 0.5  # of the growth before
+MOST_JUMP: Final = 0.1  # of it, upwards: noise
+MIN_SLIDES: Final = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Slide:
+    """One slide that the flag has shown."""
+
+    delay: float  # [s] NaN: its beginning does not show in the load
+    rise: float  # [s] for which the load has grown before
+    speed: float  # [m/s]; NaN: not known
+
+
+@dataclass(frozen=True)
+class SlipChannel:
+    """What is known of a slip channel; NaN: not measured.
+
+    Attributes:
+        threshold: slip speed from which it speaks [m/s].
+        delay: by which it is late [s].
+        slides: from which the delay was found.
+
+    """
+
+    threshold: float
+    delay: float
+    slides: int
+
+    @property
+    def lacking(self) -> str:
+        """What must be recorded for it to be known, empty when it is."""
+        if math.isnan(self.delay):
+            return (
+                f"the delay of the slip channel is not known: {self.slides} slides begin clearly in the "
+                f"load, {MIN_SLIDES} are needed; pull until it slides, several times"
+            )
+        if math.isnan(self.threshold):
+            return (
+                "the slip speed from which slip is felt is not known: no slip speed is measured, and no "
+                "slide has a known one"
+            )
+        return ""
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The parameters ``friction`` of a grip controller that learns by it; empty while it is not known."""
+        if self.lacking:
+            return {}
+        found = {"slip_threshold": self.threshold, "slip_delay": self.delay}
+        return {"shared": True, "probing": True, **{name: float(f"{v:.3g}") for name, v in found.items()}}
+
+
+def slip_channel(slides: Sequence[Slide]) -> SlipChannel:
+    """Return what ``slides`` tell of their channel: the median of the delays, weighted, the least speed."""
+    clear = sorted((one for one in slides if not math.isnan(one.delay)), key=lambda one: one.delay)
+    speeds = [one.speed for one in slides if not math.isnan(one.speed)]
+    if len(clear) < MIN_SLIDES:
+        return SlipChannel(min(speeds, default=math.nan), math.nan, len(clear))
+    weights = np.cumsum([one.rise**-2 for one in clear])
+    middle = clear[int(np.searchsorted(weights, 0.5 * weights[-1]))]
+    return SlipChannel(min(speeds, default=math.nan), max(middle.delay, 0.0), len(clear))
+
+
+def slides_of(recording: Recording, speeds: Sequence[float] = ()) -> list[Slide]:
+    """Return the slides of a recording that its slip flag shows.
+
+    Args:
+        recording: of one fingertip, its forces without zeros.
+        speeds: of the slide of each episode, where they are known [m/s].
+
+    """
+    columns, t = recording.columns, recording.t
+    if not {"slip", "normal_force", "tangential_force_x", "tangential_force_y"} <= set(columns):
+        return []
+    force = np.nan_to_num(columns["normal_force"])
+    load = np.hypot(columns["tangential_force_x"], columns["tangential_force_y"])
+    pressed = force > PRESSED * float(np.max(force, initial=0.0))
+    u = np.divide(load, force, out=np.full(len(t), np.nan), where=pressed)
+    felt = np.nan_to_num(columns["slip"]) >= 0.5
+    speed = np.abs(columns.get("slip_speed", np.full(len(t), np.nan)))
+    known = dict(zip(dict.fromkeys(recording.episode.tolist()), speeds, strict=False))
+    found = []
+    for first in np.flatnonzero(felt[1:] & ~felt[:-1]) + 1:
+        own = recording.episode == recording.episode[first]
+        down = np.flatnonzero(~felt[first:] | ~own[first:])
+        last = first + int(down[0]) if len(down) else len(t)
+        fast = speed[first:last][speed[first:last] > 0.0]
+        up = felt[:first] | ~own[:first]
+        begin = int(np.flatnonzero(up)[-1]) + 1 if np.any(up) else 0
+        window = np.arange(begin, last)
+        near = (t[window] >= t[first] - BEFORE_S) & (t[window] <= t[first] + AFTER_S)
+        rows = window[near & own[window] & np.isfinite(u[window])]
+        began, rise = _beginning(t[rows], u[rows], float(t[first]) + AHEAD_S)
+        stated = known.get(int(recording.episode[first]), math.nan) or math.nan
+        found.append(Slide(float(t[first]) - began, rise, float(np.median(fast)) if len(fast) else stated))
+    return found
+
+
+def _beginning(t: Floats, u: Floats, latest: float) -> tuple[float, float]:
+    """Return when ``u`` stops growing [s], at the ``latest``, and how long it grew [s]; NaN: not clear."""
+    if not len(u):
+        return math.nan, math.nan
+    peak = int(np.argmax(np.where(t <= latest, u, 0.0)))
+    low = np.flatnonzero(u[:peak] < RISEN * u[peak])
+    begin = int(low[-1]) if len(low) else 0
+    t, u = t[begin:], u[begin:]
+    best, found = math.inf, (math.nan, math.nan)
+    for k in range(MIN_ROWS, len(t) - MIN_ROWS):
+        if t[k] > latest:
+            break
+        away = (t - t[k]) / (t[-1] - t[0])
+        for order in ORDERS:
+            before, after = np.maximum(-away, 0.0) ** order, np.maximum(away, 0.0)
+            a = np.column_stack([np.ones(len(t)), -before, after, away >= 0.0])
+            solution, *_ = np.linalg.lstsq(a, u, rcond=None)
+            left = float(np.sum((u - a @ solution) ** 2))
+            if left >= best:
+                continue
+            error = math.sqrt(left / max(len(t) - 6, 1) * np.linalg.inv(a.T @ a)[1, 1])
+            _, grown, goes_on, jump = solution
+            begins = grown > CLEAR_STD * error and goes_on < MOST_AFTER * grown and jump < MOST_JUMP * grown
+            best, found = left, (float(t[k]), float(t[k] - t[0])) if begins else (math.nan, math.nan)
+    return found
