@@ -53,7 +53,7 @@ class EstimatorMemory:
 
     def reset(self) -> None:
         """Forget everything but the prior."""
-        self.numbers = self.blank.copy()
+        self.numbers[:] = self.blank
 
     def move_to(self, lent: Floats) -> None:
         """Lie in ``lent`` from now on, shape (layout.size,)."""

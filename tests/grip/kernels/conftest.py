@@ -5,20 +5,13 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from vegrip.estimator.layout import layout_of
-from vegrip.grip.compiled import finger_module
-from vegrip.grip.layout import FingerLayout
-from vegrip.model import paper_model
+from tests.grip.stages import FINGER, KERNELS
 from vegrip.types import Floats
-
-MODEL = paper_model(8e-3)
-LAYOUT = layout_of(MODEL)
-FINGER = FingerLayout(LAYOUT.size, LAYOUT.lasting, late=3, history=5, is_shared=True)
 
 
 @pytest.fixture(scope="session")
 def kernels() -> ModuleType:
-    return finger_module(MODEL, LAYOUT, FINGER, mode="python")
+    return KERNELS
 
 
 @pytest.fixture

@@ -6,8 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from vegrip.grip.safety.stuck_noise import StuckNoise
-from vegrip.messages import FingertipState
+from tests.grip.stages import StuckNoise
 
 CHANCE = 1e-7
 STEP = 0.002  # [N] on the wire
@@ -15,9 +14,8 @@ STEP = 0.002  # [N] on the wire
 
 def judged(values, chance=CHANCE):
     """Return for each value whether the noise had vanished with it."""
-    watch = StuckNoise("normal_force")
-    states = (FingertipState(i, "index", i, normal_force=float(v)) for i, v in enumerate(values))
-    return [watch.vanished(state, chance) for state in states]
+    watch = StuckNoise()
+    return [watch.vanished(float(value), chance) for value in values]
 
 
 def sensor(true, noise, seed=0, step=STEP):

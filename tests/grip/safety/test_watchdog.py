@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from tests.grip.stages import Watchdog
 from vegrip.clock import NS
 from vegrip.config import build
 from vegrip.errors import ConfigError
 from vegrip.grip.safety.ranges import Ranges
-from vegrip.grip.safety.watchdog import InputWatchdog, WatchdogSettings
+from vegrip.grip.safety.watchdog import WatchdogSettings
 from vegrip.messages import Condition, FingertipState
 
 PERIOD = 2_000_000  # [ns] 500 Hz
@@ -43,9 +44,9 @@ def states() -> Iterator[FingertipState]:
 
 
 @pytest.fixture
-def watchdog(states: Iterator[FingertipState]) -> InputWatchdog:
+def watchdog(states: Iterator[FingertipState]) -> Watchdog:
     """A watchdog that has seen 50 good states."""
-    dog = InputWatchdog(WatchdogSettings())
+    dog = Watchdog(WatchdogSettings())
     for _ in range(50):
         state = next(states)
         assert dog.accept(state, state.stamp)
@@ -77,7 +78,7 @@ def edit(**values: float) -> Change:
     ],
 )
 def test_each_fault_is_named_at_once(
-    watchdog: InputWatchdog,
+    watchdog: Watchdog,
     states: Iterator[FingertipState],
     change: Change,
     condition: Condition,
@@ -88,31 +89,31 @@ def test_each_fault_is_named_at_once(
     assert watchdog.condition == condition
 
 
-def test_a_channel_that_never_was_there_is_not_missed(watchdog: InputWatchdog) -> None:
+def test_a_channel_that_never_was_there_is_not_missed(watchdog: Watchdog) -> None:
     """The contact radius is not measured by this finger; the watchdog of the fixture says OK."""
     assert watchdog.condition == Condition.OK
 
 
-def test_silence_is_stale(watchdog: InputWatchdog) -> None:
+def test_silence_is_stale(watchdog: Watchdog) -> None:
     last = 50 * PERIOD
     assert watchdog.tick(last + 49_000_000) == Condition.OK
     assert watchdog.tick(last + 51_000_000) == Condition.STALE
 
 
 def test_silence_from_the_start_is_missing() -> None:
-    dog = InputWatchdog(WatchdogSettings())
+    dog = Watchdog(WatchdogSettings())
     assert dog.tick(NS) == Condition.MISSING
     assert dog.faults == {}
     assert dog.tick(2 * NS) == Condition.MISSING
 
 
-def test_silence_filled_with_broken_frames_is_corrupt(watchdog: InputWatchdog) -> None:
+def test_silence_filled_with_broken_frames_is_corrupt(watchdog: Watchdog) -> None:
     watchdog.corrupt(50 * PERIOD + 30_000_000)
     assert watchdog.tick(50 * PERIOD + 51_000_000) == Condition.CORRUPT
 
 
 def test_a_queue_that_delays_is_stale_though_frames_keep_coming(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
+    watchdog: Watchdog, states: Iterator[FingertipState]
 ) -> None:
     state = next(states)
     assert not watchdog.accept(state, state.stamp + 60_000_000)
@@ -120,7 +121,7 @@ def test_a_queue_that_delays_is_stale_though_frames_keep_coming(
 
 
 def test_clocks_of_two_machines_need_not_agree(states: Iterator[FingertipState]) -> None:
-    dog = InputWatchdog(WatchdogSettings())
+    dog = Watchdog(WatchdogSettings())
     offset = 7_000 * NS
     for _ in range(5000):
         state = next(states)
@@ -129,7 +130,7 @@ def test_clocks_of_two_machines_need_not_agree(states: Iterator[FingertipState])
 
 
 def freeze(
-    dog: InputWatchdog, states: Iterator[FingertipState], names: tuple[str, ...], seconds: float
+    dog: Watchdog, states: Iterator[FingertipState], names: tuple[str, ...], seconds: float
 ) -> None:
     stuck = next(states)
     values = {name: getattr(stuck, name) for name in names}
@@ -142,7 +143,7 @@ MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torqu
 
 
 def test_values_that_repeat_to_the_last_bit_are_frozen(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
+    watchdog: Watchdog, states: Iterator[FingertipState]
 ) -> None:
     freeze(watchdog, states, MECHANICAL, 0.24)
     assert watchdog.condition == Condition.OK
@@ -151,7 +152,7 @@ def test_values_that_repeat_to_the_last_bit_are_frozen(
 
 
 def test_a_force_sensor_that_hangs_alone_is_frozen(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
+    watchdog: Watchdog, states: Iterator[FingertipState]
 ) -> None:
     freeze(watchdog, states, ("normal_force",), 1.9)
     assert watchdog.condition == Condition.OK
@@ -160,14 +161,14 @@ def test_a_force_sensor_that_hangs_alone_is_frozen(
 
 
 def test_an_encoder_at_rest_may_repeat_itself(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
+    watchdog: Watchdog, states: Iterator[FingertipState]
 ) -> None:
     freeze(watchdog, states, ("displacement", "temperature", "slip"), 5.0)
     assert watchdog.condition == Condition.OK
 
 
 def test_recovery_takes_good_states_in_a_row(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
+    watchdog: Watchdog, states: Iterator[FingertipState]
 ) -> None:
     bad = dataclasses.replace(next(states), normal_force=math.inf)
     watchdog.accept(bad, bad.stamp)
@@ -180,7 +181,7 @@ def test_recovery_takes_good_states_in_a_row(
     assert watchdog.condition == Condition.OK
 
 
-def test_a_sender_that_started_anew_is_accepted_after_a_while(watchdog: InputWatchdog) -> None:
+def test_a_sender_that_started_anew_is_accepted_after_a_while(watchdog: Watchdog) -> None:
     fresh = healthy()
     used = []
     for _ in range(8):
@@ -190,7 +191,7 @@ def test_a_sender_that_started_anew_is_accepted_after_a_while(watchdog: InputWat
     assert watchdog.condition == Condition.OK
 
 
-def test_a_replayed_burst_is_not_used(watchdog: InputWatchdog, states: Iterator[FingertipState]) -> None:
+def test_a_replayed_burst_is_not_used(watchdog: Watchdog, states: Iterator[FingertipState]) -> None:
     old = healthy(start=20)
     for _ in range(4):
         assert not watchdog.accept(next(old), 50 * PERIOD)
@@ -199,7 +200,7 @@ def test_a_replayed_burst_is_not_used(watchdog: InputWatchdog, states: Iterator[
     assert watchdog.condition == Condition.REPLAYED
 
 
-def test_faults_are_counted_by_name(watchdog: InputWatchdog, states: Iterator[FingertipState]) -> None:
+def test_faults_are_counted_by_name(watchdog: Watchdog, states: Iterator[FingertipState]) -> None:
     for _ in range(3):
         state = dataclasses.replace(next(states), torque_z=math.inf)
         watchdog.accept(state, state.stamp)
@@ -213,7 +214,7 @@ def test_a_range_is_checked_where_it_is_built() -> None:
 
 
 def test_one_stamp_far_ahead_is_refused_and_a_clock_that_stays_there_is_followed(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
+    watchdog: Watchdog, states: Iterator[FingertipState]
 ) -> None:
     for _ in range(50):
         state = next(states)
@@ -235,7 +236,7 @@ def test_one_stamp_far_ahead_is_refused_and_a_clock_that_stays_there_is_followed
 
 def test_a_force_that_stands_still_is_doubted_after_a_while_and_no_sooner(states) -> None:
     settings = WatchdogSettings(frozen_chance=0.0)
-    dog, told = InputWatchdog(settings), {}
+    dog, told = Watchdog(settings), {}
     for state in (next(states) for _ in range(110 + round(2.0 * settings.doubt_after * NS / PERIOD))):
         still = state.seq > 100
         dog.accept(dataclasses.replace(state, normal_force=3.0) if still else state, state.stamp)

@@ -3,6 +3,7 @@
 import math
 
 from vegrip.estimator.kernels.forecast import least_force
+from vegrip.grip.kernels.choice import asks_least_force
 from vegrip.grip.kernels.friction_shared import is_slipping, load_to_answer
 from vegrip.grip.kernels.generated import (
     ASKED_MARGIN,
@@ -44,7 +45,7 @@ def demand_force(f: Floats, t: Wholes, g: Floats) -> None:
         t[NEED_IN_CONTACT], t[NEED_TRUSTED] = 0, 1 if is_force_known(f, t) else 0
         return
     f[DEMAND_LEAST], f[DEMAND_BOUND] = math.nan, f[TAKEN_BOUND]
-    if (t[INPUT_LOST] & LOADING) == 0:
+    if asks_least_force(t) and (t[INPUT_LOST] & LOADING) == 0:
         load, torque = load_to_answer(f, t, g)
         if is_sound(f, t):
             f[DEMAND_LEAST] = least_force(f, load, torque, f[ASKED_MARGIN], f[ASKED_QUANTILE])

@@ -1,4 +1,7 @@
-"""For how long channels have repeated themselves (:mod:`vegrip.grip.safety.frozen_signal`)."""
+"""For how long channels have repeated themselves to the last bit: a live sensor has noise.
+
+A missing channel cannot freeze, others beside it can.
+"""
 
 from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.kernels.generated import (

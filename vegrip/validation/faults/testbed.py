@@ -185,7 +185,7 @@ class Scene:
         node = self.node
         if node is None:
             return (Condition.MISSING,) * len(self.fingers)
-        return tuple(node.fingers[finger].watchdog.condition for finger in self.fingers)
+        return tuple(node.fingers[finger].condition for finger in self.fingers)
 
 
 def _force(command: AskedForce | None) -> float:
