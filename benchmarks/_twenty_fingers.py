@@ -34,7 +34,7 @@ from vegrip.transport.batch_endpoint import BatchEndpoint
 from vegrip.transport.codec.batch_codec import FIRST_ROW, BatchCodec
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.transport.zmq_address import resolve
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
+from vegrip.trials.candidates import demo_parameters, make_node
 
 FINGERS = 20
 RATE = 1000  # [Hz]

@@ -54,8 +54,8 @@ from vegrip.transport.canbus.hub_wire import numbered, pack_delivery
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.protection import CAN_PROFILES
+from vegrip.trials.candidates import demo_parameters, make_node
 from vegrip.validation.compiled_finger import Log, Replay, record
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
 
 SECONDS = 3.0
 TURNS = 400

@@ -10,7 +10,7 @@ import pytest
 from vegrip.errors import ConfigError
 from vegrip.grip.known_objects import ANEW, KnownObjects, ObjectFriction
 from vegrip.grip.parameters import GraspParameters
-from vegrip.validation.controllers.candidates import demo_parameters, learning_parameters, make_node
+from vegrip.trials.candidates import demo_parameters, learning_parameters, make_node
 from vegrip.validation.faults.testbed import Scene
 
 GRASP_S = 7.0

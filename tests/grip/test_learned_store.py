@@ -12,7 +12,7 @@ from vegrip.grip.parameters import estimator_factory, learned_store_of
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Estimate, LearnedParameter
 from vegrip.model import paper_model
-from vegrip.validation.controllers.candidates import demo_parameters
+from vegrip.trials.candidates import demo_parameters
 from vegrip.validation.faults.testbed import Scene
 
 MS = 1_000_000

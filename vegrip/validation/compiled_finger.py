@@ -25,7 +25,7 @@ from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import Condition, ContactEstimate, ForceCommand, Message, SlipMargin
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.line import Line
-from vegrip.validation.controllers.candidates import KNOBS, demo_parameters, make_node, parameters
+from vegrip.trials.candidates import KNOBS, demo_parameters, make_node, parameters
 from vegrip.validation.faults.table import CASES, FAULT_BEGIN_S, Case
 from vegrip.validation.faults.testbed import Scene
 from vegrip.validation.hostile_parts import DATA_IDS, PartLiar

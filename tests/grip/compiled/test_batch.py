@@ -18,8 +18,8 @@ from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.batch_endpoint import BatchEndpoint
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
 from vegrip.transport.open import Hand, open_endpoint
+from vegrip.trials.candidates import demo_parameters, make_node
 from vegrip.validation.compiled_finger import Log
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
 
 STATE_ROW, COMMAND_ROW = 50, 26
 Batch = tuple[int, bytes]

@@ -11,8 +11,8 @@ from vegrip.estimator.compiled import kernel_mode
 from vegrip.grip.compiled_finger import LEFT_ALONE
 from vegrip.messages import Condition
 from vegrip.runtime.hot_path import PART
+from vegrip.trials.candidates import demo_parameters
 from vegrip.validation.compiled_finger import Answers, Log, Replay, bits_left, differences, hostile, record
-from vegrip.validation.controllers.candidates import demo_parameters
 from vegrip.validation.faults.table import CASES, Case
 from vegrip.validation.faults.testbed import Scene
 

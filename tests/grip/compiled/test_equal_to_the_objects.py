@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from vegrip.grip.parameters import GraspParameters
+from vegrip.trials.candidates import demo_parameters
 from vegrip.validation.compiled_finger import Answers, Log, Replay, differences, hostile, record
-from vegrip.validation.controllers.candidates import demo_parameters
 from vegrip.validation.faults.table import CASES, Case
 
 LONG = bool(os.environ.get("VEGRIP_LONG"))

@@ -23,8 +23,8 @@ from vegrip.transport.canbus.hub_wire import (
     split_requests,
 )
 from vegrip.transport.canbus.virtual_can import VegripBus
+from vegrip.trials.candidates import demo_parameters, make_node
 from vegrip.validation.compiled_finger import Log
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
 
 pytestmark = pytest.mark.skipif(host.compiler() is None, reason="packets are answered by C")
 ROUNDS = 400

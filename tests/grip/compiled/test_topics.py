@@ -21,9 +21,9 @@ from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.codec.protection import P04, P04_COUNTER, P04_HEADER
 from vegrip.transport.codec.topics import data_id_of
 from vegrip.transport.open import Hand, open_endpoint
+from vegrip.trials.candidates import demo_parameters, make_node
 from vegrip.validation.compiled_finger import Answers, Log, bits_left, differences, record
 from vegrip.validation.compiled_topics import TopicReplay, hostile_topics, on_topics
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
 from vegrip.validation.faults.table import CASES, Case
 
 LONG = bool(os.environ.get("VEGRIP_LONG"))

@@ -18,10 +18,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from vegrip.validation.controllers.candidates import BOUND, INFORMED, KNOBS, NAMES, make_node, parameters
-from vegrip.validation.controllers.closed_loop import Course, Loop
-from vegrip.validation.controllers.result import Result, result_of
-from vegrip.validation.controllers.scenario import GRASPS, Scenario
+from vegrip.trials.candidates import BOUND, INFORMED, KNOBS, NAMES
+from vegrip.trials.closed_loop import Course, run_scenario
+from vegrip.trials.result import Result, result_of
+from vegrip.trials.scenario import GRASPS, Scenario
 
 TRIAL_DURATION_S = 20.0  # [s]
 TUNING_SEED = 1000  # the first seed of the sweep; the comparison counts from 0
@@ -47,14 +47,6 @@ class Trial:
 def run_course(trial: Trial) -> Course:
     """Run one trial."""
     return run_scenario(Scenario(trial.seed, trial.duration, trial.grasp), trial.name, trial.knob)
-
-
-def run_scenario(scenario: Scenario, name: str, knob: float) -> Course:
-    """Run the controller ``name`` through ``scenario``."""
-    hand = scenario.hand()
-    settings = parameters(name, knob, scenario.settings.tip.friction)
-    node = make_node(settings, hand.fingers)
-    return Loop(hand, node).run(scenario.duration)
 
 
 def run_trial(trial: Trial) -> Result:

@@ -20,11 +20,11 @@ from rich.console import Console
 from rich.table import Table
 
 from vegrip.grip.parameters import GraspParameters
-from vegrip.validation.controllers.candidates import KNOBS, parameters, told_of_slip
-from vegrip.validation.controllers.compiled_loop import SAMPLING_S, run_compiled
-from vegrip.validation.controllers.fronts import Surroundings
-from vegrip.validation.controllers.grip_quality import GripRecord, figures_of, record_of
-from vegrip.validation.controllers.scenario import GRASPS, Scenario
+from vegrip.trials.candidates import KNOBS, parameters, told_of_slip
+from vegrip.trials.compiled_loop import SAMPLING_S, run_compiled
+from vegrip.trials.fronts import Surroundings
+from vegrip.trials.grip_quality import GripRecord, figures_of, record_of
+from vegrip.trials.scenario import GRASPS, Scenario
 from vegrip.virtual import Disturbance, HandSettings, disturbances
 from vegrip.virtual.disturbance import Wetting
 

@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vegrip.validation.controllers.candidates import demo_parameters
-from vegrip.validation.controllers.compiled_loop import SAMPLING_S, run_compiled
-from vegrip.validation.controllers.grip_quality import CLASSES, figures_of, record_of
-from vegrip.validation.controllers.scenario import GRASPS, Scenario
+from vegrip.trials.candidates import demo_parameters
+from vegrip.trials.compiled_loop import SAMPLING_S, run_compiled
+from vegrip.trials.grip_quality import CLASSES, figures_of, record_of
+from vegrip.trials.scenario import GRASPS, Scenario
 
 PROBABILITIES = (0.5, 0.7, 0.8, 0.9, 0.95)
 FIRST_SEED = 4000  # which nothing else was chosen on

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import FingertipState, ForceCommand
-from vegrip.validation.controllers.candidates import make_node
+from vegrip.trials.candidates import make_node
 
 
 class SoundNode:

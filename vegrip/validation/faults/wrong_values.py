@@ -36,8 +36,8 @@ import numpy as np
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import Estimate, FingertipState, Reason
+from vegrip.trials.candidates import KNOBS, demo_parameters, parameters
 from vegrip.types import Floats
-from vegrip.validation.controllers.candidates import KNOBS, demo_parameters, parameters
 from vegrip.validation.faults.sound_node import SoundNode
 from vegrip.validation.faults.testbed import SAMPLING, STATE_RATE_HZ, Falsify, Scene
 

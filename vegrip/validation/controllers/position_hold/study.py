@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vegrip.validation.controllers.grip_quality import clopper_pearson
+from vegrip.trials.grip_quality import clopper_pearson
 from vegrip.validation.controllers.position_hold.trial import HoldResult, HoldTrial, run_holds
 
 KNOBS: dict[str, tuple[float, ...]] = {

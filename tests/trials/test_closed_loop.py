@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from vegrip.validation.controllers.candidates import INFORMED, KNOBS, parameters
-from vegrip.validation.controllers.closed_loop import Course
+from vegrip.trials.candidates import INFORMED, KNOBS, parameters
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.result import Result, result_of
 from vegrip.validation.controllers.comparison import Trial, run_course, summary, table
-from vegrip.validation.controllers.result import Result, result_of
 
 
 @pytest.fixture(scope="module")

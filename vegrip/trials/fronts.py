@@ -11,10 +11,10 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vegrip.validation.controllers.candidates import BOUND, KNOBS, parameters, told_of_slip
-from vegrip.validation.controllers.compiled_loop import SAMPLING_S, CompiledRun, run_compiled
-from vegrip.validation.controllers.grip_quality import GripRecord, figures_of, record_of
-from vegrip.validation.controllers.scenario import Scenario
+from vegrip.trials.candidates import BOUND, KNOBS, parameters, told_of_slip
+from vegrip.trials.compiled_loop import SAMPLING_S, CompiledRun, run_compiled
+from vegrip.trials.grip_quality import GripRecord, figures_of, record_of
+from vegrip.trials.scenario import Scenario
 from vegrip.virtual import HandSettings
 from vegrip.virtual.settings import SensorSettings
 

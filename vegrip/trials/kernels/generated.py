@@ -1,7 +1,7 @@
 """What the kernels of a trial find in the generated module: places in ``h`` and sizes of the hand.
 
 Nothing imports these files at run time; their text is appended to that of the estimator
-(:meth:`vegrip.validation.controllers.layout.TrialLayout.constants` gives the values).
+(:meth:`vegrip.trials.layout.TrialLayout.constants` gives the values).
 """
 
 from vegrip.estimator.kernels.generated import (

@@ -13,6 +13,8 @@ import numpy as np
 from vegrip.clock import NS
 from vegrip.grip.node import GraspForce
 from vegrip.messages import ContactEstimate, ForceCommand, Message
+from vegrip.trials.candidates import make_node, parameters
+from vegrip.trials.scenario import Scenario
 from vegrip.types import Floats
 from vegrip.virtual import VirtualHand
 from vegrip.virtual.hand import TRUTHS
@@ -120,3 +122,11 @@ class Loop:
                 self.commands[message.finger] = message
             elif isinstance(message, ContactEstimate):
                 self.course.believe(message, self.hand.time)
+
+
+def run_scenario(scenario: Scenario, name: str, knob: float) -> Course:
+    """Run the controller ``name`` through ``scenario``."""
+    hand = scenario.hand()
+    settings = parameters(name, knob, scenario.settings.tip.friction)
+    node = make_node(settings, hand.fingers)
+    return Loop(hand, node).run(scenario.duration)

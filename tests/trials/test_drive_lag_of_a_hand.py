@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vegrip.validation.controllers.fronts import QualityTrial, Surroundings, record_trial
+from vegrip.trials.fronts import QualityTrial, Surroundings, record_trial
 
 
 @pytest.mark.parametrize("bandwidth", [5.0, 12.0, 80.0])

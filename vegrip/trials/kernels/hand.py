@@ -9,7 +9,7 @@ The relaxing forces are followed by their exact recursion instead of the sum ove
 
 import math
 
-from vegrip.validation.controllers.kernels.generated import (
+from vegrip.trials.kernels.generated import (
     H_ANGLE_LOST,
     H_AREA,
     H_BANDWIDTH,

@@ -20,8 +20,8 @@ from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.parameters import GraspParameters
 from vegrip.grip.slip_trust import TRUST_SIZE, begin_trust
 from vegrip.model import ContactModel
+from vegrip.trials.layout import FLAGS, SLOTS, TrialLayout
 from vegrip.types import Floats
-from vegrip.validation.controllers.layout import FLAGS, SLOTS, TrialLayout
 from vegrip.virtual import Disturbance, HandSettings, profile
 from vegrip.virtual.disturbance import burden_rows
 from vegrip.virtual.hand import CLEARANCE_M

@@ -5,8 +5,8 @@ import math
 from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.grip.friction_change import CHANGE_LEVEL, CHANGE_SPREAD, stated_friction
 from vegrip.grip.friction_probe import PROBE_UNKNOWN
-from vegrip.validation.controllers.kernels.control import control_finger
-from vegrip.validation.controllers.kernels.generated import (
+from vegrip.trials.kernels.control import control_finger
+from vegrip.trials.kernels.generated import (
     G_BELIEVED,
     G_BELIEVED_VAR,
     G_COMMAND,
@@ -38,7 +38,7 @@ from vegrip.validation.controllers.kernels.generated import (
     ROW_FINGER,
     Floats,
 )
-from vegrip.validation.controllers.kernels.hand import close_event, hand_tick, hand_time, true_margin
+from vegrip.trials.kernels.hand import close_event, hand_tick, hand_time, true_margin
 
 HERTZ_POWER = 1.0 / 3.0
 SLIP_ABSENT, SLIP_DEAD, SLIP_STUCK = 0.0, 2.0, 3.0  # of H_SLIP_SENSOR, see trial_memory.SLIP_CHANNELS

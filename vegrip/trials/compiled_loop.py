@@ -28,9 +28,8 @@ from vegrip.grip.slip_table import derive_grip
 from vegrip.host import compiled_folder
 from vegrip.model import ContactModel
 from vegrip.model import cache as model_cache
-from vegrip.types import Floats
-from vegrip.validation.controllers.layout import ROW_FINGER, ROW_HEAD, TrialLayout
-from vegrip.validation.controllers.trial_memory import (
+from vegrip.trials.layout import ROW_FINGER, ROW_HEAD, TrialLayout
+from vegrip.trials.trial_memory import (
     burden_table,
     correlation_of,
     hand_memory,
@@ -38,6 +37,7 @@ from vegrip.validation.controllers.trial_memory import (
     noise_table,
     set_control,
 )
+from vegrip.types import Floats
 from vegrip.virtual import Disturbance, HandSettings
 
 ENTRY = "run_whole_trial"

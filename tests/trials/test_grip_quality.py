@@ -9,22 +9,22 @@ import pytest
 from scipy.stats import binom
 
 from vegrip.cli import main
-from vegrip.validation.controllers.compiled_loop import CompiledRun
-from vegrip.validation.controllers.fronts import (
+from vegrip.trials.compiled_loop import CompiledRun
+from vegrip.trials.fronts import (
     QualityTrial,
     Surroundings,
     record_trial,
     run_quality_trial,
 )
-from vegrip.validation.controllers.grip_quality import (
+from vegrip.trials.grip_quality import (
     CLASSES,
     GripRecord,
     classes_of,
     clopper_pearson,
     figures_of,
 )
-from vegrip.validation.controllers.scenario import GRASPS
-from vegrip.validation.controllers.trial_memory import noise_table
+from vegrip.trials.scenario import GRASPS
+from vegrip.trials.trial_memory import noise_table
 from vegrip.virtual import HandSettings
 from vegrip.virtual.disturbance import Push, Twist, Wetting
 from vegrip.virtual.patch import even_grid, utilisation

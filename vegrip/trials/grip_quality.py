@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from scipy.special import betaincinv
 
+from vegrip.trials.compiled_loop import CompiledRun
+from vegrip.trials.scenario import SETTLED_S
 from vegrip.types import Floats
-from vegrip.validation.controllers.compiled_loop import CompiledRun
-from vegrip.validation.controllers.scenario import SETTLED_S
 from vegrip.virtual import Disturbance
 from vegrip.virtual.disturbance import AddedMass, Push, Shake, SlowLoad, Turn, Twist, Wetting
 

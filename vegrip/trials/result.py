@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.scenario import SETTLED_S
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.scenario import SETTLED_S
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from vegrip.grip.friction_belief import (
     refuse_evidence,
     widen_own,
 )
-from vegrip.validation.controllers.kernels.generated import (
+from vegrip.trials.kernels.generated import (
     FRI_BASE_LN,
     FRI_BASE_VAR,
     FRI_LN_MU,

@@ -22,7 +22,7 @@ from vegrip.grip.friction_probe import PROBE_NEED, feel_slip, watch_load
 from vegrip.grip.late_slip import is_late, present_slip, recall_load
 from vegrip.grip.load_lead import lead_load
 from vegrip.grip.slip_trust import counted_shift, counts_as_known, ends_probe, follow_trust, let_go
-from vegrip.validation.controllers.kernels.generated import (
+from vegrip.trials.kernels.generated import (
     CH_USED,
     CHANNEL0,
     FRI_LN_MU,
@@ -87,7 +87,7 @@ from vegrip.validation.controllers.kernels.generated import (
     SLOT_COUNT,
     Floats,
 )
-from vegrip.validation.controllers.kernels.learning import give_evidence, take_belief
+from vegrip.trials.kernels.learning import give_evidence, take_belief
 
 LONGEST_STEP = 0.1  # [s], as finger.LONGEST_STEP_S
 LEAST_SLIDING = 2e-4  # [m/s], as estimator.LEAST_SLIP_SPEED
