@@ -21,9 +21,9 @@ from typing import Any, Protocol
 
 import numpy as np
 import zmq
-from vegrip.benchmarks._latency_feed import CHANNELS, record
-from vegrip.benchmarks._nodes import private_runtime
 
+from benchmarks._latency_feed import CHANNELS, record
+from benchmarks._nodes import private_runtime
 from vegrip.clock import NS, WallClock
 from vegrip.host.realtime import HAND_PRIORITY, NODE_PRIORITY, priority_of
 from vegrip.messages import FingertipState, ForceCommand, Reason

@@ -136,6 +136,5 @@ def test_files_are_written_through_one_helper() -> None:
         for name, text in sources.items()
         if re.search(r"\.(?:write_text|write_bytes|savefig)\(|open\([^)]*\"wb?\"", text)
         and "whole_file" not in text
-        and not name.startswith("validation/")
     }
     assert found <= OTHERWISE, found - OTHERWISE

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from validation.faults.testbed import Scene
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.learning import Learned, fingerprint
 from vegrip.grip.learned_store import InMemory, OnDisk
@@ -13,7 +14,6 @@ from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Estimate, LearnedParameter
 from vegrip.model import paper_model
 from vegrip.trials.candidates import demo_parameters
-from vegrip.validation.faults.testbed import Scene
 
 MS = 1_000_000
 

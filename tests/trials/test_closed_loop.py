@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from validation.controllers.comparison import Trial, run_course, summary, table
 from vegrip.trials.candidates import INFORMED, KNOBS, parameters
 from vegrip.trials.closed_loop import Course
 from vegrip.trials.result import Result, result_of
-from vegrip.validation.controllers.comparison import Trial, run_course, summary, table
 
 
 @pytest.fixture(scope="module")

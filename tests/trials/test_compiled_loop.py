@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from validation.controllers.comparison import Trial, run_course
 from vegrip.trials import compiled_loop
 from vegrip.trials.candidates import KNOBS, parameters
 from vegrip.trials.compiled_loop import CompiledRun, run_compiled
 from vegrip.trials.layout import TrialLayout
 from vegrip.trials.scenario import Scenario
-from vegrip.validation.controllers.comparison import Trial, run_course
 from vegrip.virtual import VirtualHand
 
 TRIALS = [

@@ -11,6 +11,7 @@ from numba.core.event import install_recorder
 
 import vegrip.estimator.kernels as estimator_kernels
 import vegrip.grip.kernels as grip_kernels
+from validation.compiled_finger import Log, Replay, bits_left, hostile
 from vegrip.c99 import BYTES, LONGS, MEMORY, host
 from vegrip.clock import NS
 from vegrip.contact.limit_surface import fast
@@ -24,7 +25,6 @@ from vegrip.grip.safety.ranges import CHECKED_CHANNELS
 from vegrip.grip.wires import WIRES
 from vegrip.messages import FingertipState
 from vegrip.transport.codec.line import FD
-from vegrip.validation.compiled_finger import Log, Replay, bits_left, hostile
 
 FRAMES = 600
 
