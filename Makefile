@@ -67,8 +67,8 @@ check: lint types test test-long test-web test-numba test-vcan docs examples sit
 format: $(STAMP)
 	$(V)/ruff format .
 	$(V)/ruff check --fix .
-	$(V)/python -m vegrip.canopen.write_eds proto
-	$(V)/python -m vegrip.estimator.declarations
+	$(V)/python -m tools.write_eds proto
+	$(V)/python -m tools.write_declarations
 
 lint: $(STAMP)
 	$(V)/ruff format --check .
@@ -78,9 +78,9 @@ lint: $(STAMP)
 TYPES ?= build/types
 types: $(STAMP)
 	mkdir -p $(TYPES)/vegrip && find $(TYPES) -type l -delete
-	ln -s $(CURDIR)/benchmarks $(CURDIR)/validation $(TYPES)/
+	ln -s $(CURDIR)/benchmarks $(CURDIR)/tools $(CURDIR)/validation $(TYPES)/
 	ln -s $(CURDIR)/vegrip/* $(CURDIR)/nodes $(CURDIR)/proto $(CURDIR)/launch $(TYPES)/vegrip/
-	cd $(TYPES) && $(CURDIR)/$(V)/mypy --config-file $(CURDIR)/pyproject.toml -p vegrip -p benchmarks -p validation
+	cd $(TYPES) && $(CURDIR)/$(V)/mypy --config-file $(CURDIR)/pyproject.toml -p vegrip -p benchmarks -p tools -p validation
 
 docs: $(STAMP)
 	$(V)/python docs/check.py

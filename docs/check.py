@@ -111,7 +111,17 @@ def english_of_page(page: Path, text: str) -> Iterator[str]:
 
 def english_of_code() -> Iterator[str]:
     """The same for docstrings and comments, and for the messages of what is installed."""
-    for folder in ("vegrip", "nodes", "proto", "launch", "validation", "benchmarks", "examples", "docs"):
+    for folder in (
+        "vegrip",
+        "nodes",
+        "proto",
+        "launch",
+        "validation",
+        "benchmarks",
+        "tools",
+        "examples",
+        "docs",
+    ):
         for source in sorted((ROOT / folder).rglob("*.py")):
             shown = english.messages_of(source) if folder in ("vegrip", "nodes", "validation") else ()
             for line, text, message in [

@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "architecture.md"
 BESIDE = ("launch", "nodes", "proto")  # top-level folders, shipped as vegrip.<name>
-NOT_SHIPPED = ("benchmarks", "validation")
+NOT_SHIPPED = ("benchmarks", "tools", "validation")
 ROW = re.compile(r"^\| `([\w/]+)` \| ([^|]*) \| ([^|]*) \|$", re.MULTILINE)
 ALL = "everything"
 GROUND = "."  # the modules of vegrip itself: messages, clock, errors, ... which every folder may import

@@ -15,7 +15,6 @@ OWN = {
     "virtual": "the simulators have physics and names of their own",
     "model/paper.py": "the paper's model, which is a list of effects",
     "identification/samples": "a sample recording, in which an effect is hidden",
-    "identification/experiment/pairs.py": "a study of pairs of effects",
 }
 """Files and folders that are about certain effects."""
 

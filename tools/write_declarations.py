@@ -1,21 +1,22 @@
-"""Writes ``kernels/generated.py``, the declarations of what a layout puts before the kernels.
+"""Write ``vegrip/estimator/kernels/generated.py``, the declarations of what a layout puts before the kernels.
 
-Usage: ``python -m vegrip.estimator.declarations``; ``make format`` runs it. A test compares.
+Usage: ``python -m tools.write_declarations``; ``make format`` runs it. A test compares.
 """
 
 from pathlib import Path
 
+from vegrip.estimator import kernels
 from vegrip.estimator.layout import layout_of
 from vegrip.model import paper_model
 
-FILE = Path(__file__).parent / "kernels" / "generated.py"
+FILE = Path(kernels.__file__).parent / "generated.py"
 
 HEAD = '''"""What the kernels find in a generated module: the model, the gauge, sizes and places.
 
 The kernels are ordinary files, to be read, linted and typed; nothing imports them. Their text, without the
 imports from vegrip, is appended to the generated module of a model, where these names have that model's
 values (:meth:`vegrip.estimator.layout.Layout.names`). This file declares them; it is written by
-``python -m vegrip.estimator.declarations``.
+``python -m tools.write_declarations``.
 """
 
 from vegrip.contact.limit_surface.fast import gauge, radius_gradient_towards, torsion_gradient

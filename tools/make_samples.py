@@ -1,4 +1,4 @@
-"""Make the sample files anew, beside this module: ``python -m vegrip.identification.samples.make``."""
+"""Make the sample files anew, in ``vegrip/identification/samples``: ``python -m tools.make_samples``."""
 
 import gzip
 from collections.abc import Iterator, Mapping
@@ -10,6 +10,7 @@ import cantools.database
 import numpy as np
 
 from vegrip.clock import NS
+from vegrip.identification import samples
 from vegrip.identification.samples import (
     FOREIGN_DATABASE,
     FOREIGN_LOG,
@@ -25,7 +26,7 @@ from vegrip.virtual.bench.protocol import Episode, Segment, hold, slip, triangle
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 
-HERE = Path(__file__).parent
+SAMPLES = Path(samples.__file__).parent
 SEED = 3
 SAMPLE_RATE_HZ = 100.0  # [Hz]
 LOGGED = 6.0  # [s] of the recording that go into the log
@@ -113,7 +114,7 @@ def foreign_motion(seed: int = SEED) -> dict[str, np.ndarray]:
 
 def foreign_frames(motion: Mapping[str, np.ndarray], number: int) -> Iterator[can.Message]:
     """Yield what tip ``number`` of the foreign gripper sends: loads and motion in turn, in its units."""
-    database: Any = cantools.database.load_string((HERE / FOREIGN_DATABASE).read_text(), "dbc")
+    database: Any = cantools.database.load_string((SAMPLES / FOREIGN_DATABASE).read_text(), "dbc")
     name, crc = ("TIP_L", "TIP_R")[number], make_crc(8, 0x31, 0xFF, 0, reflected=False)
     grams = 1.0 / 9.80665e-3  # [gf/N]
     for n, t in enumerate(motion["t"]):
@@ -156,4 +157,4 @@ def make(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    make(Path(__file__).parent)
+    make(SAMPLES)

@@ -1,6 +1,6 @@
 """Fit the tables of the fast limit surface and write them into ``fast.py``.
 
-    python -m vegrip.contact.limit_surface.make_table
+    python -m tools.fit_limit_surface
 
 Both the surface and its support function are an ellipse times a correction (see ``fast.py``)::
 
@@ -18,10 +18,10 @@ import numpy as np
 from numpy.polynomial import chebyshev, polynomial
 from scipy.optimize import linprog
 
-from vegrip.contact.limit_surface import reference
+from vegrip.contact.limit_surface import fast, reference
 from vegrip.types import Floats
 
-FAST = Path(__file__).with_name("fast.py")
+FAST = Path(fast.__file__)
 BEGIN, END = "# begin table\n# fmt: off", "# fmt: on\n# end table"
 
 RADIUS_SHAPE, SUPPORT_SHAPE, TORSION_TERMS = (7, 16), (8, 18), 24
@@ -42,7 +42,7 @@ def main() -> None:
     support, support_error = fit(1.0 / exponents, distances / scale, limit / scale, -1.0, SUPPORT_SHAPE)
     tables = {"TORSION_TABLE": torsion_table(), "RADIUS_TABLE": radius, "SUPPORT_TABLE": support}
     write(tables)
-    print(f"inside by at most: radius {radius_error:.1e}, support {support_error:.1e}")  # noqa: T201
+    print(f"inside by at most: radius {radius_error:.1e}, support {support_error:.1e}")
 
 
 def sample_points(x_count: int = 30, angle_count: int = 110) -> tuple[Floats, Floats]:

@@ -1,6 +1,6 @@
 """Write an object dictionary as an EDS file (CiA 306).
 
-    python -m vegrip.canopen.write_eds proto/
+    python -m tools.write_eds proto/
 
 The writer of the package ``canopen`` leaves out comments and limits, and stamps the file with the time.
 """
@@ -57,10 +57,10 @@ def _head(device: Device) -> Iterator[str]:
         "Description": device.description,
         "CreationTime": "12:00PM",
         "CreationDate": DATE,
-        "CreatedBy": "vegrip.canopen.write_eds",
+        "CreatedBy": "tools.write_eds",
         "ModificationTime": "12:00PM",
         "ModificationDate": DATE,
-        "ModifiedBy": "vegrip.canopen.write_eds",
+        "ModifiedBy": "tools.write_eds",
     }
     about = {
         "VendorName": "vegrip",
@@ -136,7 +136,7 @@ def _section(title: str, keys: dict[str, str]) -> Iterator[str]:
 def main() -> None:
     """Write both files into the folder named on the command line."""
     if len(sys.argv) != 2:
-        sys.exit("usage: python -m vegrip.canopen.write_eds FOLDER (the project's own is proto)")
+        sys.exit("usage: python -m tools.write_eds FOLDER (the project's own is proto)")
     folder = Path(sys.argv[1])
     if not folder.is_dir():
         sys.exit(f"write_eds: {folder} is no folder")

@@ -1,6 +1,6 @@
 """How experiments do on pairs of effects that are hard to tell apart: promised and achieved.
 
-``python -m vegrip.identification.experiment.pairs`` simulates for each pair a recording of the standard
+``python -m validation.experiment_pairs`` simulates for each pair a recording of the standard
 protocol with the first effect at a share of its declared size, fits both to it, and finds the experiment that
 tells them apart; then it simulates that experiment several times under either truth, and prints expectation
 and outcome.
