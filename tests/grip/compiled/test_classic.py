@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from vegrip.c99 import host
-from vegrip.estimator.compiled import kernel_mode
 from vegrip.grip.compiled_finger import LEFT_ALONE
 from vegrip.messages import Condition
+from vegrip.model.native import kernel_mode
 from vegrip.runtime.hot_path import PART
 from vegrip.validation.compiled_finger import Answers, Log, Replay, bits_left, differences, hostile, record
 from vegrip.validation.controllers.candidates import demo_parameters
