@@ -18,8 +18,7 @@ from vegrip.c99.bridge import Lengths
 from vegrip.c99.host import CompilerError
 from vegrip.c99.kinds import Kind
 from vegrip.effects.contract import Effect
-from vegrip.estimator import kernels_c
-from vegrip.estimator.compiled import estimator_parts, kernel_mode, tell_once
+from vegrip.estimator.compiled import estimator_parts
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS
 from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
@@ -28,7 +27,7 @@ from vegrip.grip.batch_text import REPORT_ARGUMENTS, STEP_ARGUMENTS, batch_text
 from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, WINDOW_SLOTS, FingerLayout
 from vegrip.grip.slip_trust import TRUST_SIZE
 from vegrip.grip.wires import ENTRIES, MESSAGE_ENTRIES, NODE_ENTRIES, NODE_KERNELS, WIRES
-from vegrip.model import ContactModel, cache, writer
+from vegrip.model import ContactModel, cache, native, writer
 from vegrip.model.composer import compose
 from vegrip.transport.codec.kernel_text import wire_text
 from vegrip.transport.codec.part_text import part_text
@@ -74,10 +73,10 @@ def finger_module(
             lengths = single_lengths(finger) if mode == "c-float" else None
             more = batch_text(finger) + packet_text.PACKET_TEXT
             place = finger_places(model).place
-            library = kernels_c.library_of(text, entries_of(finger), place, more, single=lengths)
+            library = native.library_of(text, entries_of(finger), place, more, single=lengths)
             return FingerKernelsC(library)
         except (CompilerError, UntranslatableError) as error:
-            tell_once(str(error))
+            native.tell_once(str(error))
     return cache.load(text)
 
 
@@ -100,9 +99,7 @@ def bound_call(module: FingerKernels, name: str, *arrays: Any) -> Callable[..., 
     return partial(getattr(module, name), *arrays)
 
 
-def compile_now(
-    module: FingerKernels, finger: FingerLayout, wire: str, f: Any, t: Any, out: Any
-) -> None:
+def compile_now(module: FingerKernels, finger: FingerLayout, wire: str, f: Any, t: Any, out: Any) -> None:
     """Let numba compile what a node calls of ``module``, for arrays like these; C and Python have no need to.
 
     numba compiles a function when it is called first, and that would be within the loop: a minute without a
@@ -118,7 +115,7 @@ def compile_now(
 
 
 def _mode() -> str:
-    mode = kernel_mode()
+    mode = native.kernel_mode()
     return "c" if mode == "c-float" else mode
 
 

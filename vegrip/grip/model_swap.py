@@ -100,7 +100,7 @@ def compile_in_subprocess(model: ContactModel) -> None:
 
     """
     given = model_text(model).encode()
-    done = run_behind("vegrip.runtime.workers.compile_worker", ["/dev/stdin"], idle=False, given=given)
+    done = run_behind("vegrip.grip.compile_worker", ["/dev/stdin"], idle=False, given=given)
     if done.returncode:
         lines = done.stderr.strip().splitlines() or ["it does not compile"]
         raise ModelError(lines[-1])

@@ -58,7 +58,9 @@ def make_policy(settings: ControlSettings) -> GripPolicy:
     """Return a new policy of the kind the settings name, one of another package."""
     make = find_policy(settings.policy).make
     if make is None:
-        raise ConfigError(f"the policy {settings.policy!r} is one of the finger step; there is no object of it")
+        raise ConfigError(
+            f"the policy {settings.policy!r} is one of the finger step; there is no object of it"
+        )
     return make(policy_settings(settings))
 
 

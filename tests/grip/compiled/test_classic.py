@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from validation.compiled_finger import Answers, Log, Replay, bits_left, differences, hostile, record
+from validation.faults.table import CASES, Case
+from validation.faults.testbed import Scene
 from vegrip.c99 import host
-from vegrip.estimator.compiled import kernel_mode
 from vegrip.grip.finger import LEFT_ALONE
 from vegrip.messages import Condition
+from vegrip.model.native import kernel_mode
 from vegrip.runtime.hot_path import PART
-from vegrip.validation.compiled_finger import Answers, Log, Replay, bits_left, differences, hostile, record
-from vegrip.validation.controllers.candidates import demo_parameters
-from vegrip.validation.faults.table import CASES, Case
-from vegrip.validation.faults.testbed import Scene
+from vegrip.trials.candidates import demo_parameters
 
 LONG = bool(os.environ.get("VEGRIP_LONG"))
 SHORT_CASES = ("normal force stuck at 2 N", "all states of one finger lost for 1 s")
@@ -37,7 +37,9 @@ def short(log: Log, events: int = EVENTS) -> Log:
     return replace(log, events=log.events[:events])
 
 
-def test_every_command_of_a_recorded_grasp_is_equal(classic_log: Log, by_messages: Answers, mode: str) -> None:
+def test_every_command_of_a_recorded_grasp_is_equal(
+    classic_log: Log, by_messages: Answers, mode: str
+) -> None:
     compiled = Replay(classic_log, mode).run()
     assert differences(by_messages, compiled) == []
     assert len(compiled.commands) > 1000
@@ -113,7 +115,11 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(classic_log: Log, mode: 
     one.take_line()
     for number, event in enumerate(parts, 1):
         assert event.frame is not None
-        before = one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node.controller.friction.shared.tobytes()
+        before = (
+            one.memory.f.tobytes(),
+            one.memory.t.tobytes(),
+            replay.node.controller.friction.shared.tobytes(),
+        )
         whole = np.frombuffer(event.frame.data, dtype=np.uint8).copy()
         for bit in range(64):
             broken = whole.copy()
@@ -123,7 +129,11 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(classic_log: Log, mode: 
             assert one.step_part(whole, length, number, event.frame.stamp, event.now) == LEFT_ALONE
         for other in {1, 2, 3} - {number}:
             assert one.step_part(whole, 8, other, event.frame.stamp, event.now) == LEFT_ALONE
-        assert (one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node.controller.friction.shared.tobytes()) == before
+        assert (
+            one.memory.f.tobytes(),
+            one.memory.t.tobytes(),
+            replay.node.controller.friction.shared.tobytes(),
+        ) == before
         done = one.step_part(whole, 8, number, event.frame.stamp, event.now)
         assert done & 1 if number == 3 else done == PART
         assert one.step_part(whole, 8, number, event.frame.stamp, event.now) == LEFT_ALONE, "the same twice"

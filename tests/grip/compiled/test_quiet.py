@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from validation.compiled_finger import Log, Replay, hostile
 from vegrip.grip.finger import GraspFinger
 from vegrip.messages import Condition
-from vegrip.validation.compiled_finger import Log, Replay, hostile
 
 FRAMES = 400
 NEAR_NS = (-1, 0, 1)

@@ -129,9 +129,7 @@ def test_clocks_of_two_machines_need_not_agree(states: Iterator[FingertipState])
     assert dog.condition == Condition.OK
 
 
-def freeze(
-    dog: Watchdog, states: Iterator[FingertipState], names: tuple[str, ...], seconds: float
-) -> None:
+def freeze(dog: Watchdog, states: Iterator[FingertipState], names: tuple[str, ...], seconds: float) -> None:
     stuck = next(states)
     values = {name: getattr(stuck, name) for name in names}
     for _ in range(round(seconds * NS / PERIOD)):
@@ -160,16 +158,12 @@ def test_a_force_sensor_that_hangs_alone_is_frozen(
     assert watchdog.condition == Condition.FROZEN
 
 
-def test_an_encoder_at_rest_may_repeat_itself(
-    watchdog: Watchdog, states: Iterator[FingertipState]
-) -> None:
+def test_an_encoder_at_rest_may_repeat_itself(watchdog: Watchdog, states: Iterator[FingertipState]) -> None:
     freeze(watchdog, states, ("displacement", "temperature", "slip"), 5.0)
     assert watchdog.condition == Condition.OK
 
 
-def test_recovery_takes_good_states_in_a_row(
-    watchdog: Watchdog, states: Iterator[FingertipState]
-) -> None:
+def test_recovery_takes_good_states_in_a_row(watchdog: Watchdog, states: Iterator[FingertipState]) -> None:
     bad = dataclasses.replace(next(states), normal_force=math.inf)
     watchdog.accept(bad, bad.stamp)
     for _ in range(4):

@@ -6,10 +6,10 @@ from collections import Counter
 import pytest
 from hands import load, seeded, written
 
+from tests.grip.stages import Watchdog
 from vegrip.clock import NS, SimulatedClock
 from vegrip.config import build
 from vegrip.estimator.settings import SensorNoise
-from tests.grip.stages import Watchdog
 from vegrip.grip.safety.watchdog import WatchdogSettings
 from vegrip.messages import Condition, ForceCommand, Reason
 from vegrip.transport.codec import Frame

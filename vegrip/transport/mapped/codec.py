@@ -65,6 +65,7 @@ class MappedCodec:
             count += len(found)
         self._heard = [NEVER] * count
         self._states = tuple(FingerStates(finger, plan.slots, groups) for finger in plan.fingers)
+        self._by_name = {states.name: states for states in self._states}
         for message, read in readers:
             self._incoming[message.identifier] = self._make(message, read)
         self.encoder = CommandEncoder(plan, self._state_of, self.clipped)
@@ -143,9 +144,8 @@ class MappedCodec:
 
     def _state_of(self, finger: str) -> tuple[float, float]:
         """Return the last normal force of ``finger`` [N] and its position in the unit of their signal."""
-        last = next(states.last for states in self._states if states.name == finger)
         slot = self.plan.feedback.get(finger)
-        return last, math.nan if slot is None else self._slots[slot]
+        return self._by_name[finger].last, math.nan if slot is None else self._slots[slot]
 
     def _make(self, message: ForeignMessage, read: Read) -> _Incoming:
         plan = self.plan

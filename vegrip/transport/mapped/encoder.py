@@ -8,8 +8,8 @@ sent as zero because there was nothing to send.
 import math
 import struct
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Final
 
 from vegrip.clock import NS
@@ -101,6 +101,10 @@ class _Target:
     shares: tuple[tuple[Signal, float], ...] = ()  # other signals that get so much of the value
 
 
+BitField = tuple[int, int, bool]
+"""Shift, mask, and whether the bits are counted from the end of the frame."""
+
+
 @dataclass(slots=True)
 class _Outgoing:
     """One message of theirs, with all fingers in it."""
@@ -112,6 +116,7 @@ class _Outgoing:
     modulus: int
     guard: Protection | None
     checksum: str = ""  # the signal with it
+    places: dict[str, BitField] = field(default_factory=dict)  # of its signals
     count: int = 0
     last: int = -(1 << 62)  # [ns] when it was last sent
 
@@ -192,40 +197,31 @@ class CommandEncoder:
         return frames
 
     def _frame(self, outgoing: _Outgoing, now: int) -> list[Frame]:
-        values: dict[str, int] = {}
+        values, forces = outgoing.blank.copy(), []
         for target in outgoing.targets:
-            value = self._value(target)
-            if value is None:  # nothing is commanded and nothing is known: the hand holds by itself
+            measured, position = self._state_of(target.finger)
+            force = measured if target.command is None else target.command.normal_force
+            forces.append(force)
+            value = target.law.value(force, target.sent, measured, position)
+            if not math.isfinite(value):  # nothing is commanded, nothing is known: the hand holds by itself
                 return []
-            values[target.signal.name] = raw_of(target.signal, value, raw=target.raw)[0]
+            bounded = min(max(value, target.low), target.high)
+            values[target.signal.name], is_beyond = raw_of(target.signal, bounded, raw=target.raw)
+            if bounded != value or is_beyond:
+                self._clipped[target.finger] += 1
             for signal, ratio in target.shares:
-                values[signal.name] = raw_of(signal, ratio * value, raw=target.raw)[0]
+                values[signal.name] = raw_of(signal, ratio * bounded, raw=target.raw)[0]
         if outgoing.counter:
             values[outgoing.counter] = outgoing.count % outgoing.modulus
-        for target in outgoing.targets:
-            target.is_fresh = False
-            target.sent = self._force_of(target)
+        for target, force in zip(outgoing.targets, forces, strict=True):
+            target.is_fresh, target.sent = False, force
         outgoing.count += 1
         outgoing.last = now
         message = outgoing.message
-        data = pack(message, outgoing.blank | values)
+        data = packed(outgoing.places, message.length, values)
         if outgoing.guard is not None:
             outgoing.guard.protect(data)
         return [Frame(message.identifier, bytes(data), message.fd)]
-
-    def _force_of(self, target: _Target) -> float:
-        """Return what is wanted of a finger [N]; without a command what it has."""
-        return self._state_of(target.finger)[0] if target.command is None else target.command.normal_force
-
-    def _value(self, target: _Target) -> float | None:
-        measured, position = self._state_of(target.finger)
-        value = target.law.value(self._force_of(target), target.sent, measured, position)
-        if not math.isfinite(value):
-            return None
-        bounded = min(max(value, target.low), target.high)
-        if bounded != value or raw_of(target.signal, bounded, raw=target.raw)[1]:
-            self._clipped[target.finger] += 1
-        return bounded
 
     def _add(self, plan: Plan, finger: str, command: CommandMap) -> None:
         where = f"{plan.hand.path} [fingers.{finger}.command]"
@@ -251,25 +247,34 @@ class CommandEncoder:
     def _open(self, plan: Plan, message: ForeignMessage, selectors: dict[str, int]) -> _Outgoing:
         spec = plan.protection.get(message.name)
         if spec is None:
-            return _Outgoing(message, [], dict(selectors), "", 1, None)
+            return _Outgoing(message, [], dict(selectors), "", 1, None, places=places_of(message))
         where = f"{plan.hand.path} [messages.{message.name}.checksum]"
         modulus = spec.modulus or (1 << message.signals[spec.counter].length if spec.counter else 1)
         guard = protection(spec.checksum, message, where)
-        return _Outgoing(message, [], dict(selectors), spec.counter, modulus, guard, spec.checksum.signal)
+        checksum, places = spec.checksum.signal, places_of(message)
+        return _Outgoing(message, [], dict(selectors), spec.counter, modulus, guard, checksum, places=places)
 
 
-def pack(message: ForeignMessage, values: dict[str, int]) -> bytearray:
-    """Return a frame with the raw ``values``, all other bits zero."""
+def places_of(message: ForeignMessage) -> dict[str, BitField]:
+    """Return where the bits of each signal go."""
+    return {
+        name: (signal.shift(message.length), (1 << signal.length) - 1, signal.is_big_endian)
+        for name, signal in message.signals.items()
+    }
+
+
+def packed(places: Mapping[str, BitField], length: int, values: Mapping[str, int]) -> bytearray:
+    """Return a frame of ``length`` bytes with the raw ``values``, all other bits zero."""
     little = big = 0
     for name, raw in values.items():
-        signal = message.signals[name]
-        bits = (raw & (1 << signal.length) - 1) << signal.shift(message.length)
-        if signal.is_big_endian:
-            big |= bits
+        shift, mask, is_big_endian = places[name]
+        if is_big_endian:
+            big |= (raw & mask) << shift
         else:
-            little |= bits
-    mirrored = int.from_bytes(big.to_bytes(message.length, "big"), "little")
-    return bytearray((little | mirrored).to_bytes(message.length, "little"))
+            little |= (raw & mask) << shift
+    if big:
+        little |= int.from_bytes(big.to_bytes(length, "big"), "little")
+    return bytearray(little.to_bytes(length, "little"))
 
 
 def raw_of(signal: Signal, value: float, *, raw: bool = False) -> tuple[int, bool]:
