@@ -1,4 +1,4 @@
-"""Single stages of the finger step as plain Python runs them, each with a memory of its own, to test their laws."""
+"""Single stages of the finger step as plain Python runs them, to test their laws; each has its own memory."""
 
 import math
 from collections.abc import Mapping

@@ -110,6 +110,7 @@ class ContactEstimator:
         memory["TOLD_CONFIDENCE"] = self.settings.confidence
         if isinstance(self._clock, SampleClock):
             self._clock.write_to(memory)
+            memory["SAMPLE_REWIND_NEXT"] = memory["SAMPLE_KEPT"] = 0
             if self.settings.late:
                 self._rewind.write_to(memory)
         self._clock = MemoryClock(memory, finger)

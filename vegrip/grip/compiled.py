@@ -43,7 +43,7 @@ SHARED_FRICTION: Final = (
     "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
     "friction_change", "slip_trust",
 )  # fmt: skip
-"""Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
+"""Texts of :mod:`vegrip.grip`: the friction of a grasp, which a node also looks at."""
 
 LOAD_CHANNELS: Final = ("tangential_force_x", "tangential_force_y", "torque_z")
 SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")

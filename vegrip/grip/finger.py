@@ -1,8 +1,8 @@
 """One finger of a grasp: the memory of its step, and what is read of it.
 
-What a finger does is one text (:mod:`vegrip.grip.kernels`), which C, numba or plain Python runs on the numbers
-of :mod:`vegrip.grip.layout`. Here they have a place, are called by their names, and become messages. States come
-as messages (:meth:`GraspFinger.answer`), as frames or as values (:meth:`GraspFinger.step`).
+What a finger does is one text (:mod:`vegrip.grip.kernels`), which C, numba or plain Python runs on the
+numbers of :mod:`vegrip.grip.layout`. Here they have a place, are called by their names, and become messages.
+States come as messages (:meth:`GraspFinger.answer`), as frames or as values (:meth:`GraspFinger.step`).
 
 An estimator, a policy or a share of the grasp in Python takes part between the halves of the step. That costs
 what the Python costs, and some 20 us; frames are then decoded to messages.
@@ -218,7 +218,7 @@ class GraspFinger:
         self.module = module if module is not None else self._module(estimator, layout)
         memory = FingerMemory(layout)
         if hasattr(self, "memory"):
-            memory.take_over(self.memory, OF_ESTIMATOR)
+            memory.take_over(self.memory, () if estimator is self._estimator else OF_ESTIMATOR)
         self.memory, self._estimator = memory, estimator
         self._own: OwnEstimate | None = None
         if isinstance(estimator, ContactEstimator):
@@ -311,7 +311,10 @@ class GraspFinger:
     def answer(self, state: FingertipState, now: int) -> int:
         """Answer one state that arrived at ``now`` [ns]; return what was done, in bits."""
         self._put(state)
-        return self._message(_whole(state.seq), _whole(state.stamp), now)  # type: ignore[no-any-return]
+        seq, stamp = state.seq, state.stamp
+        if not (0 <= seq <= LARGEST_WHOLE and 0 <= stamp <= LARGEST_WHOLE):
+            seq, stamp = _whole(seq), _whole(stamp)
+        return self._message(seq, stamp, now)  # type: ignore[no-any-return]
 
     def sense(self, state: FingertipState, now: int) -> bool:
         """Take in one state and find what the finger needs; return whether the state is believed."""

@@ -1,8 +1,8 @@
 """What all fingers of a grasp learn of friction together: how it begins, and what is told of it.
 
-Before a finger takes a state, its step (:mod:`vegrip.grip.kernels.friction_shared`) writes into its estimate what
-the grasp believes of its friction, and chooses margin and confidence. Afterwards it takes what the finger has
-learned into the belief (:mod:`.friction_belief`, :mod:`.friction_onset`) and lets probing go on
+Before a finger takes a state, its step (:mod:`vegrip.grip.kernels.friction_shared`) writes into its estimate
+what the grasp believes of its friction, and chooses margin and confidence. Afterwards it takes what the
+finger has learned into the belief (:mod:`.friction_belief`, :mod:`.friction_onset`) and lets probing go on
 (:mod:`.friction_probe`).
 
 A finger whose slip is felt, of an object that is not unknown, counts on the bound of its friction at
@@ -164,7 +164,7 @@ class GraspFriction:
         return measured_lag(self._memory, i) if i < BELIEF_MOST else math.nan
 
     def write_to(self, memory: NamedNumbers, finger: str, wanted: Wanted) -> None:
-        """Let the step of a finger know what the grasp has set; ``wanted`` of it once its friction is known."""
+        """Let the step of a finger know what is set; ``wanted`` of it once its friction is known."""
         i = self._places[finger]
         memory["SETUP_SHARES"] = self.active
         memory["SETUP_LEADS"] = self._is_leading and i < BELIEF_MOST

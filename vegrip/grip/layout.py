@@ -89,9 +89,10 @@ WHOLES: dict[str, tuple[str, ...] | int] = {
 """SETUP: settings; LINE: counter of the frames; NEWS: the present state; INPUT: of the watchdog (LOST, SEEN,
 PRESENT: sets of channels, bit by bit); FAULTS: counts by condition; SAMPLE: of the estimator (KEPT: samples
 it can go back, LATE: samples that were put in their place, FOLLOWED: how often the sender's clock had started
-anew); NEED: of the demand; TURN: of the control: times (CONTACT_DUE: when contact and margin are told again, 0: the objects tell
-them first; HEALTH_DUE: the health; REPORT_DUE: the first of both), counters, states noted in the history and
-fetched from it, the reason in the last command (REASON is that of the required force).
+anew); NEED: of the demand, and whether the state is believed; TURN: of the control: times (CONTACT_DUE: of
+the next report of contact and margin, 0: of the first one, which is a message; HEALTH_DUE: of the health;
+REPORT_DUE: the first of both), counters, states noted in the history and fetched from it, the reason in the
+last command (REASON is that of the required force).
 """
 
 
@@ -121,8 +122,8 @@ class FingerLayout:
         lasting: length of what the estimator keeps from one sample to the next.
         late: samples that the estimator can go back.
         history: states that are kept for others; 0 keeps none.
-        is_shared: whether it is one of a node: the fingers of a grasp can share friction and lead their loads,
-            and policies can be chosen.
+        is_shared: whether it is one of a node: fingers can share friction and lead their loads, and
+            policies can be chosen.
         part_bytes: values of all frames of a state, where several make one.
 
     """

@@ -173,7 +173,7 @@ class GraspForce(NodeBase):
         if finger is None:
             self.rejected["unknown finger"] += 1
             return ()
-        done = controller.answer(message, now)
+        done = finger.answer(message, now) if finger.is_whole else controller.answer(message, now)
         commands = (finger.command(),) if done & COMMANDED else ()
         return chain(commands, self._reports(controller, finger, now)) if done & REPORT else commands
 
@@ -354,7 +354,7 @@ class GraspForce(NodeBase):
         return self.fingers[name].command_numbers()
 
     def leave_lines(self, name: str = "") -> None:
-        """Let the codec go on with the counters of the finger ``name`` or of all: it decodes what comes next."""
+        """Let the codec go on with the counters of the finger ``name`` or of all, and decode."""
         for finger in [self.fingers[name]] if name else self.fingers.values():
             finger.leave_line()
 
@@ -380,7 +380,7 @@ class GraspForce(NodeBase):
 
     def _are_on_line(self, fingers: Iterable[GraspFinger]) -> bool:
         """Return whether the frames of all fingers can be answered as they are."""
-        return self._active and all([finger.is_on_line or finger.take_line() for finger in fingers])
+        return self._active and all(finger.is_on_line or finger.take_line() for finger in fingers)
 
     def _join(self) -> None:
         """Prepare one call for the frames of all fingers, where that is possible."""

@@ -1,4 +1,4 @@
-"""Samples that come late, twice, or by a clock that was set back: the step takes them as the estimator alone."""
+"""Samples that come late, twice, or by a clock that was set back: as the estimator alone takes them."""
 
 import math
 

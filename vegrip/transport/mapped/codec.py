@@ -83,7 +83,8 @@ class MappedCodec:
 
     def decode(self, frame: Frame) -> Message | None:
         """Return the first state that ``frame`` completes; :meth:`decode_all` returns all of them."""
-        return next(iter(self.decode_all(frame)), None)
+        states = self.decode_all(frame)
+        return states[0] if states else None
 
     def decode_all(self, frame: Frame) -> tuple[FingertipState, ...] | list[FingertipState]:
         """Return the states that ``frame`` completes."""
@@ -111,7 +112,7 @@ class MappedCodec:
             self._heard[group] = stamp
         states = []
         for finger in incoming.fingers:
-            if finger.triggers and not (finger.triggers.intersection(heard)):
+            if finger.triggers and finger.triggers.isdisjoint(heard):
                 continue
             finger.count = finger.count + 1 if seq is None else seq
             states.append(finger.state(slots, self._heard, finger.count, stamp))

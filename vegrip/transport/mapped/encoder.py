@@ -171,7 +171,7 @@ class CommandEncoder:
             self._clipped[command.finger] += 1
             return []
         target.command, target.is_fresh = command, True
-        if not all(each.is_fresh for each in outgoing.targets):
+        if len(outgoing.targets) > 1 and not all(each.is_fresh for each in outgoing.targets):
             return []
         return self._frame(outgoing, command.stamp)
 
