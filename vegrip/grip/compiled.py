@@ -38,7 +38,7 @@ GRIP_KERNELS: Final = (
     "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
     "finger_step",
 )  # fmt: skip
-ALONE_KERNELS: Final = ("reports",)
+ALONE_KERNELS: Final[tuple[str, ...]] = ("reports",)
 SHARED_FRICTION: Final = (
     "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
     "friction_change", "slip_trust",

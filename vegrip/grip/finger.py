@@ -156,6 +156,8 @@ class GraspFinger:
         self._healths = self._learned_count = 0  # how often
         self._forgotten = 0  # how often the policy was told to forget
         self._lifetime = 0  # [ns] of a command
+        self._estimator = estimator
+        self.memory = FingerMemory(self._layout_of(estimator))
         self._build(estimator)
         memory = self.memory
         for names in (FRESH, UNHEARD):
@@ -217,8 +219,7 @@ class GraspFinger:
         layout = self._layout_of(estimator)
         self.module = module if module is not None else self._module(estimator, layout)
         memory = FingerMemory(layout)
-        if hasattr(self, "memory"):
-            memory.take_over(self.memory, () if estimator is self._estimator else OF_ESTIMATOR)
+        memory.take_over(self.memory, () if estimator is self._estimator else OF_ESTIMATOR)
         self.memory, self._estimator = memory, estimator
         self._own: OwnEstimate | None = None
         if isinstance(estimator, ContactEstimator):
@@ -314,7 +315,7 @@ class GraspFinger:
         seq, stamp = state.seq, state.stamp
         if not (0 <= seq <= LARGEST_WHOLE and 0 <= stamp <= LARGEST_WHOLE):
             seq, stamp = _whole(seq), _whole(stamp)
-        return self._message(seq, stamp, now)  # type: ignore[no-any-return]
+        return self._message(seq, stamp, now)
 
     def sense(self, state: FingertipState, now: int) -> bool:
         """Take in one state and find what the finger needs; return whether the state is believed."""
@@ -340,7 +341,7 @@ class GraspFinger:
         """
         if self._settings.contacts:
             self.memory["OWN_SHARE"] = share
-        return self._settle(now)  # type: ignore[no-any-return]
+        return self._settle(now)
 
     def watch(self, now: int) -> bool:
         """Look for silence, and ride it out by the clock; return whether a command is due."""
@@ -466,12 +467,12 @@ class GraspFinger:
     @property
     def held(self) -> float:
         """The force commanded last [N]; NaN before the start."""
-        return self._reals[self._given[0]]  # type: ignore[no-any-return]
+        return self._reals[self._given[0]]
 
     @property
     def required_force(self) -> float:
         """What the finger needs on its own [N]."""
-        return self.memory["GRIP_REQUIRED"]  # type: ignore[no-any-return]
+        return self.memory["GRIP_REQUIRED"]
 
     @property
     def need(self) -> float:

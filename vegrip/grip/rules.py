@@ -1,14 +1,15 @@
 """The settings of the control as the finger step reads them: every parameter by the name of its place."""
 
 from vegrip.clock import NS
-from vegrip.grip.policies import POLICIES
 from vegrip.grip.safety.ranges import bounds_of
 from vegrip.grip.settings import ControlSettings
 from vegrip.types import NamedNumbers
 
 MARGIN = "margin"
-OWN_POLICY = len(POLICIES)
-"""Number of a policy of another package."""
+STEP_POLICIES = (MARGIN, "constant", "cone", "elastic")
+"""Those of the step, by their numbers there (:mod:`vegrip.grip.kernels.choice`)."""
+OWN_POLICY = len(STEP_POLICIES)
+"""Number of a policy in Python."""
 
 
 def write_rules(memory: NamedNumbers, settings: ControlSettings) -> None:
@@ -35,8 +36,8 @@ def write_rules(memory: NamedNumbers, settings: ControlSettings) -> None:
 
 def write_choice(memory: NamedNumbers, settings: ControlSettings) -> None:
     """Write which policy rules, and its settings where it is one to compare with."""
-    names = list(POLICIES)
-    memory["CHOICE_POLICY"] = names.index(settings.policy) if settings.policy in names else OWN_POLICY
+    policy = settings.policy if settings.is_built_in else ""
+    memory["CHOICE_POLICY"] = STEP_POLICIES.index(policy) if policy else OWN_POLICY
     if settings.policy == "constant":
         memory["BASELINE_FORCE"] = settings.constant.force
     if settings.policy not in {"cone", "elastic"}:

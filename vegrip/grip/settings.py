@@ -8,7 +8,7 @@ from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
 from vegrip.grip.allocation.internal_forces import InternalForces, contacts_of
 from vegrip.grip.friction_settings import FrictionSettings
-from vegrip.grip.policies import POLICIES, find_policy
+from vegrip.grip.policies import find_policy
 from vegrip.grip.policies.baselines import ConeSettings, ConstantSettings, ElasticSettings
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.policies.policy import GripPolicy
@@ -51,7 +51,7 @@ class ControlSettings:
     @property
     def is_built_in(self) -> bool:
         """Whether the policy is one that the finger step has."""
-        return self.policy in POLICIES
+        return find_policy(self.policy).make is None
 
 
 def make_policy(settings: ControlSettings) -> GripPolicy:
