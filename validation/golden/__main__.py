@@ -106,6 +106,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for job in jobs(given.way)
         if (job.is_quick or not given.quick) and all(word in job.name for word in given.only.split())
     ]
+    chosen.sort(key=lambda job: not job.is_quick)
     if given.list:
         sys.stdout.writelines(f"{job.name}{' (quick)' if job.is_quick else ''}\n" for job in chosen)
         return 0

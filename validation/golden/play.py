@@ -39,8 +39,8 @@ CHANGED: dict[str, Any] = {
 class Answers:
     """What was said and counted; each line is one answer, numbers to nine significant digits."""
 
-    commands: list[str] = field(default_factory=list)
-    reports: list[str] = field(default_factory=list)
+    commands: dict[str, list[str]] = field(default_factory=dict)  # by finger
+    reports: dict[str, list[str]] = field(default_factory=dict)  # by kind and finger
     conditions: list[str] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)
     streams: dict[str, Any] = field(default_factory=dict)  # SHA-256 of the bytes of each identifier or topic
@@ -52,11 +52,12 @@ class Answers:
         """Keep what was said at ``at`` [ns]."""
         if isinstance(message, ForceCommand):
             self.forces.append(message.normal_force)
-            self.commands.append(f"{at} {text(message)}")
+            self.commands.setdefault(message.finger, []).append(f"{at} {text(message)}")
         elif not isinstance(message, NodeStatus):
             if isinstance(message, ContactEstimate):
                 self.friction = message.friction_coefficient.value
-            self.reports.append(text(message))
+            stream = f"{type(message).__name__} {message.finger}"
+            self.reports.setdefault(stream, []).append(text(message))
 
     def sent(self, at: int, stream: str, data: bytes) -> None:
         """Keep the bytes that left, but for the status of the node, which is counted."""
@@ -267,7 +268,7 @@ def _replayed(setting: Setting, tape: Tape) -> Answers:
         runner.step()
     runner.change("shutdown")
     answers.counts = {**bus.rejected, **runner.managed.faults, "states": runner.statistics.states}
-    answers.conditions = [line for line in answers.reports if line.startswith("ModelHealth")]
+    answers.conditions = _joined({k: v for k, v in answers.reports.items() if k.startswith("ModelHealth")})
     return answers
 
 
@@ -276,11 +277,16 @@ def _kept(answers: Answers, clock: SimulatedClock, message: Message) -> None:
         answers.said(clock.now(), message)
 
 
+def _joined(streams: Mapping[str, list[str]]) -> list[str]:
+    """Return the lines of all streams: in which order those of different ones left does not matter."""
+    return [line for name in sorted(streams) for line in streams[name]]
+
+
 def lines_of(answers: Answers) -> dict[str, list[str]]:
     """Return what the digests are of, by their names."""
     return {
-        "commands": answers.commands,
-        "reports": answers.reports,
+        "commands": _joined(answers.commands),
+        "reports": _joined(answers.reports),
         "conditions": answers.conditions,
         "counts": [f"{name} {count}" for name, count in sorted(answers.counts.items()) if count],
         "bytes": [f"{stream} {found.hexdigest()[:16]}" for stream, found in sorted(answers.streams.items())],
@@ -293,8 +299,8 @@ def numbers_of(answers: Answers) -> dict[str, float | int | list[float]]:
     eighth = max(1, len(forces) // 8)
     means = [sum(part) / len(part) for i in range(8) if (part := forces[i * eighth : (i + 1) * eighth])]
     return {
-        "commands": len(answers.commands),
-        "reports": len(answers.reports),
+        "commands": len(answers.forces),
+        "reports": sum(map(len, answers.reports.values())),
         "changes": len(answers.conditions),
         "force": [float(f"{mean:.6g}") for mean in means],  # [N] mean of each eighth of the commands
         "most": float(f"{max(forces, default=0.0):.6g}"),  # [N]
