@@ -251,7 +251,8 @@ class Foreign:
             path.write_text(head + "".join(fingers), encoding="utf-8")
             self.codec = MappedCodec(open_plan(path))
         self.node = node_of(log, {}, "")
-        database, counts = cantools.database.load_string(dbc, "dbc"), Counter[str]()
+        database, counts = cantools.database.can.Database(), Counter[str]()
+        database.add_dbc_string(dbc)
         self.given: list[Given] = []
         for state, now in states_of(log):
             finger = state.finger

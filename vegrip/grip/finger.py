@@ -472,7 +472,7 @@ class GraspFinger:
     @property
     def required_force(self) -> float:
         """What the finger needs on its own [N]."""
-        return self.memory["GRIP_REQUIRED"]
+        return float(self.memory["GRIP_REQUIRED"])
 
     @property
     def need(self) -> float:
