@@ -1,1 +1,1 @@
-"""What the project checks itself by; not installed."""
+"""What only the project needs: how good estimates, health, diagnosis and grip are, also with faults."""

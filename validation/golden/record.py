@@ -12,13 +12,13 @@ from typing import Any
 
 from vegrip.nodes.virtual_hand import Parameters
 
+from validation.faults.system_faults import Killed, Starved
+from validation.faults.table import CASES, FAULT_BEGIN_S, Case
+from validation.faults.testbed import Hand, Scene
 from validation.golden.events import FOREIGN, STALL, STATE, STOP, Event, Tape, save
 from vegrip.messages import Message
 from vegrip.transport.codec import Frame
-from vegrip.validation.controllers.candidates import KNOBS, parameters
-from vegrip.validation.faults.system_faults import Killed, Starved
-from vegrip.validation.faults.table import CASES, FAULT_BEGIN_S, Case
-from vegrip.validation.faults.testbed import Hand, Scene
+from vegrip.trials.candidates import KNOBS, parameters
 
 STATE_IDS = range(0x200, 0x240)
 COUNTER, TIME, VALUES = struct.Struct("<I"), struct.Struct("<I"), struct.Struct("<9f")

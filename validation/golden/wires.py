@@ -18,6 +18,7 @@ from validation.golden.events import FOREIGN, STATE, Event
 from validation.golden.foreign import ForeignHand
 from validation.golden.settings import Setting
 from validation.golden.world import Item
+from validation.liars import DATA_IDS, Liar, PartLiar, PayloadLiar
 from vegrip.canopen.connection_set import identifiers
 from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.messages import FingertipState, Message
@@ -30,9 +31,6 @@ from vegrip.transport.codec.batch_codec import BATCHED_MESSAGES, BatchCodec
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.open import Hand, open_endpoint
-from vegrip.validation.compiled_finger import Liar
-from vegrip.validation.compiled_topics import PayloadLiar
-from vegrip.validation.hostile_parts import DATA_IDS, PartLiar
 
 PART_NS = 130_000  # [ns] between the frames that make one state
 TOGETHER_NS = 2_000_000  # [ns] states of one sample come within
