@@ -13,14 +13,12 @@ from typing import Any
 import can
 import can.interfaces
 
-from validation.compiled_finger import Liar
-from validation.compiled_topics import PayloadLiar
 from validation.golden import world
 from validation.golden.events import FOREIGN, STATE, Event
 from validation.golden.foreign import ForeignHand
 from validation.golden.settings import Setting
 from validation.golden.world import Item
-from validation.hostile_parts import DATA_IDS, PartLiar
+from validation.liars import DATA_IDS, Liar, PartLiar, PayloadLiar
 from vegrip.canopen.connection_set import identifiers
 from vegrip.canopen.endpoint import CanopenEndpoint
 from vegrip.messages import FingertipState, Message
