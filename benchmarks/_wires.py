@@ -269,10 +269,10 @@ class Foreign:
 
     def by_messages(self, what: Frame, now: int) -> None:
         """Answer a frame; a map gives messages."""
-        message = self.codec.decode(what)
-        if message is not None:
-            for command in commands(self.node.on_message(message, now)):
-                self.codec.encode(command)
+        states = self.codec.decode_all(what)
+        for answer in self.node.on_message(states[0], now) if states else ():
+            self.codec.encode(answer)
+            break  # the reports behind it are made when they are taken
 
     compiled = by_messages
 
