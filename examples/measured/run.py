@@ -1,7 +1,7 @@
 """What the grasp force node says of measured recordings, and where it is wrong.
 
-``python examples/measured/run.py [FOLDER [PAGE]]`` prints the tables of the node on measured material and draws its
-pictures into FOLDER (default: out); in PAGE it puts the tables in place of those that are there. The
+``python examples/measured/run.py [FOLDER [PAGE]]`` prints tables of what the node makes of measured material,
+draws pictures into FOLDER (default: out); in PAGE it puts the tables in place of those that are there. The
 recordings are not part of the project: VEGRIP_DATA says where they are.
 """
 

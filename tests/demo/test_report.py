@@ -10,8 +10,8 @@ from vegrip.demo.report import (
     judge_machine,
     until_drops,
 )
-from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.scenario import GRASPS, Scenario, fitting_grasp
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.scenario import GRASPS, Scenario, fitting_grasp
 
 
 def course(force: float, slips: int = 0, ends: float = 30.0, *, dropped: bool = False) -> Course:
