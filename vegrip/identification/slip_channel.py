@@ -81,7 +81,7 @@ class SlipChannel:
         """Between which slip speeds it begins to speak."""
         upper = f"{1e3 * self.threshold:.2g} mm/s"
         if math.isnan(self.unfelt):
-            return f"from {upper} on or less, the slowest slide"
+            return f"at {upper}, the slowest slide, and perhaps at less"
         return f"from a slip speed between {1e3 * self.unfelt:.2g} and {upper} on"
 
     @property
