@@ -43,6 +43,8 @@ from vegrip.estimator.kernels.generated import (
     REP_SOUND,
     SET_LONGEST_GAP,
     SET_QUANTILE,
+    SET_S_TANGENTIAL,
+    SET_S_TORQUE,
     Floats,
 )
 
@@ -82,6 +84,8 @@ __all__ = [
     "REP_SOUND",
     "SET_LONGEST_GAP",
     "SET_QUANTILE",
+    "SET_S_TANGENTIAL",
+    "SET_S_TORQUE",
     "Floats",
 ]  # fmt: skip
 
