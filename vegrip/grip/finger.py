@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from vegrip.clock import NS
-from vegrip.estimator.estimator import quantile
+from vegrip.estimator.estimator import SLIPS, quantile
 from vegrip.estimator.learning import Learned
 from vegrip.estimator.settings import SensorNoise
 from vegrip.grip.bumpless_transfer import BumplessTransfer
@@ -303,7 +303,7 @@ class GraspFinger:
     def _demand(self, state: FingertipState, margin: SlipMargin, wanted: Wanted, slides: bool) -> Demand:
         x, y = state.tangential_force_x, state.tangential_force_y
         load = math.sqrt(x * x + y * y)  # not math.hypot: Python's rounds otherwise than C's
-        torque, slipping = abs(state.torque_z), slides or state.slip >= 0.5
+        torque, slipping = abs(state.torque_z), slides or state.slip >= SLIPS
         if not self.estimator.in_contact:
             trusted = self.estimator.normal_force.valid
             return Demand(0.0, load, torque, in_contact=False, slipping=slipping, trusted=trusted)
