@@ -156,7 +156,7 @@ def kernels_of(finger: FingerLayout) -> list[Path]:
         more = NODE_KERNELS
     names = INPUT_KERNELS, (*GRIP_KERNELS, *more)
     before, behind = ([HERE / f"{name}.py" for name in some] for some in names)
-    return [*before, *friction, *behind]
+    return [*before, HERE.with_name("confirmed_load.py"), *friction, *behind]
 
 
 def entries_of(finger: FingerLayout) -> Mapping[str, tuple[Kind, ...]]:

@@ -95,9 +95,10 @@ FRESH: Final[Mapping[str, float]] = {
 """What of a memory is not zero before the first state, besides :data:`UNHEARD`."""
 UNHEARD: Final[Mapping[str, float]] = {
     "INPUT_CONDITION": int(Condition.MISSING), "INPUT_QUICKEST": NO_QUICKEST, "WATCH_NOISE_LAST": math.nan,
-    "WATCH_REPEAT_LIMIT": math.inf,
+    "WATCH_REPEAT_LIMIT": math.inf, "WATCH_LEVEL": math.nan,
 }  # fmt: skip
 """The same of the input, as it is before the first state."""
+UNKNOWN_AT_FIRST: Final = ("REPEATED", "REPEATED_FORCE", "CONFIRMED")
 INPUT_SECTIONS: Final = ("INPUT", "WATCH", "FAULTS")
 OF_ESTIMATOR: Final = ("ESTIMATOR", "REWIND", "REWIND_STATE", "LATER")
 """Sections that do not move to the memory of another estimator."""
@@ -163,7 +164,8 @@ class GraspFinger:
         for names in (FRESH, UNHEARD):
             for key, value in names.items():
                 memory[key] = value
-        memory.section("REPEATED")[:] = memory.section("REPEATED_FORCE")[:] = math.nan
+        for section in UNKNOWN_AT_FIRST:
+            memory.section(section)[:] = math.nan
         memory["SETUP_FINGER"], memory["SETUP_FINGERS"] = place.number, place.fingers
         memory["SETUP_THUMB"] = place.thumb
         self._settings = settings
@@ -363,7 +365,8 @@ class GraspFinger:
             memory.section(section)[:] = 0
         for key, value in UNHEARD.items():
             memory[key] = value
-        memory.section("REPEATED")[:] = memory.section("REPEATED_FORCE")[:] = math.nan
+        for section in UNKNOWN_AT_FIRST:
+            memory.section(section)[:] = math.nan
         memory["TURN_SEEN"] = memory["TURN_HAS_MARGIN"] = 0
 
     def note_broken(self, now: int) -> None:

@@ -4,7 +4,10 @@ import math
 from typing import Final, NamedTuple
 
 from vegrip.clock import NS
+from vegrip.estimator.estimator import SLIPS
 from vegrip.estimator.layout import Layout, layout_of
+from vegrip.estimator.settings import SensorNoise
+from vegrip.grip.confirmed_load import confirm_load
 from vegrip.grip.drive_lag import follow_drive
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.load_lead import lead_load
@@ -14,6 +17,8 @@ from vegrip.types import Floats, NamedNumbers
 
 LONGEST_STEP_S: Final = 0.1
 """A longer pause between two states counts as so much."""
+USUAL_NOISE: Final = SensorNoise()
+"""Of the sensors of a finger whose estimator does not tell it."""
 LOADING: Final = 0b1110
 """Tangential forces and torque, bit by bit (:data:`vegrip.grip.layout.CHANNELS`): one that was lost is not
 zero, so without it the margin is not believed."""
@@ -66,7 +71,7 @@ class OwnEstimate:
             known[self._radius] = estimator.contact_estimate().contact_radius.value
         x, y = state.tangential_force_x, state.tangential_force_y
         memory["DEMAND_LOAD"], memory["DEMAND_TORQUE"] = math.sqrt(x * x + y * y), abs(state.torque_z)
-        memory["NEED_SLIPPING"], memory["NEED_IN_CONTACT"] = state.slip >= 0.5, touches
+        memory["NEED_SLIPPING"], memory["NEED_IN_CONTACT"] = state.slip >= SLIPS, touches
         if not touches:
             memory["DEMAND_LEAST"], memory["DEMAND_BOUND"] = 0.0, math.nan
             memory["NEED_TRUSTED"] = estimator.normal_force.valid
@@ -78,13 +83,16 @@ class OwnEstimate:
 
     def _least_force(self, state: FingertipState, wanted: tuple[float, float]) -> float:
         memory, g, i = self._memory, self._shared, self._number
+        x, y, torque = state.tangential_force_x, state.tangential_force_y, state.torque_z
+        noise = getattr(self._estimator, "noise", USUAL_NOISE)
+        known = memory.section("CONFIRMED")
+        x, y, torque = confirm_load(known, 0, x, y, torque, noise.tangential_force, noise.torque_z)
         if not memory["SETUP_LEADS"]:
-            return self._estimator.least_force(*wanted)
+            return self._estimator.least_force(*wanted, (math.sqrt(x * x + y * y), torque))
         dt = min(max((state.stamp - memory["TURN_LED"]) / NS, 0.0), LONGEST_STEP_S)
         memory["TURN_LED"] = state.stamp
         is_following = memory["TURN_STARTED"] and not (
             memory["GRIP_ELAPSED"] >= 0.0 or memory["INPUT_DOUBTFUL"]
         )
         follow_drive(g, i, dt, memory["GRIP_HELD"] if is_following else math.nan, state.normal_force)
-        x, y, torque = state.tangential_force_x, state.tangential_force_y, state.torque_z
         return self._estimator.least_force(*wanted, lead_load(g, i, dt, x, y, torque))

@@ -24,7 +24,7 @@ def write_rules(memory: NamedNumbers, settings: ControlSettings) -> None:
         "SAFE_FORCE": safe.force, "HOLD_TIME": safe.hold_time, "RAMP_RATE": safe.ramp_rate,
         "TIME_OUT": watchdog.time_out * NS, "FROZEN_AFTER": watchdog.frozen_after * NS,
         "FORCE_FROZEN_AFTER": watchdog.force_frozen_after * NS, "DOUBT_AFTER": watchdog.doubt_after * NS,
-        "FROZEN_CHANCE": watchdog.frozen_chance,
+        "FROZEN_CHANCE": watchdog.frozen_chance, "STUCK_TRAVEL": watchdog.stuck_travel,
     }  # fmt: skip
     for name, value in rules.items():
         memory[f"RULE_{name}"] = value

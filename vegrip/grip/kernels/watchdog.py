@@ -8,7 +8,8 @@ state too late          STALE: it took `time_out` longer than the quickest one; 
 counter or stamp        REPLAYED: runs backwards or stands still
 a value out of range    OUT_OF_RANGE, infinities included
 all values frozen       FROZEN: the counter runs, every mechanical channel repeats itself to the last bit
-normal force frozen     FROZEN: the same of the normal force alone, for longer; at once when it has noise
+normal force frozen     FROZEN: the same of the normal force alone, for longer; at once when it has noise,
+                        or when the tip is pressed in or let go meanwhile
 no force, no position   MISSING
 a channel went missing  DEGRADED: it had been there; the rest is good
 ======================  ====================================================================================
@@ -65,7 +66,7 @@ from vegrip.grip.kernels.generated import (
     Wholes,
 )
 from vegrip.grip.kernels.noise import noise_vanished
-from vegrip.grip.kernels.stillness import all_still, force_still
+from vegrip.grip.kernels.stillness import all_still, force_still, has_travelled
 
 # [ns] by which a stamp may be ahead of the sender's clock as it was; more is no clock of a hand
 FAR_AHEAD = 86_400_000_000_000
@@ -150,11 +151,12 @@ def judge_values(f: Floats, t: Wholes, now: int) -> int:
         value = f[STATE0 + i]
         if not (f[LOWEST0 + i] <= value <= f[HIGHEST0 + i] or math.isnan(value)):
             return CONDITION_OUT_OF_RANGE
-    everything, force = float(all_still(f, t, now)), float(force_still(f, t, now))
+    everything, still = float(all_still(f, t, now)), force_still(f, t, now)
+    force, travelled = float(still), has_travelled(f, t, now, still)
     t[INPUT_DOUBTFUL] = 1 if force > f[RULE_DOUBT_AFTER] else 0
     vanished = noise_vanished(f, t)
     frozen = everything > f[RULE_FROZEN_AFTER] or force > f[RULE_FORCE_FROZEN_AFTER]
-    return CONDITION_FROZEN if vanished or frozen else CONDITION_OK
+    return CONDITION_FROZEN if vanished or travelled or frozen else CONDITION_OK
 
 
 def judge_channels(f: Floats, t: Wholes) -> int:

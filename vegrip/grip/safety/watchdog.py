@@ -33,5 +33,12 @@ class WatchdogSettings:
         high=3600.0,
         doc="normal force the same for so long: not lowered on its word",
     )
+    stuck_travel: float = parameter(
+        3e-4,
+        unit="m",
+        low=1e-6,
+        high=1.0,
+        doc="frozen when the normal force stands still while the tip is pressed in or let go by more",
+    )
     recover_after: int = parameter(5, unit="states", low=1, high=1000, doc="good states that end a fault")
     ranges: Ranges = field(default_factory=Ranges)
