@@ -130,7 +130,7 @@ def test_a_slip_between_0_and_1_raises_no_grip_and_teaches_nothing(
         bench = Bench(controller(friction))
         bench.run(1.0, 0.6)
         bench.run(0.3, 0.6, {"index": said})
-        force = bench.hand.fingers["index"].controller.held
+        force = bench.hand.fingers["index"].held
         told.append((bench.hand.contact("index").friction_coefficient.value, force))
     assert told[1] == told[0]
 
