@@ -21,9 +21,9 @@ from vegrip.clock import NS
 from vegrip.errors import VegripError
 from vegrip.host.runtime_folder import runtime_folder, socket_path
 from vegrip.transport.canbus.acceptance import Pair, pack_filters, pairs_of
+from vegrip.transport.canbus.bus_events import ErrorState
 from vegrip.transport.canbus.bus_load import BusLoad
 from vegrip.transport.canbus.error_report import ACKNOWLEDGEMENT, reported_state
-from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
 from vegrip.transport.canbus.greeting import make_greeting
 from vegrip.transport.canbus.hub_wire import (
