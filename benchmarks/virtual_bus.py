@@ -27,8 +27,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import can
-from vegrip.benchmarks._timing import compared
 
+from benchmarks._timing import compared
 from vegrip.host.c_compiler import compiler
 from vegrip.transport.canbus import bus as bus_text
 from vegrip.transport.canbus import deliveries
