@@ -93,6 +93,7 @@ def _carrier(text: Any) -> Iterator[Callable[[], object]]:
         bus.attach(number)
         bus.node(number).descriptor = ours.fileno()
         bus.node(number).patience = 1 << 40  # gathered and thrown away: what is measured makes no system call
+    nodes = [bus.node(number) for number in range(MEMBERS)]
 
     def carry() -> object:
         nonlocal now
@@ -103,8 +104,8 @@ def _carrier(text: Any) -> Iterator[Callable[[], object]]:
         now += TAKES
         while text.advance(memory, now):
             text.bring_events(memory, now)
-        for number in range(MEMBERS):
-            bus.node(number).gathered = 0
+        for node in nodes:
+            node.gathered = 0
         return record
 
     yield carry
@@ -235,6 +236,7 @@ def _traffic(members: list[socket.socket]) -> int:
         heard = [_take_all(member) for member in members]
         for member, count in ((members[0], FINGERS), (members[1], heard[1])):
             for _ in range(count):
+                select.select([], [member], [])  # a busy machine may leave the hub behind
                 member.send(pack_request(time.monotonic_ns(), next(frames)))
                 sent += 1
     return sent

@@ -151,7 +151,7 @@ class _Translator(Callees):
         name = self._free_name(tree.name, kinds)
         takes = [
             f"{'const ' if kind in ITEM_KIND and argument not in body.written else ''}{kind.c}"
-            f"{'' if kind in ITEM_KIND else ' '}{local(argument)}"
+            f"{'' if kind.c.endswith('*') else ' '}{local(argument)}"
             for argument, kind in zip(arguments, kinds, strict=True)
             if not isinstance(kind, Table)
         ]

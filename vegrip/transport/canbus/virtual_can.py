@@ -137,7 +137,7 @@ class VegripBus(can.BusABC):
     def _apply_filters(self, filters: can.typechecking.CanFilters | None) -> None:
         pairs = self._checked(filters)
         if pairs or self._filtered:
-            self._hand_over_filters(pack_filters(pairs))
+            self._hand_over(pack_filters(pairs), time.monotonic() + HUB_TIMEOUT_S)
             self._filtered = bool(pairs)
 
     def _checked(self, filters: can.typechecking.CanFilters | None) -> list[Pair]:
@@ -145,18 +145,6 @@ class VegripBus(can.BusABC):
             return pairs_of(filters or ())
         except (KeyError, TypeError, ValueError) as error:
             raise can.CanInitializationError(f"{self.channel_info}: {error}") from None
-
-    def _hand_over_filters(self, packet: bytes) -> None:
-        deadline = time.monotonic() + HUB_TIMEOUT_S
-        while True:
-            try:
-                self._socket.send(packet, socket.MSG_NOSIGNAL)
-            except BlockingIOError:
-                self._wait_for_room(deadline)
-            except OSError:
-                raise self._gone() from None
-            else:
-                return
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Queue ``msg``; when the queue is full wait up to ``timeout`` [s] (None: not at all).
