@@ -17,7 +17,7 @@ import numpy as np
 from e2e.p05 import e2e_p05_protect
 from numpy.typing import NDArray
 
-from validation.compiled_finger import COUNTER_AT, TIME_AT, VALUES_AT
+from validation.liars import COUNTER_AT, TIME_AT, VALUES_AT
 from vegrip import config
 from vegrip.c99 import host
 from vegrip.clock import NS
