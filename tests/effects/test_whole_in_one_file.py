@@ -21,7 +21,6 @@ OWN = {
 OTHER_WORDS = {
     ("model/writer.py", "adhesion"): "a quantity of the recursion",
     ("transport/mapped/guess.py", "rolling"): "a rolling counter of frames",
-    ("contact/paper/figures/__init__.py", "relaxation"): "a figure of the paper",
 }
 """Texts that mean something else."""
 
