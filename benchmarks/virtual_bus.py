@@ -26,7 +26,7 @@ from statistics import median
 import can
 
 from benchmarks._timing import compared
-from vegrip.host.c_compiler import compiler
+from vegrip.host.compiled_folder import compiler
 from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.compiled_bus import CompiledBus, Search, compile_library

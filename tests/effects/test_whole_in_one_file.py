@@ -13,7 +13,7 @@ PACKAGE = Path(vegrip.__file__).parent
 OWN = {
     "effects": "the effects",
     "virtual": "the simulators have physics and names of their own",
-    "model/paper.py": "the paper's model, which is a list of effects",
+    "model/model.py": "the paper's model, which is a list of effects",
     "identification/samples": "a sample recording, in which an effect is hidden",
 }
 """Files and folders that are about certain effects."""

@@ -25,7 +25,7 @@ from vegrip.c99.kinds import (
 )  # fmt: skip
 from vegrip.c99.names import local
 from vegrip.c99.refusal import refused
-from vegrip.c99.walk import nodes_of
+from vegrip.c99.scopes import nodes_of
 
 MATHS = {
     name: name

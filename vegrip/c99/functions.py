@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from vegrip.c99.expressions import LESS, Expressions, Module, Value
 from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, VOID, WHOLES, Kind, Struct, Table, common
 from vegrip.c99.names import INDENT, broken, local
-from vegrip.c99.order import matters
 from vegrip.c99.refusal import is_text, refused
-from vegrip.c99.scopes import Scopes
-from vegrip.c99.walk import nodes_of
+from vegrip.c99.scopes import Scopes, matters, nodes_of
 
 ZERO = {REAL: "0.0", INT: "0", LONG: "0", BOOL: "false"}
 PASSES = 8  # until the kinds of all variables are known

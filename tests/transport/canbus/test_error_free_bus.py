@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from vegrip.host.c_compiler import compiler
+from vegrip.host.compiled_folder import compiler
 from vegrip.transport.canbus import compiled_bus, hub
 from vegrip.transport.canbus.acceptance import pack_filters
 from vegrip.transport.canbus.error_free_bus import ErrorFreeBus

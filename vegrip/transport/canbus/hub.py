@@ -23,7 +23,7 @@ from pathlib import Path
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.host import realtime
-from vegrip.host.lock_file import locked
+from vegrip.host.folders import locked
 from vegrip.transport.canbus.acceptance import MAX_FILTERS_BYTES, Acceptance, unpack_filters
 from vegrip.transport.canbus.bus_events import BusError, Event, StateChange, Transmission
 from vegrip.transport.canbus.bus_model import BusModel
