@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 from vegrip.c99.expressions import LESS, Expressions, Module, Value
 from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, VOID, WHOLES, Kind, Struct, Table, common
+from vegrip.c99.literals import real
 from vegrip.c99.names import INDENT, broken, local
 from vegrip.c99.refusal import is_text, refused
 from vegrip.c99.scopes import Scopes, matters, nodes_of
 
-ZERO = {REAL: "0.0", INT: "0", LONG: "0", BOOL: "false"}
+ZERO = {INT: "0", LONG: "0", BOOL: "false"}
 PASSES = 8  # until the kinds of all variables are known
 
 
@@ -67,10 +68,20 @@ class Function:
     def _is_unused(self, name: str) -> bool:
         return not isinstance(self.kinds[name], Table) and not self.scopes.is_read(name)
 
+    def spelled(self, kind: Kind) -> str:
+        """Return the type in C of a value of ``kind``."""
+        return self.module.reals.spelled(kind)
+
+    def _nothing(self, kind: Kind) -> str:
+        """Return what a variable holds before it is set."""
+        if isinstance(kind, Struct):
+            return f"{{{', '.join(map(self._nothing, kind.fields))}}}"
+        return real(0.0, self.module.reals) if kind == REAL else ZERO[kind]
+
     def _declarations(self) -> list[str]:
         """Declare the variables that no statement declares with their first value."""
         return [
-            f"{kind.c} {local(name)} = {_nothing(kind)};"
+            f"{self.spelled(kind)} {local(name)} = {self._nothing(kind)};"
             for name, kind in self.kinds.items()
             if name not in self.arguments and self.scopes.is_read(name) and not self.scopes.has_home(name)
         ]
@@ -137,7 +148,7 @@ class Function:
 
     def _temporary(self, kind: Kind, text: str) -> str:
         name = self._fresh("t")
-        self.before.append(f"const {kind.c} {name} = {text};")
+        self.before.append(f"const {self.spelled(kind)} {name} = {text};")
         return name
 
     def _fresh(self, stem: str) -> str:
@@ -218,7 +229,7 @@ class Function:
             return [f"(void)({value.text});"]
         if self.scopes.is_declared_in(target.id, self.where):
             once = "const " if self.scopes.is_constant(target.id, self.where) else ""
-            return [f"{once}{kind.c} {local(target.id)} = {value.text};"]
+            return [f"{once}{self.spelled(kind)} {local(target.id)} = {value.text};"]
         return [f"{local(target.id)} = {value.text};"]
 
     def _note_kind(self, target: ast.Name, kind: Kind) -> Kind:
@@ -326,7 +337,7 @@ class Function:
         kind = REAL if any(value.kind == REAL for value in values) else values[0].kind
         array = self._fresh("each")
         text = ", ".join(value.text for value in values)
-        before = [*self.before, f"const {kind.c} {array}[{len(values)}] = {{{text}}};"]
+        before = [*self.before, f"const {self.spelled(kind)} {array}[{len(values)}] = {{{text}}};"]
         return [*before, *self._each(node, (len(values),), kind, array)]
 
     def _over_table(self, node: ast.For) -> list[str]:
@@ -344,7 +355,7 @@ class Function:
         sets = []
         for part, column in zip(parts, columns, strict=True):
             self._note_kind(part, kind)
-            own = f"const {kind.c} " if self.scopes.is_owned_by(part.id, node) else ""
+            own = f"const {self.spelled(kind)} " if self.scopes.is_owned_by(part.id, node) else ""
             if self.scopes.is_read(part.id):
                 sets.append(f"{INDENT}{own}{local(part.id)} = {array}[{index}]{column};")
         head = f"for (int32_t {index} = 0; {index} < {shape[0]}; {index}++) {{"
@@ -361,11 +372,6 @@ class Callees(Module):
     def written(self, name: str) -> tuple[int, ...]:
         """Return the places of the parameters through which it writes."""
         raise NotImplementedError
-
-
-def _nothing(kind: Kind) -> str:
-    """Return what a variable holds before it is set."""
-    return f"{{{', '.join(ZERO[one] for one in kind.fields)}}}" if isinstance(kind, Struct) else ZERO[kind]
 
 
 def _joined(module: Module, a: Kind, b: Kind) -> Kind | None:
@@ -392,10 +398,6 @@ def _step(call: ast.Call) -> int:
 def _names(target: ast.expr) -> list[ast.Name]:
     parts = target.elts if isinstance(target, ast.Tuple) else [target]
     return [part for part in parts if isinstance(part, ast.Name)]
-
-
-def _is_name(node: ast.expr, name: str) -> bool:
-    return isinstance(node, ast.Name) and node.id == name
 
 
 def _reads(node: ast.expr, name: str) -> bool:

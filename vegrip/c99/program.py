@@ -13,7 +13,7 @@ import numpy as np
 from vegrip.c99 import literals
 from vegrip.c99.expressions import Value, number_of
 from vegrip.c99.functions import Body, Callees, Function
-from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, Kind, Struct, Table
+from vegrip.c99.kinds import BOOL, DOUBLE, INT, ITEM_KIND, LONG, REAL, Kind, RealType, Struct, Table
 from vegrip.c99.names import broken, comment, joined, local
 from vegrip.c99.refusal import Place, RefusedError, UntranslatableError, refused, statements, unknown_place
 from vegrip.c99.scopes import nodes_of
@@ -47,6 +47,7 @@ def translate(
     place: Place = unknown_place,
     notes: Mapping[str, str] | None = None,
     is_public: bool = True,
+    reals: RealType = DOUBLE,
 ) -> Program:
     """Translate what ``entries`` need.
 
@@ -57,12 +58,13 @@ def translate(
         place: says where a statement stands for its author.
         notes: texts for comments, by name of the function, where the module has no docstring.
         is_public: whether the entries are seen outside the file.
+        reals: the precision of real numbers.
 
     Raises:
         UntranslatableError: a line has no counterpart; names file and line.
 
     """
-    translator = _Translator(text, set(entries) if is_public else set(), prefix, place, notes or {})
+    translator = _Translator(text, set(entries) if is_public else set(), prefix, place, notes or {}, reals)
     for name, kinds in entries.items():
         translator.function(name, kinds)
     return translator.program()
@@ -81,12 +83,19 @@ class _Done:
 
 class _Translator(Callees):
     def __init__(
-        self, text: str, entries: set[str], prefix: str, place: Place, notes: Mapping[str, str]
+        self,
+        text: str,
+        entries: set[str],
+        prefix: str,
+        place: Place,
+        notes: Mapping[str, str],
+        reals: RealType,
     ) -> None:
         tree = ast.parse(text)
         self.trees = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
         self.values = _values(tree)
         self.entries, self.prefix, self.place, self.notes = entries, prefix, place, notes
+        self.reals = reals
         self.done: dict[tuple[str, tuple[Kind, ...]], _Done] = {}
         self.under_way: list[str] = []
         self.calling: list[set[str]] = []
@@ -99,7 +108,7 @@ class _Translator(Callees):
     def program(self) -> Program:
         return Program(
             tuple(self.constants.values()),
-            tuple(_struct_text(struct) for struct in self.structs.values()),
+            tuple(self._struct_text(struct) for struct in self.structs.values()),
             tuple(self.tables.values()),
             tuple(self.helpers.values()),
             tuple(one.text for one in self.done.values()),
@@ -131,8 +140,8 @@ class _Translator(Callees):
         arguments = [argument.arg for argument in tree.args.args]
         name = self._free_name(tree.name, kinds)
         takes = [
-            f"{'const ' if kind in ITEM_KIND and argument not in body.written else ''}{kind.c}"
-            f"{'' if kind in ITEM_KIND else ' '}{local(argument)}"
+            f"{'const ' if kind in ITEM_KIND and argument not in body.written else ''}"
+            f"{self.reals.spelled(kind)}{'' if kind in ITEM_KIND else ' '}{local(argument)}"
             for argument, kind in zip(arguments, kinds, strict=True)
             if not isinstance(kind, Table)
         ]
@@ -140,7 +149,7 @@ class _Translator(Callees):
         note = ast.get_docstring(tree) or self.notes.get(tree.name, "")
         lines = [
             *(comment(note) if note else []),
-            *broken(f"{static}{body.result.c} {name}({', '.join(takes) or 'void'})"),
+            *broken(f"{static}{self.reals.spelled(body.result)} {name}({', '.join(takes) or 'void'})"),
             "{",
             *body.lines,
             "}",
@@ -192,8 +201,12 @@ class _Translator(Callees):
         c = joined(self.prefix, name)
         if name not in self.helpers:
             self.taken.add(c)
-            self.helpers[name] = helper(name, c)
+            self.helpers[name] = helper(name, c, self.reals)
         return c
+
+    def _struct_text(self, struct: Struct) -> str:
+        fields = " ".join(f"{self.reals.spelled(kind)} v{i};" for i, kind in enumerate(struct.fields))
+        return f"typedef struct {{ {fields} }} {struct.c};"
 
     def constant(self, node: ast.Name) -> Value:
         if node.id not in self.values:
@@ -207,23 +220,19 @@ class _Translator(Callees):
             self.constants[node.id] = f"#define {c} {number_of(node, int(value)).text}"
             return Value(c, number_of(node, int(value)).kind, constant=int(value))
         if isinstance(value, float):
-            self.constants[node.id] = f"#define {c} {literals.real(value)}"
+            self.constants[node.id] = f"#define {c} {literals.real(value, self.reals)}"
             return Value(c, REAL, constant=float(value))
         return self._table(node, value, c)
 
     def _table(self, node: ast.Name, value: object, c: str) -> Value:
         try:
-            kind, shape, text = literals.table(value)
+            kind, shape, text = literals.table(value, self.reals)
         except (ValueError, TypeError, OverflowError) as error:
             raise refused(node, f"is neither number nor table ({error})") from None
         sizes = "".join(f"[{n}]" for n in shape)
-        self.tables[node.id] = "\n".join(broken(f"static const {kind.c} {c}{sizes} = {text};"))
+        head = f"static const {self.reals.spelled(kind)} {c}{sizes}"
+        self.tables[node.id] = "\n".join(broken(f"{head} = {text};"))
         return Value(c, Table(c, shape, kind))
-
-
-def _struct_text(struct: Struct) -> str:
-    fields = " ".join(f"{kind.c} v{i};" for i, kind in enumerate(struct.fields))
-    return f"typedef struct {{ {fields} }} {struct.c};"
 
 
 def _values(tree: ast.Module) -> dict[str, object]:
@@ -242,13 +251,13 @@ def _values(tree: ast.Module) -> dict[str, object]:
 
 HELPERS = {
     "max": """/* As Python's: the first, unless the second is greater; NaN stays only as the first. */
-static inline double {name}(double a, double b)
+static inline {real} {name}({real} a, {real} b)
 {{
     return b > a ? b : a;
 }}
 """,
     "min": """/* As Python's: the first, unless the second is less. */
-static inline double {name}(double a, double b)
+static inline {real} {name}({real} a, {real} b)
 {{
     return b < a ? b : a;
 }}
@@ -274,15 +283,15 @@ static inline double {name}(double a, double b)
 }}
 """,
     "real_of_bits": """/* The number of an IEEE 754 single whose bits are given. */
-static inline double {name}(int64_t bits)
+static inline {real} {name}(int64_t bits)
 {{
     union {{ uint32_t bits; float value; }} both;
     both.bits = (uint32_t)bits;
-    return (double)both.value;
+    return ({real})both.value;
 }}
 """,
     "bits_of_real": """/* The bits of the nearest IEEE 754 single; none is beyond the largest. */
-static inline int64_t {name}(double value)
+static inline int64_t {name}({real} value)
 {{
     union {{ uint32_t bits; float value; }} both;
     both.value = (float)value;
@@ -290,9 +299,9 @@ static inline int64_t {name}(double value)
 }}
 """,
     "whole": """/* Towards zero; what does not fit into 32 bits, and NaN, gives 0. */
-static inline int32_t {name}(double x)
+static inline int32_t {name}({real} x)
 {{
-    return x > -2147483648.0 && x < 2147483648.0 ? (int32_t)x : 0;
+    return x > -2147483648.0{literal} && x < 2147483648.0{literal} ? (int32_t)x : 0;
 }}
 """,
     "floor_div": """/* Division of whole numbers towards minus infinity. */
@@ -327,14 +336,14 @@ static inline int32_t {name}(int32_t a, int32_t b)
 POWER = re.compile(r"power(\d+)")
 
 
-def helper(kind: str, name: str) -> str:
+def helper(kind: str, name: str, reals: RealType) -> str:
     """Return the text of a helper under its ``name`` in C."""
     if found := POWER.fullmatch(kind):
-        return _power(int(found[1]), name)
-    return HELPERS[kind].format(name=name)
+        return _power(int(found[1]), name, reals.c)
+    return HELPERS[kind].format(name=name, real=reals.c, literal=reals.literal)
 
 
-def _power(n: int, name: str) -> str:
+def _power(n: int, name: str, real: str) -> str:
     """``x ** n`` as products of squares, in the order in which numba multiplies."""
     lines: list[str] = []
     exponent, product, square = n, "", "x"
@@ -344,8 +353,8 @@ def _power(n: int, name: str) -> str:
         exponent >>= 1
         if exponent:
             following = f"x{2 ** (len(lines) + 1)}"
-            lines.append(f"    const double {following} = {square} * {square};")
+            lines.append(f"    const {real} {following} = {square} * {square};")
             square = following
     return "\n".join(
-        [f"static inline double {name}(double x)", "{", *lines, f"    return {product};", "}", ""]
+        [f"static inline {real} {name}({real} x)", "{", *lines, f"    return {product};", "}", ""]
     )
