@@ -10,9 +10,9 @@ from validation.compiled_finger import Answers, Log, Replay, bits_left, differen
 from validation.faults.table import CASES, Case
 from validation.faults.testbed import Scene
 from vegrip.c99 import host
-from vegrip.estimator.compiled import kernel_mode
 from vegrip.grip.compiled_finger import LEFT_ALONE
 from vegrip.messages import Condition
+from vegrip.model.native import kernel_mode
 from vegrip.runtime.hot_path import PART
 from vegrip.trials.candidates import demo_parameters
 

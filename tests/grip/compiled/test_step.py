@@ -16,7 +16,6 @@ from vegrip.c99 import BYTES, LONGS, MEMORY, host
 from vegrip.clock import NS
 from vegrip.contact.limit_surface import fast
 from vegrip.estimator import ContactEstimator
-from vegrip.estimator.compiled import kernel_mode
 from vegrip.grip.compiled import compile_now
 from vegrip.grip.compiled_finger import LEFT_ALONE
 from vegrip.grip.finger import RECENT_STATES
@@ -24,6 +23,7 @@ from vegrip.grip.layout import CHANNELS, FingerLayout
 from vegrip.grip.safety.ranges import CHECKED_CHANNELS
 from vegrip.grip.wires import WIRES
 from vegrip.messages import FingertipState
+from vegrip.model.native import kernel_mode
 from vegrip.transport.codec.line import FD
 
 FRAMES = 600
