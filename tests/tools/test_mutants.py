@@ -83,7 +83,7 @@ def test_the_nearest_tests_come_first() -> None:
         "tests/contact/test_elastic.py",  # its own
         "tests/contact/test_history.py",  # of what imports it
         "tests/contact/test_prony.py",  # of its folder
-        "tests/model/test_simulate.py",  # of what else names its folder
+        "tests/model/test_channels.py",  # of what else names its folder
     ]
     assert sorted(near, key=files.index) == near
 
