@@ -100,11 +100,11 @@ def mutants(path: Path) -> Iterator[Mutant]:
 
 
 def _changes(node: ast.AST, text: bytes, starts: list[int]) -> Iterator[tuple[int, int, str]]:
-    def begin(child: ast.AST) -> int:
-        return starts[child.lineno - 1] + child.col_offset
+    def begin(child: Any) -> int:
+        return starts[int(child.lineno) - 1] + int(child.col_offset)
 
-    def end(child: ast.AST) -> int:
-        return starts[child.end_lineno - 1] + child.end_col_offset
+    def end(child: Any) -> int:
+        return starts[int(child.end_lineno) - 1] + int(child.end_col_offset)
 
     def between(left: ast.AST, right: ast.AST) -> Iterator[tuple[int, int, str]]:
         gap = re.sub(rb"#[^\n]*|[()\\]", lambda found: b" " * len(found[0]), text[end(left) : begin(right)])
@@ -153,7 +153,8 @@ def related(path: str) -> list[str]:
     package, top = ".".join(Path(path).parts[:-1]), ROOT / "tests" / Path(path).parts[1]
     body = ast.parse((ROOT / path).read_text()).body
     names = {one.name for one in body if isinstance(one, ast.FunctionDef | ast.ClassDef)}
-    users = [file for file, text in texts("vegrip").items() if file != path and _imports(path).search(text)]
+    texts_of_users = texts("vegrip") | texts("validation")
+    users = [file for file, text in texts_of_users.items() if file != path and _imports(path).search(text)]
 
     def distance(file: str) -> tuple[int, int]:
         shared = len(names & set(re.findall(r"\w+", texts("tests")[file])))
@@ -183,7 +184,7 @@ def _imports(path: str) -> re.Pattern[str]:
 
 @cache
 def _mirror(path: str) -> Path:
-    mirror = ROOT / "tests" / Path(path).relative_to("vegrip").parent
+    mirror = ROOT / "tests" / path.removeprefix("vegrip/")
     while not mirror.is_dir():
         mirror = mirror.parent
     return mirror
@@ -224,7 +225,7 @@ class Tree:
             stderr=subprocess.STDOUT,
             text=True,
         ) as process:
-            said = process.stdout.read()
+            said = process.stdout.read() if process.stdout else ""
             code = process.wait()
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)  # what a test has left behind
