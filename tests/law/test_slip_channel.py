@@ -65,16 +65,18 @@ def test_a_channel_that_tells_of_slides_that_are_not_crushes_nothing_and_is_name
     assert excused(LYING[what], told, list(breaches(LYING[what], told)))[0] == [], told
 
 
-@pytest.mark.parametrize(("exact", "share"), [(False, 0.8), (True, 1.05)], ids=["noise", "zeros"])
+@pytest.mark.parametrize(
+    ("exact", "share", "seeds"), [(False, 0.8, 4), (True, 1.05, 1)], ids=["noise", "zeros"]
+)
 def test_a_sound_channel_is_not_named_and_one_whose_noise_shows_saves_a_fifth(
-    exact: bool, share: float
+    exact: bool, share: float, seeds: int
 ) -> None:
     """One that says exactly 0 as long as nothing slides cannot be told from a dead one."""
-    case = replace(ALONE, exact=exact)
-    told = run(case)
-    assert told.over_least < share * run(without_a_channel(case)).over_least, told
-    assert told.slid < 1e-3, told
-    assert told.named == math.inf, told
+    told = [run(replace(ALONE, exact=exact, seed=seed)) for seed in range(1, seeds + 1)]
+    mean = sum(one.over_least for one in told) / seeds
+    assert mean < share * run(without_a_channel(ALONE)).over_least, told
+    assert max(one.slid for one in told) < 1e-3, told
+    assert min(one.named for one in told) == math.inf, told
 
 
 @pytest.mark.parametrize("fault", ["none", "dead"])
