@@ -1,5 +1,6 @@
 """The pieces of a diagnosis: candidates, held-out scores, regimes, discrepancy."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,12 +8,16 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from vegrip.effects import BUILT_IN, Effect, effect
-from vegrip.identification.diagnosis.acceptance import misfit_by_regime
+from vegrip.identification.diagnosis import score_tests
+from vegrip.identification.diagnosis.acceptance import amount_std, is_resolved, misfit_by_regime
+from vegrip.identification.diagnosis.candidate_fit import _is_astray, evaluate_candidate
 from vegrip.identification.diagnosis.catalogue import Candidate, moved, null, trials, why_unseen
-from vegrip.identification.diagnosis.discrepancy import LENGTHS, _curve, _tents, _variables
+from vegrip.identification.diagnosis.cross_validation import HELD_OUT
+from vegrip.identification.diagnosis.discrepancy import LENGTHS, _curve, _knots, _tents, _variables
 from vegrip.identification.diagnosis.evidence_threshold import EvidenceThreshold
-from vegrip.identification.diagnosis.score_tests import Hint
+from vegrip.identification.diagnosis.score_tests import Hint, screen_candidates
 from vegrip.identification.diagnosis.search import shortlist
+from vegrip.identification.fit.solve import Optimum
 from vegrip.model import BASE, paper_model
 
 RNG = np.random.default_rng(5)
@@ -88,7 +93,7 @@ def test_discrepancy_has_evidence_only_where_there_is_a_curve() -> None:
 
 def test_evidence_of_a_curve_is_that_of_the_gaussian_it_is() -> None:
     """``ln N(w; 0, 1 + B C B' + J S J')`` less the same without the curve, by dense covariances."""
-    n = 300
+    n = 80
     x = np.sort(RNG.uniform(0.0, 1.0, n))
     knots = np.linspace(0.0, 1.0, 13)
     J, prior = np.stack([np.ones(n), x], axis=1), np.array([2.0, 3.0])
@@ -100,7 +105,7 @@ def test_evidence_of_a_curve_is_that_of_the_gaussian_it_is() -> None:
     without = multivariate_normal(cov=plain).logpdf(w)
     for length in LENGTHS:
         C = np.exp(-0.5 * ((knots[:, None] - knots) / length) ** 2)
-        for size in np.logspace(-2.0, 2.0, 41):
+        for size in np.logspace(-1.5, 1.5, 25):
             both = multivariate_normal(cov=plain + size**2 * B @ C @ B.T).logpdf(w)
             dense.append(both - without)
     assert gain == pytest.approx(max(dense), abs=0.5)  # of sizes on another grid
@@ -170,3 +175,117 @@ def test_over_which_variables_a_curve_is_looked_for(stiffness) -> None:
     assert told["speed"] == pytest.approx(np.arcsinh([2.0, 1.0, -2.0, -2.0]))
     assert told["time_in_contact"] == pytest.approx(-ones[:4])
     assert told["time"].tolist() == [1.0, 2.0, 4.0, 5.0]
+
+
+X = np.random.default_rng(8).normal(size=(60, 3))
+PRIOR = np.array([0.7, 2.0, 0.3])
+
+
+def linear(y, prior=PRIOR[:2], columns=X[:, :2]):
+    """Return a linear model with unit noise and a prior around 0 at its optimum, and what it knows."""
+    A = columns.T @ columns + np.diag(prior**-2.0)
+    u = np.linalg.solve(A, columns.T @ y)
+    w = y - columns @ u
+    unknowns = SimpleNamespace(
+        std=prior, names=[f"u{i}" for i in range(prior.size)], log=[False] * prior.size
+    )
+    cost = 0.5 * float(w @ w + np.sum((u / prior) ** 2))
+    problem = SimpleNamespace(unknowns=unknowns, log_scale=np.zeros(y.size), counted=np.ones(y.size, bool))
+    covariance = np.eye(y.size) + (columns * prior**2) @ columns.T
+    return problem, Optimum(u, w, -columns, cost), covariance, A
+
+
+def test_evidence_and_held_out_scores_of_a_linear_model_are_those_of_the_gaussian_that_it_is() -> None:
+    y = RNG.standard_normal(60)
+    groups = np.repeat(np.arange(3.0), 20)
+    problem, optimum, covariance, A = linear(y)
+    found = evaluate_candidate(problem, optimum, groups)
+    exact = multivariate_normal(cov=covariance).logpdf(y) + 30.0 * np.log(2.0 * np.pi)
+    assert found.evidence == pytest.approx(exact, rel=1e-12)
+    assert found.std == pytest.approx(np.sqrt(np.diag(np.linalg.inv(A))), rel=1e-12)
+    for number, score in enumerate(found.heldout):
+        rows = groups == number
+        root = np.where(rows, np.sqrt(1.0 - HELD_OUT), 1.0)
+        _, other, *_ = linear(root * y, columns=root[:, None] * X[:, :2])
+        assert score == pytest.approx(-0.5 * np.sum((y - X[:, :2] @ other.u)[rows] ** 2), rel=1e-9)
+    assert found.heldout_error == pytest.approx(np.sqrt(-2.0 * found.heldout.sum() / 60))
+    # in other units of the residual all of it is the same, but for the width that one row has less
+    scaled = evaluate_candidate(
+        SimpleNamespace(**vars(problem) | {"log_scale": np.full(60, 0.1)}), optimum, groups
+    )
+    assert scaled.evidence == pytest.approx(found.evidence - 6.0)
+    assert scaled.heldout == pytest.approx(found.heldout - 2.0)
+
+
+def test_the_gain_that_the_screen_foretells_is_that_of_the_refit_of_a_linear_model(monkeypatch) -> None:
+    one = effect("adhesion")
+    trial = {p.symbol: p.default if p.null is None else p.null for p in one.parameters} | {"pull": 0.15}
+    amount = next(p for p in one.parameters if p.symbol == "pull")
+    y = 0.4 * X[:, 2] + RNG.standard_normal(60)
+    problem, optimum, _, A = linear(y)
+    # the screen takes the optimum's gradient as nothing, which is so with the prior around the optimum
+    y = optimum.residual - X[:, :2] @ np.linalg.lstsq(X[:, :2], optimum.residual, rcond=None)[0]
+    problem, optimum, *_ = linear(y)
+    candidate = Candidate(one, null(one), (trial,))
+    monkeypatch.setattr(score_tests, "_groups", lambda *_: [(None, [candidate])])
+    monkeypatch.setattr(score_tests, "_residual", lambda *_: optimum.residual - X[:, 2])
+    (hint,) = screen_candidates(problem, optimum, [candidate])
+    wide = np.append(PRIOR[:2], amount.std / 0.15)
+    _, refit, *_ = linear(y, wide, X)
+    assert hint.gain == pytest.approx(optimum.cost - refit.cost, rel=1e-9)
+    assert hint.multiple == pytest.approx(refit.u[2], rel=1e-9)
+    imitated = X[:, 2] @ X[:, :2] @ np.linalg.solve(A, X[:, :2].T @ X[:, 2])
+    assert hint.visible == pytest.approx(1.0 - imitated / (X[:, 2] @ X[:, 2]), rel=1e-9)
+    monkeypatch.setattr(score_tests, "_residual", lambda *_: optimum.residual)
+    assert screen_candidates(problem, optimum, [candidate]) == []
+
+
+@pytest.mark.parametrize(
+    ("pull", "std", "resolved"),
+    [(0.31, 0.1, True), (0.29, 0.1, False), (0.0, 1e-9, False), (5.0, 3.0, False)],
+)
+def test_an_effect_is_resolved_where_an_amount_is_three_standard_errors_from_nothing(
+    pull, std, resolved
+) -> None:
+    one = dataclasses.replace(effect("adhesion"), min_amounts={}, min_displacement_noises={})
+    names = [p.symbol for p in one.parameters]
+    known = [p.std if p.null is None or p.symbol != "pull" else std for p in one.parameters]
+    unknowns = SimpleNamespace(names=names, std=np.full(len(names), 1e9))
+    values = {p.symbol: p.default if p.null is None else p.null for p in one.parameters} | {"pull": pull}
+    u = np.array([values[name] for name in names])
+    fit = SimpleNamespace(
+        problem=SimpleNamespace(unknowns=unknowns, depth=1e-3,
+                                measured=SimpleNamespace(noise=SimpleNamespace(displacement=1e-6))),
+        optimum=SimpleNamespace(u=u, jacobian=np.diag(1.0 / np.array(known))),
+        value=values.__getitem__,
+    )  # fmt: skip
+    candidate = Candidate(one, null(one), ())
+    assert amount_std(candidate, fit)[names.index("pull")] == pytest.approx(std)
+    assert is_resolved(candidate, fit) == resolved
+    # nor is it where it is below what it must be at least, by itself or in noises of the displacement
+    for more in ({"min_amounts": {"pull": pull}}, {"min_displacement_noises": {"pull": 1e3 * pull}}):
+        assert not is_resolved(Candidate(dataclasses.replace(one, **more), null(one), ()), fit)
+    less = {"min_amounts": {"pull": 0.9 * pull}, "min_displacement_noises": {"pull": 900.0 * pull}}
+    assert is_resolved(Candidate(dataclasses.replace(one, **less), null(one), ()), fit) == resolved
+
+
+@pytest.mark.parametrize(
+    ("zeros", "astray"), [((0.06, 0.0), True), ((0.0, -0.06), True), ((0.04, 0.01), False)]
+)
+def test_a_fit_is_astray_where_a_zero_of_the_displacement_has_moved_far(zeros, astray) -> None:
+    names = ["K", "zero_displacement", "zero_displacement_2", "zero_normal_force"]
+    fit = SimpleNamespace(
+        problem=SimpleNamespace(unknowns=SimpleNamespace(names=names)),
+        optimum=SimpleNamespace(u=np.array([7.0, *zeros, 9.0])),
+    )
+    assert _is_astray(fit) == astray
+
+
+def test_knots_of_a_curve_span_its_rows_and_stand_where_they_are() -> None:
+    x = np.r_[np.zeros(50), np.linspace(0.0, 0.1, 100), np.linspace(0.1, 1.0, 20)]
+    knots = _knots(x, 20)
+    assert (knots[0], knots[-1]) == (0.0, 1.0)
+    assert 15 <= knots.size <= 22
+    assert np.diff(knots).max() < 0.101  # evenly
+    assert np.count_nonzero(knots < 0.1) > 5  # and dense
+    assert np.diff(knots).min() > 0.2 / 20
