@@ -75,7 +75,7 @@ def test_a_depth_that_is_known_exactly_adds_nothing(kernels, m, P) -> None:
 
 
 def test_the_change_of_the_memory_is_that_of_the_law(kernels, m) -> None:
-    """F, H and the mean, where the law is straight: differences of the law itself."""
+    """F and H: differences of the law itself, to one side where it is straight and to both where it bends."""
     dt, depth, error = 2e-3, m[kernels.Y0 + kernels.OFFSET] + 9.2e-4, 1e-6
     kernels.square_root(m, kernels.P0)
     kernels.effects_ahead(m, dt, depth, error)
@@ -91,13 +91,15 @@ def test_the_change_of_the_memory_is_that_of_the_law(kernels, m) -> None:
     y = m[kernels.Y0 : kernels.Y0 + kernels.N].copy()
     assert_allclose(H, ahead(y, depth + error) - ahead(y, depth), rtol=1e-9)
     L = m[kernels.L0 : kernels.L0 + kernels.N**2].reshape(kernels.N, kernels.N).copy()
-    wide, here = math.sqrt(3.0), ahead(y, depth)
+    wide, here, seen = math.sqrt(3.0), ahead(y, depth), set()
     for j in range(kernels.N):
         if j != kernels.BIAS and L[j, j] > 0.0:
             rise = (ahead(y + wide * L[:, j], depth) - here) / wide
             fall = (here - ahead(y - wide * L[:, j], depth)) / wide
-            assert np.all(F[:, j] >= np.minimum(rise, fall) - 1e-12)
-            assert np.all(F[:, j] <= np.maximum(rise, fall) + 1e-12)
+            straight = np.all(wide * np.abs(rise) <= kernels.STRAIGHT * np.abs(here))
+            assert_allclose(F[:, j], rise if straight else 0.5 * (rise + fall), rtol=1e-9, atol=1e-12)
+            seen.add(bool(straight))
+    assert seen == {True, False}
 
 
 @pytest.mark.parametrize(("rest", "faster"), [(0.0, 1.0), (1e9, 100.0)])

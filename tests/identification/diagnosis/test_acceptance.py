@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from vegrip.effects import BUILT_IN, Effect, effect
-from vegrip.identification.diagnosis import score_tests
+from vegrip.identification.diagnosis import candidate_fit, score_tests, search
 from vegrip.identification.diagnosis.acceptance import amount_std, is_resolved, misfit_by_regime
 from vegrip.identification.diagnosis.candidate_fit import _is_astray, evaluate_candidate
 from vegrip.identification.diagnosis.catalogue import Candidate, moved, null, trials, why_unseen
@@ -289,3 +289,27 @@ def test_knots_of_a_curve_span_its_rows_and_stand_where_they_are() -> None:
     assert np.diff(knots).max() < 0.101  # evenly
     assert np.count_nonzero(knots < 0.1) > 5  # and dense
     assert np.diff(knots).min() > 0.2 / 20
+
+
+def test_only_what_contends_is_fitted_to_the_end(monkeypatch) -> None:
+    """From four tenths of what the best one gains; the others stay as they are."""
+    gains = {"a": 100.0, "b": 40.1, "c": 39.9, "d": -5.0}
+    monkeypatch.setattr(
+        search, "extend_problem", lambda _, hint, __: SimpleNamespace(evidence=gains[hint] - 7.0)
+    )
+    monkeypatch.setattr(
+        search, "finish_fit", lambda _, rough, __: SimpleNamespace(evidence=rough.evidence + 1e3)
+    )
+    fits = search._refitted(SimpleNamespace(evidence=-7.0), list(gains), None, 1)
+    assert [one.evidence for one in fits] == pytest.approx([1093.0, 1033.1, 32.9, -12.0])
+
+
+@pytest.mark.parametrize(("cost", "steps"), [(901.0, []), (899.0, [40])])
+def test_the_last_steps_of_a_fit_far_from_the_base_are_made_anew(cost, steps, monkeypatch) -> None:
+    taken = []
+    monkeypatch.setattr(candidate_fit, "evaluate_candidate", lambda _, optimum, __: optimum)
+    monkeypatch.setattr(candidate_fit, "refine_optimum", lambda _, u, count, **__: taken.append((u, count)))
+    rough = SimpleNamespace(problem=None, optimum=SimpleNamespace(cost=cost, u="here"))
+    found = candidate_fit.finish_fit(SimpleNamespace(optimum=SimpleNamespace(cost=1000.0)), rough, None)
+    assert taken == [("here", count) for count in steps]
+    assert (found is rough) == (not steps)
