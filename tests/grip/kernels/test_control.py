@@ -376,7 +376,8 @@ def test_a_need_that_was_once_enough_rises_slowly_to_the_usual_one(kernels, f, t
 
 def test_the_need_is_followed_up_at_once_and_down_after_a_rest_by_the_release_time(kernels, f, t) -> None:
     put(kernels, f, t, RULE_SETTLE_TIME=0.035, RULE_RELEASE_TIME=0.2, RULE_USUAL_TIME=0.0,
-        RULE_SLIP_GROWTH=4.0, RULE_DEAD_BAND=0.1, RULE_WANTED_MARGIN=0.3, NEED_TRUSTED=1, NEED_IN_CONTACT=1)  # fmt: skip
+        RULE_SLIP_GROWTH=4.0, RULE_DEAD_BAND=0.1, RULE_WANTED_MARGIN=0.3, NEED_TRUSTED=1,
+        NEED_IN_CONTACT=1)  # fmt: skip
     kernels.forget_grip(f, t)
     assert kernels.follow_need(f, t, 2.0, 3.0, 0.01) == 3.0
     held = [kernels.follow_need(f, t, 3.0, 1.0, 0.01) for _ in range(8)]
