@@ -313,3 +313,19 @@ def test_the_last_steps_of_a_fit_far_from_the_base_are_made_anew(cost, steps, mo
     found = candidate_fit.finish_fit(SimpleNamespace(optimum=SimpleNamespace(cost=1000.0)), rough, None)
     assert taken == [("here", count) for count in steps]
     assert (found is rough) == (not steps)
+
+
+@pytest.mark.parametrize(
+    ("name", "amounts"),
+    [("adhesion", {"pull": 0.15}), ("rate_dependent_friction", {"r_mu": 0.6}), ("adhesion", {"neck": 0.7})],
+)
+def test_the_prior_counts_how_far_an_amount_is_from_nothing(name, amounts) -> None:
+    """In standard deviations; what only shapes an effect, or is absent, costs nothing."""
+    one = effect(name)
+    trial = {p.symbol: p.default if p.null is None else p.null for p in one.parameters} | amounts
+    known = {p.symbol: p for p in one.parameters if p.symbol in amounts and p.null is not None}
+    far = [
+        np.log(amounts[n] / p.null) if p.transform == "log" else amounts[n] - p.null for n, p in known.items()
+    ]
+    expected = sum((one / p.std) ** 2 for one, p in zip(far, known.values(), strict=True))
+    assert score_tests._prior(Candidate(one, null(one), ()), trial) == pytest.approx(expected)
