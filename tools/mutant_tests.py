@@ -88,15 +88,15 @@ class Record:
         entered: set[str] = set()
         self.depth += 1
         self.calls = 0
-        threading.settrace(self.trace)  # type: ignore[arg-type]
-        sys.settrace(self.trace)  # type: ignore[arg-type]
+        threading.settrace(self.trace)
+        sys.settrace(self.trace)
         try:
             yield entered
         finally:
             self.depth -= 1
             if not self.depth:
                 sys.settrace(None)
-                threading.settrace(None)  # type: ignore[arg-type]
+                threading.settrace(None)
             for code in self.seen.values():
                 if code.co_filename.startswith(f"{ROOT}vegrip/"):
                     entered.add(f"{code.co_filename.removeprefix(ROOT)}:{code.co_qualname}")
@@ -137,7 +137,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[Any]:
     signal.signal(signal.SIGPROF, too_long)
     signal.setitimer(signal.ITIMER_PROF, TOO_LONG)
     signal.alarm(TOO_LATE)
-    begun, of_begun, item.failed = time.monotonic(), of_processor(), False  # type: ignore[attr-defined]
+    begun, of_begun, item.failed = time.monotonic(), of_processor(), False
     with record.on() as entered:
         result = yield
     signal.alarm(0)
@@ -146,7 +146,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[Any]:
     for defs in item._fixtureinfo.name2fixturedefs.values():
         for one in defs:
             entered |= record.of_fixture.get((one.argname, one.baseid), set())
-    if item.failed or spent >= TOO_LONG:  # type: ignore[attr-defined]
+    if item.failed or spent >= TOO_LONG:
         entered = set()
     record.tests[item.nodeid.partition("::")[0]].append(
         (item.nodeid, round(seconds, 3), round(spent, 3), sorted(entered))
