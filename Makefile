@@ -7,7 +7,7 @@ DEMO := .venv/.demo
 # every process would compile all its modules anew, and each of hundreds in the tests does
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-ci test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs site examples bench latency soak soak-wall clean fuzz fuzz-estimator fuzz-c attack audit mutants
+.PHONY: demo test test-ci test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs site examples bench latency trials soak soak-wall clean fuzz fuzz-estimator fuzz-c attack audit mutants
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -67,19 +67,20 @@ check: lint types test test-long test-web test-numba test-vcan docs examples sit
 format: $(STAMP)
 	$(V)/ruff format .
 	$(V)/ruff check --fix .
-	$(V)/python -m vegrip.canopen.write_eds proto
-	$(V)/python -m vegrip.estimator.declarations
+	$(V)/python -m tools.write_eds proto
+	$(V)/python -m tools.write_declarations
 
 lint: $(STAMP)
 	$(V)/ruff format --check .
 	$(V)/ruff check .
 
-# mypy wants to see one package, laid out as the wheel lays it out
+# mypy wants to see the package laid out as the wheel lays it out, and beside it what is not installed
 TYPES ?= build/types
 types: $(STAMP)
-	mkdir -p $(TYPES)/vegrip && find $(TYPES)/vegrip -type l -delete
-	ln -s $(CURDIR)/vegrip/* $(CURDIR)/benchmarks $(CURDIR)/nodes $(CURDIR)/proto $(CURDIR)/launch $(TYPES)/vegrip/
-	cd $(TYPES) && $(CURDIR)/$(V)/mypy --config-file $(CURDIR)/pyproject.toml -p vegrip
+	mkdir -p $(TYPES)/vegrip && find $(TYPES) -type l -delete
+	ln -s $(CURDIR)/benchmarks $(CURDIR)/tools $(CURDIR)/validation $(TYPES)/
+	ln -s $(CURDIR)/vegrip/* $(CURDIR)/nodes $(CURDIR)/proto $(CURDIR)/launch $(TYPES)/vegrip/
+	cd $(TYPES) && $(CURDIR)/$(V)/mypy --config-file $(CURDIR)/pyproject.toml -p vegrip -p benchmarks -p tools -p validation
 
 docs: $(STAMP)
 	$(V)/python docs/check.py
@@ -120,7 +121,7 @@ attack: $(STAMP)  ## break files of every kind, then what goes over the wires (A
 	$(V)/python tests/attack/wire --seconds $(ATTACK_SECONDS) --seed $(ATTACK_SEED)
 
 MUTANTS ?=
-mutants: $(STAMP)  ## change one operator or number at a time: does a test fail? Takes hours, goes on from the last run (MUTANTS="--seed 1 --only contact")
+mutants: $(STAMP)  ## change one operator or number at a time: does a test fail? At most a minute of the processor for each, and goes on from the last run (MUTANTS="--seed 1 --only contact")
 	nice $(V)/python tools/mutants.py $(MUTANTS)
 
 AUDIT := build/audit/bin
@@ -150,13 +151,17 @@ $(STAMP): pyproject.toml setup.py constraints.txt
 	touch $(DEMO) $@
 
 latency: $(STAMP)  ## state in to command out against an echo, over every link (5 minutes on a quiet machine)
-	$(V)/python -m vegrip.benchmarks._latency_matrix
+	$(V)/python -m benchmarks._latency_matrix
+
+trials: $(STAMP)  ## how often a diagnosis names what was hidden: 200 recordings, an hour; goes on where it was stopped
+	mkdir -p build
+	$(V)/python -m validation.diagnosis_trials -n 200 --jobs 2 -o build/trials.jsonl --seed 12
 
 soak: $(STAMP)  ## an hour of holding under faults, in simulated time
-	$(V)/python -m vegrip.validation.faults --soak 3600
+	$(V)/python -m validation.faults --soak 3600
 
 soak-wall: $(STAMP)  ## four minutes of real processes that are killed, stopped and babbled at
-	$(V)/python -m vegrip.validation.faults --wall 240
+	$(V)/python -m validation.faults --wall 240
 
 clean:
 	rm -rf .venv build dist *.egg-info

@@ -15,7 +15,8 @@ Both believe every sample.
 import math
 
 import numpy as np
-from vegrip.benchmarks._designs_contact import (
+
+from benchmarks._designs_contact import (
     BIAS,
     DELTA,
     GAP,
@@ -27,7 +28,6 @@ from vegrip.benchmarks._designs_contact import (
     normal_force,
     report,
 )
-
 from vegrip.compiled import njit
 from vegrip.types import Floats
 

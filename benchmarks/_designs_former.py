@@ -12,7 +12,8 @@ slopes at the mean hold over the spread, and that both zeros walk.
 import math
 
 import numpy as np
-from vegrip.benchmarks._designs_contact import (
+
+from benchmarks._designs_contact import (
     BIAS,
     DELTA,
     GAP,
@@ -25,7 +26,6 @@ from vegrip.benchmarks._designs_contact import (
     normal_force,
     report,
 )
-
 from vegrip.compiled import njit
 from vegrip.types import Floats
 

@@ -11,7 +11,8 @@ the others' prior.
 import math
 
 import numpy as np
-from vegrip.benchmarks._designs_contact import (
+
+from benchmarks._designs_contact import (
     BIAS,
     C1,
     DELTA,
@@ -27,7 +28,6 @@ from vegrip.benchmarks._designs_contact import (
     elastic,
     memory_after,
 )
-
 from vegrip.compiled import njit
 from vegrip.types import Floats
 

@@ -7,7 +7,8 @@ error of its own.
 import math
 
 import numpy as np
-from vegrip.benchmarks._designs_contact import (
+
+from benchmarks._designs_contact import (
     BIAS,
     C1,
     DELTA,
@@ -24,7 +25,6 @@ from vegrip.benchmarks._designs_contact import (
     memory_after,
     normal_force,
 )
-
 from vegrip.compiled import njit
 from vegrip.types import Floats
 

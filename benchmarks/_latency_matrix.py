@@ -1,6 +1,6 @@
 """State in, command out: the node that grips against an echo, over every link, number of fingers and rate.
 
-``make latency``, or ``python -m vegrip.benchmarks._latency_matrix --help``. A hand plays recorded states in
+``make latency``, or ``python -m benchmarks._latency_matrix --help``. A hand plays recorded states in
 bursts, all fingers at once as hands do, and measures until it has the command, over the link there and back.
 The echo runs in the same loop, on the same link, with the same codec, and does no physics. More than five
 fingers are several hands, each with a node of its own. A kernel without SocketCAN is replaced by
@@ -22,9 +22,8 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from vegrip.benchmarks._latency_feed import FINGERS, Feed, Felt, feed, record
-from vegrip.benchmarks._nodes import private_runtime, running
-
+from benchmarks._latency_feed import FINGERS, Feed, Felt, feed, record
+from benchmarks._nodes import private_runtime, running
 from vegrip.runtime.histogram import Histogram
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 
@@ -176,7 +175,7 @@ def _elsewhere(plan: Plan) -> list[Cell]:
         str(runner),
         sys.executable,
         "-m",
-        "vegrip.benchmarks._latency_matrix",
+        "benchmarks._latency_matrix",
         "--json",
         *_options(plan),
     ]

@@ -21,9 +21,9 @@ from typing import Any, Protocol
 
 import numpy as np
 import zmq
-from vegrip.benchmarks._latency_feed import CHANNELS, record
-from vegrip.benchmarks._nodes import private_runtime
 
+from benchmarks._latency_feed import CHANNELS, record
+from benchmarks._nodes import private_runtime
 from vegrip.clock import NS, WallClock
 from vegrip.host.realtime import HAND_PRIORITY, NODE_PRIORITY, priority_of
 from vegrip.messages import FingertipState, ForceCommand, Reason
@@ -34,7 +34,7 @@ from vegrip.transport.batch_endpoint import BatchEndpoint
 from vegrip.transport.codec.batch_codec import FIRST_ROW, BatchCodec
 from vegrip.transport.open import Hand, open_endpoint
 from vegrip.transport.zmq_address import resolve
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
+from vegrip.trials.candidates import demo_parameters, make_node
 
 FINGERS = 20
 RATE = 1000  # [Hz]

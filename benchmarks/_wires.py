@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from validation.compiled_finger import Log
 from vegrip.canopen.codec import CanopenCodec
 from vegrip.canopen.connection_set import identifiers
 from vegrip.grip.batch_text import COMMANDED
@@ -18,8 +19,7 @@ from vegrip.messages import FingertipState, ForceCommand, Message
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
-from vegrip.validation.compiled_finger import Log
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
+from vegrip.trials.candidates import demo_parameters, make_node
 
 COMMAND_ROW = 24 + ROW_ID.size
 GRASP_NODE, FIRST_FINGER = 16, 32

@@ -9,8 +9,7 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from vegrip.benchmarks._timing import compared
-
+from benchmarks._timing import compared
 from vegrip.messages import FingertipState, ForceCommand, Message, Reason
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
 from vegrip.transport.codec.database import database, layouts

@@ -6,8 +6,8 @@ compared is the inversion alone.
 
 import numpy as np
 from scipy.optimize import brentq
-from vegrip.benchmarks._timing import compared
 
+from benchmarks._timing import compared
 from vegrip.contact.hereditary import advance, drive
 
 AMPLITUDES = np.array([0.2, 0.1])

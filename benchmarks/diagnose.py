@@ -10,8 +10,8 @@ import time
 
 import numpy as np
 
+from validation.diagnosis_trials import Case, make_recording
 from vegrip.identification.diagnosis import diagnose
-from vegrip.validation.diagnosis_trials import Case, make_recording
 
 ROWS = 46_000  # 230 s at 200 Hz, whatever the rate that the case draws
 SMALLEST = {"ROWS": 1_000, "HIDDEN": ((),)}

@@ -19,8 +19,8 @@ from pathlib import Path
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
-from vegrip.benchmarks._timing import compared
 
+from benchmarks._timing import compared
 from vegrip.c99 import MEMORY, REAL, host, translate
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.estimator.compiled import text_of

@@ -1,6 +1,6 @@
 """Designs of the online estimator on the same recordings, and the best possible beside them.
 
-``python -m vegrip.benchmarks.estimator_designs FOLDER`` reads every recording with its truth in FOLDER and
+``python -m benchmarks.estimator_designs FOLDER`` reads every recording with its truth in FOLDER and
 prints the table of docs/estimator.md; without a folder, three short recordings that it draws.
 
 * ``former``: extended Kalman filter with a motion model, a gate and zeros that walk (``_designs_former.py``)
@@ -26,13 +26,13 @@ from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
-from vegrip.benchmarks._designs_contact import BIAS, DELTA, LN_K, SPEED, STATES, ZERO
-from vegrip.benchmarks._designs_driven import follow_regression, follow_tangent
-from vegrip.benchmarks._designs_former import follow
-from vegrip.benchmarks._designs_particles import particle_filtered
-from vegrip.benchmarks._designs_recordings import Truthful, drawn, loaded
-from vegrip.benchmarks._designs_reference import with_the_prior, with_the_truth
 
+from benchmarks._designs_contact import BIAS, DELTA, LN_K, SPEED, STATES, ZERO
+from benchmarks._designs_driven import follow_regression, follow_tangent
+from benchmarks._designs_former import follow
+from benchmarks._designs_particles import particle_filtered
+from benchmarks._designs_recordings import Truthful, drawn, loaded
+from benchmarks._designs_reference import with_the_prior, with_the_truth
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.messages import NAN, FingertipState
 from vegrip.model import ContactModel, paper_model

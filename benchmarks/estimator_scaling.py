@@ -8,9 +8,8 @@
 
 import tracemalloc
 
-from vegrip.benchmarks._timing import compared
-from vegrip.benchmarks.estimator import DISPLACEMENT, DT, FORCE, settled
-
+from benchmarks._timing import compared
+from benchmarks.estimator import DISPLACEMENT, DT, FORCE, settled
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.messages import NAN
 from vegrip.model import paper_model

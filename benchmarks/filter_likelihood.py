@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
+from validation.diagnosis_trials import Case, make_recording
 from vegrip.contact import limit_surface
 from vegrip.effects.contract import Effect
 from vegrip.estimator import EstimatorSettings, SensorNoise
@@ -48,7 +49,6 @@ from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
 from vegrip.parameters import changed, coordinate
 from vegrip.types import Floats
-from vegrip.validation.diagnosis_trials import Case, make_recording
 
 TRIED = ("displacement_backlash", "sensor_lag", "adhesion", "second_relaxation")
 PAYS = 5.0  # [nats]

@@ -1,6 +1,6 @@
 """How long a node of five fingers takes until it is active, with an empty cache and again.
 
-``python -m vegrip.benchmarks.first_start`` compiles by C and by numba, each in a process and a cache folder
+``python -m benchmarks.first_start`` compiles by C and by numba, each in a process and a cache folder
 of its own, and prints seconds of processor time and of the clock, imports included.
 """
 
@@ -42,7 +42,7 @@ def main() -> None:
             for when in ("empty cache", "again"):
                 sys.stdout.write(f"{mode:6} {when:12} ")
                 sys.stdout.flush()
-                command = [sys.executable, "-m", "vegrip.benchmarks.first_start", "--child"]
+                command = [sys.executable, "-m", "benchmarks.first_start", "--child"]
                 environment = os.environ | {"VEGRIP_CACHE": cache, "VEGRIP_KERNEL": mode}
                 start = time.monotonic()
                 subprocess.run(command, env=environment, check=True)

@@ -39,9 +39,10 @@ from pathlib import Path
 
 import can
 import numpy as np
-from vegrip.benchmarks._twenty_fingers import measure
-from vegrip.benchmarks._wires import WIRES, require_all_answered, states_of, work
 
+from benchmarks._twenty_fingers import measure
+from benchmarks._wires import WIRES, require_all_answered, states_of, work
+from validation.compiled_finger import Log, Replay, record
 from vegrip.c99 import host
 from vegrip.clock import WallClock
 from vegrip.estimator import ContactEstimator
@@ -54,8 +55,7 @@ from vegrip.transport.canbus.hub_wire import numbered, pack_delivery
 from vegrip.transport.canbus.virtual_can import VegripBus
 from vegrip.transport.codec import Frame
 from vegrip.transport.codec.protection import CAN_PROFILES
-from vegrip.validation.compiled_finger import Log, Replay, record
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
+from vegrip.trials.candidates import demo_parameters, make_node
 
 SECONDS = 3.0
 TURNS = 400

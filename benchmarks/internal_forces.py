@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, minimize
 from scipy.sparse import csc_matrix
-from vegrip.benchmarks._timing import compared
 
+from benchmarks._timing import compared
 from vegrip.grip.allocation.internal_forces import ContactPlace, InternalForces, grasp_map
 from vegrip.types import Floats
 

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.integrate import dblquad, quad
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
-from vegrip.benchmarks._timing import compared
 
+from benchmarks._timing import compared
 from vegrip.contact.limit_surface import fast, reference
 
 K = 2.5  # pressure exponent

@@ -11,8 +11,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from vegrip.benchmarks._timing import compared
-
+from benchmarks._timing import compared
 from vegrip.messages import FingertipState
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.mapped.checksums import ChecksumMap, protection

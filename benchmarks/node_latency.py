@@ -7,7 +7,7 @@ the state on the bus to the command handed to the bus.
 
 import statistics
 
-from vegrip.benchmarks._nodes import latencies_p99, private_runtime, running
+from benchmarks._nodes import latencies_p99, private_runtime, running
 
 SECONDS = 10
 SMALLEST = {"SECONDS": 1}

@@ -1,6 +1,6 @@
 """The grasp force node on one core, five fingers at 500 Hz, for a minute: how many commands are late.
 
-``python -m vegrip.benchmarks.one_core [--seconds 60] [--core 0] [--priority 10]``. The node, with every
+``python -m benchmarks.one_core [--seconds 60] [--core 0] [--priority 10]``. The node, with every
 thread and helper process it starts, has one core; hand and bus have the others, as they would be elsewhere.
 On a machine that does other work too the figures tell of that: how long the node waited for its core while it
 could have run is printed beside them. ``--priority`` gives node, hand and bus a real-time priority, which
@@ -19,8 +19,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from vegrip.benchmarks._nodes import private_runtime, running
-
+from benchmarks._nodes import private_runtime, running
 from vegrip.clock import NS
 from vegrip.host.realtime import switched
 from vegrip.runtime.client import ask

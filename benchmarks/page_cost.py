@@ -1,6 +1,6 @@
 """What the live page costs beside a node: five fingers at 500 Hz, with a page that is watched and without.
 
-``python -m vegrip.benchmarks.page_cost [--pairs 4] [--priority 10]`` prints the 99th percentile of the node
+``python -m benchmarks.page_cost [--pairs 4] [--priority 10]`` prints the 99th percentile of the node
 with and without the page, and the processor time of both processes. With and without take turns, so that
 other work on the machine falls on both. The watcher reads the events as a browser does and draws nothing.
 ``--priority`` gives node, hand and bus a real-time priority, as on a hand.
@@ -22,9 +22,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from vegrip.benchmarks._nodes import latencies_p99, private_runtime, running
-from vegrip.benchmarks.one_core import placed
-
+from benchmarks._nodes import latencies_p99, private_runtime, running
+from benchmarks.one_core import placed
 from vegrip.errors import VegripError
 from vegrip.runtime.registry import find_node
 

@@ -5,8 +5,8 @@ branch and sample, the midpoint rule of the integral; ours is one compiled step 
 """
 
 import numpy as np
-from vegrip.benchmarks._timing import compared
 
+from benchmarks._timing import compared
 from vegrip.contact.hereditary import advance, filtered
 
 RATE = 1000  # [Hz]

@@ -24,8 +24,8 @@ from random import Random
 from statistics import median
 
 import can
-from vegrip.benchmarks._timing import compared
 
+from benchmarks._timing import compared
 from vegrip.host.c_compiler import compiler
 from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.bus_model import BusModel

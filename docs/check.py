@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[1]
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 COMMAND = re.compile(r"^\s*(?:\.venv/bin/)?vegrip ([a-z][\w-]*)", re.MULTILINE)
 NAMED_FILE = re.compile(
-    r"`((?:[\w.-]+/)*[\w-]+\.py|(?:vegrip|tests|benchmarks|examples|nodes|docs|proto|launch)/[\w./-]+)`"
+    r"`((?:[\w.-]+/)*[\w-]+\.py|(?:vegrip|tests|validation|tools|benchmarks|examples|nodes|docs|proto|launch)/[\w./-]+)`"
 )
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]_")
 HEADING = re.compile(r"^#+ +(.*)$", re.MULTILINE)
@@ -111,9 +111,19 @@ def english_of_page(page: Path, text: str) -> Iterator[str]:
 
 def english_of_code() -> Iterator[str]:
     """The same for docstrings and comments, and for the messages of what is installed."""
-    for folder in ("vegrip", "nodes", "proto", "launch", "benchmarks", "examples", "docs"):
+    for folder in (
+        "vegrip",
+        "nodes",
+        "proto",
+        "launch",
+        "validation",
+        "benchmarks",
+        "tools",
+        "examples",
+        "docs",
+    ):
         for source in sorted((ROOT / folder).rglob("*.py")):
-            shown = english.messages_of(source) if folder in ("vegrip", "nodes") else ()
+            shown = english.messages_of(source) if folder in ("vegrip", "nodes", "validation") else ()
             for line, text, message in [
                 *((line, text, False) for line, text in english.prose_of(source)),
                 *((line, text, True) for line, text in shown),
@@ -125,7 +135,10 @@ def english_of_code() -> Iterator[str]:
 def unresolved_citations() -> Iterator[str]:
     """Citation keys used in the code that docs/references.md does not explain."""
     known = (ROOT / "docs" / "references.md").read_text(encoding="utf-8")
-    for source in sorted([*ROOT.glob("vegrip/**/*.py"), *ROOT.glob("nodes/*.py")]):
+    sources = [
+        path for folder in ("vegrip", "nodes", "validation") for path in ROOT.glob(f"{folder}/**/*.py")
+    ]
+    for source in sorted(sources):
         for key in set(CITATION.findall(source.read_text(encoding="utf-8"))):
             if f"[{key}]" not in known:
                 yield f"{source.relative_to(ROOT)}: citation [{key}] is not in docs/references.md"

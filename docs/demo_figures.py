@@ -13,13 +13,13 @@ from pathlib import Path
 
 from rich.console import Console
 
+from validation.controllers.comparison import Trial, run_course
 from vegrip.demo.others import run_other_controllers
 from vegrip.demo.plot import draw_comparison
 from vegrip.demo.run import Demo, elapsed, run
 from vegrip.runtime.monitor import render
-from vegrip.validation.controllers.candidates import DEMONSTRATED, KNOBS
-from vegrip.validation.controllers.comparison import Trial, run_course
-from vegrip.validation.controllers.scenario import Scenario
+from vegrip.trials.candidates import DEMONSTRATED, KNOBS
+from vegrip.trials.scenario import Scenario
 
 IMAGES = Path(__file__).parent / "images"
 PICTURES = {"hand": "demo.png", "pinch": "demo-pinch.png"}

@@ -13,7 +13,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "architecture.md"
-BESIDE = ("benchmarks", "launch", "nodes", "proto")  # top-level folders, shipped as vegrip.<name>
+BESIDE = ("launch", "nodes", "proto")  # top-level folders, shipped as vegrip.<name>
+NOT_SHIPPED = ("benchmarks", "tools", "validation")
 ROW = re.compile(r"^\| `([\w/]+)` \| ([^|]*) \| ([^|]*) \|$", re.MULTILINE)
 ALL = "everything"
 GROUND = "."  # the modules of vegrip itself: messages, clock, errors, ... which every folder may import
@@ -24,10 +25,10 @@ FRONT_DOOR = "vegrip"  # imports nothing before a public name is asked for, see 
 def sources() -> dict[str, Path]:
     """Return the file of every module, by its dotted name."""
     found = {}
-    for top in ("vegrip", *BESIDE):
+    for top in ("vegrip", *BESIDE, *NOT_SHIPPED):
         for path in (ROOT / top).rglob("*.py"):
             parts = path.relative_to(ROOT).with_suffix("").parts
-            name = ".".join(parts if top == "vegrip" else ("vegrip", *parts))
+            name = ".".join(("vegrip", *parts) if top in BESIDE else parts)
             found[name.removesuffix(".__init__")] = path
     return found
 

@@ -20,9 +20,9 @@ from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import estimator_factory
 from vegrip.messages import Lifecycle, Message, NodeStatus
 from vegrip.runtime.monitor import Board
-from vegrip.validation.controllers.candidates import demonstrated_parameters
-from vegrip.validation.controllers.closed_loop import Loop
-from vegrip.validation.controllers.scenario import Scenario
+from vegrip.trials.candidates import demonstrated_parameters
+from vegrip.trials.closed_loop import Loop
+from vegrip.trials.scenario import Scenario
 from vegrip.virtual import Disturbance, HandSettings
 from vegrip.virtual.disturbance import AddedMass, Wetting
 from vegrip.web.live.event_log import EventLog

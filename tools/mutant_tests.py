@@ -15,7 +15,7 @@ import sys
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from hashlib import sha256
 from pathlib import Path
 from types import FrameType
@@ -28,6 +28,7 @@ RECORDS = "record" in TASK
 ROOT = f"{Path.cwd()}/"
 IMPORTED = ("cantools", "canopen", "msgpack", "numba", "scipy.optimize", "scipy.stats", "zmq")
 LOADERS = {("library_of", "kernels_c.py"), ("load", "cache.py"), ("load_plain", "cache.py")}
+Wrapper = Generator[None, Any, Any]
 TOO_LONG = 5.0  # [s] of the processor, traced: such a test says nothing within the time of a mutant
 TOO_LATE = 45  # [s]
 CALLS = 3_000_000  # of functions in a test that are looked at: what it enters later it has entered before
@@ -108,7 +109,7 @@ record = Record()
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_fixture_setup(fixturedef: Any) -> Iterator[None]:
+def pytest_fixture_setup(fixturedef: Any) -> Wrapper:
     """What a fixture of a module enters counts for each of its tests, not only for the first."""
     if not RECORDS:
         return (yield)
@@ -119,7 +120,7 @@ def pytest_fixture_setup(fixturedef: Any) -> Iterator[None]:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_protocol(item: pytest.Item) -> Iterator[Any]:
+def pytest_runtest_protocol(item: Any) -> Wrapper:
     """Run a test within its time, traced or not."""
     if not RECORDS:
         most, seconds = TASK["limits"][item.nodeid]
@@ -154,14 +155,14 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[Any]:
     return result
 
 
-def leave_out(item: pytest.Item) -> Iterator[Any]:
+def leave_out(item: pytest.Item) -> Wrapper:
     """Skip a test."""
     item.add_marker(pytest.mark.skip("its file has taken enough time"))
     return (yield)
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: Any) -> Iterator[Any]:
+def pytest_runtest_makereport(item: Any) -> Wrapper:
     """Note what fails, or is left out."""
     report = yield
     if not report.passed:

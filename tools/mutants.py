@@ -103,11 +103,11 @@ def mutants(path: Path) -> Iterator[Mutant]:
 
 
 def _changes(node: ast.AST, text: bytes, starts: list[int]) -> Iterator[tuple[int, int, str]]:
-    def begin(child: ast.AST) -> int:
-        return starts[child.lineno - 1] + child.col_offset
+    def begin(child: Any) -> int:
+        return starts[int(child.lineno) - 1] + int(child.col_offset)
 
-    def end(child: ast.AST) -> int:
-        return starts[child.end_lineno - 1] + child.end_col_offset
+    def end(child: Any) -> int:
+        return starts[int(child.end_lineno) - 1] + int(child.end_col_offset)
 
     def between(left: ast.AST, right: ast.AST) -> Iterator[tuple[int, int, str]]:
         gap = re.sub(rb"#[^\n]*|[()\\]", lambda found: b" " * len(found[0]), text[end(left) : begin(right)])
@@ -179,7 +179,8 @@ def related(path: str) -> dict[str, int]:
 @cache
 def users_of(path: str) -> list[str]:
     """Return the files that import a file."""
-    return [file for file, text in texts("vegrip").items() if file != path and _imports(path).search(text)]
+    every = texts("vegrip") | texts("validation")
+    return [file for file, text in every.items() if file != path and _imports(path).search(text)]
 
 
 def _is_named_after(file: str, path: str) -> bool:
@@ -197,7 +198,7 @@ def _imports(path: str) -> re.Pattern[str]:
 
 @cache
 def _mirror(path: str) -> Path:
-    mirror = ROOT / "tests" / Path(path).relative_to("vegrip").parent
+    mirror = ROOT / "tests" / path.removeprefix("vegrip/")
     while not mirror.is_dir():
         mirror = mirror.parent
     return mirror
@@ -365,8 +366,10 @@ class Runner:
         self.task.write_text(json.dumps(task))
         arguments = ["-q", "-p", "mutant_tests", "-p", "no:cacheprovider", "-p", "no:xdist"]
         arguments += ["-m", "not wheel and not long and not browser", *([] if "record" in task else ["-x"])]
-        print(json.dumps([*arguments, *files]), file=self.process.stdin, flush=True)
-        code, seconds = json.loads(self.process.stdout.readline())
+        to, answers = self.process.stdin, self.process.stdout
+        assert to is not None and answers is not None  # noqa: PT018, S101 (they are pipes)
+        print(json.dumps([*arguments, *files]), file=to, flush=True)
+        code, seconds = json.loads(answers.readline())
         return code, self.said.read_text(errors="replace"), seconds
 
 
@@ -434,9 +437,7 @@ class Round:
     def __exit__(self, *_: object) -> None:
         """End the processes that run pytest."""
         for runner in (self.records.runner, *(self.trees.get().runner for _ in range(self.trees.qsize()))):
-            runner.process.stdin.close()
-            runner.process.wait()
-            runner.process.stdout.close()
+            runner.process.communicate()
 
     def run(self, mutant: Mutant) -> str:
         """Return what the tests make of a mutant, for as long as there is time."""

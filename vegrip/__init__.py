@@ -1,8 +1,7 @@
 """Real-time contact estimation and grip control for robot hands with soft, viscoelastic fingertips.
 
 What stands here is public, and so are the contracts of effects, grip policies, transports and programs that
-other packages add. The other modules may change without notice; ``vegrip.validation`` and
-``vegrip.benchmarks`` serve the project itself.
+other packages add. The other modules may change without notice.
 
 A name is imported when it is first used; ``import vegrip`` alone takes some milliseconds.
 """

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from vegrip.benchmarks import estimator_designs
-from vegrip.benchmarks._designs_contact import BIAS, LEARNED, LN_K, STATES
-from vegrip.benchmarks._designs_particles import particle_filtered
-from vegrip.benchmarks._designs_recordings import drawn, pressed
-from vegrip.benchmarks._designs_reference import most_probable, traced, with_the_prior
+
+from benchmarks import estimator_designs
+from benchmarks._designs_contact import BIAS, LEARNED, LN_K, STATES
+from benchmarks._designs_particles import particle_filtered
+from benchmarks._designs_recordings import drawn, pressed
+from benchmarks._designs_reference import most_probable, traced, with_the_prior
 
 
 @pytest.mark.slow

@@ -14,9 +14,10 @@ from vegrip.c99 import host
 from vegrip.effects import BUILT_IN, effect
 from vegrip.effects.contract import OUTSIDE
 from vegrip.estimator import ContactEstimator, SensorNoise, kernels_c
-from vegrip.estimator.compiled import Kernels, kernel_mode, module_for, node_text_of
+from vegrip.estimator.compiled import Kernels, module_for, node_text_of
 from vegrip.estimator.layout import COUNTS
 from vegrip.model import BASE, ContactModel, paper_model
+from vegrip.model.native import kernel_mode
 
 DT = 2e-3
 ADDED = [name for name in BUILT_IN if name not in BASE]

@@ -17,14 +17,14 @@ from vegrip.estimator.origins import Origins
 from vegrip.export import Request
 from vegrip.export.vectors import simulated
 from vegrip.host import compiled_folder
-from vegrip.model import paper_model
+from vegrip.model import native, paper_model
 
 needs_compiler = pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
 
 
 @pytest.fixture(autouse=True)
 def untold() -> None:
-    compiled.tell_once.cache_clear()
+    native.tell_once.cache_clear()
 
 
 @needs_compiler
@@ -51,7 +51,7 @@ def test_without_a_compiler_numba_runs_and_it_is_told_once(
 ) -> None:
     monkeypatch.setenv("VEGRIP_KERNEL", "c")
     monkeypatch.setattr(host, "compiler", lambda: None)
-    monkeypatch.setattr(kernels_c, "_libraries", {})
+    monkeypatch.setattr(native, "libraries", {})
     with caplog.at_level(logging.WARNING):
         estimators = [ContactEstimator(paper_model(8e-3), SensorNoise()) for _ in range(2)]
     assert not any(isinstance(one._module, KernelsC) for one in estimators)
@@ -86,7 +86,7 @@ def test_a_compiler_that_fails_leaves_numba(
     broken.chmod(0o755)
     monkeypatch.setenv("VEGRIP_KERNEL", "c")
     monkeypatch.setenv("CC", str(broken))
-    monkeypatch.setattr(kernels_c, "_libraries", {})
+    monkeypatch.setattr(native, "libraries", {})
     with caplog.at_level(logging.WARNING):
         estimator = ContactEstimator(paper_model(8e-3), SensorNoise())
     assert not isinstance(estimator._module, KernelsC)
@@ -118,11 +118,11 @@ def test_a_second_start_takes_the_library_from_the_cache(
 ) -> None:
     monkeypatch.setenv("VEGRIP_KERNEL", "c")
     monkeypatch.setattr(compiled_folder, "folder", lambda: tmp_path)
-    monkeypatch.setattr(kernels_c, "_libraries", {})
+    monkeypatch.setattr(native, "libraries", {})
     ContactEstimator(paper_model(8e-3), SensorNoise())
     made = list(tmp_path.glob("vegrip_c_*.so"))
     assert len(made) == 1
-    kernels_c._libraries.clear()
+    native.libraries.clear()
     monkeypatch.setattr(host, "build", None)  # would fail
     ContactEstimator(paper_model(8e-3), SensorNoise())
 

@@ -9,9 +9,9 @@ import canopen
 import pytest
 import vegrip.proto
 
+from tools.write_eds import text
 from vegrip.canopen.dictionary import _parameters, fingertip, grasp_force, known_parameters
 from vegrip.canopen.eds import difference_of, read_eds
-from vegrip.canopen.write_eds import text
 from vegrip.errors import ConfigError
 from vegrip.grip.parameters import GraspParameters
 from vegrip.runtime.parameter_table import rows

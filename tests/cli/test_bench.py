@@ -55,7 +55,7 @@ def test_every_benchmark_runs_in_its_smallest_size(
 
 
 def test_a_quick_run_leaves_the_sizes_as_they_were() -> None:
-    from vegrip.benchmarks import _timing, recursion
+    from benchmarks import _timing, recursion
 
     assert main(["bench", "recursion", "--quick"]) == 0
     assert len(recursion.HISTORIES) == 3
@@ -70,7 +70,7 @@ def test_bytes_are_not_told_as_microseconds() -> None:
 def test_a_benchmark_that_fails_costs_no_other_its_result(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    import vegrip.benchmarks.recursion as failing
+    import benchmarks.recursion as failing
 
     monkeypatch.setattr(failing, "run", lambda: 1 / 0)
     assert main(["bench", "recursion", "creep_inverse"]) == 4

@@ -6,9 +6,9 @@ import tomllib
 
 import pytest
 
+from tools.make_samples import foreign_motion
 from vegrip.cli import main
 from vegrip.identification.samples import FOREIGN_DATABASE, FOREIGN_LOG, SAMPLES
-from vegrip.identification.samples.make import foreign_motion
 
 WINDOWS = ["--rest", "0..2", "--press", "2..5", "--shear", "5..8", "--twist", "8..10"]
 

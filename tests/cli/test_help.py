@@ -190,7 +190,7 @@ def is_run_by(name: str, other: str) -> bool:
 
 RUN_BY_ANOTHER = {name for name in RUN_HERE for other in RUN_HERE if is_run_by(name, other)}
 """Their examples are the first lines of another one."""
-LONG = {"trial", "controllers", "fleet", "experiment", "bench"}  # seconds to minutes
+LONG = {"controllers", "fleet", "experiment", "bench"}  # seconds to minutes
 
 
 @pytest.mark.parametrize(

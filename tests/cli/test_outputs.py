@@ -40,7 +40,7 @@ BEFORE_ANY_WORK = {
     "export c": ["model.toml"],
     "export learned": ["absent.toml", "absent.txt"],
 }
-GROWS = {"trial", "check"}  # their output is a log, or a folder, that the next run goes on with
+GROWS = {"check"}  # its output is a folder that the next run goes on with
 
 
 def named(one: Command) -> str:

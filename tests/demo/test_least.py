@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
+from validation.controllers.comparison import Trial, run_course
 from vegrip.clock import NS
 from vegrip.demo.least import force_over_least, least_grip_force
 from vegrip.demo.others import AS_FORCEFUL, course_of, run_other_controllers
 from vegrip.messages import ContactEstimate, Estimate
-from vegrip.validation.controllers.closed_loop import BELIEF_PERIOD_S, Course
-from vegrip.validation.controllers.comparison import Trial, run_course
-from vegrip.validation.controllers.fronts import QualityTrial, run_quality_trial
-from vegrip.validation.controllers.result import result_of
-from vegrip.validation.controllers.scenario import Scenario
+from vegrip.trials.closed_loop import BELIEF_PERIOD_S, Course
+from vegrip.trials.fronts import QualityTrial, run_quality_trial
+from vegrip.trials.result import result_of
+from vegrip.trials.scenario import Scenario
 
 
 def test_the_least_force_of_a_course_is_that_of_the_compiled_trial() -> None:

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from vegrip.demo import plot
 from vegrip.demo.others import AS_FORCEFUL
-from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.scenario import Scenario
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.scenario import Scenario
 
 DURATION = 30.0
 

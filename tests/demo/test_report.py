@@ -4,8 +4,8 @@ import pytest
 
 from vegrip.demo.others import AS_FORCEFUL
 from vegrip.demo.report import TOO_SHORT, compare_courses, describe_scenario, judge_machine
-from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.scenario import GRASPS, Scenario, fitting_grasp
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.scenario import GRASPS, Scenario, fitting_grasp
 
 
 def course(force: float, slips: int = 0, ends: float = 30.0, *, dropped: bool = False) -> Course:

@@ -13,10 +13,8 @@ PACKAGE = Path(vegrip.__file__).parent
 OWN = {
     "effects": "the effects",
     "virtual": "the simulators have physics and names of their own",
-    "validation": "the project's studies: which effects are hidden, and how much of them",
     "model/paper.py": "the paper's model, which is a list of effects",
     "identification/samples": "a sample recording, in which an effect is hidden",
-    "identification/experiment/pairs.py": "a study of pairs of effects",
 }
 """Files and folders that are about certain effects."""
 

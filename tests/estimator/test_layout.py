@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tools.write_declarations import FILE, declarations
 from vegrip.effects import effect
 from vegrip.estimator import ContactEstimator, SensorNoise
-from vegrip.estimator.declarations import FILE, declarations
 from vegrip.estimator.layout import layout_of
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel, paper_model
@@ -18,7 +18,7 @@ KERNELS = sorted(path for path in FILE.parent.glob("*.py") if path.name not in (
 
 
 def test_the_declarations_are_those_of_the_layout() -> None:
-    assert FILE.read_text(encoding="utf-8") == declarations(), "python -m vegrip.estimator.declarations"
+    assert FILE.read_text(encoding="utf-8") == declarations(), "python -m tools.write_declarations"
 
 
 def test_every_model_has_the_same_names() -> None:

@@ -17,6 +17,7 @@ import numpy as np
 from e2e.p05 import e2e_p05_protect
 from numpy.typing import NDArray
 
+from validation.compiled_finger import COUNTER_AT, TIME_AT, VALUES_AT
 from vegrip import config
 from vegrip.c99 import host
 from vegrip.clock import NS
@@ -30,7 +31,6 @@ from vegrip.grip.batch_text import COMMAND_BYTES, COMMANDED
 from vegrip.grip.compiled_finger import CompiledFinger
 from vegrip.messages import Condition
 from vegrip.transport.codec.database import layouts
-from vegrip.validation.compiled_finger import COUNTER_AT, TIME_AT, VALUES_AT
 
 INIT, FRAME, TICK, SET, SAVE, LOAD = range(6)
 FINGERS = 2

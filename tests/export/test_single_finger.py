@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from validation.compiled_finger import Event, Log, Replay, hostile, record
+from validation.faults.table import CASES, Case
+from validation.finger_in_floats import parted
 from vegrip.c99 import host
 from vegrip.export import Exported, Request, write_export
 from vegrip.export.measure import STRICT
 from vegrip.messages import Condition, FingertipState
 from vegrip.model import paper_model
 from vegrip.transport.codec import CanCodec
-from vegrip.validation.compiled_finger import Event, Log, Replay, hostile, record
-from vegrip.validation.faults.table import CASES, Case
-from vegrip.validation.finger_in_floats import parted
 
 pytestmark = pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
 RAMP_STEP = 0.25  # [N] that the fail-safe ramp climbs from one renewed command to the next

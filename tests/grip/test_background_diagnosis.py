@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from vegrip.nodes.grasp_force import build
 
+from validation.health_detection import fit_finger, run_estimator
 from vegrip.estimator.health import CALM, FAILS, MENDED, NO_CELL, HealthHysteresis
 from vegrip.grip import background_diagnosis
 from vegrip.grip.background_diagnosis import BackgroundDiagnosis, SampleRing
@@ -17,7 +18,6 @@ from vegrip.identification.recording import Fingertip, Recording
 from vegrip.messages import FingertipState, ForceCommand, ModelHealth
 from vegrip.model import write_model
 from vegrip.runtime import NodeContext
-from vegrip.validation.health_detection import fit_finger, run_estimator
 from vegrip.virtual import FingertipSettings
 
 TIP = FingertipSettings(

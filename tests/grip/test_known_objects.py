@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from validation.faults.testbed import Scene
 from vegrip.errors import ConfigError
 from vegrip.grip.known_objects import ANEW, KnownObjects, ObjectFriction
 from vegrip.grip.parameters import GraspParameters
-from vegrip.validation.controllers.candidates import demo_parameters, learning_parameters, make_node
-from vegrip.validation.faults.testbed import Scene
+from vegrip.trials.candidates import demo_parameters, learning_parameters, make_node
 
 GRASP_S = 7.0
 LIFTED_S = 1.5

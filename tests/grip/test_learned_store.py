@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from validation.faults.testbed import Scene
 from vegrip.estimator import EstimatorSettings, SensorNoise
 from vegrip.estimator.learning import Learned, fingerprint
 from vegrip.grip.learned_store import InMemory, OnDisk
@@ -12,8 +13,7 @@ from vegrip.grip.parameters import estimator_factory, learned_store_of
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Estimate, LearnedParameter
 from vegrip.model import paper_model
-from vegrip.validation.controllers.candidates import demo_parameters
-from vegrip.validation.faults.testbed import Scene
+from vegrip.trials.candidates import demo_parameters
 
 MS = 1_000_000
 

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from tools import make_samples
 from vegrip.identification.recording import read_recording
 from vegrip.identification.recording.can_log import read_can_log
-from vegrip.identification.samples import MODEL, SAMPLE_LOG, SAMPLE_RADIUS_M, SAMPLE_TABLE, SAMPLES, make
+from vegrip.identification.samples import MODEL, SAMPLE_LOG, SAMPLE_RADIUS_M, SAMPLE_TABLE, SAMPLES
 from vegrip.model import read_model
 
 
@@ -17,7 +18,7 @@ def test_the_table_is_made_anew_byte_by_byte() -> None:
     shipped = gzip.decompress(
         files("vegrip.identification.samples").joinpath(f"{SAMPLE_TABLE}.gz").read_bytes()
     )
-    assert make.table().encode() == shipped
+    assert make_samples.table().encode() == shipped
 
 
 @pytest.fixture(scope="module")
@@ -36,5 +37,5 @@ def test_each_can_be_read_by_what_it_is_for(written: Path) -> None:
     log = read_can_log(written / SAMPLE_LOG, ("thumb",))["thumb"]
     assert log.report.rows_lost == 0
     assert log.columns["normal_force"].max() == pytest.approx(
-        press.columns["normal_force"][press.t < make.LOGGED].max(), abs=0.01
+        press.columns["normal_force"][press.t < make_samples.LOGGED].max(), abs=0.01
     )

@@ -12,7 +12,7 @@ from vegrip.nodes.virtual_hand import VirtualHandNode, build
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, ForceCommand, Message, ModelHealth, Reason
 from vegrip.runtime import NodeContext
-from vegrip.validation.controllers.closed_loop import Loop
+from vegrip.trials.closed_loop import Loop
 
 TICK = 2_000_000  # [ns]
 START = 10**12

@@ -4,13 +4,10 @@ import ast
 from pathlib import Path
 
 import pytest
-import vegrip.benchmarks
-import vegrip.nodes
 
-import vegrip
-
-FOLDERS = [Path(str(package.__file__)).parent for package in (vegrip, vegrip.nodes, vegrip.benchmarks)]
-FILES = sorted({file for folder in FOLDERS for file in folder.rglob("*.py")})
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("vegrip", "nodes", "benchmarks", "validation")
+FILES = sorted(file for folder in FOLDERS for file in (ROOT / folder).rglob("*.py"))
 MODULES = {"pickle", "cPickle", "dill", "cloudpickle", "joblib", "marshal", "shelve", "jsonpickle", "yaml"}
 CALLS = {"eval", "exec", "__import__", "recv_pyobj", "send_pyobj", "load_pickle", "read_pickle"}
 EXCEPTIONS = {

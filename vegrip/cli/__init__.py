@@ -88,10 +88,6 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
     },
     "Evidence": {
         "paper": ("vegrip.cli.paper:paper", "Print the paper's tables and draw its figures."),
-        "trial": (
-            "vegrip.cli.trial:trial",
-            "Hide effects in simulated recordings, and count what is named.",
-        ),
         "controllers": (
             "vegrip.cli.controllers:controllers",
             "Measure grip force over the least that would hold, and slips, of every controller.",
@@ -112,7 +108,6 @@ STOPPED = {  # what an interrupted command keeps; the others are ended that way
     "export": "what is in the folder of -o is not complete",
     "paper": "pictures that were drawn stay",
     "fleet": "recordings that were examined are kept, and the same command goes on with the others",
-    "trial": "trials that are done stay in the file of -o, and the same command goes on with the others",
     "calibrate": "trials that were taken are kept, and the same command goes on with the others",
 }
 
@@ -131,7 +126,7 @@ def main(arguments: list[str] | None = None) -> int:
     if name == "--version":
         return _print_version()
     if name in COMPLETION:
-        return _run(whole(), arguments, "vegrip")
+        return run(whole(), arguments, "vegrip")
     if name not in COMMANDS:
         complain(f"there is no command {name!r}; {suggestion(name, COMMANDS)}")
         return 2
@@ -174,10 +169,15 @@ def _run_command(name: str, arguments: list[str]) -> int:
     except KeyboardInterrupt:  # while it is imported
         return INTERRUPTED
     is_group = len(app.registered_commands) > 1
-    return _run(app, arguments or ["--help"] if is_group else arguments, f"vegrip {name}")
+    arguments = arguments or ["--help"] if is_group else arguments
+    return run(app, arguments, f"vegrip {name}", STOPPED.get(name, ""))
 
 
-def _run(app: typer.Typer, arguments: list[str], program: str) -> int:
+def run(
+    app: typer.Typer | Callable[..., Any], arguments: list[str], program: str, keeps_when_stopped: str = ""
+) -> int:
+    """Run a command and return its exit code; an error is one sentence."""
+    app = _as_app(app)
     try:
         code = literal(app)(arguments, prog_name=program, standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
@@ -192,10 +192,8 @@ def _run(app: typer.Typer, arguments: list[str], program: str) -> int:
         if not sentence:
             raise
         complain(sentence)
-    if code == INTERRUPTED and (
-        kept := STOPPED.get(program.removeprefix("vegrip "))
-    ):  # typer returns it, too
-        complain(f"stopped; {kept}")
+    if code == INTERRUPTED and keeps_when_stopped:  # typer returns it, too
+        complain(f"stopped; {keeps_when_stopped}")
     return code if isinstance(code, int) else 0
 
 

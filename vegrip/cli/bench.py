@@ -4,6 +4,7 @@ import importlib
 import importlib.util
 import json
 import pkgutil
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -17,6 +18,7 @@ from vegrip.errors import UsageError
 from vegrip.spelling import suggestion
 
 Results = dict[str, dict[str, float]]
+SOURCE = Path(__file__).parents[2]  # where the package lies in a checkout
 EXIT_LOST = 4  # exit code when a benchmark failed; the others are printed
 
 
@@ -33,6 +35,8 @@ def bench(
     """Measure how much faster this code is than the plain way, on this machine.
 
     Example: vegrip bench recursion creep_inverse
+
+    The benchmarks are part of the source, not of what is installed.
     """
     known = benchmarks()
     chosen = names or list(known)
@@ -61,9 +65,19 @@ def bench(
 
 
 def benchmarks() -> dict[str, str]:
-    """Return the module of every benchmark that can be run, by its short name."""
-    import vegrip.benchmarks as package
+    """Return the module of every benchmark that can be run, by its short name.
 
+    Raises:
+        UsageError: this is not the source tree.
+
+    """
+    if not (SOURCE / "benchmarks" / "_timing.py").is_file():
+        raise UsageError(
+            "the benchmarks are part of the source, which is not here; in a checkout `make bench` runs them"
+        )
+    if str(SOURCE) not in sys.path:
+        sys.path.insert(0, str(SOURCE))
+    package = importlib.import_module("benchmarks")
     found = pkgutil.iter_modules(package.__path__)
     modules = {
         info.name: f"{package.__name__}.{info.name}" for info in found if not info.name.startswith("_")
@@ -94,7 +108,7 @@ def _run(module: str, *, quick: bool) -> tuple[Results, str]:
 @contextmanager
 def _small(benchmark: ModuleType) -> Iterator[None]:
     """Give the constants that say how much is measured their values of ``SMALLEST`` meanwhile."""
-    timing = importlib.import_module("vegrip.benchmarks._timing")
+    timing = importlib.import_module("benchmarks._timing")
     places = [(m, name) for m in (timing, benchmark) for name in getattr(m, "SMALLEST", {})]
     before = [getattr(module, name) for module, name in places]
     for module, name in places:

@@ -13,7 +13,7 @@ from vegrip.errors import UsageError
 from vegrip.spelling import suggestion
 
 if TYPE_CHECKING:
-    from vegrip.validation.controllers.fronts import Surroundings
+    from vegrip.trials.fronts import Surroundings
 
 GRASP = Annotated[str, typer.Option("--grasp", help="hand (five fingers) or pinch (two).")]
 SEEDS = Annotated[int, typer.Option("--seeds", "-n", min=1, help="How many scenarios.")]
@@ -76,7 +76,7 @@ def controllers(
     """
     from vegrip.cli._fits import print_json
     from vegrip.cli._progress import progress
-    from vegrip.validation.controllers import fronts
+    from vegrip.trials import fronts
 
     names = _known(grasp, only or [])
     if no_slip_channel and slip_channel != "sound":
@@ -110,7 +110,7 @@ def controllers(
 
 
 def _known(grasp: str, only: list[str]) -> list[str]:
-    from vegrip.validation.controllers.candidates import KNOBS
+    from vegrip.trials.candidates import KNOBS
 
     if grasp not in KNOBS:
         raise UsageError(f"there is no grasp {grasp!r}; {suggestion(grasp, KNOBS)}")
@@ -123,8 +123,8 @@ def _known(grasp: str, only: list[str]) -> list[str]:
 def _surroundings(
     bandwidth: float | None, scale: float, threshold: float | None, delay: float | None, channel: str
 ) -> "Surroundings":
-    from vegrip.validation.controllers.fronts import USUAL_SENSOR, Surroundings
-    from vegrip.validation.controllers.trial_memory import SLIP_CHANNELS
+    from vegrip.trials.fronts import USUAL_SENSOR, Surroundings
+    from vegrip.trials.trial_memory import SLIP_CHANNELS
 
     if channel not in SLIP_CHANNELS:
         raise UsageError(f"there is no slip channel {channel!r}; {suggestion(channel, SLIP_CHANNELS)}")
@@ -147,7 +147,7 @@ def _surroundings(
 
 
 def _draw(told: dict[str, Any], grasp: str, path: Path) -> None:
-    from vegrip.validation.controllers.front_plot import draw_fronts
+    from vegrip.trials.front_plot import draw_fronts
 
     draw_fronts(told, grasp, path)
 
@@ -185,7 +185,7 @@ def _print(told: dict[str, Any]) -> None:
 def _print_lags(told: dict[str, Any]) -> None:
     """Say how far the drives lag, and what that costs."""
     from vegrip.grip.drive_log import describe_lag
-    from vegrip.validation.controllers.candidates import parameters
+    from vegrip.trials.candidates import parameters
 
     for name, one in told.items():
         if math.isfinite(one["drive_lag"]):

@@ -20,9 +20,9 @@ from vegrip.demo.report import as_json, describe_scenario, summary
 from vegrip.demo.run import Demo, Outcome, Page, run
 from vegrip.errors import DeviceError
 from vegrip.runtime.monitor import render
-from vegrip.validation.controllers import candidates
-from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.scenario import Scenario
+from vegrip.trials import candidates
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.scenario import Scenario
 
 PAGE_PORT = 8520  # of the live page; any other where it is in use
 

@@ -6,8 +6,8 @@ from typing import Any
 
 from vegrip.hand_sample import HandSample
 from vegrip.nodes.virtual_hand import Parameters, VirtualHandNode
-from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.scenario import Scenario
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.scenario import Scenario
 from vegrip.virtual import VirtualHand
 
 SAMPLING = 0.01  # [s] of the truth

@@ -1,6 +1,6 @@
 """The least grip force that would have held, over the course of a run.
 
-The definition is that of :mod:`vegrip.validation.controllers.grip_quality`: of every finger the normal force
+The definition is that of :mod:`vegrip.trials.grip_quality`: of every finger the normal force
 at which its true load lies on the limit surface of its true contact, the radius going with the cube root of
 the force; of the grasp, the larger of the first finger's and of the sum of the others'.
 """
@@ -10,8 +10,8 @@ import math
 import numpy as np
 
 from vegrip.contact.limit_surface.fast import least_normal_force
+from vegrip.trials.closed_loop import Course
 from vegrip.types import Floats
-from vegrip.validation.controllers.closed_loop import Course
 
 HERTZ_POWER = 1.0 / 3.0
 

@@ -8,12 +8,11 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
 from vegrip.c99 import host
-from vegrip.validation.controllers.candidates import KNOBS, LABEL, parameters
-from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.comparison import run_scenario
-from vegrip.validation.controllers.compiled_loop import CompiledRun, run_compiled
-from vegrip.validation.controllers.result import result_of
-from vegrip.validation.controllers.scenario import Scenario
+from vegrip.trials.candidates import KNOBS, LABEL, parameters
+from vegrip.trials.closed_loop import Course, run_scenario
+from vegrip.trials.compiled_loop import CompiledRun, run_compiled
+from vegrip.trials.result import result_of
+from vegrip.trials.scenario import Scenario
 
 CONTACT = ("tangential", "torque", "mu", "radius", "exponent")
 AS_FORCEFUL = ", same force"

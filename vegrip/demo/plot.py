@@ -13,11 +13,11 @@ from vegrip.demo.least import force_over_least, least_grip_force
 from vegrip.demo.others import AS_FORCEFUL
 from vegrip.demo.run import DESCRIPTION
 from vegrip.plotting import save_figure
+from vegrip.trials.candidates import LABEL
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.result import result_of
+from vegrip.trials.scenario import SETTLED_S
 from vegrip.types import Floats
-from vegrip.validation.controllers.candidates import LABEL
-from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.result import result_of
-from vegrip.validation.controllers.scenario import SETTLED_S
 from vegrip.virtual import Disturbance
 
 COLOUR = {"vegrip": "#0072b2", "constant": "#6e6e6e", "cone": "#d55e00"}

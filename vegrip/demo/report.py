@@ -9,9 +9,9 @@ from rich.text import Text
 from vegrip.demo.least import force_over_least
 from vegrip.demo.others import AS_FORCEFUL, SAME_FORCE, label_of
 from vegrip.demo.run import Outcome
-from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.result import Result, result_of
-from vegrip.validation.controllers.scenario import CORES_OF_THE_HAND, SETTLED_S, Scenario
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.result import Result, result_of
+from vegrip.trials.scenario import CORES_OF_THE_HAND, SETTLED_S, Scenario
 
 TOO_SHORT = (
     "nothing slipped with the same force either: this run is too short to show what force is for;"

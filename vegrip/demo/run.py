@@ -29,9 +29,9 @@ from vegrip.transport.can_endpoint import CanEndpoint
 from vegrip.transport.canbus.virtual_can import hub_process
 from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.open import Hand, open_endpoint
-from vegrip.validation.controllers import candidates
-from vegrip.validation.controllers.closed_loop import Course
-from vegrip.validation.controllers.scenario import Scenario
+from vegrip.trials import candidates
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.scenario import Scenario
 
 REFRESH_PERIOD_S = 0.1  # [s] of the screen
 LOOK_PAUSE_S = 0.02  # [s] between two looks at the bus: a process that waits for each frame is woken by each

@@ -1,29 +1,20 @@
-"""The generated module of an estimator: effects, limit surface and kernels in one flat file.
+"""The generated module of an estimator: effects, limit surface and kernels in one flat file."""
 
-``VEGRIP_KERNEL`` says what runs it: ``c``, the C compiler of this machine; ``numba``; ``python``, uncompiled.
-When it is not set, C where there is a compiler (2 s at a first start), else numba (half a minute). The
-numbers are the same. ``c-float`` is C in single precision, as firmware may run it, to see what that costs; a
-node does not take it.
-"""
-
-import functools
-import logging
-import os
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from vegrip.c99 import UntranslatableError, host
+from vegrip.c99 import UntranslatableError
 from vegrip.c99.host import CompilerError
 from vegrip.contact import limit_surface
 from vegrip.effects.contract import Effect
-from vegrip.errors import UsageError
 from vegrip.estimator import kernels_c
 from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
 from vegrip.model import ContactModel, cache, writer
 from vegrip.model.composer import compose
+from vegrip.model.native import kernel_mode, tell_once
 
 KERNELS = (
     "state", "covariance_root", "motion", "predict", "scalar_update", "measure", "displacement_loss",
@@ -40,10 +31,6 @@ ELLIPSE = "RADIUS_TABLE = 0.0 * RADIUS_TABLE"
 
 Kernels = Any
 """A generated module, or what stands for it: :class:`vegrip.estimator.kernels_c.KernelsC`."""
-
-MODES = ("numba", "c", "c-float", "python")
-
-log = logging.getLogger(__name__)
 
 
 def module_for(model: ContactModel, layout: Layout, *, plain: bool = False, ellipse: bool = False) -> Kernels:
@@ -62,27 +49,6 @@ def module_for(model: ContactModel, layout: Layout, *, plain: bool = False, elli
         except (CompilerError, UntranslatableError) as error:
             tell_once(str(error))
     return cache.load(text)
-
-
-def kernel_mode() -> str:
-    """Return what ``VEGRIP_KERNEL`` asks for; by default C where there is a compiler, else numba.
-
-    Raises:
-        UsageError: it is none of :data:`MODES`.
-
-    """
-    mode = os.environ.get("VEGRIP_KERNEL")
-    if mode and mode not in MODES:
-        raise UsageError(f"VEGRIP_KERNEL is {mode!r}; it is one of {', '.join(MODES)}")
-    return mode or ("c" if host.compiler() is not None else "numba")
-
-
-@functools.cache
-def tell_once(reason: str) -> None:
-    """Say in the log why C is not possible."""
-    log.warning(
-        "VEGRIP_KERNEL=c is not possible: %s; numba is used, which compiles for half a minute", reason
-    )
 
 
 def text_of(model: ContactModel, layout: Layout, *, ellipse: bool = False) -> str:

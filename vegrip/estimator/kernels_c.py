@@ -1,29 +1,17 @@
-"""The estimator's kernels compiled by the C compiler of this machine, in place of numba's.
-
-The text is the same, translated statement by statement (:mod:`vegrip.c99`), and so is every number; what
-differs is the first start, which takes seconds instead of tens of them.
-"""
+"""The estimator's kernels compiled by the C compiler of this machine, in place of numba's."""
 
 import ctypes
-import hashlib
-import os
-import platform
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from vegrip import c99
-from vegrip.c99 import MEMORY, REAL, host, translate
-from vegrip.c99.bridge import Lengths, behind_doubles
-from vegrip.c99.kinds import Kind
+from vegrip.c99 import MEMORY, REAL, host
 from vegrip.c99.refusal import Place, unknown_place
-from vegrip.compiling import announce_compiling
-from vegrip.host import compiled_folder
+from vegrip.model import native
 from vegrip.types import Floats
 
-ENTRIES: Final = {
+ENTRIES: Final[native.Entries] = {
     "update": (MEMORY, *[REAL] * 7),
     "filter_step": (MEMORY, *[REAL] * 4),
     "margin_of": (MEMORY, REAL, REAL, MEMORY),
@@ -31,15 +19,9 @@ ENTRIES: Final = {
     "look_at_cells": (MEMORY, REAL, MEMORY),
 }
 """What is called from outside, with the kinds of its arguments."""
-SENTENCE = (
-    "compiles for this machine by its C compiler, once; later starts take it from the cache (about 3 s)"
-)
 WRITTEN: Final = {"margin_of": 5, "look_at_cells": 6}
 """How many numbers an entry writes besides the memory."""
 KEPT = 256  # addresses of memories
-Entries = Mapping[str, tuple[Kind, ...]]
-
-_libraries: dict[tuple[str, str, str], Path] = {}
 
 
 class KernelsC:
@@ -114,30 +96,6 @@ def _entry(
     return function
 
 
-def library_of(
-    text: str,
-    entries: Entries,
-    place: Place = unknown_place,
-    more: str = "",
-    *,
-    single: Lengths | None = None,
-) -> Path:
-    """Return the library with the ``entries`` of a ``text``, from the cache or compiled now.
-
-    ``more`` is C that stands below, for what calls the entries in turn. With ``single``, the lengths of the
-    memories of each entry, it computes in single precision behind functions of doubles.
-
-    Raises:
-        CompilerError: there is no compiler, or it failed.
-        UntranslatableError: a line cannot be translated; names file and line.
-
-    """
-    key = (text, more, repr(single))
-    if key not in _libraries:
-        _libraries[key] = _library(text, entries, place, more, single=single)
-    return _libraries[key]
-
-
 def load(text: str, place: Place = unknown_place, *, single: int = 0) -> KernelsC:
     """Return the kernels of a generated module's ``text``, from the cache or compiled now.
 
@@ -150,27 +108,4 @@ def load(text: str, place: Place = unknown_place, *, single: int = 0) -> Kernels
 
     """
     lengths = {name: (single, WRITTEN.get(name, 0)) for name in ENTRIES} if single else None
-    return KernelsC(library_of(text, ENTRIES, place, single=lengths))
-
-
-def _library(text: str, entries: Entries, place: Place, more: str, *, single: Lengths | None) -> Path:
-    compiler = host.compiler()
-    if compiler is None:
-        raise host.CompilerError("there is no C compiler (cc, gcc or clang)")
-
-    def make(library: Path) -> None:
-        announce_compiling(SENTENCE)
-        c = translate(text, entries, place=place).text()
-        if single is not None:
-            c = behind_doubles(c, entries, single)
-        host.build(f"{c}\n{more}", library)
-
-    return compiled_folder.library(_name(f"{single or 0} {text}{more}", compiler), make)
-
-
-def _name(text: str, compiler: str) -> str:
-    """Return a name that changes with text, translator, compiler and kind of machine."""
-    tool = os.stat(compiler)  # noqa: PTH116 (followed to the end of its links)
-    parts = [text, platform.machine(), compiler, str(tool.st_size), str(tool.st_mtime_ns), *host.FLAGS]
-    parts += [path.read_text(encoding="utf-8") for path in sorted(Path(c99.__file__).parent.glob("*.py"))]
-    return "vegrip_c_" + hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
+    return KernelsC(native.library_of(text, ENTRIES, place, single=lengths))

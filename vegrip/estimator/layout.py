@@ -3,7 +3,7 @@
 One flat array per finger makes a call cheap (numba unpacks every argument) and saving a state trivial. The
 generated module gets these places as constants: ``Y0`` is where the section ``Y`` begins, ``SET_DEPTH`` the
 place of one named number. ``kernels/generated.py`` declares them for readers and type checkers; it is written
-from here by ``python -m vegrip.estimator.declarations``.
+from here by ``python -m tools.write_declarations``.
 """
 
 from collections.abc import Iterator

@@ -18,8 +18,7 @@ from vegrip.c99.bridge import Lengths
 from vegrip.c99.host import CompilerError
 from vegrip.c99.kinds import Kind
 from vegrip.effects.contract import Effect
-from vegrip.estimator import kernels_c
-from vegrip.estimator.compiled import estimator_parts, kernel_mode, tell_once
+from vegrip.estimator.compiled import estimator_parts
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS
 from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
@@ -29,7 +28,7 @@ from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
 from vegrip.grip.policies.running_median import WINDOW_SLOTS
 from vegrip.grip.slip_trust import TRUST_SIZE
 from vegrip.grip.wires import WIRES
-from vegrip.model import ContactModel, cache, writer
+from vegrip.model import ContactModel, cache, native, writer
 from vegrip.model.composer import compose
 from vegrip.transport.codec.line import FD
 
@@ -74,10 +73,10 @@ def finger_module(
             places, entries = finger_places(model), WIRES[wire].entries
             lengths = single_lengths(finger, wire) if mode == "c-float" else None
             more = batch_text(finger) + packet_text.PACKET_TEXT if wire == FD else ""
-            library = kernels_c.library_of(text, entries, places.place, more, single=lengths)
+            library = native.library_of(text, entries, places.place, more, single=lengths)
             return FingerKernelsC(library, wire)
         except (CompilerError, UntranslatableError) as error:
-            tell_once(str(error))
+            native.tell_once(str(error))
     return cache.load(text)
 
 
@@ -108,7 +107,7 @@ def compile_now(module: FingerKernels, wire: str, f: Any, t: Any, out: Any) -> N
 
 
 def _mode() -> str:
-    mode = kernel_mode()
+    mode = native.kernel_mode()
     return "c" if mode == "c-float" else mode
 
 

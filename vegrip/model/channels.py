@@ -6,20 +6,13 @@ Until it slides they are upper bounds, and ``utilisation`` says how near the loa
 """
 
 from collections.abc import Mapping
-from functools import lru_cache
-from pathlib import Path
-from types import ModuleType
 from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vegrip.contact import limit_surface
-from vegrip.effects import Effect
 from vegrip.effects.contract import OUTSIDE
 from vegrip.errors import ModelError
-from vegrip.model import cache, writer
-from vegrip.model.composer import compose
 from vegrip.model.model import ContactModel
 from vegrip.types import Floats
 
@@ -109,7 +102,7 @@ class Predictor:
         lasting = [float(s.lasting) for e in model.effects for s in e.states]
         self._fresh = np.stack([model.initial_states, np.array(lasting)])
         self._asked = np.full(n, 2.0) if asked is None else asked
-        self._module = _module(model.effects, plain)
+        self._batch = model.compiled(plain=plain)
 
     def __call__(
         self,
@@ -131,9 +124,9 @@ class Predictor:
         if speed is not None:
             motion = np.stack([motion[:, 0], speed], axis=1)
         if self._by_force:
-            self._module.depths(vector, self._fresh, *beside, motion, force, self._outside, self._span)
+            self._batch.depths(vector, self._fresh, *beside, motion, force, self._outside, self._span)
         out = np.empty((self.t.size, len(QUANTITIES)))
-        self._module.channels(vector, self._fresh, *beside, motion, load, self._outside, self._asked, out)
+        self._batch.channels(vector, self._fresh, *beside, motion, load, self._outside, self._asked, out)
         return out
 
 
@@ -204,13 +197,3 @@ def _held(values: Floats, start: float) -> Floats:
     """Replace NaN by the last value before it, ``start`` where there is none."""
     last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(values.size), -1))
     return np.where(last >= 0, values[last], start)
-
-
-@lru_cache(maxsize=64)
-def _module(effects: tuple[Effect, ...], plain: bool) -> ModuleType:
-    """Return the compiled module; its text depends on the effects only, not on the values."""
-    surface = Path(limit_surface.__file__).with_name("fast.py").read_text(encoding="utf-8")
-    kernel = Path(__file__).with_name("channels_kernel.py").read_text(encoding="utf-8")
-    names = [effect.name for effect in effects]
-    text = writer.write(compose(effects), names, [surface, kernel], ["channels", "depths"])
-    return cache.load_plain(text) if plain else cache.load(text)

@@ -2,12 +2,13 @@
 
 import math
 
-import numpy as np
-
 from vegrip.contact.limit_surface.fast import gauge, torsion_limit
-from vegrip.model.generated import N_OUTSIDE, N_STATES, Floats, advance, readout
+from vegrip.model.generated import N_GEOMETRY, N_OUTSIDE, N_STATES, N_VALUES, Floats, advance, readout
 
 ROUNDS = 60  # of the search for an indentation; the Illinois rule needs about eight
+GIVEN = N_VALUES + N_GEOMETRY  # places in the room for one step: values, outside, states, states on trial
+NOW = GIVEN + N_OUTSIDE
+COLUMNS = 14  # of :data:`vegrip.model.channels.QUANTITIES`
 
 
 def channels(
@@ -20,8 +21,10 @@ def channels(
     outside: Floats,
     asked: Floats,
     out: Floats,
+    m: Floats,
+    n: int,
 ) -> None:
-    """Fill the rows of ``out`` (n, 14), see :data:`vegrip.model.channels.QUANTITIES`.
+    """Fill the rows of ``out`` (n, 14), see :data:`vegrip.model.channels.QUANTITIES`; arrays are flat.
 
     Args:
         values: parameters, then geometry.
@@ -33,33 +36,34 @@ def channels(
         outside: (n, N_OUTSIDE), :data:`vegrip.effects.contract.OUTSIDE`.
         asked: (n,) 2 for all quantities, 1 for none of the friction channels, 0 for none of the patch either.
         out: receives the quantities; NaN where they are not asked for.
+        m: room for one step.
+        n: number of rows.
 
     """
-    m = memory(values, fresh)
-    beside = values.shape[0]
-    at = beside + N_OUTSIDE
+    begin(m, values, fresh)
     elastic_force = 0.0
-    for i in range(t.shape[0]):
-        delta, speed = motion[i, 0], motion[i, 1]
+    for i in range(n):
+        delta, speed = motion[2 * i], motion[2 * i + 1]
         dt = elapsed(m, fresh, t, first, i)
         for j in range(N_OUTSIDE):
-            m[beside + j] = outside[i, j]
-        x, elastic_force, force, sensed = advance(m, 0, at, delta, speed, beside, elastic_force, dt, at)
+            m[GIVEN + j] = outside[N_OUTSIDE * i + j]
+        x, elastic_force, force, sensed = advance(m, 0, NOW, delta, speed, GIVEN, elastic_force, dt, NOW)
         load = force
         if not math.isnan(normal[i]):
             load = max(force + normal[i] - sensed, 0.0)
         a = k = mu = math.nan
         if asked[i] > 0.5:
-            a, k, mu = readout(m, 0, at, delta, speed, beside, x, elastic_force, load)
+            a, k, mu = readout(m, 0, NOW, delta, speed, GIVEN, x, elastic_force, load)
         if force == 0.0:
             a = 0.0  # lifted off, though the imposed indentation may lie above zero
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = delta, x, elastic_force, sensed
-        out[i, 4], out[i, 5], out[i, 6], out[i, 7] = load, a, k, mu
+        row = COLUMNS * i
+        out[row], out[row + 1], out[row + 2], out[row + 3] = delta, x, elastic_force, sensed
+        out[row + 4], out[row + 5], out[row + 6], out[row + 7] = load, a, k, mu
         if asked[i] > 1.5:
-            slip_load(out, i, load, a, k, mu, outside[i, 1], outside[i, 2])
+            slip_load(out, row, load, a, k, mu, outside[N_OUTSIDE * i + 1], outside[N_OUTSIDE * i + 2])
         else:
-            for j in range(8, 14):
-                out[i, j] = math.nan
+            for j in range(8, COLUMNS):
+                out[row + j] = math.nan
 
 
 def depths(
@@ -71,34 +75,31 @@ def depths(
     normal: Floats,
     outside: Floats,
     span: Floats,
+    m: Floats,
+    n: int,
 ) -> None:
     """Put indentations in place of the NaN in ``motion``: those that give the ``normal`` force on the sensor.
 
     ``span``: least and greatest indentation in which to search [m]; the rest as for :func:`channels`.
     """
-    m = memory(values, fresh)
-    beside = values.shape[0]
-    at = beside + N_OUTSIDE
+    begin(m, values, fresh)
     elastic_force = 0.0
-    for i in range(t.shape[0]):
+    for i in range(n):
         dt = elapsed(m, fresh, t, first, i)
         for j in range(N_OUTSIDE):
-            m[beside + j] = outside[i, j]
-        if math.isnan(motion[i, 0]):
-            motion[i, 0] = depth_of(m, beside, at, normal[i], elastic_force, dt, span)
-        step = advance(m, 0, at, motion[i, 0], motion[i, 1], beside, elastic_force, dt, at)
+            m[GIVEN + j] = outside[N_OUTSIDE * i + j]
+        if math.isnan(motion[2 * i]):
+            motion[2 * i] = depth_of(m, normal[i], elastic_force, dt, span)
+        step = advance(m, 0, NOW, motion[2 * i], motion[2 * i + 1], GIVEN, elastic_force, dt, NOW)
         elastic_force = step[1]
 
 
-def memory(values: Floats, fresh: Floats) -> Floats:
-    """Return the array that ``advance`` works on: values, outside, states, room for states on trial."""
-    n, at = values.shape[0], values.shape[0] + N_OUTSIDE
-    m = np.zeros(at + 2 * N_STATES)
-    for j in range(n):  # loops: slices take the compiler twice as long
+def begin(m: Floats, values: Floats, fresh: Floats) -> None:
+    """Put the values and the states of a recovered contact in their places."""
+    for j in range(GIVEN):  # loops: slices take numba twice as long to compile
         m[j] = values[j]
     for j in range(N_STATES):
-        m[at + j] = fresh[0, j]
-    return m
+        m[NOW + j] = fresh[j]
 
 
 def elapsed(m: Floats, fresh: Floats, t: Floats, first: Floats, i: int) -> float:
@@ -108,40 +109,37 @@ def elapsed(m: Floats, fresh: Floats, t: Floats, first: Floats, i: int) -> float
     """
     if first[i] < 0.5:
         return float(t[i] - t[i - 1])
-    beside, at = m.shape[0] - 2 * N_STATES - N_OUTSIDE, m.shape[0] - 2 * N_STATES
     if i > 0:
-        advance(m, 0, at, 0.0, 0.0, beside, 0.0, t[i] - t[i - 1], at)
+        advance(m, 0, NOW, 0.0, 0.0, GIVEN, 0.0, t[i] - t[i - 1], NOW)
     for j in range(N_STATES):
-        if fresh[1, j] < 0.5:
-            m[at + j] = fresh[0, j]
+        if fresh[N_STATES + j] < 0.5:
+            m[NOW + j] = fresh[j]
     return 0.0
 
 
 def slip_load(
-    out: Floats, i: int, load: float, a: float, k: float, mu: float, f: float, torque: float
+    out: Floats, row: int, load: float, a: float, k: float, mu: float, f: float, torque: float
 ) -> None:
     """Limits, and where the measured load lies within them: ``gauge(k, f / (mu N), m / (mu N a))``."""
     moment = abs(torque)
-    out[i, 8] = mu * load
-    out[i, 9] = mu * load * a * torsion_limit(k)
-    out[i, 10] = out[i, 11] = out[i, 12] = out[i, 13] = math.nan
+    out[row + 8] = mu * load
+    out[row + 9] = mu * load * a * torsion_limit(k)
+    out[row + 10] = out[row + 11] = out[row + 12] = out[row + 13] = math.nan
     if not (load > 0.0 and a > 0.0 and f + moment > 0.0):
         return
     used = gauge(k, f / (mu * load), moment / (mu * load * a))
-    out[i, 10] = used
-    out[i, 11] = math.hypot(f, moment / a) / used
-    out[i, 12] = f / used
-    out[i, 13] = torque / used
+    out[row + 10] = used
+    out[row + 11] = math.hypot(f, moment / a) / used
+    out[row + 12] = f / used
+    out[row + 13] = torque / used
 
 
-def depth_of(
-    m: Floats, beside: int, at: int, wanted: float, elastic_force: float, dt: float, span: Floats
-) -> float:
+def depth_of(m: Floats, wanted: float, elastic_force: float, dt: float, span: Floats) -> float:
     """Return the indentation [m] at which the model's sensor shows ``wanted`` [N], by the Illinois rule.
 
     Below the least force that the model can show the surface has lifted off; any indentation in air will do.
     """
-    trial = at + N_STATES
+    trial = NOW + N_STATES
     low, high, x = float(span[0]), float(span[1]), float(span[0])
     f_low = f_high = 0.0
     side = 0
@@ -150,7 +148,7 @@ def depth_of(
             x = high
         elif i > 1:
             x = (f_low * high - f_high * low) / (f_low - f_high)
-        f = advance(m, 0, at, x, 0.0, beside, elastic_force, dt, trial)[3] - wanted
+        f = advance(m, 0, NOW, x, 0.0, GIVEN, elastic_force, dt, trial)[3] - wanted
         if i == 0:
             f_low = f
             if not f < 0.0:

@@ -16,6 +16,8 @@ N_VALUES = 0
 """How many parameters the effects have."""
 N_OUTSIDE = 0
 """How many quantities :data:`vegrip.effects.contract.OUTSIDE` has."""
+N_GEOMETRY = 0
+"""How many numbers of :data:`vegrip.effects.contract.GEOMETRY` follow the parameters."""
 
 
 def advance(

@@ -5,8 +5,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
-from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,8 +12,10 @@ from numpy.typing import ArrayLike
 
 from vegrip.effects import Effect, place
 from vegrip.errors import ModelError
-from vegrip.model import cache, writer
+from vegrip.model import writer
+from vegrip.model.batch import Batch, batch_of
 from vegrip.model.composer import Plan, compose
+from vegrip.model.native import kernel_mode
 from vegrip.model.probe import probe
 from vegrip.parameters import Parameter, Value, changed, check, declared
 from vegrip.types import Floats
@@ -99,11 +99,9 @@ class ContactModel:
         """Return the text of the generated module, with the texts of ``kernels`` appended."""
         return writer.write(self.plan, [e.name for e in self.effects], kernels, entries)
 
-    def compiled(self, *, plain: bool = False) -> ModuleType:
-        """Return the module with ``run``, ``advance`` and ``readout``; ``plain`` leaves it uncompiled."""
-        kernel = Path(__file__).with_name("simulate_kernel.py").read_text(encoding="utf-8")
-        text = self.source([kernel], ["run", "advance", "readout"])
-        return cache.load_plain(text) if plain else cache.load(text)
+    def compiled(self, *, plain: bool = False) -> Batch:
+        """Return what runs records through the model; ``plain`` leaves it uncompiled."""
+        return batch_of(self.effects, kernel_mode(), plain=plain)
 
     def simulate(
         self,

@@ -25,6 +25,7 @@ batch_ = numba.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrappe
 N_STATES = {states}
 N_VALUES = {values}
 N_OUTSIDE = {outside}
+N_GEOMETRY = {geometry}
 '''
 
 BATCH = frozenset({"run", "channels", "depths"})
@@ -52,6 +53,7 @@ def write(
 
     """
     sizes = {"states": len(plan.states), "values": len(plan.parameters), "outside": len(OUTSIDE)}
+    sizes["geometry"] = len(GEOMETRY)
     parts = [HEADER.format(effects=", ".join(effects), **sizes)]
     parts += list(plan.texts.values())
     parts += [

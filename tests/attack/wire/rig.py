@@ -15,7 +15,7 @@ from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.codec import CanCodec, Frame, MsgpackCodec
 from vegrip.transport.codec.line import Line
 from vegrip.transport.endpoint import Intercept
-from vegrip.validation.controllers.candidates import make_node
+from vegrip.trials.candidates import make_node
 
 PERIOD = 0.005  # [s] between states
 PHASE = 0.002  # [s] of the states after the ticks

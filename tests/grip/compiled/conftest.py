@@ -2,8 +2,8 @@
 
 import pytest
 
+from validation.compiled_finger import Log, record
 from vegrip.c99 import host
-from vegrip.validation.compiled_finger import Log, record
 
 
 @pytest.fixture(scope="session")

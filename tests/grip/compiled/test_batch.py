@@ -8,6 +8,7 @@ from itertools import groupby
 import numpy as np
 import pytest
 
+from validation.compiled_finger import Log
 from vegrip.clock import WallClock
 from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.compiled_finger import LEFT_ALONE
@@ -18,8 +19,7 @@ from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.transport.batch_endpoint import BatchEndpoint
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, BatchCodec
 from vegrip.transport.open import Hand, open_endpoint
-from vegrip.validation.compiled_finger import Log
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
+from vegrip.trials.candidates import demo_parameters, make_node
 
 STATE_ROW, COMMAND_ROW = 50, 26
 Batch = tuple[int, bytes]

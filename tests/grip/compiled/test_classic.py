@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from validation.compiled_finger import Answers, Log, Replay, bits_left, differences, hostile, record
+from validation.faults.table import CASES, Case
+from validation.faults.testbed import Scene
 from vegrip.c99 import host
-from vegrip.estimator.compiled import kernel_mode
 from vegrip.grip.compiled_finger import LEFT_ALONE
 from vegrip.messages import Condition
+from vegrip.model.native import kernel_mode
 from vegrip.runtime.hot_path import PART
-from vegrip.validation.compiled_finger import Answers, Log, Replay, bits_left, differences, hostile, record
-from vegrip.validation.controllers.candidates import demo_parameters
-from vegrip.validation.faults.table import CASES, Case
-from vegrip.validation.faults.testbed import Scene
+from vegrip.trials.candidates import demo_parameters
 
 LONG = bool(os.environ.get("VEGRIP_LONG"))
 SHORT_CASES = ("normal force stuck at 2 N", "all states of one finger lost for 1 s")

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from validation.compiled_finger import Answers, Log, Replay, differences, hostile, record
+from validation.faults.table import CASES, Case
 from vegrip.grip.parameters import GraspParameters
-from vegrip.validation.compiled_finger import Answers, Log, Replay, differences, hostile, record
-from vegrip.validation.controllers.candidates import demo_parameters
-from vegrip.validation.faults.table import CASES, Case
+from vegrip.trials.candidates import demo_parameters
 
 LONG = bool(os.environ.get("VEGRIP_LONG"))
 SHORT_CASES = ("normal force stuck at 2 N", "all states of one finger lost for 1 s")

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
+from validation.faults.testbed import Scene
 from vegrip.grip.node import GraspForce
 from vegrip.messages import Condition, Lifecycle, Message
 from vegrip.runtime.telemetry import Direction, Offered, Telemetry
-from vegrip.validation.faults.testbed import Scene
 
 UNTIL = 1.2  # [s]
 

@@ -10,6 +10,7 @@ import can
 import numpy as np
 import pytest
 
+from validation.compiled_finger import Log
 from vegrip.c99 import host
 from vegrip.runtime.packet_path import PacketPath
 from vegrip.runtime.runner import LoopSettings, Runner
@@ -23,8 +24,7 @@ from vegrip.transport.canbus.hub_wire import (
     split_requests,
 )
 from vegrip.transport.canbus.virtual_can import VegripBus
-from vegrip.validation.compiled_finger import Log
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
+from vegrip.trials.candidates import demo_parameters, make_node
 
 pytestmark = pytest.mark.skipif(host.compiler() is None, reason="packets are answered by C")
 ROUNDS = 400

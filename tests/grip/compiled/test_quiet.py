@@ -5,10 +5,10 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
+from validation.compiled_finger import Log, Replay, hostile
 from vegrip.grip.compiled_finger import CompiledFinger
 from vegrip.grip.node import GraspForce
 from vegrip.messages import Condition
-from vegrip.validation.compiled_finger import Log, Replay, hostile
 
 FRAMES = 400
 PERIODS = (0.02, 0.2)

@@ -11,11 +11,11 @@ from numba.core.event import install_recorder
 
 import vegrip.estimator.kernels as estimator_kernels
 import vegrip.grip.kernels as grip_kernels
+from validation.compiled_finger import Log, Replay, bits_left, hostile
 from vegrip.c99 import BYTES, LONGS, MEMORY, host
 from vegrip.clock import NS
 from vegrip.contact.limit_surface import fast
 from vegrip.estimator import ContactEstimator
-from vegrip.estimator.compiled import kernel_mode
 from vegrip.grip.compiled import compile_now
 from vegrip.grip.compiled_finger import LEFT_ALONE
 from vegrip.grip.finger import RECENT_STATES
@@ -23,8 +23,8 @@ from vegrip.grip.layout import CHANNELS, FingerLayout
 from vegrip.grip.safety.ranges import CHECKED_CHANNELS
 from vegrip.grip.wires import WIRES
 from vegrip.messages import FingertipState
+from vegrip.model.native import kernel_mode
 from vegrip.transport.codec.line import FD
-from vegrip.validation.compiled_finger import Log, Replay, bits_left, hostile
 
 FRAMES = 600
 

@@ -10,21 +10,21 @@ import msgpack
 import numpy as np
 import pytest
 
+from validation.compiled_finger import Answers, Log, bits_left, differences, record
+from validation.compiled_topics import TopicReplay, hostile_topics, on_topics
+from validation.faults.table import CASES, Case
 from vegrip.c99 import host
 from vegrip.clock import WallClock
-from vegrip.estimator.compiled import kernel_mode
 from vegrip.grip.layout import CHANNELS
 from vegrip.messages import FingertipState, ForceCommand, Reason, SlipMargin
+from vegrip.model.native import kernel_mode
 from vegrip.runtime.runner import LoopSettings, Runner
 from vegrip.runtime.topic_path import TopicPath
 from vegrip.transport.codec.msgpack_codec import MsgpackCodec
 from vegrip.transport.codec.protection import P04, P04_COUNTER, P04_HEADER
 from vegrip.transport.codec.topics import data_id_of
 from vegrip.transport.open import Hand, open_endpoint
-from vegrip.validation.compiled_finger import Answers, Log, bits_left, differences, record
-from vegrip.validation.compiled_topics import TopicReplay, hostile_topics, on_topics
-from vegrip.validation.controllers.candidates import demo_parameters, make_node
-from vegrip.validation.faults.table import CASES, Case
+from vegrip.trials.candidates import demo_parameters, make_node
 
 LONG = bool(os.environ.get("VEGRIP_LONG"))
 SHORT_CASES = ("normal force stuck at 2 N", "all states of one finger lost for 1 s")

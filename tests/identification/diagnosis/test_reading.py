@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tools import make_samples
 from vegrip.cli import main
 from vegrip.effects import BUILT_IN, effect
 from vegrip.identification.compare.words import format_height
-from vegrip.identification.samples import make, recording
+from vegrip.identification.samples import recording
 from vegrip.model import read_model
 from vegrip.parameters import SCALES, in_si
 from vegrip.runtime.replay.grasp import offline
@@ -44,7 +45,7 @@ def test_the_hidden_pull_is_told_in_newtons(found: Path) -> None:
     told = json.loads((found / "diagnosis.json").read_text())
     assert told["named"] == ["adhesion"]
     assert told["si"]["pull"]["unit"] == "N"
-    hidden = float(make.HIDDEN_EFFECTS["adhesion"]["force"])
+    hidden = float(make_samples.HIDDEN_EFFECTS["adhesion"]["force"])
     assert told["si"]["pull"]["value"] == pytest.approx(hidden, rel=0.1)
 
 

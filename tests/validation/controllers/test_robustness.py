@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vegrip.validation.controllers.robustness import (
+from validation.controllers.robustness import (
     CASES,
     DRYING_S,
     WET_S,

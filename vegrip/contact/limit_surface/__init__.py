@@ -2,7 +2,7 @@
 
 reference      the paper's profile, exactly, by quadrature over rings
 axisymmetric   any round profile, the same way
-fast           the paper's profile in a tenth of a microsecond, compiled; its tables come from make_table
+fast           the paper's profile in a tenth of a microsecond, compiled; tools/fit_limit_surface.py fits it
 queries        the fast surface for arrays, with every argument checked
 least_force    the least normal force for a load; area says how the contact grows with that force
 pressure_map   any map of points with forces; maps fills shapes, map_gauge bounds the gauge of a load

@@ -7,7 +7,7 @@ radii per second, spin omega [rad/s]. With the torsion limit M(k), gauge and sup
     support(k, v, o) = sqrt(v^2 + (M o)^2) * (1 - w Q(1/k, u))     u from (v, M o)
     u = (A^2 - B^2)/(A^2 + B^2),   w = (1 - u^2)/4                 for a pair (A, B)
 
-P and Q are polynomials (``make_table.py``) fitted from the inside: the radius is never outside the true
+P and Q are polynomials, fitted from the inside (``tools/``): the radius is never outside the true
 surface and at most 2.4e-5 inside, relative, for every k in [1, inf] and every angle; it is exact at pure
 force and pure torsion. The slip direction is good to 6e-4 rad.
 

@@ -3,7 +3,7 @@
 The kernels are ordinary files, to be read, linted and typed; nothing imports them. Their text, without the
 imports from vegrip, is appended to the generated module of a model, where these names have that model's
 values (:meth:`vegrip.estimator.layout.Layout.names`). This file declares them; it is written by
-``python -m vegrip.estimator.declarations``.
+``python -m tools.write_declarations``.
 """
 
 from vegrip.contact.limit_surface.fast import gauge, radius_gradient_towards, torsion_gradient

@@ -1,7 +1,7 @@
 """Sample files that ship with the package, so that every example of the help runs as written.
 
 One fingertip of 8 mm radius, pressed, held, and pulled until it slips, on the virtual bench (which shares no
-physics code with the model), with adhesion hidden in it. :mod:`vegrip.identification.samples.make` made them.
+physics code with the model), with adhesion hidden in it. :mod:`tools.make_samples` made them.
 """
 
 import gzip

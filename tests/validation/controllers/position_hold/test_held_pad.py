@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from vegrip.validation.controllers.position_hold.gripper import Gripper
-from vegrip.validation.controllers.position_hold.pad import RATES, TOTAL_SHARE, Pad, PressedPad, draw_pad
-from vegrip.validation.controllers.position_hold.scenario import LIFT_END_S, draw_hold
+from validation.controllers.position_hold.gripper import Gripper
+from validation.controllers.position_hold.pad import RATES, TOTAL_SHARE, Pad, PressedPad, draw_pad
+from validation.controllers.position_hold.scenario import LIFT_END_S, draw_hold
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.settings import FingertipSettings
 

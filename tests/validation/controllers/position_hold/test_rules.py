@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vegrip.validation.controllers.position_hold.__main__ import main
-from vegrip.validation.controllers.position_hold.controllers import GUARD, ElasticAgain
-from vegrip.validation.controllers.position_hold.forecast import HoldForecast
-from vegrip.validation.controllers.position_hold.gripper import Gripper
-from vegrip.validation.controllers.position_hold.pad import Pad
-from vegrip.validation.controllers.position_hold.scenario import Load
-from vegrip.validation.controllers.position_hold.study import KNOBS, figures_of, trials_of
-from vegrip.validation.controllers.position_hold.trial import HoldResult, HoldTrial, run_holds
+from validation.controllers.position_hold.__main__ import main
+from validation.controllers.position_hold.controllers import GUARD, ElasticAgain
+from validation.controllers.position_hold.forecast import HoldForecast
+from validation.controllers.position_hold.gripper import Gripper
+from validation.controllers.position_hold.pad import Pad
+from validation.controllers.position_hold.scenario import Load
+from validation.controllers.position_hold.study import KNOBS, figures_of, trials_of
+from validation.controllers.position_hold.trial import HoldResult, HoldTrial, run_holds
 
 PAD = Pad(11e-3, 2.0, 1.6, (0.25, 0.2), (2.0, 0.05), 0.8)
 CLOSE_N = 4.0
@@ -133,7 +133,7 @@ def test_the_command_prints_the_fronts_and_draws_them(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few = {rule: knobs[-1:] for rule, knobs in KNOBS.items()}
-    monkeypatch.setattr("vegrip.validation.controllers.position_hold.study.KNOBS", few)
+    monkeypatch.setattr("validation.controllers.position_hold.study.KNOBS", few)
     path = tmp_path / "fronts.png"
     assert main(["--materials", "1", "--seeds", "1", "--json", "-o", str(path)]) == 0
     told = json.loads(capsys.readouterr().out)

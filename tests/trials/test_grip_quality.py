@@ -1,0 +1,206 @@
+"""The least possible force is the least by brute force, and the figures are those of the rows."""
+
+import json
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from vegrip.cli import main
+from vegrip.trials.compiled_loop import CompiledRun
+from vegrip.trials.fronts import (
+    QualityTrial,
+    Surroundings,
+    record_trial,
+    run_quality_trial,
+)
+from vegrip.trials.grip_quality import (
+    CLASSES,
+    GripRecord,
+    classes_of,
+    clopper_pearson,
+    figures_of,
+)
+from vegrip.trials.scenario import GRASPS
+from vegrip.trials.trial_memory import noise_table
+from vegrip.virtual import HandSettings
+from vegrip.virtual.disturbance import Push, Twist, Wetting
+from vegrip.virtual.patch import even_grid, utilisation
+
+
+@pytest.fixture(scope="module")
+def pinch() -> CompiledRun:
+    """A constant grip in a pinch, where force and torque both load the contacts."""
+    return run_quality_trial(QualityTrial("constant", 3, 4.0, 8.0, "pinch"))
+
+
+def scanned(row: dict[str, float]) -> float:
+    """Return the least force by trying forces on a fine patch of elements, without any limit surface."""
+    grid = even_grid(24, 48)
+    for force in np.geomspace(0.02, 20.0, 1500):
+        a = row["radius"] * (force / row["force"]) ** (1.0 / 3.0)
+        limit = row["mu"] * force
+        if utilisation(grid, row["exponent"], row["tangential"] / limit, row["torque"] / (limit * a)) <= 1.0:
+            return float(force)
+    return math.inf
+
+
+def test_the_least_possible_force_is_the_least_that_holds_when_forces_are_tried_one_by_one(
+    pinch: CompiledRun,
+) -> None:
+    for row in (150, 250, 380):
+        for finger in (0, 1):
+            truth = {name: float(values[row, finger]) for name, values in pinch.truth.items()}
+            assert truth["least"] == pytest.approx(scanned(truth), rel=0.01)
+
+
+def test_a_grip_never_holds_with_less_than_the_least_possible_force(pinch: CompiledRun) -> None:
+    settled = pinch.time > 1.0
+    assert np.all(pinch.truth["least"][settled] < pinch.truth["force"][settled])
+    assert pinch.slips == 0
+
+
+def test_without_load_nothing_is_needed(pinch: CompiledRun) -> None:
+    assert np.all(pinch.truth["least"][pinch.time < 0.05] < 0.01)
+
+
+def record(**changes: object) -> GripRecord:
+    """Return four rows, one of the lift and three of a held object."""
+    rows = {
+        "slips": 0, "dropped": False, "largest_micro_slip": 2e-5,
+        "force": np.array([9.0, 2.0, 4.0, 6.0]), "least": np.array([1.0, 1.0, 2.0, 3.0]),
+        "margin": np.array([0.9, 0.5, 0.01, 0.4]), "slipped": np.zeros(4),
+        "classes": np.array([5, 0, 3, 3]), "settled": np.array([False, True, True, True]),
+        "friction_error": np.array([[9.0, 9.0], [1.9, -3.0], [np.nan, 0.1], [0.2, 0.3]]),
+        "friction_std": np.array([[1.0, 1.0], [0.2, 0.1], [np.nan, 0.3], [0.4, 0.5]]),
+    }  # fmt: skip
+    return GripRecord(**{**rows, **changes})  # type: ignore[arg-type]
+
+
+def test_friction_is_inside_its_interval_where_the_error_is_below_two_deviations() -> None:
+    """Of what is held: the lift does not count, nor a finger in the air."""
+    figures = figures_of([record()], 0.01)
+    assert figures["friction_inside"] == pytest.approx(4 / 5)
+    assert figures["friction_std"] == pytest.approx(0.3)
+    assert figures["by_class"]["static"]["friction_inside"] == pytest.approx(0.5)
+    assert np.isnan(figures["by_class"]["wet"]["friction_inside"])
+
+
+def test_the_true_friction_lies_inside_the_stated_interval_though_faces_get_wet_and_dry_unseen() -> None:
+    trials = [QualityTrial("learning", seed, 10.0, 0.1, "hand") for seed in range(100, 108)]
+    figures = figures_of([record_trial(trial) for trial in trials], 0.01)
+    assert figures["friction_inside"] > 0.9
+    assert figures["by_class"]["wet"]["friction_inside"] > 0.8
+    assert figures["friction_std"] < 0.25
+
+
+def test_figures_count_what_is_held_and_slips_from_the_start() -> None:
+    figures = figures_of([record(), record(slips=2, slipped=np.array([1.0, 0.0, 1.0, 0.0]))], 0.01)
+    assert figures["mean_force"] == 4.0
+    assert figures["force_over_least"] == pytest.approx(2.0)
+    assert figures["time_below_002"] == pytest.approx(0.01)
+    assert (figures["slips"], figures["trials_with_slip"]) == (2, 1)
+    assert figures["by_class"]["torsion"]["slips"] == 1
+    assert figures["by_class"]["lift"]["slips"] == 1
+    assert figures["by_class"]["static"]["force_over_least"] == pytest.approx(2.0)
+
+
+def test_the_worst_kind_of_disturbance_that_acts_names_the_instant() -> None:
+    events = (Push(2.0, 1.0, 1.0, 0.0), Twist(2.5, 1.0, 0.1), Wetting(3.4, 1.0, 0.5))
+    found = classes_of(np.array([1.0, 1.9, 2.2, 2.7, 3.2, 3.45]), events)
+    assert [CLASSES[i] for i in found] == ["lift", "static", "shock", "torsion", "torsion", "wet"]
+
+
+@pytest.mark.parametrize(("hits", "trials"), [(0, 50), (1, 50), (7, 20), (20, 20)])
+def test_the_interval_of_slips_is_where_the_binomial_tails_are_a_fortieth(hits: int, trials: int) -> None:
+    low, high = clopper_pearson(hits, trials)
+    if hits > 0:
+        assert binom.sf(hits - 1, trials, low) == pytest.approx(0.025)
+    if hits < trials:
+        assert binom.cdf(hits, trials, high) == pytest.approx(0.025)
+    assert (low == 0.0) == (hits == 0)
+
+
+def test_fifty_trials_without_a_slip_bound_its_chance_below_a_fourteenth() -> None:
+    assert clopper_pearson(0, 50)[1] == pytest.approx(0.0711, abs=1e-4)
+
+
+def test_quicker_drives_and_rougher_surfaces_are_what_they_say() -> None:
+    hand = QualityTrial("constant", 0, 3.0, 8.0, "pinch").surroundings.applied
+    usual, other = hand(_hand()), Surroundings(24.0, 2.0, slip_channel="absent").applied(_hand())
+    assert other.actuator.bandwidth == 2.0 * usual.actuator.bandwidth
+    assert other.actuator.force_rate == 2.0 * usual.actuator.force_rate
+    assert other.tip.friction == 2.0 * usual.tip.friction
+    assert usual.sensor.slip_sensor
+    assert not other.sensor.slip_sensor
+
+
+def test_a_dead_slip_channel_tells_of_no_slide_and_a_stuck_or_noisy_one_of_slides_that_are_not() -> None:
+    """Seen by a controller that believes them all: it raises the grip by what it feels."""
+
+    def run(channel: str, friction: float) -> CompiledRun:
+        around = Surroundings(friction_scale=friction, slip_channel=channel)
+        return run_quality_trial(QualityTrial("vegrip", 3, 2.0, 0.15, "pinch", around))
+
+    slippery, usual = 0.4, 1.0
+    assert not run("sound", slippery).dropped
+    assert run("dead", slippery).dropped
+    assert run("absent", slippery).dropped
+    sound = run("sound", usual).truth["force"].mean()
+    assert run("dead", usual).truth["force"].mean() == pytest.approx(sound, rel=1e-3)
+    for channel in ("stuck", "noisy"):
+        assert run(channel, usual).truth["force"].mean() > 1.1 * sound
+
+
+def test_a_noisy_slip_channel_has_two_flags_in_a_hundred_wrong_and_two_millimetres_a_second() -> None:
+    sound, noisy = (noise_table(_hand(), 5, 20_000, channel) for channel in ("sound", "noisy"))
+    assert not sound[:, :, 7].any()
+    assert noisy[:, :, 7].mean() == pytest.approx(0.02, abs=0.002)
+    assert (noisy - sound)[:, :, 6].std() == pytest.approx(2e-3, rel=0.02)
+    assert np.array_equal(noisy[:, :, :6], sound[:, :, :6])
+
+
+def _hand() -> HandSettings:
+    return GRASPS["pinch"]
+
+
+def answer(arguments: list[str], read: Callable[[], tuple[str, str]]) -> dict[str, object]:
+    """Return what the command prints."""
+    assert main(["controllers", *arguments, "--json"]) == 0
+    found: dict[str, object] = json.loads(read().out)  # type: ignore[attr-defined]
+    return found
+
+
+def test_the_command_prints_the_figures_of_every_controller(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    told = answer(
+        ["--grasp", "pinch", "--seeds", "1", "--duration", "2.5", "--only", "constant", "--sweep"],
+        capsys.readouterr,
+    )
+    one = told["controllers"]["constant"]  # type: ignore[index]
+    assert told["slip_channel"] == "sound"
+    asked = {
+        "slips", "drops", "trials", "mean_force", "force_over_least", "largest_micro_slip", "margin_q05",
+        "time_below_002", "by_class", "front", "friction_inside", "friction_std",
+    }  # fmt: skip
+    assert asked <= one.keys()
+    assert set(one["by_class"]) == set(CLASSES)
+    ratios = [point["force_over_least"] for point in one["front"]]
+    assert ratios == sorted(ratios)
+    assert one["mean_force"] == pytest.approx(8.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [["--grasp", "fist"], ["--only", "vegri"], ["--duration", "1"], ["--friction-scale", "0"],
+     ["--drive-bandwidth", "1e6"], ["--slip-delay", "nan"], ["--duration", "nan"],
+     ["--slip-channel", "ded"], ["--slip-channel", "dead", "--no-slip-channel"]],
+)  # fmt: skip
+def test_what_cannot_be_asked_is_one_sentence_and_exit_code_two(
+    wrong: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["controllers", *wrong]) == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1

@@ -1,0 +1,490 @@
+"""The compiled finger step against the objects: the same frames into both, and every byte that comes out.
+
+``python -m validation.compiled_finger`` records a hand in a closed loop, makes its states hostile, and
+records a pinch under the faults of :mod:`validation.faults`; ``--quick`` records less. ``--bits``
+compares C, numba and plain Python instead: every command and every number of all memories after 35 s of the
+hand, as recorded and with hostile states. ``--learning`` does so with friction that is shared and probed,
+``--classic`` with states in several classic frames, ``--topics`` on single topics of ZeroMQ.
+"""
+
+import argparse
+import math
+import struct
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from e2e.p05 import e2e_p05_protect
+
+from validation.faults.table import CASES, FAULT_BEGIN_S, Case
+from validation.faults.testbed import Scene
+from validation.hostile_parts import DATA_IDS, PartLiar
+from vegrip.grip.batch_text import COMMANDED
+from vegrip.grip.compiled_finger import LEFT_ALONE, REPORT
+from vegrip.grip.node import GraspForce
+from vegrip.grip.parameters import GraspParameters
+from vegrip.messages import Condition, ContactEstimate, ForceCommand, Message, SlipMargin
+from vegrip.transport.codec import CanCodec, Frame
+from vegrip.transport.codec.line import Line
+from vegrip.trials.candidates import KNOBS, demo_parameters, make_node, parameters
+
+COUNTER_AT, VERSION_AT, TIME_AT, VALUES_AT = 2, 6, 8, 12
+"""Where these stand in the frame of a state: the attack knows the wire by itself, not from the DBC."""
+QUICK_CASES = 4
+HOSTILE_SEEDS = 20
+SILENCES = 0.003  # share of frames after which nothing comes for a while
+WATCHED_AFTER_S = 0.7
+BITS_DURATION_S = 35.0  # [s] 35 000 frames
+MODES = ("c", "numba", "python")
+COUNTS = ("faults", "lost", "rejected", "clipped")
+CLIPPED = ("normal_force", "adjustment", "reason", "expires")  # of commands; reports are not encoded here
+
+
+@dataclass
+class Event:
+    """A frame that arrived, or a tick, or news of broken frames of ``finger``; answered at ``now`` [ns].
+
+    In a log of topics a state is the ``payload`` of ``finger`` that came at ``arrival`` [ns].
+    """
+
+    now: int = 0
+    frame: Frame | None = None
+    finger: str = ""
+    payload: bytes = b""
+    arrival: int = 0
+
+
+@dataclass
+class Log:
+    """What a node met, in order."""
+
+    fingers: tuple[str, ...]
+    sender_time: bool = False
+    events: list[Event] = field(default_factory=list)
+    parameters: GraspParameters | None = None  # of the node; None: those of the demonstration
+    fd: bool = True  # the frames are of CAN FD, else classic
+
+    @property
+    def frames(self) -> int:
+        """How many frames there are."""
+        return sum(event.frame is not None or bool(event.payload) for event in self.events)
+
+    def codec(self) -> CanCodec:
+        """Return a codec for the frames."""
+        return CanCodec(self.fingers, fd=self.fd, use_sender_time=self.sender_time)
+
+
+@dataclass
+class Answers:
+    """What a node answered: the commands as bytes, and what it thought of its input after each event."""
+
+    commands: list[tuple[int, bytes]] = field(default_factory=list)
+    reports: list[tuple[int, bytes]] = field(default_factory=list)  # contacts and slip margins
+    packed_reports: int = 0  # frames of them that the compiled step packed
+    conditions: list[tuple[Condition, ...]] = field(default_factory=list)
+    faults: dict[str, dict[Condition, int]] = field(default_factory=dict)
+    lost: int = 0
+    rejected: dict[str, int] = field(default_factory=dict)
+    clipped: dict[str, int] = field(default_factory=dict)
+    compiled_frames: int = 0
+
+
+def listen(scene: Scene) -> Log:
+    """Return a log that fills while ``scene`` runs, with what its present node meets."""
+    log = Log(tuple(scene.fingers), scene.sender_time, fd=scene.fd)
+    codec, node = scene.grip.endpoint._codec, scene.grip.node
+    assert isinstance(node, GraspForce)  # noqa: S101 (the scene made it)
+    pending: dict[int, Event] = {}
+    decode, on_message, on_tick, on_broken = codec.decode, node.on_message, node.on_tick, node.on_broken
+
+    def logged_decode(frame: Frame) -> Message | None:
+        message = decode(frame)
+        event = Event(frame.stamp, frame)
+        log.events.append(event)
+        if message is not None:
+            pending[id(message)] = event
+        return message
+
+    def logged_message(message: Message, now: int) -> Iterable[Message]:
+        if event := pending.pop(id(message), None):
+            event.now = now
+        return on_message(message, now)
+
+    def logged_tick(now: int) -> Iterable[Message]:
+        log.events.append(Event(now))
+        return on_tick(now)
+
+    def logged_broken(finger: str, now: int) -> None:
+        log.events.append(Event(now, finger=finger))
+        on_broken(finger, now)
+
+    scene.grip.endpoint.intercept = None  # everything goes by messages, to be seen here
+    parts: Any = codec, node  # methods of two instances are replaced
+    parts[0].decode, parts[1].on_message = logged_decode, logged_message
+    parts[1].on_tick, parts[1].on_broken = logged_tick, logged_broken
+    return log
+
+
+def record(
+    case: Case | None, duration: float, grasp: str = "pinch", controller: str = "vegrip", *, fd: bool = True
+) -> Log:
+    """Return what the node of a scene meets under a fault, or for ``duration`` [s] without one."""
+    settings = parameters(controller, KNOBS[grasp][controller])
+    sender_time = case.sender_time if case is not None else True
+    scene = Scene(grasp, sender_time=sender_time, parameters=settings, fd=fd)
+    log = listen(scene)
+    log.parameters = settings
+    if case is None:
+        scene.run_until(duration)
+        return log
+    fault = case.make()
+    scene.run_until(FAULT_BEGIN_S)
+    fault.begin(scene)
+    scene.run_until(FAULT_BEGIN_S + case.duration)
+    fault.end(scene)
+    scene.run_until(FAULT_BEGIN_S + case.duration + WATCHED_AFTER_S)
+    return log
+
+
+def hostile(log: Log, seed: int) -> Log:
+    """Return ``log`` with false states, and silences now and then."""
+    if not log.fd:
+        return hostile_parts(log, seed)
+    lines = [line for finger in log.fingers if (line := log.codec().line(finger)) is not None]
+    liars = {line.state_id: Liar((seed, line.state_id)) for line in lines}
+    rng, later = np.random.default_rng(seed), 0  # [ns]
+    found = replace(log, events=[])
+    for event in log.events:
+        frame = event.frame
+        if frame is not None and frame.arbitration_id in liars:
+            data = liars[frame.arbitration_id].falsified(frame, later)
+            frame = frame._replace(data=data)
+        if rng.random() < SILENCES:
+            later += int(10 ** rng.uniform(6.0, 9.5))
+        frame = frame._replace(stamp=frame.stamp + later) if frame is not None else None
+        found.events.append(Event(event.now + later, frame, event.finger))
+    return found
+
+
+def hostile_parts(log: Log, seed: int) -> Log:
+    """Return a ``log`` of classic frames with false states, and silences now and then."""
+    liars = {number: PartLiar((seed, number)) for number in range(len(log.fingers))}
+    rng, later = np.random.default_rng(seed), 0  # [ns]
+    found = replace(log, events=[])
+    for event in log.events:
+        if rng.random() < SILENCES:
+            later += int(10 ** rng.uniform(6.0, 9.5))
+        frame = event.frame
+        if frame is None or frame.arbitration_id not in DATA_IDS:
+            shifted = frame._replace(stamp=frame.stamp + later) if frame is not None else None
+            found.events.append(Event(event.now + later, shifted, event.finger))
+            continue
+        for delay, sent in liars[frame.arbitration_id & 7].falsified(frame):
+            later += delay
+            found.events.append(Event(event.now + later, sent._replace(stamp=sent.stamp + later)))
+    return found
+
+
+class Liar:
+    """Makes the states of a finger false in bursts: values, counters, times and bytes.
+
+    Args:
+        seed: of what is done when.
+
+    """
+
+    BURST = 80  # frames at most
+    WELL = 0.4  # share of bursts in which nothing is done
+    ODD = (0.0, -0.0, 1e-45, 1e38, -1e38, math.inf, -math.inf, math.nan, 3.4e38, 1.0, -1.0, 60.0, -5.0)
+
+    def __init__(self, seed: tuple[int, int]) -> None:
+        self._rng = np.random.default_rng(seed)
+        self._ways = (
+            self._odd_value, self._random_bits, self._missing, self._all_odd, self._stuck, self._frozen,
+            self._counter, self._version, self._scaled, self._slip, self._no_load, self._coarse, self._clock,
+            self._jump, self._flipped,
+        )  # fmt: skip
+        self._left, self._way, self._channel = 0, 0, 0
+        self._held: dict[object, bytes] = {}
+        self._clock_off = 0  # [us]
+
+    def falsified(self, frame: Frame, later: int) -> bytes:
+        """Return the bytes of a state, with a checksum that fits unless that is what is wrong.
+
+        Args:
+            frame: the true one.
+            later: by how much its clock is to be ahead [ns].
+
+        """
+        if self._left <= 0:
+            well = self._rng.random() < self.WELL
+            self._way = -1 if well else int(self._rng.integers(len(self._ways)))
+            self._left, self._channel = int(self._rng.integers(1, self.BURST)), int(self._rng.integers(9))
+            if self._way >= 0:
+                self._held.clear()
+        self._left -= 1
+        data = bytearray(frame.data)
+        flips = self._way >= 0 and self._ways[self._way] == self._flipped
+        if self._way >= 0 and not flips:
+            self._ways[self._way](data)
+        time = struct.unpack_from("<I", data, TIME_AT)[0] + self._clock_off + later // 1000
+        struct.pack_into("<I", data, TIME_AT, time % 2**32)
+        e2e_p05_protect(data, frame.arbitration_id, increment_counter=False)
+        if flips:
+            self._flipped(data)
+        return bytes(data)
+
+    @property
+    def _at(self) -> int:
+        return VALUES_AT + 4 * self._channel
+
+    def _odd_value(self, data: bytearray) -> None:
+        struct.pack_into("<f", data, self._at, self._rng.choice(self.ODD))
+
+    def _random_bits(self, data: bytearray) -> None:
+        data[self._at : self._at + 4] = self._rng.bytes(4)
+
+    def _missing(self, data: bytearray) -> None:
+        struct.pack_into("<f", data, self._at, math.nan)
+
+    def _all_odd(self, data: bytearray) -> None:
+        for at in range(VALUES_AT, len(data), 4):
+            struct.pack_into("<f", data, at, self._rng.choice(self.ODD))
+
+    def _stuck(self, data: bytearray) -> None:
+        data[VALUES_AT : VALUES_AT + 4] = self._held.setdefault(0, bytes(data[VALUES_AT : VALUES_AT + 4]))
+
+    def _frozen(self, data: bytearray) -> None:
+        data[VALUES_AT:] = self._held.setdefault(1, bytes(data[VALUES_AT:]))
+
+    def _counter(self, data: bytearray) -> None:
+        counter = struct.unpack_from("<I", data, COUNTER_AT)[0] + int(self._rng.integers(-3, 4))
+        struct.pack_into("<I", data, COUNTER_AT, counter % 2**32)
+
+    def _version(self, data: bytearray) -> None:
+        data[VERSION_AT] = int(self._rng.integers(4))
+
+    def _scaled(self, data: bytearray) -> None:
+        value = struct.unpack_from("<f", data, self._at)[0] * self._rng.normal(1.0, 0.3)
+        struct.pack_into("<f", data, self._at, np.float32(value))
+
+    def _slip(self, data: bytearray) -> None:
+        struct.pack_into("<ff", data, VALUES_AT + 24, 1.0, self._rng.choice([0.0, 1e-3, math.nan]))
+
+    def _no_load(self, data: bytearray) -> None:
+        struct.pack_into("<ff", data, VALUES_AT + 4, math.nan, math.nan)
+
+    def _coarse(self, data: bytearray) -> None:
+        value = round(struct.unpack_from("<f", data, VALUES_AT)[0] * 20.0) / 20.0
+        struct.pack_into("<f", data, VALUES_AT, value)
+
+    def _clock(self, _: bytearray) -> None:
+        self._clock_off += int(self._rng.integers(-20_000, 20_000)) if self._left == 1 else 0
+
+    def _jump(self, _: bytearray) -> None:
+        self._clock_off = int(self._rng.integers(-(2**31), 2**31)) if self._left == 1 else self._clock_off
+
+    def _flipped(self, data: bytearray) -> None:
+        data[int(self._rng.integers(len(data)))] ^= 1 << int(self._rng.integers(8))
+        if self._rng.random() < 0.3:
+            del data[int(self._rng.integers(len(data))) :]
+
+
+class Replay:
+    """A node that meets a log, by its objects or compiled.
+
+    Args:
+        log: what it meets.
+        mode: what runs the compiled step: ``c``, ``numba``, ``python``; empty: the objects do everything.
+        parameters: of the node.
+
+    """
+
+    def __init__(self, log: Log, mode: str = "", parameters: GraspParameters | None = None) -> None:
+        self.log, self.codec = log, log.codec()
+        self.node = make_node(parameters or log.parameters or demo_parameters(), log.fingers)
+        self.node.configure()
+        self.node.activate()
+        self.answers = Answers()
+        self.lines: dict[int, tuple[str, int, Line | None]] = {}  # finger, part of a state (0: all), line
+        if mode:
+            lines = {finger: line for finger in log.fingers if (line := self.codec.line(finger))}
+            self.node.run_compiled(lines, mode)
+            self.lines = {
+                identifier: (finger, 0 if log.fd else number, line)
+                for finger, line in lines.items()
+                for number, identifier in enumerate(line.state_ids, 1)
+            }
+
+    def run(self) -> Answers:
+        """Meet all of the log."""
+        for event in self.log.events:
+            self.meet(event)
+        return self.finish()
+
+    def meet(self, event: Event) -> None:
+        """Meet one event."""
+        if event.frame is not None:
+            self._frame(event.frame, event.now)
+        elif event.finger:
+            self.node.on_broken(event.finger, event.now)
+        else:
+            self._answered(self.node.on_tick(event.now))
+        self.answers.conditions.append(tuple(self._condition(finger) for finger in self.log.fingers))
+
+    def finish(self) -> Answers:
+        """Return the answers."""
+        self.node.take_back()
+        answers, codec = self.answers, self.codec
+        answers.faults = {name: dict(f.watchdog.faults) for name, f in self.node.fingers.items()}
+        answers.lost, answers.rejected = codec.lost, dict(codec.rejected)
+        answers.clipped = {name: count for name, count in codec.clipped.items() if name in CLIPPED}
+        return answers
+
+    def _frame(self, frame: Frame, now: int) -> None:
+        finger, part, line = self.lines.get(frame.arbitration_id, ("", 0, None))
+        if line is not None and frame.fd == self.log.fd:
+            data = np.zeros(64, dtype=np.uint8)
+            data[: len(frame.data)] = np.frombuffer(frame.data, dtype=np.uint8)
+            done = self.node.on_frame(finger, data, len(frame.data), frame.stamp, now, part)
+            if done & COMMANDED:
+                self.answers.commands.append((line.command_id, self.node.command_frame(finger).tobytes()))
+            if done & REPORT:
+                packed = [(name, data.tobytes()) for name, data in self.node.report_frames(finger, now)]
+                self.answers.reports += packed
+                self.answers.packed_reports += len(packed)
+                if self.node.has_more_to_tell(finger, now):
+                    self._answered(self.node.reports(finger, now))
+            if done != LEFT_ALONE:
+                self.answers.compiled_frames += 1
+                return
+        message = self.codec.decode(frame)
+        if message is not None:
+            self._answered(self.node.on_message(message, now))
+
+    def _answered(self, messages: Iterable[Message]) -> None:
+        for message in messages:
+            if isinstance(message, ForceCommand | ContactEstimate | SlipMargin):
+                sent = [(frame.arbitration_id, frame.data) for frame in self.codec.encode(message)]
+                kept = self.answers.commands if isinstance(message, ForceCommand) else self.answers.reports
+                kept += sent
+
+    def _condition(self, finger: str) -> Condition:
+        compiled = self.node.compiled_fingers.get(finger)
+        if compiled is not None and compiled.lent:
+            return Condition(compiled.memory["INPUT_CONDITION"])
+        return self.node.fingers[finger].watchdog.condition
+
+
+def differences(left: Answers, right: Answers) -> list[str]:
+    """Return in sentences what two nodes answered differently; empty: nothing."""
+    found = _unequal("commands", left.commands, right.commands)
+    found += _unequal("reports", left.reports, right.reports)
+    states = [i for i, (a, b) in enumerate(zip(left.conditions, right.conditions, strict=True)) if a != b]
+    if states:
+        i = states[0]
+        both = f"{left.conditions[i]}, {right.conditions[i]}"
+        found.append(f"conditions differ after {len(states)} events, first after {i}: {both}")
+    counts = {name: (getattr(left, name), getattr(right, name)) for name in COUNTS}
+    return found + [f"{name}: {a}, {b}" for name, (a, b) in counts.items() if a != b]
+
+
+def _unequal(what: str, left: list[tuple[int, bytes]], right: list[tuple[int, bytes]]) -> list[str]:
+    found = []
+    pairs = list(zip(left, right, strict=False))
+    unequal = [i for i, (a, b) in enumerate(pairs) if a != b]
+    if unequal:
+        i = unequal[0]
+        a, b = (f"{identifier:#x} {data.hex()}" for identifier, data in pairs[i])
+        found.append(f"{len(unequal)} of {len(pairs)} {what} differ, first number {i}: {a}, {b}")
+    if len(left) != len(right):
+        found.append(f"{len(left)} {what} and {len(right)}")
+    return found
+
+
+def bits_left(replay: Replay) -> tuple[int, dict[str, bytes]]:
+    """Return how many frames ran compiled, and the bits of all commands and memories after a log."""
+    answers = replay.run()
+    sent = [*answers.commands, *answers.reports]
+    left = {"commands and reports": b"".join(data for _, data in sent)}
+    for name, finger in replay.node.compiled_fingers.items():
+        f = np.where(np.isnan(finger.memory.f), np.nan, finger.memory.f)  # NaN has many bits, and one meaning
+        left[f"{name}, real numbers"], left[f"{name}, whole numbers"] = f.tobytes(), finger.memory.t.tobytes()
+    return answers.compiled_frames, left
+
+
+@dataclass(frozen=True)
+class Way:
+    """How states travel: what a recorded log becomes, how it is made hostile, and how a node meets it."""
+
+    fd: bool = True
+    converted: Callable[[Log], Log] = lambda log: log
+    hostile: Callable[[Log, int], Log] = hostile
+    replay: Callable[[Log, str], Replay] = Replay
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Compare on the table of faults and print a line for each case; return the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="few and short recordings")
+    parser.add_argument("--mode", default="c", choices=MODES, help="what runs the step")
+    parser.add_argument("--bits", action="store_true", help="compare C, numba and Python instead")
+    parser.add_argument("--classic", action="store_true", help="with states in several classic frames")
+    parser.add_argument("--topics", action="store_true", help="with states on single topics of ZeroMQ")
+    parser.add_argument("--learning", action="store_true", help="with friction shared and probed, loads led")
+    chosen = parser.parse_args(arguments)
+    controller = "learning" if chosen.learning else "vegrip"
+    way = _topics() if chosen.topics else Way(fd=not chosen.classic)
+    seconds = 2.0 if chosen.quick else BITS_DURATION_S if chosen.bits else 10.0
+    hand = way.converted(record(None, seconds, "hand", controller, fd=way.fd))
+    if chosen.bits:
+        return 4 if _compare_bits(way, hand) else 0
+    cases = [case for case in CASES if not case.slow]
+    cases = cases[:: max(1, len(cases) // QUICK_CASES)] if chosen.quick else cases
+    failed = _compare(way, "a hand, undisturbed", hand, chosen.mode)
+    for seed in range(2 if chosen.quick else HOSTILE_SEEDS):
+        name = f"a hand, hostile states, seed {seed}"
+        failed += _compare(way, name, way.hostile(hand, seed), chosen.mode)
+    for case in cases:
+        met = way.converted(record(case, 0.0, controller=controller, fd=way.fd))
+        failed += _compare(way, case.name, met, chosen.mode)
+    sys.stdout.write(f"{failed} differ\n")
+    return 4 if failed else 0
+
+
+def _topics() -> Way:
+    from validation import compiled_topics as topics  # noqa: PLC0415 (it is built on this module)
+
+    return Way(True, topics.on_topics, topics.hostile_topics, topics.TopicReplay)
+
+
+def _compare_bits(way: Way, hand: Log) -> int:
+    """Print for a log and its hostile form what C, numba and Python left differently; return how much."""
+    failed = 0
+    for name, log in {"a hand, undisturbed": hand, "a hand, hostile states": way.hostile(hand, 0)}.items():
+        left = {mode: bits_left(way.replay(log, mode)) for mode in MODES}
+        frames, expected = left["c"]
+        unequal = [
+            f"{mode}: {key}" for mode in MODES for key in expected if left[mode][1][key] != expected[key]
+        ]
+        sys.stdout.write(f"{name}: {', '.join(unequal) or 'equal to the bit'} ({frames} frames compiled)\n")
+        sys.stdout.flush()
+        failed += len(unequal)
+    return failed
+
+
+def _compare(way: Way, name: str, log: Log, mode: str) -> int:
+    objects, compiled = way.replay(log, "").run(), way.replay(log, mode).run()
+    found = differences(objects, compiled)
+    share = f"{compiled.compiled_frames} of {log.frames} frames compiled"
+    told = f"{compiled.packed_reports} of {len(objects.reports)} frames of reports packed by it"
+    verdict = "; ".join(found) or "equal"
+    sys.stdout.write(f"{name}: {verdict} ({len(objects.commands)} commands, {share}, {told})\n")
+    sys.stdout.flush()
+    return int(bool(found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

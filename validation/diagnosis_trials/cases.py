@@ -1,0 +1,163 @@
+"""The cases of a trial, and their recordings.
+
+A case is the names of what is hidden, a size and a seed; everything else - fingertip, noise, protocol,
+temperatures - is drawn from the seed. The bench shares no physics code with the model, and several of its
+laws have another form than the catalogue's.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from validation.diagnosis_trials.amounts import CATALOGUE_AMOUNTS, UNMODELLED_AMOUNTS, WEAK, Setting
+from vegrip.identification.recording import Fingertip, Recording
+from vegrip.virtual.bench.protocol import Episode, Segment, standard_protocol
+from vegrip.virtual.bench.trial import run_trial
+from vegrip.virtual.settings import FingertipSettings, SensorSettings, random_fingertip
+
+CASE_KINDS = ("none", "one", "pair", "outside")
+MIX = (("none", 6), ("one", 8), ("pair", 3), ("outside", 3))
+"""How many of twenty trials are of each kind."""
+
+STRENGTHS = {"strong": 1.0, "weak": WEAK}
+SEEN_IN_RADIUS = {"contact_radius_law", "shear_shrinking"}
+FELT_AS_WARMTH = {"temperature_shift", "warm_peak"}
+CLEAR_S = 0.3  # [s] well above the surface before and after each episode
+RESIDUAL_NOISE_SHARE = 1e-3  # of the noise, where there should be none
+SIMULATION_STEP_S = 2.5e-3  # [s] of the simulation: 0.1 mN of error
+
+
+@dataclass(frozen=True)
+class Case:
+    """One recording to be made."""
+
+    hidden: tuple[str, ...]
+    size: str
+    seed: int
+
+    @property
+    def kind(self) -> str:
+        """none, one, pair or outside (of any catalogue)."""
+        if len(self.hidden) > 1:
+            return "pair"
+        return "none" if not self.hidden else "one" if self.hidden[0] in CATALOGUE_AMOUNTS else "outside"
+
+    @property
+    def key(self) -> str:
+        """What names it in a file of results."""
+        return f"{'+'.join(self.hidden) or 'nothing'} {self.size} {self.seed}"
+
+
+def draw_cases(
+    count: int, seed: int = 0, kinds: Sequence[str] = CASE_KINDS, only: Sequence[str] = ()
+) -> Iterator[Case]:
+    """Yield ``count`` cases of all ``kinds``, every effect in turn; ``only``: with one of these effects."""
+    turn = [kind for kind, share in MIX for _ in range(share) if kind in kinds]
+    np.random.default_rng(0).shuffle(turn)
+    names = {kind: _names(kind, only) for kind in kinds}
+    done = dict.fromkeys(kinds, 0)
+    for i in range(count):
+        kind = turn[i % len(turn)]
+        n, choice = done[kind], names[kind]
+        done[kind] += 1
+        hidden = choice[n % len(choice)]
+        size = "weak" if kind == "one" and (n // len(choice) + n) % 2 else "strong"
+        yield Case(hidden, size, 100_000 * seed + i)
+
+
+def _names(kind: str, only: Sequence[str]) -> list[tuple[str, ...]]:
+    if kind == "none":
+        return [()]
+    every: list[tuple[str, ...]] = list(combinations(CATALOGUE_AMOUNTS, 2))
+    if kind != "pair":
+        every = [(name,) for name in (CATALOGUE_AMOUNTS if kind == "one" else UNMODELLED_AMOUNTS)]
+    chosen = [names for names in every if not only or set(only) & set(names)] or every
+    np.random.default_rng(1).shuffle(chosen)
+    return [tuple(names) for names in chosen]
+
+
+def make_recording(
+    case: Case, times: int = 1, only: Collection[str] | None = None, *, quiet: bool = False
+) -> Recording:
+    """Make the recording of a case, with the protocol run through so many ``times``.
+
+    ``only``: hide no more than these of its effects, all else the same; ``quiet``: next to no noise, though
+    that of the sensors is stated.
+    """
+    rng = np.random.default_rng([case.seed, 7])
+    tip = replace(
+        random_fingertip(rng),
+        amplitudes=(float(rng.uniform(0.1, 0.35)),),
+        rates=(float(np.exp(rng.uniform(np.log(0.8), np.log(5.0)))),),
+        bristle_stiffness=1e10,
+    )
+    sensors = _sensors(case, rng)
+    part = float(rng.uniform(0.6, 1.0))
+    episodes = protocol(tip, part, rng) * times
+    warm = _temperatures(case, len(episodes), rng)
+    setting = Setting(tip, sensors, 0.2 * part * tip.radius, STRENGTHS[case.size], rng)
+    every = {name: {**CATALOGUE_AMOUNTS, **UNMODELLED_AMOUNTS}[name](setting) for name in case.hidden}
+    hidden = {name: amount for name, amount in every.items() if only is None or name in only}
+    trial = run_trial(
+        tip,
+        episodes,
+        _quietened(sensors) if quiet else sensors,
+        case.seed,
+        hidden=hidden,
+        temperature=warm,
+        step=SIMULATION_STEP_S,
+        rings=8,
+        spokes=16,
+        truth=False,
+    )
+    stated = {
+        name: float(getattr(sensors, name))
+        for name in ("normal_force", "displacement", "tangential_force", "torque_z", "contact_radius")
+    }
+    columns = {name: values for name, values in trial.columns.items() if name not in ("t", "episode")}
+    episode = trial.columns["episode"].astype(np.int64)
+    return Recording(case.key, trial.columns["t"], episode, columns, Fingertip(tip.radius), stated)
+
+
+def protocol(tip: FingertipSettings, size: float, rng: np.random.Generator) -> tuple[Episode, ...]:
+    """Return the standard protocol in any order, some episodes twice, with clear air around each."""
+    away = Segment(CLEAR_S, depth=-0.1 * 0.2 * size * tip.radius)
+    episodes = list(standard_protocol(tip, size=size))
+    if rng.random() < 0.5:
+        order = rng.permutation(len(episodes))
+        episodes = [episodes[i] for i in order]
+    again = rng.choice(len(episodes), size=int(rng.integers(0, 3)), replace=False)
+    episodes += [episodes[i] for i in again]
+    return tuple((away, *episode, away) for episode in episodes)
+
+
+def _sensors(case: Case, rng: np.random.Generator) -> SensorSettings:
+    """Draw the noise; a camera sees the radius in half of the recordings, and where only it would show."""
+    louder = float(np.exp(rng.uniform(np.log(0.5), np.log(2.0))))
+    shaky = float(np.exp(rng.uniform(np.log(0.4), np.log(1.6))))
+    sees = bool(rng.random() < 0.5) or bool(SEEN_IN_RADIUS & set(case.hidden))
+    return SensorSettings(
+        rate=float(rng.choice([100.0, 100.0, 200.0])),
+        normal_force=0.01 * louder,
+        tangential_force=0.01 * louder,
+        displacement=5e-6 * shaky,
+        radius_sensor=sees,
+        force_bias=2e-3,
+    )
+
+
+def _quietened(sensors: SensorSettings) -> SensorSettings:
+    noises = ("normal_force", "tangential_force", "torque_z", "displacement", "contact_radius")
+    return replace(sensors, **{name: RESIDUAL_NOISE_SHARE * getattr(sensors, name) for name in noises})
+
+
+def _temperatures(case: Case, count: int, rng: np.random.Generator) -> list[float]:
+    """Draw the temperature of each episode: the same, or up and down again."""
+    swing = float(rng.uniform(3.0, 6.0))
+    phase = float(rng.uniform(0.0, 2.0 * np.pi))
+    varies = bool(rng.random() < 0.5) or bool(FELT_AS_WARMTH & set(case.hidden))
+    turns = 2.0 * np.pi * 1.5 * np.arange(count) / count + phase
+    warm = 25.0 + swing * np.sin(turns) + rng.normal(0.0, 0.5, count)
+    return [float(one) for one in warm] if varies else [22.0] * count

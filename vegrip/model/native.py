@@ -1,0 +1,110 @@
+"""What runs a generated text: C, numba or plain Python, and the library that a C compiler makes of it.
+
+``VEGRIP_KERNEL`` says which: ``c``, the C compiler of this machine; ``numba``; ``python``, uncompiled. When
+it is not set, C where there is a compiler (a second or two at a first start), else numba (half a minute). The
+text is the same, translated statement by statement (:mod:`vegrip.c99`), and so is every number. ``c-float``
+is C in single precision, as firmware may run it, to see what that costs; a node does not take it.
+"""
+
+import functools
+import hashlib
+import logging
+import os
+import platform
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from vegrip import c99
+from vegrip.c99 import host, translate
+from vegrip.c99.bridge import Lengths, behind_doubles
+from vegrip.c99.kinds import Kind
+from vegrip.c99.refusal import Place, unknown_place
+from vegrip.compiling import announce_compiling
+from vegrip.errors import UsageError
+from vegrip.host import compiled_folder
+
+MODES: Final = ("numba", "c", "c-float", "python")
+SENTENCE: Final = (
+    "compiles for this machine by its C compiler, once; later starts take it from the cache (about 3 s)"
+)
+Entries = Mapping[str, tuple[Kind, ...]]
+"""What is called from outside, with the kinds of its arguments."""
+
+libraries: dict[tuple[str, str, str], Path] = {}
+log = logging.getLogger(__name__)
+
+
+def kernel_mode() -> str:
+    """Return what ``VEGRIP_KERNEL`` asks for; by default C where there is a compiler, else numba.
+
+    Raises:
+        UsageError: it is none of :data:`MODES`.
+
+    """
+    mode = os.environ.get("VEGRIP_KERNEL")
+    if mode and mode not in MODES:
+        raise UsageError(f"VEGRIP_KERNEL is {mode!r}; it is one of {', '.join(MODES)}")
+    return mode or ("c" if host.compiler() is not None else "numba")
+
+
+@functools.cache
+def tell_once(reason: str) -> None:
+    """Say in the log why C is not possible."""
+    log.warning(
+        "VEGRIP_KERNEL=c is not possible: %s; numba is used, which compiles for half a minute", reason
+    )
+
+
+def library_of(
+    text: str,
+    entries: Entries,
+    place: Place = unknown_place,
+    more: str = "",
+    *,
+    single: Lengths | None = None,
+) -> Path:
+    """Return the library with the ``entries`` of a ``text``, from the cache or compiled now.
+
+    ``more`` is C that stands below, for what calls the entries in turn. With ``single``, the lengths of the
+    memories of each entry, it computes in single precision behind functions of doubles.
+
+    Raises:
+        CompilerError: there is no compiler, or it failed.
+        UntranslatableError: a line cannot be translated; names file and line.
+
+    """
+    key = (text, more, repr(single))
+    if key not in libraries:
+        libraries[key] = _library(text, entries, place, more, single=single)
+    return libraries[key]
+
+
+def _library(text: str, entries: Entries, place: Place, more: str, *, single: Lengths | None) -> Path:
+    compiler = host.compiler()
+    if compiler is None:
+        raise host.CompilerError("there is no C compiler (cc, gcc or clang)")
+
+    def make(library: Path) -> None:
+        announce_compiling(SENTENCE)
+        c = translate(text, entries, place=place).text()
+        if single is not None:
+            c = behind_doubles(c, entries, single)
+        host.build(f"{c}\n{more}", library)
+
+    return compiled_folder.library(_name(f"{single or 0} {text}{more}", compiler), make)
+
+
+def _name(text: str, compiler: str) -> str:
+    """Return a name that changes with text, translator, compiler and kind of machine."""
+    tool = os.stat(compiler)  # noqa: PTH116 (followed to the end of its links)
+    parts = [text, platform.machine(), compiler, str(tool.st_size), str(tool.st_mtime_ns), *host.FLAGS]
+    parts += _translator()
+    return "vegrip_c_" + hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
+
+
+@functools.cache
+def _translator() -> tuple[str, ...]:
+    """Return the texts of the translator; a diagnosis asks for dozens of libraries."""
+    folder = Path(c99.__file__).parent
+    return tuple(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.py")))

@@ -1,4 +1,0 @@
-"""Faults on purpose, each with what must happen, run against the real node on a simulated bus.
-
-``python -m vegrip.validation.faults`` runs the table; ``docs/faults.md`` shows it.
-"""
