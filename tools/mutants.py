@@ -40,6 +40,8 @@ FOLDERS = [
     *("identification/fit", "identification/diagnosis"),
 ]
 LEFT_OUT = {".git", ".venv", "build", "out", "recordings", "__pycache__", ".hypothesis", ".pytest_cache"}
+DRAWN = ("contact/paper/figures", "identification/diagnosis/picture.py")
+"""How a figure looks is no behaviour: what it draws is computed elsewhere."""
 RESULTS = WORK / "results.jsonl"
 SURVIVED = "survived"
 FAR = 5
@@ -523,7 +525,9 @@ def sample(folders: list[str], count: int, seed: int) -> dict[str, list[Mutant]]
     found: dict[str, list[Mutant]] = {}
     for folder in folders:
         place = ROOT / "vegrip" / folder
+        drawn = tuple(str(ROOT / "vegrip" / one) for one in DRAWN)
         files = sorted(place.rglob("*.py")) if place.is_dir() else [place]
+        files = [file for file in files if not str(file).startswith(drawn)]
         every = [one for file in files for one in mutants(file) if one.name not in no_change]
         found[folder] = sorted(every, key=lambda one: one.rank(seed))
     share = -(-count // len(folders))
