@@ -10,7 +10,7 @@ motion. Recordings of the virtual bench with one hidden effect of four, or with 
 * diagnose: the whole of ``vegrip diagnose``, all of the catalogue.
 
 ``python -m benchmarks.filter_likelihood --seeds 10 --processes 2`` prints one line for each recording and
-then the table of docs/appendix/diagnosis.md.
+then how often each is right.
 """
 
 import argparse

@@ -1,7 +1,7 @@
-"""The table of folders in docs/architecture.md: one row a folder, and what each imports, as imported.
+"""The table of folders in docs/architecture.md: one row a folder, which imports only folders above it.
 
-The order of the rows is the rule: a folder imports only folders above it. ``python docs/folders.py`` writes
-the last column anew and says which rule is broken; ``tests/test_architecture.py`` asks the same.
+``python docs/folders.py`` says which rule is broken, ``python docs/folders.py FOLDER`` what a folder imports;
+``tests/test_architecture.py`` asks the same.
 """
 
 import ast
@@ -15,8 +15,7 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "architecture.md"
 BESIDE = ("launch", "nodes", "proto")  # top-level folders, shipped as vegrip.<name>
 NOT_SHIPPED = ("benchmarks", "tools", "validation")
-ROW = re.compile(r"^\| `([\w/]+)` \| ([^|]*) \| ([^|]*) \|$", re.MULTILINE)
-ALL = "everything"
+ROW = re.compile(r"^\| `([\w/]+)` \| [^|]* \|$", re.MULTILINE)
 GROUND = "."  # the modules of vegrip itself: messages, clock, errors, ... which every folder may import
 START = "vegrip.__main__"
 FRONT_DOOR = "vegrip"  # imports nothing before a public name is asked for, see tests/test_front_door.py
@@ -63,31 +62,14 @@ def arrows() -> dict[str, set[str]]:
     return found
 
 
-def rows(text: str) -> list[tuple[str, str]]:
-    """Return folder and imports of each row of the table."""
-    return [(match[1], match[3]) for match in ROW.finditer(text)]
-
-
-def cell(targets: set[str]) -> str:
-    """Return the last column of a row."""
-    return ", ".join(f"`{target}`" for target in sorted(targets - {GROUND})) or "-"
-
-
-def written(text: str) -> str:
-    """Return the page with its last column as the folders import now."""
-    found = arrows()
-
-    def row(match: re.Match[str]) -> str:
-        targets = match[3] if match[3] == ALL else cell(found.get(match[1], set()))
-        return f"| `{match[1]}` | {match[2]} | {targets} |"
-
-    return ROW.sub(row, text)
+def named(targets: set[str]) -> str:
+    """Return folders as they stand in a sentence."""
+    return ", ".join(f"`{target}`" for target in sorted(targets - {GROUND})) or "nothing"
 
 
 def complaints(text: str) -> Iterator[str]:
     """Say in a sentence each what is wrong with the table, or with the code."""
-    found, listed = arrows(), rows(text)
-    names = [name for name, _ in listed]
+    found, names = arrows(), ROW.findall(text)
     for name in sorted(found.keys() - {GROUND} - set(names)):
         yield f"the folder {name} has no row"
     for name in sorted(set(names)):
@@ -96,20 +78,17 @@ def complaints(text: str) -> Iterator[str]:
         if names.count(name) > 1:
             yield f"the folder {name} has {names.count(name)} rows"
     if found[GROUND]:
-        yield f"modules of vegrip itself import {cell(found[GROUND])}; every folder stands above them"
-    for place, (name, targets) in enumerate(listed):
-        below = found.get(name, set()) & set(names[place + 1 :])
-        if below:
-            yield f"{name} imports {cell(below)}, further down in the table"
-        if targets not in (ALL, cell(found.get(name, set()))):
-            yield f"{name} imports {cell(found.get(name, set()))}; the table says {targets}"
+        yield f"modules of vegrip itself import {named(found[GROUND])}; every folder stands above them"
+    for place, name in enumerate(names):
+        if below := found.get(name, set()) & set(names[place + 1 :]):
+            yield f"{name} imports {named(below)}, further down in the table"
 
 
 def main() -> int:
-    """Write the last column, and say what is left to do by hand."""
-    text = written(PAGE.read_text(encoding="utf-8"))
-    PAGE.write_text(text, encoding="utf-8")
-    wrong = list(complaints(text))
+    """Say what is wrong, or what folders import."""
+    for folder in sys.argv[1:]:
+        print(f"{folder} imports {named(arrows().get(folder, set()))}")  # noqa: T201
+    wrong = list(complaints(PAGE.read_text(encoding="utf-8")))
     for complaint in wrong:
         print(f"docs/architecture.md: {complaint}", file=sys.stderr)  # noqa: T201
     return min(len(wrong), 1)

@@ -33,7 +33,6 @@ def test_no_import_leads_back_to_where_it_came_from() -> None:
         ("| `host` |", "| `effects` |", "the folder effects has 2 rows"),
         ("| `host` |", "| `guest` |", "there is no folder guest"),
         ("| `host` |", "| `cli` |", ", further down in the table"),
-        ("| `runtime` |", "| `runtime/doctor` |", "runtime/doctor imports `host`; the table says"),
     ],
 )
 def test_a_table_that_is_not_true_is_told(old: str, new: str, complaint: str) -> None:
@@ -41,12 +40,10 @@ def test_a_table_that_is_not_true_is_told(old: str, new: str, complaint: str) ->
     assert any(complaint in said for said in folders.complaints(PAGE.replace(old, new, 1)))
 
 
-def test_a_new_import_is_written_into_its_row(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_new_import_that_points_down_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     arrows = folders.arrows()
     monkeypatch.setattr(folders, "arrows", lambda: arrows | {"host": {"cli"}})
-    text = folders.written(PAGE)
-    assert dict(folders.rows(text))["host"] == "`cli`"
-    assert any("host imports `cli`, further down" in said for said in folders.complaints(text))
+    assert any("host imports `cli`, further down" in said for said in folders.complaints(PAGE))
 
 
 def test_modules_of_the_package_itself_import_no_folder(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,9 +9,11 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.identification.recording import Fingertip, Recording, write_recording
+from vegrip.identification.recording.missing import MISSING
 from vegrip.identification.simulate import simulate
 from vegrip.identification.simulate.standard import standard
 from vegrip.model import paper_model
+from vegrip.web.check.render import where
 
 MODEL = paper_model(8e-3)
 BOTH = pytest.mark.parametrize("command", ["fit", "compare"])
@@ -66,7 +68,12 @@ def touched(good: Recording) -> Recording:
     return good.select(np.cumsum(good.columns["normal_force"] > 0.05) <= 60)
 
 
+def holed(good: Recording) -> Recording:
+    return replace(good, source={**good.source, MISSING: 1224})
+
+
 FAULTS = {
+    "a recorder that lost states": (holed, "1224 states were sent and are not in it"),
     "radius": (lambda good: replace(good, fingertip=Fingertip(1e-3)), "the radius of the tip is stated as"),
     "millimetres": (in_millimetres, "unit of the displacement is wrong"),
     "sign": (pulled, "has the wrong sign"),
@@ -85,7 +92,9 @@ def test_a_fault_of_the_recording_is_said_beside_the_numbers(
     assert main([command, str(tmp_path / "faulty")]) == 0
     assert sentence in capsys.readouterr().out
     assert main([command, str(tmp_path / "faulty"), "--json"]) == 0
-    assert sentence in " ".join(json.loads(capsys.readouterr().out)["doubts"])
+    told = json.loads(capsys.readouterr().out)
+    assert sentence in " ".join(told["doubts"])
+    assert sentence in where({"where": [], **told})  # on the check page
 
 
 @BOTH

@@ -2,8 +2,14 @@
 
 import pytest
 
-from vegrip.demo.others import AS_FORCEFUL
-from vegrip.demo.report import TOO_SHORT, compare_courses, describe_scenario, judge_machine
+from vegrip.demo.others import AS_FORCEFUL, AS_SURE
+from vegrip.demo.report import (
+    TOO_SHORT,
+    compare_courses,
+    describe_scenario,
+    judge_machine,
+    until_drops,
+)
 from vegrip.trials.closed_loop import Course
 from vegrip.trials.scenario import GRASPS, Scenario, fitting_grasp
 
@@ -41,6 +47,22 @@ def test_with_the_same_force_slips_and_drops_are_compared() -> None:
     assert compare_courses({"vegrip": course(4.0, 1), "constant" + AS_FORCEFUL: course(3.9, 1)}) == [
         "constant, same force (3.90 N against 4.00 N): 1 slip; vegrip: 1 slip"
     ]
+
+
+def test_the_force_of_as_few_slips_is_compared_and_said_to_be_found_afterwards() -> None:
+    ours, least = course(4.0, 1), course(6.0, 1)
+    told = compare_courses({"vegrip": ours, "cone" + AS_FORCEFUL: course(4.0, 5), "cone" + AS_SURE: least})
+    assert told == [
+        "Coulomb cone, same force: 5 slips; vegrip: 1 slip",
+        "Coulomb cone, same slips: 6.00 N against 4.00 N, with the constant that this run itself asks for",
+    ]
+
+
+def test_the_mean_until_a_drop_stands_beside_that_of_vegrip_until_then() -> None:
+    ours = Course(("thumb",), 0, False, [1.0, 10.0, 30.0], [[0.2]] * 3, [[3.0], [3.2], [9.0]])
+    told = until_drops({"vegrip": ours, "cone": course(3.1, 1, 10.0, dropped=True)})
+    assert told == "means end where the object is dropped; vegrip: 3.10 N until 10.0 s"
+    assert until_drops({"vegrip": ours, "cone": course(8.0)}) is None
 
 
 def test_a_run_in_which_nothing_slipped_with_the_same_force_is_called_too_short() -> None:

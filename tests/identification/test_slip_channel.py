@@ -78,7 +78,29 @@ def test_the_threshold_is_the_slowest_slide_that_is_felt(slid):
     assert slip_channel(slides_of(unmeasured, speeds)).threshold == min(speeds)
     deaf = columns["slip"] * (recording.episode > 0)  # it does not feel the slowest
     coarse = replace(recording, columns={**columns, "slip": deaf})
-    assert slip_channel(slides_of(coarse, speeds)).threshold == sorted(speeds)[1]
+    bracketed = slip_channel(slides_of(coarse, speeds))
+    assert (bracketed.unfelt, bracketed.threshold) == (min(speeds), sorted(speeds)[1])
+    assert "between" in bracketed.bracket
+    assert math.isnan(felt.unfelt)
+    assert "perhaps at less" in felt.bracket
+
+
+def test_an_episode_in_which_nothing_slides_brackets_nothing(slid):
+    recording, speeds = slid
+    columns = {name: values for name, values in recording.columns.items() if name != "slip_speed"}
+    sticks = recording.episode == 0
+    columns["slip"] = columns["slip"] * ~sticks
+    columns["tangential_force_x"] = np.where(sticks, 0.0, columns["tangential_force_x"])
+    columns["tangential_force_y"] = np.where(sticks, 0.0, columns["tangential_force_y"])
+    assert math.isnan(slip_channel(slides_of(replace(recording, columns=columns), speeds)).unfelt)
+
+
+def test_a_slow_slide_that_is_not_felt_leaves_no_slower_one_to_count_on():
+    slides = [Slide(0.02, 0.1, v) for v in (1e-4, 3e-4, 1e-3)] + [Slide(math.inf, 0.1, 2e-4)]
+    assert slip_channel(slides).threshold == 3e-4
+    deaf = slip_channel([replace(one, speed=1e-4) for one in slides[:3]] + [Slide(math.inf, 0.1, 2e-4)])
+    assert math.isnan(deaf.threshold)
+    assert "no slide that is felt has a known one" in deaf.lacking
 
 
 def test_what_is_not_known_is_said_and_switches_nothing_on(slid):

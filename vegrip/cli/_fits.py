@@ -12,6 +12,7 @@ from vegrip.cli._progress import counted, progress
 from vegrip.cli._tables import printer
 
 if TYPE_CHECKING:
+    from vegrip.identification.diagnosis.data_checks import Doubt
     from vegrip.identification.fit import Fit, Noise
     from vegrip.identification.fit.problem import Problem
     from vegrip.identification.recording import Recording
@@ -86,8 +87,8 @@ def _plain(told: Any) -> Any:
     return told
 
 
-def doubted(problem: "Problem") -> list[str]:
-    """Return what is wrong with the recording itself, a sentence each.
+def doubted(problem: "Problem") -> "list[Doubt]":
+    """Return what is wrong with the recording itself.
 
     Raises:
         RecordingError: nothing in it touches.
@@ -96,7 +97,7 @@ def doubted(problem: "Problem") -> list[str]:
     from vegrip.identification.diagnosis.data_checks import check_before_search, refuse_unusable
 
     refuse_unusable(problem.measured.recording, problem.measured)
-    return [doubt.text for doubt in check_before_search(problem)]
+    return check_before_search(problem)
 
 
 def print_sentences(sentences: Iterable[str]) -> None:

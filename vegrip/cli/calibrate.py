@@ -342,16 +342,15 @@ def _use_slip(ended: "Ended", launch: Path | None, folder: Path, *, say: bool) -
     if launch is not None and not settings:
         raise InputError(f"nothing is written into {launch}: {slip.lacking}")
     if launch is not None:
-        put_friction(launch, settings, f"measured by vegrip calibrate {folder}")
+        put_friction(launch, settings, f"measured by vegrip calibrate {folder}: {slip.bracket}")
     if not say:
         return
     if not settings:
         typer.echo(f"friction is not learned: {slip.lacking}")
         return
-    speed, late = f"{1e3 * slip.threshold:.2g} mm/s", f"{1e3 * slip.delay:.0f} ms"
-    typer.echo(f"slip is felt from {speed} on, the slowest slide, {late} late ({slip.slides} slides)")
+    typer.echo(f"slip is felt {slip.bracket}, {1e3 * slip.delay:.0f} ms late ({slip.slides} slides)")
     if why := FrictionSettings(slip_threshold=slip.threshold, slip_delay=slip.delay).why_too_coarse:
-        typer.echo(f"so friction is learned, but not probed: {why}; a slower slide may show that it is finer")
+        typer.echo(f"so friction is learned, but not probed: {why}")
     values = ", ".join(f"friction.{key} = {str(value).lower()}" for key, value in settings.items())
     where = f"written into {launch}" if launch is not None else "to learn friction by it add --launch FILE"
     typer.echo(f"{where}: {values}")

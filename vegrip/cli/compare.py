@@ -61,7 +61,7 @@ def compare(
         read = [opened(folder, file, hold_back=hold_back, only=only) for folder, file in pairs]
         with progress("compare") as report:
             found = [_compared(*each, zeros_each_episode, tolerance, report) for each in read]
-        told = [one.as_dict() | {"doubts": doubted(one.problem)} for one in found]
+        told = [one.as_dict() | {"doubts": [doubt.text for doubt in doubted(one.problem)]} for one in found]
         if with_curves:
             told = [values | {"curves": curves(one)} for one, values in zip(found, told, strict=True)]
         outputs.write(output, partial(_drawn, found, names))

@@ -49,11 +49,11 @@ def fit(
         doubts = doubted(found.problem)
         kept = outputs.write(output, partial(write_model, found.model))
         if as_json:
-            print_json(found.as_dict() | {"doubts": doubts})
+            print_json(found.as_dict() | {"doubts": [doubt.text for doubt in doubts]})
         else:
-            print_sentences(doubts)  # before the figures that they put in question
+            print_sentences(doubt.text for doubt in doubts)  # before the figures that they put in question
             print_fit(found)
-            if not doubts:
+            if not any(doubt.is_grave for doubt in doubts):
                 print_next(
                     *_next(recording, found, output if kept else None), *asked(zeros_each_episode, tolerance)
                 )

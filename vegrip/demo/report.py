@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vegrip.demo.least import force_over_least
-from vegrip.demo.others import AS_FORCEFUL, SAME_FORCE, label_of
+from vegrip.demo.others import AS_FORCEFUL, AS_SURE, SAME_FORCE, label_of
 from vegrip.demo.run import Outcome
 from vegrip.trials.closed_loop import Course
 from vegrip.trials.result import Result, result_of
@@ -75,11 +75,19 @@ def compare_courses(courses: Mapping[str, Course]) -> list[str]:
     lines = [
         _compare_force(label_of(name), result_of(course), result_of(ours))
         for name, course in others.items()
-        if name not in alike
+        if name not in alike and not name.endswith(AS_SURE)
     ]
     if alike and not any(one.slips or one.dropped for one in (ours, *alike.values())):
         return [*lines, TOO_SHORT]
-    return lines + [_compare_slips(label_of(name), course, ours) for name, course in alike.items()]
+    for name, course in alike.items():
+        lines.append(_compare_slips(label_of(name), course, ours))
+        if (sure := others.get(name.removesuffix(AS_FORCEFUL) + AS_SURE)) is not None:
+            force, our_force = (result_of(one).mean_grip_force for one in (sure, ours))
+            lines.append(
+                f"{label_of(name.removesuffix(AS_FORCEFUL) + AS_SURE)}: {force:.2f} N against"
+                f" {our_force:.2f} N, with the constant that this run itself asks for"
+            )
+    return lines
 
 
 def _compare_force(name: str, theirs: Result, ours: Result) -> str:
@@ -129,8 +137,18 @@ def judge_machine(held: float, late: float) -> list[str]:
     return []
 
 
+def until_drops(courses: Mapping[str, Course]) -> str | None:
+    """Return why the mean force of a controller that dropped the object is not that of the whole run."""
+    ours = courses["vegrip"]
+    ends = sorted({one.time[-1] for one in courses.values() if one.dropped and one is not ours})
+    if not ends or ours.dropped:
+        return None
+    forces = ", ".join(f"{result_of(ours, end).mean_grip_force:.2f} N until {end:.1f} s" for end in ends)
+    return f"means end where the object is dropped; vegrip: {forces}"
+
+
 def _table(courses: dict[str, Course]) -> Table:
-    table = Table(title="the same hand, object and disturbances")
+    table = Table(title="the same hand, object and disturbances", caption=until_drops(courses))
     for header in (
         "controller",
         "slips",
@@ -145,7 +163,7 @@ def _table(courses: dict[str, Course]) -> Table:
         table.add_row(
             label_of(name),
             str(figures.slips),
-            Text("dropped", "red") if figures.dropped else "held",
+            Text(f"dropped, {course.time[-1]:.1f} s", "red") if figures.dropped else "held",
             f"{figures.mean_grip_force:.2f} N",
             f"{force_over_least(course, SETTLED_S):.2f}",
             f"{figures.min_margin:.2f}",

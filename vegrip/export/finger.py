@@ -47,7 +47,7 @@ PARAMETERS = {
     "MIN_FORCE": "limits", "MAX_FORCE": "limits", "RAISE_RATE": "limits", "LOWER_RATE": "limits",
     "SAFE_FORCE": "fail_safe.force", "HOLD_TIME": "fail_safe", "RAMP_RATE": "fail_safe",
     "TIME_OUT": "watchdog", "FROZEN_AFTER": "watchdog", "FORCE_FROZEN_AFTER": "watchdog",
-    "DOUBT_AFTER": "watchdog", "FROZEN_CHANCE": "watchdog",
+    "DOUBT_AFTER": "watchdog", "FROZEN_CHANCE": "watchdog", "STUCK_TRAVEL": "watchdog",
 }  # fmt: skip
 """Setting -> section of the control's parameters, and the name there if it is another one."""
 ONE_LINE = 6  # numbers

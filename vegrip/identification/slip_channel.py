@@ -7,8 +7,9 @@ moment it slides, u = mu, however the load goes on. So a slide begins where u st
 
 with the least squares around the moment at which the flag rises; q = 1 where the load is imposed, and more
 where the motion is and the patch slides from its rim inwards. The flag is late by that moment minus t0, which
-is the surer the shorter u has grown. The threshold is at most the slip speed of the slowest slide that the
-flag shows: its median where the speed is measured, else a speed that is known.
+is the surer the shorter u has grown. The threshold lies between the fastest slide that shows in the load and
+not in the flag, and the slowest above it that the flag shows: by the median of the slip speed where it is
+measured, else by a speed that is known. The upper one is counted on.
 """
 
 import math
@@ -36,9 +37,9 @@ MIN_SLIDES: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class Slide:
-    """One slide that the flag has shown."""
+    """One slide that the flag has shown, or the load alone."""
 
-    delay: float  # [s] NaN: its beginning does not show in the load
+    delay: float  # [s] NaN: its beginning does not show in the load; infinite: the flag does not show it
     rise: float  # [s] for which the load has grown before
     speed: float  # [m/s]; NaN: not known
 
@@ -51,12 +52,14 @@ class SlipChannel:
         threshold: slip speed from which it speaks [m/s].
         delay: by which it is late [s].
         slides: from which the delay was found.
+        unfelt: fastest slip speed that it was silent at [m/s].
 
     """
 
     threshold: float
     delay: float
     slides: int
+    unfelt: float = math.nan
 
     @property
     def lacking(self) -> str:
@@ -69,9 +72,17 @@ class SlipChannel:
         if math.isnan(self.threshold):
             return (
                 "the slip speed from which slip is felt is not known: no slip speed is measured, and no "
-                "slide has a known one"
+                "slide that is felt has a known one"
             )
         return ""
+
+    @property
+    def bracket(self) -> str:
+        """Between which slip speeds it begins to speak."""
+        upper = f"{1e3 * self.threshold:.2g} mm/s"
+        if math.isnan(self.unfelt):
+            return f"at {upper}, the slowest slide, and perhaps at less"
+        return f"from a slip speed between {1e3 * self.unfelt:.2g} and {upper} on"
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -83,18 +94,20 @@ class SlipChannel:
 
 
 def slip_channel(slides: Sequence[Slide]) -> SlipChannel:
-    """Return what ``slides`` tell of their channel: the median of the delays, weighted, the least speed."""
-    clear = sorted((one for one in slides if not math.isnan(one.delay)), key=lambda one: one.delay)
-    speeds = [one.speed for one in slides if not math.isnan(one.speed)]
+    """Return what ``slides`` tell of their channel: the median of the delays, weighted, and its threshold."""
+    clear = sorted((one for one in slides if math.isfinite(one.delay)), key=lambda one: one.delay)
+    unfelt = max((one.speed for one in slides if math.isinf(one.delay)), default=math.nan)
+    speeds = [one.speed for one in slides if not (math.isinf(one.delay) or one.speed <= unfelt)]
+    threshold = min((speed for speed in speeds if not math.isnan(speed)), default=math.nan)
     if len(clear) < MIN_SLIDES:
-        return SlipChannel(min(speeds, default=math.nan), math.nan, len(clear))
+        return SlipChannel(threshold, math.nan, len(clear), unfelt)
     weights = np.cumsum([one.rise**-2 for one in clear])
     middle = clear[int(np.searchsorted(weights, 0.5 * weights[-1]))]
-    return SlipChannel(min(speeds, default=math.nan), max(middle.delay, 0.0), len(clear))
+    return SlipChannel(threshold, max(middle.delay, 0.0), len(clear), unfelt)
 
 
 def slides_of(recording: Recording, speeds: Sequence[float] = ()) -> list[Slide]:
-    """Return the slides of a recording that its slip flag shows.
+    """Return the slides of a recording that its slip flag shows, and those of a known speed that it does not.
 
     Args:
         recording: of one fingertip, its forces without zeros.
@@ -125,7 +138,19 @@ def slides_of(recording: Recording, speeds: Sequence[float] = ()) -> list[Slide]
         began, rise = _beginning(t[rows], u[rows], float(t[first]) + AHEAD_S)
         stated = known.get(int(recording.episode[first]), math.nan) or math.nan
         found.append(Slide(float(t[first]) - began, rise, float(np.median(fast)) if len(fast) else stated))
+    for episode, pulled in known.items():
+        rows = np.flatnonzero((recording.episode == episode) & np.isfinite(u))
+        if pulled > 0.0 and len(rows) and not np.any(felt[recording.episode == episode]):
+            rows = rows[: _falls(force[rows])]
+            began, rise = _beginning(t[rows], u[rows], math.inf)
+            if not math.isnan(began):
+                found.append(Slide(math.inf, rise, pulled))
     return found
+
+
+def _falls(force: Floats) -> int:
+    """Return the row at which a press ends: the last one above half of its greatest force."""
+    return int(np.flatnonzero(force > 0.5 * np.max(force))[-1]) + 1
 
 
 def _beginning(t: Floats, u: Floats, latest: float) -> tuple[float, float]:

@@ -12,6 +12,7 @@ from vegrip.grip.allocation.balance import balance_forces
 from vegrip.grip.layout import CHANNELS
 from vegrip.grip.safety.frozen_signal import FrozenSignal
 from vegrip.grip.safety.limits import LimitSettings, clamp_force, limit_force
+from vegrip.grip.safety.travel import Travel
 from vegrip.messages import FingertipState, Reason
 
 LIMITS = LimitSettings()
@@ -59,6 +60,8 @@ def test_channels_are_still_as_long_as_for_the_objects(kernels, changes) -> None
     f, t = np.full(FINGER.n_reals, math.nan), np.zeros(200, np.int64)
     names = CHANNELS[: kernels.MECHANICAL]
     every, force, now = FrozenSignal(*names), FrozenSignal("normal_force"), 0
+    travel = Travel(0.3, 10**8)
+    f[kernels.RULE_STUCK_TRAVEL], f[kernels.RULE_DOUBT_AFTER] = 0.3, 1e8
     for normal_force, displacement, torque, wait in changes:
         now += wait
         state = FingertipState(
@@ -66,4 +69,8 @@ def test_channels_are_still_as_long_as_for_the_objects(kernels, changes) -> None
         )
         f[kernels.STATE0 : kernels.STATE0 + len(CHANNELS)] = [getattr(state, name) for name in CHANNELS]
         assert kernels.all_still(f, t, now) == every.duration(state, now)
-        assert kernels.force_still(f, t, now) == force.duration(state, now)
+        still = kernels.force_still(f, t, now)
+        assert still == force.duration(state, now)
+        passed = wait if t[kernels.INPUT_IS_HEARD] else 0
+        assert kernels.has_travelled(f, t, now, still) == travel.is_proven(state, now, passed, still)
+        t[kernels.INPUT_HEARD], t[kernels.INPUT_IS_HEARD] = now, 1

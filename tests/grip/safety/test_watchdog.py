@@ -289,3 +289,58 @@ def test_a_force_that_stands_still_is_doubted_after_a_while_and_no_sooner(new, s
         told[(state.stamp - 101 * PERIOD) / NS] = dog.doubtful
     assert {doubted for since, doubted in told.items() if since <= settings.doubt_after} == {False}
     assert {doubted for since, doubted in told.items() if since > settings.doubt_after} == {True}
+
+
+COARSE = WatchdogSettings(force_frozen_after=3600.0, frozen_after=3600.0)
+"""Of a sensor whose steps hide its noise: standing still by itself proves nothing."""
+
+
+def presses(
+    seconds: float, force: Callable[[float], float], travel: Callable[[float], float]
+) -> InputWatchdog:
+    """Return a watchdog after a finger whose force and indentation follow time [s] at 500 Hz."""
+    dog = InputWatchdog(COARSE)
+    for n, state in zip(range(round(500 * seconds)), healthy(), strict=False):
+        t = n / 500.0
+        dog.accept(dataclasses.replace(state, normal_force=force(t), displacement=travel(t)), state.stamp)
+    return dog
+
+
+def rises(by: float) -> Callable[[float], float]:
+    """Return an indentation of 1 mm that grows by ``by`` [m] from 1 s on, at 5 mm/s."""
+    return lambda t: 1e-3 + math.copysign(min(max(t - 1.0, 0.0) * 5e-3, abs(by)), by)
+
+
+@pytest.mark.parametrize("by", [5e-4, -5e-4])
+def test_a_coarse_force_that_stands_while_the_tip_is_pressed_in_or_let_go_is_frozen(by: float) -> None:
+    assert presses(1.5, lambda _: 2.0, rises(by)).condition == Condition.FROZEN
+
+
+def test_it_stays_frozen_until_the_force_moves() -> None:
+    assert presses(30.0, lambda _: 2.0, rises(5e-4)).condition == Condition.FROZEN
+    assert presses(30.0, lambda t: 2.0 + (t > 29.0) * (t % 0.1), rises(5e-4)).condition == Condition.OK
+
+
+def test_a_silence_in_which_the_tip_moved_proves_nothing() -> None:
+    dog = InputWatchdog(COARSE)
+    for n, state in zip(range(1500), healthy(), strict=False):
+        if not 500 < n <= 600:
+            travel = 1e-3 if n <= 500 else 2e-3
+            dog.accept(dataclasses.replace(state, normal_force=2.0, displacement=travel), state.stamp)
+            assert dog.faults[Condition.FROZEN] == 0 or n > 601 + 25
+    assert dog.faults[Condition.FROZEN] == 1  # 0.2 s of it do
+
+
+@pytest.mark.parametrize(
+    ("force", "travel"),
+    [
+        (lambda _: 2.0, lambda _: 1e-3),  # at rest
+        (lambda _: 2.0, lambda t: 1e-3 * (1.4 - 0.4 * math.exp(-t))),  # creep under a held force
+        (lambda _: 2.0, lambda t: 1e-3 + 2e-3 * (abs(t - 2.0) < 0.01)),  # a few wrong values
+        (lambda _: 0.1, rises(5e-4)),  # in the air, with a sensor that is a step off
+        (lambda _: 2.0, lambda t: math.nan if t > 1.0 else 1e-3),
+        (lambda t: round(2e3 * rises(5e-4)(t), 1), rises(5e-4)),  # a live one, 0.1 N at 2 N/mm
+    ],
+)
+def test_what_a_live_coarse_sensor_shows_is_not_frozen(force, travel) -> None:
+    assert presses(6.0, force, travel).condition <= Condition.DEGRADED

@@ -148,6 +148,13 @@ def test_no_live_sensor_in_the_middle_of_a_step_is_called_frozen(tmp_path, noise
     assert frozen == math.inf
 
 
+@pytest.mark.parametrize(("step", "travel"), [(0.1, None), (0.5, 1.5e-3)])
+def test_steps_that_a_press_may_stay_within_ask_for_a_longer_press(tmp_path, step, travel):
+    """Three steps on a soft tip of 1 N/mm."""
+    found = settings(Bus(tmp_path, step, step / math.sqrt(12.0)).plan)["watchdog"]
+    assert found.get("stuck_travel") == travel
+
+
 def test_fine_steps_leave_the_watchdog_as_it_is(tmp_path):
     assert "watchdog" not in settings(Bus(tmp_path, 0.001, 0.01).plan)
 

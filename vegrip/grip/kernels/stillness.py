@@ -1,17 +1,29 @@
-"""For how long channels have repeated themselves (:mod:`vegrip.grip.safety.frozen_signal`)."""
+"""For how long channels have repeated themselves (:mod:`vegrip.grip.safety.frozen_signal`, `travel`)."""
+
+import math
 
 from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.kernels.generated import (
     INPUT_FORCE_STILL_SINCE,
+    INPUT_HEARD,
+    INPUT_IS_HEARD,
     INPUT_STILL_SINCE,
+    INPUT_TRAVEL_SINCE,
     MECHANICAL,
     REPEATED0,
     REPEATED_FORCE0,
+    RULE_DOUBT_AFTER,
+    RULE_STUCK_TRAVEL,
     STATE0,
+    STATE_DISPLACEMENT,
     STATE_NORMAL_FORCE,
+    WATCH_LEVEL,
     Floats,
     Wholes,
 )
+
+TRAVEL_SECONDS = 0.5  # see travel.TRAVEL_TIME_S
+HELD_FORCE = 0.3  # [N] see travel.HELD_N
 
 
 def all_still(f: Floats, t: Wholes, now: int) -> int:
@@ -33,3 +45,18 @@ def force_still(f: Floats, t: Wholes, now: int) -> int:
         t[INPUT_FORCE_STILL_SINCE] = now
     f[REPEATED_FORCE0] = f[STATE_NORMAL_FORCE]
     return elapsed_time(now, t[INPUT_FORCE_STILL_SINCE])
+
+
+def has_travelled(f: Floats, t: Wholes, now: int, still: int) -> bool:
+    """Return whether the tip was pressed in or let go while the normal force stood for ``still`` [ns]."""
+    far, displacement = False, f[STATE_DISPLACEMENT]
+    passed = 0 if t[INPUT_IS_HEARD] == 0 else elapsed_time(now, t[INPUT_HEARD])
+    if displacement == displacement:  # noqa: PLR0124 (NaN is not itself)
+        place = displacement if displacement > 0.0 else 0.0
+        level = place if still == 0 or math.isnan(f[WATCH_LEVEL]) else f[WATCH_LEVEL]
+        f[WATCH_LEVEL] = level + (place - level) * min(float(passed) / 1e9 / TRAVEL_SECONDS, 1.0)
+        far = f[STATE_NORMAL_FORCE] > HELD_FORCE and abs(place - f[WATCH_LEVEL]) > f[RULE_STUCK_TRAVEL]
+    was_proven = float(elapsed_time(now, t[INPUT_TRAVEL_SINCE]) - passed) > f[RULE_DOUBT_AFTER]
+    if still == 0 or not (was_proven or (far and float(passed) <= f[RULE_DOUBT_AFTER])):
+        t[INPUT_TRAVEL_SINCE] = now
+    return float(elapsed_time(now, t[INPUT_TRAVEL_SINCE])) > f[RULE_DOUBT_AFTER]

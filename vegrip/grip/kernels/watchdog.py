@@ -45,7 +45,7 @@ from vegrip.grip.kernels.generated import (
     Wholes,
 )
 from vegrip.grip.kernels.noise import noise_vanished
-from vegrip.grip.kernels.stillness import all_still, force_still
+from vegrip.grip.kernels.stillness import all_still, force_still, has_travelled
 
 FAR_AHEAD = 86_400_000_000_000  # [ns] see watchdog.LEAP
 DRIFT_PART = 5000  # see watchdog.DRIFT_PART
@@ -129,11 +129,12 @@ def judge_values(f: Floats, t: Wholes, now: int) -> int:
         value = f[STATE0 + i]
         if not (f[LOWEST0 + i] <= value <= f[HIGHEST0 + i] or math.isnan(value)):
             return CONDITION_OUT_OF_RANGE
-    everything, force = float(all_still(f, t, now)), float(force_still(f, t, now))
+    everything, still = float(all_still(f, t, now)), force_still(f, t, now)
+    force, travelled = float(still), has_travelled(f, t, now, still)
     t[INPUT_DOUBTFUL] = 1 if force > f[RULE_DOUBT_AFTER] else 0
     vanished = noise_vanished(f, t)
     frozen = everything > f[RULE_FROZEN_AFTER] or force > f[RULE_FORCE_FROZEN_AFTER]
-    return CONDITION_FROZEN if vanished or frozen else CONDITION_OK
+    return CONDITION_FROZEN if vanished or travelled or frozen else CONDITION_OK
 
 
 def judge_channels(f: Floats, t: Wholes) -> int:

@@ -8,7 +8,8 @@ state too late          STALE: it took `time_out` longer than the quickest one; 
 counter or stamp        REPLAYED: runs backwards or stands still
 a value out of range    OUT_OF_RANGE, infinities included
 all values frozen       FROZEN: the counter runs, every mechanical channel repeats itself to the last bit
-normal force frozen     FROZEN: the same of the normal force alone, for longer; at once when it has noise
+normal force frozen     FROZEN: the same of the normal force alone, for longer; at once when it has noise,
+                        or when the tip is pressed in or let go meanwhile
 no force, no position   MISSING
 a channel went missing  DEGRADED: it had been there; the rest is good
 ======================  ====================================================================================
@@ -31,6 +32,7 @@ from vegrip.estimator.elapsed import elapsed_time
 from vegrip.grip.safety.frozen_signal import FrozenSignal
 from vegrip.grip.safety.ranges import CHECKED_CHANNELS, Ranges, bounds_of, checked_values
 from vegrip.grip.safety.stuck_noise import StuckNoise
+from vegrip.grip.safety.travel import Travel
 from vegrip.messages import Condition, FingertipState
 from vegrip.types import NamedNumbers
 
@@ -65,6 +67,13 @@ class WatchdogSettings:
         high=3600.0,
         doc="normal force the same for so long: not lowered on its word",
     )
+    stuck_travel: float = parameter(
+        3e-4,
+        unit="m",
+        low=1e-6,
+        high=1.0,
+        doc="frozen when the normal force stands still while the tip is pressed in or let go by more",
+    )
     recover_after: int = parameter(5, unit="states", low=1, high=1000, doc="good states that end a fault")
     ranges: Ranges = field(default_factory=Ranges)
 
@@ -94,6 +103,7 @@ class InputWatchdog:
         self._all_still = FrozenSignal(*MECHANICAL)
         self._force_still = FrozenSignal("normal_force")
         self._force_noise = StuckNoise("normal_force")
+        self._travel = Travel(self.settings.stuck_travel, self.settings.doubt_after * NS)
 
     def accept(self, state: FingertipState, now: int) -> bool:
         """Judge ``state`` arriving at ``now`` [ns]; tell whether the estimator may use it."""
@@ -116,6 +126,7 @@ class InputWatchdog:
         memory["RULE_FORCE_FROZEN_AFTER"] = settings.force_frozen_after * NS
         memory["RULE_DOUBT_AFTER"] = settings.doubt_after * NS
         memory["RULE_FROZEN_CHANCE"] = settings.frozen_chance
+        memory["RULE_STUCK_TRAVEL"] = settings.stuck_travel
         memory["SETUP_RECOVER_AFTER"] = settings.recover_after
         bounds = bounds_of(settings.ranges)
         memory.section("LOWEST")[:] = [low for low, _ in bounds]
@@ -133,6 +144,7 @@ class InputWatchdog:
         self._all_still.write_to(memory, "REPEATED", "INPUT_STILL_SINCE")
         self._force_still.write_to(memory, "REPEATED_FORCE", "INPUT_FORCE_STILL_SINCE")
         self._force_noise.write_to(memory)
+        self._travel.write_to(memory)
 
     def read_from(self, memory: NamedNumbers, last: FingertipState) -> None:
         """Take all that is known from where :meth:`write_to` puts it; ``last`` is the last state, if any."""
@@ -150,6 +162,7 @@ class InputWatchdog:
         self._all_still.read_from(memory, "REPEATED", "INPUT_STILL_SINCE")
         self._force_still.read_from(memory, "REPEATED_FORCE", "INPUT_FORCE_STILL_SINCE")
         self._force_noise.read_from(memory)
+        self._travel.read_from(memory)
 
     def corrupt(self, now: int) -> None:
         """Note that a frame of this finger arrived broken at ``now`` [ns]."""
@@ -209,8 +222,11 @@ class InputWatchdog:
     def _alive(self, state: FingertipState, now: int) -> Condition:
         all_still, force_still = self._all_still.duration(state, now), self._force_still.duration(state, now)
         self.doubtful = force_still > self.settings.doubt_after * NS
+        passed = 0 if self._heard is None else elapsed_time(now, self._heard)
+        travelled = self._travel.is_proven(state, now, passed, force_still)
         frozen = (
             self._force_noise.vanished(state, self.settings.frozen_chance)
+            or travelled
             or all_still > self.settings.frozen_after * NS
             or force_still > self.settings.force_frozen_after * NS
         )

@@ -45,6 +45,7 @@ class Ended:
             "parameters": {one.symbol: one.as_dict() for one in self.known},
             "friction": self.slip.settings,
             "slip_channel": self.slip.lacking or "measured",
+            "slip_felt": "" if self.slip.lacking else self.slip.bracket,
         }
 
 

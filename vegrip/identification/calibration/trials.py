@@ -1,10 +1,11 @@
 """The trials of a calibration: press, hold, slide and twist, scaled to the fingertip and the rig."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any
 
 from vegrip.identification.experiment.design import suited_rig
-from vegrip.identification.experiment.design_space import MENU, Item, Rig
+from vegrip.identification.experiment.design_space import MENU, Item, Rig, slow_slide
 from vegrip.identification.experiment.hypotheses import Hypotheses
 from vegrip.identification.experiment.limits import RigLimits
 from vegrip.identification.simulate import Protocol
@@ -20,6 +21,9 @@ MENU_ITEMS = {
 }
 SHOWS = {**MENU_ITEMS, "press": MENU_ITEMS["press"][:1]}
 """Those that show what their kind is for: growing peaks are all equally fast."""
+SLOW_SLIDE_M_S = 1e-4
+"""Of the last slide of a trial: a slip channel that feels it is fine enough to probe for friction."""
+SLOW_DEPTH = 0.3  # of the greatest depth: a light press, which slides after a short way
 GENTLE = 0.5  # of the greatest force, in the first trial: the stiffness is then only guessed
 
 
@@ -93,6 +97,9 @@ def first_trial(rig: Rig) -> Trial:
 
 def _trial(kind: str, item: Item, rig: Rig, amplitudes: dict[str, float]) -> Trial:
     protocol = item.protocol(rig, amplitudes)
+    if kind == "slide":
+        slow = slow_slide(rig, SLOW_DEPTH * amplitudes["depth"], SLOW_SLIDE_M_S)
+        protocol = replace(protocol, episodes=(*protocol.episodes, slow), notes=(*protocol.notes, ""))
     return Trial(kind, protocol, tuple(_words(kind, protocol)))
 
 
@@ -121,6 +128,8 @@ def _episode_in_words(episode: Episode) -> str:
     said += [f"{strokes} times"] if strokes > 1 else []
     said += [f"stay {rests:.2g} s"] if rests > 0.0 else []
     for move in moves:
+        is_slow = 0.0 < math.hypot(move.pull_x, move.pull_y) <= SLOW_SLIDE_M_S and not move.spin
         how = "twist" if move.spin else "pull along the surface"
+        how += f" at {1e3 * SLOW_SLIDE_M_S:g} mm/s" if is_slow else ""
         said.append(f"{how} for {move.duration:.2g} s until it slides")
     return ", ".join([*said, "and let go"])

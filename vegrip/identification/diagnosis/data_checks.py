@@ -28,6 +28,7 @@ from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.checks import suspect_columns
+from vegrip.identification.recording.missing import MISSING, told
 from vegrip.types import Floats
 
 
@@ -73,6 +74,9 @@ def _before(problem: Problem) -> Iterator[Doubt]:
             "too little to distinguish effects",
             is_grave=True,
         )
+    missing = m.recording.source.get(MISSING)
+    if isinstance(missing, int) and missing > 0:
+        yield Doubt(told(missing))
     for sentence in suspect_columns(m.recording.episode, m.recording.columns, m.recording.fingertip.radius):
         yield Doubt(sentence, is_grave=True)
     deepest = float(np.nanmax(m.motion.displacement))

@@ -144,6 +144,12 @@ def _pull(rig: Rig, depth: float, wait: float, share: float = 1.0, spin: float =
     return rig.press(peak, Segment(wait), move, Segment(0.2))
 
 
+def slow_slide(rig: Rig, depth: float, speed: float) -> Episode:
+    """Return a pull with ``speed`` [m/s] at most, at a share ``depth`` of the greatest one."""
+    usual = 2.0 * rig.friction * depth * rig.depth
+    return _pull(rig, depth, 0.5, min(speed / usual, 1.0))
+
+
 def _loads(rig: Rig, depth: float, time: float) -> list[Episode]:
     return [_pull(rig, part * depth, time) for part in (0.3, 0.5, 0.75, 1.0)]
 

@@ -71,7 +71,7 @@ def read_recording(
     missing = source.get(MISSING)
     if isinstance(missing, int) and missing > 0:
         report.add(Kind.NOTE, told(missing))
-    if announce and (report.rows_lost or missing):
+    if announce and report.rows_lost:
         log.warning("%s: %s", folder, report.summary())
     return Recording(name, t, episode, columns, fingertip, sensors, source, start, report)
 

@@ -3,6 +3,7 @@
 ::
 
     attachment thumb/recording.toml     the descriptions, as they stand in the folder
+    metadata   vegrip.missing_states    how many states of which finger were sent and are not in it, if any
     channel /hand/thumb/state           recording.csv; jsonschema vegrip.FingertipState
     channel /hand/thumb/contact         contact.csv and so on, on the topics of proto/messages.toml
 
@@ -21,8 +22,12 @@ from vegrip.identification.recording.extras import bag_library
 from vegrip.identification.recording.folder import TOML, toml_text
 from vegrip.identification.recording.mcap_cells import json_schema, properties, to_json
 from vegrip.identification.recording.mcap_tables import TextTable, read_all, tables_of
+from vegrip.identification.recording.missing import MISSING
 from vegrip.identification.recording.writer import SESSION
 from vegrip.whole_file import whole_file
+
+METADATA = f"vegrip.{MISSING}"
+"""Name of the metadata record."""
 
 
 def write_mcap(folder: Path | str, path: Path | str) -> dict[Path, Recording]:
@@ -44,6 +49,8 @@ def write_mcap(folder: Path | str, path: Path | str) -> dict[Path, Recording]:
             writer.start(library="vegrip")
             for name, text in _descriptions(folder, recordings):
                 writer.add_attachment(0, 0, name, "application/toml", text.encode())
+            if missing := _missing(recordings):
+                writer.add_metadata(METADATA, missing)
             _write_tables(writer, tables)
             writer.finish()
     except OSError as error:
@@ -56,6 +63,15 @@ def _descriptions(folder: Path, recordings: dict[Path, Recording]) -> Iterator[t
         yield SESSION, _text(folder / SESSION)
     for place, recording in recordings.items():
         yield (place / TOML).relative_to(folder).as_posix(), toml_text(recording)
+
+
+def _missing(recordings: dict[Path, Recording]) -> dict[str, str]:
+    """Return finger -> states that its recorder lost, for programs that read no attachment."""
+    return {
+        recording.fingertip.name: str(recording.source[MISSING])
+        for recording in recordings.values()
+        if recording.source.get(MISSING)
+    }
 
 
 def _text(path: Path) -> str:

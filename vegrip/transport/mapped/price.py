@@ -25,6 +25,8 @@ USUAL_NOISE: Final = {
 SILENT_AFTER_STATES: Final = 3  # that may be missing before a hand is silent
 HELD_STATES: Final = 4  # in the greatest age of a message from which on its values may be held
 STATE_IT: Final = "or state the load in the map: tangential_force_x = { stated = '1.5 N' }, and y as '0 N'"
+STUCK_STEPS: Final = 3  # of its sensor, within which the force of a tip that is pressed in cannot stay
+SOFT_TIP: Final = 1e3  # [N/m] stiffness of a soft tip
 MIN_SLIP_RATE_HZ: Final = 100.0  # [Hz] below which a slip is over before it is seen
 NOISE_CHANNELS: Final = {
     "normal_force": "normal_force",
@@ -49,7 +51,8 @@ def settings(plan: Plan) -> dict[str, Any]:
     noise = _noise(plan.hand)
     if noise:
         found["noise"] = noise
-    watchdog = {name: wait for name, wait in _waits(plan).items() if wait > getattr(WATCHDOG, name)}
+    asked = _waits(plan) | {"stuck_travel": round(STUCK_STEPS * _force_step(plan) / SOFT_TIP, 6)}
+    watchdog = {name: value for name, value in asked.items() if value > getattr(WATCHDOG, name)}
     rate = plan.hand.rate
     if rate and SILENT_AFTER_STATES / rate > WATCHDOG.time_out:
         watchdog["time_out"] = round(SILENT_AFTER_STATES / rate, 4)
@@ -67,6 +70,18 @@ def _waits(plan: Plan) -> dict[str, float]:
         name: max(_longest_run(plan, finger, channels) for finger in plan.fingers)
         for name, channels in names.items()
     }
+
+
+def _force_step(plan: Plan) -> float:
+    """Return the coarsest step in which a finger's normal force comes [N]; 0 where none is known."""
+    steps = [
+        abs(slot.scale)
+        for finger in plan.fingers
+        if (channel := finger.channels.get("normal_force")) is not None and not channel.table
+        for slot in (plan.slots[number] for number in channel.slots)
+        if slot.place is not None and not slot.place.is_float
+    ]
+    return max(steps, default=0.0)
 
 
 def _longest_run(plan: Plan, finger: FingerPlan, channels: Sequence[str]) -> float:
