@@ -73,6 +73,8 @@ def test_shortlist_keeps_what_is_worth_a_refit() -> None:
     assert names == ["a", "b", "displacement_backlash"]
     assert shortlist([]) == []
     assert shortlist([hint("a", 4.0)]) == []
+    for gains, count in (((1000.0, 50.1, 49.9), 2), ((8.1, 7.9), 1), (range(107, 100, -1), 5)):
+        assert [one.gain for one in shortlist([hint("a", gain) for gain in gains])] == list(gains)[:count]
 
 
 def test_discrepancy_has_evidence_only_where_there_is_a_curve() -> None:
