@@ -6,16 +6,13 @@ That of objects and that of the compiled text, as Python runs it.
 import dataclasses
 import math
 from collections.abc import Callable, Iterator
-from functools import cache
-from types import ModuleType
 
 import pytest
 
-from tests.grip.kernels.conftest import FINGER, LAYOUT, MODEL
+from tests.grip.kernels.conftest import FINGER, text
 from vegrip.clock import NS
 from vegrip.config import build
 from vegrip.errors import ConfigError
-from vegrip.grip.compiled import finger_module
 from vegrip.grip.layout import CHANNELS
 from vegrip.grip.memory import FingerMemory
 from vegrip.grip.safety.ranges import Ranges
@@ -24,11 +21,6 @@ from vegrip.messages import Condition, FingertipState
 
 PERIOD = 2_000_000  # [ns] 500 Hz
 Change = Callable[[FingertipState], FingertipState]
-
-
-@cache
-def text() -> ModuleType:
-    return finger_module(MODEL, LAYOUT, FINGER, mode="python")
 
 
 class CompiledWatchdog:
