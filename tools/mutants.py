@@ -447,7 +447,7 @@ class Round:
         spent, result, failed, count = 0.0, SURVIVED, "", 0
         try:
             far = range(self.reach + 1)
-            # what stands in a table is seen by whoever reads the table, wherever it is
+            # what stands in a table is seen by what reads the table, wherever that is
             for distances in ([one] for one in far) if functions_with(mutant) else [list(far)]:
                 with LOCK:
                     tests = self.records.choose(mutant, distances)
