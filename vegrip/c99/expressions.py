@@ -19,6 +19,8 @@ from vegrip.c99.kinds import (
     VOID,
     WHOLES,
     Kind,
+    Record,
+    Row,
     Struct,
     Table,
     common,
@@ -134,15 +136,22 @@ class Expressions:
             raise refused(node, "is not a whole number")
         return value.text
 
-    def place(self, node: ast.Subscript) -> str:
-        """Return an element of the memory as something to assign to."""
+    def place(self, node: ast.Subscript | ast.Attribute) -> str:
+        """Return an element of the memory, or a field of a record, as something to assign to."""
+        if isinstance(node, ast.Attribute):
+            kind, text = self._member(node)
+            if kind not in NUMBERS and not isinstance(kind, Record):
+                raise refused(node, "an array is set element by element")
+            return text
         memory = self.value(node.value)
         if memory.kind not in ITEM_KIND:
             raise refused(node, "only elements of the memory can be set")
         return f"{memory.text}[{self.index(node.slice)}]"
 
-    def stored(self, target: ast.Subscript, value: Value) -> str:
+    def stored(self, target: ast.Subscript | ast.Attribute, value: Value) -> str:
         """Return ``value`` as it is put into the memory at ``target``."""
+        if isinstance(target, ast.Attribute):
+            return self._stored_field(target, value)
         array = self.value(target.value).kind
         if array == LONGS and value.kind in (*WHOLES, BOOL):
             return value.text
@@ -153,6 +162,24 @@ class Expressions:
         if ITEM_KIND[array] == REAL and value.kind == BOOL:
             return f"{value.within(EITHER)} ? 1.0 : 0.0"
         raise refused(target, f"holds {ITEM_KIND[array].c} and gets {value.kind.c}; convert it")
+
+    def _stored_field(self, target: ast.Attribute, value: Value) -> str:
+        kind, _ = self._member(target)
+        if isinstance(kind, Record) and value.kind == kind:  # the whole is copied
+            return value.text[1:] if value.text.startswith("&") else f"*{value.within(ATOM)}"
+        if value.kind == kind or (kind in (LONG, REAL) and value.kind == INT):
+            return value.text
+        raise refused(target, f"holds {kind.c} and gets {value.kind.c}; convert it")
+
+    def _member(self, node: ast.Attribute) -> tuple[Kind, str]:
+        """Return kind and text of a field of a record."""
+        whole = self.value(node.value)
+        if not isinstance(whole.kind, Record) or node.attr not in whole.kind.fields:
+            raise refused(node, "is no field of a record, and no constant of math")
+        kind, _ = whole.kind.fields[node.attr]
+        if whole.text.startswith("&"):
+            return kind, f"{whole.text[1:]}.{node.attr}"
+        return kind, f"{whole.within(ATOM)}->{node.attr}"
 
     def _constant(self, node: ast.Constant) -> Value:
         value = node.value
@@ -173,7 +200,10 @@ class Expressions:
         if isinstance(node.value, ast.Name) and node.value.id == "math" and node.attr in CONSTANTS:
             value = CONSTANTS[node.attr]
             return Value(literals.real(value), REAL, constant=value)
-        raise refused(node, "only the constants of math are translated")
+        kind, text = self._member(node)
+        if isinstance(kind, Record):
+            return Value(f"&{text}", kind, SIGN)
+        return self.settled(Value(text, kind)) if kind in NUMBERS else Value(text, kind)
 
     def _unaryop(self, node: ast.UnaryOp) -> Value:
         if isinstance(node.op, ast.Not):
@@ -291,6 +321,8 @@ class Expressions:
             return Value(f"{whole.within(ATOM)}.v{i}", whole.kind.fields[i])
         if isinstance(whole.kind, Table):
             return self._element(node, whole.kind)
+        if isinstance(whole.kind, Row):
+            return Value(f"&{whole.text}[{self.index(node.slice)}]", whole.kind.item, SIGN)
         if whole.kind not in ITEM_KIND:
             raise refused(node, "is neither memory, table nor tuple")
         item = f"{whole.text}[{self.index(node.slice)}]"

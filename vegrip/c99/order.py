@@ -29,7 +29,14 @@ def _mixes(node: ast.AST, writes: Writes) -> bool:
 
 
 def _touches(node: ast.expr) -> bool:
-    return any(isinstance(inner, (ast.Subscript, ast.Call)) for inner in nodes_of(node))
+    return any(isinstance(inner, (ast.Subscript, ast.Call)) or is_field(inner) for inner in nodes_of(node))
+
+
+def is_field(node: ast.AST) -> bool:
+    """Return whether ``node`` is a field of a record."""
+    return isinstance(node, ast.Attribute) and not (
+        isinstance(node.value, ast.Name) and node.value.id == "math"
+    )
 
 
 def _writes(node: ast.expr, writes: Writes) -> bool:

@@ -10,7 +10,7 @@ from vegrip.c99 import literals
 from vegrip.c99.expressions import Value, number_of
 from vegrip.c99.functions import Body, Callees, Function
 from vegrip.c99.helpers import helper
-from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, Kind, Struct, Table
+from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, Kind, Record, Row, Struct, Table
 from vegrip.c99.names import broken, comment, joined, local
 from vegrip.c99.refusal import Place, RefusedError, UntranslatableError, refused, statements, unknown_place
 from vegrip.c99.walk import nodes_of
@@ -44,6 +44,7 @@ def translate(
     place: Place = unknown_place,
     notes: Mapping[str, str] | None = None,
     is_public: bool = True,
+    outside: Mapping[str, Kind] | None = None,
 ) -> Program:
     """Translate what ``entries`` need.
 
@@ -54,13 +55,18 @@ def translate(
         place: says where a statement stands for its author.
         notes: texts for comments, by name of the function, where the module has no docstring.
         is_public: whether the entries are seen outside the file.
+        outside: functions that are written in C already, and what they give; the text calls them without the
+            prefix that they have in C.
 
     Raises:
         UntranslatableError: a line has no counterpart; names file and line.
 
     """
     translator = _Translator(text, set(entries) if is_public else set(), prefix, place, notes or {})
+    translator.outside = dict(outside or {})
     for name, kinds in entries.items():
+        for kind in kinds:
+            translator.declare(kind)
         translator.function(name, kinds)
     return translator.program()
 
@@ -90,18 +96,34 @@ class _Translator(Callees):
         self.taken: set[str] = set()
         self.constants: dict[str, str] = {}
         self.structs: dict[tuple[Kind, ...], Struct] = {}
+        self.records: dict[str, str] = {}
+        self.outside: dict[str, Kind] = {}
         self.tables: dict[str, str] = {}
         self.helpers: dict[str, str] = {}
 
     def program(self) -> Program:
         return Program(
             tuple(self.constants.values()),
-            tuple(_struct_text(struct) for struct in self.structs.values()),
+            (*self.records.values(), *(_struct_text(struct) for struct in self.structs.values())),
             tuple(self.tables.values()),
             tuple(self.helpers.values()),
             tuple(one.text for one in self.done.values()),
             {one.name: frozenset(one.calls) for one in self.done.values()},
         )
+
+    def declare(self, kind: Kind) -> None:
+        """Declare a record, and those within it first."""
+        if isinstance(kind, Row):
+            self.declare(kind.item)
+        if not isinstance(kind, Record) or kind.name in self.records:
+            return
+        for inner, _ in kind.fields.values():
+            self.declare(inner)
+        lines = [
+            f"    {inner.c.removesuffix(' *')} {name}{f'[{count}]' if _is_array(inner) else ''};"
+            for name, (inner, count) in kind.fields.items()
+        ]
+        self.records[kind.name] = "\n".join(["typedef struct {", *lines, f"}} {kind.name};", ""])
 
     def function(self, name: str, kinds: tuple[Kind, ...]) -> _Done:
         """Translate a function, unless that is done."""
@@ -129,7 +151,7 @@ class _Translator(Callees):
         name = self._free_name(tree.name, kinds)
         takes = [
             f"{'const ' if kind in ITEM_KIND and argument not in body.written else ''}{kind.c}"
-            f"{'' if kind in ITEM_KIND else ' '}{local(argument)}"
+            f"{'' if kind.c.endswith('*') else ' '}{local(argument)}"
             for argument, kind in zip(arguments, kinds, strict=True)
             if not isinstance(kind, Table)
         ]
@@ -159,6 +181,8 @@ class _Translator(Callees):
     # what a function asks for
 
     def called(self, node: ast.Call, name: str, kinds: tuple[Kind, ...]) -> tuple[str, Kind]:
+        if name in self.outside:
+            return joined(self.prefix, name), self.outside[name]
         if name not in self.trees:
             raise refused(node, "calls what is not in this module")
         if name in self.under_way:
@@ -170,9 +194,11 @@ class _Translator(Callees):
         return found.name, found.result
 
     def writes(self, name: str) -> bool:
-        return bool(self.written(name))
+        return name in self.outside or bool(self.written(name))
 
     def written(self, name: str) -> tuple[int, ...]:
+        if name in self.outside:
+            return tuple(range(8))  # whatever it is given
         return tuple(
             {place for (known, _), one in self.done.items() if known == name for place in one.places}
         )
@@ -216,6 +242,10 @@ class _Translator(Callees):
         sizes = "".join(f"[{n}]" for n in shape)
         self.tables[node.id] = "\n".join(broken(f"static const {kind.c} {c}{sizes} = {text};"))
         return Value(c, Table(c, shape, kind))
+
+
+def _is_array(kind: Kind) -> bool:
+    return isinstance(kind, Row) or kind in ITEM_KIND
 
 
 def _struct_text(struct: Struct) -> str:
