@@ -52,6 +52,8 @@ def test_rates_are_tried_over_decades_and_lengths_around_their_value() -> None:
     rate = effect("second_relaxation").parameters[1]
     assert moved(rate, 3.0) / moved(rate, -3.0) == pytest.approx(np.exp(6.0 * rate.std))
     assert moved(rate, 0.0) == rate.default
+    law = next(p for p in effect("power_law_relaxation").parameters if p.symbol == "alpha_P")
+    assert moved(law, 1.0) - moved(law, -1.0) == pytest.approx(2.0 * law.std)
 
 
 def test_misfit_by_regime_is_one_for_noise_and_grows_with_a_hidden_mean() -> None:
