@@ -121,7 +121,7 @@ attack: $(STAMP)  ## break files of every kind, then what goes over the wires (A
 	$(V)/python tests/attack/wire --seconds $(ATTACK_SECONDS) --seed $(ATTACK_SEED)
 
 MUTANTS ?=
-mutants: $(STAMP)  ## change one operator or number at a time: does a test fail? Takes hours, goes on from the last run (MUTANTS="--seed 1 --only contact")
+mutants: $(STAMP)  ## change one operator or number at a time: does a test fail? At most a minute of the processor for each, and goes on from the last run (MUTANTS="--seed 1 --only contact")
 	nice $(V)/python tools/mutants.py $(MUTANTS)
 
 AUDIT := build/audit/bin

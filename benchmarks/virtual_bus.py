@@ -29,7 +29,7 @@ from typing import Any
 import can
 
 from benchmarks._timing import compared
-from vegrip.host.c_compiler import compiler
+from vegrip.host.compiled_folder import compiler
 from vegrip.transport.canbus import bus as bus_text
 from vegrip.transport.canbus import deliveries
 from vegrip.transport.canbus.bus_model import BusModel

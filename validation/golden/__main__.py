@@ -90,6 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--only", default="", metavar="PATTERN", help="cases with all these words in the name"
     )
     parser.add_argument("--quick", action="store_true", help="what CI runs: few and short cases")
+    parser.add_argument("--missing", action="store_true", help="only cases that golden.json does not have")
     parser.add_argument("--list", action="store_true", help="say what cases there are")
     parser.add_argument(
         "--tolerance", type=float, metavar="X", help="compare plain numbers alone, to a share X"
@@ -107,11 +108,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if (job.is_quick or not given.quick) and all(word in job.name for word in given.only.split())
     ]
     chosen.sort(key=lambda job: not job.is_quick)
+    expected, new = store.read(), dict[str, Any]()
+    if given.missing:
+        chosen = [job for job in chosen if job.name not in expected]
     if given.list:
         sys.stdout.writelines(f"{job.name}{' (quick)' if job.is_quick else ''}\n" for job in chosen)
         return 0
     began, failed = time.monotonic(), 0
-    expected, new = store.read(), dict[str, Any]()
     for job, found in results(chosen, given.j):
         if isinstance(found, str):
             failed += 1

@@ -75,9 +75,9 @@ def _tape(what: str, recording: str, is_false_in_bytes: bool) -> Tape:
         return tape
     return tape.with_events(
         [
-            Event(SETTINGS, 1300 * MS),
-            Event(CYCLE, 2200 * MS, until=2230 * MS),
-            Event(CYCLE, 3100 * MS, until=3300 * MS),
+            Event(SETTINGS, 1303 * MS),
+            Event(CYCLE, 2203 * MS, until=2233 * MS),
+            Event(CYCLE, 3103 * MS, until=3303 * MS),
         ]
     )
 

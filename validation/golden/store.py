@@ -18,7 +18,7 @@ from typing import Any
 FILE = Path(__file__).parents[1] / "golden.json"
 TRACES = Path("build") / "golden"
 RULES = {
-    "commands": "of each ForceCommand as it was sent: time [ns], finger, counter, force, change, reason, end",
+    "commands": "of each ForceCommand as it was sent: time [us], finger, counter, force, change, reason, end",
     "reports": "of each contact, slip margin, health and learned parameter as it was sent",
     "conditions": "of the input of all fingers, whenever one changes, with the time",
     "counts": "what was refused, lost, clipped, answered; by name",

@@ -37,6 +37,7 @@ class World:
         self._items = deque(items)
         self._deliver = deliver
         self._happenings = deque[Item]()
+        self.stands = False  # while a node is started: to compile takes time of this machine, not of the case
 
     def now(self) -> int:
         """Return the time [ns]."""
@@ -89,15 +90,20 @@ def _is_scripted() -> bool:
     return bool(_worlds) and _threads[-1] == threading.get_ident()
 
 
+def _passes() -> bool:
+    """Return whether waiting lets the time of a world pass."""
+    return _is_scripted() and not _worlds[-1].stands
+
+
 def _sleep(seconds: float, _function: Callable[[float], None] = time.sleep) -> None:
-    if _is_scripted():
+    if _passes():
         _worlds[-1].sleep_until(_worlds[-1].time + round(seconds * NS))
     else:
         _function(seconds)
 
 
 def _scripted_select(readable: Any, writable: Any, failed: Any, timeout: float | None = None) -> Any:
-    if not _is_scripted():
+    if not _passes():
         return _select(readable, writable, failed, timeout)
     found = _select(readable, writable, failed, 0.0)
     if any(found) or timeout is None:

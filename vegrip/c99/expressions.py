@@ -19,6 +19,7 @@ from vegrip.c99.kinds import (
     VOID,
     WHOLES,
     Kind,
+    RealType,
     Record,
     Row,
     Struct,
@@ -27,7 +28,7 @@ from vegrip.c99.kinds import (
 )  # fmt: skip
 from vegrip.c99.names import local
 from vegrip.c99.refusal import refused
-from vegrip.c99.walk import nodes_of
+from vegrip.c99.scopes import nodes_of
 
 MATHS = {
     name: name
@@ -72,6 +73,8 @@ class Value:
 
 class Module(Protocol):
     """What an expression finds outside its function."""
+
+    reals: RealType
 
     def constant(self, node: ast.Name) -> Value:
         """Return a number or table of the module."""
@@ -148,6 +151,18 @@ class Expressions:
             raise refused(node, "only elements of the memory can be set")
         return f"{memory.text}[{self.index(node.slice)}]"
 
+    def real(self, value: float) -> str:
+        """Return a constant."""
+        return literals.real(value, self.module.reals)
+
+    def as_real(self, value: Value) -> str:
+        """Return a whole number made real."""
+        return f"({self.module.reals.c}){value.within(SIGN)}"
+
+    def of_math(self, function: str) -> str:
+        """Return the name of a function of math.h."""
+        return function + self.module.reals.function
+
     def stored(self, target: ast.Subscript | ast.Attribute, value: Value) -> str:
         """Return ``value`` as it is put into the memory at ``target``."""
         if isinstance(target, ast.Attribute):
@@ -160,7 +175,7 @@ class Expressions:
         if ITEM_KIND[array] == REAL and value.kind in (REAL, INT):
             return value.text
         if ITEM_KIND[array] == REAL and value.kind == BOOL:
-            return f"{value.within(EITHER)} ? 1.0 : 0.0"
+            return f"{value.within(EITHER)} ? {self.real(1.0)} : {self.real(0.0)}"
         raise refused(target, f"holds {ITEM_KIND[array].c} and gets {value.kind.c}; convert it")
 
     def _stored_field(self, target: ast.Attribute, value: Value) -> str:
@@ -188,7 +203,7 @@ class Expressions:
         if isinstance(value, int):
             return number_of(node, value)
         if isinstance(value, float):
-            return Value(literals.real(value), REAL, constant=value)
+            return Value(self.real(value), REAL, constant=value)
         raise refused(node, "only numbers are translated")
 
     def _name(self, node: ast.Name) -> Value:
@@ -199,7 +214,7 @@ class Expressions:
     def _attribute(self, node: ast.Attribute) -> Value:
         if isinstance(node.value, ast.Name) and node.value.id == "math" and node.attr in CONSTANTS:
             value = CONSTANTS[node.attr]
-            return Value(literals.real(value), REAL, constant=value)
+            return Value(self.real(value), REAL, constant=value)
         kind, text = self._member(node)
         if isinstance(kind, Record):
             return Value(f"&{text}", kind, SIGN)
@@ -231,8 +246,8 @@ class Expressions:
         sign, binding = BINARY[type(node.op)]
         a, b = left.within(binding), right.within(binding + 1)
         if sign == "/":
-            a = a if left.kind == REAL else f"(double){left.within(SIGN)}"
-            b = b if right.kind == REAL else f"(double){right.within(SIGN)}"
+            a = a if left.kind == REAL else self.as_real(left)
+            b = b if right.kind == REAL else self.as_real(right)
             kind = REAL
         return Value(f"{a} {sign} {b}", kind, binding)
 
@@ -243,10 +258,10 @@ class Expressions:
             if not isinstance(n, int) or not 0 < abs(n) <= LARGEST_POWER or base.kind != REAL:
                 raise refused(node, f"whole powers are constant, 1 .. {LARGEST_POWER}, of a real number")
             product = f"{self.module.helper(f'power{abs(n)}')}({base.text})"
-            return Value(product, REAL) if n > 0 else Value(f"1.0 / {product}", REAL, PRODUCT)
+            return Value(product, REAL) if n > 0 else Value(f"{self.real(1.0)} / {product}", REAL, PRODUCT)
         if REAL not in {base.kind, exponent.kind}:
             raise refused(node, "a power of two whole numbers is not translated")
-        return Value(f"pow({base.text}, {exponent.text})", REAL)
+        return Value(f"{self.of_math('pow')}({base.text}, {exponent.text})", REAL)
 
     def _whole_division(self, node: ast.BinOp, left: Value, right: Value, kind: Kind) -> Value:
         if kind not in WHOLES:
@@ -371,11 +386,11 @@ class Expressions:
     def _math(self, node: ast.Call, name: str) -> Value:
         given = ", ".join(self.number(one).text for one in node.args)
         if name in MATHS:
-            return Value(f"{MATHS[name]}({given})", REAL)
+            return Value(f"{self.of_math(MATHS[name])}({given})", REAL)
         if name in TESTS:
             return Value(f"({name}({given}) != 0)", BOOL)  # these macros give whole numbers
         if name in WHOLE:
-            return Value(f"{self.module.helper('whole')}({name}({given}))", INT)
+            return Value(f"{self.module.helper('whole')}({self.of_math(name)}({given}))", INT)
         raise refused(node, f"math.{name} has no counterpart in C99 that is known here")
 
     def _call_max(self, node: ast.Call) -> Value:
@@ -402,11 +417,11 @@ class Expressions:
         value = self.number(node.args[0])
         if value.kind != REAL:
             raise refused(node, "abs is translated for real numbers only")
-        return Value(f"fabs({value.text})", REAL)
+        return Value(f"{self.of_math('fabs')}({value.text})", REAL)
 
     def _call_float(self, node: ast.Call) -> Value:
         value = self.number(node.args[0])
-        return value if value.kind == REAL else Value(f"(double){value.within(SIGN)}", REAL, SIGN)
+        return value if value.kind == REAL else Value(self.as_real(value), REAL, SIGN)
 
     def _call_int(self, node: ast.Call) -> Value:
         value = self.number(node.args[0])
@@ -429,7 +444,8 @@ class Expressions:
     def _call_round(self, node: ast.Call) -> Value:
         if len(node.args) != 1:
             raise refused(node, "round is translated to whole numbers only")
-        return Value(f"{self.module.helper('whole')}(rint({self.number(node.args[0]).text}))", INT)
+        rounded = f"{self.of_math('rint')}({self.number(node.args[0]).text})"
+        return Value(f"{self.module.helper('whole')}({rounded})", INT)
 
     def _call_bool(self, node: ast.Call) -> Value:
         value = self.number(node.args[0])

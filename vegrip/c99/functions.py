@@ -19,13 +19,12 @@ from vegrip.c99.kinds import (
     Table,
     common,
 )  # fmt: skip
+from vegrip.c99.literals import real
 from vegrip.c99.names import INDENT, broken, local
-from vegrip.c99.order import is_field, matters
 from vegrip.c99.refusal import is_text, refused
-from vegrip.c99.scopes import Scopes
-from vegrip.c99.walk import nodes_of
+from vegrip.c99.scopes import Scopes, is_field, matters, nodes_of
 
-ZERO = {REAL: "0.0", INT: "0", LONG: "0", BOOL: "false"}
+ZERO = {INT: "0", LONG: "0", BOOL: "false"}
 PASSES = 8  # until the kinds of all variables are known
 
 
@@ -83,10 +82,28 @@ class Function:
     def _is_unused(self, name: str) -> bool:
         return not isinstance(self.kinds[name], Table) and not self.scopes.is_read(name)
 
+    def spelled(self, kind: Kind) -> str:
+        """Return the type in C of a value of ``kind``."""
+        return self.module.reals.spelled(kind)
+
+    def _nothing(self, kind: Kind) -> str:
+        """Return what a variable holds before it is set."""
+        if isinstance(kind, Struct):
+            return f"{{{', '.join(map(self._nothing, kind.fields))}}}"
+        if isinstance(kind, Record):
+            return "0"
+        return real(0.0, self.module.reals) if kind == REAL else ZERO[kind]
+
+    def _declared(self, kind: Kind, name: str, *, is_constant: bool) -> str:
+        """Return the declaration of a variable; a record is pointed to."""
+        if isinstance(kind, Record):
+            return f"{kind.c}{'const ' if is_constant else ''}{local(name)}"
+        return f"{'const ' if is_constant else ''}{self.spelled(kind)} {local(name)}"
+
     def _declarations(self) -> list[str]:
         """Declare the variables that no statement declares with their first value."""
         return [
-            f"{_declared(kind, name, is_constant=False)} = {_nothing(kind)};"
+            f"{self._declared(kind, name, is_constant=False)} = {self._nothing(kind)};"
             for name, kind in self.kinds.items()
             if name not in self.arguments and self.scopes.is_read(name) and not self.scopes.has_home(name)
         ]
@@ -153,7 +170,7 @@ class Function:
 
     def _temporary(self, kind: Kind, text: str) -> str:
         name = self._fresh("t")
-        self.before.append(f"{_declared(kind, name, is_constant=True)} = {text};")
+        self.before.append(f"{self._declared(kind, name, is_constant=True)} = {text};")
         return name
 
     def _fresh(self, stem: str) -> str:
@@ -241,7 +258,7 @@ class Function:
             return [f"(void)({value.text});"]
         if self.scopes.is_declared_in(target.id, self.where):
             is_constant = self.scopes.is_constant(target.id, self.where)
-            return [f"{_declared(kind, local(target.id), is_constant)} = {value.text};"]
+            return [f"{self._declared(kind, target.id, is_constant=is_constant)} = {value.text};"]
         return [f"{local(target.id)} = {value.text};"]
 
     def _note_kind(self, target: ast.Name, kind: Kind) -> Kind:
@@ -349,7 +366,7 @@ class Function:
         kind = REAL if any(value.kind == REAL for value in values) else values[0].kind
         array = self._fresh("each")
         text = ", ".join(value.text for value in values)
-        before = [*self.before, f"const {kind.c} {array}[{len(values)}] = {{{text}}};"]
+        before = [*self.before, f"const {self.spelled(kind)} {array}[{len(values)}] = {{{text}}};"]
         return [*before, *self._each(node, (len(values),), kind, array)]
 
     def _over_table(self, node: ast.For) -> list[str]:
@@ -367,7 +384,7 @@ class Function:
         sets = []
         for part, column in zip(parts, columns, strict=True):
             self._note_kind(part, kind)
-            own = f"const {kind.c} " if self.scopes.is_owned_by(part.id, node) else ""
+            own = f"const {self.spelled(kind)} " if self.scopes.is_owned_by(part.id, node) else ""
             if self.scopes.is_read(part.id):
                 sets.append(f"{INDENT}{own}{local(part.id)} = {array}[{index}]{column};")
         head = f"for (int32_t {index} = 0; {index} < {shape[0]}; {index}++) {{"
@@ -384,20 +401,6 @@ class Callees(Module):
     def written(self, name: str) -> tuple[int, ...]:
         """Return the places of the parameters through which it writes."""
         raise NotImplementedError
-
-
-def _declared(kind: Kind, name: str, is_constant: bool) -> str:
-    """Return the declaration of a variable; a record is pointed to."""
-    if isinstance(kind, Record):
-        return f"{kind.c}{'const ' if is_constant else ''}{local(name)}"
-    return f"{'const ' if is_constant else ''}{kind.c} {local(name)}"
-
-
-def _nothing(kind: Kind) -> str:
-    """Return what a variable holds before it is set."""
-    if isinstance(kind, Struct):
-        return f"{{{', '.join(ZERO[one] for one in kind.fields)}}}"
-    return "0" if isinstance(kind, Record) else ZERO[kind]
 
 
 def _joined(module: Module, a: Kind, b: Kind) -> Kind | None:
@@ -424,10 +427,6 @@ def _step(call: ast.Call) -> int:
 def _names(target: ast.expr) -> list[ast.Name]:
     parts = target.elts if isinstance(target, ast.Tuple) else [target]
     return [part for part in parts if isinstance(part, ast.Name)]
-
-
-def _is_name(node: ast.expr, name: str) -> bool:
-    return isinstance(node, ast.Name) and node.id == name
 
 
 def _reads(node: ast.expr, name: str) -> bool:

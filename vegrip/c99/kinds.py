@@ -77,6 +77,23 @@ def record(declared: type[ctypes.Structure], prefix: str = "vg") -> Record:
     return Record(f"{name} *", name, fields)
 
 
+@dataclass(frozen=True)
+class RealType:
+    """How C writes real numbers: their type, and what ends literals and the names of functions of math.h."""
+
+    c: str
+    literal: str = ""
+    function: str = ""
+
+    def spelled(self, kind: Kind) -> str:
+        """Return the type in C of a value of ``kind``."""
+        return {REAL: self.c, MEMORY: f"{self.c} *"}.get(kind, kind.c)
+
+
+DOUBLE = RealType("double")
+FLOAT = RealType("float", "F", "f")
+
+
 def common(a: Kind, b: Kind) -> Kind | None:
     """Return the kind that holds values of both, or None."""
     if a == b:

@@ -243,9 +243,7 @@ COARSE = WatchdogSettings(force_frozen_after=3600.0, frozen_after=3600.0)
 """Of a sensor whose steps hide its noise: standing still by itself proves nothing."""
 
 
-def presses(
-    seconds: float, force: Callable[[float], float], travel: Callable[[float], float]
-) -> Watchdog:
+def presses(seconds: float, force: Callable[[float], float], travel: Callable[[float], float]) -> Watchdog:
     """Return a watchdog after a finger whose force and indentation follow time [s] at 500 Hz."""
     dog = Watchdog(COARSE)
     for n, state in zip(range(round(500 * seconds)), healthy(), strict=False):

@@ -195,3 +195,9 @@ def test_the_arbitration_key_orders_frames_as_their_bits_do(one, other):
 def test_a_typical_frame_lies_between_the_shortest_and_the_longest():
     timing = BitTiming()
     assert 111_000 < typical_duration(8, False, timing) < 135_000
+
+
+@pytest.mark.parametrize(("length", "carried"), [(9, 12), (33, 48), (63, 64), (65, 64)])
+def test_a_length_that_no_frame_has_takes_as_long_as_the_next_one(length, carried):
+    timing = BitTiming()
+    assert typical_duration(length, True, timing) == typical_duration(carried, True, timing)

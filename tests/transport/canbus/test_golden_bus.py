@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.transport.canbus.bus_scripts import Script, digests, golden
-from vegrip.host.c_compiler import compiler
+from vegrip.host.compiled_folder import compiler
 from vegrip.transport.canbus import carry
 from vegrip.transport.canbus.bus_model import BusModel
 from vegrip.transport.canbus.bus_records import OFF, PASSIVE, REMOTE

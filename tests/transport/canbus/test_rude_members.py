@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.errors import ConfigError
-from vegrip.host.runtime_folder import runtime_folder
+from vegrip.host.folders import runtime_folder
 from vegrip.transport.canbus import hub
 from vegrip.transport.canbus.bus_events import ErrorState
 from vegrip.transport.canbus.bus_model import BusModel

@@ -17,8 +17,8 @@ from typing import Final
 
 from vegrip.clock import NS
 from vegrip.host import compiled_folder
-from vegrip.host.c_compiler import compiler
-from vegrip.host.lock_file import locked
+from vegrip.host.compiled_folder import compiler
+from vegrip.host.folders import locked
 from vegrip.transport.canbus.bus_records import SLOTS, Bus
 
 HERE: Final = Path(__file__).parent

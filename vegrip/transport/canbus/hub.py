@@ -24,7 +24,7 @@ from pathlib import Path
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.host import realtime
-from vegrip.host.lock_file import locked
+from vegrip.host.folders import locked
 from vegrip.transport.canbus import carry
 from vegrip.transport.canbus.acceptance import unpack_filters
 from vegrip.transport.canbus.bus_model import BusModel

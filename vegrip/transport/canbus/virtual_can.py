@@ -19,7 +19,7 @@ import can
 
 from vegrip.clock import NS
 from vegrip.errors import VegripError
-from vegrip.host.runtime_folder import runtime_folder, socket_path
+from vegrip.host.folders import runtime_folder, socket_path
 from vegrip.transport.canbus.acceptance import Pair, pack_filters, pairs_of
 from vegrip.transport.canbus.bus_events import ErrorState
 from vegrip.transport.canbus.bus_load import BusLoad

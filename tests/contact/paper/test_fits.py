@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from vegrip.contact.coupling_fits import (
+from vegrip.contact.paper.tables import (
     CANONICAL_K,
     RadiusFit,
     Weights,
