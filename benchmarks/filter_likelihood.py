@@ -35,9 +35,13 @@ from vegrip.estimator.compiled import KERNELS
 from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import Layout, layout_of
 from vegrip.identification.diagnosis import diagnose
-from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, extend_problem
+from vegrip.identification.diagnosis.candidate_fit import (
+    CandidateFit,
+    evaluate_candidate,
+    extend_problem,
+    held_out_groups,
+)
 from vegrip.identification.diagnosis.catalogue import candidates
-from vegrip.identification.diagnosis.regimes import held_out_groups
 from vegrip.identification.diagnosis.score_tests import screen_candidates
 from vegrip.identification.fit.fitting import base_model
 from vegrip.identification.fit.noise import noise_of

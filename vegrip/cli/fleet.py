@@ -48,7 +48,7 @@ def fleet(
     from vegrip.cli._fits import print_json
     from vegrip.identification.fleet import find_recordings, run, summarize_rows
     from vegrip.identification.fleet.findings import write_csv
-    from vegrip.identification.fleet.ledger import Ledger
+    from vegrip.identification.fleet.row import Ledger
     from vegrip.model import read_model
 
     with Outputs(force=force) as outputs:

@@ -45,7 +45,7 @@ def refine(
     from vegrip.cli._progress import progress
     from vegrip.identification.diagnosis import error_ladder
     from vegrip.identification.diagnosis.account import account
-    from vegrip.identification.experiment.next_experiment import next_experiment
+    from vegrip.identification.experiment.design import next_experiment
     from vegrip.model import write_model
 
     with Outputs(force=force) as outputs:

@@ -65,8 +65,8 @@ def simulate(
     from vegrip.identification.simulate import like as simulate_like
     from vegrip.identification.simulate import read_protocol
     from vegrip.identification.simulate import simulate as simulate_model
-    from vegrip.identification.simulate.plot import draw_simulation
-    from vegrip.identification.simulate.standard import standard
+    from vegrip.identification.simulate.protocol import standard
+    from vegrip.identification.simulate.run import draw_simulation
 
     if like is not None and (protocol is not None or noise or plot is not None):
         raise UsageError(

@@ -10,9 +10,8 @@ from vegrip.effects import BUILT_IN, Effect, effect
 from vegrip.identification.diagnosis.acceptance import misfit_by_regime
 from vegrip.identification.diagnosis.catalogue import Candidate, moved, null, trials, why_unseen
 from vegrip.identification.diagnosis.discrepancy import LENGTHS, _curve, _tents, _variables
-from vegrip.identification.diagnosis.evidence_threshold import EvidenceThreshold
 from vegrip.identification.diagnosis.score_tests import Hint
-from vegrip.identification.diagnosis.search import shortlist
+from vegrip.identification.diagnosis.search import EvidenceThreshold, shortlist
 from vegrip.model import BASE, paper_model
 
 RNG = np.random.default_rng(5)

@@ -5,11 +5,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vegrip.identification.fit.events import find_events
-from vegrip.identification.fit.noise import noise_of, rough
-from vegrip.identification.fit.ou_noise import MAX_ROWS, estimate_ou_noise, spread_rows
-from vegrip.identification.fit.preprocess import find_spikes, preprocess
-from vegrip.identification.fit.replicates import find_pairs
+from vegrip.identification.fit.noise import (
+    MAX_ROWS,
+    estimate_ou_noise,
+    find_pairs,
+    noise_of,
+    rough,
+    spread_rows,
+)
+from vegrip.identification.fit.preprocess import find_events, find_spikes, preprocess
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.model import paper_model
 from vegrip.types import Floats

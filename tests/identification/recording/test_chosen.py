@@ -5,7 +5,7 @@ import pytest
 
 from vegrip.errors import InputError, UsageError
 from vegrip.identification.recording import Recording
-from vegrip.identification.recording.chosen import episodes_text, parse_episodes, select_episodes
+from vegrip.identification.recording.data import episodes_text, parse_episodes, select_episodes
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 from vegrip.cli import main
 from vegrip.errors import RecordingError
 from vegrip.identification.recording import Fingertip, Recording, read_recording
-from vegrip.identification.recording.joined import join_recordings
+from vegrip.identification.recording.data import join_recordings
 
 
 def press(name: str, top: float, radius: float = 0.01) -> Recording:

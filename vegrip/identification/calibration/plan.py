@@ -15,25 +15,93 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vegrip.identification.calibration.goals import distance, known_of
 from vegrip.identification.calibration.trials import TRIAL_KINDS, Trial, first_trial, trials_of, why_not
 from vegrip.identification.experiment.design import rig_of
+from vegrip.identification.experiment.design_space import RigLimits
 from vegrip.identification.experiment.hypotheses import Hypotheses, rate_of, sensors_of
-from vegrip.identification.experiment.limits import RigLimits
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.result import Fit
 from vegrip.identification.simulate import DEFAULT_NOISE, simulate
 from vegrip.model import ContactModel, paper_model
+from vegrip.parameters import Parameter
 from vegrip.types import Floats
 
+GOALS: Mapping[str, float] = {"K": 0.03, "p": 0.03, "c1": 0.02, "nu1": 0.15, "k0": 0.1, "mu": 0.05}
+"""Standard error that suffices, of the coordinate: relative where a parameter is fitted by its logarithm."""
+SHARE = 0.3  # of the prior's standard deviation, for parameters of further effects
 MAX_ATTEMPTS = 2  # at a kind of trial, after which the rest goes on without a good one
 MIN_TRIAL_GAIN_NATS = 0.1  # [nats] that a trial must bring the parameters nearer to their goals
 GENTLE_FORCE = 0.5  # of the greatest force, while the stiffness is only guessed
 PLAN_RATE = 100.0  # [Hz] of planned trials at most: the information per second grows no more above it
-
 Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Known:
+    """One parameter."""
+
+    symbol: str
+    effect: str
+    value: float
+    std: float  # of its coordinate
+    goal: float
+    unit: str
+    is_log: bool
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it is known well enough."""
+        return self.std <= self.goal
+
+    def errors_off(self, true: float) -> float:
+        """Return by how many standard errors the value is off ``true``."""
+        off = math.log(self.value / true) if self.is_log else self.value - true
+        return off / self.std
+
+    def as_dict(self) -> dict[str, object]:
+        """Return it for JSON."""
+        return {
+            "effect": self.effect,
+            "value": self.value,
+            "std": self.std,
+            "goal": self.goal,
+            "unit": self.unit,
+            "scale": "log" if self.is_log else "identity",
+            "known": self.is_known,
+        }
+
+
+def known_of(fit: Fit) -> list[Known]:
+    """Return how well each parameter of the model is known."""
+    found, values = [], fit.model.values
+    for symbol in fit.problem.symbols:
+        declared = fit.declared(symbol)
+        if declared is not None:
+            effect, parameter = declared
+            found.append(
+                Known(
+                    symbol,
+                    effect.name,
+                    values[symbol].value,
+                    fit.std[symbol],
+                    goal_of(parameter),
+                    parameter.unit,
+                    parameter.transform == "log",
+                )
+            )
+    return found
+
+
+def goal_of(parameter: Parameter) -> float:
+    """Return the standard error that suffices for a parameter."""
+    return GOALS.get(parameter.symbol, SHARE * parameter.std)
+
+
+def distance(stds: Floats, goals: Floats) -> float:
+    """Return how far the parameters are from being known [nats]: 0 when all are."""
+    return float(np.sum(np.log(np.maximum(stds / goals, 1.0))))
 
 
 @dataclass(frozen=True)

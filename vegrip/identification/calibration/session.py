@@ -1,4 +1,4 @@
-"""What a calibration has so far: limits, trials with their recordings; kept in a folder.
+"""A calibration in its folder: limits, trials with their recordings, and its end, the model and an account.
 
 ::
 
@@ -19,18 +19,19 @@ from typing import Any
 import numpy as np
 
 from vegrip.errors import InputError, UsageError
-from vegrip.identification.calibration.checks import check_trial
-from vegrip.identification.calibration.goals import Known, known_of
-from vegrip.identification.calibration.plan import Next, Report, first_of, next_of
+from vegrip.identification.calibration.checks import check_trial, without_zeros
+from vegrip.identification.calibration.plan import Known, Next, Report, first_of, known_of, next_of
 from vegrip.identification.calibration.trials import TRIAL_KINDS
-from vegrip.identification.calibration.zeros import without_zeros
-from vegrip.identification.experiment.limits import RigLimits
-from vegrip.identification.fit import Fit, fit
+from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.diagnosis.account import account
+from vegrip.identification.experiment.design import next_experiment
+from vegrip.identification.experiment.design_space import RigLimits
+from vegrip.identification.fit import Fit, fit, noise_of
 from vegrip.identification.fit.result import MISFIT
 from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
-from vegrip.identification.recording.joined import join_recordings
+from vegrip.identification.recording.data import join_recordings
 from vegrip.identification.slip_channel import SlipChannel, slides_of, slip_channel
-from vegrip.model import read_model
+from vegrip.model import read_model, write_model
 from vegrip.whole_file import write_whole
 
 CALIBRATION_FILE = "calibration.json"
@@ -257,3 +258,73 @@ def load(folder: Path) -> Calibration | None:
         )
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise InputError(f"{file} cannot be read ({error}); begin anew in another folder") from None
+
+
+@dataclass(frozen=True, eq=False)
+class Ended:
+    """What a calibration came to.
+
+    Attributes:
+        verdict: of the diagnosis: adequate, named, ambiguous or unexplained.
+        added: effects that the paper's model lacked.
+        error: rms of the whitened residuals; 1 is the noise.
+        known: how well each parameter is known.
+        slip: what the slides tell of the channel that feels them.
+        account: everything that the report needs.
+
+    """
+
+    verdict: str
+    added: list[str]
+    error: float
+    known: list[Known]
+    slip: SlipChannel
+    account: dict[str, Any]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {
+            "verdict": self.verdict,
+            "added": self.added,
+            "error": self.error,
+            "parameters": {one.symbol: one.as_dict() for one in self.known},
+            "friction": self.slip.settings,
+            "slip_channel": self.slip.lacking or "measured",
+            "slip_felt": "" if self.slip.lacking else self.slip.bracket,
+        }
+
+
+def finish(calibration: Calibration, command: str, report: Report = lambda _: None) -> Ended:
+    """Look for what the paper's model lacks, and write recording and model into the folder.
+
+    Raises:
+        UsageError: nothing was recorded yet.
+
+    """
+    whole, trials = calibration.joined()
+    folder = calibration.folder / JOINED
+    found = diagnose(whole, noise=noise_of(whole), zeros=trials, report=report)
+    write_recording(_from_touch(whole, found.result), folder)
+    write_model(found.model, calibration.folder / MODEL)
+    known = known_of(found.result)
+    told = account(found, folder, [command], next_experiment(found))
+    told["calibration"] = {
+        "trials": [
+            {"kind": one.kind, "name": one.name, "problems": one.problems} for one in calibration.trials
+        ],
+        "known": {one.symbol: one.as_dict() for one in known},
+        "again": calibration.again,
+    }
+    added = [rung["effect"] for rung in told["ladder"] if rung["effect"] is not None]
+    return Ended(
+        found.verdict, added, float(told["ladder"][-1]["error"]), known, calibration.slip_channel(), told
+    )
+
+
+def _from_touch(whole: Recording, fitted: Fit) -> Recording:
+    """Return ``whole`` without the zeros that were fitted to its trials, so that one zero goes for all."""
+    _, (depth, force) = fitted.problem.parts(fitted.optimum.u)
+    columns = dict(whole.columns)
+    columns["displacement"] = columns["displacement"] - depth
+    columns["normal_force"] = columns["normal_force"] - force
+    return replace(whole, columns=columns)

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vegrip.identification.compare.features import Features, features_of
-from vegrip.identification.compare.where import Regime, Residuals, where
+from vegrip.identification.compare.where import Features, Regime, Residuals, features_of, where
 from vegrip.identification.fit.channels import ChannelError, channel_errors, overall_error
 from vegrip.identification.fit.fitting import solve
 from vegrip.identification.fit.noise import Noise

@@ -22,8 +22,8 @@ from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.thresholds import CONTENDER_SHARE, MIN_POINTING_NATS
 from vegrip.identification.fit.channels import overall_error
 from vegrip.identification.fit.problem import AT, Problem
-from vegrip.identification.fit.sensitivity import Sensitivity
 from vegrip.identification.fit.solve import refine_optimum
+from vegrip.identification.fit.whitening import Sensitivity
 from vegrip.types import Floats
 
 VARIABLES = ("time", "displacement")

@@ -39,8 +39,7 @@ from vegrip.identification.diagnosis.thresholds import (
     ROUGH_FORM_SHARE,
     SAME_CHANGE_COSINE,
 )
-from vegrip.identification.fit.blas import on_one_thread
-from vegrip.identification.fit.fitting import fit
+from vegrip.identification.fit.fitting import fit, on_one_thread
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import Zeros
 from vegrip.identification.fit.result import Fit, fit_of
@@ -64,7 +63,7 @@ def are_alike(one: Tried, other: Tried, *, is_rough: bool = False) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What was found.
+    """A verdict with the search behind it.
 
     Attributes:
         start: the fit of the model that was given, or the paper's.
@@ -249,7 +248,7 @@ class Diagnosis:
         """Return what ``--json`` prints.
 
         ``experiment`` is the answer of
-        :func:`~vegrip.identification.experiment.next_experiment.next_experiment` to this diagnosis: planning
+        :func:`~vegrip.identification.experiment.design.next_experiment` to this diagnosis: planning
         builds on diagnoses, not the other way round.
         """
         s = self.search

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from vegrip.identification.compare.features import Features, features_of
+from vegrip.identification.compare.where import Features, features_of
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.change_point import Change, find_change
 from vegrip.identification.diagnosis.thresholds import MIN_POINTING_NATS

@@ -4,12 +4,14 @@ Effects that are hidden together are found one after the other, each beside thos
 effect that the accepted ones have made superfluous goes again.
 """
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from vegrip.effects import Effect
 from vegrip.identification.diagnosis.acceptance import Verdict, judge_candidate, misfit_by_regime
 from vegrip.identification.diagnosis.candidate_fit import (
     EVALUATIONS,
@@ -17,26 +19,76 @@ from vegrip.identification.diagnosis.candidate_fit import (
     evaluate_candidate,
     extend_problem,
     finish_fit,
+    held_out_groups,
+    regime_map,
 )
 from vegrip.identification.diagnosis.catalogue import Candidate, candidates
-from vegrip.identification.diagnosis.evidence_threshold import required_evidence
-from vegrip.identification.diagnosis.regimes import held_out_groups, regime_map
 from vegrip.identification.diagnosis.score_tests import Hint, carrier, screen_candidates
 from vegrip.identification.diagnosis.thresholds import (
     CONTENDER_SHARE,
+    LITTLE_LEFT_SHARE,
     MAX_NAMED_EFFECTS,
     MAX_NOISE_CHI2,
     MAX_REFITS,
     MAX_RIVALS,
     MIN_GAIN_NATS,
+    MIN_LATER_GAIN_NATS,
     MIN_SCREEN_SHARE,
+    MIN_SHARE_OF_GAIN,
+    MIN_SHARE_OF_GAIN_IN_MISFIT,
+    MIN_SHARE_OF_LEFT,
+    MIN_TIMING_SHARE_OF_GAIN,
     RIVAL_SHARE,
+    SURELY_LEFT_STD,
 )
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.solve import Optimum, refine_optimum
 from vegrip.types import Floats
 
 Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class EvidenceThreshold:
+    """Nats that were gained so far and are left to be gained, the misfit by regime, and accepted effects.
+
+    The first effect pays for being one of many, a further one for not being form: the law of an effect that
+    was accepted need not have exactly the form of what is there. What it leaves invites further effects which
+    only mend that form: they gain little of what was gained before, and little of what is left.
+    """
+
+    gained: float
+    left: float
+    misfit: float
+    accepted: tuple[Effect, ...]
+
+    def of(self, candidate: Effect) -> float:
+        """Return what a candidate has to gain [nats]."""
+        if not self.accepted:
+            return MIN_GAIN_NATS
+        fits_noise = self.misfit <= MAX_NOISE_CHI2
+        asked = max(
+            MIN_LATER_GAIN_NATS if fits_noise else MIN_GAIN_NATS,
+            (MIN_SHARE_OF_GAIN if fits_noise else MIN_SHARE_OF_GAIN_IN_MISFIT) * self.gained,
+        )
+        if self.left < LITTLE_LEFT_SHARE * self.gained:
+            asked = max(asked, MIN_SHARE_OF_LEFT * self.left)
+        if candidate.shifts_time and any(one.shifts_time for one in self.accepted):
+            asked = max(asked, MIN_TIMING_SHARE_OF_GAIN * self.gained)
+        return asked
+
+
+def required_evidence(
+    first: CandidateFit, base: CandidateFit, misfit: float, accepted: Iterable[Effect]
+) -> EvidenceThreshold:
+    """Return what a further effect costs beside ``accepted`` ones, which led from ``first`` to ``base``."""
+    return EvidenceThreshold(base.evidence - first.evidence, left(base), misfit, tuple(accepted))
+
+
+def left(fitted: CandidateFit) -> float:
+    """Return what is certainly more than noise in the sum of squares [nats]."""
+    power = fitted.optimum.residual[fitted.problem.counted] ** 2
+    return max(0.5 * float(np.sum(power - 1.0)) - SURELY_LEFT_STD * math.sqrt(0.5 * power.size), 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,15 +10,26 @@ import numpy as np
 
 from vegrip.effects import effect
 from vegrip.errors import UsageError
-from vegrip.identification.experiment.design_space import MENU, Item, Rig
-from vegrip.identification.experiment.discrimination import (
+from vegrip.identification.diagnosis.diagnosis import Diagnosis
+from vegrip.identification.experiment.design_space import (
+    MENU,
+    Item,
+    Rig,
+    RigLimits,
+    complete_limits,
+    limits_of,
+)
+from vegrip.identification.experiment.hypotheses import (
+    NO_EFFECT,
+    Hypotheses,
     Separation,
     chance_to_decide,
     expected_separation,
     measure_separation,
+    rate_of,
+    sensors_of,
 )
-from vegrip.identification.experiment.hypotheses import NO_EFFECT, Hypotheses
-from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.fit.result import fit_of
 from vegrip.identification.simulate import Protocol, simulate
 
 SUFFICIENT_NATS = 20.0  # [nats] with which an experiment decides in 99 of 100 cases
@@ -30,7 +41,6 @@ QUICK_REPETITIONS = 3  # or so many
 AMPLITUDE_FACTORS = (1.25, 0.8, 1.1, 0.9)  # factors tried on each amplitude, until one is better
 WITHIN = ("depth", "stroke")  # amplitudes that are shares
 DURATION_COST = 0.05  # of the score that the whole allowed duration costs
-
 Report = Callable[[str], None]
 
 
@@ -73,7 +83,7 @@ class Planned:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """What was found.
+    """Experiments that were weighed for a contest, and the one to do.
 
     Attributes:
         contest: the hypotheses to separate.
@@ -287,3 +297,29 @@ def _often(planned: Planned, limits: RigLimits, enough: float) -> Planned:
     room = int((limits.duration + planned.protocol.pause) // once)
     times = int(np.clip(math.ceil(enough / nats), 1, min(room, MAX_REPETITIONS)))
     return replace(planned, times=times)
+
+
+def hypotheses_after(found: Diagnosis) -> Hypotheses | None:
+    """Return the first set that ``found`` could not tell apart; None where there is none."""
+    if not found.indistinguishable:
+        return None
+    names = set(found.indistinguishable[0])
+    for step in found.search.steps:
+        tried = {one.candidate.name: one for one in step.tried if one.candidate.name in names}
+        if tried.keys() == names:
+            models = {n: fit_of(one.fitted.problem, one.fitted.optimum).model for n, one in tried.items()}
+            measured = found.start.problem.measured
+            return Hypotheses(models, (), sensors_of(measured), rate_of(measured))
+    return None
+
+
+def next_experiment(found: Diagnosis) -> dict[str, Any] | None:
+    """Return what a diagnosis says of the next experiment: a quick look at the menu, within what was done."""
+    contest = hypotheses_after(found)
+    if contest is None:
+        return None
+    limits = complete_limits(RigLimits(), limits_of(found.start.problem.measured.recording))
+    made = design(contest, limits, is_thorough=False).as_dict()
+    effects = {e.name: e for model in contest.models.values() for e in model.effects}
+    told = {name: effects[name].experiment for name in contest.names if effects[name].experiment}
+    return {**made, "suggestions": told}

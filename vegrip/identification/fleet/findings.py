@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-from vegrip.identification.fleet.found import Found
-from vegrip.identification.fleet.row import FAILED, Row
+from vegrip.identification.fleet.row import FAILED, Found, Row
 
 NONE = "none"
 UNEXPLAINED = "unexplained"

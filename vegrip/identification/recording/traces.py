@@ -8,8 +8,7 @@ from typing import Final
 
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.folder import CSV, TOML
-from vegrip.identification.recording.rows import FILE_OF_MESSAGE
-from vegrip.identification.recording.writer import SESSION
+from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION
 
 MARKS: Final = (SESSION, TOML, CSV, f"{CSV}.gz")
 OURS: Final = tuple(dict.fromkeys((*MARKS, *FILE_OF_MESSAGE.values())))

@@ -27,14 +27,17 @@ from typing import Any
 
 from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError
+from vegrip.model import ContactModel
 from vegrip.spelling import suggestion
-from vegrip.virtual.bench.protocol import Episode, Segment
+from vegrip.virtual.bench.protocol import Episode, Segment, standard_protocol
+from vegrip.virtual.settings import FingertipSettings
 from vegrip.whole_file import write_whole
 
 __all__ = ["Episode", "Protocol", "Segment", "read_protocol", "write_protocol"]
-
 EPISODE_PAUSE_S = 20.0  # [s]
 MAX_PROTOCOL_S = 1e5  # [s] of a whole protocol
+CLEARANCE_XREF = 0.1  # [x_ref] between tip and object before and after
+STANDARD_AIR_S = 0.3  # [s]
 
 
 @dataclass(frozen=True)
@@ -221,3 +224,26 @@ def greatest_speed(protocol: Protocol) -> float:
         moves = zip(episode, pairwise(levels), strict=True)
         fastest = max(fastest, *(abs(b - a) / s.duration for s, (a, b) in moves if s.force is None))
     return fastest
+
+
+def clear(model: ContactModel) -> Segment:
+    """Return a stretch out of contact, long enough to tell the zeros of the sensors."""
+    return Segment(STANDARD_AIR_S, depth=-CLEARANCE_XREF * model.reference_depth)
+
+
+def standard(model: ContactModel, size: float = 0.8) -> Protocol:
+    """Return 20 episodes scaled to the fingertip; the deepest press reaches ``size`` x 20 % of its radius."""
+    tip = FingertipSettings(
+        radius=model.tip_radius,
+        reference_indentation=model.reference_depth,
+        reference_force=model.values["K"].value if "K" in model.values else 1.0,
+        exponent=min(max(model.values["p"].value if "p" in model.values else 1.5, 1.0), 3.0),
+    )
+    episodes = tuple(_in_air(episode, clear(model)) for episode in standard_protocol(tip, size=size))
+    return Protocol("standard", episodes, 20.0)
+
+
+def _in_air(episode: Episode, air: Segment) -> Episode:
+    """Return the episode with clear air before and after it, and contacts that end clear of the surface."""
+    away = [replace(s, depth=air.depth) if s.depth == 0.0 else s for s in episode]
+    return (air, *away[1:], air)
