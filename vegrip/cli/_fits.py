@@ -97,7 +97,7 @@ def doubted(problem: "Problem") -> "list[Doubt]":
     from vegrip.identification.diagnosis.data_checks import check_before_search, refuse_unusable
 
     refuse_unusable(problem.measured.recording, problem.measured)
-    return check_before_search(problem)
+    return list(check_before_search(problem))
 
 
 def print_sentences(sentences: Iterable[str]) -> None:

@@ -4,7 +4,6 @@
 ['no slip margin and no grip command: tangential_force_x and tangential_force_y are not measured']
 """
 
-import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Final
@@ -12,8 +11,6 @@ from typing import Final
 import numpy as np
 
 from vegrip.identification.recording import Recording
-from vegrip.identification.recording.channels import CHANNELS
-from vegrip.messages import FingertipState
 
 GRAVITY: Final = 9.81  # [m/s^2]
 TANGENTIAL_CHANNELS: Final = ("tangential_force_x", "tangential_force_y")
@@ -97,11 +94,6 @@ USUAL_SENSORS: Final = {
     "and slip": ("normal_force", "displacement", *TANGENTIAL_CHANNELS, "torque_z", "slip"),
 }
 """Sets of sensors that hands have, each with what the next one adds."""
-
-
-def channels_of(state: FingertipState) -> frozenset[str]:
-    """Return the channels that are measured in ``state``."""
-    return frozenset(name for name in CHANNELS if not math.isnan(getattr(state, name)))
 
 
 def answers(channels: Channels) -> dict[str, bool]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.identification.reach import greatest_depth, greatest_speed
 from vegrip.errors import InputError, RecordingError, UsageError
 from vegrip.identification.calibration.checks import check_trial
 from vegrip.identification.calibration.plan import first_of, next_of
@@ -26,7 +27,6 @@ from vegrip.identification.experiment.design_space import RigLimits
 from vegrip.identification.fit import fit
 from vegrip.identification.fit.noise import in_air
 from vegrip.identification.recording import Fingertip, Recording, read_recording
-from vegrip.identification.simulate.protocol import greatest_depth, greatest_speed
 from vegrip.model import read_model
 from vegrip.parameters import coordinate
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.identification.reach import greatest_depth, greatest_speed
 from vegrip.cli import main
 from vegrip.effects import effect
 from vegrip.errors import ConfigError, UsageError
@@ -22,7 +23,7 @@ from vegrip.identification.experiment.hypotheses import (
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Recording, write_recording
 from vegrip.identification.simulate import DEFAULT_NOISE, read_protocol, simulate
-from vegrip.identification.simulate.protocol import greatest_depth, greatest_speed, standard
+from vegrip.identification.simulate.protocol import standard
 from vegrip.model import paper_model
 
 BASE = paper_model(8e-3)

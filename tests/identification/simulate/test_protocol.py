@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.identification.reach import greatest_depth, greatest_speed
 from vegrip.errors import ConfigError
 from vegrip.identification.simulate import Protocol, Segment, read_protocol, write_protocol
-from vegrip.identification.simulate.protocol import greatest_depth, greatest_speed, standard
+from vegrip.identification.simulate.protocol import standard
 from vegrip.identification.simulate.run import timeline
 from vegrip.model import paper_model
 

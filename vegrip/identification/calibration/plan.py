@@ -10,8 +10,8 @@ eliminated from ``A`` (they are the trial's own). D-optimal design would maximis
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.result import Fit
+from vegrip.identification.fit.solve import Report
 from vegrip.identification.simulate import DEFAULT_NOISE, simulate
 from vegrip.model import ContactModel, paper_model
 from vegrip.parameters import Parameter
@@ -35,7 +36,6 @@ MAX_ATTEMPTS = 2  # at a kind of trial, after which the rest goes on without a g
 MIN_TRIAL_GAIN_NATS = 0.1  # [nats] that a trial must bring the parameters nearer to their goals
 GENTLE_FORCE = 0.5  # of the greatest force, while the stiffness is only guessed
 PLAN_RATE = 100.0  # [Hz] of planned trials at most: the information per second grows no more above it
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,6 @@ class Known:
 
     @property
     def is_known(self) -> bool:
-        """Whether it is known well enough."""
         return self.std <= self.goal
 
     def errors_off(self, true: float) -> float:
@@ -61,7 +60,6 @@ class Known:
         return off / self.std
 
     def as_dict(self) -> dict[str, object]:
-        """Return it for JSON."""
         return {
             "effect": self.effect,
             "value": self.value,
@@ -95,7 +93,6 @@ def known_of(fit: Fit) -> list[Known]:
 
 
 def goal_of(parameter: Parameter) -> float:
-    """Return the standard error that suffices for a parameter."""
     return GOALS.get(parameter.symbol, SHARE * parameter.std)
 
 
@@ -115,10 +112,7 @@ class Next:
 
 def first_of(radius: float, limits: RigLimits) -> Next:
     """Return the first trial of a fingertip of ``radius`` [m], of which nothing is known."""
-    gentle = RigLimits(
-        limits.depth, GENTLE_FORCE * limits.force, limits.speed, limits.tangential_force,
-        limits.torque, limits.duration, limits.pause,
-    )  # fmt: skip
+    gentle = replace(limits, force=GENTLE_FORCE * limits.force)
     contest = _contest(paper_model(radius), DEFAULT_NOISE, PLAN_RATE)
     why = "nothing is known yet: gentle presses show the stiffness, and how deep the fingertip may be pressed"
     return Next(first_trial(rig_of(contest, gentle)), why, {})
@@ -183,7 +177,6 @@ def _contest(model: ContactModel, sensors: Mapping[str, float], rate: float) -> 
 
 
 def _now(fit: Fit) -> tuple[Floats, Floats]:
-    """Return covariance and information of the parameters, whatever the zeros are."""
     places = [fit.problem.unknowns.names.index(symbol) for symbol in fit.problem.symbols]
     C = fit.covariance[np.ix_(places, places)]
     return C, np.asarray(np.linalg.inv(C), dtype=np.float64)

@@ -20,14 +20,15 @@ import numpy as np
 
 from vegrip.errors import InputError, UsageError
 from vegrip.identification.calibration.checks import check_trial, without_zeros
-from vegrip.identification.calibration.plan import Known, Next, Report, first_of, known_of, next_of
+from vegrip.identification.calibration.plan import Known, Next, first_of, known_of, next_of
 from vegrip.identification.calibration.trials import TRIAL_KINDS
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.diagnosis.account import account
 from vegrip.identification.experiment.design import next_experiment
-from vegrip.identification.experiment.design_space import RigLimits
+from vegrip.identification.experiment.design_space import RigLimits, complete_limits
 from vegrip.identification.fit import Fit, fit, noise_of
 from vegrip.identification.fit.result import MISFIT
+from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
 from vegrip.identification.recording.data import join_recordings
 from vegrip.identification.slip_channel import SlipChannel, slides_of, slip_channel
@@ -55,7 +56,6 @@ class Done:
 
     @property
     def is_good(self) -> bool:
-        """Whether it shows what it is for."""
         return not self.problems
 
 
@@ -205,15 +205,8 @@ def other_limits(limits: RigLimits, given: RigLimits) -> RigLimits:
 
 def usual_limits(given: RigLimits, radius: float) -> RigLimits:
     """Return the limits with what was not given as it is usual for a fingertip of ``radius`` [m]."""
-    usual = {
-        "depth": DEPTH_SHARE * radius,
-        "force": FORCE_N,
-        "speed": SPEED_SHARE * radius,
-        "tangential_force": FORCE_N,
-        "torque": FORCE_N * radius,
-    }
-    missing = {name: value for name, value in usual.items() if getattr(given, name) != getattr(given, name)}
-    return replace(given, **missing)
+    usual = RigLimits(DEPTH_SHARE * radius, FORCE_N, SPEED_SHARE * radius, FORCE_N, FORCE_N * radius)
+    return complete_limits(given, usual)
 
 
 def save(calibration: Calibration) -> None:
@@ -282,7 +275,6 @@ class Ended:
     account: dict[str, Any]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
         return {
             "verdict": self.verdict,
             "added": self.added,

@@ -49,7 +49,6 @@ class Trial:
     words: tuple[str, ...]
 
     def as_dict(self) -> dict[str, object]:
-        """Return it for JSON."""
         return {
             "kind": self.kind,
             "name": self.protocol.name,
@@ -96,7 +95,6 @@ def why_not(kind: str, contest: Hypotheses, limits: RigLimits, rig: Rig) -> str:
 
 
 def first_trial(rig: Rig) -> Trial:
-    """Return the trial to begin with: gentle presses."""
     item = next(item for item in MENU if item.name == MENU_ITEMS["press"][0])
     return _trial("press", item, rig, {"depth": GENTLE})
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from vegrip.identification.compare.comparison import Comparison, residuals_of
 from vegrip.identification.compare.where import MIN_REGIME_ROWS, PHASES, SPOKEN_UNITS, Features, Residuals
+from vegrip.identification.fit.problem import Problem
 from vegrip.identification.recording import Recording
 from vegrip.plotting import new_figure, save_figure
 from vegrip.types import Floats
@@ -63,9 +64,9 @@ def draw_comparison(comparison: Comparison, folder: Path, name: str = "model") -
     return files
 
 
-def measured_values(comparison: Comparison, residuals: Residuals) -> Floats:
+def measured_values(problem: Problem, residuals: Residuals) -> Floats:
     """Return the measurements in the rows of ``residuals``; of loads at slip the sizes."""
-    columns = comparison.problem.measured.columns
+    columns = problem.measured.columns
     if residuals.channel == "tangential_force":
         none = np.zeros(columns["t"].size)
         size: Floats = np.hypot(*(columns.get(f"tangential_force_{i}", none)[residuals.rows] for i in "xy"))
@@ -75,8 +76,7 @@ def measured_values(comparison: Comparison, residuals: Residuals) -> Floats:
 
 
 def _measured(axis: Any, comparison: Comparison, residuals: Residuals, t: Floats, name: str) -> None:
-    """Draw measurement and model."""
-    seen = measured_values(comparison, residuals)
+    seen = measured_values(comparison.problem, residuals)
     axis.plot(t, seen, "k.", ms=1.5, label="measured")
     axis.plot(t, seen - residuals.raw, ".", ms=1.0, label=name)
     axis.legend(markerscale=5, fontsize=7)
@@ -100,7 +100,7 @@ def curves(comparison: Comparison) -> dict[str, Any]:
     noise = {name: one.noise for name, one in comparison.channels.items()}
     found = {}
     for residuals in residuals_of(comparison.problem, comparison.u):
-        measured = measured_values(comparison, residuals)
+        measured = measured_values(comparison.problem, residuals)
         found[residuals.channel] = {
             "unit": SPOKEN_UNITS[residuals.channel],
             "noise": noise.get(residuals.channel),

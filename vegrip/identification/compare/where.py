@@ -7,9 +7,9 @@ of the misfit in few rows, one after the other, each without the rows of those b
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -238,10 +238,6 @@ class Regime:
     rms: float
     rows: int
     note: str
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
-        return asdict(self)
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,7 +40,6 @@ class Verdict:
 
     @property
     def is_passed(self) -> bool:
-        """Whether it may be named."""
         return not self.failed
 
 

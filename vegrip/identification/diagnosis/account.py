@@ -3,7 +3,7 @@
 import hashlib
 import platform
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from vegrip.identification.compare.comparison import Comparison, residuals_of
-from vegrip.identification.compare.plot import TIME_LABEL, curves, drawn_time
+from vegrip.identification.compare.plot import TIME_LABEL, curves, drawn_time, measured_values
 from vegrip.identification.compare.where import SPOKEN_UNITS, Residuals, features_of
 from vegrip.identification.diagnosis.diagnosis import Diagnosis
 from vegrip.identification.diagnosis.discrepancy import find_discrepancy
@@ -51,7 +51,7 @@ def account(
     before, after = (Comparison(one.problem, one.optimum.u, fitted=True) for one in (first, last))
     result = found.result.as_dict()
     return {
-        "ladder": [rung.as_dict() for rung in build_ladder(found)],
+        "ladder": [asdict(rung) for rung in build_ladder(found)],
         "verdict": found.verdict,
         "noise_floor": 1.0,
         "data": described(found.start.problem.measured.recording, folder),
@@ -85,7 +85,6 @@ def described(recording: Recording, folder: Path) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of what has computed this."""
     return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
 
 
@@ -162,18 +161,11 @@ def _channels(found: Diagnosis, start: str) -> list[list[_Side]]:
 
 def _draw_measured(axis: Any, problem: Problem, sides: list[_Side], t: Floats) -> None:
     residuals = sides[0].residuals
-    columns = problem.measured.columns
-    if residuals.channel == "tangential_force":
-        none = np.zeros(t.size)
-        seen = np.hypot(*(columns.get(f"tangential_force_{axis}", none) for axis in "xy"))
-    else:
-        seen = columns[residuals.channel]
-        seen = seen if residuals.channel == "normal_force" else np.abs(seen)
-    axis.plot(t[residuals.rows], seen[residuals.rows], "k.", ms=2, label="measured")
+    axis.plot(t[residuals.rows], measured_values(problem, residuals), "k.", ms=2, label="measured")
     for side in sides:
-        rows = side.residuals.rows
+        model = measured_values(problem, side.residuals) - side.residuals.raw
         label = f"{side.name}: {side.error:.2f} x noise"
-        axis.plot(t[rows], seen[rows] - side.residuals.raw, ".", color=side.colour, ms=1.2, label=label)
+        axis.plot(t[side.residuals.rows], model, ".", color=side.colour, ms=1.2, label=label)
     axis.legend(markerscale=6, fontsize=8)
     axis.set_xlabel(TIME_LABEL)
     axis.set_ylabel(f"{residuals.channel.replace('_', ' ')} [{SPOKEN_UNITS[residuals.channel]}]")

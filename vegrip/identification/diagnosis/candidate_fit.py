@@ -49,7 +49,6 @@ class Weighted(Problem):
         self._weights = weights
 
     def white(self, raw: tuple[Floats, Floats, Floats]) -> Floats:
-        """Return the weighted residual."""
         return super().white(raw) * self._weights
 
 
@@ -99,12 +98,6 @@ class CandidateFit:
     heldout: Floats
     heldout_error: float
     error: float
-
-    @property
-    def std(self) -> Floats:
-        """Standard errors of the coordinates."""
-        J, s = self.optimum.jacobian, self.problem.unknowns.std
-        return np.sqrt(np.maximum(np.diag(np.linalg.inv(J.T @ J + np.diag(s**-2.0))), 0.0))
 
     def whitened(self, other: "CandidateFit") -> Floats:
         """Return the residual of another model of the same rows in units of this one's noise."""
@@ -212,13 +205,11 @@ def _unshifted(problem: Problem, start: Floats) -> Floats:
 
 
 def _as_declared(hint: Hint) -> Hint:
-    """Return the hint at the declared shape and size."""
     trial = {p.symbol: p.default for p in hint.candidate.effect.parameters}
     return dataclasses.replace(hint, trial=trial, multiple=1.0)
 
 
 def _start(problem: Problem, base: CandidateFit, hint: Hint, factor: float) -> Floats:
-    """Return the base optimum beside the trial, its amount scaled as the screen asks, within reason."""
     k, known = problem.unknowns, base.problem.unknowns
     u = k.start.copy()
     for j, name in enumerate(k.names):
@@ -265,8 +256,3 @@ def held_out_groups(problem: Problem) -> Floats:
     else:
         group = np.arange(problem.episodes.size) * 10 // problem.episodes.size
     return group[problem.rows].astype(np.float64)
-
-
-def before(fitted: CandidateFit) -> Floats:
-    """Return the map at a fitted model."""
-    return regime_map(fitted.problem, fitted.optimum.u)

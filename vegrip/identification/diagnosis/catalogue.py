@@ -39,7 +39,6 @@ class Candidate:
 
     @property
     def name(self) -> str:
-        """Name of the effect."""
         return self.effect.name
 
 

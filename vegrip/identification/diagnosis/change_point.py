@@ -64,7 +64,6 @@ class Change:
 
     @property
     def note(self) -> str:
-        """A sentence."""
         goes = "rises" if self.change > 0.0 else "falls"
         if self.variable == "time":
             low, high = (f"{one:.6g}" for one in self.interval)
@@ -107,7 +106,6 @@ class Changed(Problem):
         return out
 
     def freeze(self, u: Floats) -> None:
-        """Set up the noise of every block at ``u``."""
         self.amount = float(u[-1])
         super().freeze(u)
 

@@ -57,12 +57,8 @@ def refuse_unusable(recording: Recording, measured: Measured) -> None:
         )
 
 
-def check_before_search(problem: Problem) -> list[Doubt]:
-    """Return what is wrong with a recording before anything is looked for."""
-    return list(_before(problem))
-
-
-def _before(problem: Problem) -> Iterator[Doubt]:
+def check_before_search(problem: Problem) -> Iterator[Doubt]:
+    """Yield what is wrong with a recording before anything is looked for."""
     m = problem.measured
     t = m.recording.t
     touching = problem.stiffness > 0.0

@@ -8,7 +8,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -22,7 +22,7 @@ from vegrip.identification.diagnosis.data_checks import (
     refuse_unusable,
 )
 from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
-from vegrip.identification.diagnosis.search import Report, Search, Step, Tried, search_effects
+from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
 from vegrip.identification.diagnosis.thresholds import (
     FORM_NATS,
     FORM_SHARE,
@@ -43,6 +43,7 @@ from vegrip.identification.fit.fitting import fit, on_one_thread
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import Zeros
 from vegrip.identification.fit.result import Fit, fit_of
+from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
 
@@ -156,7 +157,6 @@ class Diagnosis:
 
     @cached_property
     def where(self) -> list[Regime]:
-        """Where the model that was given fails."""
         first = self.start
         return Comparison(first.problem, first.optimum.u, fitted=True).where
 
@@ -172,13 +172,11 @@ class Diagnosis:
 
     @cached_property
     def result(self) -> Fit:
-        """The fit with everything that was accepted."""
         last = self.search.last
         return fit_of(last.problem, last.optimum)
 
     @property
     def model(self) -> ContactModel:
-        """The model with everything that was accepted, refitted."""
         return self.result.model
 
     @property
@@ -231,7 +229,6 @@ class Diagnosis:
         }
 
     def _outcome(self, one: Tried, step: Step) -> str:
-        """Return what became of a candidate, and why."""
         if one.verdict.failed:
             return f"fails: {', '.join(one.verdict.failed)}"
         if one is step.taken:
@@ -262,8 +259,8 @@ class Diagnosis:
             "error": self.error,
             "si": {name: {"value": value, "unit": unit} for name, (value, unit) in self.in_si().items()},
             "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": MAX_NOISE_CHI2},
-            "where": [one.as_dict() for one in self.where],
-            "where_after": [one.as_dict() for one in self.where_after],
+            "where": [asdict(one) for one in self.where],
+            "where_after": [asdict(one) for one in self.where_after],
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
             "experiment": experiment,
             "out_of_sight": s.out_of_sight,
@@ -295,7 +292,7 @@ def diagnose(
     """
     start = fit(recording, model, noise=noise, zeros=zeros, report=report)
     refuse_unusable(recording, start.problem.measured)
-    doubts = check_before_search(start.problem)
+    doubts = list(check_before_search(start.problem))
     is_unreliable = any(doubt.is_grave for doubt in doubts)
     found = search_effects(
         start.problem, start.optimum, most=0 if is_unreliable else most, threads=threads, report=report

@@ -64,7 +64,6 @@ class Discrepancy:
 
     @property
     def note(self) -> str:
-        """A sentence."""
         depends = f"what is left depends on {self.variable} ({self.channel})"
         return depends if self.change is None else f"{depends}: {self.change.note}"
 
@@ -173,7 +172,6 @@ def _variables(
 
 
 def _tents(values: Floats, knots: Floats) -> Floats:
-    """Return the linear spline's basis, (rows, knots)."""
     out = np.zeros((values.size, knots.size))
     for j in range(knots.size):
         unit = np.zeros(knots.size)

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -37,10 +36,6 @@ class Rung:
     error: float
     heldout_error: float
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
-        return {"effect": self.effect, "error": self.error, "heldout_error": self.heldout_error}
-
 
 @dataclass(frozen=True)
 class Refinement:
@@ -51,7 +46,6 @@ class Refinement:
 
     @property
     def model(self) -> ContactModel:
-        """The fitted model with the effects that were added."""
         return self.diagnosis.model
 
 

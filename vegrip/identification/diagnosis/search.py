@@ -5,7 +5,7 @@ effect that the accepted ones have made superfluous goes again.
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -42,10 +42,8 @@ from vegrip.identification.diagnosis.thresholds import (
     SURELY_LEFT_STD,
 )
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.solve import Optimum, refine_optimum
+from vegrip.identification.fit.solve import Optimum, Report, refine_optimum
 from vegrip.types import Floats
-
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -122,12 +120,10 @@ class Search:
 
     @property
     def first(self) -> CandidateFit:
-        """The model before anything was added."""
         return self.steps[0].base
 
     @property
     def last(self) -> CandidateFit:
-        """The model with what was accepted."""
         return self.steps[-1].base
 
     @property
@@ -138,7 +134,6 @@ class Search:
 
     @property
     def untaken(self) -> "Search":
-        """The first round, with nothing taken."""
         first = self.steps[0]
         return Search([Step(first.base, first.hints, first.tried)], self.out_of_sight, self.regimes)
 

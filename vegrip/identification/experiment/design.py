@@ -1,7 +1,7 @@
 """The choice: every item of the menu at its best amplitudes, the best of them, and whether it will do."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -30,6 +30,7 @@ from vegrip.identification.experiment.hypotheses import (
     sensors_of,
 )
 from vegrip.identification.fit.result import fit_of
+from vegrip.identification.fit.solve import Report
 from vegrip.identification.simulate import Protocol, simulate
 
 SUFFICIENT_NATS = 20.0  # [nats] with which an experiment decides in 99 of 100 cases
@@ -41,7 +42,6 @@ QUICK_REPETITIONS = 3  # or so many
 AMPLITUDE_FACTORS = (1.25, 0.8, 1.1, 0.9)  # factors tried on each amplitude, until one is better
 WITHIN = ("depth", "stroke")  # amplitudes that are shares
 DURATION_COST = 0.05  # of the score that the whole allowed duration costs
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,9 @@ class Planned:
 
     @property
     def whole(self) -> Protocol:
-        """The protocol with its repetitions."""
         return self.protocol.repeated(self.times)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
         return {
             "item": self.item,
             "nats": self.nats,
@@ -208,7 +206,6 @@ def _refitted(planned: Planned, contest: Hypotheses) -> Planned:
 
 
 def _one_each(ranked: list[Planned], scanned: list[Planned]) -> list[Planned]:
-    """Return each item once, as it was ranked first; those that were not refitted come last."""
     found = {one.item: one for one in reversed([*ranked, *scanned])}
     order = dict.fromkeys(one.item for one in [*ranked, *scanned])
     return [found[name] for name in order]
@@ -271,7 +268,6 @@ def _score(planned: Planned, limits: RigLimits, enough: float) -> float:
 
 
 def _polished(planned: Planned, contest: Hypotheses, limits: RigLimits, rig: Rig, enough: float) -> Planned:
-    """Search on along each amplitude, one after the other."""
     item = next(item for item in MENU if item.name == planned.item)
     own, _ = suited_rig(item, contest, limits, rig)
     best = planned

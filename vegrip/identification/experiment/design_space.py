@@ -70,10 +70,10 @@ def limits_of(recording: Recording) -> RigLimits:
     )
 
 
-def complete_limits(given: RigLimits, recorded: RigLimits) -> RigLimits:
-    """Return ``given`` with what it leaves open taken from ``recorded``."""
+def complete_limits(given: RigLimits, usual: RigLimits) -> RigLimits:
+    """Return ``given`` with what it leaves open taken from ``usual``."""
     unknown = {f.name for f in fields(RigLimits) if math.isnan(getattr(given, f.name))}
-    return replace(given, **{name: getattr(recorded, name) for name in unknown})
+    return replace(given, **{name: getattr(usual, name) for name in unknown})
 
 
 @dataclass(frozen=True)
@@ -117,12 +117,10 @@ class Item:
     has_tangential_load: bool = False  # it pulls or twists
 
     def choices(self) -> Iterator[dict[str, float]]:
-        """Yield the amplitudes to begin with."""
         for values in itertools.product(*self.levels.values()):
             yield dict(zip(self.levels, values, strict=True))
 
     def protocol(self, rig: Rig, amplitudes: Mapping[str, float]) -> Protocol:
-        """Return the protocol for these amplitudes."""
         episodes = tuple(self.make(rig, **amplitudes))
         return Protocol(self.name, episodes, rig.pause, (self.name, *[""] * (len(episodes) - 1)))
 

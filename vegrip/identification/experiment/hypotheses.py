@@ -15,7 +15,6 @@ from vegrip.effects import effect
 from vegrip.errors import UsageError
 from vegrip.identification.diagnosis.candidate_fit import (
     EVALUATIONS,
-    CandidateFit,
     evaluate_candidate,
     extend_problem,
     held_out_groups,
@@ -55,7 +54,6 @@ class Hypotheses:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The contestants."""
         return tuple(self.models)
 
     @property
@@ -100,19 +98,14 @@ def hypotheses_of(
             if candidate.name == name and (hints := screen_candidates(problem, start.optimum, [candidate])):
                 found = extend_problem(base, hints[0], groups)
         if found is not None and found.evidence - base.evidence > MIN_GAIN_NATS:
-            models[name] = _model(found)
+            models[name] = fit_of(found.problem, found.optimum).model
         else:
             models[name] = start.model.with_effect(effect(name))
             assumed.append(name)
     return Hypotheses(models, tuple(assumed), sensors_of(problem.measured), rate_of(problem.measured))
 
 
-def _model(found: CandidateFit) -> ContactModel:
-    return fit_of(found.problem, found.optimum).model
-
-
 def _is_reachable(name: str, measured: Measured) -> bool:
-    """Whether another motion would show the effect with the channels that were recorded."""
     loaded = bool(LOADS_AT_SLIP & set(measured.recording.columns))
     return loaded and bool({"tangential_force", "torque_z"} & set(effect(name).channels))
 
@@ -123,15 +116,12 @@ def sensors_of(measured: Measured) -> dict[str, float]:
     sensors = {"normal_force": noise.normal_force, "displacement": noise.displacement}
     if LOADS_AT_SLIP & columns:
         usual = {name: DEFAULT_NOISE[name] for name in ("tangential_force", "torque_z")}
-        sensors |= {name: _known(getattr(noise, name), value) for name, value in usual.items()}
+        known = {name: getattr(noise, name) for name in usual}
+        sensors |= {name: known[name] if known[name] > 0.0 else usual[name] for name in usual}
         sensors["slip_speed"] = DEFAULT_NOISE["slip_speed"]
     if "contact_radius" in columns and noise.contact_radius > 0.0:
         sensors["contact_radius"] = noise.contact_radius
     return sensors
-
-
-def _known(value: float, otherwise: float) -> float:
-    return value if value > 0.0 else otherwise
 
 
 def rate_of(measured: Measured) -> float:
@@ -231,7 +221,6 @@ class _Linear:
         self._basis, _ = np.linalg.qr(np.vstack([J, np.diag(1.0 / k.std)]))
 
     def cost(self, change: Floats) -> float:
-        """Return half the squared length of residuals and priors after the refit."""
         y = np.concatenate([change, self._away])
         taken = self._basis.T @ y
         return 0.5 * float(y @ y - taken @ taken)
@@ -245,7 +234,6 @@ class _Refit:
         self._at_start = _at_start(problem)
 
     def cost(self, change: Floats) -> float:
-        """Return half the squared length of residuals and priors after the refit."""
         changed = _Changed(self._problem, change - self._at_start)
         return refine_optimum(changed, self._problem.unknowns.start, 2 * EVALUATIONS).cost
 
@@ -258,12 +246,10 @@ class _Changed:
         self._problem, self._change = problem, change
 
     def residual(self, u: Floats) -> Floats:
-        """Return the whitened residual at ``u``."""
         return self._problem.residual(u) + self._change
 
     def jacobian(
         self, u: Floats, residual: Floats | None = None, known: Mapping[str, Floats] | None = None
     ) -> Floats:
-        """Return its derivative, which the change leaves as it is."""
         unchanged = None if residual is None else residual - self._change
         return self._problem.jacobian(u, unchanged, known)

@@ -37,7 +37,6 @@ class Event:
 
     @property
     def rows(self) -> slice:
-        """Rows to leave out."""
         return slice(self.begin + 1, self.end)
 
 

@@ -122,7 +122,6 @@ class Problem:
 
     @property
     def symbols(self) -> tuple[str, ...]:
-        """Parameters that are fitted."""
         return tuple(n for n, at in zip(self.unknowns.names, self.unknowns.place, strict=True) if at >= 0)
 
     def _unknowns(self, symbols: tuple[str, ...] | None) -> Unknowns:
@@ -323,7 +322,6 @@ class Problem:
         return np.concatenate([force, raw[1] / self.slip_std, raw[2] / self.radius_std])
 
     def residual(self, u: Floats) -> Floats:
-        """Return the whitened residual at ``u``."""
         return self.white(self.raw(self.table(u)))
 
     def jacobian(

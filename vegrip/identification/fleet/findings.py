@@ -5,7 +5,6 @@ import io
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
-from typing import Any
 
 from vegrip.identification.fleet.row import FAILED, Found, Row
 
@@ -42,10 +41,6 @@ class Finding:
     size: str = ""
     dated_by: str = "recording"
     note: str = ""
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
-        return asdict(self)
 
 
 def summarize_rows(examined: Sequence[tuple[Found, Row]]) -> list[Finding]:
@@ -106,5 +101,5 @@ def write_csv(table: Sequence[Finding]) -> str:
     stream = io.StringIO()
     writer = csv.DictWriter(stream, [f.name for f in fields(Finding)], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(one.as_dict() for one in table)
+    writer.writerows(asdict(one) for one in table)
     return stream.getvalue()

@@ -75,7 +75,6 @@ def _table(value: Any) -> dict[str, Any]:
 
 
 def _date(value: Any) -> str:
-    """Return a date as ISO text, empty when it is none."""
     if isinstance(value, date):  # a datetime is one, too
         return value.isoformat()
     try:
@@ -124,10 +123,6 @@ class Row:
     doubts: tuple[str, ...] = ()
     lost: str = ""
     is_machine_failure: bool = False
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
-        return asdict(self)
 
 
 def examine_recording(path: str, model: str = "") -> Row:
@@ -208,7 +203,7 @@ class Ledger:
         if row.is_machine_failure:
             return
         self._known[self._key(found)] = row
-        told = {key: None if _is_missing(value) else value for key, value in row.as_dict().items()}
+        told = {key: None if _is_missing(value) else value for key, value in asdict(row).items()}
         try:
             with self.path.open("a", encoding="utf-8") as stream:
                 stream.write(json.dumps({"key": self._key(found), **told}) + "\n")

@@ -201,7 +201,6 @@ def _built(table: Mapping[str, Any], path: Path) -> ColumnMap:
 
 
 def _changed(base: ColumnMap, name: str, key: str, value: str) -> ColumnMap:
-    """Return ``base`` with the key ``column`` or ``unit`` of one channel set."""
     if name == "t":
         return dataclasses.replace(base, time=replace(base.time, key, value))
     if name == "episode":

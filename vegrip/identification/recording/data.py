@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,15 +102,9 @@ class Recording:
     def select(self, rows: NDArray[np.bool_], name: str = "") -> "Recording":
         """Return the recording of the chosen ``rows`` (n,) only."""
         columns = {channel: values[rows] for channel, values in self.columns.items()}
-        return Recording(
-            name or self.name,
-            self.t[rows],
-            self.episode[rows],
-            columns,
-            self.fingertip,
-            self.sensors,
-            self.source,
-            self.start,
+        t, episode = self.t[rows], self.episode[rows]
+        return replace(
+            self, name=name or self.name, t=t, episode=episode, columns=columns, report=LoadReport()
         )
 
 

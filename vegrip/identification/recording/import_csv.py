@@ -73,7 +73,6 @@ def baseline_noise(values: Floats) -> float:
 
 
 def _first_known(values: Floats) -> float:
-    """Return the first value that is not missing, 0 when all are."""
     known = values[~np.isnan(values)]
     return float(known[0]) if len(known) else 0.0
 

@@ -172,7 +172,6 @@ def tables_of(folder: Path, recordings: dict[Path, Recording]) -> Iterator[TextT
 
 
 def read_all(folder: Path) -> dict[Path, Recording]:
-    """Return the recordings in ``folder`` by the folder of each."""
     return {place: read_recording(place, announce=False) for place in finger_folders(folder)}
 
 

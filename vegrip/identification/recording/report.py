@@ -28,12 +28,10 @@ class Kind(Enum):
 
     @property
     def text(self) -> str:
-        """What it means, in words."""
         return self.value[0]
 
     @property
     def lost(self) -> bool:
-        """Whether rows with it are left out."""
         return self.value[1]
 
 
@@ -87,15 +85,12 @@ class LoadReport:
 
     @property
     def is_clean(self) -> bool:
-        """Whether there is nothing to report."""
         return not self.findings
 
     def count(self, kind: Kind) -> int:
-        """How often ``kind`` was found, over all columns."""
         return sum(f.count for f in self.findings if f.kind is kind)
 
     def summary(self) -> str:
-        """The report in a few lines."""
         head = f"{self.rows_kept} of {self.rows_read} rows kept"
         return "\n".join([head, *(f"  {finding}" for finding in self.findings)])
 

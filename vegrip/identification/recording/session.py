@@ -77,7 +77,6 @@ def _array(cells: list[str]) -> NDArray[Any]:
 
 
 def is_run(folder: Path) -> bool:
-    """Whether ``folder`` holds the recording of a run."""
     return (folder / SESSION).is_file()
 
 

@@ -78,7 +78,6 @@ def _head(path: Path) -> bytes:
 
 
 def _encoding(head: bytes) -> tuple[str, str]:
-    """Return the encoding, and what to say of the mark at its beginning."""
     for mark, encoding in MARKS.items():
         if head.startswith(mark):
             return encoding, " with a byte order mark"
@@ -131,7 +130,6 @@ def _split(line: str, delimiter: str) -> list[str]:
 
 
 def _signs(row: Sequence[str]) -> Iterator[str]:
-    """Yield the decimal sign of every cell that is a number."""
     for cell in row if len(row) > 1 else ():
         if found := NUMBER.fullmatch(cell):
             yield found[1] or found[2] or ""

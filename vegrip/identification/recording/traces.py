@@ -65,7 +65,6 @@ def _move(folder: Path, target: Path) -> None:
 
 
 def _files(folder: Path) -> list[Path]:
-    """Return the files of a recording, or of a session and the recordings of its fingers."""
     is_session = (folder / SESSION).is_file()
     fingers = sorted(path.parent for path in folder.glob(f"*/{TOML}")) if is_session else []
     return [place / name for place in (*fingers, folder) for name in OURS if (place / name).is_file()]

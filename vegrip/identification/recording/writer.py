@@ -286,7 +286,6 @@ class RecordingWriter:
             self._files[name].accident = ""
 
     def _tell_refusal(self, lost: int) -> None:
-        """Tell when the disk begins to refuse, when that costs rows, and when it is over."""
         refusal = next((file.refusal for file in self._files.values() if file.refusal), "")
         if refusal and not self._refusal:
             log.error(

@@ -65,7 +65,6 @@ class Benches:
 
     @property
     def finished(self) -> bool:
-        """Whether the protocol is over."""
         return self.time >= self.duration
 
     def prepare(self) -> None:
@@ -79,7 +78,6 @@ class Benches:
             self._rows = sorted(rows, key=lambda row: row[0])
 
     def rewind(self) -> None:
-        """Begin anew."""
         self.time, self._next = 0.0, 0
 
     def step(self, dt: float) -> list[FingertipState]:

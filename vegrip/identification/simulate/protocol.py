@@ -21,7 +21,6 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +66,6 @@ class Protocol:
         return moving + self.pause * (len(self.episodes) - 1)
 
     def repeated(self, times: int) -> "Protocol":
-        """Return the protocol done several times over."""
         notes = self.notes or ("",) * len(self.episodes)
         return replace(self, episodes=self.episodes * times, notes=notes * times)
 
@@ -201,31 +199,6 @@ def _text(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ") + '"'
 
 
-def greatest_depth(protocol: Protocol) -> float:
-    """Return the greatest depth that is imposed [m], sines included; forces are not looked at."""
-    deepest = 0.0
-    for episode in protocol.episodes:
-        level = 0.0
-        for segment in episode:
-            level = segment.depth if segment.depth is not None else level
-            deepest = max(deepest, level + (segment.amplitude if segment.force is None else 0.0))
-    return deepest
-
-
-def greatest_speed(protocol: Protocol) -> float:
-    """Return the greatest speed of the normal axis where depth is imposed [m/s], sines included."""
-    fastest = 0.0
-    for episode in protocol.episodes:
-        levels = [0.0]
-        for segment in episode:
-            levels.append(segment.depth if segment.depth is not None else levels[-1])
-            if segment.force is None:
-                fastest = max(fastest, 2.0 * math.pi * segment.frequency * segment.amplitude)
-        moves = zip(episode, pairwise(levels), strict=True)
-        fastest = max(fastest, *(abs(b - a) / s.duration for s, (a, b) in moves if s.force is None))
-    return fastest
-
-
 def clear(model: ContactModel) -> Segment:
     """Return a stretch out of contact, long enough to tell the zeros of the sensors."""
     return Segment(STANDARD_AIR_S, depth=-CLEARANCE_XREF * model.reference_depth)
@@ -244,6 +217,5 @@ def standard(model: ContactModel, size: float = 0.8) -> Protocol:
 
 
 def _in_air(episode: Episode, air: Segment) -> Episode:
-    """Return the episode with clear air before and after it, and contacts that end clear of the surface."""
     away = [replace(s, depth=air.depth) if s.depth == 0.0 else s for s in episode]
     return (air, *away[1:], air)

@@ -10,17 +10,16 @@ from numpy.typing import NDArray
 from vegrip.errors import UsageError
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import preprocess
+from vegrip.identification.fit.problem import AT
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES, noise_name
 from vegrip.identification.simulate.protocol import Protocol, Segment
 from vegrip.model import ContactModel, Predictor
-from vegrip.model.channels import QUANTITIES
 from vegrip.plotting import new_figure, save_figure
 from vegrip.spelling import suggestion
 from vegrip.types import Floats
 
 FIXED_POINT_ROUNDS = 3  # friction may depend on the speed of sliding, and force and radius on the load
-AT = {name: i for i, name in enumerate(QUANTITIES)}
 MAX_STEP_S = 1e-3  # [s] the longest between two instants of the model
 DEFAULT_NOISE: Mapping[str, float] = {
     "normal_force": 0.01,
