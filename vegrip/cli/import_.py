@@ -99,7 +99,7 @@ def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
 
 def _mcap(src: Path, output: Path) -> "Mapping[Path, Recording]":
     from vegrip.identification.recording.mcap import read_mcap, write_mcap
-    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.session import replaced
 
     if output.suffix.lower() == ".mcap":
         return write_mcap(src, output)
@@ -136,7 +136,7 @@ def _mapped(src: list[Path], output: Path, chart: "ColumnMap", radius: float) ->
 
 def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
     from vegrip.identification.recording import write_recording
-    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.session import replaced
 
     for folder, recording in found.items():
         with replaced(folder):

@@ -61,7 +61,7 @@ def simulate(
     from vegrip.cli._tables import printer
     from vegrip.errors import UsageError
     from vegrip.identification.recording import read_recording, write_recording
-    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.session import replaced
     from vegrip.identification.simulate import like as simulate_like
     from vegrip.identification.simulate import read_protocol
     from vegrip.identification.simulate import simulate as simulate_model

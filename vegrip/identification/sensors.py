@@ -1,4 +1,4 @@
-"""What your sensors give you: from the channels a fingertip measures to the outputs that can be had of them.
+"""From the channels that a fingertip measures to the outputs that can be had of them.
 
 >>> lacking({"normal_force", "displacement", "slip"})
 ['no slip margin and no grip command: tangential_force_x and tangential_force_y are not measured']

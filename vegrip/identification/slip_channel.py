@@ -1,4 +1,4 @@
-"""How late a slip channel is, and from which slip speed on it speaks: from slides of which the load tells.
+"""Delay of a slip channel, and the slip speed from which on it speaks: from slides of which the load tells.
 
 While a fingertip sticks, the utilisation u = |tangential force| / normal force follows the load; from the
 moment it slides, u = mu, however the load goes on. So a slide begins where u stops growing: at t0 of
@@ -46,7 +46,7 @@ class Slide:
 
 @dataclass(frozen=True)
 class SlipChannel:
-    """What is known of a slip channel; NaN: not measured.
+    """Delay and threshold of a slip channel; NaN: not measured.
 
     Attributes:
         threshold: slip speed from which it speaks [m/s].

@@ -1,4 +1,4 @@
-"""Whether a trial shows what it is for, and what to do otherwise when it is recorded again."""
+"""Checks of a trial: it shows what it is for, or a sentence says what to do when it is recorded again."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Which trial is next: one of each kind, then the one that brings the parameters nearest to their goals.
+"""The next trial: one of each kind, then the one that brings the parameters nearest to their goals.
 
 The information of a trial that was not done is that of the model in it,
 
@@ -40,7 +40,7 @@ PLAN_RATE = 100.0  # [Hz] of planned trials at most: the information per second 
 
 @dataclass(frozen=True)
 class Known:
-    """One parameter."""
+    """A parameter of the model, and the standard error that suffices for it."""
 
     symbol: str
     effect: str
@@ -103,7 +103,7 @@ def distance(stds: Floats, goals: Floats) -> float:
 
 @dataclass(frozen=True)
 class Next:
-    """What to do next, and why; ``trial`` is None when nothing more is to be done."""
+    """The next trial, and why; ``trial`` is None when nothing more is to be done."""
 
     trial: Trial | None
     why: str

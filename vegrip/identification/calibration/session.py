@@ -255,7 +255,7 @@ def load(folder: Path) -> Calibration | None:
 
 @dataclass(frozen=True, eq=False)
 class Ended:
-    """What a calibration came to.
+    """The result of a calibration.
 
     Attributes:
         verdict: of the diagnosis: adequate, named, ambiguous or unexplained.

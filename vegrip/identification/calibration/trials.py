@@ -35,10 +35,10 @@ PRACTICE_RATE_HZ = 200.0  # [Hz]
 
 @dataclass(frozen=True)
 class Trial:
-    """What to do next with the fingertip.
+    """A motion of the fingertip, for a rig and for a person.
 
     Attributes:
-        kind: one of :data:`KINDS`.
+        kind: one of :data:`TRIAL_KINDS`.
         protocol: the motion; a rig does it as it is, a person as the words say.
         words: one sentence for each thing to do.
 

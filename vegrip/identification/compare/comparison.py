@@ -18,7 +18,7 @@ from vegrip.types import Floats
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """How a model and a recording agree.
+    """A model and a recording, at the coordinates that were compared.
 
     Attributes:
         problem: with both.

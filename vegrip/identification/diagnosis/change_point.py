@@ -41,7 +41,7 @@ BRANCHES = (("c1", "nu1"), ("c2", "nu2"))
 
 @dataclass(frozen=True)
 class Change:
-    """A change of the stiffness.
+    """A change of the stiffness at one place.
 
     Attributes:
         variable: time or displacement.

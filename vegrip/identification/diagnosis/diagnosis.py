@@ -14,6 +14,7 @@ from typing import Any
 
 from vegrip.identification.compare.comparison import Comparison
 from vegrip.identification.compare.where import Regime
+from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.data_checks import (
     Doubt,
     check_before_search,
@@ -23,22 +24,6 @@ from vegrip.identification.diagnosis.data_checks import (
 )
 from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
 from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
-from vegrip.identification.diagnosis.thresholds import (
-    FORM_NATS,
-    FORM_SHARE,
-    INDISTINGUISHABLE_NATS,
-    INDISTINGUISHABLE_SHARE,
-    MAX_ERROR,
-    MAX_ERROR_BY_REGIME,
-    MAX_ERROR_EVEN,
-    MAX_EXCESS_SHARE,
-    MAX_NOISE_CHI2,
-    MIN_CURVE_NATS,
-    MIN_CURVE_SHARE,
-    PATCHWORK_EFFECTS,
-    ROUGH_FORM_SHARE,
-    SAME_CHANGE_COSINE,
-)
 from vegrip.identification.fit.fitting import fit, on_one_thread
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import Zeros
@@ -56,9 +41,9 @@ def are_alike(one: Tried, other: Tried, *, is_rough: bool = False) -> bool:
     a, b = one.change, other.change
     cosine = float(a @ b) / math.sqrt(max(float(a @ a) * float(b @ b), 1e-300))
     apart = abs(one.verdict.gain - other.verdict.gain)
-    most = min(FORM_NATS, FORM_SHARE * one.verdict.gain)
-    return cosine > SAME_CHANGE_COSINE and apart <= (
-        max(most, ROUGH_FORM_SHARE * one.verdict.gain) if is_rough else most
+    most = min(thresholds.FORM_NATS, thresholds.FORM_SHARE * one.verdict.gain)
+    return cosine > thresholds.SAME_CHANGE_COSINE and apart <= (
+        max(most, thresholds.ROUGH_FORM_SHARE * one.verdict.gain) if is_rough else most
     )
 
 
@@ -91,13 +76,19 @@ class Diagnosis:
             rest = self._rest
             return (
                 "unexplained"
-                if rest is not None and (after > MAX_NOISE_CHI2 or rest.gain > MIN_CURVE_NATS)
+                if rest is not None
+                and (after > thresholds.MAX_NOISE_CHI2 or rest.gain > thresholds.MIN_CURVE_NATS)
                 else "adequate"
             )
-        if after > MAX_NOISE_CHI2 and not self._is_sufficient:
+        if after > thresholds.MAX_NOISE_CHI2 and not self._is_sufficient:
             return "unexplained"
         if (
-            s.last.error > (MAX_ERROR_BY_REGIME if after > MAX_NOISE_CHI2 else MAX_ERROR_EVEN)
+            s.last.error
+            > (
+                thresholds.MAX_ERROR_BY_REGIME
+                if after > thresholds.MAX_NOISE_CHI2
+                else thresholds.MAX_ERROR_EVEN
+            )
             and not self._explains_nearly_all
         ):
             return "unexplained"
@@ -107,9 +98,9 @@ class Diagnosis:
     def _is_sufficient(self) -> bool:
         """Whether what still stands out beside what is accepted may be the forms of its laws."""
         s, rest = self.search, self._rest
-        if len(s.accepted) >= PATCHWORK_EFFECTS:
+        if len(s.accepted) >= thresholds.PATCHWORK_EFFECTS:
             return False
-        return rest is None or rest.gain <= MIN_CURVE_SHARE * (s.last.evidence - s.first.evidence)
+        return rest is None or rest.gain <= thresholds.MIN_CURVE_SHARE * (s.last.evidence - s.first.evidence)
 
     @cached_property
     def _rest(self) -> Discrepancy | None:
@@ -120,13 +111,13 @@ class Diagnosis:
     def _explains_nearly_all(self) -> bool:
         """Whether what is accepted takes nearly all of the excess of the squared error over the noise's."""
         first, last = (one.error**2 - 1.0 for one in (self.search.first, self.search.last))
-        return last <= MAX_EXCESS_SHARE * first and self.search.last.error <= MAX_ERROR
+        return last <= thresholds.MAX_EXCESS_SHARE * first and self.search.last.error <= thresholds.MAX_ERROR
 
     @cached_property
     def indistinguishable(self) -> list[list[str]]:
         """Sets of effects that explain the same equally well."""
         sets = []
-        is_rough = self.search.misfit(self.search.last) > MAX_NOISE_CHI2
+        is_rough = self.search.misfit(self.search.last) > thresholds.MAX_NOISE_CHI2
         for step in self.search.steps:
             if step.taken is None or step.taken.candidate.name in self.search.dropped:
                 continue
@@ -136,7 +127,8 @@ class Diagnosis:
                 for one in step.tried
                 if one.verdict.is_passed
                 and (
-                    best - one.verdict.gain <= INDISTINGUISHABLE_NATS + INDISTINGUISHABLE_SHARE * best
+                    best - one.verdict.gain
+                    <= thresholds.INDISTINGUISHABLE_NATS + thresholds.INDISTINGUISHABLE_SHARE * best
                     or are_alike(step.taken, one, is_rough=is_rough)
                 )
             ]
@@ -153,7 +145,7 @@ class Diagnosis:
         s = self.search
         if self.verdict == "unexplained":
             return find_discrepancy(s.first, with_changes=True)
-        return self._rest if s.misfit(s.last) > MAX_NOISE_CHI2 else None
+        return self._rest if s.misfit(s.last) > thresholds.MAX_NOISE_CHI2 else None
 
     @cached_property
     def where(self) -> list[Regime]:
@@ -258,7 +250,11 @@ class Diagnosis:
             "indistinguishable": self.indistinguishable,
             "error": self.error,
             "si": {name: {"value": value, "unit": unit} for name, (value, unit) in self.in_si().items()},
-            "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": MAX_NOISE_CHI2},
+            "misfit": {
+                "before": s.misfit(s.first),
+                "after": s.misfit(s.last),
+                "noise": thresholds.MAX_NOISE_CHI2,
+            },
             "where": [asdict(one) for one in self.where],
             "where_after": [asdict(one) for one in self.where_after],
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,

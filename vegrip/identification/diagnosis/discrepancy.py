@@ -1,4 +1,4 @@
-"""What a misfit depends on when no effect of the catalogue explains it: a curve over one variable.
+"""The variable that a misfit depends on, and the curve over it, when no effect of the catalogue explains it.
 
 For each variable the residual is regressed on a curve over it, a Gaussian process on a linear spline
 

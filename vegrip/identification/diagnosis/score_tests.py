@@ -30,7 +30,7 @@ MIN_SIGNATURE_SHARE = 1e-12  # of a signature's power that must be left beside t
 
 @dataclass(frozen=True, eq=False)
 class Hint:
-    """What the screen says of one candidate: gain [nats], trial, and the best multiple of its amount."""
+    """The screen's answer for one candidate: gain [nats], trial, and the best multiple of its amount."""
 
     candidate: Candidate
     gain: float
@@ -53,7 +53,7 @@ def screen_candidates(
         (group, c, trial) for group in _groups(problem, candidates) for c in group[1] for trial in c.trials
     ]
 
-    def look(job: tuple[tuple[Problem, list[Candidate]], Candidate, Trial]) -> Hint | None:
+    def screen(job: tuple[tuple[Problem, list[Candidate]], Candidate, Trial]) -> Hint | None:
         (wide, _), candidate, trial = job
         s = np.zeros(basis.shape[0])
         s[:rows] = wide.white(wide.raw(wide.table(optimum.u, trial))) - optimum.residual
@@ -74,7 +74,7 @@ def screen_candidates(
 
     best: dict[str, Hint] = {}
     with ThreadPoolExecutor(threads) as pool:
-        for hint in pool.map(look, jobs):
+        for hint in pool.map(screen, jobs):
             if hint is not None and (
                 hint.candidate.name not in best or hint.gain > best[hint.candidate.name].gain
             ):

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vegrip.effects import Effect
+from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.acceptance import Verdict, judge_candidate, misfit_by_regime
 from vegrip.identification.diagnosis.candidate_fit import (
     EVALUATIONS,
@@ -24,23 +25,6 @@ from vegrip.identification.diagnosis.candidate_fit import (
 )
 from vegrip.identification.diagnosis.catalogue import Candidate, candidates
 from vegrip.identification.diagnosis.score_tests import Hint, carrier, screen_candidates
-from vegrip.identification.diagnosis.thresholds import (
-    CONTENDER_SHARE,
-    LITTLE_LEFT_SHARE,
-    MAX_NAMED_EFFECTS,
-    MAX_NOISE_CHI2,
-    MAX_REFITS,
-    MAX_RIVALS,
-    MIN_GAIN_NATS,
-    MIN_LATER_GAIN_NATS,
-    MIN_SCREEN_SHARE,
-    MIN_SHARE_OF_GAIN,
-    MIN_SHARE_OF_GAIN_IN_MISFIT,
-    MIN_SHARE_OF_LEFT,
-    MIN_TIMING_SHARE_OF_GAIN,
-    RIVAL_SHARE,
-    SURELY_LEFT_STD,
-)
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.solve import Optimum, Report, refine_optimum
 from vegrip.types import Floats
@@ -63,16 +47,17 @@ class EvidenceThreshold:
     def of(self, candidate: Effect) -> float:
         """Return what a candidate has to gain [nats]."""
         if not self.accepted:
-            return MIN_GAIN_NATS
-        fits_noise = self.misfit <= MAX_NOISE_CHI2
+            return thresholds.MIN_GAIN_NATS
+        fits_noise = self.misfit <= thresholds.MAX_NOISE_CHI2
         asked = max(
-            MIN_LATER_GAIN_NATS if fits_noise else MIN_GAIN_NATS,
-            (MIN_SHARE_OF_GAIN if fits_noise else MIN_SHARE_OF_GAIN_IN_MISFIT) * self.gained,
+            thresholds.MIN_LATER_GAIN_NATS if fits_noise else thresholds.MIN_GAIN_NATS,
+            (thresholds.MIN_SHARE_OF_GAIN if fits_noise else thresholds.MIN_SHARE_OF_GAIN_IN_MISFIT)
+            * self.gained,
         )
-        if self.left < LITTLE_LEFT_SHARE * self.gained:
-            asked = max(asked, MIN_SHARE_OF_LEFT * self.left)
+        if self.left < thresholds.LITTLE_LEFT_SHARE * self.gained:
+            asked = max(asked, thresholds.MIN_SHARE_OF_LEFT * self.left)
         if candidate.shifts_time and any(one.shifts_time for one in self.accepted):
-            asked = max(asked, MIN_TIMING_SHARE_OF_GAIN * self.gained)
+            asked = max(asked, thresholds.MIN_TIMING_SHARE_OF_GAIN * self.gained)
         return asked
 
 
@@ -86,7 +71,9 @@ def required_evidence(
 def left(fitted: CandidateFit) -> float:
     """Return what is certainly more than noise in the sum of squares [nats]."""
     power = fitted.optimum.residual[fitted.problem.counted] ** 2
-    return max(0.5 * float(np.sum(power - 1.0)) - SURELY_LEFT_STD * math.sqrt(0.5 * power.size), 0.0)
+    return max(
+        0.5 * float(np.sum(power - 1.0)) - thresholds.SURELY_LEFT_STD * math.sqrt(0.5 * power.size), 0.0
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +133,7 @@ def search_effects(
     problem: Problem,
     optimum: Optimum,
     *,
-    most: int = MAX_NAMED_EFFECTS,
+    most: int = thresholds.MAX_NAMED_EFFECTS,
     threads: int = 2,
     report: Report = lambda _: None,
 ) -> Search:
@@ -164,7 +151,7 @@ def search_effects(
     for rival in rivals(best):
         report(f"begins with {rival.candidate.name}")
         other = _grown(first, rival, groups, empty, most, threads, report)
-        if other.last.evidence > best.last.evidence + MIN_GAIN_NATS:
+        if other.last.evidence > best.last.evidence + thresholds.MIN_GAIN_NATS:
             best = other
     return best
 
@@ -172,11 +159,11 @@ def search_effects(
 def rivals(found: Search) -> list[Tried]:
     """Return with what else a search might have begun, when it is worth while."""
     first, names = found.steps[0], {one.candidate.name for one in found.accepted}
-    if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= MAX_NOISE_CHI2):
+    if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= thresholds.MAX_NOISE_CHI2):
         return []
-    least = RIVAL_SHARE * first.taken.verdict.gain
+    least = thresholds.RIVAL_SHARE * first.taken.verdict.gain
     passed = [one for one in first.tried if one.verdict.is_passed and one.verdict.gain >= least]
-    return [one for one in passed if one.candidate.name not in names][:MAX_RIVALS]
+    return [one for one in passed if one.candidate.name not in names][: thresholds.MAX_RIVALS]
 
 
 def _grown(
@@ -225,7 +212,7 @@ def _refitted(base: CandidateFit, chosen: list[Hint], groups: Floats, threads: i
     """Return the fits with each of the ``chosen``; only those that contend are made to the end."""
     with ThreadPoolExecutor(threads) as pool:
         fits = list(pool.map(lambda hint: extend_problem(base, hint, groups), chosen))
-        least = base.evidence + CONTENDER_SHARE * max(
+        least = base.evidence + thresholds.CONTENDER_SHARE * max(
             (one.evidence - base.evidence for one in fits), default=0.0
         )
         return list(
@@ -237,8 +224,8 @@ def shortlist(hints: list[Hint]) -> list[Hint]:
     """Return the hints that are worth a refit."""
     if not hints:
         return []
-    least = max(MIN_GAIN_NATS, MIN_SCREEN_SHARE * hints[0].gain)
-    chosen = [hint for hint in hints if hint.gain >= least][:MAX_REFITS]
+    least = max(thresholds.MIN_GAIN_NATS, thresholds.MIN_SCREEN_SHARE * hints[0].gain)
+    chosen = [hint for hint in hints if hint.gain >= least][: thresholds.MAX_REFITS]
     names = {hint.candidate.name for hint in chosen}
     others = [hint for hint in hints if hint.candidate.name not in names]
     kinked = [h for h in others if h.candidate.effect.kinked and h.gain >= 0.5 * least]
@@ -263,7 +250,7 @@ def _drop_superfluous(found: Search, groups: Floats) -> None:
         rest = evaluate_candidate(
             without, refine_optimum(without, _shared(last, without), EVALUATIONS), groups
         )
-        if last.evidence - rest.evidence < MIN_GAIN_NATS:
+        if last.evidence - rest.evidence < thresholds.MIN_GAIN_NATS:
             found.dropped.append(one.candidate.name)
             found.steps.append(Step(drop_unneeded(rest, groups), [], []))
 

@@ -163,7 +163,7 @@ def design(
             left_out[item.name] = reason or f"it takes longer than {limits.duration:g} s"
         jobs += [(item, own, a) for a in fits if not reason]
 
-    def look(job: tuple[Item, Rig, Mapping[str, float]]) -> Planned:
+    def plan(job: tuple[Item, Rig, Mapping[str, float]]) -> Planned:
         item, own, amplitudes = job
         protocol = item.protocol(own, amplitudes)
         return Planned(item.name, amplitudes, protocol, expected_separation(contest, protocol))
@@ -173,7 +173,7 @@ def design(
 
     with ThreadPoolExecutor(threads) as pool:
         report(f"{len(jobs)} experiments on the menu")
-        scanned = sorted(pool.map(look, jobs), key=score, reverse=True)
+        scanned = sorted(pool.map(plan, jobs), key=score, reverse=True)
         chosen = _promising(scanned)[: REFITTED if is_thorough else QUICK_REPETITIONS]
         report(f"refits for {len(chosen)} of them")
         refitted = list(pool.map(lambda one: _refitted(one, contest), chosen))

@@ -78,7 +78,7 @@ def complete_limits(given: RigLimits, usual: RigLimits) -> RigLimits:
 
 @dataclass(frozen=True)
 class Rig:
-    """What the items are scaled to: depth [m], speed [m/s], rate [Hz], pause [s], friction [-]."""
+    """The scales of the items: depth [m], speed [m/s], rate [Hz], pause [s], friction [-]."""
 
     depth: float
     speed: float

@@ -37,7 +37,7 @@ NO_EFFECT = "nothing"
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """What an experiment is to tell apart.
+    """The models that an experiment is to tell apart.
 
     Attributes:
         models: by the name of the effect that each has.
@@ -212,7 +212,7 @@ def _at_start(problem: Problem) -> Floats:
 
 
 class _Linear:
-    """What a model leaves of a change of the data, linear about its start."""
+    """The part of a change of the data that a model leaves, linear about its start."""
 
     def __init__(self, problem: Problem) -> None:
         k = problem.unknowns

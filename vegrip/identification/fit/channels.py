@@ -16,7 +16,7 @@ LAGS = 20  # of the test for whiteness
 
 @dataclass(frozen=True)
 class ChannelError:
-    """One channel.
+    """The error of one channel.
 
     Attributes:
         rmse: of the residual, in the unit of the channel.

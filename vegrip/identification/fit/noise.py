@@ -1,4 +1,4 @@
-"""How well the sensors of a recording measure: as stated, checked on replicates or in air, else from signals.
+"""The noise of the sensors of a recording: as stated, checked on replicates or in air, else from signals.
 
 Noise that is white stands out in differences of neighbouring samples, where motion and contact hardly show:
 the third difference of white noise has the variance ``20 sigma^2``.

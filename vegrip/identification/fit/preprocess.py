@@ -84,7 +84,7 @@ def _event(i: int, t: Floats, last: int, force: Floats, low: float) -> Event:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Rows of one recording.
+    """A recording ready for a fit.
 
     Attributes:
         recording: as it was read.

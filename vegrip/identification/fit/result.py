@@ -1,4 +1,4 @@
-"""What a fit found: the model, how well each value is known, what is left, and what to be wary of."""
+"""The result of a fit: the model, how well each value is known, what is left, and what to be wary of."""
 
 import datetime
 import math

@@ -32,7 +32,7 @@ Answer = Callable[[Floats], Floats]
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """What an error of the motion makes of the force.
+    """The error of the force that an error of the motion makes.
 
     It reaches the force by three ways:
 

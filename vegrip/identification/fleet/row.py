@@ -98,7 +98,7 @@ def _fingerprint(path: Path) -> str:
 
 @dataclass(frozen=True)
 class Row:
-    """What came of one recording.
+    """The verdict on one recording, or why there is none.
 
     Attributes:
         path: of its folder.

@@ -1,9 +1,7 @@
 """From any table of numbers to a recording: rename, convert to SI, zero, correct, check."""
 
 import dataclasses
-import itertools
 import math
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +10,7 @@ from numpy.typing import NDArray
 from vegrip.clock import NS
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS, noise_name
-from vegrip.identification.recording.checks import report_doubts, usable_rows
+from vegrip.identification.recording.checks import report_doubts, stretches_of, usable_rows
 from vegrip.identification.recording.column_map import ColumnMap, own_columns
 from vegrip.identification.recording.data import Columns, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
@@ -173,7 +171,7 @@ def recording_of(
     if not columns:
         raise RecordingError(f"{path}: no channel holds a single value")
     noise = _noise(t, trial, columns, chart)
-    for rows in _stretches(trial):
+    for rows in stretches_of(trial):
         one = {name: values[rows] for name, values in columns.items()}  # views: corrected in place
         correct_trial(t[rows], one, noise.get("normal_force", 0.0), chart, report)
     fingertip = chart.fingertip if math.isnan(radius) else dataclasses.replace(chart.fingertip, radius=radius)
@@ -225,7 +223,7 @@ def _seconds(
     scale, offset = to_si(chart.time.unit, "s", f"{path}: time column {chart.time.column!r}")
     t = table.numbers[chart.time.column] * scale + offset
     moved = 0
-    for rows in _stretches(trial):
+    for rows in stretches_of(trial):
         if rows.start and t[rows.start] <= t[rows.start - 1]:
             t[rows] += t[rows.start - 1] + chart.episode.gap - t[rows.start]
             moved += 1
@@ -251,11 +249,6 @@ def _noise(t: Floats, trial: NDArray[np.int64], columns: Columns, chart: ColumnM
         if std > 0.0 and name != "slip":
             noise[noise_name(name)] = std
     return noise
-
-
-def _stretches(trial: NDArray[np.int64]) -> Iterator[slice]:
-    edges = [0, *(np.flatnonzero(np.diff(trial)) + 1).tolist(), len(trial)]
-    return (slice(low, high) for low, high in itertools.pairwise(edges))
 
 
 def _stem(path: Path) -> str:

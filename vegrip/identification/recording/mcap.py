@@ -402,7 +402,7 @@ def _texts(path: Path, records: Iterator[Any]) -> dict[str, str]:
         elif isinstance(record, kinds.Channel) and record.id not in tables:  # they are repeated at the end
             tables[record.id] = _table(path, record)
         elif isinstance(record, kinds.Message):
-            room -= _take(path, tables[record.channel_id], record)
+            room -= _add_message(path, tables[record.channel_id], record)
             if room < 0:
                 raise RecordingError(
                     f"{path}: holds more than {MOST_TEXT} bytes of tables; keep it as a folder"
@@ -421,7 +421,7 @@ def _table(path: Path, channel: Any) -> _Table:
     return _Table(_safe(path, about["file"]), channel.topic, about["columns"].split(","), int(about["rows"]))
 
 
-def _take(path: Path, table: _Table, message: Any) -> int:
+def _add_message(path: Path, table: _Table, message: Any) -> int:
     """Add ``message`` to its table; return what that costs [bytes]."""
     where = f"{path}: {table.topic}: message {len(table.lines)}"
     if message.sequence != len(table.lines):

@@ -1,4 +1,4 @@
-"""What was found while a table was read: every row left out and every doubt, with line numbers."""
+"""The report on a table that was read: every row left out and every doubt, with line numbers."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ SHOWN = 8
 
 
 class Kind(Enum):
-    """What can be wrong with a row; ``lost`` says whether the row had to be left out."""
+    """Kinds of trouble with a row; ``lost`` says whether the row had to be left out."""
 
     CUT = ("the last line is cut", True)
     FIELDS = ("wrong number of fields", True)
@@ -58,7 +58,7 @@ class Finding:
 
 @dataclass(slots=True)
 class LoadReport:
-    """How many rows were read and kept, and what was found on the way.
+    """Counts of the rows that were read and kept, and the findings.
 
     ``place`` says what is numbered in a finding: the lines of a file, or the messages of a topic from 0.
     """

@@ -155,7 +155,7 @@ def read_series(
         connections = _connections(path, reader, found)
         for connection, received, data in reader.messages(connections):
             series = found[connection.topic]
-            _take(path, series, reader, connection.msgtype, data, received, chart, report)
+            _add_message(path, series, reader, connection.msgtype, data, received, chart, report)
         for series in found.values():
             _note_lost(series, connections, report)
     return found
@@ -176,7 +176,7 @@ def in_order(series: Series, report: LoadReport) -> Samples:
     return Samples(stamps[keep], index[keep], columns)
 
 
-def _take(
+def _add_message(
     path: Path,
     series: Series,
     reader: Any,

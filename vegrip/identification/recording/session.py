@@ -1,9 +1,11 @@
-"""Sessions: the recordings of several fingers, and what the node said of them."""
+"""Sessions: the recordings of several fingers and the outputs of the node; read, summarised, replaced."""
 
+import contextlib
 import heapq
+import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +13,17 @@ from numpy.typing import NDArray
 from vegrip.config import read_toml
 from vegrip.errors import ConfigError, RecordingError
 from vegrip.identification.recording.data import Recording
-from vegrip.identification.recording.folder import TOML, read_recording
+from vegrip.identification.recording.folder import CSV, TOML, read_recording
 from vegrip.identification.recording.report import LoadReport
 from vegrip.identification.recording.table import Layout, read_header, read_table
-from vegrip.identification.recording.writer import SESSION
+from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION
 from vegrip.messages import FingertipState
 
 COLUMNS = 420  # of the traces
 FAULTS = ("input_hold", "fail_safe", "untrusted", "inactive")
 Table = dict[str, NDArray[Any]]
+MARKS: Final = (SESSION, TOML, CSV, f"{CSV}.gz")
+OURS: Final = tuple(dict.fromkeys((*MARKS, *FILE_OF_MESSAGE.values())))
 
 
 def finger_folders(folder: Path) -> list[Path]:
@@ -197,3 +201,61 @@ def _span(t: NDArray[Any]) -> float:
 
 def _number(value: Any) -> float:
     return float(f"{float(value):.4g}")
+
+
+def holds_recording(folder: Path) -> bool:
+    """Tell whether ``folder`` is a recording or a session, or what is left of one."""
+    return any((folder / mark).is_file() for mark in MARKS)
+
+
+@contextlib.contextmanager
+def replaced(folder: Path) -> Iterator[None]:
+    """Set the recording in ``folder`` aside while another is written, and put it back if that fails.
+
+    Nothing else in the folder is touched.
+
+    Raises:
+        RecordingError: a file cannot be moved.
+
+    """
+    if not holds_recording(folder):
+        yield
+        return
+    with _beside(folder) as aside:
+        _move(folder, aside)
+        try:
+            yield
+        except BaseException:
+            with _beside(folder) as half:
+                _move(folder, half)
+            _move(aside, folder)
+            raise
+
+
+@contextlib.contextmanager
+def _beside(folder: Path) -> Iterator[Path]:
+    try:
+        place = tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent)
+    except OSError as error:
+        raise RecordingError(f"{folder}: cannot be replaced ({error.strerror or error})") from None
+    with place as name:
+        yield Path(name)
+
+
+def _move(folder: Path, target: Path) -> None:
+    try:
+        for file in _files(folder):
+            place = target / file.relative_to(folder)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            file.rename(place)
+            if file.parent != folder:
+                with contextlib.suppress(OSError):
+                    file.parent.rmdir()  # of a finger, when nothing else is in it
+    except OSError as error:
+        raise RecordingError(f"{folder}: cannot be replaced ({error.strerror or error})") from None
+
+
+def _files(folder: Path) -> list[Path]:
+    is_session = (folder / SESSION).is_file()
+    fingers = sorted(path.parent for path in folder.glob(f"*/{TOML}")) if is_session else []
+    return [place / name for place in (*fingers, folder) for name in OURS if (place / name).is_file()]

@@ -45,7 +45,7 @@ Progress = Callable[[int], None]
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """How a table is written."""
+    """The form of a table."""
 
     delimiter: str = ","
     decimal: str = "."

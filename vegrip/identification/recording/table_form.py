@@ -1,4 +1,4 @@
-"""How a table from elsewhere is written, found by a look at its beginning.
+"""The form of a table from elsewhere, found from its beginning.
 
 A spreadsheet's export has semicolons or tabs between the fields, decimal commas, lines of its own before the
 header, UTF-16 or a mark of UTF-8, as its language and its maker want it. What the column map says stands; the
