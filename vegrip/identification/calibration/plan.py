@@ -26,7 +26,6 @@ from vegrip.identification.fit.result import Fit
 from vegrip.identification.fit.solve import Report
 from vegrip.identification.simulate import DEFAULT_NOISE, simulate
 from vegrip.model import ContactModel, paper_model
-from vegrip.parameters import Parameter
 from vegrip.types import Floats
 
 GOALS: Mapping[str, float] = {"K": 0.03, "p": 0.03, "c1": 0.02, "nu1": 0.15, "k0": 0.1, "mu": 0.05}
@@ -75,25 +74,12 @@ def known_of(fit: Fit) -> list[Known]:
     """Return how well each parameter of the model is known."""
     found, values = [], fit.model.values
     for symbol in fit.problem.symbols:
-        declared = fit.declared(symbol)
-        if declared is not None:
-            effect, parameter = declared
-            found.append(
-                Known(
-                    symbol,
-                    effect.name,
-                    values[symbol].value,
-                    fit.std[symbol],
-                    goal_of(parameter),
-                    parameter.unit,
-                    parameter.transform == "log",
-                )
-            )
+        if (declared := fit.declared(symbol)) is not None:
+            effect, p = declared
+            value, goal = values[symbol].value, GOALS.get(symbol, SHARE * p.std)
+            is_log = p.transform == "log"
+            found.append(Known(symbol, effect.name, value, fit.std[symbol], goal, p.unit, is_log))
     return found
-
-
-def goal_of(parameter: Parameter) -> float:
-    return GOALS.get(parameter.symbol, SHARE * parameter.std)
 
 
 def distance(stds: Floats, goals: Floats) -> float:

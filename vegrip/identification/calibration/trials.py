@@ -11,7 +11,7 @@ from vegrip.identification.experiment.design_space import MENU, Item, Rig, RigLi
 from vegrip.identification.experiment.hypotheses import Hypotheses
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.identification.recording.channels import CHANNELS
-from vegrip.identification.simulate import Protocol
+from vegrip.identification.simulate import DEFAULT_NOISE, Protocol
 from vegrip.virtual.bench.protocol import Episode
 from vegrip.virtual.bench.trial import run_trial
 from vegrip.virtual.settings import FingertipSettings, SensorSettings, random_fingertip
@@ -156,17 +156,7 @@ def practise(trial: Trial, tip: FingertipSettings, seed: int = 0) -> Recording:
     episodes, pause = trial.protocol.episodes, trial.protocol.pause
     made = run_trial(tip, episodes, sensors, seed, pause=pause, rings=8, spokes=16, truth=False)
     columns = {name: values for name, values in made.columns.items() if name in CHANNELS}
-    noise = {
-        name: getattr(sensors, name)
-        for name in ("normal_force", "displacement", "tangential_force", "torque_z", "slip_speed")
-    }
+    noise = {name: getattr(sensors, name) for name in DEFAULT_NOISE}
     source: dict[str, str | int | float | bool] = {"made_by": "vegrip calibrate --virtual", "seed": seed}
-    return Recording(
-        trial.protocol.name,
-        made.columns["t"],
-        made.columns["episode"].astype(np.int64),
-        columns,
-        Fingertip(tip.radius),
-        noise,
-        source,
-    )
+    t, episode = made.columns["t"], made.columns["episode"].astype(np.int64)
+    return Recording(trial.protocol.name, t, episode, columns, Fingertip(tip.radius), noise, source)

@@ -54,12 +54,8 @@ def judge_candidate(
         failed.append("evidence")
     up, down = float(change[change > 0.0].sum()), -float(change[change < 0.0].sum())
     takes_most = gain >= thresholds.MOST_OF_LEFT_SHARE * left and regimes[0] > thresholds.MAX_NOISE_CHI2
-    if not (
-        up > down
-        and down
-        <= (thresholds.MAX_LOST_SHARE_OF_MOST if takes_most else thresholds.MAX_LOST_SHARE) * up
-        + thresholds.CHANCE_NATS
-    ):
+    may_lose = thresholds.MAX_LOST_SHARE_OF_MOST if takes_most else thresholds.MAX_LOST_SHARE
+    if not (up > down and down <= may_lose * up + thresholds.CHANCE_NATS):
         failed.append("held-out episodes")
     if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
         failed.append("one episode only")

@@ -71,26 +71,15 @@ class Diagnosis:
     def verdict(self) -> str:
         """adequate, named, ambiguous or unexplained."""
         s = self.search
-        after = s.misfit(s.last)
+        depends = s.misfit(s.last) > thresholds.MAX_NOISE_CHI2  # on the regime
         if not s.accepted:
             rest = self._rest
-            return (
-                "unexplained"
-                if rest is not None
-                and (after > thresholds.MAX_NOISE_CHI2 or rest.gain > thresholds.MIN_CURVE_NATS)
-                else "adequate"
-            )
-        if after > thresholds.MAX_NOISE_CHI2 and not self._is_sufficient:
+            is_left = rest is not None and (depends or rest.gain > thresholds.MIN_CURVE_NATS)
+            return "unexplained" if is_left else "adequate"
+        if depends and not self._is_sufficient:
             return "unexplained"
-        if (
-            s.last.error
-            > (
-                thresholds.MAX_ERROR_BY_REGIME
-                if after > thresholds.MAX_NOISE_CHI2
-                else thresholds.MAX_ERROR_EVEN
-            )
-            and not self._explains_nearly_all
-        ):
+        most = thresholds.MAX_ERROR_BY_REGIME if depends else thresholds.MAX_ERROR_EVEN
+        if s.last.error > most and not self._explains_nearly_all:
             return "unexplained"
         return "ambiguous" if self.indistinguishable else "named"
 
@@ -121,16 +110,12 @@ class Diagnosis:
         for step in self.search.steps:
             if step.taken is None or step.taken.candidate.name in self.search.dropped:
                 continue
-            best = step.taken.verdict.gain
+            best, passed = step.taken.verdict.gain, [one for one in step.tried if one.verdict.is_passed]
+            within = thresholds.INDISTINGUISHABLE_NATS + thresholds.INDISTINGUISHABLE_SHARE * best
             close = [
                 one.candidate.name
-                for one in step.tried
-                if one.verdict.is_passed
-                and (
-                    best - one.verdict.gain
-                    <= thresholds.INDISTINGUISHABLE_NATS + thresholds.INDISTINGUISHABLE_SHARE * best
-                    or are_alike(step.taken, one, is_rough=is_rough)
-                )
+                for one in passed
+                if best - one.verdict.gain <= within or are_alike(step.taken, one, is_rough=is_rough)
             ]
             if len(close) > 1:
                 sets.append(close)
@@ -149,18 +134,14 @@ class Diagnosis:
 
     @cached_property
     def where(self) -> list[Regime]:
-        first = self.start
-        return Comparison(first.problem, first.optimum.u, fitted=True).where
+        return Comparison(self.start.problem, self.start.optimum.u, fitted=True).where
 
     @cached_property
     def where_after(self) -> list[Regime]:
         """Where the model with everything that was accepted fails."""
         last = self.search.last
-        return (
-            Comparison(last.problem, last.optimum.u, fitted=True).where
-            if self.search.accepted
-            else self.where
-        )
+        after = Comparison(last.problem, last.optimum.u, fitted=True)
+        return after.where if self.search.accepted else self.where
 
     @cached_property
     def result(self) -> Fit:
@@ -200,13 +181,9 @@ class Diagnosis:
         return {name: si for name in symbols if (si := last.in_si(name)) is not None}
 
     def _told(self, one: Tried, step: Step) -> dict[str, Any]:
-        beside = step.tried
-        best = max(0.0, *(other.verdict.gain for other in beside if other.verdict.is_passed), 0.0)
-        weights = {
-            other.candidate.name: math.exp(other.verdict.gain - best)
-            for other in beside
-            if other.verdict.is_passed
-        }
+        gains = {other.candidate.name: other.verdict.gain for other in step.tried if other.verdict.is_passed}
+        best = max(0.0, *gains.values(), 0.0)
+        weights = {name: math.exp(gain - best) for name, gain in gains.items()}
         total = sum(weights.values()) + math.exp(-best)
         return {
             "name": one.candidate.name,
@@ -240,7 +217,7 @@ class Diagnosis:
         :func:`~vegrip.identification.experiment.design.next_experiment` to this diagnosis: planning
         builds on diagnoses, not the other way round.
         """
-        s = self.search
+        s, noise = self.search, thresholds.MAX_NOISE_CHI2
         return {
             "recording": self.start.problem.measured.recording.name,
             "verdict": self.verdict,
@@ -250,11 +227,7 @@ class Diagnosis:
             "indistinguishable": self.indistinguishable,
             "error": self.error,
             "si": {name: {"value": value, "unit": unit} for name, (value, unit) in self.in_si().items()},
-            "misfit": {
-                "before": s.misfit(s.first),
-                "after": s.misfit(s.last),
-                "noise": thresholds.MAX_NOISE_CHI2,
-            },
+            "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": noise},
             "where": [asdict(one) for one in self.where],
             "where_after": [asdict(one) for one in self.where_after],
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,

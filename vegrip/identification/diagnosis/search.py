@@ -49,11 +49,9 @@ class EvidenceThreshold:
         if not self.accepted:
             return thresholds.MIN_GAIN_NATS
         fits_noise = self.misfit <= thresholds.MAX_NOISE_CHI2
-        asked = max(
-            thresholds.MIN_LATER_GAIN_NATS if fits_noise else thresholds.MIN_GAIN_NATS,
-            (thresholds.MIN_SHARE_OF_GAIN if fits_noise else thresholds.MIN_SHARE_OF_GAIN_IN_MISFIT)
-            * self.gained,
-        )
+        share = thresholds.MIN_SHARE_OF_GAIN if fits_noise else thresholds.MIN_SHARE_OF_GAIN_IN_MISFIT
+        least = thresholds.MIN_LATER_GAIN_NATS if fits_noise else thresholds.MIN_GAIN_NATS
+        asked = max(least, share * self.gained)
         if self.left < thresholds.LITTLE_LEFT_SHARE * self.gained:
             asked = max(asked, thresholds.MIN_SHARE_OF_LEFT * self.left)
         if candidate.shifts_time and any(one.shifts_time for one in self.accepted):
@@ -71,9 +69,8 @@ def required_evidence(
 def left(fitted: CandidateFit) -> float:
     """Return what is certainly more than noise in the sum of squares [nats]."""
     power = fitted.optimum.residual[fitted.problem.counted] ** 2
-    return max(
-        0.5 * float(np.sum(power - 1.0)) - thresholds.SURELY_LEFT_STD * math.sqrt(0.5 * power.size), 0.0
-    )
+    by_chance = thresholds.SURELY_LEFT_STD * math.sqrt(0.5 * power.size)
+    return max(0.5 * float(np.sum(power - 1.0)) - by_chance, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,9 +209,8 @@ def _refitted(base: CandidateFit, chosen: list[Hint], groups: Floats, threads: i
     """Return the fits with each of the ``chosen``; only those that contend are made to the end."""
     with ThreadPoolExecutor(threads) as pool:
         fits = list(pool.map(lambda hint: extend_problem(base, hint, groups), chosen))
-        least = base.evidence + thresholds.CONTENDER_SHARE * max(
-            (one.evidence - base.evidence for one in fits), default=0.0
-        )
+        gained = max((one.evidence - base.evidence for one in fits), default=0.0)
+        least = base.evidence + thresholds.CONTENDER_SHARE * gained
         return list(
             pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= least else one, fits)
         )

@@ -101,26 +101,24 @@ def read_protocol(path: Path | str) -> Protocol:
 
     """
     table = read_toml(Path(path))
-    for key in table:
-        if key not in ("name", "pause", "episode"):
-            raise ConfigError(
-                f"{path}: unknown key {key!r}; {suggestion(key, ('name', 'pause', 'episode'), 'known are')}"
-            )
+    _check_keys(table, ("name", "pause", "episode"), str(path))
     pause = _number(table.get("pause", EPISODE_PAUSE_S), f"{path}: 'pause'", 0.0)
     episodes, notes = [], []
     for i, section in enumerate(_list(table.get("episode", []), f"{path}: 'episode'")):
         where = f"{path} episode {i + 1}"
-        for key in section:
-            if key not in ("note", "segments"):
-                raise ConfigError(
-                    f"{where}: unknown key {key!r}; {suggestion(key, ('note', 'segments'), 'known are')}"
-                )
+        _check_keys(section, ("note", "segments"), where)
         entries = _list(section.get("segments", []), f"{where}: 'segments'")
         episodes.append(tuple(_segments(entries, where)))
         notes.append(str(section.get("note", "")))
     if not episodes:
         raise ConfigError(f"{path}: it has no [[episode]]; a protocol needs one with segments")
     return Protocol(str(table.get("name", Path(path).stem)), tuple(episodes), pause, tuple(notes))
+
+
+def _check_keys(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
+    for key in table:
+        if key not in known:
+            raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, known, 'known are')}")
 
 
 def _segments(entries: list[Mapping[str, Any]], where: str) -> Iterator[Segment]:
