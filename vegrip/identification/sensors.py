@@ -21,22 +21,13 @@ Channels = Collection[str]
 
 @dataclass(frozen=True)
 class Output:
-    """One thing that vegrip tells.
+    """One thing that vegrip tells."""
 
-    Attributes:
-        name: for people.
-        short: the same as a heading.
-        needs: which channels, in words.
-        given: whether it can be had of some channels.
-        otherwise: what is done without.
-
-    """
-
-    name: str
-    short: str
-    needs: str
-    given: Callable[[Channels], bool]
-    otherwise: str
+    name: str  # for people
+    short: str  # the same as a heading
+    needs: str  # which channels, in words
+    given: Callable[[Channels], bool]  # whether it can be had of some channels
+    otherwise: str  # what is done without
 
 
 def _presses(channels: Channels) -> bool:

@@ -46,20 +46,12 @@ class Slide:
 
 @dataclass(frozen=True)
 class SlipChannel:
-    """Delay and threshold of a slip channel; NaN: not measured.
+    """Delay and threshold of a slip channel; NaN: not measured."""
 
-    Attributes:
-        threshold: slip speed from which it speaks [m/s].
-        delay: by which it is late [s].
-        slides: from which the delay was found.
-        unfelt: fastest slip speed that it was silent at [m/s].
-
-    """
-
-    threshold: float
-    delay: float
-    slides: int
-    unfelt: float = math.nan
+    threshold: float  # slip speed from which it speaks [m/s]
+    delay: float  # by which it is late [s]
+    slides: int  # from which the delay was found
+    unfelt: float = math.nan  # fastest slip speed that it was silent at [m/s]
 
     @property
     def lacking(self) -> str:

@@ -255,24 +255,14 @@ def load(folder: Path) -> Calibration | None:
 
 @dataclass(frozen=True, eq=False)
 class Ended:
-    """The result of a calibration.
+    """The result of a calibration."""
 
-    Attributes:
-        verdict: of the diagnosis: adequate, named, ambiguous or unexplained.
-        added: effects that the paper's model lacked.
-        error: rms of the whitened residuals; 1 is the noise.
-        known: how well each parameter is known.
-        slip: what the slides tell of the channel that feels them.
-        account: everything that the report needs.
-
-    """
-
-    verdict: str
-    added: list[str]
-    error: float
-    known: list[Known]
-    slip: SlipChannel
-    account: dict[str, Any]
+    verdict: str  # of the diagnosis: adequate, named, ambiguous or unexplained
+    added: list[str]  # effects that the paper's model lacked
+    error: float  # rms of the whitened residuals; 1 is the noise
+    known: list[Known]  # how well each parameter is known
+    slip: SlipChannel  # what the slides tell of the channel that feels them
+    account: dict[str, Any]  # everything that the report needs
 
     def as_dict(self) -> dict[str, Any]:
         return {

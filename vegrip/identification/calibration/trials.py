@@ -35,18 +35,11 @@ PRACTICE_RATE_HZ = 200.0  # [Hz]
 
 @dataclass(frozen=True)
 class Trial:
-    """A motion of the fingertip, for a rig and for a person.
+    """A motion of the fingertip, for a rig and for a person."""
 
-    Attributes:
-        kind: one of :data:`TRIAL_KINDS`.
-        protocol: the motion; a rig does it as it is, a person as the words say.
-        words: one sentence for each thing to do.
-
-    """
-
-    kind: str
-    protocol: Protocol
-    words: tuple[str, ...]
+    kind: str  # one of TRIAL_KINDS
+    protocol: Protocol  # the motion; a rig does it as it is, a person as the words say
+    words: tuple[str, ...]  # one sentence for each thing to do
 
     def as_dict(self) -> dict[str, object]:
         return {

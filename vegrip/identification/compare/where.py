@@ -218,26 +218,15 @@ def format_height(low: float | None, high: float | None) -> str:
 
 @dataclass(frozen=True)
 class Regime:
-    """A regime in which the model fails.
+    """A regime in which the model fails."""
 
-    Attributes:
-        channel: whose residual.
-        regime: short name.
-        share: of all misfit of the recording.
-        offset: mean of measured less model, in the unit of the channel.
-        rms: of the residual there.
-        rows: how many.
-        note: a sentence.
-
-    """
-
-    channel: str
-    regime: str
-    share: float
-    offset: float
-    rms: float
-    rows: int
-    note: str
+    channel: str  # whose residual
+    regime: str  # short name
+    share: float  # of all misfit of the recording
+    offset: float  # mean of measured less model, in the unit of the channel
+    rms: float  # of the residual there
+    rows: int  # how many
+    note: str  # a sentence
 
 
 @dataclass(frozen=True, eq=False)

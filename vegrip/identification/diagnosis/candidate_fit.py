@@ -80,24 +80,15 @@ def _fitted(problem: Problem, optimum: Optimum, rows: Mask) -> float:
 
 @dataclass(frozen=True, eq=False)
 class CandidateFit:
-    """A model at its best, with what is needed to judge it.
+    """A model at its best, with what is needed to judge it."""
 
-    Attributes:
-        problem: the model and the recording.
-        optimum: where it is best.
-        evidence: ln Z [nats].
-        heldout: (episodes,) ln probability of each episode under a fit without it, but for a constant [nats].
-        heldout_error: rms of the whitened residuals of the episodes under fits without them.
-        error: rms of the whitened residuals over all channels; 1 is noise.
-
-    """
-
-    problem: Problem
-    optimum: Optimum
-    evidence: float
+    problem: Problem  # the model and the recording
+    optimum: Optimum  # where it is best
+    evidence: float  # ln Z [nats]
+    # (episodes,) ln probability of each episode under a fit without it, but for a constant [nats]
     heldout: Floats
-    heldout_error: float
-    error: float
+    heldout_error: float  # rms of the whitened residuals of the episodes under fits without them
+    error: float  # rms of the whitened residuals over all channels; 1 is noise
 
     def whitened(self, other: "CandidateFit") -> Floats:
         """Return the residual of another model of the same rows in units of this one's noise."""

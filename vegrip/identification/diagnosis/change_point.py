@@ -41,26 +41,15 @@ BRANCHES = (("c1", "nu1"), ("c2", "nu2"))
 
 @dataclass(frozen=True)
 class Change:
-    """A change of the stiffness at one place.
+    """A change of the stiffness at one place."""
 
-    Attributes:
-        variable: time or displacement.
-        at: where, [s] on the recording's clock or [m] as recorded.
-        interval: that holds it with 95 %.
-        change: share of the stiffness, or stiffness that is added [N/m].
-        std: its standard error.
-        gain: of evidence [nats].
-        error: that is left, in units of the noise.
-
-    """
-
-    variable: str
-    at: float
-    interval: tuple[float, float]
-    change: float
-    std: float
-    gain: float
-    error: float
+    variable: str  # time or displacement
+    at: float  # where, [s] on the recording's clock or [m] as recorded
+    interval: tuple[float, float]  # that holds it with 95 %
+    change: float  # share of the stiffness, or stiffness that is added [N/m]
+    std: float  # its standard error
+    gain: float  # of evidence [nats]
+    error: float  # that is left, in units of the noise
 
     @property
     def note(self) -> str:

@@ -37,30 +37,17 @@ MIN_CURVE_ROWS = 20
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """The curve that explains most of what is left.
+    """The curve that explains most of what is left."""
 
-    Attributes:
-        variable: time, displacement, normal_force, speed, direction, ...
-        channel: whose residual.
-        gain: of evidence [nats].
-        share: of the misfit of that channel that it takes.
-        at: knots [unit of the variable].
-        value: measured less model there [N, or relative load at slip, or m].
-        times: what the value is multiplied by, "normal_force" for a stiffness that changes; or nothing.
-        others: variable -> gain, of the next best ones.
-        change: of the stiffness at one place, where that has more evidence than any curve.
-
-    """
-
-    variable: str
-    channel: str
-    gain: float
-    share: float
-    at: list[float]
-    value: list[float]
-    times: str
-    others: dict[str, float]
-    change: Change | None = None
+    variable: str  # time, displacement, normal_force, speed, direction, ...
+    channel: str  # whose residual
+    gain: float  # of evidence [nats]
+    share: float  # of the misfit of that channel that it takes
+    at: list[float]  # knots [unit of the variable]
+    value: list[float]  # measured less model there [N, or relative load at slip, or m]
+    times: str  # what the value is multiplied by, "normal_force" for a stiffness that changes; or nothing
+    others: dict[str, float]  # variable -> gain, of the next best ones
+    change: Change | None = None  # of the stiffness at one place, where that has more evidence than any curve
 
     @property
     def note(self) -> str:

@@ -81,23 +81,14 @@ class Planned:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Experiments that were weighed for a contest, and the one to do.
+    """Experiments that were weighed for a contest, and the one to do."""
 
-    Attributes:
-        contest: the hypotheses to separate.
-        limits: of the rig.
-        depth: greatest depth [m] that force and depth allow.
-        tried: each item at its best, best first.
-        left_out: item -> why it was not tried.
-        achieved: in a simulated experiment of the best kind, nats by (truth, rival).
-
-    """
-
-    contest: Hypotheses
-    limits: RigLimits
-    depth: float
-    tried: tuple[Planned, ...]
-    left_out: Mapping[str, str] = field(default_factory=dict)
+    contest: Hypotheses  # the hypotheses to separate
+    limits: RigLimits  # of the rig
+    depth: float  # greatest depth [m] that force and depth allow
+    tried: tuple[Planned, ...]  # each item at its best, best first
+    left_out: Mapping[str, str] = field(default_factory=dict)  # item -> why it was not tried
+    # in a simulated experiment of the best kind, nats by (truth, rival)
     achieved: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     @property

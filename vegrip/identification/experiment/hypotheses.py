@@ -37,20 +37,12 @@ NO_EFFECT = "nothing"
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """The models that an experiment is to tell apart.
+    """The models that an experiment is to tell apart."""
 
-    Attributes:
-        models: by the name of the effect that each has.
-        assumed: names whose size is the declared one, because the recording does not show them.
-        sensors: std of the noise of the channels that are measured, SI.
-        rate: of the samples [Hz].
-
-    """
-
-    models: Mapping[str, ContactModel]
-    assumed: tuple[str, ...]
-    sensors: Mapping[str, float]
-    rate: float
+    models: Mapping[str, ContactModel]  # by the name of the effect that each has
+    assumed: tuple[str, ...]  # names whose size is the declared one, because the recording does not show them
+    sensors: Mapping[str, float]  # std of the noise of the channels that are measured, SI
+    rate: float  # of the samples [Hz]
 
     @property
     def names(self) -> tuple[str, ...]:

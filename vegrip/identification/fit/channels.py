@@ -16,24 +16,14 @@ LAGS = 20  # of the test for whiteness
 
 @dataclass(frozen=True)
 class ChannelError:
-    """The error of one channel.
+    """The error of one channel."""
 
-    Attributes:
-        rmse: of the residual, in the unit of the channel.
-        noise: rms of what its noise (and that of the displacement) leaves of a perfect model, same unit.
-        ratio: rms of the standardised residual; 1 is the noise.
-        whiteness_p: probability of so much correlation between neighbours by chance (Ljung-Box, 20 lags).
-        coverage95: share of residuals within 1.96 standard deviations.
-        rows: how many.
-
-    """
-
-    rmse: float
-    noise: float
-    ratio: float
-    whiteness_p: float
-    coverage95: float
-    rows: int
+    rmse: float  # of the residual, in the unit of the channel
+    noise: float  # rms of what its noise (and that of the displacement) leaves of a perfect model, same unit
+    ratio: float  # rms of the standardised residual; 1 is the noise
+    whiteness_p: float  # probability of so much correlation between neighbours by chance (Ljung-Box, 20 lags)
+    coverage95: float  # share of residuals within 1.96 standard deviations
+    rows: int  # how many
 
 
 def overall_error(problem: Problem, u: Floats) -> float:

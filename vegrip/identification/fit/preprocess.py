@@ -84,34 +84,20 @@ def _event(i: int, t: Floats, last: int, force: Floats, low: float) -> Event:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """A recording ready for a fit.
+    """A recording ready for a fit."""
 
-    Attributes:
-        recording: as it was read.
-        noise: of its sensors.
-        motion: smoothed displacement and its error.
-        first: (n,) 1 where an episode begins.
-        force: (n,) [N], NaN where missing or an outlier.
-        sliding: (k,) rows in the middle of short stretches in which the whole contact slides under a load.
-        stretch: (k,) how many rows each stretch has.
-        seen: (m,) rows with a contact radius.
-        outliers: channel -> how many rows were taken out.
-        tare: channel -> what it showed in air, which was taken off.
-        events: sudden losses of force, whose rows were taken out.
-
-    """
-
-    recording: Recording
-    noise: Noise
-    motion: Motion
-    first: Floats
-    force: Floats
+    recording: Recording  # as it was read
+    noise: Noise  # of its sensors
+    motion: Motion  # smoothed displacement and its error
+    first: Floats  # (n,) 1 where an episode begins
+    force: Floats  # (n,) [N], NaN where missing or an outlier
+    # (k,) rows in the middle of short stretches in which the whole contact slides under a load
     sliding: NDArray[np.int64]
-    stretch: NDArray[np.int64]
-    seen: NDArray[np.int64]
-    outliers: dict[str, int]
-    tare: dict[str, float]
-    events: tuple[Event, ...] = ()
+    stretch: NDArray[np.int64]  # (k,) how many rows each stretch has
+    seen: NDArray[np.int64]  # (m,) rows with a contact radius
+    outliers: dict[str, int]  # channel -> how many rows were taken out
+    tare: dict[str, float]  # channel -> what it showed in air, which was taken off
+    events: tuple[Event, ...] = ()  # sudden losses of force, whose rows were taken out
 
     @property
     def recovered(self) -> bool:

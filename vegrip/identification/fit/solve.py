@@ -21,20 +21,12 @@ START_RATE_FACTORS = (0.1, 1.0, 10.0)  # factors on the rate of relaxation, the 
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """Where a problem is at its best.
+    """Where a problem is at its best."""
 
-    Attributes:
-        u: (p,) coordinates.
-        residual: (rows,) whitened.
-        jacobian: (rows, p).
-        cost: half the sum of squares of residuals and priors.
-
-    """
-
-    u: Floats
-    residual: Floats
-    jacobian: Floats
-    cost: float
+    u: Floats  # (p,) coordinates
+    residual: Floats  # (rows,) whitened
+    jacobian: Floats  # (rows, p)
+    cost: float  # half the sum of squares of residuals and priors
 
 
 class LeastSquares(Protocol):

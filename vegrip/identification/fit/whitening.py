@@ -41,19 +41,13 @@ class Sensitivity:
       samples it does is not known;
     * behind backlash, where the tip rests until the gap is crossed, it stays what it was when the tip last
       moved.
-
-    Attributes:
-        position: (n,) [N/m]; 0 in air.
-        speed: (n,) [N s/m].
-        follows: (n,) whether the tip moves with the drive; where not, the error of its position stays.
-        bend: (n,) [N] std of what is not known because the motion bends between samples.
-
     """
 
-    position: Floats
-    speed: Floats
+    position: Floats  # (n,) [N/m]; 0 in air
+    speed: Floats  # (n,) [N s/m]
+    # (n,) whether the tip moves with the drive; where not, the error of its position stays
     follows: NDArray[np.bool_]
-    bend: Floats
+    bend: Floats  # (n,) [N] std of what is not known because the motion bends between samples
 
 
 def by_position(stiffness: Floats) -> Sensitivity:

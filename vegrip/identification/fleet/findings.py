@@ -14,32 +14,19 @@ UNEXPLAINED = "unexplained"
 
 @dataclass(frozen=True)
 class Finding:
-    """One effect of one pad.
-
-    Attributes:
-        hand, pad: where.
-        effect: its name, a set "a or b", "unexplained", "none", or "failed".
-        since: date of the first recording from which on it was always found; of the first one at all
-            where it is not found any more.
-        until: date of the last recording that shows it.
-        present: whether the latest recording of the pad that could be judged shows it.
-        shown, judged: in how many of the pad's recordings, of how many that could be judged.
-        size: its parameters in the latest recording that shows it.
-        dated_by: "recording", or "file" where a date is only that of a file.
-        note: a remark.
-
-    """
+    """One effect of one pad."""
 
     hand: str
     pad: str
-    effect: str
+    effect: str  # its name, a set "a or b", "unexplained", "none", or "failed"
+    # date of the first recording from which on it was always found; of the first one where it is found no more
     since: str
-    until: str
-    present: bool
-    shown: int
-    judged: int
-    size: str = ""
-    dated_by: str = "recording"
+    until: str  # date of the last recording that shows it
+    present: bool  # whether the latest recording of the pad that could be judged shows it
+    shown: int  # in how many of the pad's recordings
+    judged: int  # how many of them could be judged
+    size: str = ""  # its parameters in the latest recording that shows it
+    dated_by: str = "recording"  # or "file" where a date is only that of a file
     note: str = ""
 
 

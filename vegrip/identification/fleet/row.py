@@ -98,31 +98,18 @@ def _fingerprint(path: Path) -> str:
 
 @dataclass(frozen=True)
 class Row:
-    """The verdict on one recording, or why there is none.
+    """The verdict on one recording, or why there is none."""
 
-    Attributes:
-        path: of its folder.
-        verdict: of the diagnosis, or "failed".
-        effects: what was named; a set that was not separated is one text, "a or b".
-        sizes: parameters of what was named.
-        before, after: error in units of the noise; NaN when it failed.
-        note: why it failed, or what is left that nothing explains.
-        doubts: what else may have caused what was named.
-        lost: what of the recording could not be read, and was left out.
-        is_machine_failure: whether it failed for a reason of the machine, so that another run tries it again.
-
-    """
-
-    path: str
-    verdict: str
-    effects: tuple[str, ...] = ()
-    sizes: dict[str, float] = field(default_factory=dict)
-    before: float = float("nan")
+    path: str  # of its folder
+    verdict: str  # of the diagnosis, or "failed"
+    effects: tuple[str, ...] = ()  # what was named; a set that was not separated is one text, "a or b"
+    sizes: dict[str, float] = field(default_factory=dict)  # parameters of what was named
+    before: float = float("nan")  # error in units of the noise; NaN when it failed
     after: float = float("nan")
-    note: str = ""
-    doubts: tuple[str, ...] = ()
-    lost: str = ""
-    is_machine_failure: bool = False
+    note: str = ""  # why it failed, or what is left that nothing explains
+    doubts: tuple[str, ...] = ()  # what else may have caused what was named
+    lost: str = ""  # what of the recording could not be read, and was left out
+    is_machine_failure: bool = False  # whether the machine was the reason, so that another run tries it again
 
 
 def examine_recording(path: str, model: str = "") -> Row:

@@ -107,26 +107,16 @@ def _kind(value: Any) -> str:
 
 @dataclass(slots=True)
 class Series:
-    """Chosen fields of the messages of one topic.
+    """Chosen fields of the messages of one topic."""
 
-    Attributes:
-        topic: its name.
-        fields: which numbers are taken.
-        index: which message of the topic each entry came from, from 0.
-        stamps: [ns] since the epoch of the sender.
-        values: one list of numbers per message, in the order of ``fields``.
-        received: messages without a header, which have the time at which the bag received them.
-        messages: how many the bag holds.
-
-    """
-
-    topic: str
-    fields: list[BagField]
-    index: list[int] = field(default_factory=list)
-    stamps: list[int] = field(default_factory=list)
+    topic: str  # its name
+    fields: list[BagField]  # which numbers are taken
+    index: list[int] = field(default_factory=list)  # which message of the topic each entry came from, from 0
+    stamps: list[int] = field(default_factory=list)  # [ns] since the epoch of the sender
+    # one list of numbers per message, in the order of ``fields``
     values: list[list[float]] = field(default_factory=list)
-    received: int = 0
-    messages: int = 0
+    received: int = 0  # messages without a header, which have the time at which the bag received them
+    messages: int = 0  # how many the bag holds
 
 
 @dataclass(frozen=True, slots=True)

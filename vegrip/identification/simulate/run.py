@@ -47,20 +47,12 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Timeline:
-    """Instants of a protocol.
+    """Instants of a protocol."""
 
-    Attributes:
-        t: (n,) [s], the pauses left out of the rows but not of the time.
-        episode: (n,) number.
-        pull: (n, 3) velocity of the counter-surface x, y [m/s] and its spin [rad/s].
-        pieces: the segments, in order.
-
-    """
-
-    t: Floats
-    episode: NDArray[np.int64]
-    pull: Floats
-    pieces: tuple[Piece, ...]
+    t: Floats  # (n,) [s], the pauses left out of the rows but not of the time
+    episode: NDArray[np.int64]  # (n,) number
+    pull: Floats  # (n, 3) velocity of the counter-surface x, y [m/s] and its spin [rad/s]
+    pieces: tuple[Piece, ...]  # the segments, in order
 
     def imposed(self, depth: Floats, force: Floats) -> tuple[Floats, Floats]:
         """Return what is imposed, depth (n,) [m] and force (n,) [N], NaN where the other one is.
