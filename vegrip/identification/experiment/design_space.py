@@ -102,8 +102,6 @@ class Rig:
 
 
 Levels = Mapping[str, tuple[float, ...]]
-
-
 Make = Callable[..., list[Episode]]
 
 
@@ -123,14 +121,6 @@ class Item:
     def protocol(self, rig: Rig, amplitudes: Mapping[str, float]) -> Protocol:
         episodes = tuple(self.make(rig, **amplitudes))
         return Protocol(self.name, episodes, rig.pause, (self.name, *[""] * (len(episodes) - 1)))
-
-
-def _hold(rig: Rig, depth: float, time: float) -> list[Episode]:
-    return [rig.press(depth * rig.depth, Segment(time)), (rig.air(2.0),)]
-
-
-def _holds(rig: Rig, depth: float, time: float) -> list[Episode]:
-    return [rig.press(part * depth * rig.depth, Segment(time)) for part in (0.35, 0.65, 1.0)]
 
 
 def _growing(rig: Rig, depth: float, time: float) -> list[Episode]:
@@ -169,19 +159,10 @@ def _reversals(rig: Rig, depth: float, stroke: float) -> list[Episode]:
     return [rig.press(middle - half, Segment(2.0), *waves)]
 
 
-def _ramp(rig: Rig, depth: float, time: float) -> list[Episode]:
-    return [rig.press(depth * rig.depth, speed=depth * rig.depth / time)]
-
-
 def _stairs(rig: Rig, depth: float, time: float) -> list[Episode]:
     levels = [depth * rig.depth * part for part in (0.2, 0.4, 0.6, 0.8, 1.0, 0.8, 0.6, 0.4, 0.2)]
     up = [s for a, b in itertools.pairwise([0.0, *levels]) for s in (rig.go(a, b), Segment(time))]
     return [(rig.air(), *up, rig.go(levels[-1], -CLEARANCE_SHARE * rig.depth), rig.air(1.0))]
-
-
-def _taps(rig: Rig, depth: float) -> list[Episode]:
-    peak = depth * rig.depth
-    return [rig.press(peak, Segment(0.2), speed=pace * peak) for pace in (0.5, 2.0, 8.0)]
 
 
 def _touches(rig: Rig, depth: float, time: float) -> list[Episode]:
@@ -210,18 +191,6 @@ def slow_slide(rig: Rig, depth: float, speed: float) -> Episode:
     return _pull(rig, depth, 0.5, min(speed / usual, 1.0))
 
 
-def _loads(rig: Rig, depth: float, time: float) -> list[Episode]:
-    return [_pull(rig, part * depth, time) for part in (0.3, 0.5, 0.75, 1.0)]
-
-
-def _waits(rig: Rig, depth: float, time: float) -> list[Episode]:
-    return [_pull(rig, depth, wait) for wait in (0.1, 0.1 * time, time, 0.1, time)]
-
-
-def _slides(rig: Rig, depth: float) -> list[Episode]:
-    return [_pull(rig, depth, 0.5, share) for share in (0.1, 0.4, 1.6, 6.4)]
-
-
 def _twists(rig: Rig, depth: float, time: float) -> list[Episode]:
     turn = 2.0  # [rad/s]
     return [_pull(rig, part * depth, wait, spin=turn) for part in (0.5, 1.0) for wait in (0.2, time)] + [
@@ -237,29 +206,58 @@ def _directions(rig: Rig, depth: float) -> list[Episode]:
 
 
 DEPTH_SHARES = (0.5, 1.0)
-
-
 MENU = (
-    Item("one hold", _hold, {"depth": DEPTH_SHARES, "time": (2.0, 10.0, 40.0)}),
-    Item("holds at three depths", _holds, {"depth": DEPTH_SHARES, "time": (2.0, 8.0)}),
+    Item(
+        "one hold",
+        lambda rig, depth, time: [rig.press(depth * rig.depth, Segment(time)), (rig.air(2.0),)],
+        {"depth": DEPTH_SHARES, "time": (2.0, 10.0, 40.0)},
+    ),
+    Item(
+        "holds at three depths",
+        lambda rig, depth, time: [
+            rig.press(part * depth * rig.depth, Segment(time)) for part in (0.35, 0.65, 1.0)
+        ],
+        {"depth": DEPTH_SHARES, "time": (2.0, 8.0)},
+    ),
     Item("growing peaks, then a small one", _growing, {"depth": DEPTH_SHARES, "time": (0.2, 1.0, 4.0)}),
     Item("triangles", _triangles, {"depth": DEPTH_SHARES, "frequency": (0.2, 2.0)}),
     Item("presses over two decades of speed", _speeds, {"depth": DEPTH_SHARES}),
     Item("small sines", _sines, {"depth": DEPTH_SHARES, "frequency": (2.0, 8.0, 20.0)}),
     Item("small reversals, slow and fast", _reversals, {"depth": DEPTH_SHARES, "stroke": (0.03, 0.15)}),
-    Item("slow ramp", _ramp, {"depth": DEPTH_SHARES, "time": (5.0, 20.0)}),
+    Item(
+        "slow ramp",
+        lambda rig, depth, time: [rig.press(depth * rig.depth, speed=depth * rig.depth / time)],
+        {"depth": DEPTH_SHARES, "time": (5.0, 20.0)},
+    ),
     Item("stairs", _stairs, {"depth": DEPTH_SHARES, "time": (0.5, 2.0)}),
-    Item("taps and pull-offs at three speeds", _taps, {"depth": (0.15, 0.4)}),
+    Item(
+        "taps and pull-offs at three speeds",
+        lambda rig, depth: [
+            rig.press(depth * rig.depth, Segment(0.2), speed=pace * (depth * rig.depth))
+            for pace in (0.5, 2.0, 8.0)
+        ],
+        {"depth": (0.15, 0.4)},
+    ),
     Item("light touch before and after a deep press", _touches, {"depth": DEPTH_SHARES, "time": (0.5, 5.0)}),
     Item("strokes in air", _strokes, {"depth": (1.0,)}),
-    Item("pulls at four loads", _loads, {"depth": DEPTH_SHARES, "time": (0.5,)}, has_tangential_load=True),
+    Item(
+        "pulls at four loads",
+        lambda rig, depth, time: [_pull(rig, part * depth, time) for part in (0.3, 0.5, 0.75, 1.0)],
+        {"depth": DEPTH_SHARES, "time": (0.5,)},
+        has_tangential_load=True,
+    ),
     Item(
         "pulls after short and long waits",
-        _waits,
+        lambda rig, depth, time: [_pull(rig, depth, wait) for wait in (0.1, 0.1 * time, time, 0.1, time)],
         {"depth": DEPTH_SHARES, "time": (3.0, 10.0)},
         has_tangential_load=True,
     ),
-    Item("slides at four speeds", _slides, {"depth": DEPTH_SHARES}, has_tangential_load=True),
+    Item(
+        "slides at four speeds",
+        lambda rig, depth: [_pull(rig, depth, 0.5, share) for share in (0.1, 0.4, 1.6, 6.4)],
+        {"depth": DEPTH_SHARES},
+        has_tangential_load=True,
+    ),
     Item(
         "twists and pulls after two waits",
         _twists,
@@ -268,6 +266,4 @@ MENU = (
     ),
     Item("pulls in four directions", _directions, {"depth": DEPTH_SHARES}, has_tangential_load=True),
 )
-
-
-"""What is tried, and at which amplitudes first."""
+"""Experiments that are tried, and their first amplitudes."""

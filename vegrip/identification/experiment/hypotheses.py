@@ -230,15 +230,15 @@ class _Refit:
         return refine_optimum(changed, self._problem.unknowns.start, 2 * EVALUATIONS).cost
 
 
-class _Changed:
+class _Changed(Problem):
     """A problem with other data: a change is added to its residual."""
 
     def __init__(self, problem: Problem, change: Floats) -> None:
-        self.unknowns = problem.unknowns
+        self.__dict__.update(problem.__dict__)
         self._problem, self._change = problem, change
 
     def residual(self, u: Floats) -> Floats:
-        return self._problem.residual(u) + self._change
+        return super().residual(u) + self._change
 
     def jacobian(
         self, u: Floats, residual: Floats | None = None, known: Mapping[str, Floats] | None = None

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -27,22 +26,6 @@ class Optimum:
     residual: Floats  # (rows,) whitened
     jacobian: Floats  # (rows, p)
     cost: float  # half the sum of squares of residuals and priors
-
-
-class LeastSquares(Protocol):
-    """Residuals of unknowns with bounds and priors, as :class:`Problem` has them."""
-
-    @property
-    def unknowns(self) -> Unknowns:
-        """The unknowns, with start, bounds and priors."""
-
-    def residual(self, u: Floats) -> Floats:
-        """Return the whitened residual, (rows,)."""
-
-    def jacobian(
-        self, u: Floats, residual: Floats | None = None, known: Mapping[str, Floats] | None = None
-    ) -> Floats:
-        """Return the derivative, (rows, p), from the residual at ``u``; ``known``: columns that are given."""
 
 
 def fit_problem(problem: Problem, report: Report = lambda _: None, plain: Problem | None = None) -> Optimum:
@@ -133,7 +116,7 @@ def scaled(problem: Problem, u: Floats) -> Floats:
 
 
 def refine_optimum(
-    problem: LeastSquares,
+    problem: Problem,
     start: Floats,
     evaluations: int,
     known: Mapping[str, Floats] | None = None,

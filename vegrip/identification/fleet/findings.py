@@ -19,7 +19,7 @@ class Finding:
     hand: str
     pad: str
     effect: str  # its name, a set "a or b", "unexplained", "none", or "failed"
-    # date of the first recording from which on it was always found; of the first one where it is found no more
+    # date of the first recording from which on it was always found; of the first one if it is found no more
     since: str
     until: str  # date of the last recording that shows it
     present: bool  # whether the latest recording of the pad that could be judged shows it

@@ -55,23 +55,21 @@ def _found(path: Path, root: Path) -> Found:
         about = read_toml(path / TOML)
     except ConfigError:
         about = {}  # the diagnosis says what is wrong
-    source, tip = (_table(about.get(name)) for name in ("source", "fingertip"))
+    sections = (about.get(name) for name in ("source", "fingertip"))
+    source, tip = (one if isinstance(one, dict) else {} for one in sections)
     parts = path.relative_to(root).parts
     told = next((text for key in DATES if (text := _date(source.get(key)))), "")
+    changed = max(p.stat().st_mtime for p in _files(path))
     is_alone = len(parts) < 2 and not {"hand", "pad"} & source.keys()
     return Found(
         str(path),
         str(source.get("hand", parts[0] if len(parts) > 1 else root.resolve().name)),
         path.name if is_alone else str(source.get("pad", tip.get("name", path.name))),
-        told or datetime.fromtimestamp(_changed(path), UTC).isoformat(timespec="seconds"),
+        told or datetime.fromtimestamp(changed, UTC).isoformat(timespec="seconds"),
         "recording" if told else "file",
         _fingerprint(path),
         is_alone,
     )
-
-
-def _table(value: Any) -> dict[str, Any]:
-    return value if isinstance(value, dict) else {}
 
 
 def _date(value: Any) -> str:
@@ -85,10 +83,6 @@ def _date(value: Any) -> str:
 
 def _files(path: Path) -> list[Path]:
     return sorted(p for name in (TOML, CSV, f"{CSV}.gz") if (p := path / name).is_file())
-
-
-def _changed(path: Path) -> float:
-    return max(p.stat().st_mtime for p in _files(path))
 
 
 def _fingerprint(path: Path) -> str:
@@ -131,7 +125,7 @@ def examine_recording(path: str, model: str = "") -> Row:
     try:
         recording = read_recording(Path(path), announce=False)
         is_whole = not recording.report.rows_lost and MISSING not in recording.source
-        lost = "" if is_whole else _in_a_line(recording.report.summary())
+        lost = "" if is_whole else "; ".join(line.strip() for line in recording.report.summary().splitlines())
         found = diagnose(recording, read_model(Path(model)) if model else None, threads=1)
         grave = [one.text for one in found.doubts if one.is_grave]
         if grave:
@@ -154,10 +148,6 @@ def examine_recording(path: str, model: str = "") -> Row:
         return Row(path, FAILED, note=f"{type(wrong).__name__}: {wrong}")
     doubts = tuple(one.text for one in found.doubts)
     return Row(path, verdict, effects, sizes, error["before"], error["after"], note, doubts, lost)
-
-
-def _in_a_line(text: str) -> str:
-    return "; ".join(line.strip() for line in text.splitlines())
 
 
 class Ledger:
@@ -190,7 +180,7 @@ class Ledger:
         if row.is_machine_failure:
             return
         self._known[self._key(found)] = row
-        told = {key: None if _is_missing(value) else value for key, value in asdict(row).items()}
+        told = {key: None if value != value else value for key, value in asdict(row).items()}  # noqa: PLR0124 (NaN)
         try:
             with self.path.open("a", encoding="utf-8") as stream:
                 stream.write(json.dumps({"key": self._key(found), **told}) + "\n")
@@ -211,7 +201,3 @@ class Ledger:
                 self._known[key] = Row(**told)
             except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
                 continue
-
-
-def _is_missing(value: object) -> bool:
-    return isinstance(value, float) and math.isnan(value)

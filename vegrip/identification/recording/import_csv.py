@@ -14,7 +14,7 @@ from vegrip.identification.recording.checks import report_doubts, stretches_of, 
 from vegrip.identification.recording.column_map import ColumnMap, own_columns
 from vegrip.identification.recording.data import Columns, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
-from vegrip.identification.recording.table import Layout, Progress, Table, read_header, read_table
+from vegrip.identification.recording.table import Progress, Table, read_header, read_table
 from vegrip.identification.recording.table_form import find_layout
 from vegrip.identification.recording.units import to_si
 from vegrip.spelling import suggestion
@@ -34,7 +34,8 @@ def correct_trial(
         if entry.compliance:
             values -= entry.compliance * _force(columns, name)
         if entry.zero == "first":
-            values -= _first_known(values)
+            known = values[~np.isnan(values)]
+            values -= known[0] if len(known) else 0.0
         elif entry.zero == "baseline":
             values -= _baseline_mean(t, values, name, chart.baseline.duration)
         elif entry.zero == "contact":
@@ -68,11 +69,6 @@ def baseline_noise(values: Floats) -> float:
         return 0.0
     spread = np.median(np.abs(differences - np.median(differences)))
     return float(1.4826 * spread / np.sqrt(2.0))
-
-
-def _first_known(values: Floats) -> float:
-    known = values[~np.isnan(values)]
-    return float(known[0]) if len(known) else 0.0
 
 
 def _baseline_mean(t: Floats, values: Floats, name: str, duration: float) -> float:
@@ -129,7 +125,9 @@ def import_csv(
     if taken := chart.channels.keys() - mapped.channels.keys() if mapped.channels else ():
         report.add(Kind.NOTE, f"taken by their names: {', '.join(sorted(taken))}")
     _check_mapped(path, chart, header)
-    table = _read(path, chart, layout, report, progress)
+    numbers = [chart.time.column, *(entry.column for entry in chart.channels.values())]
+    words = [chart.episode.column] if chart.episode.column else []
+    table = read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
     return recording_of(path, table, chart, report, radius)
 
 
@@ -179,8 +177,9 @@ def recording_of(
         report.add(Kind.NOTE, "the fingertip's radius is unknown; give --radius if it is known")
     report_doubts(t, trial, columns, fingertip.radius, lines, report)
     source = {"file": path.name, "map": chart.name or "command line"}
-    ordered = {name: columns[name] for name in CHANNELS if name in columns}
-    return Recording(_stem(path), t, trial, ordered, fingertip, noise, source, start, report)
+    ordered = {key: columns[key] for key in CHANNELS if key in columns}
+    name = path.name.removesuffix(".gz").rsplit(".", 1)[0]
+    return Recording(name, t, trial, ordered, fingertip, noise, source, start, report)
 
 
 def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
@@ -200,12 +199,6 @@ def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
             f"{path}: there is no time column {chart.time.column!r}; "
             f"say which one it is with --map t=COLUMN; {known}"
         )
-
-
-def _read(path: Path, chart: ColumnMap, layout: Layout, report: LoadReport, progress: Progress) -> Table:
-    numbers = [chart.time.column, *(entry.column for entry in chart.channels.values())]
-    words = [chart.episode.column] if chart.episode.column else []
-    return read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
 
 
 def _trials(table: Table, chart: ColumnMap) -> NDArray[np.int64]:
@@ -249,7 +242,3 @@ def _noise(t: Floats, trial: NDArray[np.int64], columns: Columns, chart: ColumnM
         if std > 0.0 and name != "slip":
             noise[noise_name(name)] = std
     return noise
-
-
-def _stem(path: Path) -> str:
-    return path.name.removesuffix(".gz").rsplit(".", 1)[0]

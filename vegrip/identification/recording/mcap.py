@@ -18,7 +18,6 @@ JSON's grammar and which Python and JavaScript read as infinity.
 import heapq
 import json
 import logging
-import math
 import re
 import struct
 import tempfile
@@ -40,7 +39,7 @@ from vegrip.identification.recording.missing import MISSING
 from vegrip.identification.recording.report import LoadReport
 from vegrip.identification.recording.session import finger_folders
 from vegrip.identification.recording.table import Layout, read_header, read_table
-from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION
+from vegrip.identification.recording.writer import FILE_OF_MESSAGE, SESSION, exact_cell
 from vegrip.messages import FingertipState, Message, NodeStatus
 from vegrip.transport.codec.schema import Field, message_set
 from vegrip.transport.codec.topics import PLACE
@@ -177,7 +176,7 @@ def read_all(folder: Path) -> dict[Path, Recording]:
 
 def _measured(folder: Path, place: Path, recording: Recording) -> TextTable:
     numbers = [recording.t, recording.episode, *recording.columns.values()]
-    cells = [[_cell_text(value) for value in column.tolist()] for column in numbers]
+    cells = [[exact_cell(value) for value in column.tolist()] for column in numbers]
     stamps = [_stamp(t, recording.start, str(place)) for t in recording.t.tolist()]
     file = (place / FILE_OF_MESSAGE[FingertipState]).relative_to(folder).as_posix()
     columns = ("t", "episode", *recording.columns)
@@ -202,10 +201,6 @@ def _said(folder: Path, path: Path, kind: type[Message], finger: str, start: int
 
 def _topic(kind: type[Message], finger: str) -> str:
     return message_set().messages[kind].topic.replace(PLACE, finger)
-
-
-def _cell_text(value: float) -> str:
-    return "" if math.isnan(value) else repr(value)
 
 
 def _seconds(path: Path, text: str) -> float:

@@ -90,7 +90,7 @@ def csv_row(message: Message, start: int) -> str:
     seconds, rest = divmod(message.stamp - start, NS)
     t = f"{seconds}.{rest:09d}" if seconds >= 0 else repr((message.stamp - start) / NS)
     if isinstance(message, FingertipState):
-        return ",".join((t, "0", *(_exact(getattr(message, name)) for name in CHANNELS)))
+        return ",".join((t, "0", *(exact_cell(getattr(message, name)) for name in CHANNELS)))
     cells = [t]
     for name, is_estimate in _FIELDS[type(message)]:
         value = getattr(message, name)
@@ -122,7 +122,7 @@ def _float(value: float) -> str:
     return "" if math.isnan(value) else f"{value:.8g}"
 
 
-def _exact(value: float) -> str:
+def exact_cell(value: float) -> str:
     return "" if math.isnan(value) else repr(value)
 
 
