@@ -61,22 +61,13 @@ class Done:
 
 @dataclass
 class Calibration:
-    """One fingertip on its way to a model.
+    """One fingertip on its way to a model."""
 
-    Args:
-        folder: where everything is kept.
-        radius: of the fingertip [m].
-        limits: of the rig, all given.
-        trials: done so far.
-        asked: the next one, as it was asked for: ``kind``, ``name`` and ``speeds``.
-
-    """
-
-    folder: Path
-    radius: float
-    limits: RigLimits
-    trials: list[Done] = field(default_factory=list)
-    asked: dict[str, Any] = field(default_factory=dict)
+    folder: Path  # where everything is kept
+    radius: float  # of the fingertip [m]
+    limits: RigLimits  # of the rig, all given
+    trials: list[Done] = field(default_factory=list)  # done so far
+    asked: dict[str, Any] = field(default_factory=dict)  # the next one, as asked for: kind, name and speeds
 
     def take(self, recording: Recording, kind: str = "") -> Done:
         """Keep the recording of the trial that was asked for, or of a ``kind``.

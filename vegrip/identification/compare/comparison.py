@@ -18,18 +18,11 @@ from vegrip.types import Floats
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """A model and a recording, at the coordinates that were compared.
+    """A model and a recording, at the coordinates that were compared."""
 
-    Attributes:
-        problem: with both.
-        u: coordinates at which they were compared.
-        fitted: whether the model was fitted to this recording first.
-
-    """
-
-    problem: Problem
-    u: Floats
-    fitted: bool
+    problem: Problem  # with both
+    u: Floats  # coordinates at which they were compared
+    fitted: bool  # whether the model was fitted to this recording first
 
     @property
     def channels(self) -> dict[str, ChannelError]:

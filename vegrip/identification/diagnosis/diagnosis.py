@@ -49,17 +49,11 @@ def are_alike(one: Tried, other: Tried, *, is_rough: bool = False) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """A verdict with the search behind it.
+    """A verdict with the search behind it."""
 
-    Attributes:
-        start: the fit of the model that was given, or the paper's.
-        search: every step.
-        doubts: what is wrong with the recording; a grave one forbids names.
-
-    """
-
-    start: Fit
-    search: Search
+    start: Fit  # the fit of the model that was given, or the paper's
+    search: Search  # every step
+    # what is wrong with the recording; a grave one forbids names
     doubts: list[Doubt] = field(default_factory=list)
 
     @property
