@@ -19,7 +19,7 @@ from vegrip.transport.mapped.find_checksum import find_checksum
 from vegrip.transport.mapped.find_counter import MIN_COUNTER_FRAMES, find_modulus
 from vegrip.transport.mapped.guess import Guess, guesses, quantity_of, words_of
 from vegrip.transport.mapped.schema import MAPPED_CHANNELS
-from vegrip.transport.mapped.traffic_log import Trace, Traffic, rate_of
+from vegrip.transport.mapped.traffic import Trace, Traffic, rate_of
 
 USUAL: Final = ("thumb", "index", "middle", "ring", "little")
 FEW_TAXELS: Final = 4

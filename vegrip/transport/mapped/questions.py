@@ -24,7 +24,7 @@ from vegrip.transport.mapped.drafts import (
 )
 from vegrip.transport.mapped.guess import all_signals
 from vegrip.transport.mapped.proposal import USUAL, Proposal
-from vegrip.transport.mapped.traffic_log import Trace, rate_of
+from vegrip.transport.mapped.traffic import Trace, rate_of
 from vegrip.transport.mapped.units import SI
 from vegrip.types import Floats
 

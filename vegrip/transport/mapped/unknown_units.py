@@ -10,7 +10,7 @@ from vegrip.transport.mapped.database import Database
 from vegrip.transport.mapped.drafts import Draft, FingerDraft, is_of_unknown_unit
 from vegrip.transport.mapped.guess import all_signals
 from vegrip.transport.mapped.proposal import USUAL, Proposal, signals_of
-from vegrip.transport.mapped.traffic_log import Trace
+from vegrip.transport.mapped.traffic import Trace
 from vegrip.transport.mapped.units import SI, is_force
 
 ONE_IS_WORTH: Final = {"N": "0.25 N", "N*m": "2 mN*m", "m": "0.01 mm", "degC": "0.1 degC", "m/s": "1 mm/s"}
