@@ -282,9 +282,8 @@ def _proposed(
     windows: "dict[str, Window]",
     said: "list[Setting]",
 ) -> "tuple[Proposal, Findings | None]":
-    from vegrip.transport.mapped.proposal import propose
+    from vegrip.transport.mapped.proposal import leave_out_unknown_units, name_unused, propose
     from vegrip.transport.mapped.questions import learn
-    from vegrip.transport.mapped.unknown_units import leave_out_unknown_units, name_unused
 
     proposal = propose(known, heard, traffic, names, nodes, said)
     folder = (output or Path("hand.toml")).absolute().parent

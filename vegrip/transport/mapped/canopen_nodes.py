@@ -28,7 +28,7 @@ PDOS: Final = {
 }
 SIGNED: Final = (0x02, 0x03, 0x04, 0x15, 0x10)
 FLOATS: Final = (0x08, 0x11)
-START: Final = 1
+START: Final = 1  # NMT command
 SIZES: Final = {1: (0x4F, 0x2F), 2: (0x4B, 0x2B), 3: (0x47, 0x27), 4: (0x43, 0x23)}
 """Bytes -> command of an expedited upload's answer and of a download."""
 
@@ -37,16 +37,9 @@ OBJECT: Final = "object"
 
 ANY_SIZE: Final = 0x42  # an answer that does not say its size
 WHOLE: Final = {
-    0x01: 8,
-    0x02: 8,
-    0x03: 16,
-    0x04: 32,
-    0x05: 8,
-    0x06: 16,
-    0x07: 32,
-    0x08: 32,
-    0x10: 24,
-    0x16: 24,
+    kind: bits
+    for bits, kinds in {8: (1, 2, 5), 16: (3, 6), 24: (0x10, 0x16), 32: (4, 7, 8)}.items()
+    for kind in kinds
 }
 """Data types of at most four bytes -> bits."""
 
@@ -123,13 +116,9 @@ def _asked(objects: Any, finger: str, node: int) -> list[ForeignMessage]:
         answer, download = SIZES[bits // 8]
         place = variable.index << 8 | variable.subindex << 24
         if access != "wo":
-            reads[_unique(name, reads)] = _object(
-                _unique(name, reads), variable, bits, (answer | place, ANY_SIZE | place)
-            )
+            _add(reads, name, variable, 32, bits, (answer | place, ANY_SIZE | place))
         if access not in ("ro", "const"):
-            writes[_unique(name, writes)] = _object(
-                _unique(name, writes), variable, bits, (download | place,)
-            )
+            _add(writes, name, variable, 32, bits, (download | place,))
     found = []
     for name, base, signals in (("SDO", 0x580, reads), ("SDO_WRITE", 0x600, writes)):
         if signals:
@@ -148,16 +137,24 @@ def _variables(objects: Any) -> list[tuple[str, Any]]:
     return found
 
 
-def _object(name: str, variable: Any, bits: int, selectors: tuple[int, ...]) -> Signal:
-    return Signal(
+def _add(
+    signals: dict[str, Signal],
+    name: str,
+    variable: Any,
+    start: int,
+    bits: int,
+    selectors: tuple[int, ...] = (),
+) -> None:
+    name = name if name not in signals else f"{name}_{len(signals)}"
+    signals[name] = Signal(
         name,
-        32,
+        start,
         bits,
         is_signed=variable.data_type in SIGNED,
         is_float=variable.data_type in FLOATS,
         scale=float(getattr(variable, "factor", 1) or 1),
         unit=str(getattr(variable, "unit", "") or ""),
-        selected_by=OBJECT,
+        selected_by=OBJECT if selectors else "",
         selectors=selectors,
     )
 
@@ -185,15 +182,7 @@ def _signals(objects: Any, index: int, path: Path) -> dict[str, Signal]:
             break
         if main >= 0x20:  # below stand the dummies, which only fill
             name, variable = _variable(objects, main, part, path)
-            signals[_unique(name, signals)] = Signal(
-                _unique(name, signals),
-                start,
-                length,
-                is_signed=variable.data_type in SIGNED,
-                is_float=variable.data_type in FLOATS,
-                scale=float(getattr(variable, "factor", 1) or 1),
-                unit=str(getattr(variable, "unit", "") or ""),
-            )
+            _add(signals, name, variable, start, length)
         start += length
     return signals
 
@@ -214,10 +203,6 @@ def _plain(name: str) -> str:
     return re.sub(r"\W+", "_", name).strip("_")
 
 
-def _unique(name: str, taken: Mapping[str, Signal]) -> str:
-    return name if name not in taken else f"{name}_{len(taken)}"
-
-
 def _value(entry: Any) -> int:
     value = entry.value if entry.value is not None else entry.default
     return int(value or 0)
@@ -230,7 +215,6 @@ REQUEST: Final = 0x600
 UPLOAD: Final = 0x40
 ABORT: Final = 0x80
 BOOT_UP, OPERATIONAL = 0x00, 0x05
-START: Final = 1
 SDO_TIMEOUT_NS: Final = NS // 20  # [ns] for an answer by SDO
 NEVER: Final = -(1 << 62)
 
@@ -246,7 +230,6 @@ class _Poll:
     waits: bool = False
 
     def next(self) -> Frame:
-        """Return the next request."""
         frame = Frame(REQUEST + self.node, bytes((UPLOAD,)) + self.objects[self.turn] + bytes(4))
         self.turn = (self.turn + 1) % len(self.objects)
         return frame

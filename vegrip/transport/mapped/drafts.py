@@ -42,9 +42,9 @@ class Draft:
         """Whether the user gave this key."""
         return self.notes.get(key) == SAID
 
-    def put(self, key: str, value: Any) -> None:
-        """Take a key from the user; it stands against all that is found out."""
-        self.keys[key], self.notes[key] = value, SAID
+    def put(self, key: str, value: Any, why: str = SAID) -> None:
+        """Set a key with its reason; a key that the user set is not changed by what the traffic shows."""
+        self.keys[key], self.notes[key] = value, why
 
 
 @dataclass(slots=True)

@@ -1,7 +1,6 @@
 """Endpoints of foreign hands, on a CAN bus and on ZeroMQ, opened as their maps say."""
 
 import time
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -56,12 +55,8 @@ class MappedCanEndpoint(CanEndpoint):
     @property
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
-        found = Counter(super().rejected)
-        if not self._was_heard and time.monotonic_ns() - self._opened > NO_TRAFFIC_NS:
-            found["no_traffic"] = 1
-            found["foreign"] = self._mapped.foreign
-        found["command_held"] = self._mapped.encoder.held
-        return {name: count for name, count in found.items() if count}
+        found = _faults(super().rejected, self._mapped, None if self._was_heard else self._opened)
+        return found | {"foreign": self._mapped.foreign} if "no_traffic" in found else found
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a state, then take what is there; repeat commands that are due."""
@@ -88,7 +83,7 @@ class MappedCanEndpoint(CanEndpoint):
             self.send_frame(frame)
 
     def _bring_only_its_own(self) -> None:
-        """Have the controller leave out the frames of others, once it is known that this is the right bus."""
+        """Filter the frames of others out in the controller; only once this is known to be the right bus."""
         self._filters = [
             {
                 "can_id": one & ~EXTENDED,
@@ -127,11 +122,7 @@ class MappedZmqEndpoint(ZmqEndpoint):
     @property
     def rejected(self) -> Mapping[str, int]:
         """What went wrong so far, by name."""
-        found = Counter(super().rejected)
-        if not self._was_heard and time.monotonic_ns() - self._opened > NO_TRAFFIC_NS:
-            found["no_traffic"] = 1
-        found["command_held"] = self._mapped.encoder.held
-        return {name: count for name, count in found.items() if count}
+        return _faults(super().rejected, self._mapped, None if self._was_heard else self._opened)
 
     def receive(self, timeout: float) -> Sequence[Message]:
         """Wait up to ``timeout`` [s] for a state, then take what is there; repeat commands that are due."""
@@ -172,6 +163,14 @@ class MappedZmqEndpoint(ZmqEndpoint):
         encoded = self._mapped.encode(message)
         if encoded is not None:
             self._publish(*encoded)
+
+
+def _faults(
+    rejected: Mapping[str, int], codec: MappedCodec | TopicCodec, silent_since: int | None
+) -> dict[str, int]:
+    is_silent = silent_since is not None and time.monotonic_ns() - silent_since > NO_TRAFFIC_NS
+    found = {**rejected, "no_traffic": int(is_silent), "command_held": codec.encoder.held}
+    return {name: count for name, count in found.items() if count}
 
 
 def open_mapped_can(table: CanSettings, hand: Hand) -> Endpoint:

@@ -59,21 +59,7 @@ POSITION_WORDS: Final = {
 }
 JOINT_WORDS: Final = {"angle", "joint", "q", "theta", "winkel", "pos", "position", "enc", "encoder"}
 SLIP_WORDS: Final = {"slip", "slide", "sliding", "slipping", "rutsch"}
-TEMPERATURE_WORDS: Final = {"temp", "temperature", "t"}
-AXIS_WORDS: Final = {
-    "x": "x",
-    "y": "y",
-    "z": "z",
-    "fx": "x",
-    "fy": "y",
-    "fz": "z",
-    "tx": "x",
-    "ty": "y",
-    "tz": "z",
-    "mx": "x",
-    "my": "y",
-    "mz": "z",
-}
+AXIS_WORDS: Final = {quantity + axis: axis for axis in "xyz" for quantity in ("", "f", "t", "m")}
 UNIT_OF_DIMENSION: Final = {
     "force": "N",
     "torque": "N*m",

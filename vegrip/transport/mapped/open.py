@@ -30,7 +30,6 @@ def read_database(hand: HandMap) -> Database:
 
 
 def _descriptors(path: Path) -> Database:
-    """Read the descriptor set of protobuf messages; who reads it further is the codec."""
     if find_spec("google") is None or find_spec("google.protobuf") is None:
         raise ConfigError(f"{path}: protobuf needs its library; pip install 'vegrip[protobuf]'")
     try:

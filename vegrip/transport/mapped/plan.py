@@ -348,6 +348,3 @@ def _check_protection(hand: HandMap, database: Database, name: str, spec: Messag
         )
     if spec.counter:
         find_signal(database, f"{name}.{spec.counter}", f"{where}: 'counter'")
-
-
-__all__ = ["ChannelPlan", "FingerPlan", "Plan", "Slot", "TaxelPlan", "find_signal", "make_plan"]

@@ -4,7 +4,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final, Protocol
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
@@ -20,6 +20,13 @@ from vegrip.transport.mapped.guess import guesses
 from vegrip.transport.mapped.plan import Plan, Slot
 from vegrip.transport.mapped.units import SI
 from vegrip.types import Floats
+
+MIN_PRESS_STATES: Final = 20  # below which a press does not show the sign of an indentation
+OPPOSED: Final = -0.3  # correlation of force and indentation below which one of them has the wrong sign
+HIDDEN: Final = ("counter", "checksum", "command")
+
+Row = tuple[str, str, float, str]
+"""Finger or message, channel or signal, value, unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,22 +117,6 @@ def _trace(signal: Signal, t: Floats, raw: Floats) -> Trace:
     return Trace(t[there], raw[there] * signal.scale + signal.offset, raw[there])
 
 
-HIDDEN = ("counter", "checksum", "command")
-
-Row = tuple[str, str, float, str]
-"""Finger or message, channel or signal, value, unit."""
-
-
-class Now(Protocol):
-    """The last values."""
-
-    def take(self, frame: Frame) -> None:
-        """Look at a frame."""
-
-    def rows(self) -> list[Row]:
-        """Return all values, NaN where none came."""
-
-
 class SignalsNow:
     """The signals of a database that may be of a fingertip, in its units."""
 
@@ -135,12 +126,18 @@ class SignalsNow:
             if one.channel not in HIDDEN and not database.messages[one.message].asked:
                 wanted.setdefault(one.message, []).append(one.signal)
         self._slots: list[Slot] = []
-        self._values: list[float] = []
         self._reads: dict[int, tuple[ForeignMessage, Read]] = {}
         for name, signals in wanted.items():
             message = database.messages[name]
-            own = [self._slot(message, signal) for signal in message.signals if signal in signals]
+            own = [
+                Slot(number, name, signal.name, signal, signal.scale, signal.offset)
+                for number, signal in enumerate(
+                    (message.signals[each] for each in message.signals if each in signals), len(self._slots)
+                )
+            ]
+            self._slots += own
             self._reads[message.identifier] = message, compile_reader(message, groups_of(message, own), 0)
+        self._values = [math.nan] * len(self._slots)
 
     def take(self, frame: Frame) -> None:
         """Look at a frame."""
@@ -154,13 +151,6 @@ class SignalsNow:
             (slot.message, slot.signal, value, slot.place.unit if slot.place is not None else "")
             for slot, value in zip(self._slots, self._values, strict=True)
         ]
-
-    def _slot(self, message: ForeignMessage, name: str) -> Slot:
-        signal = message.signals[name]
-        slot = Slot(len(self._slots), message.name, name, signal, signal.scale, signal.offset)
-        self._slots.append(slot)
-        self._values.append(math.nan)
-        return slot
 
 
 class MappedNow:
@@ -185,8 +175,7 @@ class MappedNow:
         ]
 
 
-MIN_PRESS_STATES: Final = 20  # states of a press that tell nothing of its sign
-CLEARLY: Final = 0.3  # of a correlation
+Now: TypeAlias = SignalsNow | MappedNow
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,7 +219,7 @@ class Values:
         pressing = both[both[:, 0] > 0.2 * both[:, 0].max()] if len(both) else both
         if len(pressing) < MIN_PRESS_STATES or not np.ptp(pressing[:, 0]) or not np.ptp(pressing[:, 1]):
             return ""
-        if float(np.corrcoef(pressing.T)[0, 1]) > -CLEARLY:
+        if float(np.corrcoef(pressing.T)[0, 1]) > OPPOSED:
             return ""
         return (
             f"{finger}: the indentation falls while the normal force grows; turn one round in the map: "
