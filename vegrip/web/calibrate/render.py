@@ -4,10 +4,11 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from vegrip.web.calibrate.motion import draw_motion
+from vegrip.web.axes import Axes, extent
 from vegrip.web.figures import bar
 
 Told = Mapping[str, Any]
+MOTION_SIZE = (640, 210)  # [px]
 TRIAL_KINDS = ("press", "hold", "slide", "twist")
 
 
@@ -90,6 +91,26 @@ def _next(told: Told, node: str, *, is_busy: bool) -> str:
         f"{_taking(trial['kind'], off)}{_recording(node, off)}</section>",
     )
     return "".join(said)
+
+
+def draw_motion(motion: Mapping[str, Sequence[Any]]) -> str:
+    """Draw the motion of a trial.
+
+    Args:
+        motion: ``t`` [s], ``depth`` [m], and ``moves``: begin and end [s] and name of each pull and twist.
+
+    """
+    t = list(motion["t"])
+    depth = [1e3 * value for value in motion["depth"]]
+    axes = Axes(extent(t, room=0.0), extent(depth), "time without the pauses [s]", "depth [mm]", MOTION_SIZE)
+    for begin, end, name in motion["moves"]:
+        colour = "orange" if name == "pull" else "violet"
+        axes.line((begin, end), (max(depth), max(depth)), colour, **{"stroke-width": 6, "opacity": 0.7})
+    axes.line(t, depth, "blue")
+    said = {"pull": "orange: pull along the surface", "twist": "violet: twist"}
+    names = dict.fromkeys(name for _, _, name in motion["moves"])
+    legend = "; ".join(said[name] for name in names)
+    return axes.svg("motion of the trial") + (f'<p class="soft">{legend}</p>' if legend else "")
 
 
 def _taking(asked: str, off: str) -> str:

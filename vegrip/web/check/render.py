@@ -162,17 +162,6 @@ def parameters(rung: Rung) -> str:
     )
 
 
-def progress(what: str, elapsed: float, lines: Sequence[str]) -> str:
-    """Return what is going on."""
-    last = escape(lines[-1]) if lines else "starting"
-    return f'<b>{escape(what)}</b> <span class="soft">{last}, {elapsed:.0f} s</span>'
-
-
-def commands(lines: Sequence[str]) -> str:
-    """Return the commands that did all this."""
-    return "".join(f'<pre class="command">{escape(line)}</pre>' for line in lines)
-
-
 def _verdict(session: Session, rung: Rung, *, is_busy: bool) -> str:
     level, name, sentence = verdict(rung)
     added = ", ".join(effect.replace("_", " ") for effect in session.effects)

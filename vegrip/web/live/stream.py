@@ -2,6 +2,8 @@
 
 import threading
 import time
+from collections.abc import Callable
+from contextlib import closing
 
 from vegrip.errors import VegripError
 from vegrip.messages import (
@@ -18,7 +20,9 @@ from vegrip.runtime.monitor.watch import Watch
 from vegrip.runtime.registry import running_nodes
 from vegrip.web.live.columns import COLUMN_PERIOD_S
 from vegrip.web.live.event_log import EventLog
+from vegrip.web.live.page import routes
 from vegrip.web.live.view import LiveView
+from vegrip.web.server import serve
 
 EVERY_ONE = (SlipMargin, LearnedParameter)
 NEWEST_ONLY = (ContactEstimate, ForceCommand, FingertipState, ModelHealth)
@@ -104,3 +108,15 @@ class WantedMargins:
                 if isinstance(wanted := rows.get("grip.wanted_margin"), float):
                     found[entry.name] = wanted
             self._wanted = found
+
+
+def run(port: int, announce: Callable[[str], None], *, opens: bool = False) -> None:
+    """Hear all nodes of this machine, those that come later as well, and serve the page that shows them.
+
+    Raises:
+        DeviceError: the port is in use.
+
+    """
+    with closing(Stream()) as stream:
+        stream.start()
+        serve(routes(stream), port, announce, opens=opens)
