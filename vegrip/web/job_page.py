@@ -23,6 +23,7 @@ from starlette.responses import FileResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from vegrip.errors import UsageError, VegripError
+from vegrip.web.markup import commands
 from vegrip.web.requests import STATUS_OF_EXIT_CODE, asked
 from vegrip.web.server import STATIC, events
 
@@ -134,8 +135,12 @@ class JobPage(ABC):
 
     def whole(self) -> dict[str, Any]:
         """Return all that the page shows but the progress, for JSON."""
-        commands = "".join(f'<pre class="command">{escape(line)}</pre>' for line in self.commands)
-        return {**self.shown(), "commands": commands, "error": self.error, "note": self.note}
+        return {
+            **self.shown(),
+            "commands": commands(self.commands),
+            "error": self.error,
+            "note": self.note,
+        }
 
     def stop(self) -> None:
         """Stop the running command; what was found before stays."""

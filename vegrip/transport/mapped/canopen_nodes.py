@@ -21,6 +21,7 @@ from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
+from vegrip.transport.mapped.plan import LONG_AGO
 
 PDOS: Final = {
     "TPDO": (0x1800, 0x1A00, (0x180, 0x280, 0x380, 0x480)),
@@ -216,7 +217,6 @@ UPLOAD: Final = 0x40
 ABORT: Final = 0x80
 BOOT_UP, OPERATIONAL = 0x00, 0x05
 SDO_TIMEOUT_NS: Final = NS // 20  # [ns] for an answer by SDO
-NEVER: Final = -(1 << 62)
 
 
 @dataclass(slots=True)
@@ -226,7 +226,7 @@ class _Poll:
     node: int
     objects: tuple[bytes, ...]
     turn: int = 0
-    asked: int = NEVER  # [ns] when last
+    asked: int = LONG_AGO  # [ns] when last
     waits: bool = False
 
     def next(self) -> Frame:

@@ -15,9 +15,8 @@ from typing import Any, Generic, TypeVar
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand
-from vegrip.transport.mapped.plan import Plan
+from vegrip.transport.mapped.plan import LONG_AGO, Plan
 from vegrip.transport.mapped.schema import CommandMap
-from vegrip.transport.mapped.states import NEVER
 from vegrip.transport.mapped.units import conversion, product, quantity
 
 StateOf = Callable[[str], tuple[float, float]]
@@ -101,7 +100,7 @@ class Outgoing:
 
     targets: list[Any]  # of Target
     count: int = 0
-    last: int = NEVER  # [ns] when it was last sent
+    last: int = LONG_AGO  # [ns] when it was last sent
 
 
 class Commands(ABC, Generic[Packed]):

@@ -3,15 +3,12 @@
 import math
 from collections import Counter
 from collections.abc import Sequence
-from typing import Final
 
 from vegrip.clock import NS
 from vegrip.messages import FingertipState
 from vegrip.transport.codec.sequence import Sequence as Counted
 from vegrip.transport.mapped.compiled import Build, Slots, compile_builder
-from vegrip.transport.mapped.plan import FingerPlan, Plan, Slot
-
-NEVER: Final = -(1 << 62)  # [ns] the time of what has not happened
+from vegrip.transport.mapped.plan import LONG_AGO, FingerPlan, Plan, Slot
 
 
 class FingerStates:
@@ -85,7 +82,7 @@ class ForeignHand:
         self.broken: Counter[str] = Counter()
         self.clipped: Counter[str] = Counter()
         self._slots: list[float] = [math.nan] * len(plan.slots)
-        self._heard = [NEVER] * (max(groups, default=-1) + 1)
+        self._heard = [LONG_AGO] * (max(groups, default=-1) + 1)
         self._states = {finger.name: FingerStates(finger, plan.slots, groups) for finger in plan.fingers}
         self._sequences: list[Counted] = []
 
