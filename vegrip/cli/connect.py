@@ -253,7 +253,7 @@ def _listen(
                 if frame is not None:
                     traffic.add(frame)
                     if now is not None:
-                        now.take(frame)
+                        now.update(frame)
                 show()
 
     try:

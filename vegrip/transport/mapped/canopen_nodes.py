@@ -266,12 +266,12 @@ class CanopenNodes:
 
     @property
     def identifiers(self) -> set[int]:
-        """Those of all frames that are looked at."""
+        """Identifiers of the frames that :meth:`receive` reads."""
         own = {kind + node for node in self.nodes for kind in (HEARTBEAT, EMERGENCY)}
         return own | self._polls.keys()
 
-    def take(self, frame: Frame) -> bool:
-        """Look at a frame; return whether it is one of these."""
+    def receive(self, frame: Frame) -> bool:
+        """Count and answer a frame of a node; return whether it is a heartbeat, an emergency or an answer."""
         identifier, data = frame.arbitration_id, frame.data
         kind, node = identifier & ~0x7F, identifier & 0x7F
         if identifier in self._polls:

@@ -38,7 +38,7 @@ class ChecksumMap:
 
 @dataclass(frozen=True, slots=True)
 class Protection:
-    """How to check a frame, and how to protect one; a counter already stands in the data."""
+    """Check and protection of a frame; a counter already stands in the data."""
 
     check: Callable[[bytes], bool]
     protect: Callable[[bytearray], None]

@@ -66,7 +66,7 @@ class MappedCodec(ForeignHand):
     def decode_all(self, frame: Frame) -> Sequence[FingertipState]:
         """Return the states that ``frame`` completes."""
         incoming = self._incoming.get(frame.arbitration_id)
-        known = self._nodes is not None and self._nodes.take(frame)
+        known = self._nodes is not None and self._nodes.receive(frame)
         if incoming is None:
             self.foreign += not known
             return ()
@@ -86,11 +86,11 @@ class MappedCodec(ForeignHand):
         heard = incoming.read(data, slots)
         for group in heard:
             self._heard[group] = stamp
-        return [
-            finger.state(slots, self._heard, seq, stamp)
-            for finger in incoming.fingers
-            if not finger.triggers or not finger.triggers.isdisjoint(heard)
-        ]
+        states = []
+        for finger in incoming.fingers:
+            if not finger.triggers or not finger.triggers.isdisjoint(heard):
+                states.append(finger.state(slots, self._heard, seq, stamp))  # noqa: PERF401 (no call of a comprehension)
+        return states
 
     def due(self, now: int) -> list[Frame]:
         """Return the frames to send at ``now`` [ns]: commands to repeat, requests, starts of nodes."""
@@ -98,7 +98,7 @@ class MappedCodec(ForeignHand):
 
     @property
     def identifiers(self) -> set[int]:
-        """Those of all frames that are read."""
+        """Identifiers of the frames that are read."""
         return set(self._incoming) | (self._nodes.identifiers if self._nodes is not None else set())
 
     def encode(self, message: Message) -> list[Frame]:

@@ -82,12 +82,12 @@ def _counter(
     modulus = find_modulus(message, signal, data)
     if modulus is None:
         return False
-    draft.put("counter", signal, why)
+    draft.set("counter", signal, why)
     if not data:
         alike = (one.keys for one in known if one.keys.get("counter") == signal)
         modulus = next((keys["modulus"] for keys in alike if "modulus" in keys), 0)
     if modulus:
-        draft.put("modulus", modulus, "as it came" if data else "as in the messages that came; try it")
+        draft.set("modulus", modulus, "as it came" if data else "as in the messages that came; try it")
     return True
 
 
@@ -96,13 +96,13 @@ def _checksum(
 ) -> bool:
     found = find_checksum(message, signal, data)
     if found is not None:
-        draft.put("checksum", found, f"found by trying: it fits {len(data)} frames")
+        draft.set("checksum", found, f"found by trying: it fits {len(data)} frames")
         return True
     alike = (one.keys["checksum"] for one in known if "checksum" in one.keys)
     same = next((one for one in alike if one["signal"] == signal and "data_id" not in one), None)
     if data or same is None:
         return False
-    draft.put("checksum", dict(same), "as the messages that came have it; try it")
+    draft.set("checksum", dict(same), "as the messages that came have it; try it")
     return True
 
 

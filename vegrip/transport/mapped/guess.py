@@ -244,7 +244,7 @@ MOST_NUMBERED: Final = 5  # fingers; what is numbered further are joints or taxe
 
 
 class Member(NamedTuple):
-    """What a name says of its finger."""
+    """A finger, as its name tells it."""
 
     finger: int  # its place in the order of letters, or its number
     pattern: Pattern

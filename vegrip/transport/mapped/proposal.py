@@ -14,9 +14,9 @@ from vegrip.transport.mapped.drafts import (
     Draft,
     FingerDraft,
     Setting,
+    apply_settings,
     is_complete,
     is_of_unknown_unit,
-    say,
 )
 from vegrip.transport.mapped.find_protection import find_protection
 from vegrip.transport.mapped.guess import Guess, all_signals, guesses, quantity_of, words_of
@@ -80,7 +80,7 @@ def propose(
         found = [one for one in found if one.message in spoken or one.channel not in MAPPED_CHANNELS]
     fingers = _by_finger(found, tuple(names))
     drafts = {name: _finger(own, database) for name, own in fingers.items()}
-    say(drafts, settings)
+    apply_settings(drafts, settings)
     _take_units(drafts, database)
     drafts = {name: draft for name, draft in drafts.items() if draft.channels or draft.taxels is not None}
     if not drafts:

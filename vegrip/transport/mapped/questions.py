@@ -18,9 +18,9 @@ from vegrip.transport.mapped.drafts import (
     Draft,
     FingerDraft,
     Setting,
+    apply_settings,
     factor,
     is_of_unknown_unit,
-    say,
 )
 from vegrip.transport.mapped.guess import all_signals
 from vegrip.transport.mapped.proposal import USUAL, Proposal
@@ -44,7 +44,7 @@ UNEQUAL: Final = 1.5  # times the response of another signal: then the names are
 
 @dataclass(slots=True)
 class Findings:
-    """What was found out, in sentences, and what cannot be true."""
+    """Sentences for the user: lessons of the traffic, contradictions and open questions."""
 
     learned: list[str] = field(default_factory=list)
     implausible: list[str] = field(default_factory=list)
@@ -58,7 +58,7 @@ def learn(
     database: Database,
     settings: Sequence[Setting] = (),
 ) -> Findings:
-    """Put zeros, signs and noise into ``proposal``, but for what ``settings`` say; return what was found."""
+    """Set zeros, signs and noise in ``proposal`` where ``settings`` do not; return the findings."""
     findings = Findings()
     fingers = [_Finger(name, f, heard, windows, database, findings) for name, f in proposal.fingers.items()]
     for finger in fingers:
@@ -69,7 +69,7 @@ def learn(
             "second; --rest A..B says another"
         )
     _inherit_places(proposal, findings, database)
-    say(proposal.fingers, settings)
+    apply_settings(proposal.fingers, settings)
     for finger in fingers:
         finger.learn()
     _inherit(proposal, findings)
@@ -123,7 +123,7 @@ class _Finger:
                 continue
             raw = self.heard[draft.signal].raw
             if np.any(raw != 0.0):
-                draft.put("zero_is_measured", True, "it was not always zero in the traffic")
+                draft.set("zero_is_measured", True, "it was not always zero in the traffic")
             else:
                 self.findings.learned.append(
                     f"{self.name}: {draft.signal} has been zero all the time, so {channel} counts as missing "
@@ -141,7 +141,7 @@ class _Finger:
             return
         level = float(np.max(still))
         above = float(f"{level + SLIP_LEVEL * (highest - level):.4g}")
-        draft.put("above", above, f"its rest is at most {level:g}, its largest {highest:g}")
+        draft.set("above", above, f"its rest is at most {level:g}, its largest {highest:g}")
 
     def _draft(self, channel: str) -> Draft | None:
         """The draft of a channel that is one signal, heard, and linear; a table or a threshold is not."""
@@ -220,7 +220,7 @@ class _Finger:
             return ""
         present = self.finger.channels.get(channel)
         now = present.signal if present is not None else ""
-        if present is not None and present.is_said("signal"):
+        if present is not None and present.is_set_by_user("signal"):
             return now if strength.get(now) or channel != "normal_force" else ""
         if best != now and strength[best] > UNEQUAL * strength.get(now, 0.0):
             self._swap(channel, best, why)
@@ -241,18 +241,18 @@ class _Finger:
 
     def _zero(self, channel: str) -> None:
         draft = self._draft(channel)
-        if draft is None or self.rest is None or draft.is_said("zero"):
+        if draft is None or self.rest is None or draft.is_set_by_user("zero"):
             return
         still = self._trace(draft).within(self.rest)
         if not len(still):
             return
         mean, error = float(np.mean(still)), float(np.std(still)) / math.sqrt(len(still))
         if abs(mean) > max(4.0 * error, 0.5 * self._resolution(draft)):
-            draft.put("zero", float(f"{mean:.6g}"), "the mean at rest")
+            draft.set("zero", float(f"{mean:.6g}"), "the mean at rest")
 
     def _noise(self, channel: str) -> None:
         draft = self._draft(channel)
-        if draft is None or self.rest is None or draft.is_said("noise"):
+        if draft is None or self.rest is None or draft.is_set_by_user("noise"):
             return
         still = self._trace(draft).within(self.rest)
         if len(still) < 10:
@@ -265,7 +265,7 @@ class _Finger:
         why = f"[{SI[channel]}] standard deviation at rest"
         if times > 1.0:
             why += f", and what a held value was late by, times the root of its {times:.3g} states"
-        draft.put("noise", float(f"{size:.3g}"), why)
+        draft.set("noise", float(f"{size:.3g}"), why)
 
     def _lateness(self, draft: Draft, spread: float) -> float:
         """Return the rms error of a value that stands until the next one comes, while the fingertip moves.
@@ -308,12 +308,12 @@ class _Finger:
             self._turn(draft, response, why)
 
     def _turn(self, draft: Draft, response: float, why: str) -> None:
-        if draft.is_said("sign"):
+        if draft.is_set_by_user("sign"):
             return
         turned = draft.keys.get("sign", 1) * (1 if response > 0.0 else -1)
         draft.keys.pop("sign", None)
         if turned < 0:
-            draft.put("sign", -1, why)
+            draft.set("sign", -1, why)
         draft.notes.setdefault("seen", why)
 
     def _slope(self, normal: Draft, displacement: Draft, *, signed: bool) -> float:
@@ -338,7 +338,7 @@ class _Finger:
     def _touch(self) -> None:
         """Indentation counts from the first touch: where the normal force leaves its noise."""
         displacement, normal = self._draft("displacement"), self._draft("normal_force")
-        if displacement is None or normal is None or displacement.is_said("zero"):
+        if displacement is None or normal is None or displacement.is_set_by_user("zero"):
             return
         force = self._si("normal_force", normal)
         t = self.heard[normal.signal].t
@@ -359,7 +359,7 @@ class _Finger:
         zero = _first_touch(force[rise], at)
         if abs(zero) > 2.0 * self._resolution(displacement):
             why = "where the normal force begins: F^(2/3) of the first press, drawn on to zero"
-            displacement.put("zero", float(f"{zero:.6g}"), why)
+            displacement.set("zero", float(f"{zero:.6g}"), why)
 
     def _doubt_touch(self, displacement: Draft) -> None:
         self.findings.open.append(
@@ -424,7 +424,7 @@ def _inherit(proposal: Proposal, findings: Findings) -> None:
             found = shown.get((channel, draft.keys.get("unit", "")))
             if "seen" in draft.notes or found is None or "sign" not in found[1].keys:
                 continue
-            draft.put("sign", -1, f"as at {found[0]}, which showed it")
+            draft.set("sign", -1, f"as at {found[0]}, which showed it")
             findings.learned.append(f"{name}: {channel} turned round as at {found[0]}")
 
 

@@ -24,7 +24,7 @@ class FingerStates:
     def __init__(self, finger: FingerPlan, slots: Sequence[Slot], groups: Sequence[int]) -> None:
         self.name = finger.name
         self.build: Build = compile_builder(finger)
-        self.count = -1  # the number of the last state, where no counter of theirs tells
+        self._count = -1  # the number of the last state, where no counter of theirs tells
         self.last = math.nan  # [N] the last normal force, for commands that rest on it
         used = {number for plan in finger.channels.values() for number in plan.slots}
         self.triggers = frozenset(groups[number] for number in finger.trigger_slots)
@@ -47,7 +47,8 @@ class FingerStates:
 
     def state(self, s: Slots, heard: Sequence[int], seq: int | None, stamp: int) -> FingertipState:
         """Return the state that is complete at ``stamp`` [ns]; changes slots that are missing to NaN."""
-        self.count = self.count + 1 if seq is None else seq
+        if seq is None:
+            seq = self._count = self._count + 1
         for group, numbers in self._held.items():
             if stamp - heard[group] > self._max_age:
                 for number in numbers:
@@ -56,7 +57,7 @@ class FingerStates:
             self._leave_out_zeros(s)
         values = self.build(s)
         self.last = values[0]
-        return FingertipState(stamp, self.name, self.count, *values)
+        return FingertipState(stamp, self.name, seq, *values)
 
     def _leave_out_zeros(self, s: Slots) -> None:
         for name, zeros in list(self._always_zero.items()):

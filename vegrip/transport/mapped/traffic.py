@@ -44,7 +44,7 @@ class Trace:
 
 @dataclass(slots=True)
 class Traffic:
-    """All frames that were heard, by identifier."""
+    """The frames of a hand by their identifiers."""
 
     frames: dict[int, list[Frame]] = field(default_factory=lambda: defaultdict(list))
     start: int = 0  # [ns]
@@ -53,7 +53,7 @@ class Traffic:
     short: dict[str, int] = field(default_factory=dict)  # message -> frames shorter than the database says
 
     def add(self, frame: Frame) -> None:
-        """Take in a frame."""
+        """Append a frame."""
         if not self.frames:
             self.start = frame.stamp
         self.end = max(self.end, frame.stamp)
@@ -139,8 +139,8 @@ class SignalsNow:
             self._reads[message.identifier] = message, compile_reader(message, groups_of(message, own), 0)
         self._values = [math.nan] * len(self._slots)
 
-    def take(self, frame: Frame) -> None:
-        """Look at a frame."""
+    def update(self, frame: Frame) -> None:
+        """Take the values of a frame."""
         message, read = self._reads.get(frame.arbitration_id, (None, None))
         if message is not None and read is not None and len(frame.data) >= message.length:
             read(frame.data[: message.length], self._values)
@@ -161,8 +161,8 @@ class MappedNow:
         self._codec = None if plan.hand.format else MappedCodec(plan)
         self._last: dict[str, FingertipState] = {}
 
-    def take(self, frame: Frame) -> None:
-        """Look at a frame."""
+    def update(self, frame: Frame) -> None:
+        """Take the values of a frame."""
         if self._codec is not None:
             self._last |= {state.finger: state for state in self._codec.decode_all(frame)}
 
@@ -180,7 +180,7 @@ Now: TypeAlias = SignalsNow | MappedNow
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Of one channel; NaN where it was never measured."""
+    """The values of one channel; NaN where it was never measured."""
 
     least: float
     last: float
@@ -189,7 +189,7 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Values:
-    """Of all fingers."""
+    """The states of all fingers in some traffic, and what was refused of it."""
 
     states: Mapping[str, list[FingertipState]]
     rejected: Mapping[str, int]

@@ -73,12 +73,12 @@ class Controller(JobPage):
 
     @property
     def name(self) -> str:
-        """Of the recording."""
+        """The name of the recording."""
         return self._recording.name
 
     @property
     def folder(self) -> Path:
-        """Where the models are kept."""
+        """The folder of the models."""
         return self._folder
 
     def begin(self) -> None:
@@ -217,7 +217,7 @@ class Controller(JobPage):
             self._changed()
 
     def look_at(self, place: int) -> None:
-        """Look at another of the models."""
+        """Show another of the models."""
         with self._lock:
             self._be_free()
             if not 0 <= place < len(self.session.rungs):
