@@ -7,7 +7,7 @@ DEMO := .venv/.demo
 # every process would compile all its modules anew, and each of hundreds in the tests does
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-ci test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs site examples bench latency trials soak soak-wall clean fuzz fuzz-estimator fuzz-c attack audit mutants
+.PHONY: demo test test-ci test-long test-fast test-numba test-vcan test-web web-pictures test-c wheel-test check format lint types docs site examples bench latency trials soak soak-wall clean fuzz fuzz-estimator fuzz-c attack audit mutants golden
 
 demo: $(DEMO)  ## run the main job in this terminal
 	$(V)/vegrip demo
@@ -121,7 +121,7 @@ attack: $(STAMP)  ## break files of every kind, then what goes over the wires (A
 	$(V)/python tests/attack/wire --seconds $(ATTACK_SECONDS) --seed $(ATTACK_SEED)
 
 MUTANTS ?=
-mutants: $(STAMP)  ## change one operator or number at a time: does a test fail? Takes hours, goes on from the last run (MUTANTS="--seed 1 --only contact")
+mutants: $(STAMP)  ## change one operator or number at a time: does a test fail? At most a minute of the processor for each, and goes on from the last run (MUTANTS="--seed 1 --only contact")
 	nice $(V)/python tools/mutants.py $(MUTANTS)
 
 AUDIT := build/audit/bin
@@ -133,6 +133,10 @@ audit:  ## look for known vulnerabilities in the pinned dependencies, with pip-a
 	  if grep -q 'ConnectionError\|HTTPError\|Timeout\|ServiceError' build/audit/complaints; then \
 	    echo "audit: the list of known vulnerabilities does not answer here; run this where it does" >&2; exit 1; fi; \
 	  cat build/audit/complaints >&2; exit $$code
+
+GOLDEN ?=
+golden: $(STAMP)  ## run all cases of the golden answers: does anything answer otherwise than validation/golden.json says? (GOLDEN=--quick)
+	OPENBLAS_NUM_THREADS=1 $(V)/python -m validation.golden $(GOLDEN)
 
 bench: $(STAMP)
 	$(V)/vegrip bench

@@ -23,6 +23,7 @@ COMMAND = re.compile(r"^\s*(?:\.venv/bin/)?vegrip ([a-z][\w-]*)", re.MULTILINE)
 NAMED_FILE = re.compile(
     r"`((?:[\w.-]+/)*[\w-]+\.py|(?:vegrip|tests|validation|tools|benchmarks|examples|nodes|docs|proto|launch)/[\w./-]+)`"
 )
+MODULE = re.compile(r"python -m ((?:vegrip|validation|benchmarks|tools)(?:\.\w+)+)")
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]_")
 HEADING = re.compile(r"^#+ +(.*)$", re.MULTILINE)
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -89,6 +90,16 @@ def unknown_commands(page: Path, text: str) -> Iterator[str]:
                 if match[1] not in COMMANDS:
                     line = line_of(text, fence.start(2) + match.start())
                     yield f"{page.relative_to(ROOT)}:{line}: no such command: vegrip {match[1]}"
+
+
+def unknown_modules(page: Path, text: str) -> Iterator[str]:
+    """Modules of ours that a page runs with ``python -m`` and that are not there."""
+    if page.name == "CHANGELOG.md":
+        return
+    for match in MODULE.finditer(text):
+        path = ROOT.joinpath(*match[1].split("."))
+        if not path.with_suffix(".py").exists() and not (path / "__main__.py").exists():
+            yield f"{page.relative_to(ROOT)}:{line_of(text, match.start())}: no such module: {match[1]}"
 
 
 def failing_blocks(page: Path, text: str) -> Iterator[str]:
@@ -173,7 +184,7 @@ def main() -> int:
     for page in documents():
         text = page.read_text(encoding="utf-8")
         wrong += [*broken_links(page, text), *unknown_commands(page, text), *failing_blocks(page, text)]
-        wrong += [*missing_files(page, text), *english_of_page(page, text)]
+        wrong += [*missing_files(page, text), *unknown_modules(page, text), *english_of_page(page, text)]
     wrong += [*english_of_code(), *unresolved_citations(), *failing_doctests()]
     for complaint in wrong:
         print(complaint, file=sys.stderr)  # noqa: T201

@@ -11,9 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vegrip.contact.limit_surface import fast, reference
-from vegrip.contact.limit_surface.map_gauge import bound_gauge
-from vegrip.contact.limit_surface.pressure_map import PressureMap
-from vegrip.contact.paper.figures.style import panels
+from vegrip.contact.limit_surface.pressure_map import PressureMap, bound_gauge
+from vegrip.contact.paper.figures import panels
 from vegrip.types import Floats
 
 IMAGES = Path(__file__).parent / "images"

@@ -10,20 +10,18 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from vegrip.contact.conjugate import creep_of, relaxation_of
-from vegrip.contact.coupling import exponent_after_creep, radius_ratio
-from vegrip.contact.coupling_fits import CANONICAL_K, fit_power, fit_radius, fit_radius_directly
+from vegrip.contact.coupling import creep_ratio, exponent_after_creep, radius_ratio
 from vegrip.contact.creep import indentation_after_step, paper_indentation_after_step
-from vegrip.contact.creep_ratio import creep_ratio
 from vegrip.contact.elastic import ExponentialStiffness, PowerStiffness
 from vegrip.contact.geometry import contact_radius, parabolic_radius
-from vegrip.contact.history import solve
+from vegrip.contact.hereditary import hereditary_force, solve
 from vegrip.contact.limit_surface import reference
-from vegrip.contact.paper.figures.style import panels
-from vegrip.contact.paper.setting import CREEP as H
-from vegrip.contact.paper.setting import RELAXATION as G
+from vegrip.contact.paper.figures import panels
+from vegrip.contact.paper.tables import CANONICAL_K, fit_power, fit_radius, fit_radius_directly
+from vegrip.contact.paper.tables import CREEP as H
+from vegrip.contact.paper.tables import RELAXATION as G
 from vegrip.contact.pressure import coefficient
-from vegrip.contact.relaxation import hereditary_force
+from vegrip.contact.prony import creep_of, relaxation_of
 
 IMAGES = Path(__file__).parent / "images"
 SWITCH = 0.3  # [s] from displacement held to load held

@@ -26,6 +26,12 @@ def test_no_import_leads_back_to_where_it_came_from() -> None:
     assert arrows == {}, "a circle of imports"
 
 
+def test_what_is_installed_imports_nothing_that_is_not() -> None:
+    for name, targets in folders.arrows().items():
+        if name.split("/")[0] not in folders.NOT_SHIPPED:
+            assert {target.split("/")[0] for target in targets}.isdisjoint(folders.NOT_SHIPPED), name
+
+
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [

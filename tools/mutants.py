@@ -1,18 +1,18 @@
 """Change one operator, comparison, boolean or number at a time, and see whether a test fails.
 
-A mutant is a copy of the tree with one change on disk, where kernels are read as text and compiled. The
-nearest tests run first: those that import the file; then those of its folder, and others that name its
-folder, until one fails or the time for a mutant is over. A test that fails counts if it passes without the
-change; one that takes too long stands for a loop without end. Results are kept in ``build/mutants``, and a
-further run goes on from there; ``--again`` runs what survived.
+A mutant is a copy of the tree with one change on disk, where kernels are read as text and compiled. Each file
+of tests that has to do with it is traced once (``mutant_tests``), and of its tests only those run that enter
+what is changed, or load a text with it: the quickest and nearest first, until one fails or the time for a
+mutant is over. A test that fails counts if it passes without the change. One that takes thirty seconds more
+than ten times as long as it did counts as noticed by time, if without the change it needs less than half of
+that. What numba would compile with the change runs in plain Python. Results and records are kept in
+``build/mutants``, and a further run goes on from there; ``--again`` runs what survived.
 """
 
 import argparse
 import ast
-import contextlib
 import hashlib
 import json
-import math
 import os
 import queue
 import re
@@ -23,17 +23,15 @@ import sys
 import time
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise, zip_longest
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
-import pytest
-
-BEGUN = time.monotonic()
 ROOT = Path(__file__).parents[1]
 WORK = ROOT / "build" / "mutants"
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.toml")
@@ -42,11 +40,18 @@ FOLDERS = [
     *("identification/fit", "identification/diagnosis"),
 ]
 LEFT_OUT = {".git", ".venv", "build", "out", "recordings", "__pycache__", ".hypothesis", ".pytest_cache"}
+DRAWN = ("contact/paper/figures", "identification/diagnosis/picture.py")
+"""How a figure looks is no behaviour: what it draws is computed elsewhere."""
 RESULTS = WORK / "results.jsonl"
 SURVIVED = "survived"
-SLOWEST = 300  # [s] for one test: those that take more than about ten are marked `long`, and left out
+FAR = 5
+SLOWEST = 300  # [s] for what is not a test: imports and collection
+SLACK, SLACK_S = 10.0, 30.0  # times as long as it took, and so much more [s], may a test take with a change
+LATE_S = 120.0  # [s] the same by the clock, for what waits: other programs of the machine make it late
+QUICK_S = 0.5  # [s]
+COMPILE_S = 3.0  # [s] that a text takes to compile
+LOCK = Lock()
 AT_ONCE = 8  # files of tests in a process: all of a folder take long to import
-SECONDS = "VEGRIP_MUTANT_SECONDS"
 
 CHANGES = """+ -> - | - -> + | * -> / | / -> * | // -> * | % -> + | ** -> * | & -> ^ | ^ -> & | << -> >>
 >> -> << | < -> <= | < -> >= | <= -> < | <= -> > | > -> >= | > -> <= | >= -> > | >= -> < | == -> != | != -> ==
@@ -145,35 +150,46 @@ def texts(folder: str) -> dict[str, str]:
     return {str(path.relative_to(ROOT)): path.read_text() for path in sorted((ROOT / folder).rglob("*.py"))}
 
 
-def related(path: str) -> list[str]:
-    """Return the tests of a file, of what imports it, of its folder, and those that name its folder.
+@cache
+def related(path: str) -> dict[str, int]:
+    """Return the files of tests that may notice a change of a file, the nearest first, and how far they are.
 
-    Among each of these, first stand those in which most of the file's names are.
+    They are the file's own tests (0), others that import it (1), those of its folder (2), of what imports it
+    (3), and those that name its folder (4); among each of these, first stand those with most of its names.
     """
     package, top = ".".join(Path(path).parts[:-1]), ROOT / "tests" / Path(path).parts[1]
     body = ast.parse((ROOT / path).read_text()).body
     names = {one.name for one in body if isinstance(one, ast.FunctionDef | ast.ClassDef)}
-    texts_of_users = texts("vegrip") | texts("validation")
-    users = [file for file, text in texts_of_users.items() if file != path and _imports(path).search(text)]
+    users = users_of(path)
 
     def distance(file: str) -> tuple[int, int]:
         shared = len(names & set(re.findall(r"\w+", texts("tests")[file])))
-        if _tests(file, path):
+        if _is_named_after(file, path):
             return 0, -shared
-        if any(_tests(file, user) for user in users):
+        if _imports(path).search(texts("tests")[file]):
             return 1, -shared
-        if (ROOT / file).is_relative_to(_mirror(path)):
+        if (ROOT / file).parent == _mirror(path):
             return 2, -shared
-        return 3 if (ROOT / file).is_relative_to(top) or package in texts("tests")[file] else 4, -shared
+        if any(_is_named_after(file, user) or _imports(user).search(texts("tests")[file]) for user in users):
+            return 3, -shared
+        return 4 if (ROOT / file).is_relative_to(top) or package in texts("tests")[file] else FAR, -shared
 
-    found = [file for file in texts("tests") if Path(file).name.startswith("test_") and distance(file)[0] < 4]
-    return sorted(found, key=distance)
+    far = {file: distance(file) for file in texts("tests") if Path(file).name.startswith("test_")}
+    return {file: far[file][0] for file in sorted(far, key=far.__getitem__) if far[file][0] < FAR}
 
 
-def _tests(file: str, path: str) -> bool:
-    text, stem = texts("tests")[file], Path(path).stem
-    named = stem in Path(file).stem or f'"{stem}"' in text
-    return (named and (ROOT / file).is_relative_to(_mirror(path))) or _imports(path).search(text) is not None
+@cache
+def users_of(path: str) -> list[str]:
+    """Return the files that import a file."""
+    every = texts("vegrip") | texts("validation")
+    return [file for file, text in every.items() if file != path and _imports(path).search(text)]
+
+
+def _is_named_after(file: str, path: str) -> bool:
+    stem = Path(path).stem
+    if f'"{stem}"' in texts("tests")[file]:
+        return (ROOT / file).is_relative_to(_mirror(path))
+    return stem in Path(file).stem and Path(file).parts[1] == Path(path).parts[1]
 
 
 @cache
@@ -190,110 +206,305 @@ def _mirror(path: str) -> Path:
     return mirror
 
 
+def defined(path: str) -> Iterator[tuple[str, ast.stmt]]:
+    """Give what stands in a file: its functions and methods; what else, under the names that it sets."""
+
+    def within(body: list[ast.stmt], prefix: str) -> Iterator[tuple[str, ast.stmt]]:
+        for node in body:
+            if isinstance(node, ast.ClassDef):
+                yield from within(node.body, f"{prefix}{node.name}.")
+            elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                yield f"{prefix}{node.name}", node
+            elif not isinstance(node, ast.Import | ast.ImportFrom):
+                stored = (one for one in ast.walk(node) if isinstance(one, ast.Name))
+                yield from ((f"{prefix}{one.id}", node) for one in stored if isinstance(one.ctx, ast.Store))
+
+    yield from within(ast.parse(texts("vegrip")[path]).body, "")
+
+
+@cache
+def named_in(path: str) -> list[tuple[str, bool, set[str]]]:
+    """Return what stands in a file, whether it is a function, and the names in it."""
+    found = []
+    for name, node in defined(path):
+        words = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
+        words |= {one.attr for one in ast.walk(node) if isinstance(one, ast.Attribute)}
+        found.append((name, isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef), words))
+    return found
+
+
+def functions_with(mutant: Mutant) -> set[str]:
+    """Return the functions that a change is in, or those that take what it changes, as ``file:name``."""
+    found: set[str] = set()
+    todo, known = [], set()
+    for name, node in defined(mutant.path):
+        if node.lineno <= mutant.line <= (node.end_lineno or 0):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                return {f"{mutant.path}:{name}"}
+            todo += name.split(".")
+    while todo:
+        word = todo.pop()
+        known.add(word)
+        pattern = re.compile(rf"\b{word}\b")
+        for file, text in texts("vegrip").items():
+            if (file == mutant.path or _imports(mutant.path).search(text)) and pattern.search(text):
+                for name, is_function, words in named_in(file):
+                    if word in words and is_function:
+                        found.add(f"{file}:{name}")
+                    elif word in words and name not in known:
+                        todo.append(name)
+    return found
+
+
+@dataclass(frozen=True)
+class Traced:
+    """A test as it was recorded: how long it took, the functions that it enters, the texts that it loads."""
+
+    name: str
+    seconds: float
+    of_processor: float  # [s]
+    enters: frozenset[str]
+
+    @property
+    def limit(self) -> float:
+        """How long it may take of the processor [s]: other programs of the machine do not matter."""
+        return SLACK_S + SLACK * self.of_processor
+
+
+class Records:
+    """What the tests enter; each file of tests is traced once, and again when it changes."""
+
+    def __init__(self, enough: float) -> None:
+        self.runner, self.enough = Runner(ROOT), enough
+        self.tests: dict[str, list[Traced]] = {}  # by file
+        self.texts: dict[str, str] = {}
+
+    def place(self, file: str) -> Path:
+        """Return where the record of a file of tests is."""
+        key = hashlib.sha256((file + texts("tests")[file]).encode()).hexdigest()
+        return WORK / "records" / f"{key[:24]}.json"
+
+    def load(self, files: Iterable[str]) -> None:
+        """Trace the files that have no record, and read those that have."""
+        missing = [file for file in files if file not in self.tests and not self.place(file).exists()]
+        for group in (missing[i : i + AT_ONCE] for i in range(0, len(missing), AT_ONCE)):
+            print(f"traces {', '.join(group)}", flush=True)
+            task = {
+                "record": {file: str(self.place(file)) for file in group},
+                "limit": SLOWEST,
+                "enough": self.enough,
+            }
+            self.runner.run(group, task)
+        for file in files:
+            if file not in self.tests:
+                self.tests[file] = list(self._read(self.place(file)))
+
+    def _read(self, place: Path) -> Iterator[Traced]:
+        if not place.exists():  # none of its tests ran: they are `long`, or the process ended
+            place.parent.mkdir(exist_ok=True)
+            place.write_text(json.dumps({"names": [], "tests": [], "texts": {}}))
+        read = json.loads(place.read_text())
+        self.texts |= read["texts"]
+        for name, seconds, of_processor, enters in read["tests"]:
+            if enters:
+                yield Traced(name, seconds, of_processor, frozenset(read["names"][i] for i in enters))
+
+    def choose(self, mutant: Mutant, distances: list[int]) -> list[Traced]:
+        """Return the tests at some distances that run what is changed, quickest first.
+
+        A text with the change takes seconds to compile, once for all tests with it. What is made once and
+        kept was entered by the first test alone: behind these stand those that enter a file which imports it.
+        """
+        files = [file for file, far in related(mutant.path).items() if far in distances]
+        self.load(files)
+        functions = functions_with(mutant)
+        changed = {f"text:{key}" for key, text in self.texts.items() if mutant.before in text}
+        tests = [one for file in files for one in self.tests[file]]
+        users = Counter(text for one in tests for text in one.enters & changed)
+        near = {mutant.path, *users_of(mutant.path)}
+        cost: dict[Traced, tuple[bool, float]] = {}
+        for one in tests:
+            loaded, behind = one.enters & changed, False
+            if functions & {name.partition(".<locals>")[0] for name in one.enters}:
+                loaded = frozenset()
+            elif not loaded and functions:
+                behind = True
+                if 0 not in distances and not near & {name.partition(":")[0] for name in one.enters}:
+                    continue
+            cost[one] = behind, one.seconds + sum(COMPILE_S / users[text] for text in loaded)
+        return sorted(cost, key=cost.__getitem__)
+
+    def is_text(self, mutant: Mutant) -> bool:
+        """Return whether a change is in a text that is compiled, as far as is known by now."""
+        return any(mutant.before in text for text in self.texts.values())
+
+
+class Runner:
+    """Runs pytest in forks of one process that has imported what every test needs but nothing of vegrip."""
+
+    def __init__(self, where: Path) -> None:
+        self.where = where
+        self.said = WORK / f"said-{where.name}"
+        self.task = WORK / f"task-{where.name}.json"
+        own = {
+            "PYTHONPATH": str(Path(__file__).parent),
+            "OPENBLAS_NUM_THREADS": "1",
+            "VEGRIP_CACHE": str(WORK / "compiled"),
+            "VEGRIP_DATA": os.environ.get("VEGRIP_DATA", str(ROOT.parent / "shared" / "data")),
+            "VEGRIP_MUTANT_TASK": str(self.task),
+        }
+        command = [
+            sys.executable,
+            str(Path(__file__).with_name("mutant_tests.py")),
+            str(where),
+            str(self.said),
+        ]
+        self.process = subprocess.Popen(
+            command, env=os.environ | own, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+
+    def run(self, files: Iterable[str], task: dict[str, Any]) -> tuple[int, str, float]:
+        """Run pytest on files of tests with a task; return code, what it said, and its processor time [s]."""
+        self.task.write_text(json.dumps(task))
+        arguments = ["-q", "-p", "mutant_tests", "-p", "no:cacheprovider", "-p", "no:xdist"]
+        arguments += ["-m", "not wheel and not long and not browser", *([] if "record" in task else ["-x"])]
+        to, answers = self.process.stdin, self.process.stdout
+        assert to is not None and answers is not None  # noqa: PT018, S101 (they are pipes)
+        print(json.dumps([*arguments, *files]), file=to, flush=True)
+        code, seconds = json.loads(answers.readline())
+        return code, self.said.read_text(errors="replace"), seconds
+
+
 class Tree:
     """A copy of the project, in which one change at a time is made and tested."""
 
     def __init__(self, number: int) -> None:
         self.path = WORK / f"tree-{number}"
+        self.running = WORK / f"running-{number}"
+        kept = [(one.relative_to(self.path), one) for one in self.path.rglob("*.nb[ic]")]
+        compiled = {place: (one.read_bytes(), one.stat().st_mtime_ns) for place, one in kept}
         shutil.rmtree(self.path, ignore_errors=True)
         shutil.copytree(ROOT, self.path, ignore=lambda _, names: LEFT_OUT & set(names), symlinks=True)
+        for place, (content, stamp) in compiled.items():  # numba looks at time and size of the source
+            (self.path / place).parent.mkdir(exist_ok=True, parents=True)
+            (self.path / place).write_bytes(content)
+            os.utime(self.path / place, ns=(stamp, stamp))
         self.written = time.time()
+        self.runner = Runner(self.path)
 
-    def write(self, path: str, text: bytes) -> None:
+    def write(self, path: str, text: bytes, stamp: float = 0.0) -> None:
         """Write a file with a time of its own: compiled code counts as new for the same second and size."""
         (self.path / path).write_bytes(text)
         self.written += 2.0
-        os.utime(self.path / path, (self.written, self.written))
+        os.utime(self.path / path, (stamp or self.written,) * 2)
 
-    def tested(self, files: list[str], without: set[str], seconds: float) -> tuple[str, str]:
-        """Return ``survived``, ``killed`` or ``timeout``, and the test that failed."""
-        own = {
-            "PYTHONPATH": f"{self.path}:{self.path / 'tools'}",
-            "OPENBLAS_NUM_THREADS": "1",
-            "VEGRIP_CACHE": str(WORK / "compiled"),
-            "VEGRIP_DATA": os.environ.get("VEGRIP_DATA", str(ROOT.parent / "shared" / "data")),
-            SECONDS: str(seconds),
+    def run(self, tests: list[Traced], seconds: float, *, plain: bool) -> tuple[str, str, float]:
+        """Return ``survived``, ``killed`` or ``timeout``, the test that failed, and the processor's time."""
+        task = {
+            "tests": [one.name for one in tests],
+            "limits": {one.name: (one.limit, LATE_S + SLACK * one.seconds) for one in tests},
+            "limit": SLOWEST,
+            "seconds": seconds,
+            "plain": plain,
+            "running": str(self.running),
         }
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "mutants", "-p", "no:cacheprovider"]
-        command += ["-m", "not wheel and not long and not browser", *(f"--deselect={one}" for one in without)]
-        with subprocess.Popen(
-            [*command, *files],
-            cwd=self.path,
-            env=os.environ | own,
-            start_new_session=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        ) as process:
-            said = process.stdout.read() if process.stdout else ""
-            code = process.wait()
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)  # what a test has left behind
-        if code in (0, 5):  # 5: no test is left after those marked `long`
-            return SURVIVED, ""
-        failed = re.search(r"^(?:FAILED|ERROR) (\S+?\.py(?:::\w+)*)", said, re.MULTILINE)
-        return "timeout" if code == -signal.SIGALRM else "killed", failed[1] if failed else ""
-
-
-def pytest_configure() -> None:
-    """End the process when a module takes too long to import."""
-    signal.alarm(SLOWEST)
-
-
-def pytest_runtest_setup() -> None:
-    """Skip what does not fit into the time of a mutant; end the process when one test takes too long."""
-    if time.monotonic() - BEGUN > float(os.environ[SECONDS]):
-        pytest.skip("no time is left for this mutant")
-    signal.alarm(SLOWEST)
+        self.running.write_text("")
+        files = dict.fromkeys(one.name.partition("::")[0] for one in tests)
+        code, said, spent = self.runner.run([one for one in files if (self.path / one).exists()], task)
+        if code in (0, 5):
+            return SURVIVED, "", spent
+        if code in (-signal.SIGALRM, -signal.SIGPROF):
+            return "timeout", self.running.read_text(), spent
+        if code == 3 or (code == 4 and "loading conftest" not in said):
+            raise RuntimeError(f"pytest does not run:\n{said}")
+        return "killed", self.running.read_text() if code == 1 else "", spent
 
 
 class Round:
     """Runs mutants in some trees at once, and keeps what came of them."""
 
-    def __init__(self, jobs: int, seconds: float) -> None:
-        WORK.mkdir(parents=True, exist_ok=True)
+    def __init__(self, jobs: int, seconds: float, reach: int, enough: float) -> None:
         self.trees: queue.SimpleQueue[Tree] = queue.SimpleQueue()
         for number in range(jobs):
             self.trees.put(Tree(number))
-        self.seconds = seconds
-        self.sound: set[str] = set()
-        self.unsound: set[str] = set()
+        self.seconds, self.reach = seconds, reach
+        self.records = Records(enough)
+        self.sound: set[tuple[str, bool]] = set()
+        self.unsound: set[tuple[str, bool]] = set()
+
+    def __enter__(self) -> "Round":
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the processes that run pytest."""
+        for runner in (self.records.runner, *(self.trees.get().runner for _ in range(self.trees.qsize()))):
+            runner.process.communicate()
 
     def run(self, mutant: Mutant) -> str:
-        """Return what the tests make of a mutant, the nearest first, for as long as there is time."""
-        begun = time.monotonic()
+        """Return what the tests make of a mutant, for as long as there is time."""
         tree = self.trees.get()
+        spent, result, failed, count = 0.0, SURVIVED, "", 0
         try:
-            result, failed = self.judged(mutant, tree)
-            while failed and not self.passes(failed, tree):
-                result, failed = self.judged(mutant, tree)
+            far = range(self.reach + 1)
+            # what stands in a table is seen by what reads the table, wherever that is
+            for distances in ([one] for one in far) if functions_with(mutant) else [list(far)]:
+                with LOCK:
+                    tests = self.records.choose(mutant, distances)
+                    plain = self.records.is_text(mutant)
+                count += len(tests)
+                while tests and spent < self.seconds:
+                    result, failed, more = self.judged(mutant, tree, tests, self.seconds - spent, plain=plain)
+                    spent += more
+                    if not failed or self.passes(failed, tree, tests, result, plain=plain):
+                        break
+                    result = SURVIVED
+                if result != SURVIVED:
+                    break
         finally:
             self.trees.put(tree)
         keep(RESULTS, mutant.name, result)
         change = f"{mutant.path}:{mutant.line}: {mutant.before}  ->  {mutant.after}"
-        print(f"{result} in {time.monotonic() - begun:.0f} s: {change}  {failed}", flush=True)
+        of = f"{count} tests"
+        print(f"{result} in {spent:.0f} s: {change}  {failed or of}", flush=True)
         return result
 
-    def judged(self, mutant: Mutant, tree: Tree) -> tuple[str, str]:
-        """Return what came of a mutant, and the test that failed."""
-        end = time.monotonic() + self.seconds
-        text = (tree.path / mutant.path).read_bytes()
+    def judged(
+        self, mutant: Mutant, tree: Tree, tests: list[Traced], seconds: float, *, plain: bool
+    ) -> tuple[str, str, float]:
+        """Return what came of a mutant, the test that failed, and the time that it took of the processor."""
+        text, stamp = (tree.path / mutant.path).read_bytes(), (tree.path / mutant.path).stat().st_mtime
         tree.write(mutant.path, mutant.applied(text))
-        result, failed = SURVIVED, ""
-        files = related(mutant.path)
-        while files and result == SURVIVED and time.monotonic() < end:
-            result, failed = tree.tested(files[:AT_ONCE], self.unsound, end - time.monotonic())
-            files = files[AT_ONCE:]
-        tree.write(mutant.path, text)
-        return result, failed
+        result, failed, spent = SURVIVED, "", 0.0
+        left = [one for one in tests if (one.name, plain) not in self.unsound]
+        while left and result == SURVIVED and spent < seconds:
+            files: set[str] = set()
+            some = []  # from not too many files: to import them takes long
+            while left and len(files | {left[0].name.partition("::")[0]}) <= AT_ONCE:
+                some.append(left.pop(0))
+                files.add(some[-1].name.partition("::")[0])
+            inside = [one for one in left if one.name.partition("::")[0] in files and one.seconds < QUICK_S]
+            left = [one for one in left if one not in inside]
+            result, failed, more = tree.run([*some, *inside], seconds - spent, plain=plain)
+            spent += more
+        tree.write(mutant.path, text, stamp)
+        return result, failed, spent
 
-    def passes(self, test: str, tree: Tree) -> bool:
-        """Return whether a test passes without a change."""
-        if test not in self.sound | self.unsound:
-            passed = tree.tested([test], set(), math.inf)[0] == SURVIVED
-            (self.sound if passed else self.unsound).add(test)
+    def passes(self, test: str, tree: Tree, tests: list[Traced], result: str, *, plain: bool) -> bool:
+        """Return whether a test passes without the change, far within its time.
+
+        The record of a quick one is proof enough.
+        """
+        (one,) = (one for one in tests if one.name == test)
+        if one.seconds < QUICK_S and result != "timeout":
+            return True
+        key = (test, plain)
+        if key not in self.sound | self.unsound:
+            half = replace(one, of_processor=(one.limit / 2 - SLACK_S) / SLACK)
+            passed = tree.run([half], SLOWEST, plain=plain)[0] == SURVIVED
+            (self.sound if passed else self.unsound).add(key)
             print("" if passed else f"{test} fails without a change, and is left out\n", end="", flush=True)
-        return test in self.sound
+        return key in self.sound
 
 
 def kept(file: Path) -> Iterator[tuple[str, Any]]:
@@ -314,7 +525,9 @@ def sample(folders: list[str], count: int, seed: int) -> dict[str, list[Mutant]]
     found: dict[str, list[Mutant]] = {}
     for folder in folders:
         place = ROOT / "vegrip" / folder
+        drawn = tuple(str(ROOT / "vegrip" / one) for one in DRAWN)
         files = sorted(place.rglob("*.py")) if place.is_dir() else [place]
+        files = [file for file in files if not str(file).startswith(drawn)]
         every = [one for file in files for one in mutants(file) if one.name not in no_change]
         found[folder] = sorted(every, key=lambda one: one.rank(seed))
     share = -(-count // len(folders))
@@ -327,12 +540,19 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=100, help="mutants in all, as many of each folder")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
-    parser.add_argument("--seconds", type=float, default=300.0, help="of tests for a mutant")
+    parser.add_argument(
+        "--seconds", type=float, default=60.0, help="of the processor for the tests of a mutant"
+    )
+    parser.add_argument("--trace", type=float, default=60.0, help="seconds for a file of tests at most")
+    parser.add_argument(
+        "--reach", type=int, default=2, help="how far tests may be: 0 a file's own, 2 those of its folder"
+    )
     parser.add_argument(
         "--only", nargs="+", metavar="PATH", default=FOLDERS, help="folders or files below vegrip"
     )
     parser.add_argument("--again", action="store_true", help="run those that survived once more")
     options = parser.parse_args()
+    (WORK / "records").mkdir(parents=True, exist_ok=True)
     chosen = sample(options.only, options.count, options.seed)
     results = dict(kept(RESULTS))
     left = [
@@ -342,8 +562,8 @@ def main() -> int:
         if one and (one.name not in results or (options.again and results[one.name] == SURVIVED))
     ]
     if left:
-        the_round = Round(options.jobs, options.seconds)
-        with ThreadPoolExecutor(options.jobs) as pool:
+        round_of = Round(options.jobs, options.seconds, options.reach, options.trace)
+        with round_of as the_round, ThreadPoolExecutor(options.jobs) as pool:
             results |= dict(zip((one.name for one in left), pool.map(the_round.run, left), strict=True))
     print("\nNo test has noticed:")
     for one in (one for every in chosen.values() for one in every if results[one.name] == SURVIVED):

@@ -8,19 +8,16 @@ hand, as recorded and with hostile states. ``--learning`` does so with friction 
 """
 
 import argparse
-import math
-import struct
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from e2e.p05 import e2e_p05_protect
 
 from validation.faults.table import CASES, FAULT_BEGIN_S, Case
 from validation.faults.testbed import Scene
-from validation.hostile_parts import DATA_IDS, PartLiar
+from validation.liars import DATA_IDS, Liar, PartLiar
 from vegrip.grip.batch_text import COMMANDED
 from vegrip.grip.compiled_finger import LEFT_ALONE, REPORT
 from vegrip.grip.node import GraspForce
@@ -30,8 +27,6 @@ from vegrip.transport.codec import CanCodec, Frame
 from vegrip.transport.codec.line import Line
 from vegrip.trials.candidates import KNOBS, demo_parameters, make_node, parameters
 
-COUNTER_AT, VERSION_AT, TIME_AT, VALUES_AT = 2, 6, 8, 12
-"""Where these stand in the frame of a state: the attack knows the wire by itself, not from the DBC."""
 QUICK_CASES = 4
 HOSTILE_SEEDS = 20
 SILENCES = 0.003  # share of frames after which nothing comes for a while
@@ -185,111 +180,6 @@ def hostile_parts(log: Log, seed: int) -> Log:
             later += delay
             found.events.append(Event(event.now + later, sent._replace(stamp=sent.stamp + later)))
     return found
-
-
-class Liar:
-    """Makes the states of a finger false in bursts: values, counters, times and bytes.
-
-    Args:
-        seed: of what is done when.
-
-    """
-
-    BURST = 80  # frames at most
-    WELL = 0.4  # share of bursts in which nothing is done
-    ODD = (0.0, -0.0, 1e-45, 1e38, -1e38, math.inf, -math.inf, math.nan, 3.4e38, 1.0, -1.0, 60.0, -5.0)
-
-    def __init__(self, seed: tuple[int, int]) -> None:
-        self._rng = np.random.default_rng(seed)
-        self._ways = (
-            self._odd_value, self._random_bits, self._missing, self._all_odd, self._stuck, self._frozen,
-            self._counter, self._version, self._scaled, self._slip, self._no_load, self._coarse, self._clock,
-            self._jump, self._flipped,
-        )  # fmt: skip
-        self._left, self._way, self._channel = 0, 0, 0
-        self._held: dict[object, bytes] = {}
-        self._clock_off = 0  # [us]
-
-    def falsified(self, frame: Frame, later: int) -> bytes:
-        """Return the bytes of a state, with a checksum that fits unless that is what is wrong.
-
-        Args:
-            frame: the true one.
-            later: by how much its clock is to be ahead [ns].
-
-        """
-        if self._left <= 0:
-            well = self._rng.random() < self.WELL
-            self._way = -1 if well else int(self._rng.integers(len(self._ways)))
-            self._left, self._channel = int(self._rng.integers(1, self.BURST)), int(self._rng.integers(9))
-            if self._way >= 0:
-                self._held.clear()
-        self._left -= 1
-        data = bytearray(frame.data)
-        flips = self._way >= 0 and self._ways[self._way] == self._flipped
-        if self._way >= 0 and not flips:
-            self._ways[self._way](data)
-        time = struct.unpack_from("<I", data, TIME_AT)[0] + self._clock_off + later // 1000
-        struct.pack_into("<I", data, TIME_AT, time % 2**32)
-        e2e_p05_protect(data, frame.arbitration_id, increment_counter=False)
-        if flips:
-            self._flipped(data)
-        return bytes(data)
-
-    @property
-    def _at(self) -> int:
-        return VALUES_AT + 4 * self._channel
-
-    def _odd_value(self, data: bytearray) -> None:
-        struct.pack_into("<f", data, self._at, self._rng.choice(self.ODD))
-
-    def _random_bits(self, data: bytearray) -> None:
-        data[self._at : self._at + 4] = self._rng.bytes(4)
-
-    def _missing(self, data: bytearray) -> None:
-        struct.pack_into("<f", data, self._at, math.nan)
-
-    def _all_odd(self, data: bytearray) -> None:
-        for at in range(VALUES_AT, len(data), 4):
-            struct.pack_into("<f", data, at, self._rng.choice(self.ODD))
-
-    def _stuck(self, data: bytearray) -> None:
-        data[VALUES_AT : VALUES_AT + 4] = self._held.setdefault(0, bytes(data[VALUES_AT : VALUES_AT + 4]))
-
-    def _frozen(self, data: bytearray) -> None:
-        data[VALUES_AT:] = self._held.setdefault(1, bytes(data[VALUES_AT:]))
-
-    def _counter(self, data: bytearray) -> None:
-        counter = struct.unpack_from("<I", data, COUNTER_AT)[0] + int(self._rng.integers(-3, 4))
-        struct.pack_into("<I", data, COUNTER_AT, counter % 2**32)
-
-    def _version(self, data: bytearray) -> None:
-        data[VERSION_AT] = int(self._rng.integers(4))
-
-    def _scaled(self, data: bytearray) -> None:
-        value = struct.unpack_from("<f", data, self._at)[0] * self._rng.normal(1.0, 0.3)
-        struct.pack_into("<f", data, self._at, np.float32(value))
-
-    def _slip(self, data: bytearray) -> None:
-        struct.pack_into("<ff", data, VALUES_AT + 24, 1.0, self._rng.choice([0.0, 1e-3, math.nan]))
-
-    def _no_load(self, data: bytearray) -> None:
-        struct.pack_into("<ff", data, VALUES_AT + 4, math.nan, math.nan)
-
-    def _coarse(self, data: bytearray) -> None:
-        value = round(struct.unpack_from("<f", data, VALUES_AT)[0] * 20.0) / 20.0
-        struct.pack_into("<f", data, VALUES_AT, value)
-
-    def _clock(self, _: bytearray) -> None:
-        self._clock_off += int(self._rng.integers(-20_000, 20_000)) if self._left == 1 else 0
-
-    def _jump(self, _: bytearray) -> None:
-        self._clock_off = int(self._rng.integers(-(2**31), 2**31)) if self._left == 1 else self._clock_off
-
-    def _flipped(self, data: bytearray) -> None:
-        data[int(self._rng.integers(len(data)))] ^= 1 << int(self._rng.integers(8))
-        if self._rng.random() < 0.3:
-            del data[int(self._rng.integers(len(data))) :]
 
 
 class Replay:

@@ -13,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.contact.limit_surface import queries
-from vegrip.contact.limit_surface.map_gauge import bound_gauge
-from vegrip.contact.limit_surface.maps import polygon_map
-from vegrip.contact.limit_surface.pressure_map import PressureMap
+from vegrip.contact.limit_surface.pressure_map import PressureMap, bound_gauge, polygon_map
 
 Array = NDArray[np.float64]
 

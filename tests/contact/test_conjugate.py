@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from vegrip.contact.conjugate import creep_of, relaxation_of
-from vegrip.contact.prony import Creep, Relaxation
+from vegrip.contact.prony import Creep, Relaxation, creep_of, relaxation_of
 from vegrip.errors import DomainError
 
 PAPER = Relaxation([0.3], [3.1])

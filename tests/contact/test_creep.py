@@ -5,10 +5,9 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from vegrip.contact import creep
-from vegrip.contact.conjugate import creep_of
 from vegrip.contact.elastic import ExponentialStiffness, PowerStiffness
-from vegrip.contact.prony import Creep, Relaxation
-from vegrip.contact.relaxation import hereditary_force
+from vegrip.contact.hereditary import hereditary_force
+from vegrip.contact.prony import Creep, Relaxation, creep_of
 
 G = Relaxation([0.3], [3.1])
 H = Creep([0.3], [3.1])

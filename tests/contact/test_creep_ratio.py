@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from vegrip.contact.creep_ratio import creep_ratio, largest_force
+from vegrip.contact.coupling import creep_ratio, largest_force
 from vegrip.contact.elastic import PowerStiffness
-from vegrip.contact.history import solve
+from vegrip.contact.hereditary import solve
 from vegrip.contact.prony import Creep, Relaxation
 from vegrip.errors import DomainError
 

@@ -10,9 +10,8 @@ from scipy.integrate import quad, solve_ivp
 
 from vegrip.contact.creep import elastic_force, paper_indentation
 from vegrip.contact.elastic import PowerStiffness
-from vegrip.contact.hereditary import advance, drive, filtered
+from vegrip.contact.hereditary import advance, drive, filtered, hereditary_force
 from vegrip.contact.prony import Creep, Relaxation
-from vegrip.contact.relaxation import hereditary_force
 from vegrip.errors import DomainError
 
 G = Relaxation([0.2, 0.15, 0.1], [30.0, 2.0, 0.05])

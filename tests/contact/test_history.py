@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from vegrip.contact.elastic import ElasticLaw, ExponentialStiffness, PowerStiffness
-from vegrip.contact.history import solve
+from vegrip.contact.hereditary import force, solve
 from vegrip.contact.prony import Relaxation
-from vegrip.contact.relaxation import force
 from vegrip.errors import DomainError
 
 G = Relaxation([0.25, 0.15], [5.0, 0.3])

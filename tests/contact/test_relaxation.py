@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from vegrip.contact.elastic import ElasticLaw, ExponentialStiffness, PowerStiffness
+from vegrip.contact.hereditary import force, force_after_step
 from vegrip.contact.prony import Relaxation
-from vegrip.contact.relaxation import force, force_after_step
 
 G = Relaxation([0.3], [3.1])
 

@@ -185,3 +185,10 @@ def test_effects_added_in_any_order_stand_in_the_same():
     for first, second in zip(added, reversed(added), strict=True):
         models = [models[0].with_effect(effect(first)), models[1].with_effect(effect(second))]
     assert [e.name for e in models[0].effects] == [e.name for e in models[1].effects]
+
+
+def test_what_lasts_from_trial_to_trial_is_wear_set_drift_and_where_a_play_stands() -> None:
+    """And a running maximum follows by itself; every other state recovers and is estimated."""
+    states = [s for name in BUILT_IN for s in effect(name).states]
+    assert {s.name for s in states if s.lasting} == {"x_p", "delta_max", "d_c", "x_max", "b_F"}
+    assert {s.name for s in states if s.extreme} == {"delta_max", "x_max", "sticking", "largest_force"}

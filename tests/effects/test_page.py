@@ -10,12 +10,13 @@ PAGE = (Path(__file__).parents[2] / "docs" / "effects.md").read_text(encoding="u
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
-def test_the_page_lists_every_parameter_with_its_typical_value_and_bounds(name):
+def test_the_page_lists_every_parameter_with_its_typical_value_prior_and_bounds(name):
     row = next(line for line in PAGE.splitlines() if line.startswith(f"| [{name}]"))
     for p in effect(name).parameters:
-        assert f"`{p.symbol}` {p.default:g}" in row
-        assert f"({p.low:g} .. {p.high:g}" in row
-        assert p.null is None or f"absent at {p.null:g})" in row
+        std = f"{100.0 * p.std:g} %" if p.transform == "log" else f"{p.std:g}"
+        unit = "" if p.unit == "1" else f" {p.unit}"
+        absent = "" if p.null is None else f", absent at {p.null:g}"
+        assert f"`{p.symbol}` {p.default:g} ± {std}{unit} ({p.low:g} .. {p.high:g}{absent})" in row
     assert all(other in row for other in effect(name).confounded)
     assert effect(name).experiment in row
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from vegrip.effects.power_law_relaxation import RATIO, SLOWEST
+from vegrip.effects.relaxation import branch
 
 T = np.arange(0.0, 12.0, 0.01)
 
@@ -24,6 +25,18 @@ def never_lifted(t):
 def power_law(model, delta):
     K, p = model.values["K"].value, model.values["p"].value
     return K * (delta / model.reference_depth) ** p
+
+
+@pytest.mark.parametrize("h", [1e-14, 1e-10, 0.99e-9, 1.01e-9, 1e-5, 0.3, 40.0])
+def test_a_step_of_a_branch_is_two_of_half_its_length_however_short_it_is(h) -> None:
+    z, before, after = 0.2, 1.0, 1.6
+    whole = branch(z, after, before, 3.0, h / 3.0)
+    middle = branch(z, 0.5 * (before + after), before, 3.0, h / 6.0)
+    halves = branch(middle, after, 0.5 * (before + after), 3.0, h / 6.0)
+    slope = 1.1 if h < 1e-4 else np.nan  # mean of the force, less z, at the beginning
+    assert whole - z == pytest.approx(halves - z, rel=1e-3, abs=1e-16)
+    assert np.isnan(slope) or whole - z == pytest.approx(slope * h, rel=1e-3, abs=1e-16)
+    assert branch(z, after, before, 3.0, 0.0) == z
 
 
 @pytest.mark.parametrize("name", ["relaxation", "second_relaxation"])

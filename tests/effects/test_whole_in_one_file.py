@@ -13,7 +13,7 @@ PACKAGE = Path(vegrip.__file__).parent
 OWN = {
     "effects": "the effects",
     "virtual": "the simulators have physics and names of their own",
-    "model/paper.py": "the paper's model, which is a list of effects",
+    "model/model.py": "the paper's model, which is a list of effects",
     "identification/samples": "a sample recording, in which an effect is hidden",
 }
 """Files and folders that are about certain effects."""
@@ -21,7 +21,6 @@ OWN = {
 OTHER_WORDS = {
     ("model/writer.py", "adhesion"): "a quantity of the recursion",
     ("transport/mapped/guess.py", "rolling"): "a rolling counter of frames",
-    ("contact/paper/figures/__init__.py", "relaxation"): "a figure of the paper",
 }
 """Texts that mean something else."""
 

@@ -11,6 +11,7 @@ from scipy.stats import norm
 
 from vegrip.estimator import ContactEstimator, SensorNoise
 from vegrip.estimator.compiled import module_for
+from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.messages import ContactEstimate, FingertipState
 from vegrip.model import ContactModel
 
@@ -121,6 +122,38 @@ def test_learned_friction_covers_the_truth(model: ContactModel, compiled: Contac
             learn(m, 0.05, 0.02, 0.02, 0.0, True, True)
         inside += abs(m[start] - ln_mu) <= 1.96 * math.sqrt(m[start + 1])
     assert 0.90 <= inside / 200 <= 0.99
+
+
+@pytest.mark.parametrize("scatter", [0.03, 0.06, 0.1])
+@pytest.mark.parametrize("slips", [1, 5])
+def test_of_a_face_that_has_slipped_the_next_slip_comes_above_what_a_grip_counts_on(
+    model: ContactModel, compiled: ContactEstimator, scatter: float, slips: int
+) -> None:
+    """What is stated is the mean of a face, which slips scatter about; a grip counts on a margin besides."""
+    start = compiled.layout.places()["FRICTION"][0]
+    learn = module_for(model, compiled.layout, plain=True).learn_friction
+    rng, faces = np.random.default_rng(2), 400
+    prior, s = math.log(model.values["mu"].value), model.values["mu"].std
+    told = compiled.settings.friction_scatter
+    off, beyond, std = np.empty(faces), np.empty(faces), np.empty(faces)
+    for face in range(faces):
+        m = compiled._memory.blank.copy()
+        mean = prior + s * rng.standard_normal()
+        for _ in range(slips):
+            limit = math.exp(mean + scatter * rng.standard_normal())
+            for u in np.linspace(0.05, 1.0, 6) * limit:
+                for _ in range(4):
+                    learn(m, 0.02, u, 0.02, float(u >= 0.999 * limit), True, True)
+            learn(m, 0.05, 0.02, 0.02, 0.0, True, True)
+        off[face], std[face] = m[start] - mean, math.sqrt(m[start + 1])
+        beyond[face] = mean + scatter * rng.standard_normal() - m[start]
+    if slips == 1:
+        assert np.median(std) == pytest.approx(math.hypot(told, 0.02), rel=0.05)
+    if scatter <= told:
+        assert np.mean(np.abs(off) < 1.96 * std) >= 0.9
+    grip = GripSettings()
+    counted = math.log(1.0 - grip.wanted_margin) - norm.ppf(grip.probability) * std
+    assert np.mean(beyond < counted) <= 1.0 - grip.probability
 
 
 def test_the_utilisation_owes_nothing_to_what_is_believed_of_friction(

@@ -66,9 +66,9 @@ class ConeEstimator:
     def reset_health(self) -> None:
         pass
 
-    def least_force(self, margin: float, confidence: float) -> float:
+    def least_force(self, margin: float, confidence: float, load: tuple[float, float] | None = None) -> float:
         self.confidence = confidence
-        return self._load / (MU * (1.0 - margin))
+        return (self._load if load is None else load[0]) / (MU * (1.0 - margin))
 
     def reset(self) -> None:
         self.resets += 1

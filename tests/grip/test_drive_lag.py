@@ -8,12 +8,21 @@ import numpy as np
 import pytest
 
 from vegrip.grip.drive_lag import (
+    DRIVE_FORCE,
+    DRIVE_KNOWN,
     DRIVE_LAG,
+    DRIVE_MISFIT,
+    DRIVE_MOVED,
+    DRIVE_P,
+    DRIVE_SEEN,
     DRIVE_SIZE,
     DRIVE_STATE,
     begin_drives,
     follow_drive,
+    judge_drive,
+    measure_drive,
     measured_lag,
+    watch_rate,
 )
 from vegrip.grip.drive_log import DriveLog, describe_lag
 from vegrip.grip.friction_settings import FrictionSettings
@@ -156,3 +165,105 @@ def test_what_a_slow_drive_costs_is_said() -> None:
         "which a quicker drive would not need"
     )
     assert describe_lag(0.004, grip) == "lag 4 ms, configured 10 ms"
+
+
+def drive(q: list[float]) -> tuple[Floats, Floats]:
+    """Return the state (L, s, b) of the finger and its covariance."""
+    x, p = DRIVE_STATE + 3 * FINGER, DRIVE_P + 9 * FINGER
+    return np.array(q[x : x + 3]), np.array(q[p : p + 9]).reshape(3, 3)
+
+
+@pytest.mark.parametrize(("rate", "way", "stds"), [(3.0, 1.0, 1.0), (-5.0, -0.4, -2.0), (2.0, 0.0, 9.0)])
+def test_a_gap_is_a_kalman_filters_measurement_of_lag_stiction_and_offset(rate, way, stds) -> None:
+    """In matrices: walk, innovation of at most three deviations, gain, covariance; the others' stay."""
+    q = [0.0] * DRIVE_SIZE
+    begin_drives(q, NOISE)
+    p = DRIVE_P + 9 * FINGER
+    root = np.diag([4e-3, 8e-3, 2e-2]) @ np.tril(np.array([[1.0, 0, 0], [0.3, 0.9, 0], [-0.5, 0.2, 0.7]]))
+    q[p : p + 9] = (root @ root.T).ravel().tolist()
+    others = q[:p] + q[p + 9 :]
+    x, P = drive(q)
+    P += np.diag([3e-4**2 * DT, 0.0, 0.01**2 * DT])
+    h = np.array([rate, way, 1.0])
+    variance = h @ P @ h + (3.0 * NOISE) ** 2
+    off = stds * math.sqrt(variance)
+    measure_drive(q, FINGER, DT, rate, way, h @ x + off)
+    gain = P @ h / variance
+    after, covariance = drive(q)
+    moved = x + gain * min(max(off, -3.0 * math.sqrt(variance)), 3.0 * math.sqrt(variance))
+    assert after == pytest.approx([moved[0], min(max(moved[1], 0.0), 0.5), moved[2]], rel=1e-12)
+    assert covariance == pytest.approx(P - np.outer(gain, h @ P), rel=1e-12, abs=1e-18)
+    fade = 1.0 - math.exp(-DT / 0.3)
+    assert q[DRIVE_MISFIT + FINGER] == pytest.approx(fade * min(abs(off), 0.5))
+    changed = {k for k, (a, b) in enumerate(zip(others, q[:p] + q[p + 9 :], strict=True)) if a != b}
+    own = DRIVE_STATE + 3 * FINGER
+    assert changed <= {own, own + 1, own + 2, DRIVE_MISFIT + FINGER}
+
+
+def test_what_is_known_of_a_drive_fades_to_what_was_known_at_the_beginning() -> None:
+    q = [0.0] * DRIVE_SIZE
+    begin_drives(q, NOISE)
+    _, first = drive(q)
+    assert first == pytest.approx(np.diag([0.015**2, 0.02**2, 0.05**2]))
+    measure_drive(q, FINGER, 1e9, 0.0, 0.0, 0.0)
+    assert drive(q)[1][0] == pytest.approx(first[0])
+
+
+@pytest.mark.parametrize(
+    ("std", "moved", "misfit", "before", "known"),
+    [
+        (0.99e-3, 4.0, 1.99, 0.0, True),
+        (1.03e-3, 4.0, 0.0, 0.0, False),
+        (1.03e-3, 4.0, 0.0, 1.0, True),
+        (1.99e-3, 4.0, 0.0, 1.0, True),
+        (2.06e-3, 4.0, 0.0, 1.0, False),
+        (0.0, 3.99, 0.0, 1.0, False),
+        (0.0, 4.0, 2.01, 1.0, False),
+    ],
+)
+def test_a_lag_is_known_where_it_is_sure_was_moved_and_explains(std, moved, misfit, before, known) -> None:
+    """At a lag of 9 ms a tenth of what is told, 10.03 ms, and a fifth of it once it was known."""
+    q = [0.0] * DRIVE_SIZE
+    begin_drives(q, NOISE)
+    q[DRIVE_STATE + 3 * FINGER], q[DRIVE_P + 9 * FINGER] = 9e-3, std**2
+    q[DRIVE_MOVED + FINGER], q[DRIVE_MISFIT + FINGER], q[DRIVE_KNOWN + FINGER] = moved, misfit * NOISE, before
+    judge_drive(q, FINGER, DT)
+    assert q[DRIVE_LAG + FINGER] == pytest.approx(10.037e-3, rel=1e-3)
+    assert math.isnan(measured_lag(q, FINGER)) != known
+
+
+def test_the_rate_that_a_drive_was_seen_to_follow_with_is_the_fastest_of_the_last_minute() -> None:
+    q = [0.0] * DRIVE_SIZE
+    begin_drives(q, NOISE)
+    q[DRIVE_FORCE + FINGER] = 1.0
+    force = 1.0
+    for _ in range(200):  # 40 N/s behind a command that is ahead
+        force += 40.0 * DT
+        watch_rate(q, FINGER, DT, force + 0.3, force)
+    assert q[DRIVE_SEEN + FINGER] == pytest.approx(40.0, rel=1e-3)
+    for _ in range(50):  # away from the command
+        force += 90.0 * DT
+        watch_rate(q, FINGER, DT, force - 0.3, force)
+    assert q[DRIVE_SEEN + FINGER] == pytest.approx(40.0, rel=5e-3)
+    watch_rate(q, FINGER, 60.0, force, force)
+    assert q[DRIVE_SEEN + FINGER] == pytest.approx(40.0 / math.e, rel=1e-2)
+
+
+def test_samples_count_only_after_a_rest_in_a_slow_motion_that_the_force_follows() -> None:
+    def after(commands: list[float], lag: float = 0.0) -> list[float]:
+        q = [0.0] * DRIVE_SIZE
+        begin_drives(q, NOISE)
+        for command in commands:
+            follow_drive(q, FINGER, DT, command, command - lag)
+        return q
+
+    ramp = [2.0 + 4.0 * DT * k for k in range(60)]
+    at = DRIVE_MOVED + FINGER
+    assert after(ramp[:5])[at] == 0.0  # 10 ms of rest first
+    moved = [after(ramp[:n])[at] for n in (20, 40, 60)]
+    assert 0.0 < moved[0] < moved[1] < moved[2]
+    assert moved[2] - moved[1] <= 4.0 * 20 * DT  # the path of the model
+    assert after([2.0 + 0.45 * DT * k for k in range(60)])[at] == 0.0  # too slow to tell
+    assert after([2.0 + 12.5 * DT * k for k in range(60)])[at] == 0.0  # perhaps at its rate limit
+    assert after(ramp, 0.51)[at] == 0.0  # does not listen
+    assert after([*ramp[:30], math.nan, *ramp[30:34]])[at] == pytest.approx(after(ramp[:30])[at])

@@ -121,10 +121,11 @@ def test_a_grip_stronger_than_the_fail_safe_is_kept(make_node: MakeNode, state: 
 def test_a_rise_under_way_is_completed_when_the_input_fails(make_node: MakeNode, state: MakeState) -> None:
     node = make_node(settings=ControlSettings(thumb=""))
     run(node, [state(i) for i in range(1, 100)])
-    (first, *_) = node.on_message(state(100, tangential_force_x=6.0), 100 * PERIOD)
+    node.on_message(state(100, tangential_force_x=6.0), 100 * PERIOD)
+    (first, *_) = node.on_message(state(101, tangential_force_x=6.0), 101 * PERIOD)
     assert isinstance(first, ForceCommand)
     assert first.reason == Reason.RATE_LIMIT
-    for i in range(101, 400):
+    for i in range(102, 400):
         node.on_tick(i * PERIOD)
     assert node.fingers["index"].controller.held == pytest.approx(6.0 / (0.8 * 0.85), rel=0.05)
 

@@ -109,6 +109,32 @@ def test_slip_that_is_felt_for_one_sample_changes_nothing(held: Bench) -> None:
     assert [s for _, s in after] == pytest.approx([s for _, s in before], abs=1e-9)
 
 
+@pytest.mark.parametrize("seconds", [0.02, 0.06, 0.2])
+def test_one_slide_counts_once_by_its_onset_and_by_what_follows(seconds: float) -> None:
+    bench = Bench(controller())
+    bench.run(1.0, 0.6)
+    _, before = bench.hand.friction.belief("index")
+    bench.run(seconds, 0.6, {"index": 1.0}, speed=2e-3)
+    _, std = bench.hand.friction.belief("index")
+    noise = LEARNING.onset_noise
+    assert std >= before * noise / math.hypot(before, noise)
+
+
+@pytest.mark.parametrize("friction", [LEARNING, FrictionSettings()], ids=["shared", "alone"])
+@pytest.mark.parametrize("slip", [0.5, 0.99])
+def test_a_slip_between_0_and_1_raises_no_grip_and_teaches_nothing(
+    friction: FrictionSettings, slip: float
+) -> None:
+    told = []
+    for said in (math.nan, slip):
+        bench = Bench(controller(friction))
+        bench.run(1.0, 0.6)
+        bench.run(0.3, 0.6, {"index": said})
+        force = bench.hand.fingers["index"].controller.held
+        told.append((bench.hand.contact("index").friction_coefficient.value, force))
+    assert told[1] == told[0]
+
+
 def test_a_bogus_slip_at_light_touch_changes_nothing() -> None:
     bench = Bench(controller())
     bench.run(1.0, 0.012)  # a load like the noise of its measurement

@@ -27,17 +27,21 @@ from vegrip.grip.friction_probe import PROBE_SHIFT, begin_probing, feel_slip, wa
 from vegrip.grip.late_slip import begin_late_slip
 from vegrip.grip.slip_trust import (
     TRUST_BLIND,
+    TRUST_CLEAN_TIME,
     TRUST_FALSE,
     TRUST_HELD,
+    TRUST_KEPT,
     TRUST_LASTS,
     TRUST_LIVELY,
     TRUST_NOISY,
     TRUST_PROOF,
+    TRUST_RETREAT,
     TRUST_SIZE,
     TRUST_STILL,
     begin_trust,
     counted_shift,
     counts_as_known,
+    ends_probe,
     follow_trust,
     let_go,
     trusts_slip,
@@ -183,6 +187,85 @@ def test_a_channel_that_does_not_tell_a_slide_is_deaf_if_the_load_comes_back_wit
     assert (why == FELT_DEAF) == deaf
     assert math.isnan(believed_flag(grasp.g, 1, 0.0)) == deaf
     assert trusts_slip(grasp.g, grasp.g) != deaf
+
+
+def test_a_slide_that_begins_with_a_fall_of_friction_ends_the_probe_though_n_has_not_fallen() -> None:
+    grasp = Grasp()
+    grasp.hold(1.0)
+    grasp.let_go_of()
+    grasp.hold(0.3)
+    for _ in range(10):
+        grasp.feel(4.0, 0.92 * 0.5)
+    assert grasp.g[PROBE_SHIFT] == 0.0
+
+
+def test_a_load_that_fades_and_comes_back_is_no_slide_that_the_channel_missed() -> None:
+    grasp = Grasp()
+    grasp.prove()
+    grasp.hold(0.5)
+    grasp.let_go_of()
+    force, load = 1.8, 0.5
+    while grasp.g[PROBE_SHIFT] > 0.0:
+        force, load = force * math.exp(-DT), load * math.exp(-0.5 * DT)
+        grasp.feel(force, load)
+    assert load > 0.3
+    for _ in range(60):
+        grasp.feel(2.0, 0.5)
+    assert trusts_slip(grasp.g, grasp.g)
+
+
+def test_a_slide_does_not_end_before_the_grip_is_back() -> None:
+    grasp = Grasp()
+    grasp.prove()
+    grasp.hold(0.5)
+    grasp.let_go_of()
+    lower(grasp, 0.75)
+    _, lost = slide_until_told(grasp)
+    for _ in range(60):
+        grasp.feel(lost / MU, 0.5)  # more than such a contact could hold
+    assert grasp.g[FELT_FLAG + FELT_WIDTH + FELT_WHY] != FELT_DEAF
+
+
+def test_while_slip_is_trusted_what_a_quick_fall_has_held_is_kept_until_a_finger_slips() -> None:
+    for proven in (True, False):
+        grasp = Grasp()
+        if proven:
+            grasp.prove()
+        grasp.hold(0.5)
+        grasp.let_go_of()
+        lower(grasp, 0.3)
+        for _ in range(80):
+            grasp.feel(1.8 * math.exp(-0.3), 0.5)
+        kept = 0.5 - TRUST_RETREAT if proven else 0.0
+        assert grasp.g[PROBE_SHIFT] == grasp.g[TRUST_KEPT] == pytest.approx(kept)
+        assert ends_probe(grasp.g, 0, DT, True, True)
+        assert grasp.g[TRUST_KEPT] == 0.0
+
+
+def test_friction_that_was_low_before_a_flag_lied_is_not_taken_for_usual() -> None:
+    grasp = Grasp()
+    absorb_factor(grasp.g, 0, 1000.0, 1000.0 * math.log(0.15))
+    low = grasp.g[BELIEF_MEAN + 1]
+    grasp.hold(TRUST_CLEAN_TIME + 0.1)
+    distrust(grasp.g, FELT_FLAG, FELT_BY_LOAD, 30.0)
+    grasp.feel(4.0, 0.5)
+    assert grasp.g[BELIEF_MEAN + 1] == pytest.approx(low + 0.4)
+    assert believed_variance(grasp.g, 1) == pytest.approx(0.16)
+
+
+def test_an_object_that_is_not_known_is_let_go_of_until_it_slides_and_a_known_one_is_not() -> None:
+    for std in (0.4, 0.1):
+        grasp = Grasp()
+        if std < 0.2:
+            absorb_factor(grasp.g, 0, 1000.0, 1000.0 * math.log(0.7))
+        grasp.hold(1.0)
+        for i in range(2):
+            grasp.g[TRUST_NOISY + i] = TRUST_LIVELY
+        for _ in range(400):
+            let_go(grasp.g, grasp.g, 0, DT, LAG, 0.15, 100.0, NOISE, True, False)
+        reach = grasp.g[BELIEF_MEAN] + 2.0 * math.sqrt(believed_variance(grasp.g, 0))
+        counted = math.log(0.7) - LAG * 0.4 + grasp.g[PROBE_SHIFT]
+        assert (counted > reach + 1e-9) == (std > 0.2)
 
 
 def test_a_slip_speed_that_was_noisy_and_becomes_constant_or_vanishes_voids_the_proof() -> None:

@@ -5,10 +5,8 @@ import time
 
 import pytest
 
-from vegrip.host import leftovers
-from vegrip.host.leftovers import MIN_SOCKET_AGE_S, remove_leftovers
-from vegrip.host.lock_file import locked
-from vegrip.host.runtime_folder import ASIDE, runtime_folder
+from vegrip.host import folders
+from vegrip.host.folders import ASIDE, MIN_SOCKET_AGE_S, locked, remove_leftovers, runtime_folder
 
 pytestmark = pytest.mark.usefixtures("runtime")
 
@@ -47,7 +45,7 @@ def test_a_socket_that_nobody_serves_is_removed_one_that_is_served_or_new_is_not
         server.listen()
         remove_leftovers(later())
         assert path.exists()
-        monkeypatch.setattr(leftovers, "_served", set)  # as one sees those of another namespace
+        monkeypatch.setattr(folders, "_served", set)  # as one sees those of another namespace
         remove_leftovers(later())
         assert path.exists()
 

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from vegrip.host.processor_time import processor_time
+from vegrip.host.realtime import processor_time
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")  # noqa: PTH110

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from vegrip.host.runtime_folder import runtime_folder
+from vegrip.host.folders import runtime_folder
 from vegrip.transport.canbus.virtual_can import hub_process
 
 LAUNCH = """

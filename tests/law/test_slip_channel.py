@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from .channels import FAULTS
-from .grasp import SLID_M, Case, draw, run, without_a_channel
+from .grasp import DELAY_S, DROPPED_M, SLID_M, Case, draw, run, without_a_channel
 from .plant import FORCE, Make, Plant
 from .verdict import breaches, excused
 
@@ -50,10 +50,6 @@ LYING = {
 """Channels that tell of slides that are not."""
 
 
-BROKEN = {22, 68, 95}
-"""Of a hundred random cases, those that break the law: drives of 4 and 6 Hz, and one that is named late."""
-
-
 @pytest.mark.parametrize("what", SILENT)
 def test_a_channel_that_keeps_quiet_about_slides_drops_nothing_and_is_named(what: str) -> None:
     told = run(SILENT[what])
@@ -69,16 +65,18 @@ def test_a_channel_that_tells_of_slides_that_are_not_crushes_nothing_and_is_name
     assert excused(LYING[what], told, list(breaches(LYING[what], told)))[0] == [], told
 
 
-@pytest.mark.parametrize(("exact", "share"), [(False, 0.8), (True, 1.05)], ids=["noise", "zeros"])
+@pytest.mark.parametrize(
+    ("exact", "share", "seeds"), [(False, 0.8, 4), (True, 1.05, 1)], ids=["noise", "zeros"]
+)
 def test_a_sound_channel_is_not_named_and_one_whose_noise_shows_saves_a_fifth(
-    exact: bool, share: float
+    exact: bool, share: float, seeds: int
 ) -> None:
     """One that says exactly 0 as long as nothing slides cannot be told from a dead one."""
-    case = replace(ALONE, exact=exact)
-    told = run(case)
-    assert told.over_least < share * run(without_a_channel(case)).over_least, told
-    assert told.slid < 1e-3, told
-    assert told.named == math.inf, told
+    told = [run(replace(ALONE, exact=exact, seed=seed)) for seed in range(1, seeds + 1)]
+    mean = sum(one.over_least for one in told) / seeds
+    assert mean < share * run(without_a_channel(ALONE)).over_least, told
+    assert max(one.slid for one in told) < 1e-3, told
+    assert min(one.named for one in told) == math.inf, told
 
 
 @pytest.mark.parametrize("fault", ["none", "dead"])
@@ -91,7 +89,7 @@ def test_friction_that_halves_within_a_third_of_a_second_lets_the_object_slide_b
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", sorted(set(range(100)) - BROKEN))
+@pytest.mark.parametrize("seed", range(100))
 def test_the_law_holds_over_its_whole_space(seed: int) -> None:
     case = draw(np.random.default_rng([seed, 7]))
     told = run(case)
@@ -117,3 +115,28 @@ def test_the_plant_holds_by_coulombs_law(part: float, holds: bool) -> None:
         plant.advance(0.005, drives, (np.ones(5), np.ones(5)), load)
     assert plant.rows[0, FORCE] == pytest.approx(squeeze, rel=1e-3)
     assert (plant.slid.min() < 1e-6) == holds
+
+
+def least_slide(make: Make, felt: float) -> float:
+    """Return how far [m] an object at its limit slides when its load rises by half within 50 ms.
+
+    So late [s] as it is ``felt``, and no sooner, all fingers are commanded 15 N.
+    """
+    plant, began, load = Plant(make), math.inf, np.zeros((2, 2))
+    held = 1.05 * plant.least_squeeze(make.load, np.ones(make.fingers))
+    for k in range(400):
+        t = (k + 1) / 200.0
+        rises = min(t / 0.5, 1.0) + 0.5 * min(max((t - 1.0) / 0.05, 0.0), 1.0)
+        load = np.array([load[1], [0.0, -make.load * rises]])
+        squeeze = 15.0 if t >= began + felt else held
+        plant.advance(0.005, np.full(make.fingers, squeeze), (np.ones(make.fingers),) * 2, load)
+        if plant.slid.min() > 0.0 and t > 1.0:
+            began = min(began, t)
+    return float(plant.slid.min())
+
+
+def test_no_grip_holds_an_object_at_its_limit_within_the_law_when_its_load_rises_by_half() -> None:
+    """What a sound channel excuses: only force that is there before helps."""
+    make = replace(PINCH, mu=0.3, load=2.0, spread=0.0, kinetic=0.9)
+    assert SLID_M < least_slide(make, DELAY_S) < DROPPED_M
+    assert least_slide(replace(make, kinetic=1.0), DELAY_S) < SLID_M

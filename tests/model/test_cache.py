@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from vegrip.host import compiled_folder
-from vegrip.host.private_folder import why_not_private, why_not_trusted
+from vegrip.host.folders import why_not_private, why_not_trusted
 from vegrip.model import cache
 
 TEXT = "WHO = 'me'\n"

@@ -6,7 +6,7 @@ import pytest
 
 from vegrip.errors import DeviceError, VegripError
 from vegrip.host import descriptors
-from vegrip.host.runtime_folder import runtime_folder
+from vegrip.host.folders import runtime_folder
 from vegrip.messages import Lifecycle
 from vegrip.runtime import NodeBase, process
 from vegrip.runtime.exit_reports import read_reports

@@ -11,7 +11,7 @@ FILES = sorted(file for folder in FOLDERS for file in (ROOT / folder).rglob("*.p
 MODULES = {"pickle", "cPickle", "dill", "cloudpickle", "joblib", "marshal", "shelve", "jsonpickle", "yaml"}
 CALLS = {"eval", "exec", "__import__", "recv_pyobj", "send_pyobj", "load_pickle", "read_pickle"}
 EXCEPTIONS = {
-    ("probe.py", "exec"),  # a user's own effect, as importing it would run it
+    ("composer.py", "exec"),  # a user's own effect, as importing it would run it
     ("program.py", "exec"),  # constants of the program's own kernels, to be written as C
     ("compiled.py", "exec"),  # what is generated from a map whose every entry was checked
 }

@@ -5,7 +5,7 @@ import pytest
 from numpy.polynomial import polynomial
 
 from tools import fit_limit_surface
-from vegrip.contact.limit_surface import fast
+from vegrip.contact.limit_surface import fast, reference
 
 
 def test_fit_never_falls_below_its_goal_and_is_the_best_such() -> None:
@@ -48,11 +48,32 @@ def test_torsion_table_in_the_file_is_the_one_the_script_computes() -> None:
     assert again == pytest.approx(in_file, abs=1e-12)
 
 
+def test_a_small_fit_lies_inside_the_surface_by_at_most_what_it_says_at_every_sample() -> None:
+    k, d = fit_limit_surface.sample_points(6, 16)
+    assert k.shape == d.shape == (6, 24)
+    assert np.array_equal(d[0], np.sort(d[0]))
+    assert 1.0 / k[[0, -1], 0] == pytest.approx([0.0, 1.0], abs=1e-9)
+    # as dense in the direction of the slip as 16 even steps from pure torsion to pure force, and around d = 1
+    assert np.diff(np.arctan(d[0])).max() == pytest.approx(np.pi / 34)
+    assert d[0].min() == pytest.approx(np.tan(np.pi / 34))
+    assert 1.0 / d[0].max() == pytest.approx(np.tan(np.pi / 34))
+    assert np.count_nonzero(np.abs(d[0] - 1.0) <= 0.5 + 1e-12) > 8
+    f, m = reference.point(k, d)
+    torsion = m / reference.torsion_limit(k)
+    table, error = fit_limit_surface.fit(1.0 / k, f, torsion, 1.0, (5, 10))
+    radius = np.hypot(f, torsion)
+    u = (f**2 - torsion**2) / radius**2
+    correction = 0.25 * (1.0 - u**2) * polynomial.polyval2d(2.0 / k - 1.0, u, table)
+    inside = radius - (1.0 - correction)
+    slack = fit_limit_surface.SLACK * (1.0 - u**2)
+    assert np.all(inside >= slack - 1e-9)
+    assert inside.max() == pytest.approx(error, rel=1e-3)
+    assert error < 1e-3
+
+
 @pytest.mark.long
 def test_fitting_again_gives_the_surface_in_the_file() -> None:
     k, d = fit_limit_surface.sample_points()
-    from vegrip.contact.limit_surface import reference
-
     f, m = reference.point(k, d)
     table, error = fit_limit_surface.fit(
         1 / k, f, m / reference.torsion_limit(k), 1.0, fit_limit_surface.RADIUS_SHAPE

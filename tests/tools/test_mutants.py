@@ -78,14 +78,15 @@ def test_a_larger_sample_begins_with_the_smaller_one() -> None:
 
 
 def test_the_nearest_tests_come_first() -> None:
-    files = mutants.related("vegrip/contact/elastic.py")
+    far = mutants.related("vegrip/contact/elastic.py")
     near = [
         "tests/contact/test_elastic.py",  # its own
-        "tests/contact/test_history.py",  # of what imports it
+        "tests/contact/test_history.py",  # that imports it
         "tests/contact/test_prony.py",  # of its folder
-        "tests/model/test_simulate.py",  # of what else names its folder
+        "tests/model/test_channels.py",  # of what else names its folder
     ]
-    assert sorted(near, key=files.index) == near
+    assert [far[file] for file in near] == [0, 1, 2, 4]
+    assert list(far.values()) == sorted(far.values())
 
 
 def test_each_mutant_that_is_left_out_exists_and_has_a_reason() -> None:
@@ -94,3 +95,88 @@ def test_each_mutant_that_is_left_out_exists_and_has_a_reason() -> None:
     names = {one.name for file in files for one in mutants.mutants(ROOT / file)}
     assert entries.keys() - names == set(), "no such mutant (any more)"
     assert all(len(reason.split()) > 3 for reason in entries.values())
+
+
+@pytest.mark.parametrize(
+    ("line", "reached"),
+    [
+        ("        return a - LIMIT", {"vegrip/a.py:C.m"}),
+        ("LIMIT = 2 * BASE", {"vegrip/a.py:C.m", "vegrip/b.py:f"}),
+        ("BASE = 3", {"vegrip/a.py:C.m", "vegrip/b.py:f"}),
+        ("    part: int = 7", {"vegrip/b.py:f"}),
+    ],
+)
+def test_a_change_is_seen_by_the_functions_that_it_is_in_or_that_take_it(
+    line, reached, tmp_path, monkeypatch
+) -> None:
+    files = {
+        "vegrip/a.py": "BASE = 3\nLIMIT = 2 * BASE\nclass C:\n    part: int = 7\n    def m(self, a):\n"
+        "        return a - LIMIT\n",
+        "vegrip/b.py": "from vegrip.a import LIMIT, C\ndef f(x):\n    return C().part + LIMIT\n"
+        "def g(x):\n    return x\n",
+    }
+    monkeypatch.setattr(mutants, "texts", lambda _: files)
+    mutants.named_in.cache_clear()
+    number = files["vegrip/a.py"].splitlines().index(line) + 1
+    mutant = mutants.Mutant("vegrip/a.py", 0, 1, "", number, line, "", 0)
+    assert mutants.functions_with(mutant) == reached
+    mutants.named_in.cache_clear()
+
+
+@pytest.mark.slow
+def test_a_mutant_meets_the_quickest_test_that_enters_it_and_one_without_end_is_noticed_by_time(
+    tmp_path, monkeypatch
+) -> None:
+    """A project of one file; a test that fails without a change notices none."""
+    law = """
+def down(n):
+    while n > 0:
+        n = n - 1
+    return n
+
+def other(n):
+    return n + 2
+
+def unseen(n):
+    return n * 3
+"""
+    tests = """
+import time
+from vegrip.part import law
+
+def test_slow():
+    time.sleep(0.3)
+    assert law.down(3) == 0
+
+def test_quick():
+    assert law.down(2) == 0
+
+def test_other():
+    assert law.other(1) == 3
+
+def test_broken():
+    assert law.unseen(1) == 4
+"""
+    packages = dict.fromkeys(("vegrip/__init__.py", "vegrip/part/__init__.py"), "")
+    texts = packages | {"vegrip/part/law.py": law, "tests/part/test_law.py": tests}
+    texts["pyproject.toml"] = '[tool.pytest.ini_options]\naddopts = "--import-mode=importlib"\n'
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    for name, value in {"ROOT": tmp_path, "WORK": tmp_path / "build", "SLACK_S": 1.0}.items():
+        monkeypatch.setattr(mutants, name, value)
+    monkeypatch.setattr(mutants, "RESULTS", tmp_path / "build" / "results.jsonl")
+    (tmp_path / "build" / "records").mkdir(parents=True)
+    for function in (mutants.texts, mutants.related, mutants.users_of, mutants._imports, mutants._mirror):
+        function.cache_clear()
+    every = {one.after: one for one in mutants.mutants(tmp_path / "vegrip/part/law.py")}
+    with mutants.Round(1, 60.0, 2, 60.0) as the_round:
+        chosen = [one.name.partition("::")[2] for one in the_round.records.choose(every["n = n + 1"], [0])]
+        assert chosen[:2] == ["test_quick", "test_slow"]
+        results = {
+            change: the_round.run(every[change])
+            for change in ("while n <= 0:", "n = n + 1", "return n + 3", "return n / 3")
+        }
+    assert list(results.values()) == ["killed", "timeout", "killed", "survived"]
+    for function in (mutants.texts, mutants.related, mutants.users_of, mutants._imports, mutants._mirror):
+        function.cache_clear()

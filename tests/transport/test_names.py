@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from vegrip.errors import ConfigError, DeviceError
-from vegrip.host.runtime_folder import runtime_folder, socket_path
+from vegrip.host.folders import runtime_folder, socket_path
 from vegrip.transport.zmq_address import check_reach, is_local, resolve
 
 

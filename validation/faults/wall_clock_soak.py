@@ -22,7 +22,7 @@ from unittest import mock
 
 import can
 
-from vegrip.host.runtime_folder import socket_path
+from vegrip.host.folders import socket_path
 from vegrip.messages import FingertipState, ForceCommand
 from vegrip.runtime.registry import find_node, running_nodes
 from vegrip.transport.endpoint import Endpoint

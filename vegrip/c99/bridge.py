@@ -4,7 +4,6 @@ import re
 from collections.abc import Mapping, Sequence
 
 from vegrip.c99.kinds import BYTES, LONGS, MEMORY, REAL, Kind
-from vegrip.c99.single import single_precision
 
 MOST = 64  # numbers of a memory whose length is known only when it is called
 Lengths = Mapping[str, Sequence[int | str]]
@@ -16,29 +15,28 @@ def behind_doubles(
     lengths: Lengths,
     prefix: str = "vg",
 ) -> str:
-    """Return ``text`` in single precision, with its entries as functions of doubles.
+    """Return ``text`` with its entries as functions of doubles.
 
     Args:
-        text: C, translated with ``prefix``.
+        text: C in single precision, translated with ``prefix``.
         entries: functions called from outside, with the kinds of their arguments.
         lengths: of the memories of each entry, in the order of its arguments: a number, or an expression in C
             of its arguments a0, a1, ..., then no more than :data:`MOST`.
         prefix: of the names in C.
 
     """
-    single = single_precision(text)
     for name in entries:
-        single = re.sub(rf"\b{prefix}_{name}\b", f"{prefix}_{name}_in_floats", single)
+        text = re.sub(rf"\b{prefix}_{name}\b", f"{prefix}_{name}_in_floats", text)
     bridges = (
-        _bridge(f"{prefix}_{name}", kinds, list(lengths[name]), _result(single, f"{prefix}_{name}"))
+        _bridge(f"{prefix}_{name}", kinds, list(lengths[name]), _result(text, f"{prefix}_{name}"))
         for name, kinds in entries.items()
     )
-    return "\n".join([single, *bridges])
+    return "\n".join([text, *bridges])
 
 
-def _result(single: str, name: str) -> str:
+def _result(text: str, name: str) -> str:
     """Return the type in C that an entry gives, of doubles where it gives floats."""
-    found = re.search(rf"\b(\w+) {name}_in_floats\(", single)
+    found = re.search(rf"\b(\w+) {name}_in_floats\(", text)
     assert found is not None  # noqa: S101 (the text was translated with this entry)
     return REAL.c if found[1] == "float" else found[1]
 

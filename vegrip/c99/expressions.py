@@ -19,13 +19,16 @@ from vegrip.c99.kinds import (
     VOID,
     WHOLES,
     Kind,
+    RealType,
+    Record,
+    Row,
     Struct,
     Table,
     common,
 )  # fmt: skip
 from vegrip.c99.names import local
 from vegrip.c99.refusal import refused
-from vegrip.c99.walk import nodes_of
+from vegrip.c99.scopes import nodes_of
 
 MATHS = {
     name: name
@@ -70,6 +73,8 @@ class Value:
 
 class Module(Protocol):
     """What an expression finds outside its function."""
+
+    reals: RealType
 
     def constant(self, node: ast.Name) -> Value:
         """Return a number or table of the module."""
@@ -134,15 +139,34 @@ class Expressions:
             raise refused(node, "is not a whole number")
         return value.text
 
-    def place(self, node: ast.Subscript) -> str:
-        """Return an element of the memory as something to assign to."""
+    def place(self, node: ast.Subscript | ast.Attribute) -> str:
+        """Return an element of the memory, or a field of a record, as something to assign to."""
+        if isinstance(node, ast.Attribute):
+            kind, text = self._member(node)
+            if kind not in NUMBERS and not isinstance(kind, Record):
+                raise refused(node, "an array is set element by element")
+            return text
         memory = self.value(node.value)
         if memory.kind not in ITEM_KIND:
             raise refused(node, "only elements of the memory can be set")
         return f"{memory.text}[{self.index(node.slice)}]"
 
-    def stored(self, target: ast.Subscript, value: Value) -> str:
+    def real(self, value: float) -> str:
+        """Return a constant."""
+        return literals.real(value, self.module.reals)
+
+    def as_real(self, value: Value) -> str:
+        """Return a whole number made real."""
+        return f"({self.module.reals.c}){value.within(SIGN)}"
+
+    def of_math(self, function: str) -> str:
+        """Return the name of a function of math.h."""
+        return function + self.module.reals.function
+
+    def stored(self, target: ast.Subscript | ast.Attribute, value: Value) -> str:
         """Return ``value`` as it is put into the memory at ``target``."""
+        if isinstance(target, ast.Attribute):
+            return self._stored_field(target, value)
         array = self.value(target.value).kind
         if array == LONGS and value.kind in (*WHOLES, BOOL):
             return value.text
@@ -151,8 +175,26 @@ class Expressions:
         if ITEM_KIND[array] == REAL and value.kind in (REAL, INT):
             return value.text
         if ITEM_KIND[array] == REAL and value.kind == BOOL:
-            return f"{value.within(EITHER)} ? 1.0 : 0.0"
+            return f"{value.within(EITHER)} ? {self.real(1.0)} : {self.real(0.0)}"
         raise refused(target, f"holds {ITEM_KIND[array].c} and gets {value.kind.c}; convert it")
+
+    def _stored_field(self, target: ast.Attribute, value: Value) -> str:
+        kind, _ = self._member(target)
+        if isinstance(kind, Record) and value.kind == kind:  # the whole is copied
+            return value.text[1:] if value.text.startswith("&") else f"*{value.within(ATOM)}"
+        if value.kind == kind or (kind in (LONG, REAL) and value.kind == INT):
+            return value.text
+        raise refused(target, f"holds {kind.c} and gets {value.kind.c}; convert it")
+
+    def _member(self, node: ast.Attribute) -> tuple[Kind, str]:
+        """Return kind and text of a field of a record."""
+        whole = self.value(node.value)
+        if not isinstance(whole.kind, Record) or node.attr not in whole.kind.fields:
+            raise refused(node, "is no field of a record, and no constant of math")
+        kind, _ = whole.kind.fields[node.attr]
+        if whole.text.startswith("&"):
+            return kind, f"{whole.text[1:]}.{node.attr}"
+        return kind, f"{whole.within(ATOM)}->{node.attr}"
 
     def _constant(self, node: ast.Constant) -> Value:
         value = node.value
@@ -161,7 +203,7 @@ class Expressions:
         if isinstance(value, int):
             return number_of(node, value)
         if isinstance(value, float):
-            return Value(literals.real(value), REAL, constant=value)
+            return Value(self.real(value), REAL, constant=value)
         raise refused(node, "only numbers are translated")
 
     def _name(self, node: ast.Name) -> Value:
@@ -172,8 +214,11 @@ class Expressions:
     def _attribute(self, node: ast.Attribute) -> Value:
         if isinstance(node.value, ast.Name) and node.value.id == "math" and node.attr in CONSTANTS:
             value = CONSTANTS[node.attr]
-            return Value(literals.real(value), REAL, constant=value)
-        raise refused(node, "only the constants of math are translated")
+            return Value(self.real(value), REAL, constant=value)
+        kind, text = self._member(node)
+        if isinstance(kind, Record):
+            return Value(f"&{text}", kind, SIGN)
+        return self.settled(Value(text, kind)) if kind in NUMBERS else Value(text, kind)
 
     def _unaryop(self, node: ast.UnaryOp) -> Value:
         if isinstance(node.op, ast.Not):
@@ -201,8 +246,8 @@ class Expressions:
         sign, binding = BINARY[type(node.op)]
         a, b = left.within(binding), right.within(binding + 1)
         if sign == "/":
-            a = a if left.kind == REAL else f"(double){left.within(SIGN)}"
-            b = b if right.kind == REAL else f"(double){right.within(SIGN)}"
+            a = a if left.kind == REAL else self.as_real(left)
+            b = b if right.kind == REAL else self.as_real(right)
             kind = REAL
         return Value(f"{a} {sign} {b}", kind, binding)
 
@@ -213,10 +258,10 @@ class Expressions:
             if not isinstance(n, int) or not 0 < abs(n) <= LARGEST_POWER or base.kind != REAL:
                 raise refused(node, f"whole powers are constant, 1 .. {LARGEST_POWER}, of a real number")
             product = f"{self.module.helper(f'power{abs(n)}')}({base.text})"
-            return Value(product, REAL) if n > 0 else Value(f"1.0 / {product}", REAL, PRODUCT)
+            return Value(product, REAL) if n > 0 else Value(f"{self.real(1.0)} / {product}", REAL, PRODUCT)
         if REAL not in {base.kind, exponent.kind}:
             raise refused(node, "a power of two whole numbers is not translated")
-        return Value(f"pow({base.text}, {exponent.text})", REAL)
+        return Value(f"{self.of_math('pow')}({base.text}, {exponent.text})", REAL)
 
     def _whole_division(self, node: ast.BinOp, left: Value, right: Value, kind: Kind) -> Value:
         if kind not in WHOLES:
@@ -291,6 +336,8 @@ class Expressions:
             return Value(f"{whole.within(ATOM)}.v{i}", whole.kind.fields[i])
         if isinstance(whole.kind, Table):
             return self._element(node, whole.kind)
+        if isinstance(whole.kind, Row):
+            return Value(f"&{whole.text}[{self.index(node.slice)}]", whole.kind.item, SIGN)
         if whole.kind not in ITEM_KIND:
             raise refused(node, "is neither memory, table nor tuple")
         item = f"{whole.text}[{self.index(node.slice)}]"
@@ -339,11 +386,11 @@ class Expressions:
     def _math(self, node: ast.Call, name: str) -> Value:
         given = ", ".join(self.number(one).text for one in node.args)
         if name in MATHS:
-            return Value(f"{MATHS[name]}({given})", REAL)
+            return Value(f"{self.of_math(MATHS[name])}({given})", REAL)
         if name in TESTS:
             return Value(f"({name}({given}) != 0)", BOOL)  # these macros give whole numbers
         if name in WHOLE:
-            return Value(f"{self.module.helper('whole')}({name}({given}))", INT)
+            return Value(f"{self.module.helper('whole')}({self.of_math(name)}({given}))", INT)
         raise refused(node, f"math.{name} has no counterpart in C99 that is known here")
 
     def _call_max(self, node: ast.Call) -> Value:
@@ -370,11 +417,11 @@ class Expressions:
         value = self.number(node.args[0])
         if value.kind != REAL:
             raise refused(node, "abs is translated for real numbers only")
-        return Value(f"fabs({value.text})", REAL)
+        return Value(f"{self.of_math('fabs')}({value.text})", REAL)
 
     def _call_float(self, node: ast.Call) -> Value:
         value = self.number(node.args[0])
-        return value if value.kind == REAL else Value(f"(double){value.within(SIGN)}", REAL, SIGN)
+        return value if value.kind == REAL else Value(self.as_real(value), REAL, SIGN)
 
     def _call_int(self, node: ast.Call) -> Value:
         value = self.number(node.args[0])
@@ -397,7 +444,8 @@ class Expressions:
     def _call_round(self, node: ast.Call) -> Value:
         if len(node.args) != 1:
             raise refused(node, "round is translated to whole numbers only")
-        return Value(f"{self.module.helper('whole')}(rint({self.number(node.args[0]).text}))", INT)
+        rounded = f"{self.of_math('rint')}({self.number(node.args[0]).text})"
+        return Value(f"{self.module.helper('whole')}({rounded})", INT)
 
     def _call_bool(self, node: ast.Call) -> Value:
         value = self.number(node.args[0])

@@ -4,14 +4,27 @@ import ast
 from dataclasses import dataclass
 
 from vegrip.c99.expressions import LESS, Expressions, Module, Value
-from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, VOID, WHOLES, Kind, Struct, Table, common
+from vegrip.c99.kinds import (
+    BOOL,
+    INT,
+    ITEM_KIND,
+    LONG,
+    REAL,
+    VOID,
+    WHOLES,
+    Kind,
+    Record,
+    Row,
+    Struct,
+    Table,
+    common,
+)  # fmt: skip
+from vegrip.c99.literals import real
 from vegrip.c99.names import INDENT, broken, local
-from vegrip.c99.order import matters
 from vegrip.c99.refusal import is_text, refused
-from vegrip.c99.scopes import Scopes
-from vegrip.c99.walk import nodes_of
+from vegrip.c99.scopes import Scopes, is_field, matters, nodes_of
 
-ZERO = {REAL: "0.0", INT: "0", LONG: "0", BOOL: "false"}
+ZERO = {INT: "0", LONG: "0", BOOL: "false"}
 PASSES = 8  # until the kinds of all variables are known
 
 
@@ -69,10 +82,28 @@ class Function:
     def _is_unused(self, name: str) -> bool:
         return not isinstance(self.kinds[name], Table) and not self.scopes.is_read(name)
 
+    def spelled(self, kind: Kind) -> str:
+        """Return the type in C of a value of ``kind``."""
+        return self.module.reals.spelled(kind)
+
+    def _nothing(self, kind: Kind) -> str:
+        """Return what a variable holds before it is set."""
+        if isinstance(kind, Struct):
+            return f"{{{', '.join(map(self._nothing, kind.fields))}}}"
+        if isinstance(kind, Record):
+            return "0"
+        return real(0.0, self.module.reals) if kind == REAL else ZERO[kind]
+
+    def _declared(self, kind: Kind, name: str, *, is_constant: bool) -> str:
+        """Return the declaration of a variable; a record is pointed to."""
+        if isinstance(kind, Record):
+            return f"{kind.c}{'const ' if is_constant else ''}{local(name)}"
+        return f"{'const ' if is_constant else ''}{self.spelled(kind)} {local(name)}"
+
     def _declarations(self) -> list[str]:
         """Declare the variables that no statement declares with their first value."""
         return [
-            f"{kind.c} {local(name)} = {_nothing(kind)};"
+            f"{self._declared(kind, name, is_constant=False)} = {self._nothing(kind)};"
             for name, kind in self.kinds.items()
             if name not in self.arguments and self.scopes.is_read(name) and not self.scopes.has_home(name)
         ]
@@ -139,7 +170,7 @@ class Function:
 
     def _temporary(self, kind: Kind, text: str) -> str:
         name = self._fresh("t")
-        self.before.append(f"const {kind.c} {name} = {text};")
+        self.before.append(f"{self._declared(kind, name, is_constant=True)} = {text};")
         return name
 
     def _fresh(self, stem: str) -> str:
@@ -161,8 +192,15 @@ class Function:
         for call in (one for node in nodes for one in nodes_of(node) if isinstance(one, ast.Call)):
             if isinstance(call.func, ast.Name):
                 for place in self.module.written(call.func.id):
-                    if place < len(call.args) and isinstance(call.args[place], ast.Name):
-                        self.written.add(call.args[place].id)  # type: ignore[attr-defined]
+                    if place < len(call.args):
+                        self._note_written(call.args[place])
+
+    def _note_written(self, node: ast.expr) -> None:
+        """Note that ``node`` is written to: a parameter, or, by whatever name, some record."""
+        if isinstance(node, ast.Name) and not isinstance(self.kinds.get(node.id), Record):
+            self.written.add(node.id)
+        else:
+            self.written |= {name for name in self.arguments if isinstance(self.kinds[name], Record)}
 
     def _assign(self, targets: list[ast.expr], value: ast.expr) -> list[str]:
         self._note_writes(value, *targets)
@@ -209,9 +247,9 @@ class Function:
         return False
 
     def _store(self, writer: Expressions, target: ast.expr, value: Value) -> list[str]:
-        if isinstance(target, ast.Subscript):
+        if isinstance(target, (ast.Subscript, ast.Attribute)):
             place = writer.place(target)
-            self.written.add(target.value.id if isinstance(target.value, ast.Name) else "")
+            self._note_written(target.value)
             return [f"{place} = {writer.stored(target, value)};"]
         if not isinstance(target, ast.Name):
             raise refused(target, "cannot be set")
@@ -219,13 +257,13 @@ class Function:
         if not self.scopes.is_read(target.id):
             return [f"(void)({value.text});"]
         if self.scopes.is_declared_in(target.id, self.where):
-            once = "const " if self.scopes.is_constant(target.id, self.where) else ""
-            return [f"{once}{kind.c} {local(target.id)} = {value.text};"]
+            is_constant = self.scopes.is_constant(target.id, self.where)
+            return [f"{self._declared(kind, target.id, is_constant=is_constant)} = {value.text};"]
         return [f"{local(target.id)} = {value.text};"]
 
     def _note_kind(self, target: ast.Name, kind: Kind) -> Kind:
-        if kind == VOID or kind in ITEM_KIND or isinstance(kind, Table):
-            raise refused(target, "only numbers and tuples get a name")
+        if kind == VOID or kind in ITEM_KIND or isinstance(kind, (Table, Row)):
+            raise refused(target, "only numbers, tuples and records get a name")
         known = self.kinds.get(target.id, kind)
         both = common(known, kind)
         if both is None:
@@ -271,7 +309,7 @@ class Function:
         self._note_writes(node.value)
         value = self._writer(node.value).value(node.value)
         both = value.kind if self.result is None else _joined(self.module, self.result, value.kind)
-        if both is None or isinstance(both, Table) or both == VOID or both in ITEM_KIND:
+        if both is None or isinstance(both, (Table, Row)) or both == VOID or both in ITEM_KIND:
             raise refused(node, "functions return numbers or tuples, of one kind in all places")
         self.result = both
         text = value.text
@@ -316,7 +354,7 @@ class Function:
             raise refused(node, "is not a whole number")
         free = {one.id for one in nodes_of(node) if isinstance(one, ast.Name)} & set(self.kinds)
         fixed = all(self.scopes.is_fixed(name) for name in free)
-        touches = any(isinstance(one, (ast.Call, ast.Subscript)) for one in nodes_of(node))
+        touches = any(isinstance(one, (ast.Call, ast.Subscript)) or is_field(one) for one in nodes_of(node))
         if (fixed and not touches) or value.constant is not None:
             return value.within(LESS)
         return self._temporary(value.kind, value.text)
@@ -328,7 +366,7 @@ class Function:
         kind = REAL if any(value.kind == REAL for value in values) else values[0].kind
         array = self._fresh("each")
         text = ", ".join(value.text for value in values)
-        before = [*self.before, f"const {kind.c} {array}[{len(values)}] = {{{text}}};"]
+        before = [*self.before, f"const {self.spelled(kind)} {array}[{len(values)}] = {{{text}}};"]
         return [*before, *self._each(node, (len(values),), kind, array)]
 
     def _over_table(self, node: ast.For) -> list[str]:
@@ -346,7 +384,7 @@ class Function:
         sets = []
         for part, column in zip(parts, columns, strict=True):
             self._note_kind(part, kind)
-            own = f"const {kind.c} " if self.scopes.is_owned_by(part.id, node) else ""
+            own = f"const {self.spelled(kind)} " if self.scopes.is_owned_by(part.id, node) else ""
             if self.scopes.is_read(part.id):
                 sets.append(f"{INDENT}{own}{local(part.id)} = {array}[{index}]{column};")
         head = f"for (int32_t {index} = 0; {index} < {shape[0]}; {index}++) {{"
@@ -363,11 +401,6 @@ class Callees(Module):
     def written(self, name: str) -> tuple[int, ...]:
         """Return the places of the parameters through which it writes."""
         raise NotImplementedError
-
-
-def _nothing(kind: Kind) -> str:
-    """Return what a variable holds before it is set."""
-    return f"{{{', '.join(ZERO[one] for one in kind.fields)}}}" if isinstance(kind, Struct) else ZERO[kind]
 
 
 def _joined(module: Module, a: Kind, b: Kind) -> Kind | None:
@@ -396,10 +429,6 @@ def _names(target: ast.expr) -> list[ast.Name]:
     return [part for part in parts if isinstance(part, ast.Name)]
 
 
-def _is_name(node: ast.expr, name: str) -> bool:
-    return isinstance(node, ast.Name) and node.id == name
-
-
 def _reads(node: ast.expr, name: str) -> bool:
     return any(isinstance(one, ast.Name) and one.id == name for one in nodes_of(node))
 
@@ -411,7 +440,11 @@ def _are_independent(targets: list[ast.expr], values: list[ast.expr]) -> bool:
         if isinstance(target, ast.Name):
             if any(_reads(value, target.id) for value in later):
                 return False
-        elif any(isinstance(one, (ast.Subscript, ast.Call)) for value in later for one in nodes_of(value)):
+        elif any(
+            isinstance(one, (ast.Subscript, ast.Call)) or is_field(one)
+            for value in later
+            for one in nodes_of(value)
+        ):
             return False
     return True
 

@@ -4,7 +4,7 @@ import ctypes
 import subprocess
 from pathlib import Path
 
-from vegrip.host.c_compiler import compiler
+from vegrip.host.compiled_folder import compiler
 
 __all__ = ["CompilerError", "build", "compiler", "load"]
 

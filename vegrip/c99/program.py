@@ -1,6 +1,10 @@
-"""A whole module in C: the functions that its entries need, callees first, constants, tables and structs."""
+"""A whole module in C: the functions that its entries need, callees first, constants, tables and structs.
+
+Small functions in C stand for those of Python's operators that C has with another meaning.
+"""
 
 import ast
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -9,11 +13,23 @@ import numpy as np
 from vegrip.c99 import literals
 from vegrip.c99.expressions import Value, number_of
 from vegrip.c99.functions import Body, Callees, Function
-from vegrip.c99.helpers import helper
-from vegrip.c99.kinds import BOOL, INT, ITEM_KIND, LONG, REAL, Kind, Struct, Table
+from vegrip.c99.kinds import (
+    BOOL,
+    DOUBLE,
+    INT,
+    ITEM_KIND,
+    LONG,
+    REAL,
+    Kind,
+    RealType,
+    Record,
+    Row,
+    Struct,
+    Table,
+)  # fmt: skip
 from vegrip.c99.names import broken, comment, joined, local
 from vegrip.c99.refusal import Place, RefusedError, UntranslatableError, refused, statements, unknown_place
-from vegrip.c99.walk import nodes_of
+from vegrip.c99.scopes import nodes_of
 
 LETTERS = {REAL: "r", INT: "i", LONG: "l", BOOL: "b"}
 
@@ -44,6 +60,8 @@ def translate(
     place: Place = unknown_place,
     notes: Mapping[str, str] | None = None,
     is_public: bool = True,
+    outside: Mapping[str, Kind] | None = None,
+    reals: RealType = DOUBLE,
 ) -> Program:
     """Translate what ``entries`` need.
 
@@ -54,13 +72,19 @@ def translate(
         place: says where a statement stands for its author.
         notes: texts for comments, by name of the function, where the module has no docstring.
         is_public: whether the entries are seen outside the file.
+        outside: functions that are written in C already, and what they give; the text calls them without the
+            prefix that they have in C.
+        reals: the precision of real numbers.
 
     Raises:
         UntranslatableError: a line has no counterpart; names file and line.
 
     """
-    translator = _Translator(text, set(entries) if is_public else set(), prefix, place, notes or {})
+    translator = _Translator(text, set(entries) if is_public else set(), prefix, place, notes or {}, reals)
+    translator.outside = dict(outside or {})
     for name, kinds in entries.items():
+        for kind in kinds:
+            translator.declare(kind)
         translator.function(name, kinds)
     return translator.program()
 
@@ -78,30 +102,56 @@ class _Done:
 
 class _Translator(Callees):
     def __init__(
-        self, text: str, entries: set[str], prefix: str, place: Place, notes: Mapping[str, str]
+        self,
+        text: str,
+        entries: set[str],
+        prefix: str,
+        place: Place,
+        notes: Mapping[str, str],
+        reals: RealType,
     ) -> None:
         tree = ast.parse(text)
         self.trees = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
         self.values = _values(tree)
         self.entries, self.prefix, self.place, self.notes = entries, prefix, place, notes
+        self.reals = reals
         self.done: dict[tuple[str, tuple[Kind, ...]], _Done] = {}
         self.under_way: list[str] = []
         self.calling: list[set[str]] = []
         self.taken: set[str] = set()
         self.constants: dict[str, str] = {}
         self.structs: dict[tuple[Kind, ...], Struct] = {}
+        self.records: dict[str, str] = {}
+        self.outside: dict[str, Kind] = {}
         self.tables: dict[str, str] = {}
         self.helpers: dict[str, str] = {}
 
     def program(self) -> Program:
         return Program(
             tuple(self.constants.values()),
-            tuple(_struct_text(struct) for struct in self.structs.values()),
+            (*self.records.values(), *(self._struct_text(struct) for struct in self.structs.values())),
             tuple(self.tables.values()),
             tuple(self.helpers.values()),
             tuple(one.text for one in self.done.values()),
             {one.name: frozenset(one.calls) for one in self.done.values()},
         )
+
+    def declare(self, kind: Kind) -> None:
+        """Declare a record, and those within it first."""
+        if isinstance(kind, Row):
+            self.declare(kind.item)
+        if not isinstance(kind, Record) or kind.name in self.records:
+            return
+        for inner, _ in kind.fields.values():
+            self.declare(inner)
+        types = {
+            name: self.reals.spelled(inner).removesuffix(" *") for name, (inner, _) in kind.fields.items()
+        }
+        lines = [
+            f"    {types[name]} {name}{f'[{count}]' if _is_array(inner) else ''};"
+            for name, (inner, count) in kind.fields.items()
+        ]
+        self.records[kind.name] = "\n".join(["typedef struct {", *lines, f"}} {kind.name};", ""])
 
     def function(self, name: str, kinds: tuple[Kind, ...]) -> _Done:
         """Translate a function, unless that is done."""
@@ -128,8 +178,8 @@ class _Translator(Callees):
         arguments = [argument.arg for argument in tree.args.args]
         name = self._free_name(tree.name, kinds)
         takes = [
-            f"{'const ' if kind in ITEM_KIND and argument not in body.written else ''}{kind.c}"
-            f"{'' if kind in ITEM_KIND else ' '}{local(argument)}"
+            f"{'const ' if kind in ITEM_KIND and argument not in body.written else ''}"
+            f"{self.reals.spelled(kind)}{'' if kind.c.endswith('*') else ' '}{local(argument)}"
             for argument, kind in zip(arguments, kinds, strict=True)
             if not isinstance(kind, Table)
         ]
@@ -137,7 +187,7 @@ class _Translator(Callees):
         note = ast.get_docstring(tree) or self.notes.get(tree.name, "")
         lines = [
             *(comment(note) if note else []),
-            *broken(f"{static}{body.result.c} {name}({', '.join(takes) or 'void'})"),
+            *broken(f"{static}{self.reals.spelled(body.result)} {name}({', '.join(takes) or 'void'})"),
             "{",
             *body.lines,
             "}",
@@ -159,6 +209,8 @@ class _Translator(Callees):
     # what a function asks for
 
     def called(self, node: ast.Call, name: str, kinds: tuple[Kind, ...]) -> tuple[str, Kind]:
+        if name in self.outside:
+            return joined(self.prefix, name), self.outside[name]
         if name not in self.trees:
             raise refused(node, "calls what is not in this module")
         if name in self.under_way:
@@ -170,9 +222,11 @@ class _Translator(Callees):
         return found.name, found.result
 
     def writes(self, name: str) -> bool:
-        return bool(self.written(name))
+        return name in self.outside or bool(self.written(name))
 
     def written(self, name: str) -> tuple[int, ...]:
+        if name in self.outside:
+            return tuple(range(8))  # whatever it is given
         return tuple(
             {place for (known, _), one in self.done.items() if known == name for place in one.places}
         )
@@ -189,8 +243,12 @@ class _Translator(Callees):
         c = joined(self.prefix, name)
         if name not in self.helpers:
             self.taken.add(c)
-            self.helpers[name] = helper(name, c)
+            self.helpers[name] = helper(name, c, self.reals)
         return c
+
+    def _struct_text(self, struct: Struct) -> str:
+        fields = " ".join(f"{self.reals.spelled(kind)} v{i};" for i, kind in enumerate(struct.fields))
+        return f"typedef struct {{ {fields} }} {struct.c};"
 
     def constant(self, node: ast.Name) -> Value:
         if node.id not in self.values:
@@ -204,23 +262,23 @@ class _Translator(Callees):
             self.constants[node.id] = f"#define {c} {number_of(node, int(value)).text}"
             return Value(c, number_of(node, int(value)).kind, constant=int(value))
         if isinstance(value, float):
-            self.constants[node.id] = f"#define {c} {literals.real(value)}"
+            self.constants[node.id] = f"#define {c} {literals.real(value, self.reals)}"
             return Value(c, REAL, constant=float(value))
         return self._table(node, value, c)
 
     def _table(self, node: ast.Name, value: object, c: str) -> Value:
         try:
-            kind, shape, text = literals.table(value)
+            kind, shape, text = literals.table(value, self.reals)
         except (ValueError, TypeError, OverflowError) as error:
             raise refused(node, f"is neither number nor table ({error})") from None
         sizes = "".join(f"[{n}]" for n in shape)
-        self.tables[node.id] = "\n".join(broken(f"static const {kind.c} {c}{sizes} = {text};"))
+        head = f"static const {self.reals.spelled(kind)} {c}{sizes}"
+        self.tables[node.id] = "\n".join(broken(f"{head} = {text};"))
         return Value(c, Table(c, shape, kind))
 
 
-def _struct_text(struct: Struct) -> str:
-    fields = " ".join(f"{kind.c} v{i};" for i, kind in enumerate(struct.fields))
-    return f"typedef struct {{ {fields} }} {struct.c};"
+def _is_array(kind: Kind) -> bool:
+    return isinstance(kind, Row) or kind in ITEM_KIND
 
 
 def _values(tree: ast.Module) -> dict[str, object]:
@@ -235,3 +293,114 @@ def _values(tree: ast.Module) -> dict[str, object]:
     scope: dict[str, object] = {}
     exec(compile(ast.Module(kept, []), "<module>", "exec"), scope)  # noqa: S102 (a module that vegrip wrote)
     return {name: value for name, value in scope.items() if not name.startswith("__")}
+
+
+HELPERS = {
+    "max": """/* As Python's: the first, unless the second is greater; NaN stays only as the first. */
+static inline {real} {name}({real} a, {real} b)
+{{
+    return b > a ? b : a;
+}}
+""",
+    "min": """/* As Python's: the first, unless the second is less. */
+static inline {real} {name}({real} a, {real} b)
+{{
+    return b < a ? b : a;
+}}
+""",
+    "max_whole": """static inline int32_t {name}(int32_t a, int32_t b)
+{{
+    return b > a ? b : a;
+}}
+""",
+    "min_whole": """static inline int32_t {name}(int32_t a, int32_t b)
+{{
+    return b < a ? b : a;
+}}
+""",
+    "max_long": """static inline int64_t {name}(int64_t a, int64_t b)
+{{
+    return b > a ? b : a;
+}}
+""",
+    "min_long": """static inline int64_t {name}(int64_t a, int64_t b)
+{{
+    return b < a ? b : a;
+}}
+""",
+    "real_of_bits": """/* The number of an IEEE 754 single whose bits are given. */
+static inline {real} {name}(int64_t bits)
+{{
+    union {{ uint32_t bits; float value; }} both;
+    both.bits = (uint32_t)bits;
+    return ({real})both.value;
+}}
+""",
+    "bits_of_real": """/* The bits of the nearest IEEE 754 single; none is beyond the largest. */
+static inline int64_t {name}({real} value)
+{{
+    union {{ uint32_t bits; float value; }} both;
+    both.value = (float)value;
+    return (int64_t)both.bits;
+}}
+""",
+    "whole": """/* Towards zero; what does not fit into 32 bits, and NaN, gives 0. */
+static inline int32_t {name}({real} x)
+{{
+    return x > -2147483648.0{literal} && x < 2147483648.0{literal} ? (int32_t)x : 0;
+}}
+""",
+    "floor_div": """/* Division of whole numbers towards minus infinity. */
+static inline int32_t {name}(int32_t a, int32_t b)
+{{
+    const int32_t q = a / b;
+    return a % b != 0 && (a < 0) != (b < 0) ? q - 1 : q;
+}}
+""",
+    "floor_div_long": """/* Division of whole numbers towards minus infinity. */
+static inline int64_t {name}(int64_t a, int64_t b)
+{{
+    const int64_t q = a / b;
+    return a % b != 0 && (a < 0) != (b < 0) ? q - 1 : q;
+}}
+""",
+    "modulo_long": """/* Remainder with the sign of the divisor. */
+static inline int64_t {name}(int64_t a, int64_t b)
+{{
+    const int64_t r = a % b;
+    return r != 0 && (r < 0) != (b < 0) ? r + b : r;
+}}
+""",
+    "modulo": """/* Remainder with the sign of the divisor. */
+static inline int32_t {name}(int32_t a, int32_t b)
+{{
+    const int32_t r = a % b;
+    return r != 0 && (r < 0) != (b < 0) ? r + b : r;
+}}
+""",
+}
+POWER = re.compile(r"power(\d+)")
+
+
+def helper(kind: str, name: str, reals: RealType) -> str:
+    """Return the text of a helper under its ``name`` in C."""
+    if found := POWER.fullmatch(kind):
+        return _power(int(found[1]), name, reals.c)
+    return HELPERS[kind].format(name=name, real=reals.c, literal=reals.literal)
+
+
+def _power(n: int, name: str, real: str) -> str:
+    """``x ** n`` as products of squares, in the order in which numba multiplies."""
+    lines: list[str] = []
+    exponent, product, square = n, "", "x"
+    while exponent:
+        if exponent & 1:
+            product = f"{product} * {square}" if product else square
+        exponent >>= 1
+        if exponent:
+            following = f"x{2 ** (len(lines) + 1)}"
+            lines.append(f"    const {real} {following} = {square} * {square};")
+            square = following
+    return "\n".join(
+        [f"static inline {real} {name}({real} x)", "{", *lines, f"    return {product};", "}", ""]
+    )

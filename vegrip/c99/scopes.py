@@ -1,9 +1,22 @@
-"""Where the local variables of a function are declared: with their first value, as far inside as can be."""
+"""Where the local variables of a function are declared, and which order of evaluation C leaves open.
+
+A variable is declared with its first value, as far inside as can be. The order of operands matters only where
+one writes to the memory and another reads it: Python fixes it, C does not.
+"""
 
 import ast
 from collections import Counter
+from collections.abc import Callable
 
-from vegrip.c99.walk import nodes_of
+
+def nodes_of(tree: ast.AST) -> tuple[ast.AST, ...]:
+    """Return ``tree`` and everything below it; the tree must not change from then on."""
+    try:
+        known: tuple[ast.AST, ...] = tree.__dict__["nodes_found"]
+    except KeyError:
+        known = tree.__dict__["nodes_found"] = tuple(ast.walk(tree))
+    return known
+
 
 Home = tuple[int, int]
 """A list of statements, by its id, and the number of the statement in it."""
@@ -110,3 +123,38 @@ def _stores(node: ast.AST, name: str) -> int:
         isinstance(one, ast.Name) and one.id == name and isinstance(one.ctx, ast.Store)
         for one in nodes_of(node)
     )
+
+
+Writes = Callable[[ast.Call], bool]
+"""Whether a call may write to the memory."""
+
+
+def matters(node: ast.expr, writes: Writes) -> bool:
+    """Return whether the result of ``node`` depends on the order of its operands."""
+    inner = nodes_of(node)
+    if not any(isinstance(one, ast.Call) and writes(one) for one in inner):
+        return False
+    return any(_mixes(one, writes) for one in inner)
+
+
+def _mixes(node: ast.AST, writes: Writes) -> bool:
+    if isinstance(node, (ast.BoolOp, ast.IfExp)):  # in this order in C, too
+        return False
+    parts = [part for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]
+    touching = [part for part in parts if _touches(part)]
+    return len(touching) > 1 and any(_writes(part, writes) for part in touching)
+
+
+def _touches(node: ast.expr) -> bool:
+    return any(isinstance(inner, (ast.Subscript, ast.Call)) or is_field(inner) for inner in nodes_of(node))
+
+
+def is_field(node: ast.AST) -> bool:
+    """Return whether ``node`` is a field of a record."""
+    return isinstance(node, ast.Attribute) and not (
+        isinstance(node.value, ast.Name) and node.value.id == "math"
+    )
+
+
+def _writes(node: ast.expr, writes: Writes) -> bool:
+    return any(isinstance(inner, ast.Call) and writes(inner) for inner in nodes_of(node))

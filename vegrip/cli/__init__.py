@@ -92,7 +92,7 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
             "vegrip.cli.controllers:controllers",
             "Measure grip force over the least that would hold, and slips, of every controller.",
         ),
-        "bench": ("vegrip.cli.bench:bench", "Measure the speed ratios on this machine."),
+        "bench": ("vegrip.cli.bench:bench", "Measure the speed ratios on this machine; in a checkout."),
     },
 }
 COMMANDS = {name: command for group in GROUPS.values() for name, command in group.items()}

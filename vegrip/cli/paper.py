@@ -24,7 +24,6 @@ def paper(
 
     Example: vegrip paper -o figures
     """
-    from vegrip.contact.paper.figures import save_all
     from vegrip.contact.paper.tables import numbers
 
     with Outputs(force=force) as outputs:
@@ -36,8 +35,14 @@ def paper(
             console = Console(markup=False)
             for table in _tables():
                 console.print(table)
-        if outputs.write(output, save_all):
+        if outputs.write(output, _draw):
             printer(stderr=True).print(f"figures in {output}")
+
+
+def _draw(folder: Path) -> None:
+    from vegrip.contact.paper.figures import save_all
+
+    save_all(folder)
 
 
 def _tables() -> list[Table]:
@@ -45,22 +50,21 @@ def _tables() -> list[Table]:
 
 
 def _table_1() -> Table:
-    from vegrip.contact.paper import quadrature, tables
+    from vegrip.contact.paper import tables
 
     table = _new(
         "Table I: coefficient of the profile", "k", "C_k, eq. (4)", "quadrature of (24)", "difference"
     )
     for name, C in tables.table_1().items():
-        check = quadrature.coefficient(float(name))
+        check = tables.coefficient_by_quadrature(float(name))
         table.add_row(name, f"{C:.9f}", f"{check:.9f}", f"{C - check:.0e}")
     return table
 
 
 def _table_2() -> Table:
-    from vegrip.contact.coupling_fits import fit_radius
-    from vegrip.contact.paper import quadrature, tables
+    from vegrip.contact.paper import tables
 
-    fit = fit_radius()
+    fit = tables.fit_radius()
     table = _new(
         "Table II: contact radius, eq. (25)",
         "k",
@@ -71,7 +75,7 @@ def _table_2() -> Table:
         "fit error",
     )
     for name, (C, ratio) in tables.table_2().items():
-        check = (quadrature.coefficient(2.0) / quadrature.coefficient(float(name))) ** 0.5
+        check = (tables.coefficient_by_quadrature(2.0) / tables.coefficient_by_quadrature(float(name))) ** 0.5
         fitted = float(fit.radius_ratio(float(name)))
         cells = (f"{C:.6f}", f"{ratio:.6f}", f"{check:.6f}", f"{fitted:.4f}", f"{fitted / ratio - 1:+.2%}")
         table.add_row(name, *cells)
@@ -79,30 +83,30 @@ def _table_2() -> Table:
 
 
 def _creep() -> Table:
-    from vegrip.contact.conjugate import creep_of
-    from vegrip.contact.paper import setting, tables
+    from vegrip.contact.paper import tables
+    from vegrip.contact.prony import creep_of
 
     title = "Figs. 4, 7, 8: displacement held (g), load held (h and on); j is the exact conjugate of g"
     table = _new(title, "t [s]", "g", "h", "a/a0", "C_k", "k", "p_max/p0", "j")
-    j = creep_of(setting.RELAXATION)
+    j = creep_of(tables.RELAXATION)
     for (t, g), row in zip(tables.relaxation(), tables.creep(), strict=True):
         table.add_row(f"{t:g}", f"{g:.6f}", *(f"{x:.6f}" for x in row[1:]), f"{float(j(t)):.6f}")
     return table
 
 
 def _limit_surface() -> Table:
-    from vegrip.contact.paper import setting, tables
+    from vegrip.contact.paper import tables
 
-    columns = [f"{name}, k={k}" for k in setting.LIMIT_SURFACE_K for name in ("f", "m")]
+    columns = [f"{name}, k={k}" for k in tables.LIMIT_SURFACE_K for name in ("f", "m")]
     table = _new("Limit surface, eqs. (49), (50): f/(mu N) and m/(mu N a)", "d/a", *columns)
-    surfaces = [tables.limit_surface(k) for k in setting.LIMIT_SURFACE_K]
+    surfaces = [tables.limit_surface(k) for k in tables.LIMIT_SURFACE_K]
     for rows in zip(*surfaces, strict=True):
         table.add_row(f"{rows[0][0]:g}", *(f"{x:.8f}" for row in rows for x in row[1:]))
     return table
 
 
 def _fits() -> Table:
-    from vegrip.contact.coupling_fits import fit_power, fit_radius
+    from vegrip.contact.paper.tables import fit_power, fit_radius
 
     radius, power = fit_radius(), fit_power()
     table = _new("Fits at k = 2, 2.1 .. 4", "equation", "first", "second")

@@ -15,11 +15,10 @@ the load, and no function ``h`` of time alone exists.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vegrip.contact.conjugate import creep_of
 from vegrip.contact.elastic import ElasticLaw
 from vegrip.contact.geometry import GEOMETRIC, parabolic_radius
 from vegrip.contact.hereditary import filtered, sampled
-from vegrip.contact.prony import Creep, Relaxation
+from vegrip.contact.prony import Creep, Relaxation, creep_of
 from vegrip.types import Floats
 
 
@@ -29,7 +28,7 @@ def elastic_force(times: ArrayLike, N: ArrayLike, g: Relaxation) -> Floats:
         N_e(t) = int_0^t j(t-s) dN(s)
 
     Exact when ``N`` is linear between the samples ``times`` (n,) [s]. (The step-by-step inverse of the
-    recursion, exact when ``N_e`` is, is :func:`vegrip.contact.history.solve`.)
+    recursion, exact when ``N_e`` is, is :func:`vegrip.contact.hereditary.solve`.)
     """
     return _crept(times, N, creep_of(g))
 

@@ -17,15 +17,26 @@ imposed ``y`` gives ``x_1`` without iteration. The paper's branch of eq. (20) is
 Two samples at the same time are a jump between them. Before the first sample ``x = 0``: a first sample
 that is not zero is a step.
 
+**Force under imposed displacement** is Fung's quasi-linear law [Fung1993]_ as used in Section III of the
+paper. Of the general response to a step, eq. (5), it assumes that depth and time are factors, eq. (10):
+``Psi(delta, t) = N_e(delta) g(t)``. With a linear elastic response it is linear viscoelasticity, eq. (7).
+
+**Any history**: displacement imposed for a while, load for a while. Where the displacement is imposed and the
+force would become a pull, the contact opens and the free surface recovers at zero force; it closes when the
+imposed displacement reaches the surface again. Patch and profile stay as they are.
+
 Trap: the compiled functions call each other, so they must stay in one file (:mod:`vegrip.compiled`).
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from vegrip.compiled import njit
+from vegrip.contact.elastic import ElasticLaw
+from vegrip.contact.prony import Relaxation
 from vegrip.errors import DomainError
 from vegrip.types import Floats
 
@@ -134,3 +145,80 @@ def check_times(t: Floats) -> None:
 def as_branches(values: ArrayLike) -> Floats:
     """One double per branch, contiguous, as the compiled functions want them."""
     return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def force_after_step(t: ArrayLike, delta: ArrayLike, law: ElasticLaw, g: Relaxation) -> Floats:
+    """Force [N] at ``t`` [s] after a step of indentation to ``delta`` [m], eq. (16): ``N_e(delta) g(t)``."""
+    return law.force(delta) * g(t)
+
+
+def hereditary_force(times: ArrayLike, elastic_force: ArrayLike, g: Relaxation) -> Floats:
+    """Force [N] for any history of the elastic force, eqs. (18)-(20); recursive.
+
+    ``times`` (n,) [s], ``elastic_force`` (..., n) [N], result (..., n). Exact when ``N_e`` is linear
+    between the samples; equal times are a jump, and a first sample that is not zero is a step.
+    """
+    return filtered(times, elastic_force, g.amplitudes, g.rates)
+
+
+def force(times: ArrayLike, delta: ArrayLike, law: ElasticLaw, g: Relaxation) -> Floats:
+    """Force [N] for a history of the indentation ``delta`` (..., n) [m], eq. (20); ``delta >= 0``.
+
+    Second order in the step where the elastic law is curved (``N_e`` is taken linear between samples).
+    """
+    times, delta = sampled(times, delta)
+    return hereditary_force(times, law.force(delta), g)
+
+
+@dataclass(frozen=True)
+class ContactHistory:
+    """A contact over time; all arrays have the shape of ``times`` (n,)."""
+
+    times: Floats  # [s]
+    indentation: Floats  # [m] of the fingertip's surface; in the air, of the dent that is left
+    normal_force: Floats  # [N]
+    elastic_force: Floats  # [N] N_e(indentation)
+    in_contact: NDArray[np.bool_]
+
+
+def solve(
+    times: ArrayLike,
+    law: ElasticLaw,
+    g: Relaxation,
+    *,
+    indentation: ArrayLike = np.nan,
+    normal_force: ArrayLike = np.nan,
+) -> ContactHistory:
+    """Solve eq. (20) for what was not imposed.
+
+    At each sample exactly one of ``indentation`` (n,) [m] and ``normal_force`` (n,) [N] is a number, the
+    other NaN. A negative indentation is a gap. Exact when the elastic force is linear between the
+    samples; equal times are a jump; the instants at which contact is lost and made are resolved to one
+    sample.
+
+    Raises:
+        DomainError: both or neither imposed, a negative force imposed, times that run backwards.
+
+    """
+    t = np.ascontiguousarray(times, dtype=np.float64)
+    check_times(t)
+    delta, N = _imposed(indentation, t), _imposed(normal_force, t)
+    if not np.all(np.isnan(delta) ^ np.isnan(N)):
+        raise DomainError("exactly one of indentation and normal force must be imposed at each sample")
+    if np.any(N < 0):
+        raise DomainError(
+            "a contact that does not stick cannot be pulled: the normal force must not be negative"
+        )
+    elastic = np.where(np.isnan(delta), np.nan, law.force(np.fmax(delta, 0.0)))
+    elastic, N = closed(t, elastic, N, (g.amplitudes, g.rates))
+    return ContactHistory(t, law.indentation(np.maximum(elastic, 0.0)), N, elastic, N > 0)
+
+
+def _imposed(values: ArrayLike, t: Floats) -> Floats:
+    array = np.asarray(values, dtype=np.float64)
+    if np.any(np.isinf(array)):
+        raise DomainError("an imposed value is not finite")
+    try:
+        return np.broadcast_to(array, t.shape)
+    except ValueError:
+        raise DomainError(f"a history of shape {array.shape} does not fit {len(t)} sample times") from None

@@ -20,8 +20,7 @@ from vegrip.demo.hand_node import DemoHand, HandNews
 from vegrip.demo.recorder import FrameRecorder
 from vegrip.demo.worker import Job, RunStatistics
 from vegrip.demo.worker_handle import WorkerHandle
-from vegrip.host.processor_time import processor_time
-from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission
+from vegrip.host.realtime import NODE_PRIORITY, choose_scheduling, is_switched_on, permission, processor_time
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.messages import ContactEstimate, Message
 from vegrip.runtime.monitor import Board

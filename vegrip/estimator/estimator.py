@@ -35,8 +35,8 @@ from vegrip.types import Floats, NamedNumbers
 TANGENTIAL, TORQUE, SLIP = int(Channel.TANGENTIAL), int(Channel.TORQUE), int(Channel.SLIP)
 CHANNEL_SETS = tuple(Channel(bits) for bits in range(64))
 """Every set of channels: joining two flags costs as much as a third of a filter step."""
-SLIPS = 0.5
-"""Value of the slip channel from which the contact slides."""
+SLIPS = 1.0
+"""Value of the slip channel of a contact that slides; between 0 and this it says nothing."""
 LOST = "lost"
 """Regime of a contact whose estimate contradicts its own measurement."""
 LEAST_SLIP_SPEED = 2e-4

@@ -15,7 +15,7 @@ from vegrip.estimator.estimator import quantile
 from vegrip.estimator.layout import REPORT, layout_of
 from vegrip.export import frameworks
 from vegrip.export.finger_vectors import FingerVectors, Meeting
-from vegrip.export.precision import PRECISIONS, WIDE
+from vegrip.export.precision import PRECISIONS
 from vegrip.export.request import Request
 from vegrip.export.saved import NUMBER_DIGITS, text_number
 from vegrip.export.texts import NAMES, ONLY_TOUCHING, Texts, filled, saved_text, saving_words
@@ -51,11 +51,6 @@ PARAMETERS = {
 }  # fmt: skip
 """Setting -> section of the control's parameters, and the name there if it is another one."""
 ONE_LINE = 6  # numbers
-IN_PRECISION = (
-    "finger.h", "finger.c", "finger_bare_metal.c", "finger_linux.c", "finger_arduino.ino",
-    "finger_zephyr_main.c",
-)  # fmt: skip
-"""Files in the precision of the export; the self-test and its numbers are double."""
 
 
 def write(request: Request, vectors: FingerVectors) -> Texts:
@@ -73,7 +68,13 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
     origins = finger_places(model)
     entries = {name: ENTRIES[name] for name in ("finger_receive", "finger_tick")}
     program = translate(
-        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), is_public=False
+        text,
+        entries,
+        prefix=f"{p}_k",
+        place=origins.place,
+        notes=origins.notes(),
+        is_public=False,
+        reals=precision.reals,
     )
     digest = hashlib.sha256(text.encode()).hexdigest()
     estimator = hashlib.sha256(text_of(model, layout, ellipse=ellipse).encode()).hexdigest()
@@ -90,12 +91,12 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         "quoted_names": ", ".join(f'"{name}"' for name in request.fingers),
         "hands": str(layouts().hands), "hand_stride": str(layouts().hand_stride),
         "finger_stride": str(layouts().finger_stride), "version": str(layouts().version),
-        "blank_reals": _table([literals.real(one) for one in memory.f.tolist()]),
+        "blank_reals": _table([literals.real(one, precision.reals) for one in memory.f.tolist()]),
         "blank_wholes": _table([literals.whole(one) for one in memory.t.tolist()]),
         "settings": "\n".join(f"    {p.upper()}_{one.name}, /* {one.words} */" for one in settings),
         "setting_places": ", ".join(str(finger.reals[f"RULE_{one.name}"]) for one in settings),
-        "setting_lowest": ", ".join(literals.real(one.low) for one in settings),
-        "setting_highest": ", ".join(literals.real(one.high) for one in settings),
+        "setting_lowest": ", ".join(literals.real(one.low, precision.reals) for one in settings),
+        "setting_highest": ", ".join(literals.real(one.high, precision.reals) for one in settings),
         **{name: str(finger.reals[name]) for name in ("RULE_MIN_FORCE", "RULE_MAX_FORCE")},
         "conditions": "\n".join(f"    {p.upper()}_{one.name} = {one.value}," for one in Condition),
         "accessors": "\n".join(_accessor(p, name, report) for name in NAMES),
@@ -107,13 +108,10 @@ def write(request: Request, vectors: FingerVectors) -> Texts:
         **frameworks.words("finger"),
     }  # fmt: skip
     mark = text_number(estimator)
-    known |= saving_words(known, mark, model, layout)
+    known |= saving_words(known, mark, model, layout, precision.reals)
     files = {}
     for template, name in FILES.items():
-        made = filled(template, known)
-        files[name.format(p=p, entry="finger", core=known["core"])] = (
-            precision.finished(made) if template in IN_PRECISION else made.replace(WIDE, "double")
-        )
+        files[name.format(p=p, entry="finger", core=known["core"])] = filled(template, known)
     files |= frameworks.arduino_sources(p, "finger", files)
     files["examples/finger.txt"] = saved_text(mark, model, layout, vectors.reals[: layout.size])
     files["model.toml"] = model_text(model)

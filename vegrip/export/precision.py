@@ -3,10 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vegrip.c99.single import single_precision
+from vegrip.c99.kinds import DOUBLE, FLOAT, RealType
 
-WIDE = "vg_double_always"
-"""Stands in the templates for what is a double in any precision: saved numbers."""
 CORTEX_M7 = {
     "core": "cortex_m7", "Core": "Cortex-M7", "board": "mps2-an500",
     "cpu": "-mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16",
@@ -22,14 +20,14 @@ class Precision:
     """Double or single.
 
     Attributes:
-        real: the type in C.
+        reals: how C writes them; in templates ``real`` is the type, ``F`` and ``f`` end literals and names.
         number_bytes: of a number.
         words: what the templates say of it.
         processor: what the templates say of the emulated processor, ``core``, ``Core``, ``board``, ``cpu``.
 
     """
 
-    real: str
+    reals: RealType
     number_bytes: int
     words: Mapping[str, str]
     processor: Mapping[str, str]
@@ -37,11 +35,8 @@ class Precision:
     @property
     def known(self) -> dict[str, str]:
         """What the templates know by name."""
-        return {"real": self.real, "wide": WIDE, **self.words, **self.processor}
-
-    def finished(self, text: str) -> str:
-        """Return a file of code in this precision."""
-        return (single_precision(text) if self.real == "float" else text).replace(WIDE, "double")
+        reals = {"real": self.reals.c, "F": self.reals.literal, "f": self.reals.function}
+        return {**reals, **self.words, **self.processor}
 
 
 EXACT = """Prints PASS and returns 0 when every flag is the same and no number is off by more than 1e-5 of its
@@ -55,7 +50,7 @@ FINGER_NEAR = """no more than one reason in fifty is another, and no force is of
  * fail-safe ramp climbs in two commands: it may begin one command earlier or later."""
 PRECISIONS = {
     "double": Precision(
-        "double", 8,
+        DOUBLE, 8,
         {
             "precision": "Double", "sameness": EXACT, "allowed": "1e-5", "flags_allowed": "0",
             "scale": "fmax(fabs(wanted), 1e-300)", "time": "(t)", "whole_memory": "1",
@@ -66,7 +61,7 @@ PRECISIONS = {
         CORTEX_M7,
     ),
     "float": Precision(
-        "float", 4,
+        FLOAT, 4,
         {
             "precision": "Single", "sameness": NEAR, "allowed": "0.2", "flags_allowed": "(FRAMES / 100)",
             "scale": "fmax(fabs(std), 1e-30)", "time": "(1.0 / (1.0 + (double)(t)))", "whole_memory": "0",

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from vegrip.c99.kinds import DOUBLE, FLOAT
 from vegrip.export.measure import Measured, Run, Size
 from vegrip.export.precision import PRECISIONS
 from vegrip.export.request import Request
@@ -76,7 +77,7 @@ def _runs(request: Request, measured: Measured) -> Iterator[str]:
     yield "The self-test runs a recorded sequence"
     yield f"({SEQUENCE[request.entry]})"
     precision = PRECISIONS[request.precision]
-    whole = " and, at the end, the whole memory" if precision.real == "double" else ""
+    whole = " and, at the end, the whole memory" if precision.reals == DOUBLE else ""
     yield f"and compares {COMPARED[request.entry]}{whole} with Python's, in double precision."
     yield ""
     difference = precision.words["finger_difference" if request.entry == "finger" else "difference"]
@@ -86,7 +87,7 @@ def _runs(request: Request, measured: Measured) -> Iterator[str]:
         if run is not None:
             yield f"| {run.machine} | {_result(run)} | {run.equal} of {run.numbers} | {run.largest:.3g} |"
     yield ""
-    if request.entry == "finger" and precision.real == "float":
+    if request.entry == "finger" and precision.reals == FLOAT:
         yield "The largest difference is that of a fail-safe ramp that begins one command earlier or later."
         yield ""
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.c99 import LONG, Program, literals, translate
+from vegrip.c99.kinds import RealType
 from vegrip.estimator.compiled import text_of
 from vegrip.estimator.estimator import LEAST_SLIP_SPEED, SLIPS, quantile
 from vegrip.estimator.initial_state import initial_memory
@@ -18,7 +19,7 @@ from vegrip.estimator.layout import FRICTION, REPORT, Layout, layout_of
 from vegrip.estimator.origins import Origins
 from vegrip.estimator.saved_numbers import CORRELATED, SavedNumbers, Span
 from vegrip.export import frameworks
-from vegrip.export.precision import PRECISIONS, WIDE
+from vegrip.export.precision import PRECISIONS
 from vegrip.export.request import MARGIN, Request
 from vegrip.export.saved import HEAD, NUMBER_DIGITS, TAIL, packed, text_number
 from vegrip.export.vectors import ESTIMATES, FLAGS, OUTPUTS, Vectors
@@ -46,10 +47,6 @@ FILES = {
     "linux.c": "examples/linux.c",
     "startup.c": "{core}/startup.c", "link.ld": "{core}/link.ld", **frameworks.ESTIMATOR,
 }  # fmt: skip
-IN_PRECISION = (
-    "estimator.h", "estimator.c", "bare_metal.c", "linux.c", "arduino.ino", "zephyr_main.c",
-)  # fmt: skip
-"""Files in the precision of the export; the self-test and its numbers are double."""
 
 
 @dataclass(frozen=True)
@@ -75,24 +72,28 @@ def write(request: Request, vectors: Vectors) -> Texts:
     origins = Origins(model.effects)
     entries = {name: ENTRIES[name] for name in ("update", "margin_of", "least_force")} | TIMES
     program = translate(
-        text, entries, prefix=f"{p}_k", place=origins.place, notes=origins.notes(), is_public=False
+        text,
+        entries,
+        prefix=f"{p}_k",
+        place=origins.place,
+        notes=origins.notes(),
+        is_public=False,
+        reals=precision.reals,
     )
     digest = hashlib.sha256(text.encode()).hexdigest()
     known = {
         "p": p, "P": p.upper(), "entry": "estimator", "hash": digest[:NUMBER_DIGITS],
         "effects": ", ".join(e.name for e in model.effects),
-        **_settings(request), **_memory(request, layout), **_vectors(vectors),
+        **_settings(request, precision.reals), **_memory(request, layout, precision.reals),
+        **_vectors(vectors),
         "kernels": program.text(),
         "worst_sources": f"{p}_worst.c {p}_vectors.c {p}_estimator.c",
         **precision.known, **frameworks.words("estimator"),
     }  # fmt: skip
-    known |= saving_words(known, text_number(digest), model, layout)
+    known |= saving_words(known, text_number(digest), model, layout, precision.reals)
     files = {}
     for template, name in FILES.items():
-        made = filled(template, known)
-        files[name.format(p=p, entry="estimator", core=known["core"])] = (
-            precision.finished(made) if template in IN_PRECISION else made.replace(WIDE, "double")
-        )
+        files[name.format(p=p, entry="estimator", core=known["core"])] = filled(template, known)
     files |= frameworks.arduino_sources(p, "estimator", files)
     files["model.toml"] = model_text(model)
     files["examples/finger.txt"] = saved_text(text_number(digest), model, layout, vectors.memory)
@@ -105,21 +106,23 @@ def filled(template: str, known: dict[str, str]) -> str:
     return Template((folder / f"{template}.tmpl").read_text("utf-8")).substitute(known)
 
 
-def saving_words(known: dict[str, str], mark: float, model: ContactModel, layout: Layout) -> dict[str, str]:
+def saving_words(
+    known: dict[str, str], mark: float, model: ContactModel, layout: Layout, reals: RealType
+) -> dict[str, str]:
     """Return what the templates say of saved numbers, with the ``known`` words of the other parts."""
     saved = SavedNumbers(model, layout)
     words = {
         "saved": str(HEAD + len(saved.places) + TAIL), "n": str(layout.n),
-        "text_number": f"(({WIDE}){mark:.0f}LL)", "span_count": str(len(saved.spans)),
+        "text_number": f"((double){mark:.0f}LL)", "span_count": str(len(saved.spans)),
         "correlated": literals.real(CORRELATED),
-        "spans": "\n".join(_span(one) for one in saved.spans),
+        "spans": "\n".join(_span(one, reals) for one in saved.spans),
     }  # fmt: skip
     parts = {name: filled(f"{name}.c", {**known, **words}) for name in ("saving", "damage")}
     return words | parts
 
 
-def _span(span: Span) -> str:
-    low, high = literals.real(span.low), literals.real(span.high)
+def _span(span: Span, reals: RealType) -> str:
+    low, high = literals.real(span.low, reals), literals.real(span.high, reals)
     return f"    {{{span.first}, {span.count}, {span.step}, {low}, {high}}},"
 
 
@@ -135,7 +138,7 @@ def _ram(request: Request, layout: Layout) -> int:
     return number * layout.size + BESIDE - 2 * (8 - number)
 
 
-def _settings(request: Request) -> dict[str, str]:
+def _settings(request: Request, reals: RealType) -> dict[str, str]:
     settings = request.settings
     return {
         "longest_gap": literals.real(settings.longest_gap),
@@ -143,7 +146,7 @@ def _settings(request: Request) -> dict[str, str]:
         "recovery": str(settings.recovery),
         "horizon": f"{settings.horizon:g}",
         "risk": f"{1.0 - settings.confidence:.3g}",
-        "quantile": literals.real(quantile(settings.confidence)),
+        "quantile": literals.real(quantile(settings.confidence), reals),
         "margin": literals.real(MARGIN),
         "slips": literals.real(SLIPS),
         "least_slip_speed": literals.real(LEAST_SLIP_SPEED),
@@ -151,7 +154,7 @@ def _settings(request: Request) -> dict[str, str]:
     }
 
 
-def _memory(request: Request, layout: Layout) -> dict[str, str]:
+def _memory(request: Request, layout: Layout, reals: RealType) -> dict[str, str]:
     model, p, places = request.model, request.prefix, layout.places()
     start = {name: str(place[0]) for name, place in places.items()}
     report = {name: str(places["REPORT"][0] + i) for i, name in enumerate(REPORT)}
@@ -159,7 +162,7 @@ def _memory(request: Request, layout: Layout) -> dict[str, str]:
     for place, (symbol, (effect, declared)) in enumerate(model.parameters.items()):
         value = model.values[symbol]
         variances.append(str(_variance_of(layout, place)))
-        stds.append(literals.real(0.0 if np.isnan(value.std) else value.std))
+        stds.append(literals.real(0.0 if np.isnan(value.std) else value.std, reals))
         learned = "learned" if place in layout.learned or place == layout.mu else "as told"
         doc = f"{effect}: {declared.doc}".replace("*/", "* /")
         lines.append(f"    {p.upper()}_PARAMETER_{symbol}, /* [{declared.unit}] {doc}; {learned} */")
@@ -170,7 +173,7 @@ def _memory(request: Request, layout: Layout) -> dict[str, str]:
         "parameters": "\n".join(lines),
         "variance_of": ", ".join(variances),
         "std_of": ", ".join(stds),
-        "blank": _numbers(memory, hexadecimal=False),
+        "blank": _numbers(literals.real(one, reals) for one in memory.tolist()),
         "EXOGENOUS": start["EXOGENOUS"],
         "CHANNEL": start["CHANNEL"],
         "VALUES": start["VALUES"],
@@ -215,13 +218,12 @@ def _vectors(vectors: Vectors) -> dict[str, str]:
         "output_names": ", ".join(OUTPUTS),
         "flag_names": ", ".join(FLAGS),
         "rows": "\n".join(rows),
-        "memory": _numbers(vectors.memory, hexadecimal=True),
+        "memory": _numbers(map(literals.hexadecimal, vectors.memory.tolist())),
     }
 
 
-def _numbers(values: NDArray[np.float64], *, hexadecimal: bool) -> str:
-    write_one = literals.hexadecimal if hexadecimal else literals.real
-    return "\n".join(f"    {', '.join(line)}," for line in _lines(map(write_one, values.tolist())))
+def _numbers(words: Iterable[str]) -> str:
+    return "\n".join(f"    {', '.join(line)}," for line in _lines(words))
 
 
 def _lines(words: Iterable[str]) -> list[list[str]]:

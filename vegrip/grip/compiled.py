@@ -149,7 +149,7 @@ def kernels_of(finger: FingerLayout, wire: str = FD) -> list[Path]:
         friction.append(HERE / "friction_shared.py")
     names = INPUT_KERNELS, (*GRIP_KERNELS, *WIRES[wire].kernels)
     before, behind = ([HERE / f"{name}.py" for name in some] for some in names)
-    return [*before, *friction, *behind]
+    return [*before, HERE.with_name("confirmed_load.py"), *friction, *behind]
 
 
 def constants(layout: Layout) -> str:

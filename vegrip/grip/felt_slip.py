@@ -23,6 +23,7 @@ of :mod:`~vegrip.grip.load_lead`; the same text is compiled.
 import math
 
 from vegrip.grip.friction_belief import BELIEF_MOST
+from vegrip.grip.friction_onset import has_taught
 from vegrip.grip.load_lead import LEAD_SIZE
 from vegrip.types import Numbers
 
@@ -85,8 +86,12 @@ def believed(q: Numbers, at: int, value: float) -> float:
 
 
 def may_teach(q: Numbers, i: int) -> bool:
-    """Return whether slip that the flag of finger ``i`` tells is evidence: it has been silent before."""
-    return q[FELT_FLAG + FELT_WIDTH * i + FELT_LIVE] >= FELT_SILENCE
+    """Return whether slip that the flag of finger ``i`` tells is evidence.
+
+    The flag has been silent before, and the onset of this slip has not taught: one slip is one sample of what
+    friction is, and counted twice it makes the belief too sure.
+    """
+    return q[FELT_FLAG + FELT_WIDTH * i + FELT_LIVE] >= FELT_SILENCE and not has_taught(q, i)
 
 
 def shows_sliding(q: Numbers, speed: float) -> bool:

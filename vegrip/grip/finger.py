@@ -5,9 +5,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from vegrip.clock import NS
-from vegrip.estimator.estimator import quantile
+from vegrip.estimator.estimator import SLIPS, quantile
 from vegrip.estimator.learning import Learned
+from vegrip.estimator.settings import SensorNoise
 from vegrip.grip.bumpless_transfer import BumplessTransfer
+from vegrip.grip.confirmed_load import CONFIRM_SIZE, confirm_load
 from vegrip.grip.drive_lag import follow_drive
 from vegrip.grip.estimator_protocol import Estimator
 from vegrip.grip.finger_controller import FingerController
@@ -39,6 +41,9 @@ LONGEST_STEP_S = 0.1
 """A longer pause between two states counts as so much."""
 RECENT_STATES = 2000
 """States kept for a successor: four seconds at 500 Hz, some relaxation times and mostly the first touch."""
+
+USUAL_NOISE = SensorNoise()
+"""Of the sensors of a finger whose estimator does not tell it."""
 
 LOAD_CHANNELS = frozenset({"tangential_force_x", "tangential_force_y", "torque_z"})
 """Channels that make up the load. One that was lost is not zero: without it the margin is not believed."""
@@ -79,6 +84,7 @@ class GraspFinger:
         self._phase = phase
         self.lead_in: tuple[Numbers, int] | None = None
         """Where the load is led by the lag of the drive, and the finger's place in it."""
+        self._confirmed = [math.nan] * CONFIRM_SIZE  # load that counts
         self._led = 0  # [ns] stamp of the last state whose load was led
         self.past = RecentStates(RECENT_STATES)
         """What was believed of late, for an estimator that takes over."""
@@ -123,6 +129,7 @@ class GraspFinger:
         self.estimator.reset()
         self.watchdog.reset()
         self._seen, self._margin = False, None
+        self._confirmed = [math.nan] * CONFIRM_SIZE
 
     def replace_estimator(self, estimator: Estimator) -> None:
         """Go on with ``estimator``, which knows the past but for the very last samples."""
@@ -155,6 +162,7 @@ class GraspFinger:
         memory["RULE_QUANTILE"] = quantile(confidence)
         memory["TURN_SEEN"], memory["TURN_USED"] = self._seen, self._used
         memory["TURN_LED"] = self._led
+        memory.section("CONFIRMED")[:] = self._confirmed
         self.write_told(memory, periods)
 
     def write_told(self, memory: NamedNumbers, periods: tuple[float, float]) -> None:
@@ -185,6 +193,7 @@ class GraspFinger:
         self.controller.policy.read_from(memory)  # type: ignore[attr-defined]
         self._transfer.read_from(memory)
         self._led = int(memory["TURN_LED"])
+        self._confirmed = memory.section("CONFIRMED").tolist()
 
     def read_contact(self, memory: NamedNumbers, believed: FingertipState | None) -> None:
         """Take back no more than what is reported: the contact, and whether the input is believed.
@@ -294,7 +303,7 @@ class GraspFinger:
     def _demand(self, state: FingertipState, margin: SlipMargin, wanted: Wanted, slides: bool) -> Demand:
         x, y = state.tangential_force_x, state.tangential_force_y
         load = math.sqrt(x * x + y * y)  # not math.hypot: Python's rounds otherwise than C's
-        torque, slipping = abs(state.torque_z), slides or state.slip >= 0.5
+        torque, slipping = abs(state.torque_z), slides or state.slip >= SLIPS
         if not self.estimator.in_contact:
             trusted = self.estimator.normal_force.valid
             return Demand(0.0, load, torque, in_contact=False, slipping=slipping, trusted=trusted)
@@ -311,14 +320,16 @@ class GraspFinger:
         )
 
     def _least_force(self, state: FingertipState, wanted: Wanted) -> float:
+        x, y, torque = state.tangential_force_x, state.tangential_force_y, state.torque_z
+        noise = getattr(self.estimator, "noise", USUAL_NOISE)
+        x, y, torque = confirm_load(self._confirmed, 0, x, y, torque, noise.tangential_force, noise.torque_z)
         if self.lead_in is None:
-            return self.estimator.least_force(*wanted)
+            return self.estimator.least_force(*wanted, (math.sqrt(x * x + y * y), torque))
         dt = min(max((state.stamp - self._led) / NS, 0.0), LONGEST_STEP_S)
         self._led = state.stamp
         is_following = not (self.controller.fail_safe.active or self.watchdog.doubtful)
         command = self.controller.held if is_following else math.nan
         follow_drive(*self.lead_in, dt, command, state.normal_force)
-        x, y, torque = state.tangential_force_x, state.tangential_force_y, state.torque_z
         return self.estimator.least_force(*wanted, lead_load(*self.lead_in, dt, x, y, torque))
 
 

@@ -35,7 +35,7 @@ from vegrip.types import Numbers
 
 ONSET_NOISE = PROBE_SIZE  # std of ln mu from one onset to the next
 ONSET_SHOCK = PROBE_SIZE + 1  # std of ln mu of what befalls all faces at once
-ONSET_RUN = PROBE_SIZE + 2  # samples of slip in a row; negative: this run has been used
+ONSET_RUN = PROBE_SIZE + 2  # samples of slip in a row; negative: this run does not count, or has taught
 ONSET_SUM = ONSET_RUN + BELIEF_MOST  # of ln u in this run
 ONSET_QUIET = ONSET_SUM + BELIEF_MOST  # [s] since the last sample of slip
 ONSET_HELD = ONSET_QUIET + BELIEF_MOST  # largest u that was held of late
@@ -55,6 +55,7 @@ ONSET_FAR = 0.6  # of what was held: friction does not fall below this within ON
 ONSET_FADING = 0.3  # [s]
 ONSET_BOUND = 2.5  # standard deviations
 ONSET_FAR_BELOW = 2.5  # as FAR_BELOW of the belief
+ONSET_TAUGHT = -2.0  # of ONSET_RUN
 ONSET_DOUBTS = 3.0  # contradictions from which on a channel is not believed
 
 
@@ -69,6 +70,11 @@ def begin_onsets(q: Numbers, noise: float, shock: float) -> None:
 def is_doubted(q: Numbers, i: int) -> bool:
     """Return whether the slip channel of finger ``i`` has contradicted its load too often."""
     return q[ONSET_DOUBTED + i] >= ONSET_DOUBTS
+
+
+def has_taught(q: Numbers, i: int) -> bool:
+    """Return whether the slip that finger ``i`` tells has taught by its onset."""
+    return q[ONSET_RUN + i] == ONSET_TAUGHT
 
 
 def is_heard(q: Numbers, i: int) -> bool:
@@ -155,4 +161,5 @@ def take_onset(g: Numbers, q: Numbers, i: int, ln_u: float, relative: float) -> 
         add_common(g, q[ONSET_SHOCK] * q[ONSET_SHOCK])
     most = ONSET_BOUND * math.sqrt(believed_variance(g, i) + noise)
     measured = g[BELIEF_MEAN + i] + min(max(off, -most), most)
+    q[ONSET_RUN + i] = ONSET_TAUGHT
     absorb_factor(g, i, 1.0 / noise, measured / noise)

@@ -86,6 +86,7 @@ from vegrip.grip.load_lead import begin_lead
 from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.grip.slip_trust import (
+    TRUST_PROOF,
     TRUST_SIZE,
     begin_trust,
     counted_shift,
@@ -94,7 +95,6 @@ from vegrip.grip.slip_trust import (
     follow_trust,
     is_constant,
     let_go,
-    trusts_slip,
 )
 from vegrip.messages import KNOWN, PROBED, ContactEstimate, Estimate, FingertipState, ModelHealth
 from vegrip.types import NamedNumbers
@@ -350,8 +350,8 @@ class GraspFriction:
             return f"{finger} does not feel slip"
         if is_doubted(g, i):
             return f"the slip channel of {finger} contradicts its load"
-        if not trusts_slip(g, g) and is_constant(g, i):
-            return f"no slip was felt yet, and the slip speed of {finger} shows no noise: it may be dead"
+        if g[TRUST_PROOF + i] == 0.0 and is_constant(g, i):
+            return f"{finger} has not felt slip yet, and its slip speed shows no noise: it may be dead"
         return ""
 
     def doubted_channel(self, finger: str) -> str:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+from vegrip.grip.confirmed_load import CONFIRM_SIZE
 from vegrip.grip.policies.running_median import WINDOW_SLOTS
 from vegrip.messages import Condition, Reason
 
@@ -37,6 +38,7 @@ REALS: dict[str, tuple[str, ...] | int] = {
     "REPEATED": MECHANICAL_CHANNELS, "REPEATED_FORCE": 1,
     "WATCH": ("NOISE_LAST", "CHANGE", "REPEAT_LIMIT", "REPEATS", "TURNS", "LEVEL"),
     "TAKEN": ("LOAD", "TORQUE", "BOUND"),
+    "CONFIRMED": CONFIRM_SIZE,
     "DEMAND": ("LEAST", "LOAD", "TORQUE", "BOUND"),
     "ASKED": ("MARGIN", "QUANTILE"),
     "SHARED": (
@@ -52,7 +54,8 @@ REALS: dict[str, tuple[str, ...] | int] = {
 """RULE: settings (TIME_OUT to DOUBT_AFTER in [ns]); LOWEST, HIGHEST: believable ranges of the channels;
 STATE: the present state; REPEATED, REPEATED_FORCE: the mechanical channels last seen; WATCH: of the watchdog;
 TAKEN: load and torque that the estimator has, and the bound of the margin at the last
-report; DEMAND: what the finger needs; ASKED: margin and quantile that this state is judged with; SHARED: how
+report; CONFIRMED: the load that counts (:mod:`vegrip.grip.confirmed_load`); DEMAND: what the finger needs;
+ASKED: margin and quantile that this state is judged with; SHARED: how
 the fingers of a grasp share friction, and what this one has of it (version of the belief, own evidence of the
 present loading, mean and variance of ln mu before the state, slip flag and
 slip speed as they are sensed, LEVEL, SPREAD, UNKNOWN: what is stated of friction beside its belief);

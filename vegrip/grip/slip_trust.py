@@ -10,24 +10,33 @@ What proves the channel of a finger is slip that its flag tells, since that alon
 * at the largest utilisation it has had of late, where a contact slides and a random flag seldom falls.
 
 Until then every finger counts on no more than the prior (:func:`counted_shift`), and the fingers are let go
-of together, for the proof alone, while the load watches.
+of together, for the proof alone, while the load watches: of an object that is not known as far as it takes
+to slide.
 
 **The load as a witness.** Let N be the sum of the normal forces and f that of the tangential forces. While
 contacts hold, f stays as N is let go of; what one finger gives up the others take. When the object slides,
 f = mu N. So ``y = w ln N - ln f`` rises by 1 - w of the fall of ln N where it slides, and falls by w of it
 where it holds. A rise of y by ``TRUST_RISE``, or by ``TRUST_NOISE`` standard deviations of its noise, above
-its least of late ends the probe: for ``TRUST_HOLD`` every finger counts on no more than the prior. A load
-that fades looks the same. It was a slide
+its least of late ends the probe. So does a fall of f / N by as much within ``TRUST_TORN_TIME``: a contact
+that begins to slide may hold less than one that rests. A load that fades, which the grip follows, looks the
+same, but N falls more than ``TRUST_FADING`` times as far as f. Else every finger counts on no more than the
+prior for ``TRUST_HOLD``, and it was a slide
 
-* if f comes back with N, within ``TRUST_JUDGED`` and the delay that felt slip is told to have,
+* if f comes back with N, ``TRUST_SEEN`` and the delay that felt slip is told to have after N is back at
+  ``TRUST_MORE`` of what it was, within ``TRUST_JUDGED``,
 * and no finger has told slip since ``TRUST_BEFORE`` before.
 
 Then the channels are deaf: what they have proven is void, and they are not used for ``TRUST_DEAF``, the next
 time for ``TRUST_DEAD``.
 
+A slide while N falls slowly would show too late: below ``TRUST_SLOW`` of ln N a second what was let go of is
+taken back. The quick fall before has shown no slide, so while felt slip is trusted no more is taken back than
+``TRUST_RETREAT``, then and when a load changes, until a finger slips.
+
 A flag that tells slip again and again below ``TRUST_FAR`` of the utilisation that has just held contradicts
 the load, and is not used. What any flag has taught is void when it is found to contradict load or slip speed:
-then the friction of all fingers is again what was expected of it.
+then the friction of all fingers is again what was expected of it, or a std above what was believed when no
+flag had told slip for ``TRUST_CLEAN_TIME``, where that is lower.
 
 Where the slip speed has shown noise, a speed that is exactly the same for ``TRUST_STILL`` samples, or is
 gone, is no measurement, and voids the proof as well.
@@ -83,7 +92,8 @@ TRUST_WAIT = CHANGE_SIZE + 5  # [s] until that is judged; 0: nothing is to be ju
 TRUST_MISSED = CHANGE_SIZE + 6  # slides that no channel told, since the last one that one told
 TRUST_FIRST = CHANGE_SIZE + 7  # [N] N when force began to be let go of
 TRUST_LATER = CHANGE_SIZE + 8  # [N] N that lags
-TRUST_PRIOR = CHANGE_SIZE + 9  # mean ln mu of finger i before anything was felt
+TRUST_RATIO = CHANGE_SIZE + 9  # f / N that lags
+TRUST_PRIOR = CHANGE_SIZE + 10  # mean ln mu of finger i before anything was felt
 TRUST_SPREAD = TRUST_PRIOR + BELIEF_MOST  # its std
 TRUST_PROOF = TRUST_SPREAD + BELIEF_MOST  # [s] for which the proof of finger i still counts
 TRUST_TOP = TRUST_PROOF + BELIEF_MOST  # largest utilisation of late
@@ -95,7 +105,9 @@ TRUST_NOISY = TRUST_CONSTANT + BELIEF_MOST  # changes of it while nothing slid
 TRUST_FALSE = TRUST_NOISY + BELIEF_MOST  # slips of late that it told far below what it had held
 TRUST_VOID = TRUST_FALSE + BELIEF_MOST  # 1 where what it has taught is void, its flag being wrong
 TRUST_RIM = TRUST_VOID + BELIEF_MOST  # [s] for which it has slid by its slip speed alone
-TRUST_SIZE = TRUST_RIM + BELIEF_MOST
+TRUST_KEPT = TRUST_RIM + BELIEF_MOST  # of what it was let go of, what the load has shown to hold
+TRUST_CLEAN = TRUST_KEPT + BELIEF_MOST  # mean ln mu when no flag had told slip for a while
+TRUST_SIZE = TRUST_CLEAN + BELIEF_MOST
 
 TRUST_LASTS = 60.0  # [s]
 TRUST_SILENCE = 0.5  # [s]
@@ -108,17 +120,24 @@ TRUST_TOP_TIME = 1.0  # [s] in which that is forgotten
 TRUST_SHARE = 0.3  # w
 TRUST_RISE = 0.03
 TRUST_LATER_TIME = 0.15  # [s]
+TRUST_TORN_TIME = 0.05  # [s]
 TRUST_SLOW = 0.25  # [1/s] of ln N
 TRUST_BEGUN = 0.95  # of N at first, from which on it must fall that fast
 TRUST_ALIKE = 0.5  # of the fall of ln f, that ln N must have fallen by: else the load has changed
+TRUST_FADING = 1.6  # of the same, beyond which the load fades and the grip only follows it
 TRUST_NOISE = 5.0  # standard deviations
 TRUST_BLIND = 0.15  # rise of y beyond which noise hides a slide for too long, so that force is not let go of
 TRUST_FORGET = 0.6  # [s] in which the least y is forgotten: a slow load shows no slide
-TRUST_AHEAD = 0.7  # of ln mu
+TRUST_AHEAD = 1.7  # of ln mu
+TRUST_CLIMB = 2.5  # times as fast as an unknown object is let go of that is trusted
 TRUST_HOLD = 0.3  # [s]
+TRUST_CLEAN_TIME = 2.0  # [s]
 TRUST_JUDGED = 0.12  # [s]
+TRUST_SEEN = 0.03  # [s] after N has come back
 TRUST_BEFORE = 0.1  # [s]
+TRUST_RETREAT = 0.12  # of ln mu, from where a quick fall of N has shown no slide
 TRUST_BACK = 0.6  # of what was lost, that must be back
+TRUST_MORE = 1.15  # times N before it, with which it must be
 TRUST_DEAF = 10.0  # [s]
 TRUST_DEAD = 300.0  # [s]
 TRUST_STILL = 40.0  # samples
@@ -131,7 +150,7 @@ def begin_trust(g: Numbers, q: Numbers) -> None:
         q[TRUST_HELD + j] = 0.0
     q[TRUST_LEAST] = math.inf
     for i in range(BELIEF_MOST):
-        q[TRUST_PRIOR + i] = g[BELIEF_MEAN + i]
+        q[TRUST_PRIOR + i] = q[TRUST_CLEAN + i] = g[BELIEF_MEAN + i]
         q[TRUST_SPREAD + i] = math.sqrt(believed_variance(g, i))
 
 
@@ -211,10 +230,12 @@ def let_go(
         if trusts_slip(g, q):
             probe_friction(g, q, i, dt, lag)
         elif q[TRUST_HELD] <= 0.0 and seeks_proof(g, q, i) and is_quiet(q, int(g[BELIEF_FINGERS])):
-            low = min(prior_bound(q, i, lag), believed_bound(g, i, lag))
-            most = g[BELIEF_MEAN + i] + q[PROBE_REACH] * math.sqrt(believed_variance(g, i)) - low
-            shift = q[PROBE_SHIFT + i]
-            q[PROBE_SHIFT + i] = min(shift + q[PROBE_CLIMB] * dt, max(most, shift))
+            std, shift = math.sqrt(believed_variance(g, i)), q[PROBE_SHIFT + i]
+            most = math.inf  # of an object that is not known, it is not known either where it slides
+            if std <= q[PROBE_UNKNOWN]:
+                low = min(prior_bound(q, i, lag), believed_bound(g, i, lag))
+                most = g[BELIEF_MEAN + i] + q[PROBE_REACH] * std - low
+            q[PROBE_SHIFT + i] = min(shift + TRUST_CLIMB * q[PROBE_CLIMB] * dt, max(most, shift))
 
 
 def ends_probe(q: Numbers, i: int, dt: float, slipping: bool, sliding: bool) -> bool:
@@ -223,7 +244,10 @@ def ends_probe(q: Numbers, i: int, dt: float, slipping: bool, sliding: bool) -> 
     The rim of a patch slides before all of it does, so the flag, which alone proves and teaches, comes later.
     """
     q[TRUST_RIM + i] = q[TRUST_RIM + i] + dt if sliding and not slipping else 0.0
-    return slipping or q[TRUST_RIM + i] > TRUST_FLAG_LATER + q[FELT_DELAY]
+    if slipping or q[TRUST_RIM + i] > TRUST_FLAG_LATER + q[FELT_DELAY]:
+        keep_nothing(q)
+        return True
+    return False
 
 
 def seeks_proof(g: Numbers, q: Numbers, i: int) -> bool:
@@ -293,7 +317,8 @@ def hear_slide(q: Numbers, i: int, u: float) -> None:
     """The flag of finger ``i`` tells slip at ``u``, 0 = not known: that proves it, or tells against it."""
     flag, top = FELT_FLAG + FELT_WIDTH * i, q[TRUST_TOP + i]
     silent = q[flag + FELT_QUIET]
-    if q[PROBE_SHIFT + i] > LEAST_PROBE and u >= TRUST_NEAR * top and silent >= TRUST_SILENCE:
+    is_expected = q[PROBE_SHIFT + i] - q[TRUST_KEPT + i] > LEAST_PROBE and u >= TRUST_NEAR * top
+    if is_expected and silent >= TRUST_SILENCE:
         q[TRUST_PROOF + i], q[TRUST_MISSED] = TRUST_LASTS, 0.0
     if 0.0 < u < TRUST_FAR * top and silent > 0.0:
         q[TRUST_FALSE + i] += 1.0
@@ -307,13 +332,21 @@ def is_constant(q: Numbers, i: int) -> bool:
 
 
 def void_lies(g: Numbers, q: Numbers, i: int) -> None:
-    """Forget what the fingers have learned when the flag of finger ``i`` has just been found to be wrong."""
+    """Forget what the fingers have learned when the flag of finger ``i`` has just been found to be wrong.
+
+    Friction that was low before any flag lied is expected to be no more than a standard deviation higher.
+    """
     flag = FELT_FLAG + FELT_WIDTH * i
     is_off = q[flag + FELT_OFF] > 0.0
+    silent = math.inf
+    for j in range(int(g[BELIEF_FINGERS])):
+        silent = min(silent, q[FELT_FLAG + FELT_WIDTH * j + FELT_QUIET])
+    if silent >= TRUST_CLEAN_TIME:
+        q[TRUST_CLEAN + i] = g[BELIEF_MEAN + i]
     if is_off and q[TRUST_VOID + i] < 0.5 and q[flag + FELT_WHY] != FELT_DEAF:
         q[TRUST_PROOF + i] = 0.0
         for j in range(int(g[BELIEF_FINGERS])):
-            forget_evidence(g, j, q[TRUST_PRIOR + j])
+            forget_evidence(g, j, min(q[TRUST_PRIOR + j], q[TRUST_CLEAN + j] + q[TRUST_SPREAD + j]))
     q[TRUST_VOID + i] = 1.0 if is_off else 0.0
 
 
@@ -350,17 +383,26 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
     """Look whether the load shows a slide, and judge the last one that it has shown."""
     part = dt / g[BELIEF_FINGERS]
     q[TRUST_HELD] = max(q[TRUST_HELD] - part, 0.0)
+    force, pull = whole(g, q, TRUST_FORCE), whole(g, q, TRUST_PULL)
     if q[TRUST_WAIT] > 0.0:
         q[TRUST_WAIT] -= part
-        if q[TRUST_WAIT] <= 0.0:
+        if q[TRUST_GRIP] > 0.0 and force >= TRUST_MORE * q[TRUST_GRIP]:
+            q[TRUST_GRIP], q[TRUST_WAIT] = 0.0, min(q[TRUST_WAIT], TRUST_SEEN + q[FELT_DELAY])
+        is_back = pull >= q[TRUST_LOAD] - (1.0 - TRUST_BACK) * q[TRUST_FELL]
+        if q[TRUST_WAIT] <= 0.0 and q[TRUST_GRIP] == 0.0 and is_back:
             judge_slide(g, q)
         return
-    force, pull = whole(g, q, TRUST_FORCE), whole(g, q, TRUST_PULL)
-    if not (whole(g, q, PROBE_SHIFT) > LEAST_PROBE and force > 0.0 and pull > 0.0):
+    let = whole(g, q, PROBE_SHIFT) - whole(g, q, TRUST_KEPT)
+    if not (let > LEAST_PROBE and force > 0.0 and pull > 0.0):
         q[TRUST_LEAST] = math.inf
         q[TRUST_FIRST] = q[TRUST_LATER] = max(force, 0.0)
+        q[TRUST_RATIO] = 0.0
+        return
+    if has_torn(q, pull / force, part, rise_of_slide(g, q, dt, noise)):
+        take_back(g, q)
         return
     if is_slow(q, force, part):
+        keep_held(g, q)
         take_back(g, q)
         q[PROBE_SINCE_SLIP] = 0.0
         return
@@ -368,10 +410,12 @@ def watch_slide(g: Numbers, q: Numbers, dt: float, noise: float) -> None:
     forgotten = 1.0 - math.exp(-part / TRUST_FORGET)
     if y > q[TRUST_LEAST] and y - q[TRUST_LEAST] > rise_of_slide(g, q, dt, noise):
         if math.log(q[TRUST_GRIP] / force) >= TRUST_ALIKE * math.log(q[TRUST_LOAD] / pull):
+            keep_nothing(q)
             take_back(g, q)
-            q[TRUST_HELD], q[PROBE_SINCE_SLIP] = TRUST_HOLD, 0.0
-            q[TRUST_FELL] = q[TRUST_LOAD] - pull
-            q[TRUST_WAIT], q[TRUST_LEAST] = TRUST_JUDGED + q[FELT_DELAY], math.inf
+            q[PROBE_SINCE_SLIP], q[TRUST_LEAST] = 0.0, math.inf
+            if math.log(q[TRUST_GRIP] / force) <= TRUST_FADING * math.log(q[TRUST_LOAD] / pull):
+                q[TRUST_HELD], q[TRUST_WAIT] = TRUST_HOLD, TRUST_JUDGED + q[FELT_DELAY]
+                q[TRUST_FELL] = q[TRUST_LOAD] - pull
             return
         forgotten = 1.0
     if y <= q[TRUST_LEAST]:
@@ -389,10 +433,30 @@ def is_slow(q: Numbers, force: float, dt: float) -> bool:
     return force < TRUST_BEGUN * q[TRUST_FIRST] and rate < TRUST_SLOW
 
 
+def has_torn(q: Numbers, ratio: float, dt: float, rise: float) -> bool:
+    """Return whether f / N, now ``ratio``, has fallen at once, as friction may when a slide begins."""
+    q[TRUST_RATIO] += (1.0 - math.exp(-dt / TRUST_TORN_TIME)) * (ratio - q[TRUST_RATIO])
+    return ratio < q[TRUST_RATIO] * math.exp(-rise)
+
+
 def take_back(g: Numbers, q: Numbers) -> None:
-    """Take back at once what all fingers were let go of."""
+    """Take back at once what all fingers were let go of, down to what the load has shown to hold."""
+    if not trusts_slip(g, q):
+        keep_nothing(q)
     for i in range(int(g[BELIEF_FINGERS])):
-        q[PROBE_SHIFT + i] = 0.0
+        q[PROBE_SHIFT + i] = min(q[PROBE_SHIFT + i], q[TRUST_KEPT + i])
+
+
+def keep_held(g: Numbers, q: Numbers) -> None:
+    """Note that N has fallen quickly and no slide was seen: the contacts hold with little more than that."""
+    for i in range(int(g[BELIEF_FINGERS])):
+        q[TRUST_KEPT + i] = max(q[PROBE_SHIFT + i] - TRUST_RETREAT, q[TRUST_KEPT + i])
+
+
+def keep_nothing(q: Numbers) -> None:
+    """Forget with what the contacts have held."""
+    for i in range(BELIEF_MOST):
+        q[TRUST_KEPT + i] = 0.0
 
 
 def judge_slide(g: Numbers, q: Numbers) -> None:
@@ -404,8 +468,7 @@ def judge_slide(g: Numbers, q: Numbers) -> None:
         flag, speed = FELT_FLAG + FELT_WIDTH * i, FELT_SPEED + FELT_WIDTH * i
         silent = min(silent, q[flag + FELT_QUIET], q[speed + FELT_QUIET])
     heard = silent < TRUST_JUDGED + q[FELT_DELAY] + TRUST_BEFORE
-    faded = whole(g, q, TRUST_PULL) < q[TRUST_LOAD] - (1.0 - TRUST_BACK) * max(q[TRUST_FELL], 0.0)
-    if heard or faded:
+    if heard:
         return
     q[TRUST_MISSED] += 1.0
     lasts = TRUST_DEAF if q[TRUST_MISSED] < 2.0 else TRUST_DEAD

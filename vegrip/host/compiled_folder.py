@@ -1,4 +1,4 @@
-"""The folder of what was compiled for this machine, which is run unread: only this user may write to it."""
+"""The folder of what the C compiler has made, which is run unread: only this user may write to it."""
 
 import atexit
 import contextlib
@@ -10,7 +10,16 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from vegrip.host.private_folder import ROOT, runtime_root, why_not_private, why_not_trusted
+from vegrip.host.folders import ROOT, runtime_root, why_not_private, why_not_trusted
+
+
+def compiler() -> str | None:
+    """Return the path of the C compiler: ``CC`` of the environment, else cc, gcc or clang."""
+    for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
+        if name and (found := shutil.which(name)):
+            return found
+    return None
+
 
 log = logging.getLogger(__name__)
 

@@ -2,10 +2,12 @@
 
 As ros2_control does: SCHED_FIFO for the thread of the loop, and memory that is not paged out. The bus stands
 above the node, and the node above the hand, since each waits for the one before.
+Also the processor time of any process, as the kernel counts it.
 """
 
 import _thread
 import ctypes
+import math
 import os
 import resource
 import sys
@@ -235,3 +237,17 @@ def _set(thread: int, policy: int, parameter: os.sched_param) -> bool:
 def _lock_memory() -> bool:
     """Keep what is touched from now on in memory; what was reserved and is never used takes none."""
     return bool(ctypes.CDLL(None).mlockall(_LOCK_PRESENT_AND_COMING | _ON_FAULT) == 0)
+
+
+FIELDS_BEFORE_TIMES = 11
+"""Of the line behind the name of the program; user and system time follow."""
+
+
+def processor_time(process: int) -> float:
+    """Return the time [s] that all threads of a process took so far, NaN where it is not known."""
+    try:
+        line = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return math.nan
+    user, system = line.rpartition(")")[2].split()[FIELDS_BEFORE_TIMES : FIELDS_BEFORE_TIMES + 2]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")

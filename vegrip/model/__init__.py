@@ -2,8 +2,7 @@
 
 from vegrip.model.channels import Predictor, predict
 from vegrip.model.file import read_model, write_model
-from vegrip.model.model import ContactModel, Simulation
-from vegrip.model.paper import BASE, paper_model
+from vegrip.model.model import BASE, ContactModel, Simulation, paper_model
 
 __all__ = [
     "BASE",

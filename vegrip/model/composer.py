@@ -6,12 +6,16 @@ Nothing here runs physics. The rules, each with its complaint:
 * a quantity has one definition, before its modifications;
 * nothing is changed after another effect has used it;
 * symbols and states have one owner.
+
+A composed model is then tried on a few contacts, hook by hook, so that an effect that fails is named.
 """
 
 import inspect
 import keyword
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from vegrip.effects.contract import (
     FACTORS,
@@ -25,6 +29,7 @@ from vegrip.effects.contract import (
 )
 from vegrip.errors import ModelError
 from vegrip.model.source import Texts
+from vegrip.types import Floats
 
 DERIVED = ("stiffness", "elastic_exponent")
 """d N_e / d x [N/m] and d ln N_e / d ln x [-] at the present depth, made only where a hook asks."""
@@ -200,3 +205,72 @@ def _check_definitions(plan: Plan) -> None:
             used |= {name: call.effect for name in call.takes if name != gives and name not in call.states}
         if quantity not in STARTS and quantity not in defined:
             raise ModelError(f"no effect defines {quantity}; add one with a hook at the stage {stage}")
+
+
+PROBED_DEPTHS = (-0.5, 0.0, 1e-6, 0.3, 1.0, 2.0)  # in reference depths
+PROBED_STEPS_S = (0.0, 1e-3, 1.0)  # [s]
+
+
+def probe(
+    effects: Sequence[Effect],
+    plan: Plan,
+    values: Floats,
+    reference_depth: float,
+) -> None:
+    """Run every hook once at each depth and step.
+
+    Raises:
+        ModelError: a hook fails, returns the wrong number of values, or something not finite.
+
+    """
+    functions = _functions(plan)
+    constants = dict(zip([*plan.parameters, *GEOMETRY], map(float, values), strict=True))
+    states = {s.name: s.initial for e in effects for s in e.states}
+    for depth in PROBED_DEPTHS:
+        for dt in PROBED_STEPS_S:
+            scope: dict[str, float] = {**constants, **states, **FACTORS, "dt": dt}
+            scope |= {"delta": depth * reference_depth, "speed": 0.1 * reference_depth, "elastic_before": 0.0}
+            scope |= {"temperature": constants["reference_temperature"] + 1.0, "slip_speed": 0.0}
+            scope |= {"tangential_force": 0.0, "tangential_force_x": 0.0, "tangential_force_y": 0.0}
+            scope |= {"torque": 0.0, "stiffness": 1.0, "elastic_exponent": 1.5}
+            _walk(plan, functions, scope)
+            states = {name: scope[name] for name in states}
+
+
+def _functions(plan: Plan) -> dict[str, Any]:
+    scope: dict[str, Any] = {"math": math}
+    for text in plan.texts.values():
+        exec(compile(text, "<effect>", "exec"), scope)  # noqa: S102 - the user's own model, as on import
+    return scope
+
+
+def _walk(plan: Plan, functions: dict[str, Any], scope: dict[str, float]) -> None:
+    for stage, quantity in STAGES.items():
+        if quantity in STARTS:
+            scope[quantity] = scope[STARTS[quantity]]
+        for call in plan.calls[stage]:
+            scope |= _checked(call, functions[call.function], scope)
+        scope["force"] = max(scope.get("force", 0.0), 0.0)
+
+
+def _checked(call: Call, function: Any, scope: dict[str, float]) -> dict[str, float]:
+    arguments = {name: scope[name] for name in call.takes}
+    at = ", ".join(f"{name} = {value:g}" for name, value in arguments.items())
+    try:
+        answer = function(**arguments)
+    except Exception as error:
+        raise ModelError(
+            f"the effect {call.effect} fails at {call.stage} ({error}) with {at}; guard it"
+        ) from error
+    given = answer if isinstance(answer, tuple) else (answer,)
+    if len(given) != len(call.results):
+        raise ModelError(
+            f"the effect {call.effect} returns {len(given)} values at {call.stage}; "
+            f"it must return {', '.join(call.results)}"
+        )
+    for name, value in zip(call.results, given, strict=True):
+        if not math.isfinite(value):
+            raise ModelError(
+                f"the effect {call.effect} gives {name} = {value} at {call.stage} with {at}; guard it"
+            )
+    return dict(zip(call.results, given, strict=True))

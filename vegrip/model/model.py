@@ -1,4 +1,7 @@
-"""The contact model: a fingertip and an ordered list of effects. The only place with physics."""
+"""The contact model: a fingertip and an ordered list of effects. The only place with physics.
+
+:func:`paper_model` is that of the paper; its prior covers silicone fingertips of ordinary hardness.
+"""
 
 import dataclasses
 import math
@@ -10,13 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vegrip.effects import Effect, place
+from vegrip.effects import Effect, effect, place
 from vegrip.errors import ModelError
 from vegrip.model import writer
 from vegrip.model.batch import Batch, batch_of
-from vegrip.model.composer import Plan, compose
+from vegrip.model.composer import Plan, compose, probe
 from vegrip.model.native import kernel_mode
-from vegrip.model.probe import probe
 from vegrip.parameters import Parameter, Value, changed, check, declared
 from vegrip.types import Floats
 
@@ -60,12 +62,12 @@ class ContactModel:
                 raise ModelError(
                     f"no effect of the model has a parameter {symbol!r}; there are {', '.join(known)}"
                 )
-        for symbol, (effect, parameter) in known.items():
+        for symbol, (owner, parameter) in known.items():
             if symbol not in self.values:
                 raise ModelError(
-                    f"{effect}: the value of {symbol} is missing; the default is {parameter.default:g}"
+                    f"{owner}: the value of {symbol} is missing; the default is {parameter.default:g}"
                 )
-            check(effect, parameter, self.values[symbol])
+            check(owner, parameter, self.values[symbol])
         probe(self.effects, self.plan, self.vector, self.reference_depth)
 
     @cached_property
@@ -155,3 +157,36 @@ class ContactModel:
         return dataclasses.replace(
             self, effects=(*self.effects[:at], effect, *self.effects[at:]), values=values
         )
+
+
+BASE = ("power_law_stiffness", "relaxation", "geometric_radius", "pressure_coupling", "coulomb_friction")
+"""Effects of the base model, in order."""
+
+
+MAX_RADIUS_M = 1.0  # [m]
+
+
+def paper_model(tip_radius: float, *, modulus: float = 3e5) -> ContactModel:
+    """Return the base model of a fingertip of radius ``tip_radius`` [m].
+
+    Args:
+        tip_radius: R of the undeformed fingertip [m].
+        modulus: a guess of the effective modulus E* [Pa] for the prior of K, Hertz' ``4/3 E* sqrt(R) x^1.5``
+            at ``x_ref = R / 10``. Silicone 1e5 .. 1e6, living cells 1e2 .. 1e4. The prior is wide, a factor
+            of 1.6.
+
+    Raises:
+        ModelError: a radius that no tip has: above 1 m it is millimetres taken for metres.
+
+    """
+    if not 0.0 < tip_radius <= MAX_RADIUS_M:
+        raise ModelError(
+            f"tip_radius is {tip_radius:g} m; give it in metres, above 0 and up to {MAX_RADIUS_M:g}"
+        )
+    depth = tip_radius / 10.0
+    effects = tuple(effect(name) for name in BASE)
+    values = {p.symbol: declared(p) for e in effects for p in e.parameters}
+    values["K"] = changed(values["K"], value=4.0 / 3.0 * modulus * tip_radius**0.5 * depth**1.5)
+    return ContactModel(
+        effects, values, tip_radius, depth, provenance={"origin": "prior of the paper's model"}
+    )

@@ -18,7 +18,7 @@ from typing import Final
 from vegrip import c99
 from vegrip.c99 import host, translate
 from vegrip.c99.bridge import Lengths, behind_doubles
-from vegrip.c99.kinds import Kind
+from vegrip.c99.kinds import DOUBLE, FLOAT, Kind
 from vegrip.c99.refusal import Place, unknown_place
 from vegrip.compiling import announce_compiling
 from vegrip.errors import UsageError
@@ -87,7 +87,7 @@ def _library(text: str, entries: Entries, place: Place, more: str, *, single: Le
 
     def make(library: Path) -> None:
         announce_compiling(SENTENCE)
-        c = translate(text, entries, place=place).text()
+        c = translate(text, entries, place=place, reals=DOUBLE if single is None else FLOAT).text()
         if single is not None:
             c = behind_doubles(c, entries, single)
         host.build(f"{c}\n{more}", library)

@@ -13,9 +13,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from vegrip.errors import UsageError
-from vegrip.host.leftovers import remove_leftovers
-from vegrip.host.lock_file import locked
-from vegrip.host.runtime_folder import runtime_folder, socket_path
+from vegrip.host.folders import locked, remove_leftovers, runtime_folder, socket_path
 from vegrip.runtime import exit_reports
 from vegrip.spelling import suggestion
 

@@ -12,9 +12,9 @@ from typing import Final, Protocol
 
 import can
 
+from vegrip.transport.canbus.bus_events import ErrorState
 from vegrip.transport.canbus.bus_load import BusLoad
 from vegrip.transport.canbus.error_report import reported_state
-from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming, typical_duration
 from vegrip.transport.canbus.hub_wire import MOST_REQUESTS
 from vegrip.transport.canbus.virtual_can import VegripBus

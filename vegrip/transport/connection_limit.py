@@ -22,7 +22,7 @@ from typing import Final
 import zmq
 
 from vegrip.host import descriptors
-from vegrip.host.runtime_folder import ASIDE
+from vegrip.host.folders import ASIDE
 from vegrip.transport.socket_monitor import SocketMonitor
 
 MAX_CONNECTIONS: Final = 256

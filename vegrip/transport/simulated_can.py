@@ -11,10 +11,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from vegrip.clock import NS, Clock
 from vegrip.messages import Message
-from vegrip.transport.canbus.bus_events import BusError, Event, StateChange, Transmission
+from vegrip.transport.canbus.bus_events import BusError, ErrorState, Event, StateChange, Transmission
 from vegrip.transport.canbus.bus_load import BusLoad
 from vegrip.transport.canbus.bus_model import BusModel
-from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame
 from vegrip.transport.canbus.node_faults import NO_FAULTS, NodeFaults
 from vegrip.transport.codec import CanCodec, Frame

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from vegrip.errors import ConfigError
-from vegrip.host.private_folder import why_not_private, why_not_trusted
-from vegrip.host.runtime_folder import LONGEST_SOCKET, socket_path
+from vegrip.host.folders import LONGEST_SOCKET, socket_path, why_not_private, why_not_trusted
 
 NAME: Final = re.compile(r"[A-Za-z0-9_\-][A-Za-z0-9_.\-]*")
 ABSTRACT: Final = "@"

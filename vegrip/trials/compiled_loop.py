@@ -48,8 +48,8 @@ PERIOD_S = 0.002
 SAMPLING_S = 0.01
 
 SHARED = (
-    "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
-    "friction_change", "slip_trust",
+    "confirmed_load", "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead",
+    "felt_slip", "late_slip", "friction_change", "slip_trust",
 )  # fmt: skip
 """Of :mod:`vegrip.grip`."""
 RunTrial = Callable[..., float]

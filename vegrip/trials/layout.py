@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vegrip.grip.confirmed_load import CONFIRM_SIZE
 from vegrip.virtual import profile
 
 FLAGS = 64
@@ -67,7 +68,12 @@ class TrialLayout:
         sections |= {"H_RING_TABLE": TABLE * self.rings}
         sections |= {f"G_{name}": 1 for name in CONTROL_SCALARS}
         sections |= {f"G_{name}": n for name in CONTROL_FINGER}
-        return sections | {"G_ELASTIC": 5, "G_SLOTS": SLOTS * n, "G_SORTED": SLOTS}
+        return sections | {
+            "G_ELASTIC": 5,
+            "G_CONFIRMED": CONFIRM_SIZE * n,
+            "G_SLOTS": SLOTS * n,
+            "G_SORTED": SLOTS,
+        }
 
     def places(self) -> dict[str, slice]:
         """Name -> where each section lies."""

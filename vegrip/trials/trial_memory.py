@@ -116,6 +116,7 @@ def set_control(
         "CONE": (1.0 + cone.safety) / cone.friction, "LONGEST_GAP": settings.estimator.longest_gap,
         "ELASTIC": [elastic.friction, elastic.safety, elastic.radius, elastic.power, elastic.exponent],
         "RECOVERY": settings.watchdog.recover_after, "COMMAND": math.nan, "INFORMED": math.inf,
+        "CONFIRMED": math.nan,
     }  # fmt: skip
     for name, value in values.items():
         h[at[f"G_{name}"]] = np.asarray(value, float)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vegrip.contact.limit_surface.axisymmetric import AxisymmetricSurface
+from vegrip.contact.limit_surface.reference import AxisymmetricSurface
 from vegrip.errors import DomainError
 
 PSI = np.linspace(0, np.pi / 2, 9)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vegrip.contact.limit_surface import reference
-from vegrip.contact.limit_surface.axisymmetric import AxisymmetricSurface
+from vegrip.contact.limit_surface.reference import AxisymmetricSurface
 
 DISTANCES = (0, 0.1, 0.25, 0.5, 0.75, 1, 1.5, 2, 3, 5, 10)
 GOLDEN = {

@@ -10,8 +10,12 @@ from scipy.optimize import brentq
 from vegrip.contact.coupling import exponent_after_creep
 from vegrip.contact.elastic import PowerStiffness
 from vegrip.contact.limit_surface import fast, reference
-from vegrip.contact.limit_surface.area import LawOfForce, PowerLawContact, geometric_contact
-from vegrip.contact.limit_surface.least_force import least_normal_force
+from vegrip.contact.limit_surface.least_force import (
+    LawOfForce,
+    PowerLawContact,
+    geometric_contact,
+    least_normal_force,
+)
 from vegrip.errors import DomainError
 
 contacts = st.builds(

@@ -7,9 +7,14 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
 from vegrip.contact.limit_surface import queries, reference
-from vegrip.contact.limit_surface.map_gauge import TOLERANCE, bound_gauge, map_gauge
-from vegrip.contact.limit_surface.maps import elliptical_map, polygon_map
-from vegrip.contact.limit_surface.pressure_map import PressureMap
+from vegrip.contact.limit_surface.pressure_map import (
+    TOLERANCE,
+    PressureMap,
+    bound_gauge,
+    elliptical_map,
+    map_gauge,
+    polygon_map,
+)
 from vegrip.errors import DomainError
 
 FEET = PressureMap([[0.03, 0.03], [0.09, 0.03], [0.03, 0.09]], [1.0, 1.0, 1.0])

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
 from vegrip.contact.limit_surface import reference
-from vegrip.contact.limit_surface.maps import elliptical_map, polygon_map, taxel_map
-from vegrip.contact.limit_surface.pressure_map import PressureMap
+from vegrip.contact.limit_surface.pressure_map import PressureMap, elliptical_map, polygon_map, taxel_map
 from vegrip.errors import DomainError
 
 FEET = PressureMap([[0.03, 0.03], [0.09, 0.03], [0.03, 0.09]], [1.0, 1.0, 1.0])

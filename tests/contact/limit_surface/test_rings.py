@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from vegrip.contact.limit_surface.rings import ring_mean
+from vegrip.contact.limit_surface.reference import ring_mean
 from vegrip.errors import DomainError
 
 
@@ -31,7 +31,7 @@ def test_ring_mean_is_continuous_where_its_formula_changes() -> None:
 
 
 def test_rough_integrand_is_refused() -> None:
-    from vegrip.contact.limit_surface.axisymmetric import AxisymmetricSurface
+    from vegrip.contact.limit_surface.reference import AxisymmetricSurface
 
     with pytest.raises(DomainError, match="knots"):
         AxisymmetricSurface(lambda r: np.where(r < 0.3, 1.0, 0.5))

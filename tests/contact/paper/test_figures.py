@@ -11,8 +11,7 @@ pytest.importorskip("matplotlib", reason="figures need the extra 'plot'")
 from matplotlib.axes import Axes
 
 from vegrip.cli import main
-from vegrip.contact.paper.figures import FIGURES, draw
-from vegrip.errors import UsageError
+from vegrip.contact.paper.figures import FIGURES
 
 
 def curves(ax: Axes) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -40,7 +39,7 @@ def test_a_folder_that_cannot_be_is_one_sentence(tmp_path: Path, capsys: pytest.
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_axis_says_what_it_shows(name: str) -> None:
-    for ax in draw(name).axes:
+    for ax in FIGURES[name]().axes:
         assert ax.get_xlabel()
         assert ax.get_ylabel()
         assert "t" not in ax.get_xlabel() or "[s]" in ax.get_xlabel() or "f_t" in ax.get_xlabel()
@@ -48,14 +47,14 @@ def test_every_axis_says_what_it_shows(name: str) -> None:
 
 @pytest.mark.parametrize(("name", "panel"), [("fig02", 0), ("fig05", 0), ("fig08", 0)])
 def test_pressures_under_constant_load_carry_the_same_force(name: str, panel: int) -> None:
-    shown = curves(draw(name).axes[panel])
+    shown = curves(FIGURES[name]().axes[panel])
     assert len(shown) >= 5
     for r, p in shown:
         assert carried(r, p) == pytest.approx(1, abs=5e-3)
 
 
 def test_pressures_at_constant_displacement_fade_with_the_force() -> None:
-    left, right = draw("fig04").axes
+    left, right = FIGURES["fig04"]().axes
     t, N = left.get_lines()[0].get_data()
     forces = [carried(r, p) for r, p in curves(right)]
     assert forces[0] == pytest.approx(1, abs=5e-3)
@@ -64,7 +63,7 @@ def test_pressures_at_constant_displacement_fade_with_the_force() -> None:
 
 
 def test_limit_surfaces_shrink_in_proportion_at_constant_area() -> None:
-    shown = curves(draw("fig09").axes[0])
+    shown = curves(FIGURES["fig09"]().axes[0])
     f0, m0 = shown[0]
     for f, m in shown[1:]:
         scale = m[0] / m0[0]
@@ -74,19 +73,14 @@ def test_limit_surfaces_shrink_in_proportion_at_constant_area() -> None:
 
 
 def test_limit_surfaces_grow_at_constant_load_but_for_pure_force() -> None:
-    shown = curves(draw("fig10").axes[0])
+    shown = curves(FIGURES["fig10"]().axes[0])
     for (f0, m0), (f1, m1) in pairwise(shown):
         moment_at_same_force = np.interp(f0[:-1], f1, m1)
         assert np.all(moment_at_same_force[f0[:-1] < 0.99] > m0[:-1][f0[:-1] < 0.99])
         assert f1[-1] == pytest.approx(f0[-1], abs=1e-5)
 
 
-def test_an_unknown_figure_is_named_with_the_known_ones() -> None:
-    with pytest.raises(UsageError, match="fig02"):
-        draw("fig03")
-
-
 def test_profiles_end_at_the_edge_of_the_patch() -> None:
-    for r, p in curves(draw("fig02").axes[0]):
+    for r, p in curves(FIGURES["fig02"]().axes[0]):
         assert (r[0], r[-1]) == (-1.0, 1.0)
         assert p[0] == p[-1] == 0.0

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from vegrip.cli import main
-from vegrip.contact.paper import quadrature, setting, tables
+from vegrip.contact.paper import tables
 
 DIGITS = 6e-7
 INF = math.inf
@@ -67,13 +67,13 @@ def test_json_on_standard_output_reads_back_as_the_numbers(
 def test_table_1_agrees_with_quadrature_of_equilibrium(printed: dict) -> None:
     assert set(printed["table1"]) == {*map(str, range(1, 11)), "50", "inf"}
     for k, C in printed["table1"].items():
-        assert pytest.approx(quadrature.coefficient(float(k)), abs=1e-10) == C
+        assert pytest.approx(tables.coefficient_by_quadrature(float(k)), abs=1e-10) == C
 
 
 def test_table_2_agrees_with_quadrature_of_equilibrium(printed: dict) -> None:
     assert {"2.0", "2.5", "3.5", "4.0"} < set(printed["table2"])
     for k, (C, ratio) in printed["table2"].items():
-        check = quadrature.coefficient(float(k))
+        check = tables.coefficient_by_quadrature(float(k))
         assert pytest.approx((check, math.sqrt(1.5 / check)), abs=1e-10) == (C, ratio)
 
 
@@ -86,7 +86,7 @@ def test_limit_surface_of_hertz_has_its_closed_form_inside_the_patch(printed: di
 
 def test_limit_surfaces_are_given_at_every_distance(printed: dict) -> None:
     for k in ("2", "3", "4"):
-        assert [row[0] for row in printed["limit_surface"][k]] == list(setting.DISTANCES)
+        assert [row[0] for row in printed["limit_surface"][k]] == list(tables.DISTANCES)
     assert printed["limit_surface"]["3"][3] == pytest.approx([0.5, 0.5230228984, 0.4926471282], abs=6e-10)
     assert printed["limit_surface"]["4"][7] == pytest.approx([2, 0.9704899177, 0.1168120772], abs=6e-10)
 

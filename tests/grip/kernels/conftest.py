@@ -1,5 +1,6 @@
 """The kernels of a finger as Python runs them, and its two arrays, empty."""
 
+from functools import cache
 from types import ModuleType
 
 import numpy as np
@@ -16,9 +17,15 @@ LAYOUT = layout_of(MODEL)
 FINGER = FingerLayout(LAYOUT.size, LAYOUT.lasting, late=3, history=5, is_shared=True)
 
 
+@cache
+def text() -> ModuleType:
+    """Return the compiled text as Python runs it."""
+    return finger_module(MODEL, LAYOUT, FINGER, mode="python")
+
+
 @pytest.fixture(scope="session")
 def kernels() -> ModuleType:
-    return finger_module(MODEL, LAYOUT, FINGER, mode="python")
+    return text()
 
 
 @pytest.fixture

@@ -1,4 +1,7 @@
-"""The watchdog: each fault gets its name, at once, and is left only after good states in a row."""
+"""The watchdog: each fault gets its name, at once, and is left only after good states in a row.
+
+That of objects and that of the compiled text, as Python runs it.
+"""
 
 import dataclasses
 import math
@@ -6,15 +9,59 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from tests.grip.kernels.conftest import FINGER, text
 from vegrip.clock import NS
 from vegrip.config import build
 from vegrip.errors import ConfigError
+from vegrip.grip.layout import CHANNELS
+from vegrip.grip.memory import FingerMemory
 from vegrip.grip.safety.ranges import Ranges
 from vegrip.grip.safety.watchdog import InputWatchdog, WatchdogSettings
 from vegrip.messages import Condition, FingertipState
 
 PERIOD = 2_000_000  # [ns] 500 Hz
 Change = Callable[[FingertipState], FingertipState]
+
+
+class CompiledWatchdog:
+    """The compiled text in place of the object."""
+
+    def __init__(self, settings: WatchdogSettings) -> None:
+        self.settings, self.memory = settings, FingerMemory(FINGER)
+        InputWatchdog(settings).write_to(self.memory)
+
+    def accept(self, state: FingertipState, now: int) -> bool:
+        self.memory["NEWS_SEQ"], self.memory["NEWS_STAMP"] = state.seq, state.stamp
+        self.memory.section("STATE")[:] = [getattr(state, name) for name in CHANNELS]
+        return text().accept_state(self.memory.f, self.memory.t, now)
+
+    def tick(self, now: int) -> Condition:
+        text().watch_silence(self.memory.f, self.memory.t, now)
+        return self.condition
+
+    def corrupt(self, now: int) -> None:
+        text().note_broken(self.memory.t, now)
+
+    @property
+    def condition(self) -> Condition:
+        return Condition(self.memory["INPUT_CONDITION"])
+
+    @property
+    def doubtful(self) -> bool:
+        return bool(self.memory["INPUT_DOUBTFUL"])
+
+    @property
+    def faults(self) -> dict[Condition, int]:
+        counted = zip(Condition, self.memory.section("FAULTS").tolist(), strict=True)
+        return {condition: count for condition, count in counted if count}
+
+
+Dog = InputWatchdog | CompiledWatchdog
+
+
+@pytest.fixture(params=[InputWatchdog, CompiledWatchdog])
+def new(request: pytest.FixtureRequest) -> Callable[[WatchdogSettings], Dog]:
+    return request.param
 
 
 def healthy(start: int = 0) -> Iterator[FingertipState]:
@@ -43,9 +90,9 @@ def states() -> Iterator[FingertipState]:
 
 
 @pytest.fixture
-def watchdog(states: Iterator[FingertipState]) -> InputWatchdog:
+def watchdog(new: Callable[[WatchdogSettings], Dog], states: Iterator[FingertipState]) -> Dog:
     """A watchdog that has seen 50 good states."""
-    dog = InputWatchdog(WatchdogSettings())
+    dog = new(WatchdogSettings())
     for _ in range(50):
         state = next(states)
         assert dog.accept(state, state.stamp)
@@ -77,7 +124,7 @@ def edit(**values: float) -> Change:
     ],
 )
 def test_each_fault_is_named_at_once(
-    watchdog: InputWatchdog,
+    watchdog: Dog,
     states: Iterator[FingertipState],
     change: Change,
     condition: Condition,
@@ -88,39 +135,39 @@ def test_each_fault_is_named_at_once(
     assert watchdog.condition == condition
 
 
-def test_a_channel_that_never_was_there_is_not_missed(watchdog: InputWatchdog) -> None:
+def test_a_channel_that_never_was_there_is_not_missed(watchdog: Dog) -> None:
     """The contact radius is not measured by this finger; the watchdog of the fixture says OK."""
     assert watchdog.condition == Condition.OK
 
 
-def test_silence_is_stale(watchdog: InputWatchdog) -> None:
+def test_silence_is_stale(watchdog: Dog) -> None:
     last = 50 * PERIOD
     assert watchdog.tick(last + 49_000_000) == Condition.OK
     assert watchdog.tick(last + 51_000_000) == Condition.STALE
 
 
-def test_silence_from_the_start_is_missing() -> None:
-    dog = InputWatchdog(WatchdogSettings())
+def test_silence_from_the_start_is_missing(new) -> None:
+    dog = new(WatchdogSettings())
     assert dog.tick(NS) == Condition.MISSING
     assert dog.faults == {}
     assert dog.tick(2 * NS) == Condition.MISSING
 
 
-def test_silence_filled_with_broken_frames_is_corrupt(watchdog: InputWatchdog) -> None:
+def test_silence_filled_with_broken_frames_is_corrupt(watchdog: Dog) -> None:
     watchdog.corrupt(50 * PERIOD + 30_000_000)
     assert watchdog.tick(50 * PERIOD + 51_000_000) == Condition.CORRUPT
 
 
 def test_a_queue_that_delays_is_stale_though_frames_keep_coming(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
+    watchdog: Dog, states: Iterator[FingertipState]
 ) -> None:
     state = next(states)
     assert not watchdog.accept(state, state.stamp + 60_000_000)
     assert watchdog.condition == Condition.STALE
 
 
-def test_clocks_of_two_machines_need_not_agree(states: Iterator[FingertipState]) -> None:
-    dog = InputWatchdog(WatchdogSettings())
+def test_clocks_of_two_machines_need_not_agree(new, states: Iterator[FingertipState]) -> None:
+    dog = new(WatchdogSettings())
     offset = 7_000 * NS
     for _ in range(5000):
         state = next(states)
@@ -128,9 +175,7 @@ def test_clocks_of_two_machines_need_not_agree(states: Iterator[FingertipState])
     assert dog.condition == Condition.OK
 
 
-def freeze(
-    dog: InputWatchdog, states: Iterator[FingertipState], names: tuple[str, ...], seconds: float
-) -> None:
+def freeze(dog: Dog, states: Iterator[FingertipState], names: tuple[str, ...], seconds: float) -> None:
     stuck = next(states)
     values = {name: getattr(stuck, name) for name in names}
     for _ in range(round(seconds * NS / PERIOD)):
@@ -142,7 +187,7 @@ MECHANICAL = ("normal_force", "tangential_force_x", "tangential_force_y", "torqu
 
 
 def test_values_that_repeat_to_the_last_bit_are_frozen(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
+    watchdog: Dog, states: Iterator[FingertipState]
 ) -> None:
     freeze(watchdog, states, MECHANICAL, 0.24)
     assert watchdog.condition == Condition.OK
@@ -150,25 +195,19 @@ def test_values_that_repeat_to_the_last_bit_are_frozen(
     assert watchdog.condition == Condition.FROZEN
 
 
-def test_a_force_sensor_that_hangs_alone_is_frozen(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
-) -> None:
+def test_a_force_sensor_that_hangs_alone_is_frozen(watchdog: Dog, states: Iterator[FingertipState]) -> None:
     freeze(watchdog, states, ("normal_force",), 1.9)
     assert watchdog.condition == Condition.OK
     freeze(watchdog, states, ("normal_force",), 2.1)
     assert watchdog.condition == Condition.FROZEN
 
 
-def test_an_encoder_at_rest_may_repeat_itself(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
-) -> None:
+def test_an_encoder_at_rest_may_repeat_itself(watchdog: Dog, states: Iterator[FingertipState]) -> None:
     freeze(watchdog, states, ("displacement", "temperature", "slip"), 5.0)
     assert watchdog.condition == Condition.OK
 
 
-def test_recovery_takes_good_states_in_a_row(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
-) -> None:
+def test_recovery_takes_good_states_in_a_row(watchdog: Dog, states: Iterator[FingertipState]) -> None:
     bad = dataclasses.replace(next(states), normal_force=math.inf)
     watchdog.accept(bad, bad.stamp)
     for _ in range(4):
@@ -180,7 +219,7 @@ def test_recovery_takes_good_states_in_a_row(
     assert watchdog.condition == Condition.OK
 
 
-def test_a_sender_that_started_anew_is_accepted_after_a_while(watchdog: InputWatchdog) -> None:
+def test_a_sender_that_started_anew_is_accepted_after_a_while(watchdog: Dog) -> None:
     fresh = healthy()
     used = []
     for _ in range(8):
@@ -190,7 +229,7 @@ def test_a_sender_that_started_anew_is_accepted_after_a_while(watchdog: InputWat
     assert watchdog.condition == Condition.OK
 
 
-def test_a_replayed_burst_is_not_used(watchdog: InputWatchdog, states: Iterator[FingertipState]) -> None:
+def test_a_replayed_burst_is_not_used(watchdog: Dog, states: Iterator[FingertipState]) -> None:
     old = healthy(start=20)
     for _ in range(4):
         assert not watchdog.accept(next(old), 50 * PERIOD)
@@ -199,7 +238,7 @@ def test_a_replayed_burst_is_not_used(watchdog: InputWatchdog, states: Iterator[
     assert watchdog.condition == Condition.REPLAYED
 
 
-def test_faults_are_counted_by_name(watchdog: InputWatchdog, states: Iterator[FingertipState]) -> None:
+def test_faults_are_counted_by_name(watchdog: Dog, states: Iterator[FingertipState]) -> None:
     for _ in range(3):
         state = dataclasses.replace(next(states), torque_z=math.inf)
         watchdog.accept(state, state.stamp)
@@ -213,7 +252,7 @@ def test_a_range_is_checked_where_it_is_built() -> None:
 
 
 def test_one_stamp_far_ahead_is_refused_and_a_clock_that_stays_there_is_followed(
-    watchdog: InputWatchdog, states: Iterator[FingertipState]
+    watchdog: Dog, states: Iterator[FingertipState]
 ) -> None:
     for _ in range(50):
         state = next(states)
@@ -233,9 +272,9 @@ def test_one_stamp_far_ahead_is_refused_and_a_clock_that_stays_there_is_followed
     assert followed
 
 
-def test_a_force_that_stands_still_is_doubted_after_a_while_and_no_sooner(states) -> None:
+def test_a_force_that_stands_still_is_doubted_after_a_while_and_no_sooner(new, states) -> None:
     settings = WatchdogSettings(frozen_chance=0.0)
-    dog, told = InputWatchdog(settings), {}
+    dog, told = new(settings), {}
     for state in (next(states) for _ in range(110 + round(2.0 * settings.doubt_after * NS / PERIOD))):
         still = state.seq > 100
         dog.accept(dataclasses.replace(state, normal_force=3.0) if still else state, state.stamp)

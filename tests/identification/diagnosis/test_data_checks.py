@@ -1,13 +1,15 @@
 """Recordings that cannot carry an answer: said in words, and nothing named."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from vegrip.errors import RecordingError
 from vegrip.identification.diagnosis import diagnose
-from vegrip.identification.diagnosis.data_checks import shift
+from vegrip.identification.diagnosis.data_checks import apart, check_before_search, check_clocks, shift
+from vegrip.identification.fit.problem import AT
 from vegrip.identification.recording import Fingertip, Recording
 
 
@@ -32,6 +34,93 @@ def test_shift_of_clocks_is_found_in_the_rates(bench, seconds) -> None:
     force, depth = later(plain, seconds), plain.columns["displacement"]
     first = np.r_[1.0, np.diff(plain.episode) != 0]
     assert shift(plain.t, first, depth, force) == pytest.approx(seconds, abs=0.0101)
+
+
+def pressed(*, rows: int = 800, depth: float = 1e-3, late: int = 0, missing: int = 0) -> SimpleNamespace:
+    """Return a problem of presses of half a second that has at most the fault that is asked for."""
+    step, k, tip = 5e-3, np.arange(rows), 0.008
+    displacement = depth * np.sin(2.0 * np.pi * k * step)
+    force = np.roll(np.maximum(displacement / depth, 0.0) ** 1.5, late)
+    recording = SimpleNamespace(
+        t=k * step,
+        episode=np.zeros(rows, dtype=np.int64),
+        columns={"displacement": displacement, "normal_force": force},
+        fingertip=SimpleNamespace(radius=tip),
+        source={"missing_states": missing},
+    )
+    measured = SimpleNamespace(
+        recording=recording,
+        motion=SimpleNamespace(displacement=displacement),
+        first=np.r_[1.0, np.zeros(rows - 1)],
+        force=force,
+    )
+    model = SimpleNamespace(tip_radius=tip)
+    return SimpleNamespace(measured=measured, model=model, stiffness=np.maximum(displacement, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        ({}, ""),
+        ({"rows": 280}, "are in contact: too little"),
+        ({"rows": 420}, ""),
+        ({"depth": 7.3e-3}, "the deepest indentation is 7.3 mm, the radius of the tip is stated as 8 mm"),
+        ({"depth": 7.1e-3}, ""),
+        ({"late": 4}, "the force changes 20 ms after the displacement"),
+        ({"late": -4}, "the force changes 20 ms before the displacement"),
+        ({"late": 3}, ""),
+        ({"missing": 7}, "7 states were sent"),
+    ],
+)
+def test_each_fault_of_a_recording_is_a_doubt_of_its_own_and_grave_but_for_a_loss(fault, words) -> None:
+    found = check_before_search(pressed(**fault))
+    assert [one.is_grave for one in found] == ["missing" not in fault] * bool(words)
+    assert all(words in one.text for one in found)
+
+
+def test_rates_say_nothing_of_clocks_across_gaps_in_the_air_or_without_a_motion() -> None:
+    m = pressed(late=40).measured
+    t, depth, force = m.recording.t, m.motion.displacement, m.force
+    assert shift(t, m.first, depth, force) == pytest.approx(0.2)
+    assert shift(t, m.first, -np.abs(depth), force) == 0.0
+    assert shift(t, m.first, depth, np.full(t.size, 2.0)) == 0.0
+    assert shift(t, m.first, depth, np.random.default_rng(2).standard_normal(t.size)) == 0.0
+    assert shift(t, np.ones(t.size), depth, force) == 0.0
+    assert shift(np.cumsum(np.tile([5e-3, 0.02], 400)), m.first, depth, force) != pytest.approx(0.2)
+
+
+def test_a_clock_that_is_late_is_found_by_the_derivative_of_the_force_beside_what_the_model_can_do() -> None:
+    """Of ``w = -tau dN/dt`` the best multiple is tau, and the gain that of a regression."""
+    n, late = 400, 4e-3
+    t = np.arange(n) * 5e-3
+    force = np.sin(3.0 * t) ** 2
+    first = np.r_[1.0, np.zeros(n - 1)]
+    table = np.zeros((n, len(AT)))
+    table[:, AT["normal_force"]] = force
+    rate = np.gradient(force, t)
+    J = np.stack([np.cos(t), force], axis=1)
+    residual = -late * rate / 1e-4
+    problem = SimpleNamespace(
+        measured=SimpleNamespace(recording=SimpleNamespace(t=t), first=first),
+        unknowns=SimpleNamespace(std=np.array([1e9, 1e9])),
+        table=lambda _: table,
+        whitener=lambda slope: slope / 1e-4,
+    )
+    base = SimpleNamespace(problem=problem, optimum=SimpleNamespace(u=None, residual=residual, jacobian=J))
+    left = residual - J @ np.linalg.lstsq(J, residual, rcond=None)[0]
+    found, gain = apart(base)
+    assert found == pytest.approx(late, rel=1e-6)
+    assert gain == pytest.approx(0.5 * left @ left, rel=1e-6)
+    (doubt,) = check_clocks(base, (gain - 20.0) / 1.1 - 1e-6)
+    assert "4 ms late" in doubt.text
+    assert doubt.is_grave
+    assert check_clocks(base, (gain - 20.0) / 1.1 + 1e-6) == []
+    residual *= -1.0
+    assert "4 ms early" in check_clocks(base, -1.0)[0].text
+    # at the seam of two episodes nothing changes at a rate
+    first[200] = 1.0
+    table[200:, AT["normal_force"]] += 5.0
+    assert apart(base)[0] == pytest.approx(-late, rel=0.02)
 
 
 def test_without_contact_it_is_refused_in_a_sentence() -> None:

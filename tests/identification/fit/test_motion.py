@@ -87,6 +87,9 @@ def test_episodes_do_not_know_of_each_other() -> None:
     both = motion_of(T, first, depth, NOISE)
     alone = motion_of(T[:600], first[:600], depth[:600], NOISE)
     assert both.displacement[:600] == pytest.approx(alone.displacement, abs=1e-12)
+    for name in ("std", "pull", "push", "start"):
+        assert getattr(both, name)[:600] == pytest.approx(getattr(alone, name), rel=1e-6, abs=1e-12), name
+    assert (alone.push[-1], *alone.pull[-1]) == (0.0, 0.0, 0.0)  # nothing comes after the last
 
 
 def test_exact_displacement_is_left_alone() -> None:

@@ -1,15 +1,16 @@
 """Where the noise comes from."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from vegrip.identification.fit.events import find_events
-from vegrip.identification.fit.noise import noise_of, rough
+from vegrip.identification.fit.noise import ABOUT, at_rest, noise_of, rough
 from vegrip.identification.fit.ou_noise import MAX_ROWS, estimate_ou_noise, spread_rows
 from vegrip.identification.fit.preprocess import find_spikes, preprocess
-from vegrip.identification.fit.replicates import find_pairs
+from vegrip.identification.fit.replicates import Pair, find_pairs, noise_of_pairs
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.model import paper_model
 from vegrip.types import Floats
@@ -138,6 +139,43 @@ def test_episodes_are_replicates_only_if_they_move_alike() -> None:
         Fingertip(0.008),
     )
     assert len(find_pairs(moved, BLUR)) == 2
+
+
+def test_what_a_pair_may_differ_by_is_no_noise() -> None:
+    """A constant, a gain and a shift of the surface, of one pair alone and of each of several."""
+    t = np.r_[np.arange(0.0, 8.0, 0.01), np.arange(20.0, 28.0, 0.01)]
+    rows = np.split(np.arange(t.size), 2)
+    pressed = np.clip(3.0 * np.sin(t), 0.0, None)
+    rng = np.random.default_rng(0)
+    for count in (1, 2):
+        found, force = [], np.tile(pressed, 2) + WHITE * rng.standard_normal(2 * t.size)
+        for rows_of in rows[:count]:
+            found.append(Pair(rows_of, rows_of + t.size))
+            force[rows_of] += 0.2 * len(found) + 0.05 * pressed[rows_of] + 0.03 * np.cbrt(pressed[rows_of])
+        recording = SimpleNamespace(t=np.tile(t, 2), columns={"normal_force": force})
+        noise = noise_of_pairs(recording, found, WHITE)
+        assert noise.white == pytest.approx(WHITE, rel=0.06)
+        assert noise.slow < 0.5 * WHITE
+
+
+def test_a_tip_rests_where_it_moves_by_no_more_than_six_noises_from_before_to_after() -> None:
+    n = 12 * ABOUT
+    depth, episode, rows = np.zeros(n), np.zeros(n, dtype=int), np.ones(n, dtype=bool)
+    depth[6 * ABOUT :] = 6.1 * BLUR
+    recording = SimpleNamespace(columns={"displacement": depth}, episode=episode)
+    rest = at_rest(recording, rows, BLUR)
+    assert np.flatnonzero(~rest).tolist() == [
+        *range(ABOUT), *range(5 * ABOUT, 7 * ABOUT), *range(n - ABOUT, n)
+    ]  # fmt: skip
+    assert at_rest(recording, rows, 1.02 * BLUR)[ABOUT:-ABOUT].all()
+    episode[3 * ABOUT :] = 1
+    assert not at_rest(recording, rows, BLUR)[2 * ABOUT : 4 * ABOUT].any()
+    rows[ABOUT] = False
+    lost = np.flatnonzero(rest & ~at_rest(recording, rows, 1e9 * BLUR))
+    assert lost.tolist() == [ABOUT, *range(2 * ABOUT, 4 * ABOUT)]
+    for few in (0, ABOUT, 2 * ABOUT):
+        short = SimpleNamespace(columns={"displacement": depth[:few]}, episode=episode[:few])
+        assert not at_rest(short, rows[:few], BLUR).any()
 
 
 def test_a_loss_of_force_that_no_motion_explains_is_an_event() -> None:

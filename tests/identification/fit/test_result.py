@@ -1,10 +1,14 @@
 """What a fit says of its misfit."""
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
+from vegrip.identification.fit.channels import LAGS, channel_errors, whiteness
+from vegrip.identification.fit.problem import AT
 from vegrip.identification.fit.result import Fit, _about_misfit
 
 
@@ -39,3 +43,70 @@ def test_standard_errors_are_the_roots_of_the_variances() -> None:
     problem = SimpleNamespace(unknowns=SimpleNamespace(names=("K", "p", "c1")))
     fitted = SimpleNamespace(problem=problem, covariance=np.diag([0.04, 0.0, -1e-20]))
     assert Fit.std.fget(fitted) == pytest.approx({"K": 0.2, "p": 0.0, "c1": 0.0})
+
+
+def test_each_channel_has_the_errors_of_its_rows() -> None:
+    """Drawn noise of known size; a slip belongs to the load that is the larger part of its limit."""
+    rng = np.random.default_rng(3)
+    n, k, m = 4000, 600, 500
+    force, slip, radius = (
+        0.01 * rng.standard_normal(n),
+        0.03 * rng.standard_normal(k),
+        2e-5 * rng.standard_normal(m),
+    )
+    std, stiffness = np.full(n, 0.01), np.where(np.arange(n) < 3000, 800.0, 0.0)
+    stiffness[:500] = 79.0  # of 800: too soft to read a displacement from
+    table = np.zeros((n, len(AT)))
+    sliding = np.arange(k)
+    table[sliding, AT["tangential_force"]] = np.where(sliding < 400, -1.1, 0.9)
+    table[sliding, AT["torque_z"]] = 1e-3
+    table[sliding, AT["limit_force"]], table[sliding, AT["limit_torque"]] = 2.0, 2e-3
+    raw = (force, slip, radius)
+    counts = np.arange(n) >= 100
+    slip_std = np.full(k, 0.03)
+    slip_std[:50] = np.inf
+    problem = SimpleNamespace(
+        table=lambda _: table, raw=lambda _: raw, used=counts, stiffness=stiffness, force_std=std,
+        white=lambda _: np.concatenate([force / 0.01, slip / 0.03, radius / 2e-5]),
+        episodes=np.zeros(n), slip_std=slip_std, radius_std=np.full(m, 2e-5),
+        measured=SimpleNamespace(recording=range(n), sliding=sliding, seen=np.arange(m)),
+    )  # fmt: skip
+    errors = channel_errors(problem, np.zeros(1))
+    rows = {
+        "normal_force": n - 100,
+        "displacement": 2500,
+        "tangential_force": 350,
+        "torque_z": 200,
+        "contact_radius": m,
+    }
+    noises = {"normal_force": 0.01, "displacement": 0.01 / 800, "tangential_force": 0.033, "torque_z": 3e-5,
+              "contact_radius": 2e-5}  # fmt: skip
+    assert {name: one.rows for name, one in errors.items()} == rows
+    for name, one in errors.items():
+        assert one.noise == pytest.approx(noises[name])
+        assert one.rmse / one.noise == pytest.approx(one.ratio)
+        assert one.ratio == pytest.approx(1.0, abs=0.12)
+        assert one.coverage95 == pytest.approx(0.95, abs=0.03)
+        assert one.whiteness_p > 1e-3
+    stiffness[11:] = 0.0
+    counts[:] = True
+    assert "displacement" in channel_errors(problem, np.zeros(1))
+    stiffness[10] = 0.0
+    assert "displacement" not in channel_errors(problem, np.zeros(1))
+
+
+def test_what_hangs_together_is_not_white_and_episodes_do_not_hang_together() -> None:
+    rng = np.random.default_rng(1)
+    values = rng.standard_normal(2000)
+    one, each = np.zeros(2000), np.arange(2000)
+    assert whiteness(values, one) > 1e-3
+    assert whiteness(values + 0.5 * np.roll(values, 3), one) < 1e-6
+    alternate = np.repeat(rng.standard_normal(1000), 2)  # pairs that are alike, in episodes of their own
+    assert whiteness(alternate, one) < 1e-6
+    assert whiteness(alternate, each) == 1.0
+    r = np.correlate(values, values, "full")[1999:] / (values @ values)
+    Q = 2000 * 2002 * np.sum(r[1 : LAGS + 1] ** 2 / (2000 - np.arange(1, LAGS + 1)))
+    assert whiteness(values, one) == pytest.approx(chi2.sf(Q, LAGS))
+    assert math.isnan(whiteness(values[: 3 * LAGS], one[: 3 * LAGS]))
+    assert not math.isnan(whiteness(values[: 3 * LAGS + 1], one[: 3 * LAGS + 1]))
+    assert math.isnan(whiteness(np.zeros(2000), one))

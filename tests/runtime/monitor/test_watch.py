@@ -13,7 +13,7 @@ from rich.console import Console
 
 from vegrip.cli import main
 from vegrip.errors import UsageError
-from vegrip.host.runtime_folder import runtime_folder
+from vegrip.host.folders import runtime_folder
 from vegrip.messages import Lifecycle, Message, NodeStatus, SlipMargin
 from vegrip.runtime.monitor import watch as watching
 from vegrip.runtime.monitor.board import Board

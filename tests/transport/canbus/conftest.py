@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from vegrip.host.c_compiler import compiler
+from vegrip.host.compiled_folder import compiler
 from vegrip.transport.canbus import compiled_bus
 
 

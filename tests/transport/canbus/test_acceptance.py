@@ -10,7 +10,10 @@ from hypothesis import strategies as st
 from vegrip.messages import FingertipState, ForceCommand, NodeStatus, Reason, SlipMargin
 from vegrip.runtime.echo import EchoNode
 from vegrip.transport.canbus import acceptance
-from vegrip.transport.canbus.acceptance import Acceptance, pack_filters, pairs_of, unpack_filters
+from vegrip.transport.canbus.acceptance import EXTENDED_FLAG, pack_filters, pairs_of, unpack_filters
+from vegrip.transport.canbus.bus_model import BusModel
+from vegrip.transport.canbus.deliveries import accepts
+from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.canbus.hub_wire import unpack_request
 from vegrip.transport.codec import CanCodec
 from vegrip.transport.codec.database import layouts
@@ -26,6 +29,14 @@ FILTERS = st.lists(
 )
 
 
+def member(filters):
+    """Return a node that wants what passes."""
+    model = BusModel(BitTiming())
+    model.attach(1)
+    model.accept(1, pairs_of(filters))
+    return model.node(1)
+
+
 @given(filters=FILTERS, identifier=WORDS, extended=st.booleans())
 def test_a_frame_passes_as_python_can_has_it(filters, identifier, extended):
     if not extended:
@@ -33,9 +44,8 @@ def test_a_frame_passes_as_python_can_has_it(filters, identifier, extended):
     bus = can.Bus("rule", interface="virtual", can_filters=filters)
     with bus:
         message = can.Message(arbitration_id=identifier, is_extended_id=extended)
-        wanted = Acceptance(pairs_of(filters))
-        for _ in range(2):
-            assert wanted.accepts(identifier, extended=extended) == bus._matches_filters(message)
+        key = identifier | EXTENDED_FLAG if extended else identifier
+        assert accepts(member(filters), key) == bus._matches_filters(message)
 
 
 @given(filters=FILTERS)
@@ -104,7 +114,10 @@ KINDS = (FingertipState, ForceCommand, NodeStatus)
 
 @pytest.mark.parametrize("hand", [0, 3, 7])
 def test_all_but_the_reports_and_the_other_hands_passes(hand):
-    wanted = Acceptance(CanCodec(("thumb",), fd=True, hand=hand).filters(KINDS))
+    pairs = CanCodec(("thumb",), fd=True, hand=hand).filters(KINDS)
+    model = BusModel(BitTiming())
+    model.attach(1)
+    model.accept(1, pairs)
     owner = {}
     for layout in layouts().layouts:
         for part in layout.parts:
@@ -113,7 +126,7 @@ def test_all_but_the_reports_and_the_other_hands_passes(hand):
     for identifier in range(2048):
         kind, whose = owner.get(identifier, (FingertipState, hand))
         expected = kind in KINDS and whose == hand
-        assert wanted.accepts(identifier, extended=False) == expected, hex(identifier)
+        assert accepts(model.node(1), identifier) == expected, hex(identifier)
 
 
 def test_a_node_hears_states_and_other_commanders_and_no_reports_of_others():

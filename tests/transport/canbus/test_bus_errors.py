@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.transport.canbus.bus_events import BusError, ErrorKind, StateChange, Transmission
+from vegrip.transport.canbus.bus_events import BusError, ErrorKind, ErrorState, StateChange, Transmission
 from vegrip.transport.canbus.bus_model import BusModel
-from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, frame_duration
 from vegrip.transport.canbus.node_faults import NodeFaults
 
@@ -191,6 +190,31 @@ def test_disturbed_frames_are_sent_again_none_lost_none_twice_none_out_of_order(
     ends = sorted((e.start, e.end) for e in events if not isinstance(e, StateChange))
     assert all(before[1] <= after[0] for before, after in pairwise(ends))
     assert noisy.busy == sum(end - start for start, end in ends)
+
+
+@given(st.integers(0, 10_000), st.floats(0.0, 0.4), st.floats(0.0, 1.0))
+def test_the_counters_follow_the_rules_of_fault_confinement(seed, corruption, misreading):
+    """ISO 11898-1, counted here event by event."""
+    faults = {"n1": NodeFaults(corruption=corruption, seed=seed), "n3": NodeFaults(misreading=misreading)}
+    noisy = bus(SENDER, RECEIVER, OTHER, **faults)
+    for i in range(60):
+        noisy.request(i * MS, SENDER, FRAME)
+    counters = {node: [0, 0] for node in (SENDER, RECEIVER, OTHER)}
+    for event in noisy.advance(10 * SECOND):
+        if isinstance(event, BusError):
+            counters[SENDER][0] += 8
+            for node in (RECEIVER, OTHER):
+                counters[node][1] = min(counters[node][1] + (9 if node == event.found_by else 1), 255)
+            assert event.counters == {node: tuple(counts) for node, counts in counters.items()}
+        elif isinstance(event, Transmission):
+            counters[SENDER][0] = max(counters[SENDER][0] - 1, 0)
+            for node in (RECEIVER, OTHER):
+                count = counters[node][1]
+                better = 127 if count > 127 else max(count - 1, 0)
+                counters[node][1] = min(count + 1, 255) if node == event.missed_by else better
+        elif event.counters == (0, 0):
+            counters[event.node] = [0, 0]  # back from bus-off
+    assert {node: list(noisy.counters(node)) for node in counters} == counters
 
 
 def test_a_receiver_that_misreads_costs_the_others_until_it_is_passive():

@@ -9,14 +9,14 @@ from pathlib import Path
 import can
 import pytest
 
-from vegrip.host import c_compiler, compiled_folder
+from vegrip.host import compiled_folder
 from vegrip.transport.canbus import compiled_bus
 from vegrip.transport.canbus.compiled_bus import LOOK_AGAIN, Search, library_name
 from vegrip.transport.canbus.frame_time import frame_duration
 from vegrip.transport.canbus.virtual_can import hub_process
 
 PATIENCE = 60.0  # [s] of a machine that does much else
-needs_compiler = pytest.mark.skipif(c_compiler.compiler() is None, reason="no C compiler")
+needs_compiler = pytest.mark.skipif(compiled_folder.compiler() is None, reason="no C compiler")
 
 
 @pytest.fixture(params=[pytest.param("c", marks=needs_compiler), "python"])

@@ -5,15 +5,15 @@ from dataclasses import dataclass, field
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.transport.canbus.error_signalling import (
-    Error,
-    bit_stream,
-    error_duration,
-    notice_bits,
-    suspension,
-    unacknowledged_duration,
+from vegrip.transport.canbus import frame_bits as text
+from vegrip.transport.canbus.bus_records import Frame, Stream
+from vegrip.transport.canbus.frame_time import (
+    BitTiming,
+    BusFrame,
+    frame_bits,
+    frame_duration,
+    write_record,
 )
-from vegrip.transport.canbus.frame_time import BitTiming, BusFrame, frame_bits, frame_duration
 
 # --- the reference: as slow and as plain as possible; the bus is dominant (0) when any node is
 
@@ -102,13 +102,31 @@ frames = st.one_of(
 places = st.floats(0.0, 1.0, exclude_max=True)
 
 
+def record(frame):
+    made = Frame()
+    write_record(frame, made)
+    return made
+
+
+def bit_stream(frame):
+    stream = Stream()
+    text.write_stream(stream, record(frame))
+    return stream
+
+
+def error_duration(stream, position, is_alone, is_passive, is_answered, timing=ONE_MEGABIT):
+    rates = timing.bitrate, timing.data_bitrate
+    return text.error_duration(stream, position, is_alone, is_passive, is_answered, *rates)
+
+
 def position_in(stream, place):
     return stream.first + int(place * (stream.last + 1 - stream.first))
 
 
 def on_the_bus(frame):
     """The bits from the start of the frame; what follows the CRC never comes to be sent."""
-    return [*bit_stream(frame).bits, *[1] * 13]
+    stream = bit_stream(frame)
+    return [*stream.bits[: stream.count], *[1] * 13]
 
 
 @given(frames, places, st.integers(1, 4))
@@ -117,7 +135,7 @@ def test_an_error_all_nodes_see_lasts_as_long_as_bit_by_bit(frame, place, receiv
     position = position_in(stream, place)
     nodes = [Node(sends=on_the_bus(frame)), *[Node() for _ in range(receivers)]]
     bits = disturb(nodes, position)
-    took = error_duration(stream, Error(position, False, False, True), ONE_MEGABIT)
+    took = error_duration(stream, position, False, False, True)
     assert took == bits * US
     assert nodes[0].found_at == position
     assert 17 <= bits - (position + 1) <= 23
@@ -130,7 +148,7 @@ def test_an_error_one_receiver_sees_lasts_as_long_as_bit_by_bit(frame, place, ot
     bad = Node(finds=position)
     nodes = [Node(sends=on_the_bus(frame)), bad, *[Node() for _ in range(others)]]
     bits = disturb(nodes)
-    took = error_duration(stream, Error(position, True, False, others > 0), ONE_MEGABIT)
+    took = error_duration(stream, position, True, False, others > 0)
     assert took == bits * US
     assert bad.saw_dominant_after_flag, "the first to find an error pays 8 more"
     assert not any(node.saw_dominant_after_flag for node in nodes[2:])
@@ -142,9 +160,9 @@ def test_the_passive_flag_of_a_sender_lasts_as_long_as_bit_by_bit(frame, place, 
     position = position_in(stream, place)
     nodes = [Node(is_passive=True, sends=on_the_bus(frame)), *[Node() for _ in range(receivers)]]
     bits = disturb(nodes, position)
-    took = error_duration(stream, Error(position, False, True, True), ONE_MEGABIT)
+    took = error_duration(stream, position, False, True, True)
     assert took == bits * US
-    assert bits - (position + 1) + suspension(ONE_MEGABIT) // US <= 31, "the bound of Bosch 1991"
+    assert bits - (position + 1) + text.SUSPENSION <= 31, "the bound of Bosch 1991"
 
 
 @given(frames, places)
@@ -154,7 +172,7 @@ def test_an_error_that_nobody_answers_takes_17_bits(frame, place):
     sender = Node(sends=on_the_bus(frame))
     bits = disturb([sender], position)
     assert bits == position + 1 + 17
-    took = error_duration(stream, Error(position, False, False, False), ONE_MEGABIT)
+    took = error_duration(stream, position, False, False, False)
     assert took == bits * US
 
 
@@ -162,13 +180,13 @@ def test_an_error_that_nobody_answers_takes_17_bits(frame, place):
 def test_a_frame_nobody_acknowledges_ends_17_bits_after_the_slot(frame):
     total = frame_duration(frame, ONE_MEGABIT) // US
     slot_ends = total - (1 + 7 + 3)
-    assert unacknowledged_duration(frame, ONE_MEGABIT) == (slot_ends + 17) * US
+    assert text.unacknowledged_duration(record(frame), 1_000_000, 1_000_000) == (slot_ends + 17) * US
 
 
 @given(frames)
 def test_the_stream_has_the_bits_that_the_duration_counts(frame):
     """What is left after the CRC: 13 bits, and a stuff bit should it end with five equal ones."""
-    rest = frame_bits(frame)[0] - len(bit_stream(frame).bits)
+    rest = frame_bits(frame)[0] - bit_stream(frame).count
     assert 13 <= rest <= 14
 
 
@@ -184,8 +202,8 @@ def test_in_an_fd_frame_only_the_bits_at_the_data_rate_are_shorter(frame, place)
     timing = BitTiming(1_000_000, 5_000_000)
     stream = bit_stream(frame)
     position = position_in(stream, place)
-    error = Error(position, found_by_one=False, is_passive=False, answered=True)
-    notice, took = notice_bits(stream, error), error_duration(stream, error, timing)
+    notice = text.notice_bits(stream, position, False, False, True)
+    took = error_duration(stream, position, False, False, True, timing)
     fast = max(0, position + 1 - stream.slow)
     in_data = fast > 0
     nominal = position + 1 - fast + 6 + 8 + 3 + (0 if in_data else notice)

@@ -6,6 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vegrip.transport.canbus import frame_bits as text
+from vegrip.transport.canbus.bus_records import Frame
 from vegrip.transport.canbus.frame_time import (
     FD_SIZES,
     BitTiming,
@@ -13,8 +15,9 @@ from vegrip.transport.canbus.frame_time import (
     frame_bits,
     frame_duration,
     typical_duration,
+    write_record,
 )
-from vegrip.transport.canbus.kernels.bit_stuffing import crc15_bytes, stuff_bit_by_bit, stuff_bytes
+from vegrip.transport.canbus.stuffing_tables import CRC15_OF_BYTE, RUN_AFTER, STUFFED
 
 identifiers = st.booleans().flatmap(
     lambda extended: st.tuples(st.integers(0, (1 << (29 if extended else 11)) - 1), st.just(extended))
@@ -153,13 +156,13 @@ def test_the_worst_classic_frame_is_as_long_as_published(size, bits):
 
 def test_crc_of_the_catalogue():
     """Check value of CRC-15/CAN in the catalogue of parametrised CRC algorithms: 0x059E for "123456789"."""
-    assert crc15_bytes(0, b"123456789") == 0x059E
+    assert text.crc15_bits(0, int.from_bytes(b"123456789", "big"), 72) == 0x059E
 
 
-@given(st.tuples(st.integers(0, 1), st.integers(1, 5)), st.binary(max_size=64))
-def test_byte_tables_count_as_bit_by_bit(run, data):
-    bits = int.from_bytes(data, "big")
-    assert stuff_bytes(run, data) == stuff_bit_by_bit(run, bits, 8 * len(data))
+@given(st.integers(0, 9), st.integers(0, 255))
+def test_byte_tables_count_as_bit_by_bit(run, byte):
+    assert (STUFFED[256 * run + byte], RUN_AFTER[256 * run + byte]) == text.stuff_bits(run, byte, 8)
+    assert CRC15_OF_BYTE[byte] == text.crc15_bits(0, byte, 8)
 
 
 def test_bit_rate_switch_shortens_a_frame_only_in_its_data_phase():
@@ -175,15 +178,26 @@ def test_bit_rate_switch_shortens_a_frame_only_in_its_data_phase():
 def test_the_arbitration_key_orders_frames_as_their_bits_do(one, other):
     """The first bit in which two arbitration fields differ decides; dominant (0) wins."""
 
+    def key(frame):
+        record = Frame()
+        write_record(frame, record)
+        return text.arbitration_key(record)
+
     def field(frame):
         return head(frame)[1:] + ([] if frame.extended else [0])  # IDE follows RTR of a standard frame
 
     first, second = field(one), field(other)
     differing = [(a, b) for a, b in zip(first, second, strict=False) if a != b]
     if differing:
-        assert (one.arbitration_key < other.arbitration_key) == (differing[0] == (0, 1))
+        assert (key(one) < key(other)) == (differing[0] == (0, 1))
 
 
 def test_a_typical_frame_lies_between_the_shortest_and_the_longest():
     timing = BitTiming()
     assert 111_000 < typical_duration(8, False, timing) < 135_000
+
+
+@pytest.mark.parametrize(("length", "carried"), [(9, 12), (33, 48), (63, 64), (65, 64)])
+def test_a_length_that_no_frame_has_takes_as_long_as_the_next_one(length, carried):
+    timing = BitTiming()
+    assert typical_duration(length, True, timing) == typical_duration(carried, True, timing)

@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vegrip.errors import ConfigError
-from vegrip.host.runtime_folder import runtime_folder
+from vegrip.host.folders import runtime_folder
 from vegrip.transport.canbus import hub
+from vegrip.transport.canbus.bus_events import ErrorState
 from vegrip.transport.canbus.bus_model import BusModel
-from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import BitTiming
 from vegrip.transport.canbus.greeting import MAX_REASON_CHARS, make_greeting, read_greeting
 from vegrip.transport.canbus.hub_wire import HUB_VERSION, MAX_PACKET_BYTES

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.host.runtime_folder import runtime_folder
+from vegrip.host.folders import runtime_folder
 from vegrip.transport.canbus.bus_events import Transmission
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame, frame_duration
 from vegrip.transport.canbus.hub_wire import (

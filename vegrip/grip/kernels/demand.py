@@ -3,10 +3,12 @@
 import math
 
 from vegrip.estimator.kernels.forecast import least_force
+from vegrip.grip.confirmed_load import confirm_load
 from vegrip.grip.kernels.friction_shared import is_slipping, load_to_answer
 from vegrip.grip.kernels.generated import (
     ASKED_MARGIN,
     ASKED_QUANTILE,
+    CONFIRMED0,
     DEMAND_BOUND,
     DEMAND_LEAST,
     DEMAND_LOAD,
@@ -18,6 +20,8 @@ from vegrip.grip.kernels.generated import (
     NEED_IN_CONTACT,
     NEED_SLIPPING,
     NEED_TRUSTED,
+    SET_S_TANGENTIAL,
+    SET_S_TORQUE,
     STATE_TANGENTIAL_FORCE_X,
     STATE_TANGENTIAL_FORCE_Y,
     STATE_TORQUE_Z,
@@ -45,7 +49,9 @@ def demand_force(f: Floats, t: Wholes, g: Floats) -> None:
         return
     f[DEMAND_LEAST], f[DEMAND_BOUND] = math.nan, f[TAKEN_BOUND]
     if (t[INPUT_LOST] & LOADING) == 0:
-        load, torque = load_to_answer(f, t, g)
+        x, y, torque = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y], f[STATE_TORQUE_Z]
+        x, y, torque = confirm_load(f, CONFIRMED0, x, y, torque, f[SET_S_TANGENTIAL], f[SET_S_TORQUE])
+        load, torque = load_to_answer(f, t, g, x, y, torque)
         if is_sound(f, t):
             f[DEMAND_LEAST] = least_force(f, load, torque, f[ASKED_MARGIN], f[ASKED_QUANTILE])
     t[NEED_IN_CONTACT], t[NEED_TRUSTED] = 1, 0 if math.isnan(f[DEMAND_LEAST]) else 1

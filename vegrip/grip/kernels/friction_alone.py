@@ -3,6 +3,8 @@
 In the place of :mod:`vegrip.grip.kernels.friction_shared` where a finger works alone.
 """
 
+import math
+
 from vegrip.grip.kernels.generated import (
     ASKED_MARGIN,
     ASKED_QUANTILE,
@@ -10,8 +12,6 @@ from vegrip.grip.kernels.generated import (
     RULE_WANTED_MARGIN,
     SLIDES,
     STATE_SLIP,
-    TAKEN_LOAD,
-    TAKEN_TORQUE,
     Floats,
     Wholes,
 )
@@ -26,9 +26,11 @@ def update_shared_friction(_f: Floats, _t: Wholes, _g: Floats) -> None:
     """Keep what was learned: there is no other finger."""
 
 
-def load_to_answer(f: Floats, _t: Wholes, _g: Floats) -> tuple[float, float]:
-    """Return tangential force [N] and torque [N m]."""
-    return f[TAKEN_LOAD], f[TAKEN_TORQUE]
+def load_to_answer(
+    _f: Floats, _t: Wholes, _g: Floats, x: float, y: float, torque: float
+) -> tuple[float, float]:
+    """Return tangential force [N] and torque [N m] of a load that counts."""
+    return math.sqrt(x * x + y * y), torque
 
 
 def is_slipping(f: Floats, _t: Wholes, _g: Floats) -> bool:

@@ -72,7 +72,6 @@ from vegrip.grip.kernels.generated import (
     STATE_SLIP_SPEED,
     STATE_TANGENTIAL_FORCE_X,
     STATE_TANGENTIAL_FORCE_Y,
-    STATE_TORQUE_Z,
     TAKEN_LOAD,
     TAKEN_TORQUE,
     TURN_LEARNED,
@@ -232,14 +231,16 @@ def armed_load(f: Floats, is_touching: bool) -> float:
     return math.sqrt(f[TAKEN_LOAD] * f[TAKEN_LOAD] + turning * turning)
 
 
-def load_to_answer(f: Floats, t: Wholes, g: Floats) -> tuple[float, float]:
-    """Return tangential force [N] and torque [N m], ahead by the lag of the drive where that is told."""
+def load_to_answer(f: Floats, t: Wholes, g: Floats, x: float, y: float, torque: float) -> tuple[float, float]:
+    """Return tangential force [N] and torque [N m] of a load that counts.
+
+    They are ahead by the lag of the drive where that is told.
+    """
     if t[SETUP_LEADS] == 0:
-        return f[TAKEN_LOAD], f[TAKEN_TORQUE]
+        return math.sqrt(x * x + y * y), torque
     dt = since(t[NEWS_STAMP], t[TURN_LED])
     t[TURN_LED] = t[NEWS_STAMP]
     follow_drive(g, t[SETUP_FINGER], dt, followed_command(f, t), f[STATE_NORMAL_FORCE])
-    x, y, torque = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y], f[STATE_TORQUE_Z]
     return lead_load(g, t[SETUP_FINGER], dt, x, y, torque)
 
 

@@ -43,6 +43,8 @@ from vegrip.estimator.kernels.generated import (
     REP_SOUND,
     SET_LONGEST_GAP,
     SET_QUANTILE,
+    SET_S_TANGENTIAL,
+    SET_S_TORQUE,
     Floats,
 )
 
@@ -82,6 +84,8 @@ __all__ = [
     "REP_SOUND",
     "SET_LONGEST_GAP",
     "SET_QUANTILE",
+    "SET_S_TANGENTIAL",
+    "SET_S_TORQUE",
     "Floats",
 ]  # fmt: skip
 
@@ -103,6 +107,7 @@ CONDITION_OK: int
 CONDITION_OUT_OF_RANGE: int
 CONDITION_REPLAYED: int
 CONDITION_STALE: int
+CONFIRMED0: int
 CONTACT_LENGTH: int
 DEMAND_BOUND: int
 DEMAND_LEAST: int

@@ -45,7 +45,7 @@ def scores(problem: Problem, optimum: Optimum, A: Floats, groups: Floats) -> Flo
 
 def _foretold(optimum: Optimum, A: Floats, rows: Mask) -> float:
     J, r = optimum.jacobian[rows], optimum.residual[rows]
-    step = np.linalg.solve(A - HELD_OUT * J.T @ J, J.T @ r)
+    step = np.linalg.solve(A - HELD_OUT * J.T @ J, HELD_OUT * J.T @ r)
     return -0.5 * float(np.sum((r + J @ step) ** 2))
 
 

@@ -134,8 +134,6 @@ def at_rest(recording: Recording, rows: np.ndarray, noise: float) -> np.ndarray:
     depth = recording.columns["displacement"]
     n = depth.size
     out = np.zeros(n, dtype=bool)
-    if n <= 2 * ABOUT:
-        return out
     middle = slice(ABOUT, n - ABOUT)
     moved = np.abs(depth[2 * ABOUT :] - depth[: -2 * ABOUT])
     same = recording.episode[2 * ABOUT :] == recording.episode[: -2 * ABOUT]

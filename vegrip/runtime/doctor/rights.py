@@ -6,8 +6,8 @@ from pathlib import Path
 
 from vegrip.errors import DeviceError
 from vegrip.host import realtime
+from vegrip.host.folders import runtime_folder
 from vegrip.host.realtime import Permission
-from vegrip.host.runtime_folder import runtime_folder
 from vegrip.runtime.doctor.finding import Finding, fail, ok, warn
 
 

@@ -8,14 +8,13 @@ import struct
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
+from vegrip.transport.canbus.bus_records import MOST_FILTERS
+
 EXTENDED_FLAG: Final = 1 << 31
-MOST_FILTERS: Final = 512  # CAN_RAW_FILTER_MAX of linux/can/raw.h
-MAX_FILTERS_BYTES: Final = 16 + 8 * MOST_FILTERS
 
 _HEAD = struct.Struct("<QIBB")  # as of a request; what follows is no frame of this length
 _MARK: Final = 64  # among the flags of a request
 _PAIR = struct.Struct("<II")
-_REMEMBERED: Final = 4096  # identifiers
 
 Pair = tuple[int, int]
 _EVERYTHING: Final[Pair] = (0, 0)
@@ -57,24 +56,3 @@ def unpack_filters(packet: bytes) -> list[Pair] | None:
     if flags != _MARK or not 1 <= count <= MOST_FILTERS or len(packet) != _HEAD.size + count * _PAIR.size:
         return None
     return list(_PAIR.iter_unpack(packet[_HEAD.size :]))
-
-
-class Acceptance:
-    """What one member wants to hear."""
-
-    def __init__(self, pairs: Sequence[Pair] = ()) -> None:
-        self.pairs = tuple(pairs)
-        """Identifiers and masks; without any it wants everything."""
-        self._known: dict[int, bool] = {}
-
-    def accepts(self, identifier: int, *, extended: bool) -> bool:
-        """Whether a data or remote frame passes; error frames always do."""
-        if not self.pairs:
-            return True
-        key = identifier | EXTENDED_FLAG if extended else identifier
-        known = self._known.get(key)
-        if known is None:
-            if len(self._known) >= _REMEMBERED:
-                self._known.clear()
-            known = self._known[key] = any((key ^ wanted) & mask == 0 for wanted, mask in self.pairs)
-        return known

@@ -1,15 +1,22 @@
 """What happens on a CAN bus, as :class:`~vegrip.transport.canbus.bus_model.BusModel` tells it."""
 
 from collections.abc import Mapping
-from enum import Enum
+from enum import Enum, IntEnum
 from typing import NamedTuple
 
-from vegrip.transport.canbus.fault_confinement import ErrorState
+from vegrip.transport.canbus.bus_records import ACTIVE, NOBODY, OFF, PASSIVE
 from vegrip.transport.canbus.frame_time import BusFrame
-from vegrip.transport.canbus.node_faults import NOBODY
 
 Counters = tuple[int, int]
 """The transmit and the receive error counter of a node."""
+
+
+class ErrorState(IntEnum):
+    """What a node may still do."""
+
+    ACTIVE = ACTIVE  # signals errors with dominant bits, which all others see
+    PASSIVE = PASSIVE  # signals them with recessive bits, and waits 8 bits after each frame of its own
+    OFF = OFF  # takes no part in the bus
 
 
 class Transmission(NamedTuple):

@@ -1,7 +1,7 @@
-"""The kernels of the bus and their loop as a library of this machine, compiled once and in the background.
+"""The bus as a library of this machine, compiled once and in the background.
 
-The bus process neither waits for the compiler nor imports the translator: until the library is there the
-model in Python carries the frames, and where there is no compiler it goes on to do so.
+The bus process neither waits for the compiler nor imports the translator: until the library is there the same
+text in Python carries the frames, and where there is no compiler it goes on to do so.
 """
 
 import ctypes
@@ -17,15 +17,26 @@ from typing import Final
 
 from vegrip.clock import NS
 from vegrip.host import compiled_folder
-from vegrip.host.c_compiler import compiler
-from vegrip.host.lock_file import locked
+from vegrip.host.compiled_folder import compiler
+from vegrip.host.folders import locked
+from vegrip.transport.canbus.bus_records import SLOTS, Bus
 
 HERE: Final = Path(__file__).parent
-KERNELS: Final = ("frame_bits", "requests", "deliveries", "carry")
-SOURCES: Final = ("leaving", "loop_text", "compiled_bus")
-"""Modules beside the kernels that say what is compiled."""
+TEXT: Final = ("frame_bits", "bus", "deliveries", "carry")
+SOURCES: Final = (*TEXT, "bus_records", "stuffing_tables", "error_report", "compiled_bus")
+"""Modules that say what is compiled."""
+ENTRIES: Final = {
+    "carry": (ctypes.c_int64, 1),
+    "advance": (ctypes.c_bool, 1),
+    "conclude": (ctypes.c_bool, 1),
+    "next_event": (ctypes.c_int64, 0),
+    "catch_up": (None, 0),
+    "take_packet": (ctypes.c_bool, 3),
+    "bring_events": (None, 1),
+    "hand_out": (None, 1),
+}
+"""Functions that Python calls: what they give, and how many whole numbers they take beside the bus."""
 LOOK_AGAIN: Final = NS  # [ns] between two looks for the library that is being compiled
-POINTER, WHOLE = ctypes.c_void_p, ctypes.c_int64
 
 
 def is_wanted() -> bool:
@@ -36,10 +47,24 @@ def is_wanted() -> bool:
 @cache
 def library_name() -> str:
     """Return the name of the library, which changes with all that it is made from."""
-    files = [*(HERE / "kernels").glob("*.py"), *(HERE / f"{name}.py" for name in SOURCES)]
-    files += (HERE.parents[1] / "c99").glob("*.py")
-    parts = [platform.machine(), *(path.read_text(encoding="utf-8") for path in sorted(files))]
+    files = [HERE / "outside.c", *(HERE / f"{name}.py" for name in SOURCES)]
+    files += sorted((HERE.parents[1] / "c99").glob("*.py"))
+    parts = [platform.machine(), *(path.read_text(encoding="utf-8") for path in files)]
     return "vegrip_bus_" + hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
+
+
+def text_in_c() -> str:
+    """Return the bus in C, without the includes that any such text has."""
+    from vegrip.c99 import BOOL, LONG, VOID, record, translate  # noqa: PLC0415 (takes time that the bus has not)
+
+    bus = record(Bus)
+    text = "\n".join((HERE / f"{name}.py").read_text(encoding="utf-8") for name in TEXT)
+    entries = {name: (bus, *[LONG] * wholes) for name, (_, wholes) in ENTRIES.items()}
+    outside = {"nearest": LONG, "copy_bytes": VOID, "store": VOID, "load": LONG, "clock": LONG}
+    outside |= {"sleep_until": BOOL, "look": BOOL, "receive": LONG, "send": BOOL}
+    by_hand = (HERE / "outside.c").read_text(encoding="utf-8")
+    most = f"#define VG_MOST_WATCHED {SLOTS + 1}"
+    return "\n".join([most, by_hand, translate(text, entries, outside=outside).text()])
 
 
 def compile_library() -> Path:
@@ -49,27 +74,16 @@ def compile_library() -> Path:
         CompilerError: there is no compiler, or it failed.
 
     """
-    from vegrip.c99 import BYTES, LONG, LONGS, host, translate  # noqa: PLC0415 (takes time that the bus has not)
-    from vegrip.transport.canbus import loop_text  # noqa: PLC0415
+    from vegrip.c99 import host  # noqa: PLC0415
 
     def make(library: Path) -> None:
-        text = "\n".join((HERE / "kernels" / f"{name}.py").read_text(encoding="utf-8") for name in KERNELS)
-        both, queue = (LONGS, BYTES), (LONGS, BYTES, LONG)
-        entries = {
-            "take_packet": (*queue, LONG, LONG),
-            "next_event": (LONGS,),
-            "advance": (*both, LONG, LONG),
-            "conclude": queue,
-            "hand_out": queue,
-        }
-        c = translate(text, entries).text()
-        host.build(f"{c}\n{loop_text.LOOP}", library, (*host.FLAGS, *loop_text.LOOP_FLAGS))
+        host.build(text_in_c(), library, (*host.FLAGS, "-D_GNU_SOURCE"))  # for ppoll and clock_nanosleep
 
     return compiled_folder.library(library_name(), make)
 
 
 class CompiledBus:
-    """The functions of the library.
+    """The functions of the library, called as those in Python are.
 
     Args:
         library: as :func:`compile_library` returns it.
@@ -81,18 +95,33 @@ class CompiledBus:
 
     def __init__(self, library: Path) -> None:
         loaded = ctypes.PyDLL(str(library))
-        self.loop = loaded.vg_loop
-        self.loop.argtypes, self.loop.restype = [POINTER, POINTER, WHOLE], WHOLE
-        self.take_packet = loaded.vg_take_packet
-        self.take_packet.argtypes, self.take_packet.restype = [POINTER, POINTER, *[WHOLE] * 3], ctypes.c_int
-        self.next_event = loaded.vg_next_event
-        self.next_event.argtypes, self.next_event.restype = [POINTER], WHOLE
-        self.advance = loaded.vg_advance
-        self.advance.argtypes, self.advance.restype = [POINTER, POINTER, WHOLE, WHOLE], ctypes.c_int
-        for name in ("conclude", "hand_out"):
+        for name, (result, wholes) in ENTRIES.items():
             function = loaded[f"vg_{name}"]
-            function.argtypes, function.restype = [POINTER, POINTER, WHOLE], None
+            function.argtypes, function.restype = [ctypes.c_void_p, *[ctypes.c_int64] * wholes], result
             setattr(self, name, function)
+
+
+def _loaded(path: Path) -> CompiledBus | None:
+    try:
+        return CompiledBus(path)
+    except (OSError, AttributeError):
+        return None
+
+
+@cache
+def compiled() -> CompiledBus | None:
+    """Return the functions of the library, compiled if need be; None: C is not wanted, or not possible."""
+    if not is_wanted():
+        return None
+    path = compiled_folder.found_library(library_name())
+    if path is not None or compiler() is None:
+        return None if path is None else _loaded(path)
+    from vegrip.c99.host import CompilerError  # noqa: PLC0415
+
+    try:
+        return _loaded(compile_library())
+    except (OSError, CompilerError):
+        return None
 
 
 class Search:
@@ -119,13 +148,6 @@ class Search:
         elif self._compiling is None or self._compiling.returncode:
             self._next_look = sys.maxsize  # there is no compiler, or it has failed
         return self._found
-
-
-def _loaded(path: Path) -> CompiledBus | None:
-    try:
-        return CompiledBus(path)
-    except (OSError, AttributeError):
-        return None
 
 
 def _started() -> subprocess.Popen[bytes]:

@@ -5,7 +5,9 @@ sequenced-packet sockets and not a message library: a member that dies, or a hub
 as end of file; a full queue pushes back on its sender; and there is one hop, not three, between two nodes.
 
 The first program that opens the channel starts the hub, which ends by itself when the last one has left. A
-lock on a file decides between two that start at once.
+lock on a file decides between two that start at once. :func:`vegrip.transport.canbus.carry.carry` carries the
+frames, in Python or in C; here is what happens now and then: a member comes, leaves, wants other filters or
+does not read.
 """
 
 import contextlib
@@ -17,40 +19,19 @@ import socket
 import sys
 import time
 from collections import deque
-from collections.abc import Sequence
 from pathlib import Path
 
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.host import realtime
-from vegrip.host.lock_file import locked
-from vegrip.transport.canbus.acceptance import MAX_FILTERS_BYTES, Acceptance, unpack_filters
-from vegrip.transport.canbus.bus_events import BusError, Event, StateChange, Transmission
+from vegrip.host.folders import locked
+from vegrip.transport.canbus import carry
+from vegrip.transport.canbus.acceptance import unpack_filters
 from vegrip.transport.canbus.bus_model import BusModel
+from vegrip.transport.canbus.bus_records import PACKET_BYTES, TRANSMIT_QUEUE
 from vegrip.transport.canbus.compiled_bus import Search
-from vegrip.transport.canbus.error_free_bus import ErrorFreeBus
-from vegrip.transport.canbus.error_report import error_report, state_report
 from vegrip.transport.canbus.greeting import Greeting, read_greeting
-from vegrip.transport.canbus.hub_wire import (
-    MAX_GATHERED_BYTES,
-    numbered,
-    pack_delivery,
-    pack_error,
-    split_requests,
-    unpack_request,
-)
-from vegrip.transport.canbus.kernels.limits import (
-    GATHERED,
-    LONGEST_SLEEP,
-    NO_EVENT,
-    OLDEST_REQUEST,
-    SLICE,
-    TRANSMIT_QUEUE,
-)
-from vegrip.transport.canbus.kernels.memory import MOST_SLOTS
-from vegrip.transport.canbus.leaving import Why
 
-LONGEST_PACKET = max(MAX_FILTERS_BYTES, MAX_GATHERED_BYTES)  # bytes
 LINGER = 1.0  # [s] the hub waits for a member to come (back)
 AT_ONCE = int(
     socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL
@@ -58,7 +39,7 @@ AT_ONCE = int(
 MOST_MEMBERS = 256  # far below what select() can watch and a process may open
 MOST_NEWCOMERS = 64  # besides; they are heard, and told so when there is no room
 GREETING_WITHIN = 2.0  # [s] from the connection on; who says nothing must not keep a place
-COMPILED_SLICE = NS // 10  # [ns] for which the compiled loop runs at a time: it hears no signals
+CARRIED_AT_ONCE = NS // 10  # [ns] for which frames are carried at a time: C hears no signals
 FOLDERS = ("VEGRIP_CACHE", "VEGRIP_RUNTIME_DIR", "XDG_CACHE_HOME", "XDG_RUNTIME_DIR")
 """Environment variables that name folders, maybe from where the first member was started."""
 MEMBER_BACKLOG_FRAMES = (
@@ -67,48 +48,20 @@ MEMBER_BACKLOG_FRAMES = (
 
 
 class Member:
-    """One node on the bus."""
+    """One connection: a newcomer, and from its greeting on a node on the bus."""
 
-    def __init__(self, node: int, connection: socket.socket) -> None:
-        self.node = node
+    def __init__(self, number: int, connection: socket.socket) -> None:
+        connection.setblocking(False)
+        self.number = number  # as a node
         self.connection = connection
-        self.greeted = False
+        self.is_greeted = False
         self.since = time.monotonic()  # [s]
-        self.hears_itself = False
-        self.patience: int | None = None  # [ns] for which deliveries may wait for others; None: none does
-        self.acceptance = Acceptance()
-        self.number = 0  # of its next delivery
-        self.gathered = bytearray()
         self._backlog: deque[bytes] = deque()
-        self.due = NO_EVENT  # [ns] when what is gathered is to be handed out
-
-    def fileno(self) -> int:
-        """Return the descriptor of its connection."""
-        return self.connection.fileno()
 
     @property
     def is_behind(self) -> bool:
         """Whether frames wait for it to read."""
         return bool(self._backlog)
-
-    def hear(self, delivery: bytes) -> None:
-        """Bring a frame; the number shows the member what it has missed."""
-        packet = numbered(self.number, delivery)
-        self.number += 1
-        if self.patience is None:
-            self.deliver(packet)
-            return
-        if len(self.gathered) + len(packet) > MAX_GATHERED_BYTES:
-            self.hand_out()
-        if not self.gathered:
-            self.due = time.monotonic_ns() + self.patience
-        self.gathered += packet
-
-    def hand_out(self) -> None:
-        """Bring what is gathered."""
-        self.deliver(bytes(self.gathered))
-        self.gathered.clear()
-        self.due = NO_EVENT
 
     def deliver(self, packet: bytes) -> None:
         """Send ``packet`` now, or later when the member does not read: ``MEMBER_BACKLOG_FRAMES`` at most."""
@@ -131,162 +84,117 @@ class Member:
 
 
 class Hub:
-    """Input and output around a :class:`~vegrip.transport.canbus.bus_model.BusModel`."""
+    """Who is on the bus, around the loop that carries frames."""
 
     def __init__(self, listener: socket.socket, search: Search | None = None) -> None:
         self._listener = listener
         self._search = search  # for the compiled loop; None: Python carries all frames
-        self._memory: ErrorFreeBus | None = None  # of the compiled loop, once there is one
+        self._door = select.epoll()  # newcomers, the listener, and members that are behind
+        self._is_open = False
         self._members: dict[int, Member] = {}  # by file descriptor
         self._nodes: dict[int, Member] = {}
-        self._gathering: dict[int, Member] = {}  # by node, those that take several frames at once
-        self._due = NO_EVENT  # [ns] when one of them is to be handed what was gathered
         self._bus: BusModel | None = None  # from the first greeting on, which sets the bit rates
         self._last_node = 0
+        self._open_door()
 
     def serve(self) -> None:
         """Carry frames until no member has been there for ``LINGER``."""
         alone_since = time.monotonic()
         while self._members or time.monotonic() - alone_since < LINGER:
-            self._carry_compiled()
             if self._members:
                 alone_since = time.monotonic()
             self._step()
 
-    def _carry_compiled(self) -> None:
-        """Let the compiled loop carry frames until something is out of the ordinary; deal with that."""
-        bus, search = self._bus, self._search
-        compiled = search.found(time.monotonic_ns()) if search is not None else None
-        if bus is None or compiled is None or not len(self._members) == len(self._nodes) <= MOST_SLOTS:
-            return
-        members = list(self._nodes.values())
-        memory = self._memory = self._memory or ErrorFreeBus()
-        if any(m.is_behind for m in members) or not memory.load(bus, members, self._listener.fileno()):
-            return
-        why = Why.TIME
-        while why == Why.TIME:  # a signal that has come is dealt with in between
-            why = compiled.loop(*memory.addresses, time.monotonic_ns() + COMPILED_SLICE)
-        for node, packet in memory.unsent():
-            self._nodes[node].deliver(packet)
-        self._due = memory.store(bus)
-        if why == Why.NEWCOMER:
-            self._admit()
-        elif why in (Why.OTHER_PACKET, Why.GONE):
-            node, packet = memory.received()
-            self._take(self._nodes[node], packet)
-
     def _step(self) -> None:
-        patience = self._sleep()
-        if self._bus is not None:
-            self._tell(self._bus, self._bus.conclude(time.monotonic_ns()))
-            self._hand_out()
-        readers = list(self._members)
-        if self._bus is not None and self._bus.queued >= TRANSMIT_QUEUE:  # else no queue can be full
-            self._dismiss_the_dead()
-            readers = [fd for fd, member in self._members.items() if self._has_room(member)]
-        writers = [fd for fd, member in self._members.items() if member.is_behind]
-        door = self._listener.fileno()
-        if len(self._members) < MOST_MEMBERS + MOST_NEWCOMERS:  # else the next one waits
-            readers.append(door)
-        readable, writable, _ = select.select(readers, writers, [], patience)
-        for fd in writable:
-            self._members[fd].flush()
-        for fd in readable:
-            if fd == door:
-                self._admit()
-            else:
-                self._read(self._members[fd])
+        """Carry frames until something is out of the ordinary; deal with that."""
+        bus, why = self._bus, carry.NEWCOMER
+        patience = LINGER / 4
+        if bus is not None:
+            patience = 0.0
+            why = self._carry(bus)
+            self._take_outbox(bus)
+        if why == carry.NEWCOMER:
+            for fd, events in self._door.poll(patience):
+                self._hear(fd, events)
+        elif bus is not None and why in (carry.OTHER_PACKET, carry.GONE):
+            member = self._nodes[bus.record.nodes[bus.record.who].number]
+            self._take(member, bytes(bus.record.packet[: bus.record.length]))
+        self._dismiss_the_dead()
         self._dismiss_the_silent()
-        self._advance()
-        self._hand_out()
+        self._open_door()
 
-    def _hand_out(self) -> None:
-        """Bring what was gathered for long enough."""
+    def _carry(self, bus: BusModel) -> int:
         now = time.monotonic_ns()
-        if self._due > now:
-            return
-        for member in self._gathering.values():
-            if member.due <= now:
-                member.hand_out()
-        self._due = min((member.due for member in self._gathering.values()), default=NO_EVENT)
+        compiled = self._search.found(now) if self._search is not None else None
+        if compiled is not None:
+            bus.use(compiled)
+        bus.record.door = self._door.fileno()
+        return bus.carry(now + CARRIED_AT_ONCE)
 
-    def _sleep(self) -> float:
-        """Sleep while a frame is on the bus; return for how long to wait for requests after it [s].
+    def _take_outbox(self, bus: BusModel) -> None:
+        """Keep what members that do not read are to get."""
+        record = bus.record
+        for unsent in record.packets[: record.unsent]:
+            node = record.nodes[unsent.slot].number
+            self._keep(self._nodes[node], bytes(record.outbox[unsent.at : unsent.at + unsent.size]))
+        record.unsent = record.outbox_bytes = 0
 
-        Who else wants the bus matters only when it is free again: being woken by each request meanwhile
-        would cost more than all the rest. While frames wait behind the one on the bus, those that end within
-        ``GATHERED`` are handed out at once: a wake-up, here and at each member, costs more than a frame. What
-        the bus does when, and the times of the frames, do not change by that.
-        """
-        event = self._bus.next_event() if self._bus else None
-        if event is None or self._bus is None:
-            return min(max((self._due - time.monotonic_ns()) / NS, 0.0), LINGER / 4)
-        if self._bus.queued > 1 and self._bus.is_healthy:
-            event += GATHERED
-        remaining = (event - time.monotonic_ns()) / NS
-        if remaining > 0.0:
-            time.sleep(min(remaining, LONGEST_SLEEP / NS))
-        return 0.0
+    def _keep(self, member: Member, packet: bytes) -> None:
+        member.deliver(packet)
+        self._watch(member)
 
-    def _advance(self) -> None:
-        """Bring the bus up to the present, or by a slice towards it when that is far."""
-        if self._bus is None:
-            return
-        now, event = time.monotonic_ns(), self._bus.next_event()
-        self._tell(self._bus, self._bus.advance(now if event is None else min(now, event + SLICE)))
-
-    def _tell(self, bus: BusModel, events: Sequence[Event]) -> None:
-        busy = bus.busy - sum(one.end - one.start for one in events if not isinstance(one, StateChange))
-        for event in events:
-            if isinstance(event, StateChange):
-                self._tell_state(event, busy)
-                continue
-            busy += event.end - event.start
-            if isinstance(event, Transmission):
-                self._deliver(event, busy)
+    def _watch(self, member: Member) -> None:
+        """Hear at the door when a member that is behind reads again."""
+        assert self._bus is not None  # noqa: S101 (there are no nodes without)
+        node, fd = self._bus.node(member.number), member.connection.fileno()
+        node.is_behind = member.is_behind
+        with contextlib.suppress(FileExistsError, FileNotFoundError):
+            if member.is_behind:
+                self._door.register(fd, select.EPOLLOUT)
             else:
-                self._tell_error(event, busy)
+                self._door.unregister(fd)
 
-    def _deliver(self, sent: Transmission, busy: int) -> None:
-        if sent.is_lost:
+    def _open_door(self) -> None:
+        """Hear newcomers while there is room; else the next one waits."""
+        is_open = len(self._members) < MOST_MEMBERS + MOST_NEWCOMERS
+        if is_open and not self._is_open:
+            self._door.register(self._listener.fileno(), select.EPOLLIN)
+        if self._is_open and not is_open:
+            self._door.unregister(self._listener.fileno())
+        self._is_open = is_open
+
+    def _hear(self, fd: int, events: int) -> None:
+        """Deal with what is at the door."""
+        if fd == self._listener.fileno():
+            self._admit()
+        elif (member := self._members.get(fd)) is None:
             return
-        delivery, frame = pack_delivery(sent, busy), sent.frame
-        deaf = sent.node, sent.missed_by
-        for node, member in self._nodes.items():
-            if (node not in deaf or member.hears_itself) and member.acceptance.accepts(
-                frame.identifier, extended=frame.extended
-            ):
-                self._bring(member, delivery)
-
-    def _bring(self, member: Member, delivery: bytes) -> None:
-        member.hear(delivery)
-        self._due = min(self._due, member.due)
-
-    def _tell_error(self, error: BusError, busy: int) -> None:
-        for node, member in self._nodes.items():
-            self._bring(member, pack_error(error.end, busy, node, error_report(error, node)))
-
-    def _tell_state(self, change: StateChange, busy: int) -> None:
-        if (member := self._nodes.get(change.node)) is not None:
-            self._bring(member, pack_error(change.time, busy, change.node, state_report(change)))
+        elif not member.is_greeted:
+            self._read_greeting(member)
+        elif events & (select.EPOLLHUP | select.EPOLLERR):
+            self._dismiss(member)
+        else:
+            member.flush()
+            self._watch(member)
 
     def _dismiss_the_dead(self) -> None:
         """Remove members that have left with a full queue.
 
         They are not read, so that their leaving would never be seen.
         """
-        for member in [member for member in self._members.values() if not self._has_room(member)]:
-            if self._bus is not None and not self._bus.is_heard(member.node) and _has_left(member.connection):
+        bus = self._bus
+        if bus is None or bus.queued < TRANSMIT_QUEUE:  # no queue can be full
+            return
+        for node, member in list(self._nodes.items()):
+            is_full = bus.waiting(node) >= TRANSMIT_QUEUE
+            if is_full and not bus.is_heard(node) and _has_left(member.connection):
                 self._dismiss(member)
-
-    def _has_room(self, member: Member) -> bool:
-        return self._bus is None or self._bus.waiting(member.node) < TRANSMIT_QUEUE
 
     def _dismiss_the_silent(self) -> None:
         if len(self._members) == len(self._nodes):
             return
         latest = time.monotonic() - GREETING_WITHIN
-        for member in [m for m in self._members.values() if not m.greeted and m.since < latest]:
+        for member in [m for m in self._members.values() if not m.is_greeted and m.since < latest]:
             self._dismiss(member)
 
     def _admit(self) -> None:
@@ -296,65 +204,48 @@ class Hub:
             return
         self._last_node = (self._last_node + 1) & 0xFFFF
         self._members[connection.fileno()] = Member(self._last_node, connection)
+        self._door.register(connection.fileno(), select.EPOLLIN)
 
-    def _read(self, member: Member) -> None:
-        while self._has_room(member):
-            try:
-                packet = member.connection.recv(LONGEST_PACKET, AT_ONCE)
-            except BlockingIOError:
-                return
-            except OSError:
-                packet = b""
-            self._take(member, packet)
-            if not packet:
-                return
+    def _read_greeting(self, member: Member) -> None:
+        try:
+            packet = member.connection.recv(PACKET_BYTES, AT_ONCE)
+        except BlockingIOError:
+            return
+        except OSError:
+            packet = b""
+        if packet:
+            self._greet(member, packet)
+        else:
+            self._dismiss(member)
 
     def _take(self, member: Member, packet: bytes) -> None:
-        """Deal with what a member has sent; nothing: it has gone."""
+        """Deal with what a node has sent that is no request; nothing: it has gone."""
         if not packet:
             self._dismiss(member)
-        elif member.greeted:
-            self._request(member, packet)
-        else:
-            self._greet(member, packet)
-
-    def _request(self, member: Member, packet: bytes) -> None:
-        asked = unpack_request(packet)
-        if asked is None and (pairs := unpack_filters(packet)) is not None:
-            member.acceptance = Acceptance(pairs)
-            return
-        if self._bus is None:
-            return
-        now = time.monotonic_ns()
-        for queued, frame in split_requests(packet) if asked is None else (asked,):
-            self._bus.request(min(max(queued, now - OLDEST_REQUEST), now), member.node, frame)
+        elif self._bus is not None and (pairs := unpack_filters(packet)) is not None:
+            self._bus.accept(member.number, pairs)
 
     def _greet(self, member: Member, packet: bytes) -> None:
         try:
             greeting = read_greeting(packet)
             bus = self._joined(greeting)
+            bus.catch_up()  # who joins now takes part from now on
+            self._take_outbox(bus)
+            now = time.monotonic_ns()
+            bus.attach(member.number, listen_only=greeting.listen_only, faults=greeting.faults, time=now)
         except ConfigError as error:
-            member.deliver(_refusal(str(error)))
+            member.deliver(json.dumps({"refused": str(error)}).encode())
             return
-        self._advance()  # who joins now takes part from now on
-        here = bus.timing
-        answer = {
-            "timing": {"bitrate": here.bitrate, "data_bitrate": here.data_bitrate},
-            "node": member.node,
-            "busy": bus.busy,
-        }
-        member.greeted, member.hears_itself = True, greeting.wants_own_frames
+        self._door.unregister(member.connection.fileno())
+        member.is_greeted = True
+        self._nodes[member.number] = member
+        node = bus.node(member.number)
+        node.descriptor, node.hears_itself = member.connection.fileno(), greeting.wants_own_frames
         if greeting.patience >= 0.0:
-            member.patience = round(greeting.patience * NS)
-            self._gathering[member.node] = member
-        bus.attach(
-            member.node,
-            listen_only=greeting.listen_only,
-            faults=greeting.faults,
-            time=time.monotonic_ns(),
-        )
-        self._nodes[member.node] = member
-        member.deliver(json.dumps(answer).encode())
+            node.patience = round(greeting.patience * NS)
+        here = {"bitrate": bus.timing.bitrate, "data_bitrate": bus.timing.data_bitrate}
+        answer = {"timing": here, "node": member.number, "busy": bus.busy}
+        self._keep(member, json.dumps(answer).encode())
 
     def _joined(self, greeting: Greeting) -> BusModel:
         """Return the bus, made when it is the first greeting; ConfigError: it is full, or has other rates."""
@@ -362,7 +253,7 @@ class Hub:
             raise ConfigError(f"it has {MOST_MEMBERS} members, and no room for more")
         asked = greeting.timing.timing
         if self._bus is None:
-            self._bus = BusModel(asked)
+            self._bus = BusModel(asked, carry)
         here = self._bus.timing
         if greeting.must_match_rates and here != asked:
             raise ConfigError(
@@ -374,14 +265,12 @@ class Hub:
     def _dismiss(self, member: Member) -> None:
         """Let ``member`` go; what it has queued is still sent, as the queue of a network interface is."""
         del self._members[member.connection.fileno()]
-        self._gathering.pop(member.node, None)
-        if self._nodes.pop(member.node, None) is not None and self._bus is not None:
-            self._bus.detach(member.node)
+        if member.is_greeted and self._bus is not None:
+            del self._nodes[member.number]
+            self._bus.detach(member.number)
+        with contextlib.suppress(FileNotFoundError):
+            self._door.unregister(member.connection.fileno())
         member.connection.close()
-
-
-def _refusal(reason: str) -> bytes:
-    return json.dumps({"refused": reason}).encode()
 
 
 def _has_left(connection: socket.socket) -> bool:

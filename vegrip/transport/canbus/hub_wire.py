@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from vegrip.transport.canbus.bus_events import Transmission
-from vegrip.transport.canbus.error_report import Report
-from vegrip.transport.canbus.frame_time import FD_SIZES, BusFrame
+from vegrip.transport.canbus.bus_records import ERROR, FD, GATHERED_BYTES, REMOTE, SWITCH
+from vegrip.transport.canbus.frame_time import FD_SIZES, FRAME_KINDS, KIND_FLAGS, BusFrame
 
 HUB_VERSION = 5
 MAX_PACKET_BYTES = 512  # bytes of a packet with one frame; the greeting is the longest
-MAX_GATHERED_BYTES = 2048  # bytes of a packet with several deliveries or requests
+MAX_GATHERED_BYTES = GATHERED_BYTES  # bytes of a packet with several deliveries or requests
 MOST_REQUESTS = 16  # in one packet
 _REQUEST = struct.Struct("<QIBB")  # time, identifier, flags, length code; then the data
 _NUMBER = struct.Struct("<I")  # then the delivery, the same bytes for every member
@@ -21,8 +21,6 @@ _DELIVERY = struct.Struct("<QQHIBB")  # end, busy, node, identifier, flags, leng
 
 _PLAIN = struct.Struct("<IQQHIBB")  # number and delivery at once
 _CODES = {size: code for code, size in enumerate(FD_SIZES)}
-
-_EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE, _ERROR = 1, 2, 4, 8, 16, 32
 
 REQUEST_AT = {"time": 0, "identifier": 8, "flags": 12, "code": 13, "data": _REQUEST.size}
 """Where what lies in a request, for those who go through its bytes without this module."""
@@ -39,27 +37,10 @@ DELIVERY_AT = {
 NUMBER_AT, END_AT, BUSY_AT, IDENTIFIER_AT, FLAGS_AT, CODE_AT, _ = DELIVERY_AT.values()
 PLAIN_PLACES = (NUMBER_AT, END_AT, BUSY_AT, IDENTIFIER_AT, FLAGS_AT, CODE_AT)
 """The same of its head, in that order."""
-RATE_SWITCH = _SWITCH
+RATE_SWITCH = SWITCH
 """Flag of a frame with bit-rate switch."""
-PLAIN_FLAGS = _FD | _SWITCH
+PLAIN_FLAGS = FD | SWITCH
 """Of a CAN FD data frame with 11 bits as a node sends it."""
-
-
-class _Kind(NamedTuple):
-    """The flags of a frame, in the order of the fields of :class:`BusFrame`."""
-
-    extended: bool
-    is_remote: bool
-    fd: bool
-    has_bit_rate_switch: bool
-    is_error_passive: bool
-
-
-_KINDS = [
-    _Kind(*(bool(flags & flag) for flag in (_EXTENDED, _REMOTE, _FD, _SWITCH, _ERROR_STATE)))
-    for flags in range(_ERROR)
-]
-_FLAGS: dict[tuple[bool, ...], int] = {kind: flags for flags, kind in enumerate(_KINDS)}
 
 
 class Delivery(NamedTuple):
@@ -106,7 +87,7 @@ def split_requests(packet: bytes) -> list[tuple[int, BusFrame]]:
 def pack_plain_request(time: int, identifier: int, data: bytes) -> bytes | None:
     """Return what :func:`pack_request` returns for a CAN FD data frame; None: there is no such length."""
     code = _CODES.get(len(data))
-    return None if code is None else _REQUEST.pack(time, identifier, _FD | _SWITCH, code) + data
+    return None if code is None else _REQUEST.pack(time, identifier, FD | SWITCH, code) + data
 
 
 def plain_requests(identifiers: Sequence[int], length: int) -> bytearray:
@@ -133,7 +114,7 @@ def unpack_plain(packet: bytes) -> tuple[int, int, int, int, bytes] | None:
         return None
     number, end, busy, _, identifier, flags, code = _PLAIN.unpack_from(packet)
     data = packet[_PLAIN.size :]
-    if flags & ~_SWITCH != _FD or code > 15 or identifier >> 11 or len(data) != FD_SIZES[code]:
+    if flags & ~SWITCH != FD or code > 15 or identifier >> 11 or len(data) != FD_SIZES[code]:
         return None
     return number, end, busy, identifier, data
 
@@ -143,7 +124,7 @@ def plain_flags(length: int) -> tuple[int, int, int]:
 
     The flags that matter, what they are then, and the code of the length.
     """
-    return ~_SWITCH & 0xFF, _FD, _CODES[length]
+    return ~SWITCH & 0xFF, FD, _CODES[length]
 
 
 def pack_delivery(sent: Transmission, busy: int) -> bytes:
@@ -151,12 +132,6 @@ def pack_delivery(sent: Transmission, busy: int) -> bytes:
     frame = sent.frame
     head = _DELIVERY.pack(sent.end, busy, sent.node, frame.identifier, _flags(frame), frame.code)
     return head + frame.data
-
-
-def pack_error(end: int, busy: int, node: int, report: Report) -> bytes:
-    """Return the packet that brings an error frame to a member, still without its number."""
-    classes, detail = report
-    return _DELIVERY.pack(end, busy, node, classes, _EXTENDED | _ERROR, len(detail)) + detail
 
 
 def numbered(number: int, delivery: bytes) -> bytes:
@@ -169,7 +144,7 @@ def split_deliveries(packet: bytes) -> list[bytes]:
     found, at = [], 0
     while len(packet) - at >= _PLAIN.size:
         flags, code = packet[at + _PLAIN.size - 2], packet[at + _PLAIN.size - 1]
-        length = 0 if flags & _REMOTE or code >= len(FD_SIZES) else FD_SIZES[code]
+        length = 0 if flags & REMOTE or code >= len(FD_SIZES) else FD_SIZES[code]
         end = at + _PLAIN.size + length
         found.append(packet[at:end])
         at = end
@@ -184,15 +159,15 @@ def unpack_delivery(packet: bytes) -> Delivery | None:
     (number,) = _NUMBER.unpack_from(packet)
     end, busy, node, identifier, flags, code = _DELIVERY.unpack_from(packet, _NUMBER.size)
     frame = _frame(identifier, flags, code, packet[start:])
-    return None if frame is None else Delivery(end, busy, number, node, frame, bool(flags & _ERROR))
+    return None if frame is None else Delivery(end, busy, number, node, frame, bool(flags & ERROR))
 
 
 def _flags(frame: BusFrame) -> int:
-    return _FLAGS[frame[2:7]]
+    return KIND_FLAGS[frame[2:7]]
 
 
 def _frame(identifier: int, flags: int, code: int, data: bytes) -> BusFrame | None:
-    kind = _KINDS[flags % _ERROR]
+    kind = FRAME_KINDS[flags % ERROR]
     if code > (15 if kind.fd else 8) or identifier >> (29 if kind.extended else 11):
         return None
     if len(data) != (0 if kind.is_remote else FD_SIZES[code]):

@@ -1,13 +1,9 @@
 """What goes wrong at one node of a virtual CAN bus, on purpose, by chance that is seeded."""
 
 from dataclasses import dataclass
-from random import Random
 
-from vegrip.clock import NS
 from vegrip.config import parameter
-from vegrip.transport.canbus.frame_time import BusFrame
-
-NOBODY = -1
+from vegrip.transport.canbus.bus_records import NOBODY
 
 
 @dataclass(frozen=True)
@@ -35,38 +31,6 @@ class NodeFaults:
         NOBODY, low=NOBODY, high=0x7FF, doc="identifier it sends without pause; -1 = it does not"
     )
     seed: int = parameter(0, low=0, doc="of its chance")
-
-
-class Chance:
-    """The dice of one node."""
-
-    def __init__(self, faults: NodeFaults) -> None:
-        self.faults = faults
-        self._random = Random(faults.seed)  # noqa: S311 (no secret)
-
-    def happens(self, share: float) -> bool:
-        """Tell whether something happens that does in a ``share`` of all cases."""
-        return share > 0.0 and self._random.random() < share
-
-    def position(self, first: int, last: int) -> int:
-        """Return one of the bits ``first`` .. ``last``."""
-        return self._random.randint(first, max(first, last))
-
-    def delayed(self, time: int) -> int:
-        """Return when a frame sent at ``time`` [ns] asks for the bus [ns]."""
-        faults = self.faults
-        if not (faults.delay or faults.jitter):
-            return time
-        return time + round((faults.delay + faults.jitter * self._random.random()) * NS)
-
-    def carried(self, frame: BusFrame) -> BusFrame:
-        """Return what becomes of ``frame``: itself, or with one bit of its data wrong."""
-        if not frame.data or not self.happens(self.faults.flips):
-            return frame
-        bit = self._random.randrange(8 * len(frame.data))
-        data = bytearray(frame.data)
-        data[bit // 8] ^= 1 << (bit % 8)
-        return frame._replace(data=bytes(data))
 
 
 NO_FAULTS = NodeFaults()

@@ -19,11 +19,11 @@ import can
 
 from vegrip.clock import NS
 from vegrip.errors import VegripError
-from vegrip.host.runtime_folder import runtime_folder, socket_path
+from vegrip.host.folders import runtime_folder, socket_path
 from vegrip.transport.canbus.acceptance import Pair, pack_filters, pairs_of
+from vegrip.transport.canbus.bus_events import ErrorState
 from vegrip.transport.canbus.bus_load import BusLoad
 from vegrip.transport.canbus.error_report import ACKNOWLEDGEMENT, reported_state
-from vegrip.transport.canbus.fault_confinement import ErrorState
 from vegrip.transport.canbus.frame_time import FD_SIZES, BitTiming, BusFrame
 from vegrip.transport.canbus.greeting import make_greeting
 from vegrip.transport.canbus.hub_wire import (
@@ -137,7 +137,7 @@ class VegripBus(can.BusABC):
     def _apply_filters(self, filters: can.typechecking.CanFilters | None) -> None:
         pairs = self._checked(filters)
         if pairs or self._filtered:
-            self._hand_over_filters(pack_filters(pairs))
+            self._hand_over(pack_filters(pairs), time.monotonic() + HUB_TIMEOUT_S)
             self._filtered = bool(pairs)
 
     def _checked(self, filters: can.typechecking.CanFilters | None) -> list[Pair]:
@@ -145,18 +145,6 @@ class VegripBus(can.BusABC):
             return pairs_of(filters or ())
         except (KeyError, TypeError, ValueError) as error:
             raise can.CanInitializationError(f"{self.channel_info}: {error}") from None
-
-    def _hand_over_filters(self, packet: bytes) -> None:
-        deadline = time.monotonic() + HUB_TIMEOUT_S
-        while True:
-            try:
-                self._socket.send(packet, socket.MSG_NOSIGNAL)
-            except BlockingIOError:
-                self._wait_for_room(deadline)
-            except OSError:
-                raise self._gone() from None
-            else:
-                return
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Queue ``msg``; when the queue is full wait up to ``timeout`` [s] (None: not at all).

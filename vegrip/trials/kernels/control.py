@@ -6,6 +6,7 @@ from vegrip.contact.limit_surface.fast import least_normal_force
 from vegrip.estimator.kernels.forecast import least_force
 from vegrip.estimator.kernels.report import utilisation
 from vegrip.estimator.kernels.update import update
+from vegrip.grip.confirmed_load import CONFIRM_SIZE, confirm_load
 from vegrip.grip.drive_lag import DRIVE_IS_MEASURED, DRIVE_TOLD, follow_drive
 from vegrip.grip.felt_slip import (
     believed_flag,
@@ -31,6 +32,7 @@ from vegrip.trials.kernels.generated import (
     G_BELIEVED_VAR,
     G_COMMAND,
     G_CONE,
+    G_CONFIRMED,
     G_CONSTANT,
     G_DEAD_BAND,
     G_ELASTIC,
@@ -84,6 +86,7 @@ from vegrip.trials.kernels.generated import (
     REP_RADIUS,
     REP_SOUND,
     SET_S_TANGENTIAL,
+    SET_S_TORQUE,
     SLOT_COUNT,
     Floats,
 )
@@ -209,7 +212,7 @@ def control_finger(
     else:
         least = math.nan
         if h[G_POLICY] == 0.0 and valid:
-            ahead, turn = load_ahead(h, q, i, force, x, y, torque)
+            ahead, turn = load_ahead(m, h, q, i, force, x, y, torque)
             least = needed_force(m, h, i, ahead, turn, margin, at)
         trusted = not math.isnan(least)
     if first:
@@ -257,12 +260,14 @@ def count_sample(h: Floats, i: int, dt: float) -> bool:
 
 
 def load_ahead(
-    h: Floats, q: Floats, i: int, force: float, x: float, y: float, torque: float
+    m: Floats, h: Floats, q: Floats, i: int, force: float, x: float, y: float, torque: float
 ) -> tuple[float, float]:
     """Return the load of finger ``i`` that counts: ahead by the drive's lag where it is known.
 
     Only a finger that touches answers its load, so the filters rest in the air, as they do in the node.
     """
+    at, noise, torque_noise = G_CONFIRMED + CONFIRM_SIZE * i, m[SET_S_TANGENTIAL], m[SET_S_TORQUE]
+    x, y, torque = confirm_load(h, at, x, y, torque, noise, torque_noise)
     if q[DRIVE_TOLD] > 0.0 or q[DRIVE_IS_MEASURED] > 0.5:
         since, h[G_SINCE_LED + i] = min(h[G_SINCE_LED + i], LONGEST_STEP), 0.0
         follow_drive(q, i, since, h[G_COMMAND + i] if h[G_FAULTY + i] < 0.0 else math.nan, force)

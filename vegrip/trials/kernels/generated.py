@@ -17,6 +17,7 @@ from vegrip.estimator.kernels.generated import (
     REP_RADIUS,
     REP_SOUND,
     SET_S_TANGENTIAL,
+    SET_S_TORQUE,
     Floats,
 )
 
@@ -33,6 +34,7 @@ __all__ = [
     "REP_RADIUS",
     "REP_SOUND",
     "SET_S_TANGENTIAL",
+    "SET_S_TORQUE",
     "Floats",
 ]
 
@@ -127,6 +129,7 @@ G_FAIL_HOLD: int
 G_FAIL_RAMP: int
 G_CONSTANT: int
 G_CONE: int
+G_CONFIRMED: int
 G_LONGEST_GAP: int
 G_LEARNS: int
 G_KNOWN: int

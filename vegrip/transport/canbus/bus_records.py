@@ -1,0 +1,216 @@
+"""The state of a bus: records in the same memory for Python and, as structs, for C.
+
+Nodes have slots; ``order`` has the slots of those that are there, in the order in which they joined. Frames
+that wait are a chain of requests from the ``first`` of a node to its ``last``; the first one is also on the
+bus while its node is that of ``current``.
+"""
+
+import mmap
+from ctypes import Structure, c_bool, c_double, c_int64, c_uint8, sizeof
+from typing import Final
+
+from vegrip.clock import NS
+
+NO_EVENT: Final = 1 << 62  # [ns]
+LONG_AGO: Final = -NO_EVENT  # [ns]
+NO_SLOT: Final = -1
+NOBODY: Final = -1  # in place of the number of a node
+
+# flags of a frame, as they travel
+EXTENDED, REMOTE, FD, SWITCH, ERROR_STATE, ERROR = 1, 2, 4, 8, 16, 32
+FRAME_FLAGS: Final = 31
+DATA_SIZES: Final = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)  # bytes by length code
+
+ACTIVE, PASSIVE, OFF = 0, 1, 2  # error states
+NO_ERROR, BIT_ERROR, STUFF_ERROR, ACK_ERROR = 0, 1, 2, 3  # of an attempt
+SENT, FAILED, CHANGED = 1, 2, 3  # events: a frame, an error frame, a node in another error state
+
+SLOTS: Final = 512  # nodes, among them those that have left and whose frames are still to be sent
+REQUESTS: Final = 1 << 16  # frames that may wait, of all nodes
+MOST_FILTERS: Final = 512  # of a node; CAN_RAW_FILTER_MAX of linux/can/raw.h
+STREAM_BITS: Final = 1024  # an FD frame of 64 bytes has 692 at most up to the end of its data
+STATE_WORDS: Final = 624  # of the random generator
+REQUEST_BYTES: Final = 14  # of a request as it travels, and then its data
+DELIVERY_BYTES: Final = 28  # of a numbered delivery, and then its data
+GATHERED_BYTES: Final = 2048  # of deliveries, or requests, in one packet
+PACKET_BYTES: Final = 16 + 8 * MOST_FILTERS  # of the longest packet, which brings filters
+UNSENT: Final = 4096  # packets
+OUTBOX_BYTES: Final = 1 << 21
+
+TRANSMIT_QUEUE: Final = 64  # frames of one member that may wait for the bus; then the member is not read
+OLDEST_REQUEST: Final = NS  # [ns] a frame that claims to have waited for longer has not
+LONGEST_SLEEP: Final = 10_000_000  # [ns] so that those who come or leave are seen on a slow bus too
+GATHERED: Final = 100_000  # [ns] frames that end so soon after another are handed out with it, if more wait
+SLICE: Final = (
+    NS // 20
+)  # [ns] of the bus at a time, when it is behind; else those who come and leave must wait
+
+
+class Frame(Structure):
+    _fields_ = [
+        ("identifier", c_int64),
+        ("flags", c_int64),
+        ("code", c_int64),  # data length code
+        ("data", c_uint8 * 64),
+    ]
+
+
+class Request(Structure):
+    _fields_ = [
+        ("time", c_int64),  # [ns]
+        ("key", c_int64),  # of arbitration; the lower one wins
+        ("next", c_int64),  # request of the same node, or, of those not in use, the next one
+        ("frame", Frame),
+    ]
+
+
+class Stream(Structure):
+    """The bits of a frame on the bus, stuff bits included, up to the end of the CRC (FD: of the data)."""
+
+    _fields_ = [
+        ("count", c_int64),
+        ("run", c_int64),  # how many of the last bits are equal
+        ("slow", c_int64),  # how many bits have the nominal bit rate
+        ("first", c_int64),  # position of the first bit after the arbitration field
+        ("last", c_int64),  # and of the last bit of data (FD: that is followed by six more)
+        ("bits", c_uint8 * STREAM_BITS),
+    ]
+
+
+class Faults(Structure):
+    """Faults of a node, see :class:`~vegrip.transport.canbus.node_faults.NodeFaults`, and its dice."""
+
+    _fields_ = [
+        ("loss", c_double),
+        ("corruption", c_double),
+        ("misreading", c_double),
+        ("flips", c_double),
+        ("delay", c_double),  # [s]
+        ("jitter", c_double),  # [s]
+        ("babble", c_int64),
+        ("drawn", c_int64),  # words
+        ("words", c_int64 * STATE_WORDS),
+    ]
+
+
+class Node(Structure):
+    _fields_ = [
+        ("number", c_int64),
+        ("listens_only", c_bool),
+        ("is_leaving", c_bool),
+        ("has_faults", c_bool),
+        ("state", c_int64),  # as last told
+        ("transmit", c_int64),  # error counter
+        ("receive", c_int64),  # error counter, within 8 bits as the registers of controllers are
+        (
+            "missing",
+            c_int64,
+        ),  # sequences of recessive bits still to be seen before a node that is off comes back
+        ("since", c_int64),  # [ns] a node that is off counts recessive bits from here on
+        ("suspended", c_int64),  # [ns] until when it may not begin a frame
+        ("waiting", c_int64),  # requests, the one on the bus included
+        ("first", c_int64),
+        ("last", c_int64),
+        ("descriptor", c_int64),  # of its connection; -1: events alone tell of it
+        ("hears_itself", c_bool),
+        ("is_behind", c_bool),  # it does not read; what is for it goes to the outbox
+        ("patience", c_int64),  # [ns] for which deliveries may wait for others; negative: none does
+        ("delivery", c_int64),  # number of the next one
+        ("due", c_int64),  # [ns] when what is gathered is to be handed out
+        ("gathered", c_int64),  # bytes
+        ("filters", c_int64),  # how many; without any it hears everything
+        ("faults", Faults),
+        ("gathering", c_uint8 * GATHERED_BYTES),
+        ("pairs", c_int64 * (2 * MOST_FILTERS)),  # identifiers and masks
+    ]
+
+
+class Attempt(Structure):
+    """A frame on the bus; what becomes of it is settled when it begins."""
+
+    _fields_ = [
+        ("slot", c_int64),  # of the node that sends it
+        ("number", c_int64),  # of that node
+        ("start", c_int64),  # [ns]
+        ("end", c_int64),  # [ns] the bus is free again
+        ("error", c_int64),
+        ("found_by", c_int64),  # number of a node
+        ("missed_by", c_int64),  # number of an error-passive node that misread it, alone
+        ("is_lost", c_bool),  # no node receives it
+        ("frame", Frame),
+    ]
+
+
+class Event(Structure):
+    _fields_ = [
+        ("kind", c_int64),  # SENT and FAILED are about the attempt that is ``done``
+        ("time", c_int64),  # [ns]
+        ("busy", c_int64),  # [ns] of the bus by then
+        ("slot", c_int64),  # of the node that changed
+        ("number", c_int64),
+        ("state", c_int64),
+        ("transmit", c_int64),
+        ("receive", c_int64),
+        ("dropped", c_int64),  # frames that waited in a node that is off now
+    ]
+
+
+class Unsent(Structure):
+    _fields_ = [
+        ("slot", c_int64),
+        ("at", c_int64),  # in the outbox
+        ("size", c_int64),
+    ]
+
+
+class Bus(Structure):
+    _fields_ = [
+        ("bitrate", c_int64),  # [bit/s]
+        ("data_bitrate", c_int64),  # [bit/s] of FD frames with bit-rate switch
+        ("busy", c_int64),  # [ns] for how long it has carried frames, good or bad
+        ("free", c_int64),  # [ns] when it is (or was) free
+        ("queued", c_int64),  # requests of all nodes
+        ("attached", c_int64),  # nodes
+        ("acknowledging", c_int64),  # nodes that do
+        ("troubled", c_int64),  # nodes with an error counter that is not zero
+        ("off", c_int64),  # nodes
+        ("faulty", c_int64),  # nodes that suffer faults
+        ("is_hopeless", c_bool),  # a lone error-passive node repeats its frame, and nothing changes by that
+        ("has_suspended", c_bool),
+        ("unused", c_int64),  # first of the requests that were used and are not in use
+        ("never_used", c_int64),  # first of the requests that never were
+        ("current", Attempt),
+        ("done", Attempt),
+        ("asked", Frame),  # that is to be queued
+        ("happened", c_int64),  # events
+        # of the loop
+        ("door", c_int64),  # descriptor on which newcomers are heard
+        ("due", c_int64),  # [ns] when the first of what is gathered is to be handed out
+        ("patience", c_int64),  # [ns] of the next look at the connections
+        ("who", c_int64),  # slot of the member whose packet is for Python
+        ("length", c_int64),  # bytes of that packet
+        ("unsent", c_int64),  # packets for members that do not read
+        ("outbox_bytes", c_int64),
+        ("watched", c_int64 * (SLOTS + 1)),  # descriptors
+        ("ready", c_int64 * (SLOTS + 1)),
+        ("order", c_int64 * SLOTS),
+        ("delivery", c_uint8 * (DELIVERY_BYTES + 64)),
+        ("packet", c_uint8 * PACKET_BYTES),
+        ("events", Event * (SLOTS + 2)),
+        ("stream", Stream),
+        ("nodes", Node * SLOTS),
+        ("requests", Request * REQUESTS),
+        ("packets", Unsent * UNSENT),
+        ("outbox", c_uint8 * OUTBOX_BYTES),
+    ]
+
+
+def new_bus(bitrate: int, data_bitrate: int) -> Bus:
+    """Return a bus without nodes; its memory is taken as it is used."""
+    memory = mmap.mmap(-1, sizeof(Bus), flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    bus = Bus.from_buffer(memory)
+    bus.bitrate, bus.data_bitrate = bitrate, data_bitrate
+    bus.current.slot = bus.unused = NO_SLOT
+    bus.order[:] = range(SLOTS)
+    bus.due = NO_EVENT
+    return bus
