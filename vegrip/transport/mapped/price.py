@@ -25,6 +25,14 @@ USUAL_NOISE: Final = {
 SILENT_AFTER_STATES: Final = 3  # that may be missing before a hand is silent
 HELD_STATES: Final = 4  # in the greatest age of a message from which on its values may be held
 STATE_IT: Final = "or state the load in the map: tangential_force_x = { stated = '1.5 N' }, and y as '0 N'"
+UNPROTECTED: Final = (
+    "messages have no checksum, and a counter only if you map one: a repeated or replayed state is not "
+    "distinguished from a new one"
+)
+UNKNOWN_RATE: Final = (
+    "the rate of states is not stated (rate = ...): silence counts after 50 ms, which a hand below 60 Hz "
+    "does not keep"
+)
 STUCK_STEPS: Final = 3  # of its sensor, within which the force of a tip that is pressed in cannot stay
 SOFT_TIP: Final = 1e3  # [N/m] stiffness of a soft tip
 MIN_SLIP_RATE_HZ: Final = 100.0  # [Hz] below which a slip is over before it is seen
@@ -159,8 +167,7 @@ def _finger(plan: Plan, finger: FingerPlan) -> list[str]:
 
 def _messages(plan: Plan) -> list[str]:
     if plan.hand.format:
-        said = "messages have no checksum, and a counter only if you map one: a repeated or replayed state "
-        return [said + "is not distinguished from a new one"]
+        return [UNPROTECTED]
     asked = [name for name in plan.messages if plan.database.messages[name].asked]
     specs = {name: plan.protection.get(name, MessageMap()) for name in plan.messages}
     bare = [name for name, spec in specs.items() if not spec.counter]
@@ -186,8 +193,7 @@ def _messages(plan: Plan) -> list[str]:
 def _rate(plan: Plan) -> list[str]:
     rate = plan.hand.rate
     if not rate:
-        said = "the rate of states is not stated (rate = ...): silence counts after 50 ms, which a hand "
-        return [said + "below 60 Hz does not keep"]
+        return [UNKNOWN_RATE]
     if rate >= MIN_SLIP_RATE_HZ:
         return []
     late = 1e3 / rate
