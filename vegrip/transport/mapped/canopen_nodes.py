@@ -21,7 +21,7 @@ from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
-from vegrip.transport.mapped.plan import LONG_AGO
+from vegrip.transport.mapped.plan import NOT_YET
 
 PDOS: Final = {
     "TPDO": (0x1800, 0x1A00, (0x180, 0x280, 0x380, 0x480)),
@@ -226,7 +226,7 @@ class _Poll:
     node: int
     objects: tuple[bytes, ...]
     turn: int = 0
-    asked: int = LONG_AGO  # [ns] when last
+    asked: int = NOT_YET  # [ns] when last
     waits: bool = False
 
     def next(self) -> Frame:

@@ -15,7 +15,7 @@ from typing import Any, Generic, TypeVar
 from vegrip.clock import NS
 from vegrip.errors import ConfigError
 from vegrip.messages import ForceCommand
-from vegrip.transport.mapped.plan import LONG_AGO, Plan
+from vegrip.transport.mapped.plan import NOT_YET, Plan
 from vegrip.transport.mapped.schema import CommandMap
 from vegrip.transport.mapped.units import conversion, product, quantity
 
@@ -100,7 +100,7 @@ class Outgoing:
 
     targets: list[Any]  # of Target
     count: int = 0
-    last: int = LONG_AGO  # [ns] when it was last sent
+    last: int = NOT_YET  # [ns] when it was last sent
 
 
 class Commands(ABC, Generic[Packed]):

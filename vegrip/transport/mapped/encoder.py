@@ -12,7 +12,7 @@ from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.checksums import Protection, protection
 from vegrip.transport.mapped.commands import Commands, Outgoing, StateOf, Target, law_of
 from vegrip.transport.mapped.database import ForeignMessage, Signal
-from vegrip.transport.mapped.plan import LONG_AGO, Plan, find_signal
+from vegrip.transport.mapped.plan import NOT_YET, Plan, find_signal
 from vegrip.transport.mapped.schema import CommandMap, frames_in
 
 _FLOATS: Final = {16: "<e", 32: "<f", 64: "<d"}
@@ -43,7 +43,7 @@ class CommandEncoder(Commands[Frame]):
         sending, where = plan.hand.sending, f"{plan.hand.path} [command]"
         self.opening = (*plan.database.opening, *frames_in(sending.opening, f"{where} opening"))
         self._request = [Frame(*frame) for frame in frames_in(sending.request, f"{where} request")]
-        self._requested = LONG_AGO  # [ns] when last
+        self._requested = NOT_YET  # [ns] when last
 
     @property
     def unset(self) -> dict[str, list[str]]:

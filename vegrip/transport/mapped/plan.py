@@ -25,7 +25,7 @@ from vegrip.transport.mapped.schema import (
 from vegrip.transport.mapped.units import SI, conversion, in_si, product, quantity
 
 UNITY: Final = 1e-12
-LONG_AGO: Final = -(1 << 62)  # [ns] before all that comes or is sent
+NOT_YET: Final = -(1 << 62)  # [ns] before all that comes or is sent
 
 
 @dataclass(frozen=True, slots=True)

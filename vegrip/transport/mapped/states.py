@@ -8,7 +8,7 @@ from vegrip.clock import NS
 from vegrip.messages import FingertipState
 from vegrip.transport.codec.sequence import Sequence as Counted
 from vegrip.transport.mapped.compiled import Build, Slots, compile_builder
-from vegrip.transport.mapped.plan import LONG_AGO, FingerPlan, Plan, Slot
+from vegrip.transport.mapped.plan import NOT_YET, FingerPlan, Plan, Slot
 
 
 class FingerStates:
@@ -83,7 +83,7 @@ class ForeignHand:
         self.broken: Counter[str] = Counter()
         self.clipped: Counter[str] = Counter()
         self._slots: list[float] = [math.nan] * len(plan.slots)
-        self._heard = [LONG_AGO] * (max(groups, default=-1) + 1)
+        self._heard = [NOT_YET] * (max(groups, default=-1) + 1)
         self._states = {finger.name: FingerStates(finger, plan.slots, groups) for finger in plan.fingers}
         self._sequences: list[Counted] = []
 
