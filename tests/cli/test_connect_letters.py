@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from vegrip.cli import main
-from vegrip.transport.mapped.dbc import read_dbc
+from vegrip.transport.mapped.database import read_dbc
 from vegrip.transport.mapped.guess import all_signals
 
 STATE = """BO_ {identifier} {f}_State: 12 Hand

@@ -9,6 +9,8 @@ import pytest
 
 from vegrip.errors import UsageError
 from vegrip.identification.samples import SAMPLES
+from vegrip.web import job_page
+from vegrip.web.calibrate.controller import Calibrator
 from vegrip.web.check.controller import Controller
 from vegrip.web.check.session import Rung
 
@@ -85,3 +87,22 @@ def test_an_effect_is_not_added_twice_and_no_other_model_is_looked_at_than_there
     for place in (-1, 2):
         with pytest.raises(UsageError, match="no such model"):
             controller.look_at(place)
+
+
+class NoJob:
+    def __init__(self, *_: object) -> None: ...
+    def stop(self) -> None: ...
+    def wait(self) -> None: ...
+
+
+def test_a_page_is_drawn_again_once_its_command_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Drawn(Calibrator):
+        def _changed(self) -> None:
+            super()._changed()
+            busy.append(self.job is not None)
+
+    busy: list[bool] = []
+    monkeypatch.setattr(job_page, "Job", NoJob)
+    with closing(Drawn(tmp_path)) as page:
+        page.begin("9 mm")
+    assert busy[-1]

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from vegrip.errors import InputError, UsageError
-from vegrip.web.check.render import body, progress, verdict
+from vegrip.web.check.render import body, verdict
 from vegrip.web.check.session import CHECK_FILE, Rung, Session, load, save
+from vegrip.web.job_page import progress
 
 
 @pytest.fixture

@@ -9,7 +9,8 @@ import pytest
 from vegrip.cli import main
 from vegrip.identification.samples import SAMPLES
 from vegrip.web.check.session import CHECK_FILE
-from vegrip.web.report.document import document, listed, table
+from vegrip.web.markup import listed, table
+from vegrip.web.report.document import document
 
 pytestmark = pytest.mark.slow
 

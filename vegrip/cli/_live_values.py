@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vegrip.transport.mapped.now import Now
+    from vegrip.transport.mapped.traffic import Now
 
 PERIOD_S = 0.1  # [s] between two pictures
 

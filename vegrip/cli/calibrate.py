@@ -391,10 +391,10 @@ def _serve(
     *,
     opens: bool,
 ) -> None:
-    from vegrip.web.need import require_web
+    from vegrip.web import require_web
 
     require_web()
-    from vegrip.web.calibrate.run import run
+    from vegrip.web.calibrate.page import run
 
     if radius or (folder / "calibration.json").is_file():
         _opened(folder, radius, limits, own, None)  # what cannot be is refused before a page opens

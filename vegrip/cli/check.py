@@ -45,11 +45,11 @@ def check(
 
     Example: vegrip sample press && vegrip check press
     """
-    from vegrip.web.need import require_web
+    from vegrip.web import require_web
 
     require_web()
     from vegrip.identification.recording import read_recording
-    from vegrip.web.check.run import run
+    from vegrip.web.check.page import run
 
     if node:
         recording, model = _recorded(node, recording or Path("live"), finger, seconds, model)

@@ -19,11 +19,10 @@ from vegrip.whole_file import write_whole
 if TYPE_CHECKING:
     from vegrip.transport.mapped.database import Database
     from vegrip.transport.mapped.drafts import Setting
-    from vegrip.transport.mapped.now import Now
     from vegrip.transport.mapped.plan import Plan
     from vegrip.transport.mapped.proposal import Proposal
     from vegrip.transport.mapped.questions import Findings, Window
-    from vegrip.transport.mapped.traffic_log import Traffic
+    from vegrip.transport.mapped.traffic import Now, Traffic
 
 DATABASE = Annotated[
     Path, typer.Argument(help="Their .dbc, .kcd, .sym, .arxml or .eds; or a map, to check it.")
@@ -91,9 +90,8 @@ def connect(
     hand --check
     """
     from vegrip.transport.mapped.drafts import for_each_finger
-    from vegrip.transport.mapped.now import MappedNow, SignalsNow
     from vegrip.transport.mapped.open import open_plan
-    from vegrip.transport.mapped.traffic_log import traces
+    from vegrip.transport.mapped.traffic import MappedNow, SignalsNow, traces
 
     said = [_setting(each) for each in settings or []]
     _refuse(database, output, log, force=force)
@@ -199,8 +197,8 @@ def _transport(channel: str, interface: str, bitrate: int, *, fd: bool) -> dict[
 
 
 def _database(path: Path, nodes: dict[str, int]) -> Any:
-    from vegrip.transport.mapped.dbc import read_dbc
-    from vegrip.transport.mapped.eds import read_eds
+    from vegrip.transport.mapped.canopen_nodes import read_eds
+    from vegrip.transport.mapped.database import read_dbc
 
     return read_eds(path, nodes) if path.suffix.lower() == ".eds" else read_dbc(path)
 
@@ -216,7 +214,7 @@ def _traffic(
     shows: bool,
 ) -> "Traffic | None":
     from vegrip.identification.recording.can_log import frames_of
-    from vegrip.transport.mapped.traffic_log import traffic_of
+    from vegrip.transport.mapped.traffic import traffic_of
 
     if log is not None:
         return traffic_of(frames_of(log, extended=True))
@@ -239,7 +237,7 @@ def _listen(
     from vegrip.clock import NS
     from vegrip.config import build
     from vegrip.transport.can_port import open_port
-    from vegrip.transport.mapped.traffic_log import Traffic
+    from vegrip.transport.mapped.traffic import Traffic
     from vegrip.transport.open import CanSettings, open_bus
 
     from collections import Counter  # isort: skip
@@ -255,7 +253,7 @@ def _listen(
                 if frame is not None:
                     traffic.add(frame)
                     if now is not None:
-                        now.take(frame)
+                        now.update(frame)
                 show()
 
     try:
@@ -284,9 +282,8 @@ def _proposed(
     windows: "dict[str, Window]",
     said: "list[Setting]",
 ) -> "tuple[Proposal, Findings | None]":
-    from vegrip.transport.mapped.proposal import propose
+    from vegrip.transport.mapped.proposal import leave_out_unknown_units, name_unused, propose
     from vegrip.transport.mapped.questions import learn
-    from vegrip.transport.mapped.unknown_units import leave_out_unknown_units, name_unused
 
     proposal = propose(known, heard, traffic, names, nodes, said)
     folder = (output or Path("hand.toml")).absolute().parent
@@ -304,7 +301,7 @@ def _learns_friction(
     from dataclasses import replace
 
     from vegrip.identification.slip_channel import slides_of, slip_channel
-    from vegrip.transport.mapped.values import values_of
+    from vegrip.transport.mapped.traffic import values_of
 
     if not any("slip" in finger.measured for finger in plan.fingers):
         return False
@@ -371,7 +368,7 @@ def _tell(
 ) -> None:
     from vegrip.cli._tables import complain
     from vegrip.transport.mapped.price import price
-    from vegrip.transport.mapped.values import values_of
+    from vegrip.transport.mapped.traffic import values_of
 
     values = values_of(plan, traffic) if traffic is not None else None
     if values is not None and not values.states:

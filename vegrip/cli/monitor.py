@@ -65,10 +65,10 @@ def monitor(
 
 
 def _serve(port: int, *, opens: bool) -> None:
-    from vegrip.web.need import require_web
+    from vegrip.web import require_web
 
     require_web()
-    from vegrip.web.live.run import run
+    from vegrip.web.live.stream import run
 
     def announce(address: str) -> None:
         print(f"live page: {address}  (Ctrl-C ends)", flush=True)  # noqa: T201

@@ -13,7 +13,7 @@ from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.canopen_nodes import CanopenNodes
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.endpoint import MappedCanEndpoint
+from vegrip.transport.mapped.endpoints import MappedCanEndpoint
 from vegrip.transport.mapped.open import open_plan
 from vegrip.transport.mapped.price import price
 
@@ -77,10 +77,10 @@ def test_one_request_of_a_node_is_on_its_way_at_a_time_and_one_without_answer_is
         (0x621, "40002001"),
     ]
     assert nodes.due(10 * MS) == []
-    assert nodes.take(frame(0x5A0, 0x4F, 0, 0x20, 1, 7, 0, 0, 0))
+    assert nodes.receive(frame(0x5A0, 0x4F, 0, 0x20, 1, 7, 0, 0, 0))
     (second,) = nodes.due(11 * MS)
     assert second.data[:4].hex() == "40012000"
-    assert nodes.take(frame(0x5A0, 0x80, 1, 0x20, 0, 0, 0, 2, 6))
+    assert nodes.receive(frame(0x5A0, 0x80, 1, 0x20, 0, 0, 0, 2, 6))
     assert rejected["sdo_abort"] == 1
     assert [one.arbitration_id for one in nodes.due(51 * MS)] == [0x620, 0x621]
     assert rejected["sdo_timeout"] == 1

@@ -132,6 +132,14 @@ def test_the_last_command_is_repeated_at_the_rate_and_never_becomes_zero(hand):
     assert hand.encoder.held == 46  # after 100 ms its time is over
 
 
+def test_only_what_is_sent_counts_as_a_held_command(tmp_path):
+    text = PLAIN_MAP + 'kind = "increment"\n'
+    hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, text)))
+    assert hand.encode(command(4.0, stamp=0)) == []  # to which force it adds is not known
+    assert hand.encoder.due(200 * MS) == []
+    assert hand.encoder.held == 0
+
+
 def test_a_hand_that_holds_by_itself_is_sent_nothing_after_the_lifetime(tmp_path):
     text = PLAIN_MAP + '\n[command]\nsilence = "holds"\n'
     hand = MappedCodec(open_plan(written(tmp_path, PLAIN_DBC, text)))

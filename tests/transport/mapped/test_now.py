@@ -6,9 +6,9 @@ import pytest
 from hands import PLAIN_DBC, PLAIN_MAP, load, written
 
 from vegrip.transport.codec import Frame
-from vegrip.transport.mapped.dbc import read_dbc
-from vegrip.transport.mapped.now import MappedNow, SignalsNow
+from vegrip.transport.mapped.database import read_dbc
 from vegrip.transport.mapped.open import open_plan
+from vegrip.transport.mapped.traffic import MappedNow, SignalsNow
 
 MAP = PLAIN_MAP.replace('checksum = { kind = "crc8"', '# { kind = "crc8"')
 
@@ -26,10 +26,10 @@ def test_signals_that_may_be_a_fingertip_s_are_shown_in_their_units(tmp_path):
     written(tmp_path, PLAIN_DBC, MAP)
     now = SignalsNow(read_dbc(tmp_path / "plain.dbc"))
     assert all(math.isnan(value) for _, _, value, _ in now.rows())
-    now.take(tip(-2.5))
-    now.take(frame("Pos1", 272, Depth=1.25, Tz=0.0, Slip=0))
-    now.take(Frame(256, b"\x01", False, 2))  # too short
-    now.take(Frame(999, bytes(8), False, 2))
+    now.update(tip(-2.5))
+    now.update(frame("Pos1", 272, Depth=1.25, Tz=0.0, Slip=0))
+    now.update(Frame(256, b"\x01", False, 2))  # too short
+    now.update(Frame(999, bytes(8), False, 2))
     shown = {f"{source}.{name}": (value, unit) for source, name, value, unit in now.rows()}
     assert shown["Tip1.Fz"] == (pytest.approx(-2.5), "N")
     assert shown["Pos1.Depth"] == (pytest.approx(1.25), "mm")
@@ -38,8 +38,8 @@ def test_signals_that_may_be_a_fingertip_s_are_shown_in_their_units(tmp_path):
 
 def test_channels_of_a_map_are_shown_in_si(tmp_path):
     now = MappedNow(open_plan(written(tmp_path, PLAIN_DBC, MAP)))
-    now.take(frame("Pos1", 272, Depth=1.25, Tz=0.001, Slip=0))
-    now.take(tip(2.5))
+    now.update(frame("Pos1", 272, Depth=1.25, Tz=0.001, Slip=0))
+    now.update(tip(2.5))
     shown = {name: (value, unit) for _, name, value, unit in now.rows()}
     assert shown["normal_force"] == (pytest.approx(2.5), "N")
     assert shown["displacement"] == (pytest.approx(1.25e-3), "m")

@@ -12,7 +12,7 @@ from vegrip.clock import NS
 from vegrip.messages import ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.endpoint import MappedCanEndpoint
+from vegrip.transport.mapped.endpoints import MappedCanEndpoint
 from vegrip.transport.mapped.open import open_plan
 from vegrip.transport.mapped.price import price
 

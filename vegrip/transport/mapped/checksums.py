@@ -1,6 +1,7 @@
 """The checksums that hands put into their frames: sums, XOR, CRCs by polynomial, profiles of AUTOSAR E2E."""
 
 import binascii
+import importlib
 import zlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -13,7 +14,9 @@ from vegrip.errors import ConfigError
 from vegrip.transport.mapped.database import ForeignMessage, Signal
 
 WIDTHS: Final = {"crc8": 8, "crc16": 16, "crc32": 32}
-PROFILES: Final = ("p01", "p02", "p04", "p05", "p06", "p07", "p11")
+PROFILES: Final = {"p01": 2, "p02": 2, "p04": 12, "p05": 3, "p06": 5, "p07": 20, "p11": 2}
+"""Profiles of AUTOSAR E2E -> the least length of a message [bytes]."""
+
 CHECKSUM_KINDS: Final = ("none", "sum", "xor", *WIDTHS, *PROFILES)
 
 
@@ -38,7 +41,7 @@ class ChecksumMap:
 
 @dataclass(frozen=True, slots=True)
 class Protection:
-    """How to check a frame, and how to protect one; a counter already stands in the data."""
+    """Check and protection of a frame; a counter already stands in the data."""
 
     check: Callable[[bytes], bool]
     protect: Callable[[bytearray], None]
@@ -203,9 +206,7 @@ def _runs(numbers: list[int]) -> list[slice]:
 
 
 def _profile(spec: ChecksumMap, message: ForeignMessage, where: str) -> Protection:
-    from e2e import p01, p02, p04, p05, p06, p07, p11  # noqa: PLC0415 (only where a hand has them)
-
-    least = {"p01": 2, "p02": 2, "p04": 12, "p05": 3, "p06": 5, "p07": 20, "p11": 2}[spec.kind]
+    least = PROFILES[spec.kind]
     wanted = 16 if spec.kind == "p02" else 1
     if len(spec.data_id) != wanted:
         given = f"{len(spec.data_id)} numbers"
@@ -218,17 +219,11 @@ def _profile(spec: ChecksumMap, message: ForeignMessage, where: str) -> Protecti
             f"{where}: {message.name} has {message.length} bytes; profile {spec.kind.upper()} "
             f"takes at least {least}"
         )
-    module: Any = {"p01": p01, "p02": p02, "p04": p04, "p05": p05, "p06": p06, "p07": p07, "p11": p11}[
-        spec.kind
-    ]
+    module: Any = importlib.import_module(f"e2e.{spec.kind}")
     identity: Any = bytes(number & 0xFF for number in spec.data_id) if spec.kind == "p02" else spec.data_id[0]
     check = getattr(module, f"e2e_{spec.kind}_check")
     protect = getattr(module, f"e2e_{spec.kind}_protect")
-
-    def checked(data: bytes) -> bool:
-        return bool(check(bytearray(data), identity))
-
-    def protected(data: bytearray) -> None:
-        protect(data, identity, increment_counter=False)
-
-    return Protection(checked, protected)
+    return Protection(
+        lambda data: bool(check(bytearray(data), identity)),
+        lambda data: protect(data, identity, increment_counter=False),
+    )

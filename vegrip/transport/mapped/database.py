@@ -1,8 +1,13 @@
-"""Messages and signals of a foreign hand, whatever kind of file declares them."""
+"""Messages and signals of a foreign hand, and their declaration in a DBC, KCD, SYM or ARXML file."""
 
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
 
+from vegrip.errors import ConfigError
 from vegrip.transport.codec.frame import EXTENDED
 
 __all__ = ["EXTENDED", "Database", "ForeignMessage", "Signal"]
@@ -69,3 +74,71 @@ class Database:
     messages: Mapping[str, ForeignMessage]
     opening: tuple[tuple[int, bytes], ...] = ()  # frames to send once, before anything comes
     descriptors: bytes = b""  # of protobuf
+
+
+MAX_DATABASE_BYTES: Final = 4 * 2**20  # [bytes] of a file
+MOST_SIGNALS: Final = 20_000  # a hand has some hundreds; cantools reads six thousand a second
+DECLARED: Final = re.compile(rb"\bSG_\s+\w+\s*(?:[mM]\w*\s*)?:|<Signal\s|<I-SIGNAL[\s>]|\b(?:Sig|Var)=")
+"""What declares a signal in a DBC, KCD, ARXML or SYM file."""
+
+
+def read_dbc(path: Path) -> Database:
+    """Read what cantools reads.
+
+    Raises:
+        ConfigError: no such file, or none that cantools understands.
+
+    """
+    import cantools.database  # noqa: PLC0415 (half a second, only where there is a map)
+
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_DATABASE_BYTES + 1)
+        for limit, is_beyond in (
+            (f"{MAX_DATABASE_BYTES >> 20} MiB", len(content) > MAX_DATABASE_BYTES),
+            (f"{MOST_SIGNALS} signals", sum(1 for _ in DECLARED.finditer(content)) > MOST_SIGNALS),
+        ):
+            if is_beyond:
+                raise ConfigError(f"{path}: has more than {limit}; give the part of it that is the hand")
+        database: Any = cantools.database.load_file(path, strict=True)
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: there is no such file; 'database' is relative to the map") from None
+    except ConfigError:
+        raise
+    except Exception as error:  # noqa: BLE001 (each parser has errors of its own)
+        raise ConfigError(f"{path}: cannot be read as a CAN database ({_first_line(error)})") from None
+    messages = getattr(database, "messages", None)
+    if not messages or not hasattr(messages[0], "frame_id"):
+        raise ConfigError(f"{path}: declares no CAN message")
+    found = [_message(message) for message in messages if message.length]
+    return Database(path.name, {message.name: message for message in found})
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().partition("\n")[0][:200] or type(error).__name__
+
+
+def _message(message: Any) -> ForeignMessage:
+    identifier = message.frame_id | (EXTENDED if message.is_extended_frame else 0)
+    fd = bool(message.is_fd) or message.length > 8
+    signals = {signal.name: _signal(signal) for signal in message.signals}
+    return ForeignMessage(message.name, identifier, message.length, fd, signals)
+
+
+def _signal(signal: Any) -> Signal:
+    return Signal(
+        name=signal.name,
+        start=signal.start,
+        length=signal.length,
+        is_big_endian=signal.byte_order == "big_endian",
+        is_signed=bool(signal.is_signed),
+        is_float=bool(signal.is_float),
+        scale=float(signal.scale),
+        offset=float(signal.offset),
+        unit=signal.unit or "",
+        low=math.nan if signal.minimum is None else float(signal.minimum),
+        high=math.nan if signal.maximum is None else float(signal.maximum),
+        choices={int(raw): str(word) for raw, word in (signal.choices or {}).items()},
+        selected_by=signal.multiplexer_signal or "" if signal.multiplexer_ids else "",
+        selectors=tuple(signal.multiplexer_ids or ()),
+    )

@@ -12,7 +12,7 @@ from vegrip.transport.mapped.units import SI, conversion, product, quantity
 Setting = tuple[list[str], Any]
 """A key of the map, as its tables and its name, and its value."""
 
-SAID: Final = "said by --set"
+BY_USER: Final = "said by --set"
 EVERY: Final = "*"
 """In the place of a finger's name: all fingers."""
 
@@ -34,17 +34,17 @@ class Draft:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All signals."""
+        """The names of all its signals."""
         several = tuple(str(name) for name in self.keys.get("signals", ()))
         return expanded(several) if several else (self.signal,) if self.signal else ()
 
-    def is_said(self, key: str) -> bool:
+    def is_set_by_user(self, key: str) -> bool:
         """Whether the user gave this key."""
-        return self.notes.get(key) == SAID
+        return self.notes.get(key) == BY_USER
 
-    def put(self, key: str, value: Any) -> None:
-        """Take a key from the user; it stands against all that is found out."""
-        self.keys[key], self.notes[key] = value, SAID
+    def set(self, key: str, value: Any, why: str = BY_USER) -> None:
+        """Set a key with its reason; a key that the user set is not changed by what the traffic shows."""
+        self.keys[key], self.notes[key] = value, why
 
 
 @dataclass(slots=True)
@@ -79,13 +79,13 @@ def _has(finger: FingerDraft, table: str) -> bool:
     return draft is not None
 
 
-def say(fingers: dict[str, FingerDraft], settings: Sequence[Setting]) -> None:
-    """Put what the user says of channels and commands into the drafts of ``fingers``, one after the other."""
+def apply_settings(fingers: dict[str, FingerDraft], settings: Sequence[Setting]) -> None:
+    """Set the keys of channels and commands that the user gives in the drafts of ``fingers``, in order."""
     for setting in settings:
-        _say(fingers, for_each_finger([setting], fingers))
+        _apply(fingers, for_each_finger([setting], fingers))
 
 
-def _say(fingers: dict[str, FingerDraft], settings: Sequence[Setting]) -> None:
+def _apply(fingers: dict[str, FingerDraft], settings: Sequence[Setting]) -> None:
     for path, value in settings:
         if len(path) < 3 or path[0] != "fingers" or path[2] not in (*MAPPED_CHANNELS, "command"):
             continue
@@ -109,7 +109,7 @@ def _replace(finger: FingerDraft, table: str, draft: Draft, key: str, value: Any
             _free(finger, str(value), draft)
         draft.keys.clear()  # the unit was that of the other signal
         draft.notes.clear()
-    draft.put(key, value)
+    draft.set(key, value)
 
 
 def _free(finger: FingerDraft, signal: str, draft: Draft) -> None:

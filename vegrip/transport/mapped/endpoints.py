@@ -1,18 +1,176 @@
-"""Open the hand that a map describes, on CAN or on ZeroMQ."""
+"""Endpoints of foreign hands, on a CAN bus and on ZeroMQ, opened as their maps say."""
 
+import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
+import can
+import zmq
+
+from vegrip.clock import NS
 from vegrip.errors import ConfigError
+from vegrip.messages import FingertipState, Message
+from vegrip.transport.can_endpoint import MOST_FRAMES, CanEndpoint, Open
+from vegrip.transport.canbus.frame_time import BitTiming
+from vegrip.transport.codec import Frame
+from vegrip.transport.codec.frame import EXTENDED
 from vegrip.transport.curve import Keys
 from vegrip.transport.endpoint import Endpoint
 from vegrip.transport.mapped.codec import MappedCodec
-from vegrip.transport.mapped.endpoint import MappedCanEndpoint
 from vegrip.transport.mapped.open import open_plan
-from vegrip.transport.mapped.price import settings
+from vegrip.transport.mapped.price import price, settings
 from vegrip.transport.mapped.topics import TopicCodec
-from vegrip.transport.mapped.zmq import MappedZmqEndpoint
 from vegrip.transport.open import CanSettings, Hand, ZmqSettings, open_bus
+from vegrip.transport.zmq_endpoint import MOST_MESSAGES, ZmqEndpoint
+
+MASKS: Final = {False: 0x7FF, True: 0x1FFFFFFF}
+NO_TRAFFIC_NS: Final = 2 * NS
+"""[ns] after opening without one message of the map: the wrong bus, rate or database."""
+
+
+class MappedCanEndpoint(CanEndpoint):
+    """Frames of a foreign hand in and out.
+
+    Besides the names of :class:`~vegrip.transport.can_endpoint.CanEndpoint` and of the codec, ``rejected``
+    has ``no_traffic`` (nothing of the map has ever come), ``foreign`` (frames that the map does not read,
+    told only with it) and ``command_held`` (frames that repeated a command whose lifetime was over).
+    """
+
+    def __init__(
+        self, bus: can.BusABC, codec: MappedCodec, reopen: Open | None = None, timing: BitTiming | None = None
+    ) -> None:
+        super().__init__(bus, codec, reopen, timing, extended=True)
+        self._mapped = codec
+        self._opened = time.monotonic_ns()
+        self._was_heard = False
+        for identifier, data in codec.encoder.opening:
+            self.send_frame(Frame(identifier, data))
+
+    @property
+    def sentences(self) -> Sequence[str]:
+        """What the owner of the hand must know before it grips."""
+        return price(self._mapped.plan)
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """What went wrong so far, by name."""
+        found = _faults(super().rejected, self._mapped, None if self._was_heard else self._opened)
+        return found | {"foreign": self._mapped.foreign} if "no_traffic" in found else found
+
+    def receive(self, timeout: float) -> Sequence[Message]:
+        """Wait up to ``timeout`` [s] for a state, then take what is there; repeat commands that are due."""
+        deadline = time.monotonic() + timeout
+        messages: list[FingertipState] = []
+        arrivals: list[int] = []
+        self._repeat()
+        for _ in range(MOST_FRAMES):
+            frame = self.next_frame(0.0 if messages else max(deadline - time.monotonic(), 0.0))
+            if frame is None:
+                break
+            states = self._mapped.decode_all(frame)
+            messages += states
+            arrivals += [frame.stamp] * len(states)
+        self._repeat()
+        if messages and not self._was_heard:
+            self._was_heard = True
+            self._bring_only_its_own()
+        self.arrivals = arrivals
+        return messages
+
+    def _repeat(self) -> None:
+        for frame in self._mapped.due(time.monotonic_ns()):
+            self.send_frame(frame)
+
+    def _bring_only_its_own(self) -> None:
+        """Filter the frames of others out in the controller; only once this is known to be the right bus."""
+        self._filters = [
+            {
+                "can_id": one & ~EXTENDED,
+                "can_mask": MASKS[bool(one & EXTENDED)],
+                "extended": bool(one & EXTENDED),
+            }
+            for one in sorted(self._mapped.identifiers)
+        ]
+        self._filter()
+
+
+ALONE = "-"
+"""The topic, in a map, of messages that have none."""
+
+
+class MappedZmqEndpoint(ZmqEndpoint):
+    """JSON or msgpack of another shape, in and out.
+
+    Besides the names of :class:`~vegrip.transport.zmq_endpoint.ZmqEndpoint` and of the codec ``rejected`` has
+    ``no_traffic`` and ``command_held``.
+    """
+
+    def __init__(
+        self, publish: str, subscribe: Sequence[str], codec: TopicCodec, keys: Keys | None = None
+    ) -> None:
+        self._mapped = codec
+        self._opened = time.monotonic_ns()
+        self._was_heard = False
+        super().__init__(publish, subscribe, codec, keys)  # type: ignore[arg-type]
+
+    @property
+    def sentences(self) -> Sequence[str]:
+        """What the owner of the hand must know before it grips."""
+        return price(self._mapped.plan)
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """What went wrong so far, by name."""
+        return _faults(super().rejected, self._mapped, None if self._was_heard else self._opened)
+
+    def receive(self, timeout: float) -> Sequence[Message]:
+        """Wait up to ``timeout`` [s] for a state, then take what is there; repeat commands that are due."""
+        for topic, payload in self._mapped.due(time.monotonic_ns()):
+            self._publish(topic, payload)
+        messages = super().receive(timeout)
+        self._was_heard = self._was_heard or bool(messages)
+        return messages
+
+    def _drain(self, messages: list[Message]) -> bool:
+        is_dry = True
+        for subscription in self._subscriptions:
+            for _ in range(MOST_MESSAGES // len(self._subscriptions) or 1):
+                parts = subscription.take()
+                if parts is None:
+                    break
+                if len(parts) > 2:
+                    self._faults["parts"] += 1
+                    continue
+                topic = parts[0].decode("utf-8", "replace") if len(parts) == 2 else ALONE
+                messages += self._mapped.decode_all(topic, parts[-1], time.monotonic_ns())
+            else:
+                is_dry = False
+        return is_dry
+
+    def _publish(self, topic: str, payload: bytes) -> None:
+        parts = [payload] if topic == ALONE else [topic.encode(), payload]
+        try:
+            self._publisher.send_multipart(parts, zmq.DONTWAIT)
+        except zmq.ZMQError:
+            self._faults["unsent"] += 1
+
+    def topic_line(self, finger: str) -> None:
+        """Return None: what comes through a map goes by messages."""
+
+    def send(self, message: Message) -> None:
+        """Publish a command; other messages are not for a foreign hand."""
+        encoded = self._mapped.encode(message)
+        if encoded is not None:
+            self._publish(*encoded)
+
+
+def _faults(
+    rejected: Mapping[str, int], codec: MappedCodec | TopicCodec, silent_since: int | None
+) -> dict[str, int]:
+    is_silent = silent_since is not None and time.monotonic_ns() - silent_since > NO_TRAFFIC_NS
+    found = {**rejected, "no_traffic": int(is_silent), "command_held": codec.encoder.held}
+    return {name: count for name, count in found.items() if count}
 
 
 def open_mapped_can(table: CanSettings, hand: Hand) -> Endpoint:

@@ -4,8 +4,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from vegrip.errors import ConfigError
-from vegrip.transport.mapped.database import Database
-from vegrip.transport.mapped.dbc import read_dbc
+from vegrip.transport.mapped.database import Database, read_dbc
 from vegrip.transport.mapped.plan import Plan, make_plan
 from vegrip.transport.mapped.schema import HandMap, read_map
 
@@ -22,7 +21,7 @@ def read_database(hand: HandMap) -> Database:
     if hand.format:
         return _descriptors(hand.database)
     if hand.database.suffix.lower() == ".eds":
-        from vegrip.transport.mapped.eds import read_eds  # noqa: PLC0415 (a CANopen hand only)
+        from vegrip.transport.mapped.canopen_nodes import read_eds  # noqa: PLC0415 (a CANopen hand only)
 
         return read_eds(hand.database, hand.nodes)
     if hand.nodes:
@@ -31,7 +30,6 @@ def read_database(hand: HandMap) -> Database:
 
 
 def _descriptors(path: Path) -> Database:
-    """Read the descriptor set of protobuf messages; who reads it further is the codec."""
     if find_spec("google") is None or find_spec("google.protobuf") is None:
         raise ConfigError(f"{path}: protobuf needs its library; pip install 'vegrip[protobuf]'")
     try:

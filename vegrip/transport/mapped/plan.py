@@ -25,6 +25,7 @@ from vegrip.transport.mapped.schema import (
 from vegrip.transport.mapped.units import SI, conversion, in_si, product, quantity
 
 UNITY: Final = 1e-12
+NOT_YET: Final = -(1 << 62)  # [ns] before all that comes or is sent
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,26 +270,26 @@ class _Maker:
         if not given:
             slot = self.slots[(main.slots or tuple(own))[0]]
             return slot.message, main.slots or tuple(own)
-        message, dot, signal = given.partition(".")
-        if not self._hand.format and message in self._database.messages:
-            of_it = tuple(number for number in own if self.slots[number].message == message)
+        message, dot, signal = given, "", ""
+        is_framed = not self._hand.format and given.partition(".")[0] in self._database.messages
+        if is_framed:
+            message, dot, signal = given.partition(".")
             if dot:
                 find_signal(self._database, given, where)
-                of_it = tuple(number for number in of_it if self.slots[number].signal == signal)
-            if not of_it:
-                raise ConfigError(
-                    f"{where}: the trigger {given} carries no channel of this finger; take the "
-                    "last message of its cycle"
-                )
-            return message, of_it if dot else ()
-        of_it = tuple(number for number in own if self.slots[number].message == given)
+        of_it = [number for number in own if self.slots[number].message == message]
+        of_it = [number for number in of_it if not dot or self.slots[number].signal == signal]
+        if not of_it and is_framed:
+            raise ConfigError(
+                f"{where}: the trigger {given} carries no channel of this finger; take the "
+                "last message of its cycle"
+            )
         if not of_it:
             known = dict.fromkeys(self.slots[number].message for number in own)
             raise ConfigError(
                 f"{where}: the trigger {given!r} is no message of this finger; "
                 f"{suggestion(given, known, 'it has')}"
             )
-        return given, ()
+        return message, tuple(of_it) if dot else ()
 
 
 def _to_si(name: str, source: SourceMap, unit: str, where: str) -> tuple[float, float]:
@@ -348,6 +349,3 @@ def _check_protection(hand: HandMap, database: Database, name: str, spec: Messag
         )
     if spec.counter:
         find_signal(database, f"{name}.{spec.counter}", f"{where}: 'counter'")
-
-
-__all__ = ["ChannelPlan", "FingerPlan", "Plan", "Slot", "TaxelPlan", "find_signal", "make_plan"]

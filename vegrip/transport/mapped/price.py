@@ -14,7 +14,7 @@ from vegrip.grip.safety.watchdog import MECHANICAL, WatchdogSettings
 from vegrip.identification.sensors import lacking
 from vegrip.transport.mapped.encoder import CommandEncoder
 from vegrip.transport.mapped.plan import VECTORS, FingerPlan, Plan
-from vegrip.transport.mapped.schema import HandMap
+from vegrip.transport.mapped.schema import HandMap, MessageMap
 
 WATCHDOG: Final = WatchdogSettings()  # unless the hand is slower, or coarser, than that
 LONGEST_WAIT: Final = 3600.0  # [s] for a sensor of which the noise moves nothing
@@ -25,6 +25,14 @@ USUAL_NOISE: Final = {
 SILENT_AFTER_STATES: Final = 3  # that may be missing before a hand is silent
 HELD_STATES: Final = 4  # in the greatest age of a message from which on its values may be held
 STATE_IT: Final = "or state the load in the map: tangential_force_x = { stated = '1.5 N' }, and y as '0 N'"
+UNPROTECTED: Final = (
+    "messages have no checksum, and a counter only if you map one: a repeated or replayed state is not "
+    "distinguished from a new one"
+)
+UNKNOWN_RATE: Final = (
+    "the rate of states is not stated (rate = ...): silence counts after 50 ms, which a hand below 60 Hz "
+    "does not keep"
+)
 STUCK_STEPS: Final = 3  # of its sensor, within which the force of a tip that is pressed in cannot stay
 SOFT_TIP: Final = 1e3  # [N/m] stiffness of a soft tip
 MIN_SLIP_RATE_HZ: Final = 100.0  # [Hz] below which a slip is over before it is seen
@@ -136,20 +144,15 @@ def _noise(hand: HandMap) -> dict[str, float]:
 def _finger(plan: Plan, finger: FingerPlan) -> list[str]:
     channels = finger.measured
     said = lacking(channels, STATE_IT)
-    stated = [name for name, channel in finger.channels.items() if channel.stated]
+    sources = plan.hand.fingers[finger.name].channels
     said += [
-        (
-            f"{name} is stated as {plan.hand.fingers[finger.name].channels[name].stated}, not "
-            "measured: the margin is that for this value and no other"
-        )
-        for name in stated
+        f"{name} is stated as {sources[name].stated}, not measured: the margin is that for this value and "
+        "no other"
+        for name, channel in finger.channels.items()
+        if channel.stated
     ]
-    poor = [
-        name
-        for name, source in plan.hand.fingers[finger.name].channels.items()
-        if source.gain and name == "normal_force"
-    ]
-    if poor and not plan.hand.fingers[finger.name].channels["normal_force"].noise:
+    force = sources.get("normal_force")
+    if force is not None and force.gain and not force.noise:
         said.append(
             "normal_force is made from another quantity and has no 'noise': state its standard "
             "deviation, or it is believed like a force sensor"
@@ -164,21 +167,11 @@ def _finger(plan: Plan, finger: FingerPlan) -> list[str]:
 
 def _messages(plan: Plan) -> list[str]:
     if plan.hand.format:
-        return [
-            (
-                "messages have no checksum, and a counter only if you map one: a repeated or "
-                "replayed state is not distinguished from a new one"
-            )
-        ]
+        return [UNPROTECTED]
     asked = [name for name in plan.messages if plan.database.messages[name].asked]
-    bare = [
-        name for name in plan.messages if name not in plan.protection or not plan.protection[name].counter
-    ]
-    open_ = [
-        name
-        for name in plan.messages
-        if name not in plan.protection or plan.protection[name].checksum.kind == "none"
-    ]
+    specs = {name: plan.protection.get(name, MessageMap()) for name in plan.messages}
+    bare = [name for name, spec in specs.items() if not spec.counter]
+    open_ = [name for name, spec in specs.items() if spec.checksum.kind == "none"]
     said = []
     if asked:
         said.append(
@@ -200,26 +193,19 @@ def _messages(plan: Plan) -> list[str]:
 def _rate(plan: Plan) -> list[str]:
     rate = plan.hand.rate
     if not rate:
-        return [
-            (
-                "the rate of states is not stated (rate = ...): silence counts after 50 ms, which a "
-                "hand below 60 Hz does not keep"
-            )
-        ]
+        return [UNKNOWN_RATE]
     if rate >= MIN_SLIP_RATE_HZ:
         return []
     late = 1e3 / rate
-    said = [
-        (
-            f"states come at {rate:g} Hz: a slip is seen up to {late:.0f} ms later than it begins; "
-            "keep a larger margin (grip.wanted_margin)"
-        )
+    found = [
+        f"states come at {rate:g} Hz: a slip is seen up to {late:.0f} ms later than it begins; keep a larger "
+        "margin (grip.wanted_margin)"
     ]
     if SILENT_AFTER_STATES / rate > WATCHDOG.time_out:
-        said.append(
+        found.append(
             f"the hand counts as silent after {1e3 * SILENT_AFTER_STATES / rate:.0f} ms instead of 50 ms"
         )
-    return said
+    return found
 
 
 def _commands(plan: Plan) -> list[str]:
@@ -239,7 +225,7 @@ def _commands(plan: Plan) -> list[str]:
         "their commands have no lifetime: the last one is repeated every "
         f"{1e3 * sending.period:.0f} ms; {ending}"
     )
-    said += [_kind(plan, finger.name) for finger in plan.fingers if _kind(plan, finger.name)]
+    said += [text for finger in plan.fingers if (text := _kind(plan, finger.name))]
     if plan.hand.format:
         return said
     encoder = CommandEncoder(plan, lambda _: (math.nan, math.nan), Counter())
@@ -255,20 +241,14 @@ def _kind(plan: Plan, finger: str) -> str:
     command = plan.hand.fingers[finger].command
     if command is None or command.kind == "force":
         return ""
-    return {
-        "increment": (
-            f"{finger}: commands are increments: one that is lost is missing from the grip until the "
-            "measured force says so"
-        ),
-        "position": (
-            f"{finger}: commands are positions: the force is right only as far as the stiffness "
-            f"{command.stiffness} is, and follows the measured force"
-        ),
-        "current": (
-            f"{finger}: commands are currents: friction in the drive is not seen, and the force is "
-            f"right only as far as the gain {command.gain} is"
-        ),
+    flaw = {
+        "increment": "one that is lost is missing from the grip until the measured force says so",
+        "position": f"the force is right only as far as the stiffness {command.stiffness} is, and follows "
+        "the measured force",
+        "current": "friction in the drive is not seen, and the force is right only as far as the gain "
+        f"{command.gain} is",
     }[command.kind]
+    return f"{finger}: commands are {command.kind}s: {flaw}"
 
 
 def _list(names: list[str]) -> str:

@@ -1,4 +1,4 @@
-"""A first map of a hand from its database and, where there is some, its traffic."""
+"""A first map of a hand from its database and, where there is some, its traffic; and what it leaves open."""
 
 import itertools
 from collections import Counter
@@ -6,20 +6,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+import numpy as np
+
 from vegrip.errors import InputError
-from vegrip.transport.mapped.database import Database, ForeignMessage
+from vegrip.transport.mapped.database import Database
 from vegrip.transport.mapped.drafts import (
     Draft,
     FingerDraft,
     Setting,
+    apply_settings,
     is_complete,
-    say,
+    is_of_unknown_unit,
 )
-from vegrip.transport.mapped.find_checksum import find_checksum
-from vegrip.transport.mapped.find_counter import MIN_COUNTER_FRAMES, find_modulus
-from vegrip.transport.mapped.guess import Guess, guesses, quantity_of, words_of
+from vegrip.transport.mapped.find_protection import find_protection
+from vegrip.transport.mapped.guess import Guess, all_signals, guesses, quantity_of, words_of
 from vegrip.transport.mapped.schema import MAPPED_CHANNELS
-from vegrip.transport.mapped.traffic_log import Trace, Traffic, rate_of
+from vegrip.transport.mapped.traffic import Trace, Traffic, rate_of
+from vegrip.transport.mapped.units import SI, is_force
 
 USUAL: Final = ("thumb", "index", "middle", "ring", "little")
 FEW_TAXELS: Final = 4
@@ -41,20 +44,6 @@ class Proposal:
     doubts: list[str] = field(default_factory=list)
     nodes: Mapping[str, int] = field(default_factory=dict)
     friction: Mapping[str, Any] = field(default_factory=dict)
-
-    def table(self) -> dict[str, Any]:
-        """Return the map as the file will say it."""
-        found: dict[str, Any] = {"database": self.database}
-        if self.nodes:
-            found["nodes"] = dict(self.nodes)
-        if self.rate:
-            found["rate"] = self.rate
-        if self.messages:
-            found["messages"] = {name: dict(draft.keys) for name, draft in self.messages.items()}
-        if self.friction:
-            found["friction"] = dict(self.friction)
-        found["fingers"] = {name: _finger_table(finger) for name, finger in self.fingers.items()}
-        return found
 
 
 def propose(
@@ -91,7 +80,7 @@ def propose(
         found = [one for one in found if one.message in spoken or one.channel not in MAPPED_CHANNELS]
     fingers = _by_finger(found, tuple(names))
     drafts = {name: _finger(own, database) for name, own in fingers.items()}
-    say(drafts, settings)
+    apply_settings(drafts, settings)
     _take_units(drafts, database)
     drafts = {name: draft for name, draft in drafts.items() if draft.channels or draft.taxels is not None}
     if not drafts:
@@ -100,7 +89,8 @@ def propose(
             "say which it is: --set fingers.thumb.normal_force.signal=MESSAGE.SIGNAL"
         )
     proposal = Proposal(database.name, drafts, nodes=nodes or {})
-    _protect(proposal, database, found, traffic)
+    proposal.messages, doubts = find_protection(database, signals_of(proposal), found, traffic)
+    proposal.doubts += doubts
     if traffic is not None:
         _time(proposal, database, traffic, heard)
     _doubt(proposal, fingers)
@@ -221,95 +211,6 @@ def _command(one: Guess, database: Database) -> Draft:
     return Draft(keys, {**notes, "set": "the names say that it must be on"} if enable else notes)
 
 
-def _protect(proposal: Proposal, database: Database, found: list[Guess], traffic: Traffic | None) -> None:
-    used = {name.partition(".")[0] for name in signals_of(proposal)} & database.messages.keys()
-    silent = {
-        name for name in used if traffic is None or database.messages[name].identifier not in traffic.frames
-    }
-    for name in sorted(used, key=lambda name: (name in silent, list(database.messages).index(name))):
-        message = database.messages[name]
-        keys: dict[str, Any] = {}
-        notes: dict[str, str] = {}
-        named = next((g.signal for g in found if g.message == name and g.channel == "counter"), "")
-        counter = named or _rolling(message, set(signals_of(proposal)), traffic)
-        if counter:
-            _counter(proposal, message, counter, traffic, keys, notes)
-            notes["counter"] = "its name" if named else "it goes up by one from frame to frame"
-        checksum = next((g.signal for g in found if g.message == name and g.channel == "checksum"), "")
-        if checksum:
-            _checksum(proposal, message, checksum, traffic, keys, notes)
-        if keys:
-            proposal.messages[name] = Draft(keys, notes)
-
-
-def _rolling(message: ForeignMessage, used: set[str], traffic: Traffic | None) -> str:
-    """Return the signal that counts the frames of ``message``, whatever its name; "" where none does."""
-    frames = traffic.frames.get(message.identifier, []) if traffic is not None else []
-    if len(frames) < MIN_COUNTER_FRAMES:
-        return ""
-    data = [frame.data for frame in frames]
-    unused = [
-        name
-        for name, one in message.signals.items()
-        if f"{message.name}.{name}" not in used and not (one.is_float or one.selected_by)
-    ]
-    return next((name for name in unused if find_modulus(message, name, data) is not None), "")
-
-
-def _counter(
-    proposal: Proposal,
-    message: ForeignMessage,
-    signal: str,
-    traffic: Traffic | None,
-    keys: dict[str, Any],
-    notes: dict[str, str],
-) -> None:
-    frames = traffic.frames.get(message.identifier, []) if traffic is not None else []
-    modulus = find_modulus(message, signal, [frame.data for frame in frames])
-    if modulus is None:
-        proposal.doubts.append(
-            f"{message.name}.{signal} does not go up by one from frame to frame (one count for several "
-            "pages?), so it is not used, and repeated frames are not seen"
-        )
-        return
-    keys["counter"] = signal
-    alike = [d.keys for d in proposal.messages.values() if d.keys.get("counter") == signal]
-    if not frames:
-        modulus = next((one["modulus"] for one in alike if "modulus" in one), 0)
-    if modulus:
-        keys["modulus"] = modulus
-        notes["modulus"] = "as it came" if frames else "as in the messages that came; try it"
-
-
-def _checksum(
-    proposal: Proposal,
-    message: ForeignMessage,
-    signal: str,
-    traffic: Traffic | None,
-    keys: dict[str, Any],
-    notes: dict[str, str],
-) -> None:
-    frames = traffic.frames.get(message.identifier, []) if traffic is not None else []
-    found = find_checksum(message, signal, [frame.data for frame in frames])
-    if found is None and not frames:
-        alike = [d.keys["checksum"] for d in proposal.messages.values() if "checksum" in d.keys]
-        same = next((each for each in alike if each["signal"] == signal and "data_id" not in each), None)
-        if same is not None:
-            keys["checksum"], notes["checksum"] = dict(same), "as the messages that came have it; try it"
-            return
-    if found is not None:
-        keys["checksum"] = found
-        notes["checksum"] = f"found by trying: it fits {len(frames)} frames"
-        return
-    proposal.doubts.append(
-        f"{message.name}.{signal} looks like a checksum of a kind that is not known"
-        f"{' from its traffic' if frames else ' without traffic'}: frames go unchecked, and commands with a "
-        "wrong one may be refused by the hand; say it: --set "
-        f"messages.{message.name}.checksum='{{ kind = ..., "
-        f'signal = "{signal}" }}\''
-    )
-
-
 def signals_of(proposal: Proposal) -> list[str]:
     """Return the signals that the map reads and writes."""
     found: list[str] = []
@@ -414,19 +315,100 @@ def _doubt_command(proposal: Proposal, command: Draft, where: str) -> None:
         )
 
 
-def _finger_table(finger: FingerDraft) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    if finger.trigger:
-        found["trigger"] = finger.trigger
-    if finger.max_age:
-        found["max_age"] = finger.max_age
-    found |= {name: _given(draft.keys) for name, draft in finger.channels.items()}
-    if finger.taxels is not None:
-        found["taxels"] = _given(finger.taxels.keys)
-    if finger.command is not None and is_complete(finger.command):
-        found["command"] = _given(finger.command.keys)
-    return found
+ONE_IS_WORTH: Final = {"N": "0.25 N", "N*m": "2 mN*m", "m": "0.01 mm", "degC": "0.1 degC", "m/s": "1 mm/s"}
+"""Examples of what one count may be."""
+
+MOST_NAMED: Final = 8  # signals of no known use, counted without those alike
 
 
-def _given(keys: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in keys.items() if value not in ("", None)}
+def leave_out_unknown_units(proposal: Proposal) -> None:
+    """Take out of ``proposal`` what its unit does not tell in SI; say the option that keeps it.
+
+    Raises:
+        InputError: the normal force is in such a unit.
+
+    """
+    options: dict[str, str] = {}  # -> what it is for
+    forces = False
+    for finger in proposal.fingers.values():
+        for channel in [name for name, draft in finger.channels.items() if is_of_unknown_unit(name, draft)]:
+            draft = finger.channels.pop(channel)
+            forces = forces or channel == "normal_force"
+            worth = f"{ONE_IS_WORTH[SI[channel]]}/{_unit(draft)}"
+            options.setdefault(
+                f"--set 'fingers.*.{channel}.gain={worth}'", f"{_in_unit(draft)} for {channel}"
+            )
+        _forget_trigger(finger)
+        command = finger.command
+        if command is not None and _is_open(command):
+            finger.command = None
+            option = f"--set 'fingers.*.command.gain=4 {_unit(command)}/N'"
+            options.setdefault(option, f"{_in_unit(command)}, which takes the command,")
+    if not options:
+        return
+    if forces:
+        raise InputError(
+            f"{proposal.database}: the units do not say how many newtons one is, so nothing is written; say "
+            f"it with numbers of your own: {' '.join(options)}"
+        )
+    proposal.doubts += [
+        f"{what} is left out: its unit is none of this quantity; say what one is worth, with a number of "
+        f"your own: {option}"
+        for option, what in options.items()
+    ]
+
+
+def name_unused(proposal: Proposal, database: Database, heard: Mapping[str, Trace]) -> None:
+    """Say which signals that move in the traffic are in no map, and how one of them becomes a channel."""
+    guessed = {one.name: one for one in all_signals(database, USUAL)}
+    protection = {
+        f"{name}.{signal}"
+        for name, draft in proposal.messages.items()
+        for signal in (draft.keys.get("counter"), draft.keys.get("checksum", {}).get("signal"))
+    }
+    said = {guessed[name].own for name in guessed if any(f"{name} " in doubt for doubt in proposal.doubts)}
+    pages = {
+        f"{message.name}.{signal.selected_by}"
+        for message in database.messages.values()
+        for signal in message.signals.values()
+    }
+    moved = {name for name, trace in heard.items() if float(np.ptp(trace.raw)) > 0.0}
+    alike: dict[str, list[str]] = {}
+    for name in sorted(moved - protection - pages - set(signals_of(proposal)), key=list(heard).index):
+        if name in guessed and guessed[name].own not in said:
+            alike.setdefault(guessed[name].own, []).append(name)
+    if not alike:
+        return
+    first = next(iter(alike.values()))[0]
+    message, _, signal = first.partition(".")
+    unit = database.messages[message].signals[signal].unit or "count"
+    finger = next(iter(proposal.fingers))
+    named = [f"{one[0]} (and {len(one) - 1} alike)" if len(one) > 1 else one[0] for one in alike.values()]
+    if len(named) > MOST_NAMED:
+        named[MOST_NAMED:] = [f"{len(named) - MOST_NAMED} more"]
+    proposal.doubts.append(
+        f"not used, as neither name nor unit says for what: {', '.join(named)}; one that is a channel is "
+        f'said with what one count is worth: --set \'fingers.{finger}.displacement={{ signal = "{first}", '
+        f'gain = "0.01 mm/{unit}" }}\''
+    )
+
+
+def _forget_trigger(finger: FingerDraft) -> None:
+    """Take back a trigger of which no channel is left: the message of the force or the indentation is it."""
+    names = [name for draft in finger.channels.values() for name in draft.names]
+    names += finger.taxels.keys["normal"] if finger.taxels is not None else []
+    if finger.trigger not in {*names, *(name.partition(".")[0] for name in names)}:
+        finger.trigger = ""
+
+
+def _is_open(command: Draft) -> bool:
+    kind, unit = command.keys.get("kind", "force"), str(command.keys.get("unit", ""))
+    return kind in ("force", "increment") and not command.keys.get("gain") and not is_force(unit)
+
+
+def _unit(draft: Draft) -> str:
+    return str(draft.keys.get("unit", "")) or "count"
+
+
+def _in_unit(draft: Draft) -> str:
+    return f"{draft.signal} [{_unit(draft)}]"

@@ -16,7 +16,7 @@ from google.protobuf.message_factory import GetMessageClass
 
 from vegrip.errors import ConfigError
 from vegrip.spelling import suggestion
-from vegrip.transport.mapped.paths import Step
+from vegrip.transport.mapped.bodies import Step
 
 Steps = tuple[Step, ...]
 

@@ -18,13 +18,13 @@ from vegrip.transport.mapped.drafts import (
     Draft,
     FingerDraft,
     Setting,
+    apply_settings,
     factor,
     is_of_unknown_unit,
-    say,
 )
 from vegrip.transport.mapped.guess import all_signals
 from vegrip.transport.mapped.proposal import USUAL, Proposal
-from vegrip.transport.mapped.traffic_log import Trace, rate_of
+from vegrip.transport.mapped.traffic import Trace, rate_of
 from vegrip.transport.mapped.units import SI
 from vegrip.types import Floats
 
@@ -44,7 +44,7 @@ UNEQUAL: Final = 1.5  # times the response of another signal: then the names are
 
 @dataclass(slots=True)
 class Findings:
-    """What was found out, in sentences, and what cannot be true."""
+    """Sentences for the user: lessons of the traffic, contradictions and open questions."""
 
     learned: list[str] = field(default_factory=list)
     implausible: list[str] = field(default_factory=list)
@@ -58,7 +58,7 @@ def learn(
     database: Database,
     settings: Sequence[Setting] = (),
 ) -> Findings:
-    """Put zeros, signs and noise into ``proposal``, but for what ``settings`` say; return what was found."""
+    """Set zeros, signs and noise in ``proposal`` where ``settings`` do not; return the findings."""
     findings = Findings()
     fingers = [_Finger(name, f, heard, windows, database, findings) for name, f in proposal.fingers.items()]
     for finger in fingers:
@@ -69,7 +69,7 @@ def learn(
             "second; --rest A..B says another"
         )
     _inherit_places(proposal, findings, database)
-    say(proposal.fingers, settings)
+    apply_settings(proposal.fingers, settings)
     for finger in fingers:
         finger.learn()
     _inherit(proposal, findings)
@@ -96,7 +96,6 @@ class _Finger:
         self.rest = windows.get("rest") or _quietest(finger, heard)
 
     def find_places(self) -> None:
-        """Find which force is the normal one, and which is along x."""
         if self.rest is None:
             return
         if "press" in self.windows:
@@ -105,7 +104,6 @@ class _Finger:
             self._find_shear(self.windows["shear"])
 
     def learn(self) -> None:
-        """Find zeros, noise and signs, and look whether they can be true."""
         if self.rest is None:
             return
         self._moving()
@@ -125,8 +123,7 @@ class _Finger:
                 continue
             raw = self.heard[draft.signal].raw
             if np.any(raw != 0.0):
-                draft.keys["zero_is_measured"] = True
-                draft.notes["zero_is_measured"] = "it was not always zero in the traffic"
+                draft.set("zero_is_measured", True, "it was not always zero in the traffic")
             else:
                 self.findings.learned.append(
                     f"{self.name}: {draft.signal} has been zero all the time, so {channel} counts as missing "
@@ -143,8 +140,8 @@ class _Finger:
         if highest <= 1.0 or not len(still) or highest <= float(np.max(still)):
             return
         level = float(np.max(still))
-        draft.keys["above"] = float(f"{level + SLIP_LEVEL * (highest - level):.4g}")
-        draft.notes["above"] = f"its rest is at most {level:g}, its largest {highest:g}"
+        above = float(f"{level + SLIP_LEVEL * (highest - level):.4g}")
+        draft.set("above", above, f"its rest is at most {level:g}, its largest {highest:g}")
 
     def _draft(self, channel: str) -> Draft | None:
         """The draft of a channel that is one signal, heard, and linear; a table or a threshold is not."""
@@ -154,7 +151,6 @@ class _Finger:
         return None if "table" in draft.keys or "above" in draft.keys else draft
 
     def _trace(self, draft: Draft) -> Trace:
-        """What came of the signal of a draft, with its scale and offset."""
         trace, keys = self.heard[draft.signal], draft.keys
         values = trace.raw if keys.get("raw") else trace.value
         return Trace(
@@ -162,7 +158,6 @@ class _Finger:
         )
 
     def _resolution(self, draft: Draft) -> float:
-        """The smallest step of the signal of a draft, with its scale."""
         step = 1.0 if draft.keys.get("raw") else _step(self.database, draft.signal)
         return step * abs(float(draft.keys.get("scale", 1.0)))
 
@@ -174,19 +169,12 @@ class _Finger:
         if not len(still) or not len(moved):
             return 0.0
         far = moved - np.median(still)
-        peak = float(
-            np.percentile(far, 97.0)
-            if abs(np.percentile(far, 97.0)) >= abs(np.percentile(far, 3.0))
-            else np.percentile(far, 3.0)
-        )
-        return (
-            peak
-            if abs(peak) > MIN_RESPONSE_STD * max(float(np.std(still)), _step(self.database, signal))
-            else 0.0
-        )
+        low, high = map(float, np.percentile(far, (3.0, 97.0)))
+        peak = high if abs(high) >= abs(low) else low
+        noise = max(float(np.std(still)), _step(self.database, signal))
+        return peak if abs(peak) > MIN_RESPONSE_STD * noise else 0.0
 
     def _candidates(self) -> dict[str, Draft]:
-        """All forces of this finger, mapped or not, by their signals."""
         found = {d.signal: d for c in FORCES if (d := self._draft(c)) is not None}
         for one in self.finger.others:
             if one.name in self.heard:
@@ -209,17 +197,7 @@ class _Finger:
         return max(float(np.std(still)) if len(still) else 0.0, _step(self.database, signal), 1e-12)
 
     def _find_normal(self, window: Window) -> None:
-        candidates = self._candidates()
-        strength = self._strengths(candidates, window)
-        best = max(strength, key=lambda signal: strength[signal], default="")
-        if not best or not strength[best]:
-            return
-        present = self.finger.channels.get("normal_force")
-        if present is not None and present.is_said("signal"):
-            best = present.signal if strength.get(present.signal) else ""
-        now = present.signal if present is not None else ""
-        if best and best != now and strength[best] > UNEQUAL * strength.get(now, 0.0):
-            self._swap("normal_force", best, "it answers to the press most")
+        best = self._place("normal_force", self._candidates(), window, "it answers to the press most")
         if not best:
             return
         normal = self.finger.channels["normal_force"]
@@ -229,19 +207,24 @@ class _Finger:
     def _find_shear(self, window: Window) -> None:
         normal = self._draft("normal_force")
         candidates = {s: d for s, d in self._candidates().items() if normal is None or s != normal.signal}
+        best = self._place("tangential_force_x", candidates, window, "it answers to the shear most")
+        left = [signal for signal in candidates if signal != best]
+        if best and "tangential_force_y" not in self.finger.channels and len(left) == 1:
+            self._swap("tangential_force_y", left[0], "the force that is left; its sign is not known")
+
+    def _place(self, channel: str, candidates: Mapping[str, Draft], window: Window, why: str) -> str:
+        """Give ``channel`` the signal that moves most in ``window``; return its signal, "" if none moves."""
         strength = self._strengths(candidates, window)
         best = max(strength, key=lambda signal: strength[signal], default="")
         if not best or not strength[best]:
-            return
-        present = self.finger.channels.get("tangential_force_x")
-        if present is not None and present.is_said("signal"):
-            best = present.signal
+            return ""
+        present = self.finger.channels.get(channel)
         now = present.signal if present is not None else ""
+        if present is not None and present.is_set_by_user("signal"):
+            return now if strength.get(now) or channel != "normal_force" else ""
         if best != now and strength[best] > UNEQUAL * strength.get(now, 0.0):
-            self._swap("tangential_force_x", best, "it answers to the shear most")
-        left = [s for s in candidates if s != best]
-        if "tangential_force_y" not in self.finger.channels and len(left) == 1:
-            self._swap("tangential_force_y", left[0], "the force that is left; its sign is not known")
+            self._swap(channel, best, why)
+        return best
 
     def _swap(self, channel: str, signal: str, why: str) -> None:
         """Give ``signal`` to ``channel``; what had it before gets what was there."""
@@ -258,19 +241,18 @@ class _Finger:
 
     def _zero(self, channel: str) -> None:
         draft = self._draft(channel)
-        if draft is None or self.rest is None or draft.is_said("zero"):
+        if draft is None or self.rest is None or draft.is_set_by_user("zero"):
             return
         still = self._trace(draft).within(self.rest)
         if not len(still):
             return
         mean, error = float(np.mean(still)), float(np.std(still)) / math.sqrt(len(still))
         if abs(mean) > max(4.0 * error, 0.5 * self._resolution(draft)):
-            draft.keys["zero"] = float(f"{mean:.6g}")
-            draft.notes["zero"] = "the mean at rest"
+            draft.set("zero", float(f"{mean:.6g}"), "the mean at rest")
 
     def _noise(self, channel: str) -> None:
         draft = self._draft(channel)
-        if draft is None or self.rest is None or draft.is_said("noise"):
+        if draft is None or self.rest is None or draft.is_set_by_user("noise"):
             return
         still = self._trace(draft).within(self.rest)
         if len(still) < 10:
@@ -280,12 +262,10 @@ class _Finger:
         times = self._states_per_value(draft.signal)
         late = self._lateness(draft, spread) if times > 1.0 else 0.0
         size = math.hypot(max(spread, least), late) * abs(factor(channel, draft)) * math.sqrt(times)
-        draft.keys["noise"] = float(f"{size:.3g}")
-        draft.notes["noise"] = f"[{SI[channel]}] standard deviation at rest"
+        why = f"[{SI[channel]}] standard deviation at rest"
         if times > 1.0:
-            draft.notes["noise"] += (
-                f", and what a held value was late by, times the root of its {times:.3g} states"
-            )
+            why += f", and what a held value was late by, times the root of its {times:.3g} states"
+        draft.set("noise", float(f"{size:.3g}"), why)
 
     def _lateness(self, draft: Draft, spread: float) -> float:
         """Return the rms error of a value that stands until the next one comes, while the fingertip moves.
@@ -298,7 +278,6 @@ class _Finger:
         return math.sqrt(max(changed, 0.0) / 3.0)
 
     def _states_per_value(self, signal: str) -> float:
-        """Return in how many states a value of ``signal`` stands."""
         rates = [
             rate_of(self.heard[d.signal]) for d in self.finger.channels.values() if d.signal in self.heard
         ]
@@ -329,13 +308,12 @@ class _Finger:
             self._turn(draft, response, why)
 
     def _turn(self, draft: Draft, response: float, why: str) -> None:
-        if draft.is_said("sign"):
+        if draft.is_set_by_user("sign"):
             return
         turned = draft.keys.get("sign", 1) * (1 if response > 0.0 else -1)
         draft.keys.pop("sign", None)
         if turned < 0:
-            draft.keys["sign"] = -1
-            draft.notes["sign"] = why
+            draft.set("sign", -1, why)
         draft.notes.setdefault("seen", why)
 
     def _slope(self, normal: Draft, displacement: Draft, *, signed: bool) -> float:
@@ -360,7 +338,7 @@ class _Finger:
     def _touch(self) -> None:
         """Indentation counts from the first touch: where the normal force leaves its noise."""
         displacement, normal = self._draft("displacement"), self._draft("normal_force")
-        if displacement is None or normal is None or displacement.is_said("zero"):
+        if displacement is None or normal is None or displacement.is_set_by_user("zero"):
             return
         force = self._si("normal_force", normal)
         t = self.heard[normal.signal].t
@@ -374,19 +352,14 @@ class _Finger:
             self._doubt_touch(displacement)
             return
         trace = self._trace(displacement)
-        end = (
-            above[np.flatnonzero(force[above] > 0.5 * highest)[0]]
-            if np.any(force[above] > 0.5 * highest)
-            else above[-1]
-        )
+        half_way = above[force[above] > 0.5 * highest]
+        end = half_way[0] if len(half_way) else above[-1]
         rise = np.arange(above[0], end + 1)
         at = np.interp(t[rise], trace.t, trace.value)
         zero = _first_touch(force[rise], at)
         if abs(zero) > 2.0 * self._resolution(displacement):
-            displacement.keys["zero"] = float(f"{zero:.6g}")
-            displacement.notes["zero"] = (
-                "where the normal force begins: F^(2/3) of the first press, drawn on to zero"
-            )
+            why = "where the normal force begins: F^(2/3) of the first press, drawn on to zero"
+            displacement.set("zero", float(f"{zero:.6g}"), why)
 
     def _doubt_touch(self, displacement: Draft) -> None:
         self.findings.open.append(
@@ -405,9 +378,9 @@ class _Finger:
         highest = float(np.percentile(force, 99.9))
         if highest > LARGEST_FORCE:
             self.findings.implausible.append(
-                f"{self.name}: the normal force comes to {highest:.3g} N, more than a fingertip "
-                "carries; its unit "
-                f"is not {normal.keys.get('unit') or 'SI'}: --set fingers.{self.name}.normal_force.unit=mN"
+                f"{self.name}: the normal force comes to {highest:.3g} N, more than a fingertip carries; "
+                f"its unit is not {normal.keys.get('unit') or 'SI'}: "
+                f"--set fingers.{self.name}.normal_force.unit=mN"
             )
         if displacement is not None and not is_of_unknown_unit("displacement", displacement):
             slope = self._slope(normal, displacement, signed=False)
@@ -434,14 +407,13 @@ class _Finger:
             ratio = float(np.median(np.abs(shear[pressed]) / force[pressed]))
             if ratio > LARGEST_RATIO:
                 self.findings.implausible.append(
-                    f"{self.name}: {channel} is {ratio:.2g} times the normal force while it "
-                    "presses, more than "
-                    "friction holds; the two are mixed up, or one has another unit"
+                    f"{self.name}: {channel} is {ratio:.2g} times the normal force while it presses, more "
+                    "than friction holds; the two are mixed up, or one has another unit"
                 )
 
 
 def _inherit(proposal: Proposal, findings: Findings) -> None:
-    """Signs that one finger showed hold for the others of one make, where those did not show their own."""
+    """Give the signs that one finger showed to the others of its make that did not show their own."""
     shown: dict[tuple[str, str], tuple[str, Draft]] = {}
     for name, finger in proposal.fingers.items():
         for channel, draft in finger.channels.items():
@@ -452,12 +424,12 @@ def _inherit(proposal: Proposal, findings: Findings) -> None:
             found = shown.get((channel, draft.keys.get("unit", "")))
             if "seen" in draft.notes or found is None or "sign" not in found[1].keys:
                 continue
-            draft.keys["sign"], draft.notes["sign"] = -1, f"as at {found[0]}, which showed it"
+            draft.set("sign", -1, f"as at {found[0]}, which showed it")
             findings.learned.append(f"{name}: {channel} turned round as at {found[0]}")
 
 
 def _inherit_places(proposal: Proposal, findings: Findings, database: Database) -> None:
-    """Where one finger showed which force is which, signals of the same names are the same at the others."""
+    """Place forces as at the finger that showed which is which, where the signals bear the same names."""
     own_name = {one.name: one.own for one in all_signals(database, USUAL)}
     shown = {
         name

@@ -80,7 +80,7 @@ class SourceMap:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All signals."""
+        """The names of all signals."""
         return expanded(self.signals) if self.signals else (self.signal,) if self.signal else ()
 
 

@@ -17,7 +17,7 @@ UNITS = {"normal": "[N]", "tangential": "[N]", "torque": "[N m]"}
 
 
 def map_text(proposal: Proposal, transport: Mapping[str, Any], about: list[str]) -> str:
-    """Return the text of the file; it reads back as ``proposal.table()``."""
+    """Return the text of the file."""
     lines = [f"# {line}" for line in about] + [""]
     lines.append(_line("database", proposal.database, "beside this file"))
     if proposal.nodes:

@@ -1,13 +1,14 @@
-"""The routes of the calibration page."""
+"""The calibration page, served until it is interrupted."""
 
-from typing import Any
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
 
 from starlette.routing import Route
 
-from vegrip.web.actions import Actions, action_routes
 from vegrip.web.calibrate.controller import Calibrator
-from vegrip.web.calibrate.render import body, standing
-from vegrip.web.check.render import commands, progress
+from vegrip.web.job_page import Actions, job_routes
+from vegrip.web.server import serve
 
 
 def routes(calibrator: Calibrator) -> list[Route]:
@@ -22,35 +23,16 @@ def routes(calibrator: Calibrator) -> list[Route]:
         "look": lambda _: calibrator.look(),
         "stop": lambda _: calibrator.stop(),
     }
-    return action_routes("calibrate.html", _Shown(calibrator), actions, calibrator.motion)
+    return job_routes("calibrate.html", calibrator, actions)
 
 
-class _Shown:
-    """What the page shows of a calibration."""
+def run(folder: Path, node: str, port: int, announce: Callable[[str], None], *, opens: bool = False) -> None:
+    """Guide a calibration on a page.
 
-    def __init__(self, calibrator: Calibrator) -> None:
-        self._calibrator = calibrator
+    Raises:
+        DeviceError: the port is in use.
 
-    @property
-    def version(self) -> int:
-        """Counts changes of the whole."""
-        return self._calibrator.version
-
-    def progress(self) -> str:
-        """Return what is going on."""
-        job = self._calibrator.job
-        return "" if job is None else progress(self._calibrator.what, job.elapsed, job.lines)
-
-    def whole(self) -> dict[str, Any]:
-        """Return everything else."""
-        one = self._calibrator
-        level, name = standing(one.told)
-        return {
-            "name": one.folder.resolve().name,
-            "level": level,
-            "verdict": name,
-            "body": body(one.told, node=one.node, is_busy=one.job is not None),
-            "commands": commands(one.commands),
-            "error": one.error,
-            "note": "",
-        }
+    """
+    with closing(Calibrator(folder, node)) as calibrator:
+        calibrator.look()
+        serve(routes(calibrator), port, announce, opens=opens)

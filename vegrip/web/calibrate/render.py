@@ -4,10 +4,12 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from vegrip.web.calibrate.motion import draw_motion
+from vegrip.web.axes import Axes, extent
 from vegrip.web.figures import bar
+from vegrip.web.markup import Markup, disabled, section, spread, table, unit_name
 
 Told = Mapping[str, Any]
+MOTION_SIZE = (640, 210)  # [px]
 TRIAL_KINDS = ("press", "hold", "slide", "twist")
 
 
@@ -40,7 +42,7 @@ def body(told: Told | None, *, node: str, is_busy: bool) -> str:
 
 
 def _begin(*, is_busy: bool) -> str:
-    off = _off(is_busy)
+    off = disabled(is_busy)
     return (
         '<section class="card"><h2>a new fingertip</h2><form data-do="begin" class="inline">'
         f'<label>radius <input name="radius" id="radius" value="9 mm" size="8" {off}></label>'
@@ -79,7 +81,7 @@ def _next(told: Told, node: str, *, is_busy: bool) -> str:
             f'<section class="card"><h2>what is next</h2><p class="lead">{escape(told["why"])}</p>'
             "<p>End the calibration below.</p></section>"
         )
-    off = _off(is_busy)
+    off = disabled(is_busy)
     words = "".join(f"<li>{escape(one)}</li>" for one in trial["words"])
     said = (
         f'<section class="card"><h2>next: {escape(trial["kind"])}</h2>',
@@ -90,6 +92,26 @@ def _next(told: Told, node: str, *, is_busy: bool) -> str:
         f"{_taking(trial['kind'], off)}{_recording(node, off)}</section>",
     )
     return "".join(said)
+
+
+def draw_motion(motion: Mapping[str, Sequence[Any]]) -> str:
+    """Draw the motion of a trial.
+
+    Args:
+        motion: ``t`` [s], ``depth`` [m], and ``moves``: begin and end [s] and name of each pull and twist.
+
+    """
+    t = list(motion["t"])
+    depth = [1e3 * value for value in motion["depth"]]
+    axes = Axes(extent(t, room=0.0), extent(depth), "time without the pauses [s]", "depth [mm]", MOTION_SIZE)
+    for begin, end, name in motion["moves"]:
+        colour = "orange" if name == "pull" else "violet"
+        axes.line((begin, end), (max(depth), max(depth)), colour, **{"stroke-width": 6, "opacity": 0.7})
+    axes.line(t, depth, "blue")
+    said = {"pull": "orange: pull along the surface", "twist": "violet: twist"}
+    names = dict.fromkeys(name for _, _, name in motion["moves"])
+    legend = "; ".join(said[name] for name in names)
+    return axes.svg("motion of the trial") + (f'<p class="soft">{legend}</p>' if legend else "")
 
 
 def _taking(asked: str, off: str) -> str:
@@ -130,42 +152,46 @@ def _ended(told: Told) -> str:
 def _known(told: Told) -> str:
     known = told["ended"]["parameters"] if told["ended"] is not None else told["parameters"]
     if not known:
-        return '<section class="card"><h2>what is known</h2><p>Nothing yet.</p></section>'
-    rows = "".join(
-        f'<tr><td>{escape(symbol)}</td><td class="num">{one["value"]:.4g}</td><td>{_unit(one["unit"])}</td>'
-        f'<td class="num">{_spread(one, "std")}</td><td class="num">{_spread(one, "goal")}</td>'
-        f"<td>{bar(min(one['goal'] / one['std'], 1.0) if one['std'] else 1.0, is_bad=not one['known'])}</td>"
-        f'<td class="{"ok" if one["known"] else "bad"}">{"known" if one["known"] else "not yet"}</td></tr>'
+        return section("what is known", "<p>Nothing yet.</p>")
+    rows = [
+        (
+            symbol,
+            f"{one['value']:.4g}",
+            unit_name(one["unit"]),
+            spread(one, "std"),
+            spread(one, "goal"),
+            Markup(bar(min(one["goal"] / one["std"], 1.0) if one["std"] else 1.0, is_bad=not one["known"])),
+            Markup('<span class="ok">known</span>' if one["known"] else '<span class="bad">not yet</span>'),
+        )
         for symbol, one in known.items()
-    )
+    ]
     misfit = f'<p class="warn">{escape(told["misfit"])}</p>' if told["misfit"] else ""
-    return (
-        '<section class="card"><h2>what is known</h2><div class="scroll"><table><tr><th></th>'
-        '<th class="num">value</th><th>unit</th><th class="num">std</th><th class="num">target</th><th></th>'
-        f"<th></th></tr>{rows}</table></div>{misfit}</section>"
-    )
+    head = ("", "value", "unit", "std", "target", "", "")
+    return section("what is known", table(head, rows, numbers=(1, 3, 4)), misfit)
 
 
 def _trials(told: Told, *, is_busy: bool) -> str:
     if not told["trials"]:
         return ""
-    rows = "".join(
-        f'<tr><td class="num">{i}</td><td>{escape(one["kind"])}</td><td>{escape(one["name"])}</td>'
-        f'<td>{_problems(one["problems"])}</td><td><button type="button" data-do="drop" data-number="{i}" '
-        f"{_off(is_busy)}>drop</button></td></tr>"
+    button = '<button type="button" data-do="drop" data-number="{}" {}>drop</button>'
+    rows = [
+        (
+            i,
+            one["kind"],
+            one["name"],
+            Markup(_problems(one["problems"])),
+            Markup(button.format(i, disabled(is_busy))),
+        )
         for i, one in enumerate(told["trials"], 1)
-    )
-    return (
-        '<section class="card"><h2>trials</h2><div class="scroll"><table id="trials"><tr>'
-        '<th class="num">no.</th><th>kind</th><th>motion</th><th>what it lacks</th><th></th></tr>'
-        f"{rows}</table></div></section>"
-    )
+    ]
+    head = ("no.", "kind", "motion", "what it lacks", "")
+    return section("trials", table(head, rows, numbers=(0,), identifier="trials"))
 
 
-def _problems(problems: Sequence[str]) -> str:
+def _problems(problems: Sequence[str]) -> Markup:
     if not problems:
-        return '<span class="ok">good</span>'
-    return f'<span class="bad">record again: {escape("; ".join(problems))}</span>'
+        return Markup('<span class="ok">good</span>')
+    return Markup(f'<span class="bad">record again: {escape("; ".join(problems))}</span>')
 
 
 def _finish(told: Told, *, is_busy: bool) -> str:
@@ -174,18 +200,6 @@ def _finish(told: Told, *, is_busy: bool) -> str:
     main = "main" if told["next"] is None else ""
     return (
         '<section class="card"><h2>the end</h2><p>Looks for effects that the model lacks, and writes model '
-        f'and report.</p><p><button type="button" class="{main}" id="end" data-do="end" {_off(is_busy)}>'
+        f'and report.</p><p><button type="button" class="{main}" id="end" data-do="end" {disabled(is_busy)}>'
         "end the calibration</button></p></section>"
     )
-
-
-def _spread(one: Told, which: str) -> str:
-    return f"{100.0 * one[which]:.3g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
-
-
-def _unit(unit: str) -> str:
-    return "" if unit == "1" else escape(unit)
-
-
-def _off(is_busy: bool) -> str:
-    return "disabled" if is_busy else ""

@@ -2,7 +2,6 @@
 
 import shlex
 import shutil
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +9,9 @@ from typing import Any
 
 from vegrip.errors import InputError, UsageError
 from vegrip.identification.recording.data import episodes_text, parse_episodes
-from vegrip.web.check.job import Job
+from vegrip.web.check.render import body, verdict
 from vegrip.web.check.session import Rung, Session, load, save
-
-MOST_COMMANDS = 100  # that are shown
+from vegrip.web.job_page import JobPage
 
 
 @dataclass(frozen=True)
@@ -29,7 +27,7 @@ Step = Callable[[], Task]
 """Gives the next task when it is its turn: which model it is about may depend on those before."""
 
 
-class Controller:
+class Controller(JobPage):
     """The state of a check and the work that is going on; all methods may be called from any thread.
 
     Args:
@@ -44,6 +42,8 @@ class Controller:
 
     """
 
+    kept = "what was found before"
+
     def __init__(
         self,
         recording: Path,
@@ -52,31 +52,33 @@ class Controller:
         options: tuple[str, ...] = (),
         node: str = "grasp_force",
     ) -> None:
+        super().__init__()
         self.node = node
         self._model, self._folder, self._options = model, folder, list(options)
         self._recording = recording
-        self._lock = threading.RLock()
         folder.mkdir(parents=True, exist_ok=True)
         name = str(recording.resolve())
         self.session = load(folder, name) or Session(name)
-        self.commands: list[str] = []
-        self.error = ""
-        self.note = ""
         self.beside: int | None = None  # place of the model to compare with; None = the one before
         self.other: tuple[str, dict[str, Any]] | None = None  # a model file to compare with, and how it does
-        self.job: Job | None = None
-        self.what = ""
-        self.version = 0
         self._queue: list[Step] = []
+
+    def shown(self) -> dict[str, Any]:
+        """Return ``name``, ``level``, ``verdict`` and ``body`` of the page."""
+        rung = self.session.rung
+        level, name, _ = verdict(rung) if rung is not None else ("unknown", "fitting", "")
+        is_busy = self.job is not None
+        html = body(self.session, is_busy=is_busy, beside=self.beside, other=self.other, node=self.node)
+        return {"name": self.name, "level": level, "verdict": name, "body": html}
 
     @property
     def name(self) -> str:
-        """Of the recording."""
+        """The name of the recording."""
         return self._recording.name
 
     @property
     def folder(self) -> Path:
-        """Where the models are kept."""
+        """The folder of the models."""
         return self._folder
 
     def begin(self) -> None:
@@ -215,7 +217,7 @@ class Controller:
             self._changed()
 
     def look_at(self, place: int) -> None:
-        """Look at another of the models."""
+        """Show another of the models."""
         with self._lock:
             self._be_free()
             if not 0 <= place < len(self.session.rungs):
@@ -225,11 +227,10 @@ class Controller:
             self._changed()
 
     def stop(self) -> None:
-        """Stop what is running; what was found before stays."""
+        """Stop the running command and those that wait; what was found before stays."""
         with self._lock:
             self._queue.clear()
-            if self.job is not None:
-                self.job.stop()
+            super().stop()
 
     def write_model(self, name: str) -> None:
         """Copy the model that is looked at to a file of that name.
@@ -267,13 +268,6 @@ class Controller:
         self._say(
             f"{node} goes on with this model", f"vegrip param set {node} tip.model {shlex.quote(str(file))}"
         )
-
-    def close(self) -> None:
-        """Stop what is running and wait for its end."""
-        self.stop()
-        job = self.job
-        if job is not None:
-            job.wait()
 
     def _judging(self, held_back: str) -> list[Step]:
         return [self._compare, *([self._compare_held_out] if held_back else []), self._diagnose]
@@ -340,10 +334,6 @@ class Controller:
             raise UsageError("there is no model yet; the first fit has not ended")
         return rung
 
-    def _be_free(self) -> None:
-        if self.job is not None:
-            raise UsageError(f"{self.what} is going on; wait for it or stop it")
-
     def _start(self, steps: list[Step]) -> None:
         self._be_free()
         self.error = self.note = ""
@@ -355,35 +345,20 @@ class Controller:
         if not self._queue:
             return
         task = self._queue.pop(0)()
-        self.what = task.what
-        self._note_command("vegrip " + shlex.join(task.arguments))
-        self.job = Job(task.arguments, lambda *end: self._take(task, *end))
 
-    def _take(self, task: Task, code: int, told: dict[str, Any] | None, last_words: str) -> None:
-        with self._lock:
-            stopped = self.job is not None and self.job.stopped
-            self.job = None
-            if code == 0 and told is not None and not stopped:
-                task.take(told)
-                save(self.session, self._folder)
-                self._next()
-                return
-            self._queue.clear()
-            self.error = (
-                f"{task.what} was stopped; what was found before is kept"
-                if stopped
-                else last_words.removeprefix("vegrip: ") or f"{task.what} ended with exit code {code}"
-            )
-            self._changed()
+        def take(told: dict[str, Any]) -> None:
+            task.take(told)
+            save(self.session, self._folder)
+            self._next()
+
+        self._run(task.what, task.arguments, take)
+
+    def _fail(self, told: dict[str, Any] | None) -> None:
+        del told
+        self._queue.clear()
 
     def _say(self, note: str, command: str) -> None:
         with self._lock:
             self.note, self.error = note, ""
             self._note_command(command)
             self._changed()
-
-    def _note_command(self, command: str) -> None:
-        self.commands = [*self.commands, command][-MOST_COMMANDS:]
-
-    def _changed(self) -> None:
-        self.version += 1

@@ -1,12 +1,15 @@
-"""The routes of the check page."""
+"""The check page, served until it is interrupted."""
 
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 from starlette.routing import Route
 
-from vegrip.web.actions import Actions, action_routes
 from vegrip.web.check.controller import Controller
-from vegrip.web.check.render import body, commands, progress, verdict
+from vegrip.web.job_page import Actions, job_routes
+from vegrip.web.server import serve
 
 
 def routes(controller: Controller) -> list[Route]:
@@ -24,47 +27,31 @@ def routes(controller: Controller) -> list[Route]:
         "write_model": lambda told: controller.write_model(str(told["name"])),
         "use_in_node": lambda told: controller.use_in_node(str(told["node"])),
     }
-    return action_routes("check.html", _Shown(controller), actions, controller.motion)
+    return job_routes("check.html", controller, actions)
 
 
 def _place(told: Any) -> int | None:
     return None if told == "before" else int(told)
 
 
-class _Shown:
-    """What the page shows of a check."""
+def run(
+    recording: Path,
+    model: Path | None,
+    folder: Path,
+    options: tuple[str, ...],
+    port: int,
+    announce: Callable[[str], None],
+    *,
+    opens: bool = False,
+    node: str = "grasp_force",
+) -> None:
+    """Check a model against a recording on a page; models and state are kept in ``folder``.
 
-    def __init__(self, controller: Controller) -> None:
-        self._controller = controller
+    Raises:
+        DeviceError: the port is in use.
+        InputError: ``folder`` is the check of another recording.
 
-    @property
-    def version(self) -> int:
-        """Counts changes of the whole."""
-        return self._controller.version
-
-    def progress(self) -> str:
-        """Return what is going on."""
-        job = self._controller.job
-        return "" if job is None else progress(self._controller.what, job.elapsed, job.lines)
-
-    def whole(self) -> dict[str, Any]:
-        """Return everything else."""
-        controller = self._controller
-        session = controller.session
-        rung = session.rung
-        level, name, _ = verdict(rung) if rung is not None else ("unknown", "fitting", "")
-        return {
-            "name": controller.name,
-            "level": level,
-            "verdict": name,
-            "body": body(
-                session,
-                is_busy=controller.job is not None,
-                beside=controller.beside,
-                other=controller.other,
-                node=controller.node,
-            ),
-            "commands": commands(controller.commands),
-            "error": controller.error,
-            "note": controller.note,
-        }
+    """
+    with closing(Controller(recording, model, folder, options, node)) as controller:
+        controller.begin()
+        serve(routes(controller), port, announce, opens=opens)

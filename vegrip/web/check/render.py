@@ -16,6 +16,7 @@ from vegrip.web.figures import (
     residual_over_time,
     short_name,
 )
+from vegrip.web.markup import Markup, disabled, listed, section, table, unit_name
 
 Told = Mapping[str, Any]
 VERDICTS = {
@@ -99,22 +100,23 @@ def where(told: Told | None) -> str:
         return ""
     notes = [one["note"] for one in told["where"]] or ["nothing stands out of the noise"]
     doubts = [*told.get("doubts", [])]
-    return _list(notes) + (f'<p class="warn">{escape("; ".join(doubts))}</p>' if doubts else "")
+    return listed(notes) + (f'<p class="warn">{escape("; ".join(doubts))}</p>' if doubts else "")
 
 
 def channels(told: Told | None) -> str:
     """Return error, noise and coverage of every channel."""
     if told is None:
         return ""
-    rows = "".join(
-        f'<tr><td>{escape(name.replace("_", " "))}</td><td class="num">{one["ratio"]:.2f}</td>'
-        f'<td>{escape(in_noise(name, one))}</td><td class="num">{100.0 * one["coverage95"]:.0f} %</td></tr>'
+    rows = [
+        (
+            name.replace("_", " "),
+            f"{one['ratio']:.2f}",
+            in_noise(name, one),
+            f"{100.0 * one['coverage95']:.0f} %",
+        )
         for name, one in told["channels"].items()
-    )
-    return (
-        '<div class="scroll"><table><tr><th>channel</th><th class="num">error / noise</th><th>rms</th>'
-        f'<th class="num">within 95 %</th></tr>{rows}</table></div>'
-    )
+    ]
+    return table(("channel", "error / noise", "rms", "within 95 %"), rows, numbers=(1, 3))
 
 
 def ranking(rung: Rung, have: Sequence[str], *, is_busy: bool, has_buttons: bool = True) -> str:
@@ -148,29 +150,18 @@ def ranking(rung: Rung, have: Sequence[str], *, is_busy: bool, has_buttons: bool
 
 def parameters(rung: Rung) -> str:
     """Return the parameters with their standard errors."""
-    rows = "".join(
-        f'<tr><td>{escape(symbol)}</td><td class="num">{_number(one["value"])}</td>'
-        f'<td class="num">{_number(one.get("std"))}</td><td>{escape(_unit(one.get("unit")))}</td>'
-        f"<td>{escape(str(one.get('effect', '')).replace('_', ' '))}</td></tr>"
+    rows = [
+        (
+            symbol,
+            _number(one["value"]),
+            _number(one.get("std")),
+            unit_name(one.get("unit")),
+            str(one.get("effect", "")).replace("_", " "),
+        )
         for symbol, one in rung.parameters.items()
-    )
-    warnings = _list(rung.warnings) if rung.warnings else ""
-    return (
-        '<section class="card"><h2>parameters</h2><div class="scroll"><table><tr><th>symbol</th>'
-        '<th class="num">value</th><th class="num">standard error</th><th>unit</th><th>effect</th></tr>'
-        f"{rows}</table></div>{warnings}</section>"
-    )
-
-
-def progress(what: str, elapsed: float, lines: Sequence[str]) -> str:
-    """Return what is going on."""
-    last = escape(lines[-1]) if lines else "starting"
-    return f'<b>{escape(what)}</b> <span class="soft">{last}, {elapsed:.0f} s</span>'
-
-
-def commands(lines: Sequence[str]) -> str:
-    """Return the commands that did all this."""
-    return "".join(f'<pre class="command">{escape(line)}</pre>' for line in lines)
+    ]
+    head = ("symbol", "value", "standard error", "unit", "effect")
+    return section("parameters", table(head, rows, numbers=(1, 2)), listed(rung.warnings))
 
 
 def _verdict(session: Session, rung: Rung, *, is_busy: bool) -> str:
@@ -180,10 +171,10 @@ def _verdict(session: Session, rung: Rung, *, is_busy: bool) -> str:
     undo = (
         ""
         if rung.parent is None
-        else f'<button type="button" id="undo" data-do="undo" {_off(is_busy)}>undo</button>'
+        else f'<button type="button" id="undo" data-do="undo" {disabled(is_busy)}>undo</button>'
     )
     again = (
-        f'<button type="button" id="judge" data-do="judge" {_off(is_busy)}>compare and diagnose</button>'
+        f'<button type="button" id="judge" data-do="judge" {disabled(is_busy)}>compare and diagnose</button>'
         if rung.diagnosis is None or rung.comparison is None
         else ""
     )
@@ -223,7 +214,7 @@ def _ladder(session: Session, *, is_busy: bool) -> str:
     chosen = session.current
     has_buttons = "".join(
         f'<button type="button" id="rung-{i}" data-do="look_at" data-place="{i}" '
-        f'aria-pressed="{str(i == chosen).lower()}" {_off(is_busy)}>'
+        f'aria-pressed="{str(i == chosen).lower()}" {disabled(is_busy)}>'
         f"{escape(_rung_name(session, i))} <small>{one.error:.2f}</small></button> "
         for i, one in enumerate(session.rungs)
     )
@@ -268,28 +259,23 @@ def _beside_card(
     return (
         '<section class="card" id="beside"><h2>two models</h2>'
         f'<label class="inline">beside this one, dashed: <select name="place" id="beside-place" '
-        f'data-do="compare_with" {_off(is_busy)}>{choices}</select></label>'
+        f'data-do="compare_with" {disabled(is_busy)}>{choices}</select></label>'
         '<form data-do="compare_with_file" class="inline"><label>or a model file <input name="name" '
-        f'id="beside-file" placeholder="model.toml" {_off(is_busy)}></label>'
-        f"<button {_off(is_busy)}>compare</button></form>{table}</section>"
+        f'id="beside-file" placeholder="model.toml" {disabled(is_busy)}></label>'
+        f"<button {disabled(is_busy)}>compare</button></form>{table}</section>"
     )
 
 
 def _two_models(mine: Told, shown: Beside) -> str:
     name, other = shown
-    rows = "".join(
-        f'<tr><td>{escape(channel.replace("_", " "))}</td><td class="num">{one["ratio"]:.2f}</td>'
-        f'<td class="num">{_ratio(other["channels"].get(channel))}</td></tr>'
+    rows: list[tuple[object, ...]] = [
+        (channel.replace("_", " "), f"{one['ratio']:.2f}", _ratio(other["channels"].get(channel)))
         for channel, one in mine["channels"].items()
+    ]
+    rows.append(
+        tuple(Markup(f"<b>{each}</b>") for each in ("all", f"{mine['error']:.2f}", f"{other['error']:.2f}"))
     )
-    whole = (
-        f'<tr><td><b>all</b></td><td class="num"><b>{mine["error"]:.2f}</b></td>'
-        f'<td class="num"><b>{other["error"]:.2f}</b></td></tr>'
-    )
-    return (
-        '<div class="scroll"><table class="narrow"><tr><th>error / noise</th><th class="num">this model</th>'
-        f'<th class="num">{escape(name)}</th></tr>{rows}{whole}</table></div>'
-    )
+    return table(("error / noise", "this model", name), rows, numbers=(1, 2), kind="narrow")
 
 
 def _ratio(channel: Told | None) -> str:
@@ -301,8 +287,8 @@ def _held_back_card(rung: Rung, *, is_busy: bool) -> str:
     return (
         '<section class="card"><h2>hold episodes back</h2><form data-do="hold_back" class="inline"><label>'
         f'episodes <input name="episodes" id="hold-back" placeholder="e.g. 2,5..7" size="10" '
-        f'value="{escape(rung.held_back)}" {_off(is_busy)}></label>'
-        f"<button {_off(is_busy)}>fit again</button></form>"
+        f'value="{escape(rung.held_back)}" {disabled(is_busy)}></label>'
+        f"<button {disabled(is_busy)}>fit again</button></form>"
         f'<p class="soft">The fit leaves them out, and its error on them shows whether the model foretells '
         f"what it has not seen; {now}.</p></section>"
     )
@@ -322,15 +308,14 @@ def _held_out(rung: Rung) -> str:
 
 
 def _experiment(rung: Rung, *, is_busy: bool) -> str:
-    """Return what to measure next, and the motion as a file."""
     found = rung.experiment
     candidates = ",".join(_rivals(rung))
     form = (
         '<form data-do="plan" class="inline"><label>distinguish <input name="candidates" id="candidates" '
-        f'value="{escape(candidates)}" placeholder="adhesion,guide_friction" {_off(is_busy)}></label>'
+        f'value="{escape(candidates)}" placeholder="adhesion,guide_friction" {disabled(is_busy)}></label>'
         '<label>in at most <input name="duration" id="duration" size="4" value="60" '
-        f"{_off(is_busy)}> s</label>"
-        f"<button {_off(is_busy)}>find an experiment</button></form>"
+        f"{disabled(is_busy)}> s</label>"
+        f"<button {disabled(is_busy)}>find an experiment</button></form>"
     )
     said = ""
     if found is not None:
@@ -383,7 +368,7 @@ def _candidate(one: Told, most: float, *, named: bool, has_buttons: bool, is_bus
     label = escape(name.replace("_", " "))
     button = (
         f'<button type="button" class="{"main" if named else ""}" id="add-{escape(name)}" data-do="add" '
-        f'data-effect="{escape(name)}" {_off(is_busy)}>add</button>'
+        f'data-effect="{escape(name)}" {disabled(is_busy)}>add</button>'
         if has_buttons
         else ""
     )
@@ -406,33 +391,21 @@ def _undecided(told: Told) -> str:
     suggestions = (told["experiment"] or {}).get("suggestions", {})
     said += [f"to distinguish {name}: {text}" for name, text in suggestions.items()]
     said += told["doubts"]
-    return _list([one.replace("_", " ") for one in said]) if said else ""
+    return listed([one.replace("_", " ") for one in said])
 
 
 def _use(rung: Rung, node: str, *, is_busy: bool) -> str:
     return (
         '<section class="card"><h2>use this model</h2>'
         f'<form data-do="write_model" class="inline"><label>save as <input name="name" id="save-name" '
-        f'value="model.toml" {_off(is_busy)}></label><button {_off(is_busy)}>save</button></form>'
+        f'value="model.toml" {disabled(is_busy)}></label><button {disabled(is_busy)}>save</button></form>'
         '<form data-do="use_in_node" class="inline"><label>let a running node go on with it '
-        f'<input name="node" id="node-name" value="{escape(node)}" {_off(is_busy)}></label>'
-        f"<button {_off(is_busy)}>write into the node</button></form>"
+        f'<input name="node" id="node-name" value="{escape(node)}" {disabled(is_busy)}></label>'
+        f"<button {disabled(is_busy)}>write into the node</button></form>"
         f'<p class="soft">It is kept as <code>{escape(shlex.quote(rung.model))}</code> in the folder of this '
         "check.</p></section>"
     )
 
 
-def _list(texts: Sequence[str]) -> str:
-    return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in texts) + "</ul>"
-
-
 def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.4g}"
-
-
-def _unit(unit: str | None) -> str:
-    return "" if unit in (None, "1") else str(unit)
-
-
-def _off(is_busy: bool) -> str:
-    return "disabled" if is_busy else ""

@@ -26,7 +26,7 @@ class EventLog:
 
     @property
     def number(self) -> int:
-        """Of the newest event."""
+        """The number of the newest event."""
         return self._number
 
     def tick(self, now: int, wishes: Wishes) -> None:

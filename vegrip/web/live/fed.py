@@ -68,7 +68,7 @@ class FedPage:
 
     @property
     def number(self) -> int:
-        """Of the newest event."""
+        """The number of the newest event."""
         self._looked = time.monotonic()
         return self._log.number
 

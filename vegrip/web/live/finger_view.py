@@ -1,10 +1,13 @@
 """What the page shows of one finger: plain values for JSON; what is too old is absent, with its age. Pure."""
 
 import math
-from functools import cache
+from functools import cache, lru_cache
 from statistics import NormalDist
 from typing import Any
 
+import numpy as np
+
+from vegrip.contact.limit_surface.reference import point
 from vegrip.contact.pressure import peak_pressure
 from vegrip.effects import effect, names
 from vegrip.messages import (
@@ -18,8 +21,17 @@ from vegrip.messages import (
     SlipMargin,
 )
 from vegrip.runtime.monitor.finger_row import FingerRow
-from vegrip.web.live.limit_curve import limit_curve
 from vegrip.web.live.words import CONDITIONS, REASONS, health_in_words
+
+EXPONENT_STEP = 0.1
+"""Of the pressure exponent between two curves: the surface moves by less than a line's width."""
+
+EXPONENT_RANGE = (1.0, 50.0)  # of the pressure exponent; beyond, the pressure is as good as uniform
+_CENTRES = (0.0, 0.1, 0.2, 0.3, 0.42, 0.55, 0.7, 0.85, 1.0, 1.25, 1.7, 2.6, 5.0, 20.0)
+"""Distances of the centre of rotation [contact radii], from pure torque to pure force."""
+
+Curve = tuple[tuple[float, float], ...]
+"""Points (f, m): tangential force over mu N, torque over the largest torque, of the quarter f, m >= 0."""
 
 CONFIDENCE = 0.95  # one-sided, of the inner limit surface where the margin names none
 
@@ -181,3 +193,17 @@ def _learned(one: LearnedParameter) -> dict[str, Any]:
         "raw": finite(one.raw.value),
         "excited": finite(one.excited, 3),
     }
+
+
+def limit_curve(exponent: float) -> Curve:
+    """Return the limit surface of a pressure exponent k; one below 1 or unknown counts as k = 2, Hertz."""
+    if not math.isfinite(exponent) or exponent < EXPONENT_RANGE[0]:
+        exponent = 2.0
+    return _curve(round(min(exponent, EXPONENT_RANGE[1]) / EXPONENT_STEP))
+
+
+@lru_cache(maxsize=256)
+def _curve(steps: int) -> Curve:
+    f, m = point(max(steps * EXPONENT_STEP, EXPONENT_RANGE[0]), np.array(_CENTRES))
+    points = [(round(float(x), 3), round(float(y / m[0]), 3)) for x, y in zip(f, m, strict=True)]
+    return (*points, (1.0, 0.0))

@@ -18,11 +18,11 @@ from vegrip.web.server import STATIC, events
 
 
 class Stream(Protocol):
-    """Where the events of the page come from."""
+    """The source of the events of the page."""
 
     @property
     def number(self) -> int:
-        """Of the newest event."""
+        """The number of the newest event."""
 
     def first(self) -> tuple[int, str]:
         """Return number and text of the event for a page that has just come."""

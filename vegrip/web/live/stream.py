@@ -2,6 +2,8 @@
 
 import threading
 import time
+from collections.abc import Callable
+from contextlib import closing
 
 from vegrip.errors import VegripError
 from vegrip.messages import (
@@ -18,7 +20,9 @@ from vegrip.runtime.monitor.watch import Watch
 from vegrip.runtime.registry import running_nodes
 from vegrip.web.live.columns import COLUMN_PERIOD_S
 from vegrip.web.live.event_log import EventLog
+from vegrip.web.live.page import routes
 from vegrip.web.live.view import LiveView
+from vegrip.web.server import serve
 
 EVERY_ONE = (SlipMargin, LearnedParameter)
 NEWEST_ONLY = (ContactEstimate, ForceCommand, FingertipState, ModelHealth)
@@ -28,11 +32,11 @@ ASK_PATIENCE = 0.5  # [s]
 
 
 class Stream:
-    """Hears all nodes of this machine in a thread of its own; pages read :meth:`first` and :meth:`since`."""
+    """Hears all nodes of this machine in a thread of its own; pages read its ``log``."""
 
     def __init__(self) -> None:
         self._watch = Watch(EVERY_ONE, NEWEST_ONLY, waits=True)
-        self._log = EventLog(LiveView(Board(time.monotonic_ns())))
+        self.log = EventLog(LiveView(Board(time.monotonic_ns())))
         self._wishes = WantedMargins()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="watch", daemon=True)
@@ -43,31 +47,18 @@ class Stream:
         self._wishes.start()
 
     def close(self) -> None:
-        """Hear no more."""
+        """End both threads."""
         self._stop.set()
         self._wishes.close()
         self._thread.join()
         self._watch.close()
 
-    @property
-    def number(self) -> int:
-        """Of the newest event."""
-        return self._log.number
-
-    def first(self) -> tuple[int, str]:
-        """Return number and text of the event for a page that has just come."""
-        return self._log.first()
-
-    def since(self, number: int) -> tuple[int, str]:
-        """Return number and text of the event with what is new since the event ``number``."""
-        return self._log.since(number)
-
     def _run(self) -> None:
         due = time.monotonic() + COLUMN_PERIOD_S
         while not self._stop.is_set():
-            self._watch.step(self._log.view)
+            self._watch.step(self.log.view)
             if (now := time.monotonic()) >= due:
-                self._log.tick(time.monotonic_ns(), self._wishes)
+                self.log.tick(time.monotonic_ns(), self._wishes)
                 due = max(due + COLUMN_PERIOD_S, now)
             self._stop.wait(max(0.0, min(due - time.monotonic(), COLUMN_PERIOD_S / 2)))
 
@@ -104,3 +95,15 @@ class WantedMargins:
                 if isinstance(wanted := rows.get("grip.wanted_margin"), float):
                     found[entry.name] = wanted
             self._wanted = found
+
+
+def run(port: int, announce: Callable[[str], None], *, opens: bool = False) -> None:
+    """Hear all nodes of this machine, those that come later as well, and serve the page that shows them.
+
+    Raises:
+        DeviceError: the port is in use.
+
+    """
+    with closing(Stream()) as stream:
+        stream.start()
+        serve(routes(stream.log), port, announce, opens=opens)

@@ -7,7 +7,8 @@ from vegrip.identification.compare.where import format_quantity
 from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, ranking, where
 from vegrip.web.check.session import Rung, Session
 from vegrip.web.figures import ladder
-from vegrip.web.report.document import commands, document, facts, listed, section, table, told_versions
+from vegrip.web.markup import commands, facts, listed, section, spread, table
+from vegrip.web.report.document import document, told_versions
 
 Account = Mapping[str, Any]
 
@@ -107,8 +108,8 @@ def _calibration(told: Account | None) -> str:
         (
             symbol,
             f"{one['value']:.4g}",
-            _spread(one, "std"),
-            _spread(one, "goal"),
+            spread(one, "std"),
+            spread(one, "goal"),
             "known" if one["known"] else "not known well enough",
         )
         for symbol, one in told["known"].items()
@@ -121,10 +122,6 @@ def _calibration(told: Account | None) -> str:
         table(("symbol", "value", "standard error", "wanted", ""), known, numbers=(1, 2, 3)),
         f"<h3>to record again</h3>{again}",
     )
-
-
-def _spread(one: Account, which: str) -> str:
-    return f"{100.0 * one[which]:.3g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
 
 
 def _kind(channel: str) -> str:

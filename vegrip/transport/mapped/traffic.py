@@ -1,0 +1,259 @@
+"""Traffic of a foreign hand: its signals over time and just now, and the states that a map makes of it."""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+
+from vegrip.clock import NS
+from vegrip.identification.recording import Fingertip, Recording
+from vegrip.identification.recording.channels import CHANNELS
+from vegrip.messages import FingertipState
+from vegrip.transport.codec import Frame
+from vegrip.transport.mapped.codec import MappedCodec
+from vegrip.transport.mapped.compiled import Read, compile_reader, groups_of
+from vegrip.transport.mapped.database import Database, ForeignMessage, Signal
+from vegrip.transport.mapped.guess import guesses
+from vegrip.transport.mapped.plan import Plan, Slot
+from vegrip.transport.mapped.units import SI
+from vegrip.types import Floats
+
+MIN_PRESS_STATES: Final = 20  # below which a press does not show the sign of an indentation
+OPPOSED: Final = -0.3  # correlation of force and indentation below which one of them has the wrong sign
+HIDDEN: Final = ("counter", "checksum", "command")
+
+Row = tuple[str, str, float, str]
+"""Finger or message, channel or signal, value, unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """One signal over time."""
+
+    t: Floats  # [s] from the first frame of the traffic
+    value: Floats  # physical, in the unit of the database
+    raw: Floats
+
+    def within(self, window: tuple[float, float]) -> Floats:
+        """Return the values in ``window`` [s]."""
+        return self.value[(self.t >= window[0]) & (self.t <= window[1])]
+
+
+@dataclass(slots=True)
+class Traffic:
+    """The frames of a hand by their identifiers."""
+
+    frames: dict[int, list[Frame]] = field(default_factory=lambda: defaultdict(list))
+    start: int = 0  # [ns]
+    end: int = 0
+    order: list[int] = field(default_factory=list)  # identifiers as they came, of the first frames
+    short: dict[str, int] = field(default_factory=dict)  # message -> frames shorter than the database says
+
+    def add(self, frame: Frame) -> None:
+        """Append a frame."""
+        if not self.frames:
+            self.start = frame.stamp
+        self.end = max(self.end, frame.stamp)
+        self.frames[frame.arbitration_id].append(frame)
+        if len(self.order) < 20_000:
+            self.order.append(frame.arbitration_id)
+
+    @property
+    def duration(self) -> float:
+        """[s] from the first to the last frame."""
+        return (self.end - self.start) / NS
+
+
+def rate_of(trace: Trace) -> float:
+    """Return how often a signal comes [Hz], 0 when it is unknown."""
+    if len(trace.t) < 3 or trace.t[-1] <= trace.t[0]:
+        return 0.0
+    return float((len(trace.t) - 1) / (trace.t[-1] - trace.t[0]))
+
+
+def traffic_of(frames: Iterable[Frame]) -> Traffic:
+    """Return the traffic that ``frames`` are."""
+    traffic = Traffic()
+    for frame in frames:
+        traffic.add(frame)
+    return traffic
+
+
+def traces(traffic: Traffic, database: Database) -> dict[str, Trace]:
+    """Return every signal that came, by MESSAGE.SIGNAL."""
+    found: dict[str, Trace] = {}
+    for message in database.messages.values():
+        frames = [f for f in traffic.frames.get(message.identifier, []) if len(f.data) >= message.length]
+        short = len(traffic.frames.get(message.identifier, [])) - len(frames)
+        if short:
+            traffic.short[message.name] = short
+        if frames:
+            found |= _of_message(message, frames, traffic.start)
+    return found
+
+
+def _of_message(message: ForeignMessage, frames: list[Frame], start: int) -> dict[str, Trace]:
+    signals = list(message.signals.values())
+    slots = [Slot(number, message.name, s.name, s, 1.0, 0.0) for number, s in enumerate(signals)]
+    read = compile_reader(message, groups_of(message, slots), 0)
+    rows = np.full((len(frames), len(slots)), np.nan)
+    for row, frame in zip(rows, frames, strict=True):
+        values: list[float] = [float("nan")] * len(slots)
+        read(frame.data[: message.length], values)
+        row[:] = values
+    t = np.array([(frame.stamp - start) / NS for frame in frames])
+    return {
+        f"{message.name}.{signal.name}": _trace(signal, t, rows[:, number])
+        for number, signal in enumerate(signals)
+        if not np.all(np.isnan(rows[:, number]))
+    }
+
+
+def _trace(signal: Signal, t: Floats, raw: Floats) -> Trace:
+    there = ~np.isnan(raw)
+    return Trace(t[there], raw[there] * signal.scale + signal.offset, raw[there])
+
+
+class SignalsNow:
+    """The signals of a database that may be of a fingertip, in its units."""
+
+    def __init__(self, database: Database) -> None:
+        wanted: dict[str, list[str]] = {}
+        for one in guesses(database):
+            if one.channel not in HIDDEN and not database.messages[one.message].asked:
+                wanted.setdefault(one.message, []).append(one.signal)
+        self._slots: list[Slot] = []
+        self._reads: dict[int, tuple[ForeignMessage, Read]] = {}
+        for name, signals in wanted.items():
+            message = database.messages[name]
+            own = [
+                Slot(number, name, signal.name, signal, signal.scale, signal.offset)
+                for number, signal in enumerate(
+                    (message.signals[each] for each in message.signals if each in signals), len(self._slots)
+                )
+            ]
+            self._slots += own
+            self._reads[message.identifier] = message, compile_reader(message, groups_of(message, own), 0)
+        self._values = [math.nan] * len(self._slots)
+
+    def update(self, frame: Frame) -> None:
+        """Take the values of a frame."""
+        message, read = self._reads.get(frame.arbitration_id, (None, None))
+        if message is not None and read is not None and len(frame.data) >= message.length:
+            read(frame.data[: message.length], self._values)
+
+    def rows(self) -> list[Row]:
+        """Return all values."""
+        return [
+            (slot.message, slot.signal, value, slot.place.unit if slot.place is not None else "")
+            for slot, value in zip(self._slots, self._values, strict=True)
+        ]
+
+
+class MappedNow:
+    """The channels of a map, in SI; a hand on a network has none here."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._codec = None if plan.hand.format else MappedCodec(plan)
+        self._last: dict[str, FingertipState] = {}
+
+    def update(self, frame: Frame) -> None:
+        """Take the values of a frame."""
+        if self._codec is not None:
+            self._last |= {state.finger: state for state in self._codec.decode_all(frame)}
+
+    def rows(self) -> list[Row]:
+        """Return all values."""
+        return [
+            (finger.name, name, getattr(self._last.get(finger.name), name, math.nan), SI[name])
+            for finger in self._plan.fingers
+            for name in sorted(finger.measured)
+        ]
+
+
+Now: TypeAlias = SignalsNow | MappedNow
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """The values of one channel; NaN where it was never measured."""
+
+    least: float
+    last: float
+    largest: float
+
+
+@dataclass(frozen=True, slots=True)
+class Values:
+    """The states of all fingers in some traffic, and what was refused of it."""
+
+    states: Mapping[str, list[FingertipState]]
+    rejected: Mapping[str, int]
+
+    def of(self, finger: str, channel: str) -> Range:
+        """Return the range of one channel."""
+        found = np.array([getattr(state, channel) for state in self.states.get(finger, [])])
+        found = found[~np.isnan(found)]
+        if not len(found):
+            return Range(math.nan, math.nan, math.nan)
+        return Range(float(found.min()), float(found[-1]), float(found.max()))
+
+    def rate(self, finger: str) -> float:
+        """Return the states per second."""
+        states = self.states.get(finger, [])
+        if len(states) < 2 or states[-1].stamp <= states[0].stamp:
+            return math.nan
+        return (len(states) - 1) * NS / (states[-1].stamp - states[0].stamp)
+
+    def implausible(self) -> list[str]:
+        """Return what cannot be true of contact: an indentation that does not grow with the force."""
+        return [sentence for finger in self.states if (sentence := self._backwards(finger))]
+
+    def _backwards(self, finger: str) -> str:
+        both = np.array([(s.normal_force, s.displacement) for s in self.states[finger]])
+        both = both[~np.isnan(both).any(axis=1)]
+        pressing = both[both[:, 0] > 0.2 * both[:, 0].max()] if len(both) else both
+        if len(pressing) < MIN_PRESS_STATES or not np.ptp(pressing[:, 0]) or not np.ptp(pressing[:, 1]):
+            return ""
+        if float(np.corrcoef(pressing.T)[0, 1]) > OPPOSED:
+            return ""
+        return (
+            f"{finger}: the indentation falls while the normal force grows; turn one round in the map: "
+            f"[fingers.{finger}.displacement] sign"
+        )
+
+    def recording(self, finger: str) -> Recording:
+        """Return the states of a finger as a recording."""
+        states = self.states[finger]
+        t = np.array([(state.stamp - states[0].stamp) / NS for state in states])
+        columns = {name: np.array([getattr(state, name) for state in states]) for name in CHANNELS}
+        columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
+        return Recording(finger, t, np.zeros(len(t), dtype=np.int64), columns, Fingertip(math.nan, finger))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for machines; a channel that was never measured is left out."""
+        found: dict[str, Any] = {}
+        for finger in self.states:
+            ranges = {name: self.of(finger, name) for name in CHANNELS}
+            found[finger] = {
+                "rate": self.rate(finger),
+                **{n: [r.least, r.last, r.largest] for n, r in ranges.items() if not math.isnan(r.last)},
+            }
+        return found
+
+
+def values_of(plan: Plan, traffic: Traffic) -> Values:
+    """Return what ``plan`` makes of ``traffic``, frame by frame in the order of time."""
+    codec = MappedCodec(plan)
+    states: dict[str, list[FingertipState]] = {}
+    frames = sorted(
+        (frame for one in traffic.frames.values() for frame in one), key=lambda frame: frame.stamp
+    )
+    for frame in frames:
+        for state in codec.decode_all(frame):
+            states.setdefault(state.finger, []).append(state)
+    return Values(states, dict(codec.rejected))

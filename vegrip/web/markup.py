@@ -1,0 +1,69 @@
+"""Cards, tables and lists of pages and reports. Pure; all text but :class:`Markup` is escaped."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+
+class Markup(str):
+    """Text that is HTML already."""
+
+    __slots__ = ()
+
+
+def section(heading: str, *content: str) -> str:
+    """Return one part of a page."""
+    return f'<section class="card"><h2>{escape(heading)}</h2>{"".join(content)}</section>'
+
+
+def facts(rows: Mapping[str, object]) -> str:
+    """Return names and values, one pair a line."""
+    cells = "".join(
+        f"<tr><td>{escape(name)}</td><td>{escape(str(value))}</td></tr>" for name, value in rows.items()
+    )
+    return f'<table class="facts">{cells}</table>'
+
+
+def table(
+    head: Sequence[str],
+    rows: Sequence[Sequence[object]],
+    *,
+    numbers: Sequence[int] = (),
+    identifier: str = "",
+    kind: str = "",
+) -> str:
+    """Return a table of this ``id`` and CSS class; columns at the places ``numbers`` are aligned right."""
+
+    def cell(tag: str, place: int, value: object) -> str:
+        text = value if isinstance(value, Markup) else escape(str(value))
+        return f"<{tag}{' class=num' if place in numbers else ''}>{text}</{tag}>"
+
+    lines = [("th", head), *(("td", row) for row in rows)]
+    body = "".join(f"<tr>{''.join(cell(tag, i, v) for i, v in enumerate(line))}</tr>" for tag, line in lines)
+    attributes = (f' class="{kind}"' if kind else "") + (f' id="{identifier}"' if identifier else "")
+    return f'<div class="scroll"><table{attributes}>{body}</table></div>'
+
+
+def listed(texts: Sequence[str]) -> str:
+    """Return sentences, one a line."""
+    return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in texts) + "</ul>" if texts else ""
+
+
+def commands(lines: Sequence[str]) -> str:
+    """Return commands to be copied."""
+    return "".join(f'<pre class="command">{escape(line)}</pre>' for line in lines)
+
+
+def spread(one: Mapping[str, Any], which: str) -> str:
+    """Return a standard deviation of a parameter, relative where its scale is logarithmic."""
+    return f"{100.0 * one[which]:.3g} %" if one["scale"] == "log" else f"{one[which]:.2g}"
+
+
+def unit_name(unit: str | None) -> str:
+    """Return ``unit``, "" for numbers without one."""
+    return "" if unit in (None, "1") else str(unit)
+
+
+def disabled(is_busy: bool) -> str:
+    """Return the attribute of inputs that rest while a command runs."""
+    return "disabled" if is_busy else ""
