@@ -1,16 +1,17 @@
-"""One finger from frame to frame, compiled: against its physics alone, the objects, the loop, and numba.
+"""One finger from frame to frame, compiled: against its physics alone, messages, the loop, and numba.
 
 All on the same recorded frames of a closed loop, in processor time, so that a busy machine does not decide.
 
 * ``finger_step_vs_physics``: the step (checks, watchdog, grip, limits, frames and the physics) against update
   and least force alone, each called from Python;
-* ``object_path_vs_finger_step``: codec, node and codec by objects against the step;
+* ``message_path_vs_finger_step``: codec, node and codec by messages against the step;
 * ``loop_vs_finger_step``: the loop of the node, five states at a wake-up, without reports, against the step;
   the ratio is the share of the step;
 * ``loop_of_packets_vs_finger_step``: the same where the bus brings the five states in one packet;
-* ``object_report_vs_packed``: contact and slip margin from objects to frames, and packed by the step;
+* ``message_report_vs_packed``: contact and slip margin as messages to frames, and packed by the step;
 * ``wire_fd``, ``wire_classic``, ``wire_canopen``, ``wire_topics``, ``wire_batch``: a state from its bytes to
-  those of its command on this wire, codec and node by objects against codec and node with the compiled step;
+  those of its command on this wire, codec and node by messages against codec and node without them;
+* ``wire_map``: the same of a hand of another make behind a map, which gives messages, against ``wire_fd``;
 * ``c_vs_numba``: the step by C against the step by numba; every byte and number they make is compared first.
 
 And as cores, on the wall clock, so that what else the machine does counts (with ``load``, the programs that
@@ -89,12 +90,13 @@ def run() -> dict[str, Timed]:
     step = finger_step(log, mode)
     results = {
         "finger_step_vs_physics": row(step, physics(log)),
-        "object_path_vs_finger_step": row(step, objects(log)),
+        "message_path_vs_finger_step": row(step, messages(log)),
         "loop_vs_finger_step": row(loop(log, 1), step),
         "loop_of_packets_vs_finger_step": row(loop(log, FINGERS), step),
-        "object_report_vs_packed": reports(log),
+        "message_report_vs_packed": reports(log),
     }
     results |= {name: wire_row(name, log, mode) for name in WIRES}
+    results["wire_map"] = row(results["wire_fd"]["ours_us"] / 1e6, results["wire_map"]["ours_us"] / 1e6)
     if WITH_NUMBA and host.compiler() is not None:
         require_equal(log)
         results["c_vs_numba"] = row(step, finger_step(log, "numba"))
@@ -156,9 +158,11 @@ def finger_step(log: Log, mode: str) -> float:
         replay = Replay(log, mode)
         given, buffer = states(replay), bytearray(64)
         frame, fingers = np.frombuffer(buffer, dtype=np.uint8), replay.node.compiled_fingers
-        assert replay.node.controller is not None
         for finger in fingers.values():
-            finger.lend(replay.node.controller, NEVER)
+            finger.apply(
+                replace(replay.node.parameters, report_period=NEVER[0], health_period=NEVER[1]), finger.wanted
+            )
+            finger.take_line()
 
         def steps() -> None:
             for state, name, now in given:
@@ -196,8 +200,8 @@ def physics(log: Log) -> float:
     return best(prepare) / len(states(Replay(log, "python")))
 
 
-def objects(log: Log) -> float:
-    """Return the time of a frame by the objects [s], without reports."""
+def messages(log: Log) -> float:
+    """Return the time of a frame that is decoded to a message [s], without reports."""
 
     def prepare() -> Callable[[], None]:
         replay = Replay(log)
@@ -217,15 +221,15 @@ def objects(log: Log) -> float:
 
 
 def reports(log: Log) -> Timed:
-    """Return how long contact and slip margin take, packed by the step and by the objects."""
+    """Return how long contact and slip margin take, packed by the step and as messages."""
     replay = Replay(log, "c" if host.compiler() is not None else "numba")
     replay.run()
     node, codec, now = replay.node, replay.codec, log.events[-1].now
     assert node.controller is not None
-    for name, finger in node.fingers.items():
+    for finger in node.fingers.values():
         finger.health(now)  # worked out once for the last state, so not timed below
-        compiled = node.compiled_fingers[name]
-        compiled.lend(node.controller, (1e-9, 1e6))
+        finger.apply(replace(node.parameters, report_period=1e-9, health_period=1e6), finger.wanted)
+        finger.take_line()
 
     later = itertools.count(now + 1)
 
@@ -238,7 +242,7 @@ def reports(log: Log) -> Timed:
 
         return tell
 
-    def by_objects() -> Callable[[], None]:
+    def as_messages() -> Callable[[], None]:
         def tell() -> None:
             for when in itertools.islice(later, REPORTS):
                 for finger in node.fingers.values():
@@ -248,11 +252,11 @@ def reports(log: Log) -> Timed:
         return tell
 
     count = REPORTS * len(log.fingers)
-    return row(best(packed) / count, best(by_objects) / count)
+    return row(best(packed) / count, best(as_messages) / count)
 
 
 def wire_row(name: str, log: Log, mode: str) -> Timed:
-    """Return the times of a state on one wire, compiled and by objects."""
+    """Return the times of a state on one wire, with and without messages."""
     states = len(states_of(log))
     wire = WIRES[name](log, mode)
     work(wire, compiled=True)()

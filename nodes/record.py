@@ -9,8 +9,7 @@ from typing import Any
 
 from vegrip.config import build as build_parameters
 from vegrip.config import parameter
-from vegrip.identification.recording.background import BackgroundWriter
-from vegrip.identification.recording.writer import RecordingWriter
+from vegrip.identification.recording.writer import BackgroundWriter, RecordingWriter
 from vegrip.messages import Message
 from vegrip.runtime import NodeBase, NodeContext
 

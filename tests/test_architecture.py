@@ -76,4 +76,4 @@ def test_what_the_page_says_is_in_a_file_is_there(file: str, names: str) -> None
 
 
 def test_the_page_says_where_the_steps_of_a_sample_are() -> None:
-    assert len(PLACES) > 20
+    assert len(PLACES) > 12

@@ -16,8 +16,7 @@ import vegrip
 from vegrip.errors import VegripError
 from vegrip.identification.recording import Recording, read_recording, write_recording
 from vegrip.identification.samples import SAMPLES
-from vegrip.identification.simulate.protocol import write_protocol
-from vegrip.identification.simulate.standard import standard
+from vegrip.identification.simulate.protocol import standard, write_protocol
 from vegrip.model import paper_model, write_model
 from vegrip.whole_file import whole_file, write_whole
 

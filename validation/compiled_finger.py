@@ -19,7 +19,7 @@ from validation.faults.table import CASES, FAULT_BEGIN_S, Case
 from validation.faults.testbed import Scene
 from validation.liars import DATA_IDS, Liar, PartLiar
 from vegrip.grip.batch_text import COMMANDED
-from vegrip.grip.compiled_finger import LEFT_ALONE, REPORT
+from vegrip.grip.finger import LEFT_ALONE, REPORT
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import Condition, ContactEstimate, ForceCommand, Message, SlipMargin
@@ -226,9 +226,9 @@ class Replay:
 
     def finish(self) -> Answers:
         """Return the answers."""
-        self.node.take_back()
+        self.node.leave_lines()
         answers, codec = self.answers, self.codec
-        answers.faults = {name: dict(f.watchdog.faults) for name, f in self.node.fingers.items()}
+        answers.faults = {name: f.faults for name, f in self.node.fingers.items()}
         answers.lost, answers.rejected = codec.lost, dict(codec.rejected)
         answers.clipped = {name: count for name, count in codec.clipped.items() if name in CLIPPED}
         return answers
@@ -262,10 +262,7 @@ class Replay:
                 kept += sent
 
     def _condition(self, finger: str) -> Condition:
-        compiled = self.node.compiled_fingers.get(finger)
-        if compiled is not None and compiled.lent:
-            return Condition(compiled.memory["INPUT_CONDITION"])
-        return self.node.fingers[finger].watchdog.condition
+        return self.node.fingers[finger].condition
 
 
 def differences(left: Answers, right: Answers) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from validation.compiled_finger import SILENCES, Event, Log, Replay
 from validation.liars import PayloadLiar
 from vegrip.grip.batch_text import COMMANDED
-from vegrip.grip.compiled_finger import LEFT_ALONE, REPORT
+from vegrip.grip.finger import LEFT_ALONE, REPORT
 from vegrip.grip.parameters import GraspParameters
 from vegrip.messages import FingertipState, ForceCommand, Message
 from vegrip.transport.codec import CanCodec
@@ -72,7 +72,7 @@ class TopicReplay(Replay):
             return False
         found = line.unpack(event.payload, event.arrival, self._bytes)
         if found is None:
-            self.node.take_back(event.finger)
+            self.node.leave_lines(event.finger)
             return False
         done = self.node.on_values(event.finger, self._values, *found, event.arrival, event.now)
         if done & COMMANDED:

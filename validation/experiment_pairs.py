@@ -15,13 +15,12 @@ import numpy as np
 
 from vegrip.effects import effect
 from vegrip.identification.experiment.design import Design, design
-from vegrip.identification.experiment.discrimination import measure_separation
-from vegrip.identification.experiment.hypotheses import Hypotheses, hypotheses_of
-from vegrip.identification.experiment.limits import RigLimits, complete_limits, limits_of
+from vegrip.identification.experiment.design_space import RigLimits, complete_limits, limits_of
+from vegrip.identification.experiment.hypotheses import Hypotheses, hypotheses_of, measure_separation
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Recording
 from vegrip.identification.simulate import simulate
-from vegrip.identification.simulate.standard import standard
+from vegrip.identification.simulate.protocol import standard
 from vegrip.model import ContactModel, paper_model
 
 TIP_RADIUS_M = 8e-3  # [m]

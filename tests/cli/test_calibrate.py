@@ -6,12 +6,11 @@ import sys
 
 import pytest
 
+from tests.identification.reach import greatest_depth
 from vegrip.cli import main
-from vegrip.identification.calibration.practice import practice_tip, practise
-from vegrip.identification.calibration.trials import Trial
+from vegrip.identification.calibration.trials import Trial, practice_tip, practise
 from vegrip.identification.recording import write_recording
 from vegrip.identification.simulate import read_protocol
-from vegrip.identification.simulate.protocol import greatest_depth
 
 RADIUS = f"{1e3 * practice_tip(4).radius} mm"
 

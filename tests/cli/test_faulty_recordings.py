@@ -11,7 +11,7 @@ from vegrip.cli import main
 from vegrip.identification.recording import Fingertip, Recording, write_recording
 from vegrip.identification.recording.missing import MISSING
 from vegrip.identification.simulate import simulate
-from vegrip.identification.simulate.standard import standard
+from vegrip.identification.simulate.protocol import standard
 from vegrip.model import paper_model
 from vegrip.web.check.render import where
 

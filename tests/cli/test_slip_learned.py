@@ -14,9 +14,9 @@ from vegrip.cli import main
 from vegrip.cli._launch_edit import put_friction
 from vegrip.errors import InputError
 from vegrip.grip.friction_settings import COARSEST_CREEP_M_S
-from vegrip.identification.calibration.practice import practice_tip, practise
 from vegrip.identification.calibration.session import Calibration, judge, load, save, usual_limits
-from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.calibration.trials import practice_tip, practise
+from vegrip.identification.experiment.design_space import RigLimits
 from vegrip.transport.mapped.open import open_plan
 from vegrip.transport.mapped.price import settings
 

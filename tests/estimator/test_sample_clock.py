@@ -4,8 +4,10 @@ import math
 
 import pytest
 
-from vegrip.estimator.sample_clock import SampleClock, Turn
+from vegrip.estimator.sample_clock import MemoryClock, SampleClock, Turn
 from vegrip.estimator.settings import EstimatorSettings
+from vegrip.grip.layout import FingerLayout
+from vegrip.grip.memory import FingerMemory
 from vegrip.messages import FingertipState
 
 MS = 1_000_000
@@ -88,13 +90,11 @@ def test_going_back_and_taking_again_counts_each_sample_once(clock):
     assert clock.taken == at(9)
 
 
-def test_the_compiled_step_gets_the_clock_and_gives_it_back(clock):
+def test_the_step_of_a_finger_gets_the_clock_and_tells_of_it(clock):
     take(clock, at(5))
     clock.refuse()
-    memory = {}
+    memory = FingerMemory(FingerLayout(10))
     clock.write_to(memory)
-    again = SampleClock(EstimatorSettings(recovery=3, longest_gap=0.25))
-    again.read_from(memory, at(5))
-    assert (again.taken, again.seq, again.is_trusted) == (at(5), 1, True)
-    assert again.age(at(6)) == clock.age(at(6))
-    assert [again.refuse() for _ in range(2)] == [False, True], "one refusal was counted before"
+    told = MemoryClock(memory, "tip")
+    assert (told.taken.stamp, told.seq, told.is_trusted, told.refused) == (at(5).stamp, 1, True, 1)
+    assert told.age(at(6)) == clock.age(at(6))

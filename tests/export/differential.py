@@ -17,7 +17,7 @@ import numpy as np
 from e2e.p05 import e2e_p05_protect
 from numpy.typing import NDArray
 
-from validation.compiled_finger import COUNTER_AT, TIME_AT, VALUES_AT
+from validation.liars import COUNTER_AT, TIME_AT, VALUES_AT
 from vegrip import config
 from vegrip.c99 import host
 from vegrip.clock import NS
@@ -28,7 +28,7 @@ from vegrip.export import Request, finger
 from vegrip.export.finger_vectors import FingerVectors, alone
 from vegrip.export.saved import HEAD, TAIL, checksum, numbers_of, resumed
 from vegrip.grip.batch_text import COMMAND_BYTES, COMMANDED
-from vegrip.grip.compiled_finger import CompiledFinger
+from vegrip.grip.finger import GraspFinger
 from vegrip.messages import Condition
 from vegrip.transport.codec.database import layouts
 
@@ -105,7 +105,7 @@ class InPython:
         result, other = self._obey(order)
         one = self.ones[order.finger]
         wholes = int((one.memory.t.view(np.uint64) * WEIGHTS[: len(one.memory.t)]).sum())
-        return result, digest(one.memory.f), wholes, digest(self.needs), other, one.answer.tobytes()
+        return result, digest(one.memory.f), wholes, digest(self.needs), other, one.answer_frame.tobytes()
 
     def _obey(self, order: Order) -> tuple[int, int]:
         one = self.ones[order.finger]
@@ -129,25 +129,25 @@ class InPython:
         found[-TAIL] = checksum(found[:-TAIL])
         return found
 
-    def _step(self, order: Order, one: CompiledFinger) -> int:
+    def _step(self, order: Order, one: GraspFinger) -> int:
         f, t = one.memory.f, one.memory.t
         if order.what == FRAME:
             self.frame[: len(order.data)] = np.frombuffer(order.data, dtype=np.uint8)
             done = one.module.finger_receive(
-                f, t, self.needs, self.frame, len(order.data), order.first, order.second, one.answer
+                f, t, self.needs, self.frame, len(order.data), order.first, order.second, one.answer_frame
             )
         else:
-            done = one.module.finger_tick(f, t, self.needs, order.second, one.answer)
+            done = one.module.finger_tick(f, t, self.needs, order.second, one.answer_frame)
         self.counts[("frame", "tick")[order.what == TICK], bool(done)] += 1
         self.counts[Condition(one.memory["INPUT_CONDITION"]).name] += 1
         return int(bool(done & COMMANDED))
 
-    def _init(self, order: Order, one: CompiledFinger) -> int:
+    def _init(self, order: Order, one: GraspFinger) -> int:
         if not (0 <= order.first < layouts().hands and 0 <= order.second < len(self.needs)):
             return 0
         memory = one.memory
         memory.f[:], memory.t[:] = self.blank[order.finger]
-        one.answer[:] = 0
+        one.answer_frame[:] = 0
         offset = order.first * layouts().hand_stride + order.second * layouts().finger_stride
         memory["SETUP_STATE_ID"] += offset
         memory["SETUP_COMMAND_ID"] += offset
@@ -155,7 +155,7 @@ class InPython:
         self.settings[order.finger] = self.request.alone
         return 1
 
-    def _set(self, order: Order, one: CompiledFinger) -> int:
+    def _set(self, order: Order, one: GraspFinger) -> int:
         if not 0 <= order.name < len(self.settable):
             return 0
         setting, settings = self.settable[order.name], self.settings[order.finger]
@@ -175,7 +175,7 @@ class InPython:
             one.memory[f"RULE_{setting.name}"] = value
         return int(accepted)
 
-    def _load(self, order: Order, one: CompiledFinger) -> int:
+    def _load(self, order: Order, one: GraspFinger) -> int:
         assert order.numbers is not None
         try:
             resumed(self.estimator, order.numbers)

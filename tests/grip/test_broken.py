@@ -41,7 +41,7 @@ def test_broken_states_that_end_leave_silence(make_node, state):
     for now in range(100 * MS, 300 * MS, 2 * MS):
         node.on_broken(finger.name, now)
         list(node.on_tick(now))
-    assert finger.watchdog.condition is Condition.CORRUPT
+    assert finger.condition is Condition.CORRUPT
     for now in range(300 * MS, 400 * MS, 2 * MS):
         list(node.on_tick(now))
-    assert finger.watchdog.condition is Condition.STALE
+    assert finger.condition is Condition.STALE

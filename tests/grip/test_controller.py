@@ -148,20 +148,7 @@ def test_a_hand_without_a_model_or_with_too_few_is_refused(model: ContactModel) 
         vegrip.GripController(FINGERS, model={"thumb": model})
 
 
-def test_only_the_first_of_controllers_alike_warms_up(
-    model: ContactModel, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    warmed: list[str] = []
-    monkeypatch.setattr("vegrip.grip.controller._WARM", set())
-    monkeypatch.setattr("vegrip.grip.controller.dummy_states", lambda name: warmed.append(name) or ())
-    GripController(FINGERS, model=model)
-    GripController(FINGERS, model=model)
-    assert warmed == [*FINGERS]
-    GripController(FINGERS, model=model, settings=ControlSettings(policy="cone"))
-    assert warmed == [*FINGERS, *FINGERS]
-
-
-def test_a_controller_that_finds_all_warm_commands_as_the_first_one(model: ContactModel) -> None:
+def test_a_second_controller_commands_as_the_first_one(model: ContactModel) -> None:
     first, second = (GripController(FINGERS, model=model) for _ in range(2))
     for states in held(model, 0.2):
         now = states[0].stamp

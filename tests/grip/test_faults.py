@@ -89,7 +89,7 @@ def test_a_fault_is_named_and_never_lowers_the_command(
     after = [c for c in commands if c.stamp >= FAULT_AT * PERIOD]
     late = [c for c in after if c.stamp > (FAULT_AT + 300) * PERIOD]  # the fault has been seen by then
 
-    assert node.fingers["index"].watchdog.condition == condition
+    assert node.fingers["index"].condition == condition
     assert {m.condition for m in answers if isinstance(m, ModelHealth)} >= {Condition.OK, condition}
     if name != "values frozen":  # until it is seen, a frozen sensor is a sensor
         assert min(c.normal_force for c in after) >= safe
@@ -127,7 +127,7 @@ def test_a_rise_under_way_is_completed_when_the_input_fails(make_node: MakeNode,
     assert first.reason == Reason.RATE_LIMIT
     for i in range(102, 400):
         node.on_tick(i * PERIOD)
-    assert node.fingers["index"].controller.held == pytest.approx(6.0 / (0.8 * 0.85), rel=0.05)
+    assert node.fingers["index"].held == pytest.approx(6.0 / (0.8 * 0.85), rel=0.05)
 
 
 def test_after_recovery_control_goes_on_without_a_step_down(make_node: MakeNode, state: MakeState) -> None:
@@ -136,7 +136,7 @@ def test_after_recovery_control_goes_on_without_a_step_down(make_node: MakeNode,
     forces = [m.normal_force for m in run(node, states) if isinstance(m, ForceCommand)]
     falls = [before - after for before, after in itertools.pairwise(forces)]
     assert max(falls) <= ControlSettings().limits.lower_rate * 0.05  # never faster than the limit
-    assert node.fingers["index"].watchdog.condition == Condition.OK
+    assert node.fingers["index"].condition == Condition.OK
     assert forces[-1] < ControlSettings().fail_safe.force  # the need is met with less again
 
 
@@ -194,8 +194,8 @@ def test_a_force_that_stands_still_lowers_nothing_before_it_counts_as_frozen(
         for i in range(1, FAULT_AT + 900)
     ]
     forces = [m.normal_force for m in run(node, states) if isinstance(m, ForceCommand)]
-    assert node.fingers["index"].watchdog.condition == Condition.OK, "not frozen yet"
-    assert node.fingers["index"].watchdog.doubtful
+    assert node.fingers["index"].condition == Condition.OK, "not frozen yet"
+    assert node.fingers["index"].doubtful
     doubted = forces[FAULT_AT + 30 :]
     assert min(doubted) == max(doubted)
     assert doubted[0] > 0.9 * forces[FAULT_AT - 2]

@@ -14,7 +14,6 @@ from vegrip.identification.samples import SAMPLE_RADIUS_M, recording
 from vegrip.identification.sensors import (
     TANGENTIAL_CHANNELS,
     answers,
-    channels_of,
     lacking,
     markdown,
     share_of,
@@ -98,11 +97,6 @@ def test_a_measured_load_is_not_replaced_by_a_stated_one() -> None:
     measured = {name: np.ones(3) for name in ("normal_force", *TANGENTIAL_CHANNELS)}
     one = Recording("r", t, np.zeros(3, dtype=np.int64), measured)
     assert with_load(one, 5.0) is one
-
-
-def test_a_state_tells_its_channels(press: list[FingertipState]) -> None:
-    assert set(CHANNELS) <= channels_of(press[0])
-    assert "torque_z" not in channels_of(replace(press[0], torque_z=math.nan))
 
 
 def test_the_readme_has_the_table() -> None:

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vegrip.identification.calibration.practice import practice_tip, practise
-from vegrip.identification.calibration.trials import Trial
+from vegrip.identification.calibration.trials import Trial, practice_tip, practise
 from vegrip.identification.experiment.design_space import MENU, Rig
 from vegrip.identification.recording import Recording
 from vegrip.identification.slip_channel import Slide, SlipChannel, slides_of, slip_channel

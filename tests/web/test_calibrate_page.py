@@ -14,8 +14,7 @@ SEED = 4
 
 def record(folder: Path, trial: Path) -> None:
     """Do what the file of motion says with a fingertip that the page does not know."""
-    from vegrip.identification.calibration.practice import practice_tip, practise
-    from vegrip.identification.calibration.trials import Trial
+    from vegrip.identification.calibration.trials import Trial, practice_tip, practise
     from vegrip.identification.recording import write_recording
     from vegrip.identification.simulate import read_protocol
 
@@ -23,7 +22,7 @@ def record(folder: Path, trial: Path) -> None:
 
 
 def test_a_new_fingertip_is_guided_from_the_first_press_to_the_next_trial(world, visit) -> None:
-    from vegrip.identification.calibration.practice import practice_tip
+    from vegrip.identification.calibration.trials import practice_tip
 
     server = world.start("calibrate", "tip", "--web", "--port", "0")
     page = visit(color_scheme="light").page

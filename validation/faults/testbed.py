@@ -54,10 +54,10 @@ class _FickleFile(TableFile):
         super().__init__(plain._path, plain._header)
         self._writer = writer
 
-    def _put(self, data: bytes) -> int:
+    def _write_some(self, data: bytes) -> int:
         if self._writer.full:
             raise OSError(errno.ENOSPC, "no space left on device")
-        return super()._put(data)
+        return super()._write_some(data)
 
 
 class FickleWriter(RecordingWriter):
@@ -186,7 +186,7 @@ class Scene:
         node = self.node
         if node is None:
             return (Condition.MISSING,) * len(self.fingers)
-        return tuple(node.fingers[finger].watchdog.condition for finger in self.fingers)
+        return tuple(node.fingers[finger].condition for finger in self.fingers)
 
 
 def _force(command: AskedForce | None) -> float:

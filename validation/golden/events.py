@@ -21,8 +21,8 @@ STEPS = np.array([2.0**-10, 2.0**-10, 2.0**-10, 2.0**-22, 2.0**-24, 2.0**-6, 1.0
 MISSING = np.iinfo(np.int32).min
 
 STATE, FOREIGN, STOP, STALL, SETTINGS, CYCLE, END = range(7)
-"""Kinds of events: a state; a message of nobody; the node is killed, and started at ``until``; its computer
-stands still until then; it gets other settings; it is deactivated and activated; nothing comes any more."""
+"""Kinds of events: a state; a message addressed to no one; the node is killed, and started at ``until``;
+its computer stands still until then; it gets other settings; it is restarted; nothing comes any more."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -117,9 +117,8 @@ class _Session:
         statistics = self.runner.statistics
         self.totals["states"] += statistics.states
         self.totals["commands"] += statistics.commands
-        self.node.take_back()
         for name, finger in self.node.fingers.items():
-            for condition, count in finger.watchdog.faults.items():
+            for condition, count in finger.faults.items():
                 if count:
                     self.totals[f"{name} {condition.name}"] += count
         self.wire.close(self.endpoint)
@@ -146,11 +145,8 @@ class _Session:
 
 
 def condition_of(node: GraspForce, name: str) -> int:
-    """Return the condition of the input of a finger, whichever way it is answered."""
-    compiled = node.compiled_fingers.get(name)
-    if compiled is not None and compiled.lent:
-        return int(compiled.memory["INPUT_CONDITION"])
-    return int(node.fingers[name].watchdog.condition)
+    """Return the condition of the input of a finger."""
+    return int(node.fingers[name].condition)
 
 
 def changed(settings: Any, table: Mapping[str, Any] = CHANGED) -> Any:

@@ -99,7 +99,7 @@ class OwnPolicy:
         """Return the wanted force [N]."""
         self._calls += 1
         if self._calls == self.settings.fails_at:
-            raise ZeroDivisionError("as it was told to")
+            raise ZeroDivisionError("as its setting asks")
         if not demand.trusted or math.isnan(demand.least_force):
             load = demand.tangential_force
             return (held, Reason.UNTRUSTED) if math.isnan(load) else (max(held, 2.0 * load), Reason.RAISE)

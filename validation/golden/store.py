@@ -26,7 +26,7 @@ RULES = {
     "rounding": "real numbers to nine significant digits before they are digested, counts and flags as they "
     "are; 'bytes' to the bit, so it alone may differ on a machine with another libm",
     "numbers": "to judge a difference by eye, and for --tolerance: how many commands, reports and changes of "
-    "condition; mean force [N] of each eighth of the commands, the largest force [N], the friction told last",
+    "condition; mean force [N] of each eighth of the commands, the largest force [N], the last friction",
 }
 
 Lines = Mapping[str, list[str]]

@@ -179,7 +179,7 @@ class Frames(Wire):
         return found
 
     def of_nobody(self, event: Event) -> list[Item]:
-        """Return a frame with an identifier of nobody."""
+        """Return a frame with an identifier that no node has."""
         return [Item(event.now, Frame(UNKNOWN_ID, bytes(8), self.fd, event.stamp))]
 
     def falsified(self, items: list[Item], seed: int) -> list[Item]:
@@ -427,7 +427,7 @@ class Topics(Wire):
         return [Item(event.now, [encoded[0].encode(), harmed(encoded[1], event.harm)])]
 
     def of_nobody(self, event: Event) -> list[Item]:
-        """Return a topic of nobody."""
+        """Return a topic that no node has."""
         return [Item(event.now, [b"/hand/elbow/state", b"nothing"])]
 
     def falsified(self, items: list[Item], seed: int) -> list[Item]:

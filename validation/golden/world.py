@@ -71,7 +71,7 @@ class World:
         return self._happenings.popleft() if self._happenings else None
 
     def drop(self, until: int) -> None:
-        """Let the time pass to ``until`` [ns]; what arrives meanwhile finds nobody."""
+        """Let the time pass to ``until`` [ns]; what arrives meanwhile is lost."""
         while self._items and self._items[0].now < until and not self._items[0].happens:
             self._items.popleft()
         self.time = max(self.time, until)

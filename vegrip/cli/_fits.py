@@ -58,7 +58,7 @@ def opened(
 ) -> "tuple[Recording, ContactModel | None]":
     """Read a recording, all of it or some of its episodes, and, if there is one, a model."""
     from vegrip.identification.recording import read_recording
-    from vegrip.identification.recording.chosen import select_episodes
+    from vegrip.identification.recording.data import select_episodes
     from vegrip.model import read_model
 
     start = read_model(model) if model is not None else None
@@ -97,7 +97,7 @@ def doubted(problem: "Problem") -> "list[Doubt]":
     from vegrip.identification.diagnosis.data_checks import check_before_search, refuse_unusable
 
     refuse_unusable(problem.measured.recording, problem.measured)
-    return check_before_search(problem)
+    return list(check_before_search(problem))
 
 
 def print_sentences(sentences: Iterable[str]) -> None:

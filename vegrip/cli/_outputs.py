@@ -175,7 +175,7 @@ def claim_recording(folder: Path, *, force: bool) -> None:
         UsageError: it is a file.
 
     """
-    from vegrip.identification.recording.traces import holds_recording
+    from vegrip.identification.recording.session import holds_recording
 
     if folder.is_file():
         raise UsageError(f"{folder}: is a file; a recording is a folder")

@@ -14,10 +14,9 @@ from vegrip.whole_file import write_whole
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from vegrip.identification.calibration.finish import Ended
-    from vegrip.identification.calibration.goals import Known
-    from vegrip.identification.calibration.session import Calibration, Standing
-    from vegrip.identification.experiment.limits import RigLimits
+    from vegrip.identification.calibration.plan import Known
+    from vegrip.identification.calibration.session import Calibration, Ended, Standing
+    from vegrip.identification.experiment.design_space import RigLimits
 
 MAX_ROUNDS = 2  # an end may find effects that ask for further trials
 FOLDER = Annotated[Path, typer.Argument(help="Keeps everything; made when absent, gone on with when there.")]
@@ -127,7 +126,6 @@ def _opened(
     folder: Path, radius: str, limits: Path | None, own: dict[str, float | None], virtual: int | None
 ) -> "Calibration":
     from vegrip.cli.experiment import rig_limits
-    from vegrip.identification.calibration.practice import practice_tip
     from vegrip.identification.calibration.session import (
         Calibration,
         load,
@@ -135,6 +133,7 @@ def _opened(
         save,
         usual_limits,
     )
+    from vegrip.identification.calibration.trials import practice_tip
     from vegrip.identification.recording.units import parse_length
 
     found = load(folder)
@@ -207,8 +206,8 @@ def _practised(
     calibration: "Calibration", standing: "Standing", seed: int, *, say: bool
 ) -> "tuple[Standing, Ended]":
     """Do all trials on a virtual fingertip, end, and go on with what the end found missing."""
-    from vegrip.identification.calibration.practice import practice_tip, practise
     from vegrip.identification.calibration.session import MOST_TRIALS
+    from vegrip.identification.calibration.trials import practice_tip, practise
 
     tip, ended = practice_tip(seed), None
     for _ in range(MAX_ROUNDS):
@@ -257,8 +256,7 @@ def _guide(
 
 def _ended(calibration: "Calibration") -> "Ended":
     from vegrip.cli._progress import progress
-    from vegrip.identification.calibration.finish import finish
-    from vegrip.identification.calibration.session import REPORT
+    from vegrip.identification.calibration.session import REPORT, finish
     from vegrip.web.report.model_report import model_report
 
     command = f"vegrip calibrate {shlex.quote(str(calibration.folder))} --end"
@@ -372,7 +370,7 @@ def _print_known(known: Any) -> None:
 
 
 def _print_truth(seed: int, known: "Sequence[Known]") -> None:
-    from vegrip.identification.calibration.practice import practice_tip, true_values
+    from vegrip.identification.calibration.trials import practice_tip, true_values
 
     true = true_values(practice_tip(seed))
     told = [

@@ -50,7 +50,7 @@ def compare(
     """
     from vegrip.cli._fits import doubted, opened, print_json
     from vegrip.cli._progress import progress
-    from vegrip.identification.compare.curves import curves
+    from vegrip.identification.compare.plot import curves
 
     with Outputs(force=force) as outputs:
         outputs.pictures(output)

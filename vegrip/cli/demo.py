@@ -44,7 +44,7 @@ def demo(
     from vegrip.demo.command import run_demo
     from vegrip.errors import UsageError
     from vegrip.host.realtime import switched
-    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.session import replaced
     from vegrip.trials.scenario import GRASPS, Scenario, fitting_grasp
 
     if grasp == "auto":

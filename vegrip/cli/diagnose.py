@@ -90,14 +90,14 @@ def _next(found: "Diagnosis", recording: Path, model: Path | None) -> list[objec
 
 def _as_dict(found: "Diagnosis") -> dict[str, Any]:
     """Return what is printed: the diagnosis, and the experiment that would tell its candidates apart."""
-    from vegrip.identification.experiment.next_experiment import next_experiment
+    from vegrip.identification.experiment.design import next_experiment
 
     return found.as_dict(next_experiment(found))
 
 
 def _write_folder(found: "Diagnosis", start: str, folder: Path) -> None:
     from vegrip.cli._fits import json_text
-    from vegrip.identification.diagnosis.picture import draw_diagnosis
+    from vegrip.identification.diagnosis.account import draw_diagnosis
     from vegrip.model import write_model
 
     draw_diagnosis(found, folder, start)

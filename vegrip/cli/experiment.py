@@ -63,9 +63,9 @@ def experiment(
     from vegrip.effects import effect
     from vegrip.errors import UsageError
     from vegrip.identification.experiment import NO_EFFECT, design
-    from vegrip.identification.experiment.limits import complete_limits, limits_of
+    from vegrip.identification.experiment.design_space import complete_limits, limits_of
     from vegrip.identification.simulate import write_protocol
-    from vegrip.identification.simulate.plot import draw_simulation
+    from vegrip.identification.simulate.run import draw_simulation
 
     with Outputs(force=force) as outputs:
         outputs.file(output)
@@ -112,7 +112,7 @@ def rig_limits(path: Path | None, given: dict[str, float | None]) -> "RigLimits"
     """Return the limits of a file with those that options give; NaN where neither says any."""
     from vegrip.config import build
     from vegrip.config import replace as changed
-    from vegrip.identification.experiment.limits import RigLimits, read_limits
+    from vegrip.identification.experiment.design_space import RigLimits, read_limits
 
     limits = read_limits(path) if path is not None else build(RigLimits, {}, "limits")
     for name, value in given.items():
@@ -127,7 +127,7 @@ def _contest(
     """Return the candidates to separate, or the diagnosis where there are none."""
     from vegrip.identification.diagnosis import diagnose
     from vegrip.identification.experiment import hypotheses_of
-    from vegrip.identification.experiment.next_experiment import hypotheses_after
+    from vegrip.identification.experiment.design import hypotheses_after
     from vegrip.identification.fit import fit
 
     if names:

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -48,7 +49,7 @@ def fleet(
     from vegrip.cli._fits import print_json
     from vegrip.identification.fleet import find_recordings, run, summarize_rows
     from vegrip.identification.fleet.findings import write_csv
-    from vegrip.identification.fleet.ledger import Ledger
+    from vegrip.identification.fleet.row import Ledger
     from vegrip.model import read_model
 
     with Outputs(force=force) as outputs:
@@ -71,16 +72,14 @@ def fleet(
         table = summarize_rows(done)
         written = outputs.write(output, lambda path: write_whole(path, write_csv(table)))
         if as_json:
-            print_json({"findings": [one.as_dict() for one in table], "recordings": _recordings(done)})
+            print_json({"findings": [asdict(one) for one in table], "recordings": _recordings(done)})
         else:
             _print(table, done, output if written else None)
 
 
 def _recordings(done: "list[tuple[Found, Row]]") -> list[dict[str, Any]]:
-    from dataclasses import asdict
-
     return [
-        {**asdict(found), **row.as_dict()}
+        {**asdict(found), **asdict(row)}
         for found, row in sorted(done, key=lambda pair: (pair[0].date, pair[0].path))
     ]
 

@@ -98,9 +98,8 @@ def _claim(output: Path, src: Path, fingers: str, *, force: bool) -> None:
 
 
 def _mcap(src: Path, output: Path) -> "Mapping[Path, Recording]":
-    from vegrip.identification.recording.mcap_read import read_mcap
-    from vegrip.identification.recording.mcap_write import write_mcap
-    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.mcap import read_mcap, write_mcap
+    from vegrip.identification.recording.session import replaced
 
     if output.suffix.lower() == ".mcap":
         return write_mcap(src, output)
@@ -117,9 +116,9 @@ def _can_log(src: Path, output: Path, fingers: str, radius: float) -> "Mapping[P
 
 def _mapped(src: list[Path], output: Path, chart: "ColumnMap", radius: float) -> "Mapping[Path, Recording]":
     from vegrip.cli._progress import counted, progress
+    from vegrip.identification.recording.data import join_recordings
     from vegrip.identification.recording.import_csv import import_csv
-    from vegrip.identification.recording.joined import join_recordings
-    from vegrip.identification.recording.rosbag_import import import_rosbag
+    from vegrip.identification.recording.rosbag import import_rosbag
 
     recordings = []
     for path in src:
@@ -137,7 +136,7 @@ def _mapped(src: list[Path], output: Path, chart: "ColumnMap", radius: float) ->
 
 def _written(found: "Mapping[Path, Recording]") -> "Mapping[Path, Recording]":
     from vegrip.identification.recording import write_recording
-    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.session import replaced
 
     for folder, recording in found.items():
         with replaced(folder):

@@ -41,7 +41,7 @@ def record(
     from datetime import UTC, datetime
 
     from vegrip.cli.node import configured
-    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.session import replaced
     from vegrip.identification.recording.units import parse_length
     from vegrip.runtime.process import run_node
 
@@ -64,7 +64,7 @@ def record(
 def record_from_node(name: str, folder: Path, seconds: float, *, force: bool = False) -> str:
     """Record a running node into ``folder``; return the model file of its fingertips, empty where none."""
     from vegrip.cli._progress import progress
-    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.session import replaced
     from vegrip.identification.recording.writer import RecordingWriter
     from vegrip.runtime.registry import find_node
     from vegrip.runtime.replay.listen import record_node, tip_of

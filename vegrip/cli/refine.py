@@ -1,6 +1,7 @@
 """``vegrip refine``: effect after effect, until the next one does not pay."""
 
 import json
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -45,7 +46,7 @@ def refine(
     from vegrip.cli._progress import progress
     from vegrip.identification.diagnosis import error_ladder
     from vegrip.identification.diagnosis.account import account
-    from vegrip.identification.experiment.next_experiment import next_experiment
+    from vegrip.identification.experiment.design import next_experiment
     from vegrip.model import write_model
 
     with Outputs(force=force) as outputs:
@@ -63,7 +64,7 @@ def refine(
             )
         found, rungs = refined.diagnosis, refined.rungs
         outputs.write(output, partial(write_model, found.model))
-        told = {"ladder": [rung.as_dict() for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
+        told = {"ladder": [asdict(rung) for rung in rungs], "verdict": found.verdict, "noise_floor": 1.0}
         if report is not None:
             again = f"vegrip refine {recording}" + (f" --model {model}" if model is not None else "")
             again += f" --hold-back {hold_back}" if hold_back else ""

@@ -182,7 +182,7 @@ def _run_through(
     from vegrip.cli._outcome import print_outcome
     from vegrip.cli._progress import progress
     from vegrip.errors import DeviceError
-    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.session import replaced
     from vegrip.identification.recording.writer import RecordingWriter
     from vegrip.identification.sensors import LOAD_REMEDY, lacking
     from vegrip.runtime.replay.grasp import grasp_node, offline, read_settings

@@ -61,12 +61,12 @@ def simulate(
     from vegrip.cli._tables import printer
     from vegrip.errors import UsageError
     from vegrip.identification.recording import read_recording, write_recording
-    from vegrip.identification.recording.traces import replaced
+    from vegrip.identification.recording.session import replaced
     from vegrip.identification.simulate import like as simulate_like
     from vegrip.identification.simulate import read_protocol
     from vegrip.identification.simulate import simulate as simulate_model
-    from vegrip.identification.simulate.plot import draw_simulation
-    from vegrip.identification.simulate.standard import standard
+    from vegrip.identification.simulate.protocol import standard
+    from vegrip.identification.simulate.run import draw_simulation
 
     if like is not None and (protocol is not None or noise or plot is not None):
         raise UsageError(

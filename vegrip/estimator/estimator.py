@@ -4,7 +4,6 @@ import math
 from dataclasses import replace
 from functools import cache
 from statistics import NormalDist
-from typing import Protocol
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from vegrip.estimator.initial_state import initial_memory
 from vegrip.estimator.layout import CHANNELS, FRICTION, Layout, layout_of, state_names
 from vegrip.estimator.memory import REPORT_PLACE, EstimatorMemory
 from vegrip.estimator.rewind_buffer import RewindBuffer
-from vegrip.estimator.sample_clock import SampleClock, Turn
+from vegrip.estimator.sample_clock import MemoryClock, SampleClock, Turn
 from vegrip.estimator.saved_numbers import SavedNumbers
 from vegrip.estimator.settings import EstimatorSettings, SensorNoise
 from vegrip.messages import (
@@ -43,13 +42,6 @@ LEAST_SLIP_SPEED = 2e-4
 """Of a sliding contact [m/s]; a slower one contradicts the slip channel."""
 
 
-class RecentSamples(Protocol):
-    """The last samples of a finger."""
-
-    def last(self, count: int) -> list[FingertipState]:
-        """Return the last ``count`` of them, or all where there are fewer."""
-
-
 class ContactEstimator:
     """Recursive estimate of one contact, with standard deviations.
 
@@ -72,7 +64,7 @@ class ContactEstimator:
         self.layout: Layout = layout_of(model)
         self._module = module_for(model, self.layout, ellipse=self.settings.surface == "ellipse")
         self._memory = EstimatorMemory(self.layout, initial_memory(model, self.layout, noise, self.settings))
-        self._clock = SampleClock(self.settings)
+        self._clock: SampleClock | MemoryClock = SampleClock(self.settings)
         self._rewind = RewindBuffer(self.settings.late, self.layout.lasting)
         self._warm()
         self.reset()
@@ -82,13 +74,11 @@ class ContactEstimator:
         self._memory.reset()
         self._clock.reset()
         self._rewind.clear()
-        self._load = self._torque = NAN  # of the last sample that was taken
-        self.late = 0
-        """Samples that came late and were put in their place."""
         self._margin, self._look = np.full(5, NAN), np.zeros(len(Look._fields))
-        self._lent_after: FingertipState | None = None  # the last sample before :meth:`write_to`
         self._hysteresis = HealthHysteresis()
-        self._health: ModelHealth | None = None  # the verdict at the last sample, once it was asked for
+        self._followed = 0  # clocks that the hysteresis knows of
+        self._health: ModelHealth | None = None  # the verdict at the last sample, once it was asked for,
+        self._judged = -1  # and which one that was
 
     @property
     def memory(self) -> Floats:
@@ -111,34 +101,19 @@ class ContactEstimator:
         saved.put_into(self._memory.numbers, memory[saved.places])
         self._clock.resume()
 
-    def write_to(self, memory: NamedNumbers) -> None:
-        """Lend everything to the compiled finger step: from now on ``memory`` is where it lies."""
-        self._memory.move_to(memory.section("ESTIMATOR"))
-        if self.settings.late:
-            self._rewind.move_to(memory.section("REWIND").reshape(self.settings.late, -1))
-            memory["SAMPLE_REWIND_NEXT"] = self._rewind.next_slot
-            self._lent_after = self._clock.taken
-        memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"] = self._load, self._torque
-        memory["TOLD_CONFIDENCE"] = self.settings.confidence
-        self._clock.write_to(memory)
+    def mount(self, memory: NamedNumbers, finger: str) -> None:
+        """Lie in the ``memory`` of a finger from now on, whose step takes the samples.
 
-    def read_rewind(self, past: RecentSamples, taken: int) -> None:
-        """Know again which samples have their memories in the ring: the last of the ``past``.
-
-        ``taken`` counts those that the compiled finger step took since :meth:`write_to`.
+        What is known moves there; :meth:`assimilate` is done by the step.
         """
-        if not self.settings.late or not taken:
-            return
-        noted = min(taken, self.settings.late)
-        samples = past.last(noted + 1 if taken > noted else noted)
-        before = samples.pop(0) if taken > noted else self._lent_after
-        self._rewind.note_kept(samples, before, taken - noted)
-
-    def read_from(self, memory: NamedNumbers, last: FingertipState) -> None:
-        """Take what the compiled finger step has made of the samples up to ``last``."""
-        self._clock.read_from(memory, last)
-        self._load, self._torque = memory["TAKEN_LOAD"], memory["TAKEN_TORQUE"]
-        self._health = None
+        self._memory.move_to(memory.section("ESTIMATOR"))
+        memory["TOLD_CONFIDENCE"] = self.settings.confidence
+        if isinstance(self._clock, SampleClock):
+            self._clock.write_to(memory)
+            memory["SAMPLE_REWIND_NEXT"] = memory["SAMPLE_KEPT"] = 0
+            if self.settings.late:
+                self._rewind.write_to(memory)
+        self._clock = MemoryClock(memory, finger)
 
     def update(self, state: FingertipState) -> ContactEstimate:
         """Take one sample and return what is known now: :meth:`assimilate`, then :meth:`contact_estimate`."""
@@ -155,36 +130,31 @@ class ContactEstimator:
         gap, and what is known of the contact is carried over it. Values that are not finite count as not
         measured.
         """
-        self._health = None
-        turn = self._clock.turn(state)
+        clock = self._clock
+        assert isinstance(clock, SampleClock)  # noqa: S101 (the samples of a mounted one go to its finger)
+        turn = clock.turn(state)
         if turn is Turn.NEXT:
-            self._take(state)
-        elif turn is Turn.RESUMED or (not self._take_late(state) and self._clock.refuse()):
-            self._follow_clock(state)
+            self._take(clock, state)
+        elif turn is Turn.RESUMED or (not self._take_late(clock, state) and clock.refuse()):
+            self._rewind.clear()
+            clock.follow(state)
+            self._take(clock, state)
 
-    def _follow_clock(self, state: FingertipState) -> None:
-        """Take ``state``, the next one but by a clock that has started anew."""
-        self._rewind.clear()
-        self._hysteresis.follow_clock()
-        self._clock.follow(state)
-        self._take(state)
-
-    def _take_late(self, state: FingertipState) -> bool:
+    def _take_late(self, clock: SampleClock, state: FingertipState) -> bool:
         """Go back, take ``state``, and again those that came after it; return whether that is possible."""
         found = self._rewind.rewind(state.stamp)
         if found is None:
             return False
         lasting, before, later = found
         self._memory.numbers[: len(lasting)] = lasting
-        self._clock.rewind(before, len(later))
+        clock.rewind(before, len(later))
         for sample in (state, *later):
-            self._take(sample)
-        self.late += 1
+            self._take(clock, sample)
         return True
 
-    def _take(self, state: FingertipState) -> None:
+    def _take(self, clock: SampleClock, state: FingertipState) -> None:
         """Take the sample that follows the last one."""
-        memory, clock = self._memory, self._clock
+        memory = self._memory
         dt = clock.since_last(state)
         force, displacement, radius = state.normal_force, state.displacement, state.contact_radius
         usable = math.isfinite(force) or math.isfinite(displacement)
@@ -195,12 +165,17 @@ class ContactEstimator:
         # not math.hypot: Python's rounds otherwise than C's
         x, y = state.tangential_force_x, state.tangential_force_y
         load = math.sqrt(x * x + y * y)
-        self._load = load if math.isfinite(load) else NAN
-        self._torque = state.torque_z if math.isfinite(state.torque_z) else NAN
-        memory.set_exogenous(state, self._load, self._torque)
+        load = clock.load = load if math.isfinite(load) else NAN
+        torque = clock.torque = state.torque_z if math.isfinite(state.torque_z) else NAN
+        memory.set_exogenous(state, load, torque)
         slip = _slip_of(state) if self.layout.mu_learned else NAN
-        self._module.update(memory.numbers, dt, force, displacement, radius, self._load, self._torque, slip)
+        self._module.update(memory.numbers, dt, force, displacement, radius, load, torque, slip)
         clock.take(state, informs=usable and memory.is_informed)
+
+    @property
+    def late(self) -> int:
+        """Samples that came late and were put in their place."""
+        return self._clock.late
 
     @property
     def refused(self) -> int:
@@ -269,7 +244,7 @@ class ContactEstimator:
         if state is None:
             return SlipMargin(0, "", 0)
         memory, out = self._memory, self._margin
-        self._module.margin_of(memory.numbers, self._load, self._torque, out)
+        self._module.margin_of(memory.numbers, self._clock.load, self._clock.torque, out)
         gauge, upper, reserve, when, earliest = out.tolist()
         relative, absolute = memory.report("GAUGE_REL"), memory.report("GAUGE_ABS")
         valid = self._is_valid() and self.in_contact and math.isfinite(upper)
@@ -302,7 +277,7 @@ class ContactEstimator:
         if not self._is_valid():
             return NAN
         at = quantile(self.settings.confidence if confidence is None else confidence)
-        tangential, torque = (self._load, self._torque) if load is None else load
+        tangential, torque = (self._clock.load, self._clock.torque) if load is None else load
         return float(self._module.least_force(self._memory.numbers, tangential, torque, margin, at))
 
     @property
@@ -329,10 +304,8 @@ class ContactEstimator:
         friction_part = report("MU_STD") / mu if mu > 0.0 else 0.0
         known, noise = report("GAUGE_REL"), report("GAUGE_ABS") / gauge
         rest = max(known * known - friction_part * friction_part, 0.0)
-        torque = 0.0 if math.isnan(self._torque) else self._torque / radius
-        load = math.sqrt(
-            self._load * self._load + torque * torque
-        )  # as C rounds, see the kernels of the grip
+        torque = 0.0 if math.isnan(self._clock.torque) else self._clock.torque / radius
+        load = math.hypot(self._clock.load, torque)
         if self._memory.is_load_doubted:
             return NAN, math.inf, load
         return gauge * mu, math.sqrt(rest + noise * noise), load
@@ -343,12 +316,15 @@ class ContactEstimator:
         The verdict has hysteresis over the stamps of the samples at which it is asked for; until the next
         sample it stays the same, and asking again costs nothing.
         """
-        if self._health is None:
-            self._health = self._assess()
+        if self._health is None or self._judged != self._clock.offers:
+            self._health, self._judged = self._assess(), self._clock.offers
         return self._health
 
     def _assess(self) -> ModelHealth:
         clock, memory = self._clock, self._memory
+        if clock.followed != self._followed:
+            self._followed = clock.followed
+            self._hysteresis.follow_clock()
         if clock.taken is None:
             return ModelHealth(0, "", 0)
         condition = Condition.OK if self._channels_used() & 3 == 3 else Condition.DEGRADED
@@ -437,8 +413,8 @@ class ContactEstimator:
     def _channels_used(self) -> Channel:
         bits = self._memory.used_bits()
         if self._clock.taken is not None:
-            bits |= TANGENTIAL if math.isfinite(self._load) else 0
-            bits |= TORQUE if math.isfinite(self._torque) else 0
+            bits |= TANGENTIAL if math.isfinite(self._clock.load) else 0
+            bits |= TORQUE if math.isfinite(self._clock.torque) else 0
             bits |= SLIP if math.isfinite(self._clock.taken.slip) else 0
         return CHANNEL_SETS[bits]
 

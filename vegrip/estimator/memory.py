@@ -53,13 +53,12 @@ class EstimatorMemory:
 
     def reset(self) -> None:
         """Forget everything but the prior."""
-        self.numbers = self.blank.copy()
+        self.numbers[:] = self.blank
 
-    def move_to(self, lent: Floats) -> None:
-        """Lie in ``lent`` from now on, shape (layout.size,)."""
-        if self.numbers.ctypes.data != lent.ctypes.data:
-            lent[:] = self.numbers
-            self.numbers = lent
+    def move_to(self, place: Floats) -> None:
+        """Lie in ``place`` from now on, shape (layout.size,)."""
+        place[:] = self.numbers
+        self.numbers = place
 
     def section(self, name: str) -> Floats:
         """Return the numbers of a section of the layout, to read and to write."""

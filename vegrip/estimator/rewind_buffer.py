@@ -1,11 +1,12 @@
 """The last samples and what was known before each, so that a late one can still take its place."""
 
 from collections import deque
+from dataclasses import astuple
 
 import numpy as np
 
 from vegrip.messages import FingertipState
-from vegrip.types import Floats
+from vegrip.types import Floats, NamedNumbers
 
 
 class RewindBuffer:
@@ -48,29 +49,15 @@ class RewindBuffer:
         self._next = slot
         return self._ring[slot].copy(), before, later
 
-    @property
-    def next_slot(self) -> int:
-        """Where the next memory goes."""
-        return self._next
-
-    def move_to(self, ring: Floats) -> None:
-        """Keep the memories in ``ring`` from now on, shape (depth, size); what is kept moves there."""
-        if self._ring.base is not ring.base or self._ring.base is None:
-            ring[:] = self._ring
-            self._ring = ring
-
-    def note_kept(
-        self, samples: list[FingertipState], before: FingertipState | None, overwritten: int = 0
-    ) -> None:
-        """Note that ``samples`` came after ``before`` and their memories went into the ring in order.
-
-        Behind those of as many others as were ``overwritten``.
-        """
-        self._next = (self._next + overwritten) % len(self._ring)
-        for sample in samples:
-            self._samples.append((sample, before, self._next))
-            self._next = (self._next + 1) % len(self._ring)
-            before = sample
+    def write_to(self, memory: NamedNumbers) -> None:
+        """Hand everything to the memory of a finger, where its step goes on."""
+        memory.section("REWIND").reshape(self._ring.shape)[:] = self._ring
+        stamps, before, begun = map(memory.section, ("REWIND_STAMP", "REWIND_BEFORE", "REWIND_BEGUN"))
+        values = memory.section("REWIND_STATE").reshape(len(self._ring), -1)
+        for sample, last, slot in self._samples:
+            stamps[slot], values[slot] = sample.stamp, astuple(sample)[-values.shape[1] :]
+            begun[slot], before[slot] = last is not None, 0 if last is None else last.stamp
+        memory["SAMPLE_REWIND_NEXT"], memory["SAMPLE_KEPT"] = self._next, len(self._samples)
 
     def clear(self) -> None:
         """Forget all."""

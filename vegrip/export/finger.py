@@ -21,7 +21,7 @@ from vegrip.export.saved import NUMBER_DIGITS, text_number
 from vegrip.export.texts import NAMES, ONLY_TOUCHING, Texts, filled, saved_text, saving_words
 from vegrip.grip.batch_text import COMMAND_BYTES
 from vegrip.grip.compiled import finger_places, finger_text
-from vegrip.grip.finger_controller import RENEWAL
+from vegrip.grip.finger import RENEWAL
 from vegrip.grip.joint_confidence import FINGER_CORRELATION, each_confidence
 from vegrip.grip.layout import REALS, FingerLayout
 from vegrip.grip.settings import ControlSettings

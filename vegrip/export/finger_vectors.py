@@ -1,4 +1,4 @@
-"""Recorded frames and ticks of one finger, and what the node's objects answer: the self-test of an export."""
+"""Recorded frames and ticks of one finger, and what the node answers: the self-test of an export."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from vegrip.estimator import ContactEstimator
 from vegrip.export.request import Request
 from vegrip.export.vectors import STEP, simulated
-from vegrip.grip.compiled_finger import CompiledFinger, Place
 from vegrip.grip.controller import GripController
+from vegrip.grip.finger import GraspFinger
 from vegrip.grip.node import GraspForce
 from vegrip.messages import ForceCommand
 from vegrip.transport.codec import CanCodec, Frame
@@ -39,7 +39,7 @@ class FingerVectors:
 
     meetings: tuple[Meeting, ...]
     reals: NDArray[np.float64]
-    blank: CompiledFinger
+    blank: GraspFinger
 
 
 def record(request: Request) -> FingerVectors:
@@ -77,7 +77,7 @@ def _frames(request: Request) -> Iterator[Frame]:
 
 
 def _answered(node: GraspForce, codec: CanCodec, meeting: Meeting, name: str) -> Meeting:
-    """Let the objects meet it."""
+    """Let the node meet it."""
     line = codec.line(name)
     assert line is not None  # noqa: S101
     if meeting.data:
@@ -90,19 +90,22 @@ def _answered(node: GraspForce, codec: CanCodec, meeting: Meeting, name: str) ->
         answers = list(node.on_tick(meeting.now))
     commands = [one for one in answers if isinstance(one, ForceCommand) and one.finger == name]
     data = codec.encode(commands[0])[0].data if commands else b""
-    return replace(meeting, command=data, condition=int(node.fingers[name].watchdog.condition))
+    return replace(meeting, command=data, condition=int(node.fingers[name].condition))
 
 
-def alone(request: Request, mode: str = "python") -> CompiledFinger:
+def alone(request: Request, mode: str = "python") -> GraspFinger:
     """Return a finger as firmware has it, before its first frame; ``mode`` says what runs its step."""
     control, names = request.alone, request.fingers
-    hand = GripController(names, settings=control, make_estimator=_estimators(request))
-    thumb = names.index(control.thumb) if control.thumb in names else -1
+    make = _estimators(request)
+    hand = GripController(names, settings=control, make_estimator=make)
     line = CanCodec(names, fd=True, use_sender_time=True).line(names[0])
     assert line is not None  # noqa: S101
     needs = np.full(len(names), np.nan)
-    one = CompiledFinger(hand.fingers[names[0]], line, Place(0, len(names), thumb), needs, mode, alone=True)
-    one.lend(hand, (0.0, 0.0))
+    one = GraspFinger(
+        names[0], make(names[0]), control, hand.place_of(names[0]), needs, line=line, mode=mode, alone=True
+    )
+    one.apply(control, hand.wanted)
+    one.take_line()
     return one
 
 
@@ -111,7 +114,7 @@ def _estimators(request: Request) -> Callable[[str], ContactEstimator]:
     return lambda _: ContactEstimator(request.model, request.noise, settings)
 
 
-def _memory(one: CompiledFinger, meetings: tuple[Meeting, ...]) -> NDArray[np.float64]:
+def _memory(one: GraspFinger, meetings: tuple[Meeting, ...]) -> NDArray[np.float64]:
     """Return the real numbers after all, worked out by plain Python."""
     module, f, t = one.module, one.memory.f, one.memory.t
     needs, frame = np.full(one.memory["SETUP_FINGERS"], np.nan), np.zeros(64, dtype=np.uint8)
@@ -119,7 +122,7 @@ def _memory(one: CompiledFinger, meetings: tuple[Meeting, ...]) -> NDArray[np.fl
         if meeting.data:
             frame[: len(meeting.data)] = np.frombuffer(meeting.data, dtype=np.uint8)
             length = len(meeting.data)
-            module.finger_receive(f, t, needs, frame, length, meeting.arrival, meeting.now, one.answer)
+            module.finger_receive(f, t, needs, frame, length, meeting.arrival, meeting.now, one.answer_frame)
         else:
-            module.finger_tick(f, t, needs, meeting.now, one.answer)
+            module.finger_tick(f, t, needs, meeting.now, one.answer_frame)
     return f.copy()

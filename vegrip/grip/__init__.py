@@ -1,10 +1,10 @@
 """Grip control of a hand: fingertip states in, slip margins and force commands out.
 
-Pure code with time passed in, one idea per file::
+One text with time passed in, :mod:`vegrip.grip.kernels`, a stage a file::
 
-    FingertipState -> watchdog ---- Condition -+
-    estimator ------> Demand -> policy --------+-> balance -> fail_safe -> limits -> ForceCommand
+    FingertipState -> watchdog ---- condition -+
+    estimator ------> demand -> policy --------+-> share -> fail_safe -> limits -> ForceCommand
 
-:class:`~vegrip.grip.finger_controller.FingerController` composes them for a finger,
-:class:`~vegrip.grip.node.GraspForce` for a hand. Every command passes the limits, whatever made it.
+:class:`~vegrip.grip.finger.GraspFinger` is a view of a finger's numbers,
+:class:`~vegrip.grip.node.GraspForce` the node of a hand. Every command passes the limits, whatever made it.
 """

@@ -5,8 +5,8 @@
 
 import ctypes
 import logging
-from collections.abc import Callable, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,13 +24,13 @@ from vegrip.estimator.layout import Layout
 from vegrip.estimator.origins import Origins
 from vegrip.grip import packet_text
 from vegrip.grip.batch_text import REPORT_ARGUMENTS, STEP_ARGUMENTS, batch_text
-from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, FingerLayout
-from vegrip.grip.policies.running_median import WINDOW_SLOTS
+from vegrip.grip.layout import CHANNELS, MECHANICAL_CHANNELS, WINDOW_SLOTS, FingerLayout
 from vegrip.grip.slip_trust import TRUST_SIZE
-from vegrip.grip.wires import WIRES
+from vegrip.grip.wires import ENTRIES, MESSAGE_ENTRIES, NODE_ENTRIES, NODE_KERNELS, WIRES
 from vegrip.model import ContactModel, cache, native, writer
 from vegrip.model.composer import compose
-from vegrip.transport.codec.line import FD
+from vegrip.transport.codec.kernel_text import wire_text
+from vegrip.transport.codec.part_text import part_text
 
 HERE: Final = Path(__file__).parent / "kernels"
 INPUT_KERNELS: Final = ("bits", "words", "protection", "receive", "stillness", "noise", "watchdog", "sense")
@@ -38,11 +38,12 @@ GRIP_KERNELS: Final = (
     "demand", "takeover", "usual_need", "margin_grip", "fail_safe", "limits", "share", "control",
     "finger_step",
 )  # fmt: skip
+ALONE_KERNELS: Final[tuple[str, ...]] = ("reports",)
 SHARED_FRICTION: Final = (
     "friction_belief", "friction_probe", "friction_onset", "drive_lag", "load_lead", "felt_slip", "late_slip",
     "friction_change", "slip_trust",
 )  # fmt: skip
-"""Of :mod:`vegrip.grip`: what objects and the compiled step both run."""
+"""Texts of :mod:`vegrip.grip`: the friction of a grasp, which a node also looks at."""
 
 LOAD_CHANNELS: Final = ("tangential_force_x", "tangential_force_y", "torque_z")
 SUFFICIENT_CHANNELS: Final = ("normal_force", "displacement")
@@ -62,19 +63,18 @@ def finger_module(
     *,
     ellipse: bool = False,
     mode: str = "",
-    wire: str = FD,
 ) -> FingerKernels:
     """Return the compiled finger step of a model; ``mode`` goes before ``VEGRIP_KERNEL``."""
-    text, mode = finger_text(model.effects, layout, finger, ellipse, wire), mode or _mode()
+    text, mode = finger_text(model.effects, layout, finger, ellipse), mode or _mode()
     if mode == "python":
         return cache.load_plain(text)
     if mode in {"c", "c-float"}:
         try:
-            places, entries = finger_places(model), WIRES[wire].entries
-            lengths = single_lengths(finger, wire) if mode == "c-float" else None
-            more = batch_text(finger) + packet_text.PACKET_TEXT if wire == FD else ""
-            library = native.library_of(text, entries, places.place, more, single=lengths)
-            return FingerKernelsC(library, wire)
+            lengths = single_lengths(finger) if mode == "c-float" else None
+            more = batch_text(finger) + packet_text.PACKET_TEXT
+            place = finger_places(model).place
+            library = native.library_of(text, entries_of(finger), place, more, single=lengths)
+            return FingerKernelsC(library)
         except (CompilerError, UntranslatableError) as error:
             native.tell_once(str(error))
     return cache.load(text)
@@ -83,7 +83,7 @@ def finger_module(
 def bound_step(module: FingerKernels, wire: str, f: Any, t: Any, g: Any, out: Any) -> Step:
     """Return the step of ``module`` on arrays that stay where they are and are kept by the caller."""
     if isinstance(module, FingerKernelsC):
-        return module.bound_step(f, t, g, out)
+        return module.bound_step(wire, f, t, g, out)
     step = getattr(module, WIRES[wire].step)
     if not WIRES[wire].writes:
         return lambda values, counter, stamp, arrival, now: step(
@@ -92,17 +92,25 @@ def bound_step(module: FingerKernels, wire: str, f: Any, t: Any, g: Any, out: An
     return lambda frame, length, arrival, now: step(f, t, g, frame, length, arrival, now, out)
 
 
-def compile_now(module: FingerKernels, wire: str, f: Any, t: Any, out: Any) -> None:
+def bound_call(module: FingerKernels, name: str, *arrays: Any) -> Callable[..., int]:
+    """Return an entry of ``module`` on arrays that stay where they are and are kept by the caller."""
+    if isinstance(module, FingerKernelsC):
+        return partial(module.entry(name), *map(_address, arrays))
+    return partial(getattr(module, name), *arrays)
+
+
+def compile_now(module: FingerKernels, finger: FingerLayout, wire: str, f: Any, t: Any, out: Any) -> None:
     """Let numba compile what a node calls of ``module``, for arrays like these; C and Python have no need to.
 
     numba compiles a function when it is called first, and that would be within the loop: a minute without a
     command. Nothing is called here, so that the arrays stay as they are.
     """
     given = {MEMORY: f, LONGS: t, BYTES: out, LONG: 0}
-    for name in (WIRES[wire].step, *WIRES[wire].reports):
+    called, entries = (WIRES[wire].step, *WIRES[wire].reports, *MESSAGE_ENTRIES), entries_of(finger)
+    for name in called:
         function = getattr(module, name, None)
-        if isinstance(function, Dispatcher):
-            kinds = WIRES[wire].entries[name]
+        if isinstance(function, Dispatcher) and name in entries:
+            kinds = entries[name]
             function.compile(tuple(typeof(given[kind]) for kind in kinds))  # type: ignore[no-untyped-call]
 
 
@@ -111,12 +119,11 @@ def _mode() -> str:
     return "c" if mode == "c-float" else mode
 
 
-def single_lengths(finger: FingerLayout, wire: str = FD) -> Lengths:
+def single_lengths(finger: FingerLayout) -> Lengths:
     """Return how long the memories of each entry are, for a step that computes in single precision."""
     needs = f"(int)a1[{finger.wholes['SETUP_FINGERS']}]"
     lengths = (finger.n_reals, TRUST_SIZE if finger.is_shared else needs, len(CHANNELS))
-    entries = WIRES[wire].entries
-    return {name: lengths[: entries[name].count(MEMORY)] for name in entries}
+    return {name: lengths[: kinds.count(MEMORY)] for name, kinds in entries_of(finger).items()}
 
 
 def finger_places(model: ContactModel) -> Origins:
@@ -125,31 +132,36 @@ def finger_places(model: ContactModel) -> Origins:
 
 
 @lru_cache(maxsize=32)
-def finger_text(
-    effects: tuple[Effect, ...], layout: Layout, finger: FingerLayout, ellipse: bool, wire: str = FD
-) -> str:
+def finger_text(effects: tuple[Effect, ...], layout: Layout, finger: FingerLayout, ellipse: bool) -> str:
     """Return the text of the module.
 
     Raises:
         ModelError: two functions or constants have one name.
 
     """
-    kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger, wire)]
-    known = [finger.constants(), constants(layout), WIRES[wire].text()]
+    kernels = [path.read_text(encoding="utf-8") for path in kernels_of(finger)]
+    frames = wire_text() + part_text() if finger.is_shared else wire_text()
+    known = [finger.constants(), constants(layout), frames]
     parts = [*estimator_parts(layout, ellipse=ellipse), *known]
     names = [effect.name for effect in effects]
-    return writer.write(compose(effects), names, [*parts, *kernels], tuple(WIRES[wire].entries))
+    return writer.write(compose(effects), names, [*parts, *kernels], tuple(entries_of(finger)))
 
 
-def kernels_of(finger: FingerLayout, wire: str = FD) -> list[Path]:
+def kernels_of(finger: FingerLayout) -> list[Path]:
     """Return the files of the step, in their order."""
-    friction = [HERE / "friction_alone.py"]
+    friction, more = [HERE / "alone.py"], ALONE_KERNELS
     if finger.is_shared:
         friction = [HERE.with_name(f"{name}.py") for name in SHARED_FRICTION]
-        friction.append(HERE / "friction_shared.py")
-    names = INPUT_KERNELS, (*GRIP_KERNELS, *WIRES[wire].kernels)
+        friction += [HERE / "friction_shared.py", HERE / "choice.py"]
+        more = NODE_KERNELS
+    names = INPUT_KERNELS, (*GRIP_KERNELS, *more)
     before, behind = ([HERE / f"{name}.py" for name in some] for some in names)
     return [*before, HERE.with_name("confirmed_load.py"), *friction, *behind]
+
+
+def entries_of(finger: FingerLayout) -> Mapping[str, tuple[Kind, ...]]:
+    """Return what is called of a finger's module from outside, with the kinds of the arguments."""
+    return NODE_ENTRIES if finger.is_shared else ENTRIES
 
 
 def constants(layout: Layout) -> str:
@@ -181,24 +193,23 @@ class FingerKernelsC:
 
     Args:
         library: the shared library.
-        wire: whose step it has, see :mod:`vegrip.grip.wires`.
 
     """
 
-    def __init__(self, library: Path, wire: str = FD) -> None:
+    def __init__(self, library: Path) -> None:
         loaded = host.load(library)
-        self.library, self._wire = library, WIRES[wire]
-        self._step = _entry(loaded, self._wire.step, self._wire.entries[self._wire.step])
-        if wire != FD:
-            return
+        self.library, self._loaded = library, loaded
         self.batch_step = _plain(loaded, "vg_batch_step", STEP_ARGUMENTS, ctypes.c_int64)
         self.batch_report = _plain(loaded, "vg_batch_report", REPORT_ARGUMENTS, None)
         self.packet_step = _plain(loaded, "vg_packet_step", packet_text.STEP_ARGUMENTS, ctypes.c_int64)
         self.packet_report = _plain(loaded, "vg_packet_report", packet_text.REPORT_ARGUMENTS, ctypes.c_int)
-        entries = self._wire.entries
-        self._tick = _entry(loaded, "finger_tick", entries["finger_tick"])
-        self._receive = _entry(loaded, "finger_receive", entries["finger_receive"])
-        self._report = _entry(loaded, "finger_report", entries["finger_report"])
+        self._step, self._tick, self._receive, self._report = (
+            self.entry(name) for name in ("finger_step", "finger_tick", "finger_receive", "finger_report")
+        )
+
+    def entry(self, name: str) -> Any:
+        """Return a function of the library."""
+        return _entry(self._loaded, name, NODE_ENTRIES[name])
 
     def finger_step(
         self, f: Any, t: Any, g: Any, frame: Any, length: int, arrival: int, now: int, out: Any
@@ -208,11 +219,11 @@ class FingerKernelsC:
         done: int = self._step(at(f), at(t), at(g), at(frame), length, arrival, now, at(out))
         return done
 
-    def bound_step(self, f: Any, t: Any, g: Any, out: Any) -> Step:
-        """Return the step on arrays that stay where they are and are kept by the caller."""
-        step, answer = self._step, _address(out)
+    def bound_step(self, wire: str, f: Any, t: Any, g: Any, out: Any) -> Step:
+        """Return the step of a wire on arrays that stay where they are and are kept by the caller."""
+        step, answer = self.entry(WIRES[wire].step), _address(out)
         at_f, at_t, at_g = map(_address, (f, t, g))
-        if not self._wire.writes:
+        if not WIRES[wire].writes:
 
             def call_with(values: Any, counter: int, stamp: int, arrival: int, now: int) -> int:
                 done: int = step(at_f, at_t, at_g, _address(values), counter, stamp, arrival, now)

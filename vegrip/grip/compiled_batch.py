@@ -1,6 +1,6 @@
 """All fingers of a hand in one compiled call: a batch of states in, the batch of their commands out.
 
-A row is answered exactly as :meth:`~vegrip.grip.compiled_finger.CompiledFinger.step` answers its frame, in
+A row is answered exactly as :meth:`~vegrip.grip.finger.GraspFinger.step` answers its frame, in
 the order of the rows. Where C runs the step, the rows are gone through in C; else here.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from vegrip.grip.batch_text import COMMAND_ROW, COMMANDED, CONTACT_ROW, MARGIN_ROW
 from vegrip.grip.compiled import FingerKernelsC
-from vegrip.grip.compiled_finger import LEFT_ALONE, CompiledFinger
+from vegrip.grip.finger import LEFT_ALONE, GraspFinger
 from vegrip.transport.codec.batch_codec import FIRST_ROW, ROW_ID, ROW_STRIDE
 from vegrip.types import Floats
 
@@ -29,7 +29,7 @@ class CompiledBatch:
 
     """
 
-    def __init__(self, fingers: Sequence[CompiledFinger], needs: Floats, state_bytes: int) -> None:
+    def __init__(self, fingers: Sequence[GraspFinger], needs: Floats, state_bytes: int) -> None:
         self.fingers = tuple(fingers)
         self.commands = bytearray(FIRST_ROW + len(fingers) * COMMAND_ROW)
         """The batch of the last commands; its head is still to be written."""
@@ -42,8 +42,8 @@ class CompiledBatch:
         self._frame = np.zeros(LONGEST_STATE, dtype=np.uint8)
         numbers = [number_of(finger.state_id) for finger in fingers]
         self._done = bytearray(2**8)
-        self._numbers = {finger.finger.name: number_of(finger.state_id) for finger in fingers}
-        self._named = {finger.finger.name: finger for finger in fingers}
+        self._numbers = {finger.name: number_of(finger.state_id) for finger in fingers}
+        self._named = {finger.name: finger for finger in fingers}
         self._told = bytearray(2**8)
         self._identifiers = b"", b""  # of the rows that came last, low and high bytes,
         self._names: list[str] = []  # and whose they are
@@ -77,11 +77,11 @@ class CompiledBatch:
         identifiers = payload[low], payload[high]
         if identifiers != self._identifiers:
             fingers = [self.finger_of(payload, row) for row in range(rows)]
-            self._names = ["" if finger is None else finger.finger.name for finger in fingers]
+            self._names = ["" if finger is None else finger.name for finger in fingers]
             self._identifiers = identifiers
         return self._names
 
-    def finger_of(self, payload: bytes, row: int) -> CompiledFinger | None:
+    def finger_of(self, payload: bytes, row: int) -> GraspFinger | None:
         """Return whose state a row is, None for another one's."""
         (identifier,) = ROW_ID.unpack_from(payload, FIRST_ROW + row * self._state_row)
         return self._rows.get(identifier)
@@ -98,7 +98,7 @@ class CompiledBatch:
             if self._done[row] & COMMANDED:
                 at = FIRST_ROW + commands * COMMAND_ROW
                 ROW_ID.pack_into(self.commands, at, finger.command_id)
-                self.commands[at + ROW_ID.size : at + COMMAND_ROW] = finger.answer.tobytes()
+                self.commands[at + ROW_ID.size : at + COMMAND_ROW] = finger.answer_frame.tobytes()
                 commands += 1
         return commands
 
@@ -152,7 +152,7 @@ def number_of(identifier: int) -> int:
     return identifier // ROW_STRIDE - 1
 
 
-def can_batch(fingers: Sequence[CompiledFinger]) -> bool:
+def can_batch(fingers: Sequence[GraspFinger]) -> bool:
     """Return whether one call can answer for all: their frames travel as rows, and one module runs them."""
     modules = {getattr(finger.module, "library", id(finger.module)) for finger in fingers}
     return len(modules) == 1 and all(finger.state_id >= ROW_STRIDE for finger in fingers)

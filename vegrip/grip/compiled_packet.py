@@ -1,6 +1,6 @@
 """The frames of a packet of the virtual bus in one compiled call: states in, requests for commands out.
 
-A state is answered exactly as :meth:`~vegrip.grip.compiled_finger.CompiledFinger.step` answers its frame.
+A state is answered exactly as :meth:`~vegrip.grip.finger.GraspFinger.step` answers its frame.
 Only C does so; where it does not run, the frames of a packet are answered one by one.
 """
 
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vegrip.grip.compiled import FingerKernelsC
-from vegrip.grip.compiled_finger import CompiledFinger
+from vegrip.grip.finger import GraspFinger
 from vegrip.grip.packet_text import (
     ANSWER_BYTES,
     IDENTIFIERS,
@@ -33,9 +33,9 @@ class CompiledPackets:
 
     """
 
-    def __init__(self, fingers: Sequence[CompiledFinger], needs: Floats) -> None:
+    def __init__(self, fingers: Sequence[GraspFinger], needs: Floats) -> None:
         self.fingers = tuple(fingers)
-        self._names = [finger.finger.name for finger in fingers]
+        self._names = [finger.name for finger in fingers]
         module = fingers[0].module
         kinds = ctypes.c_void_p * len(fingers)
         reals = kinds(*[finger.memory.f.ctypes.data for finger in fingers])
@@ -75,12 +75,12 @@ class CompiledPackets:
         return PacketAnswer(taken, commands, self._requests[:length], rows)
 
     def report(self, name: str, now: int) -> memoryview | None:
-        """Return requests to send contact and slip margin of a finger, None where the objects tell them."""
+        """Return requests to send contact and slip margin of a finger, None where frames cannot tell them."""
         is_packed = self._pack_report(*self._memories[name], now, self._report_at)
         return self._report if is_packed else None
 
 
-def can_take_packets(fingers: Sequence[CompiledFinger]) -> bool:
+def can_take_packets(fingers: Sequence[GraspFinger]) -> bool:
     """Return whether one call can answer for all: C runs them, and every state is one frame with 11 bits."""
     modules = {finger.module.library for finger in fingers if isinstance(finger.module, FingerKernelsC)}
     in_c = all(isinstance(finger.module, FingerKernelsC) for finger in fingers)

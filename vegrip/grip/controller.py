@@ -19,18 +19,13 @@ from dataclasses import replace
 from vegrip.errors import UsageError
 from vegrip.estimator import ContactEstimator, EstimatorSettings, SensorNoise
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.grip.finger import UNTRUSTED_DEMAND, GraspFinger, Wanted
-from vegrip.grip.finger_controller import FingerController
+from vegrip.grip.finger import GraspFinger, Place, Wanted
 from vegrip.grip.grasp_friction import share_friction
 from vegrip.grip.joint_confidence import each_confidence
 from vegrip.grip.known_objects import ObjectFriction
-from vegrip.grip.safety.fail_safe import FailSafe
-from vegrip.grip.safety.watchdog import InputWatchdog
-from vegrip.grip.settings import ControlSettings, make_policy, make_share
+from vegrip.grip.settings import ControlSettings, make_share
 from vegrip.grip.slip_table import derive_grip
-from vegrip.grip.warm_up import dummy_states
 from vegrip.messages import (
-    Condition,
     ContactEstimate,
     FingertipState,
     ForceCommand,
@@ -40,12 +35,10 @@ from vegrip.messages import (
 )
 from vegrip.model import ContactModel
 from vegrip.spelling import suggestion
+from vegrip.transport.codec.line import FingerLine
 
 REPORT_GROUPS = 5
 """Fingers that report at different times; of more, some report together, in one message where that is so."""
-
-_WARM: set[str] = set()
-"""Of controllers that have warmed up in this process: settings and number of fingers."""
 
 MakeEstimator = Callable[[str], Estimator]
 """Gives a new estimator for the finger of this name."""
@@ -92,12 +85,11 @@ class GripController:
         self._settings = self._derived(settings or ControlSettings())
         self._known_object = known_object
         self._share_of = make_share(self._settings, self.names)
-        self.need_of: Callable[[GraspFinger], float] = need_of
-        """Says what a finger needs [N], NaN without a command, to share the grasp by; :func:`need_of`."""
+        self._lines: Mapping[str, FingerLine] = {}
+        self._mode = ""
         self._now = 0  # [ns] of the last step
         self.fingers: dict[str, GraspFinger] = {}
         self.reset()
-        self._warm_up()
 
     def step(self, states: Iterable[FingertipState], now: int) -> list[ForceCommand]:
         """Take the states that arrived at ``now`` [ns]; return the commands that are to be sent.
@@ -157,93 +149,86 @@ class GripController:
     def settings(self, settings: ControlSettings) -> None:
         self._share_of = make_share(settings, self.names)
         self._settings = self._derived(settings)
-        for finger in self.fingers.values():
-            finger.apply(self._settings)
-        self._lead()
+        self._apply()
 
     def reset(self) -> None:
         """Forget contacts and commands; nothing is commanded before the next state of a finger."""
         self._now = 0
-        self.fingers = {name: self._new_finger(name) for name in self.names}
-        self.friction = share_friction(self.fingers, self._settings, self._known_object())
-        self._lead()
+        estimators = {name: self._make_estimator(name) for name in self.names}
+        self.friction = share_friction(estimators, self._settings, self._known_object())
+        self.fingers = {name: self._new_finger(name, estimator) for name, estimator in estimators.items()}
+        self._apply()
+
+    def follow_lines(self, lines: Mapping[str, FingerLine], mode: str = "") -> None:
+        """Take the frames of ``lines`` from now on, finger by finger; ``mode`` says what runs the step."""
+        self._lines, self._mode = lines, mode
+        for name, finger in self.fingers.items():
+            finger.follow_line(lines.get(name), mode)
 
     # What a node calls one by one, because its states arrive one by one.
 
+    def answer(self, state: FingertipState, now: int) -> int:
+        """Answer one state of a finger of this hand; return what was done, in bits."""
+        finger = self.fingers[state.finger]
+        if finger.is_whole:
+            return finger.answer(state, now)
+        finger.sense(state, now)
+        return finger.settle(now, self._share(finger))
+
     def assimilate(self, state: FingertipState, now: int) -> bool:
         """Take one state of a finger of this hand; return whether it is believed."""
-        finger = self.fingers[state.finger]
-        wanted = self.friction.prepare(finger, self.wanted, self.wanted_known)
-        shown = self.friction.screen(state)
-        believed = finger.sense(shown, now, wanted, slides=self.friction.shows_sliding(shown))
-        if believed:
-            self.friction.learn(finger, state, wanted)
-        return believed
+        return self.fingers[state.finger].sense(state, now)
 
     def commands(self, fingers: Iterable[str], now: int) -> list[ForceCommand]:
         """Return the commands of those of the ``fingers`` that have had a state."""
-        chosen = [self.fingers[name] for name in fingers]
-        return [finger.command(self._share(finger), now) for finger in chosen if finger.controller.started]
+        commands = []
+        for finger in [self.fingers[name] for name in fingers]:
+            if finger.started:
+                finger.settle(now, self._share(finger))
+                commands.append(finger.command())
+        return commands
 
     def watch(self, finger: str, now: int) -> list[ForceCommand]:
         """Look whether ``finger`` is silent; return its command where the last one would expire."""
-        watched = self.fingers[finger]
-        watched.watch(now)
-        return self.commands([finger], now) if watched.controller.due(now) else []
+        return self.commands([finger], now) if self.fingers[finger].watch(now) else []
 
     def reports(self, finger: str, now: int) -> Iterator[Message]:
         """Yield what is due to be told of ``finger``, each by its period in the settings."""
-        settings = self.settings
-        return self.fingers[finger].reports(now, settings.report_period, settings.health_period)
+        return self.fingers[finger].reports(now)
 
     def ride_out(self, now: int) -> list[ForceCommand]:
         """Renew commands without the estimators: hold, then ramp to the fail-safe grip."""
-        due = [finger for finger in self.fingers.values() if finger.controller.due(now)]
-        for finger in due:
-            finger.controller.update(Condition.STALE, UNTRUSTED_DEMAND, now)
-        return self.commands([finger.name for finger in due], now)
+        return self.commands([name for name, finger in self.fingers.items() if finger.ride_out(now)], now)
 
     def restart(self) -> None:
         """Forget inputs and contacts but keep the commands, after :meth:`ride_out`."""
         for finger in self.fingers.values():
             finger.restart()
 
-    def _warm_up(self) -> None:
-        """Compile what will run, by running it on fingers that are thrown away; once for settings alike.
+    def place_of(self, name: str) -> Place:
+        """Return the place of a finger in the grasp."""
+        names, thumb = self.names, self._settings.thumb
+        return Place(names.index(name), len(names), names.index(thumb) if thumb in names else -1)
 
-        The models have no part in it: each estimator compiles its own when it is made.
-        """
-        kind = repr((self._settings, len(self.names)))
-        if kind in _WARM:
-            return
-        _WARM.add(kind)
-        for name in self.names:
-            for state in dummy_states(name):
-                self.assimilate(state, state.stamp)
-                self.commands([name], state.stamp)
-                for _ in self.fingers[name].reports(state.stamp, 0.0, 0.0):
-                    pass
-        self.reset()
-
-    def _new_finger(self, name: str) -> GraspFinger:
-        settings = self.settings
-        controller = FingerController(
-            name, make_policy(settings), FailSafe(settings.fail_safe), settings.limits
-        )
+    def _new_finger(self, name: str, estimator: Estimator) -> GraspFinger:
         groups = min(len(self.names), REPORT_GROUPS)
         phase = self.names.index(name) * groups // len(self.names) / groups
-        watchdog = InputWatchdog(settings.watchdog)
-        return GraspFinger(name, self._make_estimator(name), controller, watchdog, phase)
+        return GraspFinger(
+            name, estimator, self._settings, self.place_of(name), self.friction.shared,
+            phase=phase, line=self._lines.get(name), mode=self._mode,
+        )  # fmt: skip
 
     def _derived(self, settings: ControlSettings) -> ControlSettings:
         grip = derive_grip(settings.grip, len(self.names))
         return settings if grip is settings.grip else replace(settings, grip=grip)
 
-    def _lead(self) -> None:
+    def _apply(self) -> None:
+        """Let friction and fingers go by the settings."""
         noise = getattr(self._settings, "noise", SensorNoise())
         self.friction.set_lead(self._settings.grip, noise.torque_z)
-        for finger in self.fingers.values():
-            self.friction.lead(finger)
+        for name, finger in self.fingers.items():
+            finger.apply(self._settings, self.wanted)
+            self.friction.write_to(finger.memory, name, self.wanted_known)
 
     @property
     def wanted(self) -> Wanted:
@@ -258,7 +243,10 @@ class GripController:
         return self.settings.grip.wanted_margin, self.settings.grip.known_probability
 
     def _share(self, finger: GraspFinger) -> float:
-        needs = {other.name: self.need_of(other) for other in self.fingers.values()}
+        """Return what ``finger`` is to press with [N] by the places of the contacts; NaN without them."""
+        if self._share_of is None:
+            return math.nan
+        needs = {other.name: other.need for other in self.fingers.values()}
         started = {name: need for name, need in needs.items() if not math.isnan(need)}
         return self._share_of(started).get(finger.name, 0.0)
 
@@ -266,11 +254,6 @@ class GripController:
         if name not in self.fingers:
             raise UsageError(f"this hand has no finger {name!r}; {suggestion(name, self.names)}")
         return self.fingers[name]
-
-
-def need_of(finger: GraspFinger) -> float:
-    """Return what a finger needs [N], as its objects have it; NaN without a command."""
-    return finger.controller.required_force if finger.controller.started else math.nan
 
 
 def _from_models(

@@ -1,23 +1,46 @@
-"""One finger of the node: watchdog, estimator, controller, and what is reported of them."""
+"""One finger of a grasp: the memory of its step, and what is read of it.
+
+What a finger does is one text (:mod:`vegrip.grip.kernels`), which C, numba or plain Python runs on the
+numbers of :mod:`vegrip.grip.layout`. Here they have a place, are called by their names, and become messages.
+States come as messages (:meth:`GraspFinger.answer`), as frames or as values (:meth:`GraspFinger.step`).
+
+An estimator, a policy or a share of the grasp in Python takes part between the halves of the step. That costs
+what the Python costs, and some 20 us; frames are then decoded to messages.
+"""
 
 import math
+import struct
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import FunctionType
+from typing import Final
+
+import numpy as np
 
 from vegrip.clock import NS
-from vegrip.estimator.estimator import SLIPS, quantile
+from vegrip.estimator import ContactEstimator
+from vegrip.estimator.estimator import quantile
 from vegrip.estimator.learning import Learned
-from vegrip.estimator.settings import SensorNoise
-from vegrip.grip.bumpless_transfer import BumplessTransfer
-from vegrip.grip.confirmed_load import CONFIRM_SIZE, confirm_load
-from vegrip.grip.drive_lag import follow_drive
+from vegrip.grip.batch_text import COMMAND_BYTES, REPORT_BYTES
+from vegrip.grip.compiled import (
+    FingerKernels,
+    FingerKernelsC,
+    bound_call,
+    bound_step,
+    channels_of,
+    compile_now,
+    finger_module,
+)
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.grip.finger_controller import FingerController
-from vegrip.grip.load_lead import lead_load
+from vegrip.grip.layout import CHANNELS, HISTORY_CHANNELS, FingerLayout
+from vegrip.grip.memory import FingerMemory
+from vegrip.grip.own_estimate import STAND_IN, OwnEstimate
 from vegrip.grip.policies.demand import Demand
-from vegrip.grip.recent_states import RecentStates
-from vegrip.grip.safety.watchdog import InputWatchdog
-from vegrip.grip.settings import ControlSettings, apply_policy
+from vegrip.grip.policies.policy import GripPolicy
+from vegrip.grip.recent_states import KeptStates
+from vegrip.grip.rules import MARGIN, write_choice, write_rules
+from vegrip.grip.settings import ControlSettings, apply_policy, make_policy
+from vegrip.grip.wires import MESSAGE
 from vegrip.messages import (
     Condition,
     ContactEstimate,
@@ -27,38 +50,83 @@ from vegrip.messages import (
     LearnedParameter,
     Message,
     ModelHealth,
+    Reason,
     SlipMargin,
 )
-from vegrip.types import NamedNumbers, Numbers
+from vegrip.runtime.telemetry import Unmade
+from vegrip.transport.codec.line import CLASSIC, FingerLine
+from vegrip.transport.codec.part_text import payload_bytes
+from vegrip.types import Floats
 
 Wanted = tuple[float, float]
 """Margin to keep [-], and the one-sided confidence to keep it with."""
 
-UNTRUSTED_DEMAND = Demand()
-"""The demand of a finger whose input is not believed."""
+LEFT_ALONE: Final = 0
+"""The step did not take the frame, and changed nothing."""
+COMMANDED: Final = 2
+"""Bit of a step after which there is a command."""
+REPORT: Final = 4
+"""Bit of a step after which something is due to be told."""
 
-LONGEST_STEP_S = 0.1
-"""A longer pause between two states counts as so much."""
-RECENT_STATES = 2000
+RENEWAL: Final = 0.25
+"""Part of its lifetime after which a command is renewed: three of them may get lost."""
+RECENT_STATES: Final = 2000
 """States kept for a successor: four seconds at 500 Hz, some relaxation times and mostly the first touch."""
+MOST_LATE: Final = RECENT_STATES // 2
+"""Samples an estimator may go back."""
+FETCHED_STATES: Final = 64
+"""States that are fetched from the memory at once."""
+PART_BYTES: Final = 8
+"""Of a classic frame."""
+NO_QUICKEST: Final = 1 << 62
+"""[ns] No state has come yet, see :mod:`vegrip.grip.kernels.watchdog`."""
+LARGEST_WHOLE: Final = (1 << 63) - 1
+"""A counter or stamp beyond counts as this one."""
 
-USUAL_NOISE = SensorNoise()
-"""Of the sensors of a finger whose estimator does not tell it."""
+DEGRADED: Final = int(Condition.DEGRADED)
+CONDITIONS: Final = tuple(Condition)
+REASONS: Final = tuple(Reason(number) for number in range(len(Reason)))
 
-LOAD_CHANNELS = frozenset({"tangential_force_x", "tangential_force_y", "torque_z"})
-"""Channels that make up the load. One that was lost is not zero: without it the margin is not believed."""
+FRESH: Final[Mapping[str, float]] = {
+    "GRIP_HELD": math.nan, "GRIP_ENVELOPE": math.nan, "GRIP_ELAPSED": -math.inf, "GRIP_PRESENT": -math.inf,
+    "GRIP_MEDIAN": -math.inf, "GRIP_PROVEN": math.inf, "TRANSFER_FORCE": math.nan, "TRANSFER_LOAD": math.nan,
+    "TRANSFER_ARM": math.nan, "TURN_REASON": int(Reason.HOLD), "TURN_TOLD": -1, "TAKEN_BOUND": math.nan,
+}  # fmt: skip
+"""What of a memory is not zero before the first state, besides :data:`UNHEARD`."""
+UNHEARD: Final[Mapping[str, float]] = {
+    "INPUT_CONDITION": int(Condition.MISSING), "INPUT_QUICKEST": NO_QUICKEST, "WATCH_NOISE_LAST": math.nan,
+    "WATCH_REPEAT_LIMIT": math.inf, "WATCH_LEVEL": math.nan,
+}  # fmt: skip
+"""The same of the input, as it is before the first state."""
+UNKNOWN_AT_FIRST: Final = ("REPEATED", "REPEATED_FORCE", "CONFIRMED")
+INPUT_SECTIONS: Final = ("INPUT", "WATCH", "FAULTS")
+OF_ESTIMATOR: Final = ("ESTIMATOR", "REWIND", "REWIND_STATE", "LATER")
+"""Sections that do not move to the memory of another estimator."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Which finger of how many; ``thumb`` is the number of the one the others press against, or -1."""
+
+    number: int
+    fingers: int
+    thumb: int
 
 
 class GraspFinger:
-    """Everything the node keeps of one finger.
+    """A finger: a view of its memory, and the calls that work on it.
 
     Args:
         name: of the finger.
-        estimator: of its contact.
-        controller: of its force.
-        watchdog: over its input.
+        estimator: of its contact; a :class:`vegrip.ContactEstimator` is computed by the step.
+        settings: how the grasp is controlled.
+        place: in the grasp.
+        shared: what the fingers of the grasp share, first what every one needs [N], NaN without a command.
         phase: share of a report period by which its reports keep their distance from those of the first
             finger; the reports of all fingers at once would delay the commands behind them.
+        line: how its frames travel; None: its states come as messages.
+        mode: what runs the step, see :func:`~vegrip.grip.compiled.finger_module`.
+        alone: whether nothing but the step works on it, as in firmware: no history is kept.
 
     """
 
@@ -66,203 +134,503 @@ class GraspFinger:
         self,
         name: str,
         estimator: Estimator,
-        controller: FingerController,
-        watchdog: InputWatchdog,
+        settings: ControlSettings,
+        place: Place,
+        shared: Floats,
+        *,
         phase: float = 0.0,
+        line: FingerLine | None = None,
+        mode: str = "",
+        alone: bool = False,
     ) -> None:
         self.name = name
-        self.estimator = estimator
-        self.controller = controller
-        self.watchdog = watchdog
-        self._seen = False  # the estimator has had a state
-        self._transfer = BumplessTransfer()
-        self._margin: SlipMargin | None = None
-        self._used = 0  # [ns] arrival of the last state that was believed
-        self._reported = self._healthy = self._learned_at = -math.inf  # [ns] when last told
-        self._reports = self._healths = self._learned_count = 0  # how often
-        self._told: Condition | None = None  # the condition in the last ModelHealth
+        self.line = line
+        self.is_on_line = False
+        """Whether the memory has the counters of the line, and not its codec."""
+        self.wanted: Wanted = settings.grip.wanted_margin, settings.grip.probability
+        """What is asked of the estimate where slip would not be felt."""
+        self.policy: GripPolicy | None = None if settings.is_built_in else make_policy(settings)
+        """A policy in Python; None: the step has it."""
+        self._place, self._shared, self._mode, self._alone = place, shared, mode, alone
         self._phase = phase
-        self.lead_in: tuple[Numbers, int] | None = None
-        """Where the load is led by the lag of the drive, and the finger's place in it."""
-        self._confirmed = [math.nan] * CONFIRM_SIZE  # load that counts
-        self._led = 0  # [ns] stamp of the last state whose load was led
-        self.past = RecentStates(RECENT_STATES)
-        """What was believed of late, for an estimator that takes over."""
+        self._healthy = self._learned_at = -math.inf  # [ns] when last told
+        self._healths = self._learned_count = 0  # how often
+        self._forgotten = 0  # how often the policy was told to forget
+        self._lifetime = 0  # [ns] of a command
+        self._estimator = estimator
+        self.memory = FingerMemory(self._layout_of(estimator))
+        self._build(estimator)
+        memory = self.memory
+        for names in (FRESH, UNHEARD):
+            for key, value in names.items():
+                memory[key] = value
+        for section in UNKNOWN_AT_FIRST:
+            memory.section(section)[:] = math.nan
+        memory["SETUP_FINGER"], memory["SETUP_FINGERS"] = place.number, place.fingers
+        memory["SETUP_THUMB"] = place.thumb
+        self._settings = settings
+        self.apply(settings, self.wanted)
 
-    def sense(self, state: FingertipState, now: int, wanted: Wanted, *, slides: bool = False) -> bool:
-        """Take in one state that arrived at ``now`` [ns] and ask the controller what it needs.
+    # its parts
 
-        A finger slips where its flag says so, and where it ``slides`` by something else.
+    @property
+    def estimator(self) -> Estimator:
+        """The estimate of its contact."""
+        return self._estimator
 
-        Returns whether the state is believed. The margin itself, which no command waits for, is worked out
-        when it is reported.
+    def replace_estimator(self, estimator: Estimator, module: FingerKernels | None = None) -> None:
+        """Go on with ``estimator``, which knows the past but for the very last samples.
+
+        ``module`` is that of its step, if it has been compiled beside the loop (:meth:`module_of`).
         """
-        demand = UNTRUSTED_DEMAND
-        believed = self.watchdog.accept(state, now)
-        if believed:
-            self.estimator.assimilate(state)
-            self.past.append(state)
-            first, self._seen = not self._seen, True
-            if self._margin is None:
-                self._margin = self.estimator.slip_margin()
-            self._used = now
-            demand = self._demand(state, self._margin, wanted, slides)
-            if not self.controller.started:
-                self.controller.start(self._present_force(state), now)
-            if first:
-                arm = self.estimator.contact_estimate().contact_radius.value
-                self._transfer.begin(self.controller.required_force, demand, arm, now)
-        if self.controller.started:
-            demand = self._bound_takeover(demand, now)
-            demand = self._hold_doubtful(demand) if self.watchdog.doubtful else demand
-            self.controller.update(self.watchdog.condition, demand, now)
-        return believed
-
-    def watch(self, now: int) -> None:
-        """Look for silence; under a fault the controller rides it out by the clock."""
-        condition = self.watchdog.tick(now)
-        if condition > Condition.DEGRADED and self.controller.due(now):
-            self.controller.update(condition, UNTRUSTED_DEMAND, now)
-
-    def restart(self) -> None:
-        """Forget input and contact but keep the command: the node is back from a fault of its own."""
-        self.estimator.reset()
-        self.watchdog.reset()
-        self._seen, self._margin = False, None
-        self._confirmed = [math.nan] * CONFIRM_SIZE
-
-    def replace_estimator(self, estimator: Estimator) -> None:
-        """Go on with ``estimator``, which knows the past but for the very last samples."""
         known = estimator.contact_estimate().stamp
         for state in self.past.after(known):
             estimator.assimilate(state)
-        self.estimator = estimator
-        self._margin = None
+        self._build(estimator, module)
+        self.memory["TURN_HAS_MARGIN"] = 0
 
-    def apply(self, settings: ControlSettings) -> None:
-        """Go on with other settings; what has been learned and what is held stay."""
-        self.watchdog.settings = settings.watchdog
-        self.controller.limits = settings.limits
-        self.controller.fail_safe.settings = settings.fail_safe
-        apply_policy(self.controller.policy, settings)
+    def follow_line(self, line: FingerLine | None, mode: str = "") -> None:
+        """Take the frames of ``line`` from now on; None: messages alone."""
+        self.leave_line()
+        self.line = line
+        if mode != self._mode:
+            self._mode = mode
+            self._build(self._estimator)
+        else:
+            self._bind_line()
 
-    def write_to(self, memory: NamedNumbers, confidence: float, periods: tuple[float, float]) -> None:
-        """Lend everything to the compiled finger step; only with a margin grip and a ContactEstimator.
+    def module_of(self, estimator: Estimator) -> FingerKernels:
+        """Return the module of the step with another estimator."""
+        return self._module(estimator, self._layout_of(estimator))
 
-        Args:
-            memory: where it goes.
-            confidence: with which the margin is kept.
-            periods: of reports and of ModelHealth [s].
+    def _layout_of(self, estimator: Estimator) -> FingerLayout:
+        own = not isinstance(estimator, ContactEstimator)
+        places = STAND_IN.layout if own else estimator.layout  # type: ignore[attr-defined]
+        late = 0 if own else estimator.settings.late  # type: ignore[attr-defined]
+        if self._alone:
+            return FingerLayout(places.size, places.lasting, late)
+        return FingerLayout(places.size, places.lasting, late, RECENT_STATES, True, payload_bytes())
 
+    def _module(self, estimator: Estimator, layout: FingerLayout) -> FingerKernels:
+        found = estimator if isinstance(estimator, ContactEstimator) else STAND_IN
+        ellipse = isinstance(found, ContactEstimator) and found.settings.surface == "ellipse"
+        return finger_module(found.model, found.layout, layout, ellipse=ellipse, mode=self._mode)
+
+    def _build(self, estimator: Estimator, module: FingerKernels | None = None) -> None:
+        """Have a memory and calls for this estimator and the present wire; what is known moves there."""
+        layout = self._layout_of(estimator)
+        self.module = module if module is not None else self._module(estimator, layout)
+        memory = FingerMemory(layout)
+        memory.take_over(self.memory, () if estimator is self._estimator else OF_ESTIMATOR)
+        self.memory, self._estimator = memory, estimator
+        self._own: OwnEstimate | None = None
+        if isinstance(estimator, ContactEstimator):
+            estimator.mount(memory, self.name)
+        else:
+            self._own = OwnEstimate(estimator, memory, self._shared, self._place.number)
+        self._bind()
+        self._bind_line()
+
+    def _bind_line(self) -> None:
+        """Have what answers the frames of the present wire."""
+        f, t, wire = self.memory.f, self.memory.t, self.wire
+        self.answer_frame = np.zeros(PART_BYTES if wire == CLASSIC else COMMAND_BYTES, dtype=np.uint8)
+        """The frame of the last command, where commands are frames."""
+        sizes = REPORT_BYTES if self.line is not None and self.line.report_ids else ()
+        self.report_frames = tuple(np.zeros(size, dtype=np.uint8) for size in sizes)
+        """Both frames of the last contact that was told by :meth:`tell`, and that of the slip margin."""
+        compile_now(self.module, self.memory.layout, wire, f, t, self.answer_frame)
+        if wire != MESSAGE:
+            self._step = bound_step(self.module, wire, f, t, self._shared, self.answer_frame)
+
+    def _bind(self) -> None:
+        """Look up once what every state asks for."""
+        f, t, g, memory = self.memory.f, self.memory.t, self._shared, self.memory
+        layout = memory.layout
+        # one number of an array costs three times as much as one of a view of it
+        self._reals, self._wholes = f.data, t.data
+        self._values = np.zeros(len(CHANNELS))
+        self._bytes = self._values.data.cast("B")
+        self._pack = struct.Struct(f"={len(CHANNELS)}d").pack_into
+        if not self._alone:
+            self._message, self._sense, self._judge = (
+                bound_call(self.module, f"finger_{name}", f, t, g, self._values)
+                for name in ("message", "sense", "judge")
+            )
+            self._take, self._bound, self._need, self._settle, self._watch, self._ride_out = (
+                bound_call(self.module, f"finger_{name}", f, t, g)
+                for name in ("take", "bound", "need", "settle", "watch", "ride_out")
+            )
+        self._felt = layout.reals["STATE_NORMAL_FORCE"], layout.reals["STATE_DISPLACEMENT"]
+        self._state = memory.section("STATE")
+        self._news = layout.wholes["NEWS_STAMP"], layout.wholes["NEWS_SEQ"]
+        self._given = layout.reals["GRIP_HELD"], layout.reals["GRIP_ADJUSTMENT"]
+        self._turn = tuple(layout.wholes[f"TURN_{name}"] for name in ("COMMANDED", "SEQ", "GIVEN_REASON"))
+        quiet = (
+            "INPUT_IS_HEARD", "INPUT_HEARD", "TURN_STARTED", "TURN_COMMANDED", "SETUP_RENEWAL",
+            "INPUT_CONDITION",
+        )  # fmt: skip
+        self._quiet = tuple(layout.wholes[name] for name in quiet)
+        self._time_out_at = layout.reals["RULE_TIME_OUT"]
+        tells = ("TURN_REPORT_DUE", "INPUT_CONDITION", "TURN_TOLD", "TURN_NOTED", "TURN_FETCHED")
+        self._tells = tuple(layout.wholes[name] for name in tells)
+        self._history = memory.section("HISTORY").reshape(-1, HISTORY_CHANNELS)
+        self._stamps, self._numbers = map(memory.section, ("HISTORY_STAMP", "HISTORY_SEQ"))
+
+    def apply(self, settings: ControlSettings, wanted: Wanted) -> None:
+        """Go on with other settings; what has been learned and what is held stay.
+
+        ``wanted`` of it is what the grasp makes of them (:attr:`vegrip.grip.GripController.wanted`).
         """
-        for part in (self.estimator, self.watchdog, self.controller, self.controller.fail_safe):
-            part.write_to(memory)  # type: ignore[union-attr]
-        self.controller.policy.write_to(memory)  # type: ignore[attr-defined]
-        self._transfer.write_to(memory)
-        memory["RULE_QUANTILE"] = quantile(confidence)
-        memory["TURN_SEEN"], memory["TURN_USED"] = self._seen, self._used
-        memory["TURN_LED"] = self._led
-        memory.section("CONFIRMED")[:] = self._confirmed
-        self.write_told(memory, periods)
+        self.leave_line()  # it says how long a command lives
+        memory, self.wanted, self._settings = self.memory, wanted, settings
+        write_rules(memory, settings)
+        memory["RULE_QUANTILE"] = quantile(wanted[1])
+        self._lifetime = round(settings.limits.lifetime * NS)
+        memory["SETUP_RENEWAL"] = math.ceil(RENEWAL * settings.limits.lifetime * NS)
+        if self.policy is not None:
+            apply_policy(self.policy, settings)
+        if not self._alone:
+            write_choice(memory, settings)
+            policy = self.policy
+            memory["CHOICE_ASKS"] = settings.policy == MARGIN if policy is None else policy.uses_least_force
+            memory["CHOICE_SHARE"] = bool(settings.contacts)
+        self.is_whole = not self.why_split
+        """Whether one call answers a state: no estimator, policy or share in Python takes part."""
+        self._set_due()
 
-    def write_told(self, memory: NamedNumbers, periods: tuple[float, float]) -> None:
-        """Hand over what was told last, and when it is told again: ``periods`` of reports and health [s]."""
-        bound = math.nan if self._margin is None else self._margin.lower_bound
-        memory["TURN_HAS_MARGIN"], memory["TAKEN_BOUND"] = self._margin is not None, bound
-        memory["TURN_TOLD"] = -1 if self._told is None else self._told
-        memory["TURN_REPORTS"] = self._reports
-        memory["SETUP_REPORT_PERIOD"] = math.ceil(periods[0] * NS)
-        contact, health = self._reported + periods[0] * NS, self._healthy + periods[1] * NS
-        memory["TURN_CONTACT_DUE"], memory["TURN_HEALTH_DUE"] = _whole(contact), _whole(health)
-        memory["TURN_REPORT_DUE"] = _whole(min(contact, health))
+    # states in
 
-    def read_from(self, memory: NamedNumbers, taken: int, last: FingertipState) -> None:
-        """Take back what the compiled finger step has made of it.
+    @property
+    def why_split(self) -> str:
+        """What takes part in Python, in words; empty: nothing."""
+        reasons = {
+            "the estimator is of another make": self._own is not None,
+            f"the policy is {self._settings.policy}": self.policy is not None,
+            "the places of the contacts are given": bool(self._settings.contacts),
+        }
+        return next((reason for reason, holds in reasons.items() if holds), "")
 
-        Args:
-            memory: where it lies.
-            taken: how many states were believed since :meth:`write_to`; :attr:`past` has them.
-            last: the last state, believed or not.
+    def answer(self, state: FingertipState, now: int) -> int:
+        """Answer one state that arrived at ``now`` [ns]; return what was done, in bits."""
+        self._put(state)
+        seq, stamp = state.seq, state.stamp
+        if not (0 <= seq <= LARGEST_WHOLE and 0 <= stamp <= LARGEST_WHOLE):
+            seq, stamp = _whole(seq), _whole(stamp)
+        return self._message(seq, stamp, now)
 
+    def sense(self, state: FingertipState, now: int) -> bool:
+        """Take in one state and find what the finger needs; return whether the state is believed."""
+        self._put(state)
+        seq, stamp = _whole(state.seq), _whole(state.stamp)
+        if self._own is None and self.policy is None:
+            return bool(self._sense(seq, stamp, now))
+        believed = bool(self._judge(seq, stamp, now))
+        if believed and self._own is not None:
+            self._own.take(state, self.wanted, asks=bool(self.memory["CHOICE_ASKS"]))
+        elif believed:
+            self._take(now)
+        if self._bound(now) and self.policy is not None:
+            self._ask(self.policy)
+        self._need(now)
+        self._let_forget()
+        return believed
+
+    def settle(self, now: int, share: float = math.nan) -> int:
+        """Command the finger's share of the grasp, once it has begun; return what was done, in bits.
+
+        ``share`` [N] counts where the places of the contacts are given.
         """
-        self.estimator.read_rewind(self.past, taken)  # type: ignore[attr-defined]
-        self.read_contact(memory, next(iter(self.past.last(1)), None) if taken else None)
-        self.watchdog.read_from(memory, last)
-        self.controller.read_from(memory)
-        self.controller.fail_safe.read_from(memory)
-        self.controller.policy.read_from(memory)  # type: ignore[attr-defined]
-        self._transfer.read_from(memory)
-        self._led = int(memory["TURN_LED"])
-        self._confirmed = memory.section("CONFIRMED").tolist()
+        if self._settings.contacts:
+            self.memory["OWN_SHARE"] = share
+        return self._settle(now)
 
-    def read_contact(self, memory: NamedNumbers, believed: FingertipState | None) -> None:
-        """Take back no more than what is reported: the contact, and whether the input is believed.
+    def watch(self, now: int) -> bool:
+        """Look for silence, and ride it out by the clock; return whether a command is due."""
+        is_due = bool(self._watch(now))
+        self._let_forget()
+        return is_due
 
-        ``believed`` is the last state that was, None where none was since :meth:`write_to`.
-        """
-        if believed is not None:
-            self.estimator.read_from(memory, believed)  # type: ignore[attr-defined]
-        self.watchdog.condition = Condition(memory["INPUT_CONDITION"])
-        self._seen, self._used = bool(memory["TURN_SEEN"]), memory["TURN_USED"]
-        if self._margin is None and memory["TURN_HAS_MARGIN"]:
-            self._margin = SlipMargin(0, self.name, 0, lower_bound=memory["TAKEN_BOUND"])
-        self.read_told(memory)
+    def ride_out(self, now: int) -> bool:
+        """Ride out a fault of the node itself, without the estimate; return whether a command is due."""
+        is_due = bool(self._ride_out(now))
+        self._let_forget()
+        return is_due
 
-    def read_told(self, memory: NamedNumbers) -> None:
-        """Take back what the compiled step has told of contact and margin."""
-        if memory["TURN_REPORTS"] == self._reports:
-            return
-        self._reports, self._reported = memory["TURN_REPORTS"], memory["TURN_REPORTED"]
-        self._margin = SlipMargin(0, self.name, 0, lower_bound=memory["TAKEN_BOUND"])
+    def restart(self) -> None:
+        """Forget input and contact but keep the command: the node is back from a fault of its own."""
+        memory = self.memory
+        self._estimator.reset()
+        for section in INPUT_SECTIONS:
+            memory.section(section)[:] = 0
+        for key, value in UNHEARD.items():
+            memory[key] = value
+        for section in UNKNOWN_AT_FIRST:
+            memory.section(section)[:] = math.nan
+        memory["TURN_SEEN"] = memory["TURN_HAS_MARGIN"] = 0
 
-    def command(self, share: float, now: int) -> ForceCommand:
-        """Return the command for this finger's share of the grasp [N]."""
-        return self.controller.command(share, now)
+    def note_broken(self, now: int) -> None:
+        """Note that a frame of this finger arrived broken at ``now`` [ns]."""
+        self.memory["INPUT_CORRUPT"], self.memory["INPUT_IS_CORRUPT"] = now, 1
 
-    def health_due(self, now: int, health_period: float) -> bool:
-        """Whether it is time to look at the health of the model."""
-        return _due(self._healthy, now, health_period)
+    def _put(self, state: FingertipState) -> None:
+        self._pack(
+            self._bytes, 0, state.normal_force, state.tangential_force_x, state.tangential_force_y,
+            state.torque_z, state.displacement, state.temperature, state.slip, state.slip_speed,
+            state.contact_radius,
+        )  # fmt: skip
+
+    def _ask(self, policy: GripPolicy) -> None:
+        """Let a policy in Python say what force it wants."""
+        self._let_forget()
+        memory = self.memory
+        least, load, torque, bound = memory.section("DEMAND").tolist()
+        touches, slips, is_trusted, _ = memory.section("NEED").tolist()
+        demand = Demand(least, load, torque, bound, bool(touches), bool(slips), bool(is_trusted))
+        force, reason = policy.wanted(memory["OWN_BASE"], demand, memory["OWN_STEP"])
+        memory["OWN_FORCE"], memory["CHOICE_REASON"] = force, reason
+
+    def _let_forget(self) -> None:
+        if self.policy is not None and self.memory["CHOICE_FORGOTTEN"] != self._forgotten:
+            self._forgotten = self.memory["CHOICE_FORGOTTEN"]
+            self.policy.reset()
+
+    # frames in
+
+    @property
+    def wire(self) -> str:
+        """How its states travel, see :mod:`vegrip.transport.codec.line`."""
+        return MESSAGE if self.line is None else self.line.wire
+
+    @property
+    def state_id(self) -> int:
+        """Identifier of the frames of states."""
+        return self._on_wire.state_id
+
+    @property
+    def command_id(self) -> int:
+        """Identifier of the frames of commands."""
+        return self._on_wire.command_id
+
+    @property
+    def report_ids(self) -> tuple[int, ...]:
+        """Identifiers of :attr:`report_frames`."""
+        return self._on_wire.report_ids
+
+    @property
+    def _on_wire(self) -> FingerLine:
+        assert self.line is not None  # noqa: S101 (asked only of a finger with frames)
+        return self.line
+
+    def take_line(self) -> bool:
+        """Let the memory have the counters of the line; return whether frames can be taken."""
+        line, lifetime = self.line, self._settings.limits.lifetime
+        if not self.is_on_line and line is not None and self.is_whole and line.carries(lifetime):
+            line.write_to(self.memory, lifetime)
+            self.is_on_line = line.can_hand_over(self.memory)
+        return self.is_on_line
+
+    def leave_line(self) -> None:
+        """Let the codec have the counters of the line: it decodes what comes next."""
+        if self.is_on_line:
+            self._on_wire.read_from(self.memory)
+            self.is_on_line = False
+
+    def read_counters(self) -> None:
+        """Let the codec know what was counted of frames; the memory goes on counting."""
+        if self.is_on_line:
+            self._on_wire.read_from(self.memory)
+
+    def step(self, frame: np.ndarray, length: int, arrival: int, now: int) -> int:
+        """Answer a frame; what is done is told in bits, and LEFT_ALONE means nothing at all."""
+        return self._step(frame, length, arrival, now)
+
+    def step_part(self, frame: np.ndarray, length: int, part: int, arrival: int, now: int) -> int:
+        """Take the frame number ``part``, from 1, of those that make a state; answer with the last one."""
+        return self._step(frame, part, arrival, now) if length == PART_BYTES else LEFT_ALONE
+
+    def step_values(self, values: Floats, counter: int, stamp: int, arrival: int, now: int) -> int:
+        """Answer the values of a state, as :meth:`step`; the command is :meth:`command`."""
+        return self._step(values, counter, stamp, arrival, now)
+
+    @property
+    def runs_by(self) -> str:
+        """What runs the step: C, numba, or Python where nothing is compiled."""
+        if isinstance(self.module, FingerKernelsC):
+            return "C"
+        return "Python" if isinstance(self.module.finger_step, FunctionType) else "numba"
+
+    # what it commands
+
+    @property
+    def started(self) -> bool:
+        """Whether there is a command to hold."""
+        return bool(self.memory["TURN_STARTED"])
+
+    @property
+    def held(self) -> float:
+        """The force commanded last [N]; NaN before the start."""
+        return self._reals[self._given[0]]
+
+    @property
+    def required_force(self) -> float:
+        """What the finger needs on its own [N]."""
+        return float(self.memory["GRIP_REQUIRED"])
+
+    @property
+    def need(self) -> float:
+        """What the finger needs [N], as the grasp knows it; NaN without a command."""
+        return float(self._shared[self._place.number])
+
+    def command(self) -> ForceCommand:
+        """Return the last command."""
+        whole, real = self._wholes, self._reals
+        (commanded, seq, reason), (held, adjustment) = self._turn, self._given
+        stamp = whole[commanded]
+        return ForceCommand(
+            stamp, self.name, whole[seq], real[held], real[adjustment], REASONS[whole[reason]],
+            stamp + self._lifetime,
+        )  # fmt: skip
+
+    def standing_command(self) -> ForceCommand:
+        """Return the last command; its adjustment is over, and its reason that of the need."""
+        return replace(self.command(), adjustment=0.0, reason=REASONS[self.memory["TURN_REASON"]])
+
+    def number_from(self, seq: int) -> None:
+        """Give the next command a number above ``seq``."""
+        self.memory["TURN_SEQ"] = max(self.memory["TURN_SEQ"], seq)
+
+    def command_numbers(self) -> tuple[int, float, float, int, int]:
+        """Return counter, force [N], its change [N], reason and lifetime [ns] of the last command."""
+        _, seq, reason = map(self._wholes.__getitem__, self._turn)
+        force, adjustment = map(self._reals.__getitem__, self._given)
+        return seq, force, adjustment, reason, self._lifetime
+
+    def command_given(self) -> Unmade:
+        """Return the last command, to be made a message elsewhere."""
+        stamp, seq, reason = map(self._wholes.__getitem__, self._turn)
+        force, adjustment = map(self._reals.__getitem__, self._given)
+        rest = seq, force, adjustment, REASONS[reason], stamp + self._lifetime
+        return Unmade(ForceCommand, self.name, stamp, rest)
+
+    # what it felt
+
+    @property
+    def condition(self) -> Condition:
+        """Whether its input is believed."""
+        return CONDITIONS[self._wholes[self._quiet[-1]]]
+
+    @property
+    def faults(self) -> dict[Condition, int]:
+        """How often the input had each of the conditions that are faults, as far as it had them."""
+        counts = zip(Condition, self.memory.section("FAULTS").tolist(), strict=True)
+        return {condition: count for condition, count in counts if count}
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether the normal force stands still; too early to call it frozen."""
+        return bool(self.memory["INPUT_DOUBTFUL"])
+
+    @property
+    def lost(self) -> frozenset[str]:
+        """Channels that had been there and now are not."""
+        return channels_of(self.memory["INPUT_LOST"])
+
+    @property
+    def past(self) -> KeptStates:
+        """What was believed of late, for an estimator that takes over."""
+        noted = self.memory["TURN_NOTED"]
+        return self._rows(max(noted - len(self._history), 0), noted)
+
+    def fetch(self, *, everything: bool = False) -> KeptStates | None:
+        """Return the states that were believed and not fetched yet, None while they are few."""
+        memory = self.memory
+        noted, fetched = memory["TURN_NOTED"], memory["TURN_FETCHED"]
+        if noted - fetched < (1 if everything else FETCHED_STATES):
+            return None
+        memory["TURN_FETCHED"] = noted
+        return self._rows(max(fetched, noted - len(self._history)), noted)
+
+    def felt(self) -> tuple[float, float]:
+        """Return normal force [N] and displacement [m] of the present state."""
+        force, displacement = self._felt
+        return self._reals[force], self._reals[displacement]
+
+    def state_taken(self) -> Unmade:
+        """Return the present state, to be made a message elsewhere."""
+        stamp, seq = map(self._wholes.__getitem__, self._news)
+        return Unmade(FingertipState, self.name, stamp, (seq, *self._state.tolist()))
+
+    def is_quiet(self, now: int) -> bool:
+        """Return whether a tick has nothing to do: no silence, and no command to renew."""
+        whole, (is_heard, heard, started, commanded, renewal, condition) = self._wholes, self._quiet
+        is_known = whole[is_heard] and now - whole[heard] <= self._reals[self._time_out_at]
+        is_fresh = not whole[started] or now - whole[commanded] < whole[renewal]
+        return bool(is_known and is_fresh and whole[condition] <= DEGRADED)
+
+    def _rows(self, start: int, end: int) -> KeptStates:
+        """Return copies of states by their numbers in the history."""
+        rows = self._history
+        order = np.arange(start, end) % max(len(rows), 1)
+        return KeptStates(self.name, self._stamps[order], self._numbers[order], rows[order])
+
+    # what it tells
 
     def contact(self, now: int) -> ContactEstimate:
         """Return what is known of the contact at ``now`` [ns]; not valid while the input is not trusted."""
-        contact = replace(self.estimator.contact_estimate(), finger=self.name, seq=self._reports)
-        return contact if self._fresh else _untrusted_contact(contact, self._age(now))
+        contact = replace(
+            self._estimator.contact_estimate(), finger=self.name, seq=self.memory["TURN_REPORTS"]
+        )
+        return contact if self._is_fresh else _untrusted_contact(contact, self._age(now))
 
     def margin(self, now: int) -> SlipMargin:
         """Return the slip margin at ``now`` [ns]; not valid while the input is not trusted."""
-        return self._judged_margin(self.estimator.slip_margin(), now)
+        return self._judged_margin(self._estimator.slip_margin(), now)
 
     def health(self, now: int) -> ModelHealth:
         """Return whether the model explains what is measured, and the condition of the input."""
-        condition = self.watchdog.condition
-        health = self.estimator.health()
-        return replace(health, stamp=now, finger=self.name, seq=self._healths, condition=condition)
+        health = self._estimator.health()
+        return replace(health, stamp=now, finger=self.name, seq=self._healths, condition=self.condition)
 
-    def reports(self, now: int, report_period: float, health_period: float) -> Iterator[Message]:
+    def reports(self, now: int) -> Iterator[Message]:
         """Yield what is due to be told: contact, margin, and less often the health of the model.
 
         A change of the condition is told at once.
         """
-        if self._seen and self._margin is not None and _due(self._reported, now, report_period):
-            self._reported = self._staggered(self._reported, now, report_period)
-            self._margin = self.estimator.slip_margin()
-            contact, margin = self.contact(now), self._judged_margin(self._margin, now)
-            self._reports += 1
+        memory, periods = self.memory, self._settings
+        if memory["TURN_SEEN"] and memory["TURN_HAS_MARGIN"] and self._is_contact_due(now):
+            first = memory["TURN_CONTACT_DUE"] == 0
+            told = now - self._phase * periods.report_period * NS if first else now
+            memory["TURN_REPORTED"] = int(told)
+            margin = self._estimator.slip_margin()
+            memory["TAKEN_BOUND"] = margin.lower_bound
+            contact, margin = self.contact(now), self._judged_margin(margin, now)
+            memory["TURN_REPORTS"] += 1
+            memory["TURN_CONTACT_DUE"] = max(math.ceil(told + periods.report_period * NS), 1)
+            self._set_due()
             yield contact
             yield margin
-        condition = self.watchdog.condition
-        due = self.health_due(now, health_period)
-        if due or condition is not self._told:
-            self._told = condition
-            self._healthy = self._staggered(self._healthy, now, health_period) if due else self._healthy
+        is_due = self.health_due(now)
+        if is_due or self.condition != memory["TURN_TOLD"]:
+            memory["TURN_TOLD"] = self.condition
+            if is_due:
+                first = self._healthy == -math.inf
+                self._healthy = now - self._phase * periods.health_period * NS if first else now
+            self._set_due()
             yield self.health(now)
             self._healths += 1
 
-    def learned_messages(self, learned: Mapping[str, Learned], now: int, period: float) -> Iterator[Message]:
+    def health_due(self, now: int) -> bool:
+        """Whether it is time to look at the health of the model."""
+        return _due(self._healthy, now, self._settings.health_period)
+
+    def learned_messages(self, learned: Mapping[str, Learned], now: int) -> Iterator[Message]:
         """Yield what is learned, one message for each parameter, when that is due."""
+        period = self._settings.learned_period
         if not _due(self._learned_at, now, period):
             return
-        self._learned_at = self._staggered(self._learned_at, now, period)
+        first = self._learned_at == -math.inf
+        self._learned_at = now - self._phase * period * NS if first else now
         for symbol, one in learned.items():
             filtered = Estimate(one.filtered, one.raw.std, one.valid, one.raw.age)
             yield LearnedParameter(
@@ -270,72 +638,48 @@ class GraspFinger:
             )
             self._learned_count += 1
 
-    def _staggered(self, last: float, now: int, period: float) -> float:
-        first = last == -math.inf
-        return now - self._phase * period * NS if first else now
+    def tell(self, now: int) -> bool:
+        """Put contact and slip margin into :attr:`report_frames`; False: :meth:`reports` has to tell them."""
+        frames = self.report_frames
+        return bool(frames) and bool(self.module.finger_report(self.memory.f, self.memory.t, now, *frames))
+
+    def has_more_to_tell(self, now: int) -> bool:
+        """Return whether :meth:`reports` has something to tell, or half of the history is to be fetched."""
+        whole, (due, condition, told, noted, fetched) = self._wholes, self._tells
+        if now >= whole[due] or whole[condition] != whole[told]:
+            return True
+        return bool(whole[noted] - whole[fetched] >= len(self._history) // 2)
+
+    def _is_contact_due(self, now: int) -> bool:
+        # a clock that jumped back must not silence the reports
+        return bool(now >= self.memory["TURN_CONTACT_DUE"] or now < self.memory["TURN_REPORTED"])
+
+    def _set_due(self) -> None:
+        """Let the step know when something is to be told next."""
+        memory = self.memory
+        period = math.ceil(self._settings.report_period * NS)
+        if period != memory["SETUP_REPORT_PERIOD"] and memory["TURN_CONTACT_DUE"]:
+            memory["TURN_CONTACT_DUE"] = max(memory["TURN_REPORTED"] + period, 1)
+        memory["SETUP_REPORT_PERIOD"] = period
+        health = self._healthy + self._settings.health_period * NS
+        memory["TURN_HEALTH_DUE"] = math.ceil(health) if health > 0.0 else 0
+        memory["TURN_REPORT_DUE"] = min(memory["TURN_CONTACT_DUE"], memory["TURN_HEALTH_DUE"])
 
     def _judged_margin(self, margin: SlipMargin, now: int) -> SlipMargin:
-        margin = replace(margin, finger=self.name, seq=self._reports)
-        return margin if self._fresh else _untrusted_margin(margin, self._age(now))
+        margin = replace(margin, finger=self.name, seq=self.memory["TURN_REPORTS"])
+        return margin if self._is_fresh else _untrusted_margin(margin, self._age(now))
 
     @property
-    def _fresh(self) -> bool:
-        return self.watchdog.condition <= Condition.DEGRADED
+    def _is_fresh(self) -> bool:
+        return self.condition <= Condition.DEGRADED
 
     def _age(self, now: int) -> float:
-        return max(0.0, (now - self._used) / NS) if self._seen else math.inf
-
-    def _present_force(self, state: FingertipState) -> float:
-        if not math.isnan(state.normal_force):
-            return state.normal_force
-        return self.estimator.normal_force.value
-
-    def _bound_takeover(self, demand: Demand, now: int) -> Demand:
-        """Return ``demand`` with no more force than a contact that was met in its middle shows to suffice."""
-        fail_safe = self.controller.fail_safe.settings
-        least = self._transfer.bounded(demand.least_force, demand, now, fail_safe)
-        return demand if not least < demand.least_force else replace(demand, least_force=least)
-
-    def _hold_doubtful(self, demand: Demand) -> Demand:
-        """Return ``demand`` with no less force than is held, and no belief that the finger is in the air."""
-        return replace(demand, least_force=max(self.controller.held, demand.least_force), in_contact=True)
-
-    def _demand(self, state: FingertipState, margin: SlipMargin, wanted: Wanted, slides: bool) -> Demand:
-        x, y = state.tangential_force_x, state.tangential_force_y
-        load = math.sqrt(x * x + y * y)  # not math.hypot: Python's rounds otherwise than C's
-        torque, slipping = abs(state.torque_z), slides or state.slip >= SLIPS
-        if not self.estimator.in_contact:
-            trusted = self.estimator.normal_force.valid
-            return Demand(0.0, load, torque, in_contact=False, slipping=slipping, trusted=trusted)
-        asked = self.controller.policy.uses_least_force and not self.watchdog.lost & LOAD_CHANNELS
-        least = self._least_force(state, wanted) if asked else math.nan
-        return Demand(
-            least_force=least,
-            tangential_force=load,
-            torque=torque,
-            margin_bound=margin.lower_bound,
-            in_contact=True,
-            slipping=slipping,
-            trusted=not math.isnan(least),  # infinite: no force suffices, so the largest is best
-        )
-
-    def _least_force(self, state: FingertipState, wanted: Wanted) -> float:
-        x, y, torque = state.tangential_force_x, state.tangential_force_y, state.torque_z
-        noise = getattr(self.estimator, "noise", USUAL_NOISE)
-        x, y, torque = confirm_load(self._confirmed, 0, x, y, torque, noise.tangential_force, noise.torque_z)
-        if self.lead_in is None:
-            return self.estimator.least_force(*wanted, (math.sqrt(x * x + y * y), torque))
-        dt = min(max((state.stamp - self._led) / NS, 0.0), LONGEST_STEP_S)
-        self._led = state.stamp
-        is_following = not (self.controller.fail_safe.active or self.watchdog.doubtful)
-        command = self.controller.held if is_following else math.nan
-        follow_drive(*self.lead_in, dt, command, state.normal_force)
-        return self.estimator.least_force(*wanted, lead_load(*self.lead_in, dt, x, y, torque))
+        memory = self.memory
+        return max(0.0, (now - memory["TURN_USED"]) / NS) if memory["TURN_SEEN"] else math.inf
 
 
-def _whole(due: float) -> int:
-    """Return a time [ns] as the compiled step has it; 0: at once."""
-    return math.ceil(due) if due > 0.0 else 0
+def _whole(number: int) -> int:
+    return number if -LARGEST_WHOLE <= number <= LARGEST_WHOLE else LARGEST_WHOLE
 
 
 def _due(last: float, now: int, period: float) -> bool:

@@ -6,12 +6,12 @@ both. The generated module gets the places as constants, ``GRIP_HELD`` for HELD 
 nothing else is said, and in nanoseconds where they are whole.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from vegrip.estimator.sample_clock import SAMPLE_COUNTS
 from vegrip.grip.confirmed_load import CONFIRM_SIZE
-from vegrip.grip.policies.running_median import WINDOW_SLOTS
 from vegrip.messages import Condition, Reason
 
 CHANNELS = (
@@ -25,6 +25,9 @@ MECHANICAL_CHANNELS = 5
 
 HISTORY_CHANNELS = len(CHANNELS) + 1
 """Of a state that is kept: its values, and whether the finger touched."""
+
+WINDOW_SLOTS = 25
+"""Of the window of the usual need; the largest need of each counts."""
 
 REALS: dict[str, tuple[str, ...] | int] = {
     "RULE": (
@@ -67,7 +70,7 @@ the last command, lowest median of late; LARGEST: the median's slots; ORDERED: s
 WHOLES: dict[str, tuple[str, ...] | int] = {
     "SETUP": (
         "STATE_ID", "COMMAND_ID", "SENDER_TIME", "FINGER", "FINGERS", "THUMB", "RECOVER_AFTER", "LIFETIME",
-        "EXPIRES", "RENEWAL", "LATE", "HISTORY", "ALONE", "RECOVERY", "GAP", "SHARES", "LEADS",
+        "EXPIRES", "RENEWAL", "LATE", "HISTORY", "RECOVERY", "GAP", "SHARES", "LEADS",
         "CONTACT1_ID", "CONTACT2_ID", "MARGIN_ID", "REPORT_PERIOD",
     ),
     "LINE": ("LAST", "STAMP", "LOST"),
@@ -78,9 +81,8 @@ WHOLES: dict[str, tuple[str, ...] | int] = {
         "QUICKEST", "TRAVEL_SINCE",
     ),
     "FAULTS": len(Condition),
-    "SAMPLE": ("BEGUN", "STAMP", "INFORMED", "IS_INFORMED", "SHOWN", "TRUSTED", "SEQ", "RESUMED", "REFUSED",
-               "BACKWARDS", "REWIND_NEXT"),
-    "NEED": ("IN_CONTACT", "SLIPPING", "TRUSTED"),
+    "SAMPLE": SAMPLE_COUNTS,
+    "NEED": ("IN_CONTACT", "SLIPPING", "TRUSTED", "BELIEVED"),
     "TURN": (
         "SEEN", "HAS_MARGIN", "TRANSFER_SINCE", "IN_TRANSFER", "STARTED", "COMMANDED", "ASKED", "SEQ",
         "REASON", "SLOTS", "NEXT_SLOT", "USED", "TOLD", "REPORT_DUE", "NOTED", "FETCHED", "GIVEN_REASON",
@@ -88,12 +90,25 @@ WHOLES: dict[str, tuple[str, ...] | int] = {
     ),
 }  # fmt: skip
 """SETUP: settings; LINE: counter of the frames; NEWS: the present state; INPUT: of the watchdog (LOST, SEEN,
-PRESENT: sets of channels, bit by bit); FAULTS: counts by condition; SAMPLE: of the estimator; NEED: of the
-demand; TURN: of the control: times (CONTACT_DUE: when contact and margin are told again, 0: the objects tell
-them first; HEALTH_DUE: the health; REPORT_DUE: the first of both), counters, states noted in the history and
-fetched from it, the reason in the last command (REASON is that of the required force).
+PRESENT: sets of channels, bit by bit); FAULTS: counts by condition; SAMPLE: of the estimator (KEPT: samples
+it can go back, LATE: samples that were put in their place, FOLLOWED: how often the sender's clock had started
+anew); NEED: of the demand, and whether the state is believed; TURN: of the control: times (CONTACT_DUE: of
+the next report of contact and margin, 0: of the first one, which is a message; HEALTH_DUE: of the health;
+REPORT_DUE: the first of both), counters, states noted in the history and fetched from it, the reason in the
+last command (REASON is that of the required force).
 """
 
+
+NODE_REALS = {
+    "BASELINE": ("FORCE", "FRICTION", "SAFETY", "RADIUS", "POWER", "EXPONENT"),
+    "OWN": ("BASE", "STEP", "FORCE", "SHARE"),
+}
+"""Of a finger in a node: settings of a baseline policy (:mod:`vegrip.grip.policies.baselines`); what a policy
+or a share in Python is told (force to start from, time since it was asked) and has answered [N]."""
+
+NODE_WHOLES = {"CHOICE": ("POLICY", "ASKS", "SHARE", "REASON", "FORGOTTEN")}
+"""CHOICE: which policy rules, whether it asks for the least force, whether the share of the grasp comes from
+Python, reason of a policy in Python, and how often it has to forget the past."""
 
 PARTS = ("COUNTER", "STAMP", "EXPECTED", "INCOMPLETE", "CLIPPED_FORCE", "CLIPPED_ADJUSTMENT")
 """Of a state that comes in several frames, where states do: counter and arrival of its first one, number of
@@ -110,7 +125,8 @@ class FingerLayout:
         lasting: length of what the estimator keeps from one sample to the next.
         late: samples that the estimator can go back.
         history: states that are kept for others; 0 keeps none.
-        is_shared: whether the fingers of a grasp can share friction, and lead their loads.
+        is_shared: whether it is one of a node: fingers can share friction and lead their loads, and
+            policies can be chosen.
         part_bytes: values of all frames of a state, where several make one.
 
     """
@@ -125,12 +141,21 @@ class FingerLayout:
     def real_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
         """Yield name, names within and length of the sections of real numbers."""
         yield from _sections(REALS)
+        if self.is_shared:
+            yield from _sections(NODE_REALS)
         yield "REWIND", (), self.late * self.lasting
+        yield "REWIND_STATE", (), self.late * len(CHANNELS)
+        yield "LATER", (), 2 * len(CHANNELS) if self.late else 0
         yield "HISTORY", (), self.history * HISTORY_CHANNELS
 
     def whole_sections(self) -> Iterator[tuple[str, tuple[str, ...], int]]:
         """Yield name, names within and length of the sections of whole numbers."""
         yield from _sections(WHOLES)
+        if self.is_shared:
+            yield from _sections(NODE_WHOLES)
+        yield "REWIND_STAMP", (), self.late
+        yield "REWIND_BEFORE", (), self.late
+        yield "REWIND_BEGUN", (), self.late
         yield "HISTORY_STAMP", (), self.history
         yield "HISTORY_SEQ", (), self.history
         if self.part_bytes:
@@ -178,7 +203,7 @@ class FingerLayout:
         return "\n".join(lines)
 
 
-def _sections(table: dict[str, tuple[str, ...] | int]) -> Iterator[tuple[str, tuple[str, ...], int]]:
+def _sections(table: Mapping[str, tuple[str, ...] | int]) -> Iterator[tuple[str, tuple[str, ...], int]]:
     for name, content in table.items():
         names = () if isinstance(content, int) else content
         yield name, names, content if isinstance(content, int) else len(content)

@@ -1,5 +1,6 @@
 """The memory of one finger that the compiled step works on: two flat arrays, and names for their places."""
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,12 @@ class FingerMemory:
         """Set a number."""
         array, place = self._places[name]
         array[place] = value
+
+    def take_over(self, other: "FingerMemory", but: Collection[str]) -> None:
+        """Take all sections from another memory, but for those named."""
+        for name, (start, end) in other.layout.sections.items():
+            if name not in but and name in self.layout.sections and end > start:
+                self.section(name)[:] = other.section(name)
 
     def section(self, name: str) -> NDArray[Any]:
         """Return the numbers of a section, to read and to write."""

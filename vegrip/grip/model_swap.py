@@ -6,18 +6,20 @@ log and counted, and the old one stays.
 
 import logging
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from copy import copy
 from typing import Any
 
 from vegrip.errors import ModelError
+from vegrip.grip.compiled import FingerKernels
 from vegrip.grip.estimator_protocol import Estimator
+from vegrip.grip.finger import GraspFinger
 from vegrip.host.realtime import SideTask
 from vegrip.messages import FingertipState
 from vegrip.model import ContactModel
 from vegrip.model.file import model_text
 from vegrip.runtime.background import run_behind
 
-Pasts = Mapping[str, Iterable[FingertipState]]
+Successor = tuple[Estimator, FingerKernels]
+"""An estimator, and the module of the step with it."""
 
 
 class ModelSwap:
@@ -40,28 +42,35 @@ class ModelSwap:
         self.refused = 0
         self._models = models
         self._logger = logging.getLogger(f"vegrip.{node}")
-        self._ready: dict[str, Estimator] | None = None
+        self._ready: dict[str, Successor] | None = None
         self._latest = 0  # number of the last request; an earlier one that ends later counts no more
 
-    def begin(self, parameters: Any, pasts: Pasts) -> SideTask:
+    def begin(self, parameters: Any, fingers: Mapping[str, GraspFinger]) -> SideTask:
         """Start to build estimators of ``parameters`` for these fingers, with what they felt lately."""
         self._latest += 1
-        copied = {finger: copy(past) for finger, past in pasts.items()}
-        task = SideTask(self._build, parameters, copied, self._latest)
+        pasts = {name: finger.past for name, finger in fingers.items()}
+        task = SideTask(self._build, parameters, dict(fingers), pasts, self._latest)
         task.start()
         return task
 
-    def take(self) -> dict[str, Estimator] | None:
-        """Return the estimators when they are ready, once."""
+    def take(self) -> dict[str, Successor] | None:
+        """Return the estimators when they are ready, once, and the modules of their steps."""
         ready, self._ready = self._ready, None
         return ready
 
-    def _build(self, parameters: Any, pasts: Pasts, number: int) -> None:
+    def _build(
+        self,
+        parameters: Any,
+        fingers: Mapping[str, GraspFinger],
+        pasts: Mapping[str, Iterable[FingertipState]],
+        number: int,
+    ) -> None:
         try:
             for model in self._models(parameters):
                 compile_in_subprocess(model)
             make = self.factory(parameters)
-            successors = {finger: _replayed(make(finger), past) for finger, past in pasts.items()}
+            made = {name: _replayed(make(name), past) for name, past in pasts.items()}
+            successors = {name: (made[name], fingers[name].module_of(made[name])) for name in made}
         except Exception as error:  # noqa: BLE001 (whatever is wrong with a model must not end the node)
             self.refused += 1
             self._logger.error("the new model is not used: %s", error)
@@ -91,7 +100,7 @@ def compile_in_subprocess(model: ContactModel) -> None:
 
     """
     given = model_text(model).encode()
-    done = run_behind("vegrip.runtime.workers.compile_worker", ["/dev/stdin"], idle=False, given=given)
+    done = run_behind("vegrip.grip.compile_worker", ["/dev/stdin"], idle=False, given=given)
     if done.returncode:
         lines = done.stderr.strip().splitlines() or ["it does not compile"]
         raise ModelError(lines[-1])

@@ -11,12 +11,11 @@ from vegrip.errors import ConfigError
 from vegrip.grip.background_diagnosis import MisfitDiagnoser, NoDiagnosis
 from vegrip.grip.batch_text import STATE_BYTES
 from vegrip.grip.compiled_batch import CompiledBatch, can_batch
-from vegrip.grip.compiled_finger import LEFT_ALONE, CompiledFinger, Place, why_not_compiled
 from vegrip.grip.compiled_packet import CompiledPackets, can_take_packets
-from vegrip.grip.controller import GripController, need_of
+from vegrip.grip.controller import GripController
 from vegrip.grip.drive_log import DriveLog
 from vegrip.grip.estimator_protocol import Estimator
-from vegrip.grip.finger import GraspFinger
+from vegrip.grip.finger import COMMANDED, LEFT_ALONE, REPORT, GraspFinger
 from vegrip.grip.known_objects import KnownObjects, ObjectFriction
 from vegrip.grip.learned_store import LearnedStore, NoStore
 from vegrip.grip.model_swap import ModelSwap
@@ -37,10 +36,6 @@ from vegrip.runtime.packet_path import PacketAnswer
 from vegrip.runtime.telemetry import Unmade
 from vegrip.transport.codec.line import FingerLine
 from vegrip.types import Floats
-
-WHY_NO_LINES = (
-    "they come through a map, in restored order (order_window) or by the hand's clock (estimate_clock)"
-)
 
 
 class GraspForce(NodeBase):
@@ -78,12 +73,10 @@ class GraspForce(NodeBase):
         """What grips; None until the node is configured."""
         self._names = tuple(fingers)
         self._model_swap: ModelSwap | None = None
-        self._compiled: dict[str, CompiledFinger] = {}
         self._lines: Mapping[str, FingerLine] = {}
         self._kernel_mode = ""
         self._batch: CompiledBatch | None = None
         self._packets: CompiledPackets | None = None
-        self._shared = np.full(max(1, len(self._names)), np.nan)  # what the fingers of the grasp share
         super().__init__(name, settings)
         self._make_estimator = make_estimator
         self._learned_store = learned_store or NoStore()
@@ -104,7 +97,6 @@ class GraspForce(NodeBase):
     def parameters(self, settings: ControlSettings) -> None:
         before = getattr(self, "_parameters", settings)
         self._parameters = settings
-        self._take_back(self.fingers.values())
         self._begin_model_swap(before, settings)
         if self.controller is None:
             make_share(settings, self._names)  # says now what cannot be used
@@ -123,7 +115,7 @@ class GraspForce(NodeBase):
             return
         self._make_estimator = swap.factory(settings)
         if self.fingers:
-            swap.begin(settings, {name: finger.past for name, finger in self.fingers.items()})
+            swap.begin(settings, self.fingers)
 
     def _take_new_estimators(self) -> None:
         if self._model_swap is None:
@@ -131,50 +123,45 @@ class GraspForce(NodeBase):
         if self._model_swap.refused:
             self.rejected["model refused"] = self._model_swap.refused
         successors = self._model_swap.take()
-        for name, estimator in (successors or {}).items():
+        for name, (estimator, module) in (successors or {}).items():
             if name in self.fingers:
-                self._take_back([self.fingers[name]])
-                self._batch = self._packets = None
-                self._compiled.pop(name, None)  # its step is of the former model; to compile stops the loop
-                self.fingers[name].replace_estimator(estimator)
+                self.fingers[name].replace_estimator(estimator, module)
                 self.diagnoser.forget(name)
+        if successors:
+            self._join()
 
     def configure(self) -> None:
         """Build every finger and compile what will run."""
-        self._forget_compiled()
         self.controller = GripController(
             self._names, settings=self.parameters, make_estimator=self._new_estimator,
             known_object=self._known_object,
         )  # fmt: skip
-        self.controller.need_of = self._need
         if taken := describe_derived(self.parameters.grip, len(self._names)):
             logging.getLogger(f"vegrip.{self.name}").info("%s", taken)
-        self._compile()
+        self.run_compiled(self._lines, self._kernel_mode)
 
     def activate(self) -> None:
         """Begin afresh, except after a fault of this node: then the grip is taken over as it is."""
-        self._take_back(self.fingers.values())
+        self.leave_lines()
         if self.controller is not None and self._is_at_fault:
             self.controller.restart()
         elif self.controller is not None and self._worn:
             self._keep_what_was_learned()
-            self._forget_compiled()
             self.controller.reset()
-        self._compile()
+        self._join()
         self._active, self._is_at_fault = True, False
 
     def deactivate(self) -> None:
         """Command no more."""
-        self._take_back(self.fingers.values())
+        self.leave_lines()
         self._active = False
         self._worn = True
 
     def cleanup(self) -> None:
         """Forget the fingers, but not what they learned."""
-        self._take_back(self.fingers.values())
+        self.leave_lines()
         self._keep_what_was_learned()
-        self.controller = None
-        self._forget_compiled()
+        self.controller = self._batch = self._packets = None
         self._worn = False
 
     def on_message(self, message: Message, now: int) -> Iterable[Message]:
@@ -186,12 +173,9 @@ class GraspForce(NodeBase):
         if finger is None:
             self.rejected["unknown finger"] += 1
             return ()
-        self._take_back([finger])
-        if controller.assimilate(message, now):
-            self.diagnoser.note(finger.name, message, finger.estimator.in_contact)
-        commands = controller.commands([finger.name], now)
-        self._tell_needs()
-        return chain(commands, self._reports(controller, finger, now))
+        done = finger.answer(message, now) if finger.is_whole else controller.answer(message, now)
+        commands = (finger.command(),) if done & COMMANDED else ()
+        return chain(commands, self._reports(controller, finger, now)) if done & REPORT else commands
 
     def on_tick(self, now: int) -> Iterable[Message]:
         """Watch for silence; renew commands before they expire."""
@@ -201,35 +185,29 @@ class GraspForce(NodeBase):
         self._take_new_estimators()
         answers: list[Message] = []
         for finger in controller.fingers.values():
-            if self._is_quiet(finger, now):
+            if finger.is_quiet(now):
                 continue
-            self._take_back([finger])
             answers += controller.watch(finger.name, now)
-            self._tell_needs()
-            if finger.watchdog.condition > Condition.DEGRADED:
+            if finger.condition > Condition.DEGRADED:
                 answers += self._reports(controller, finger, now)
         return answers
 
     def on_broken(self, finger: str, now: int) -> None:
         """Tell the watchdog of ``finger``: the bus is there, but what it brings is not to be understood."""
         if finger in self.fingers:
-            self._take_back([self.fingers[finger]])
-            self.fingers[finger].watchdog.corrupt(now)
+            self.fingers[finger].note_broken(now)
 
     def on_fault(self, now: int) -> Iterable[Message]:
         """Ride out a fault of this node itself, without the estimators."""
         self._is_at_fault = True
-        self._take_back(self.fingers.values())
-        commands = self.controller.ride_out(now) if self.controller is not None else []
-        self._tell_needs()
-        return commands
+        return self.controller.ride_out(now) if self.controller is not None else []
 
     # the short way: frames in, frames out
 
     @property
-    def compiled_fingers(self) -> Mapping[str, CompiledFinger]:
-        """The fingers whose frames run compiled."""
-        return self._compiled
+    def compiled_fingers(self) -> Mapping[str, GraspFinger]:
+        """The fingers whose frames are answered as they are."""
+        return {name: finger for name, finger in self.fingers.items() if finger.line and finger.is_whole}
 
     @property
     def frame_fingers(self) -> tuple[str, ...]:
@@ -244,41 +222,42 @@ class GraspForce(NodeBase):
             mode: what runs the step, see :func:`vegrip.grip.compiled.finger_module`.
 
         """
-        self._take_back(self.fingers.values())
         self._lines, self._kernel_mode = lines, mode
-        self._compile()
+        if self.controller is not None:
+            self.controller.follow_lines(lines, mode)
+        self._join()
 
     def on_frame(
         self, name: str, frame: np.ndarray, length: int, arrival: int, now: int, part: int = 0
     ) -> int:
-        """Answer a frame of the finger ``name``; see :meth:`CompiledFinger.step`.
+        """Answer a frame of the finger ``name``; see :meth:`GraspFinger.step`.
 
         Where several frames make a state ``part`` is the number of this one, from 1. What is left alone is
-        for :meth:`on_message`; for a finger without a compiled step everything is. The
+        for :meth:`on_message`; for a finger in which Python takes part everything is. The
         answer is :meth:`command_frame`, what is due besides :meth:`reports`.
         """
-        compiled = self._lent(name)
-        if compiled is None:
+        finger = self._on_line(name)
+        if finger is None:
             return LEFT_ALONE
         if part:
-            done = compiled.step_part(frame, length, part, arrival, now)
+            done = finger.step_part(frame, length, part, arrival, now)
         else:
-            done = compiled.step(frame, length, arrival, now)
+            done = finger.step(frame, length, arrival, now)
         if done == LEFT_ALONE:
-            self._take_back([compiled.finger])  # the objects answer, and refuse by name
+            finger.leave_line()  # the codec decodes it, or refuses by name
         return done
 
     def on_values(self, name: str, values: Floats, counter: int, stamp: int, arrival: int, now: int) -> int:
-        """Answer the values of a state of the finger ``name``; see :meth:`CompiledFinger.step_values`.
+        """Answer the values of a state of the finger ``name``; see :meth:`GraspFinger.step_values`.
 
-        As :meth:`on_frame`; the answer is :meth:`command_given`.
+        As :meth:`on_frame`; the answer is :meth:`command_numbers`.
         """
-        compiled = self._lent(name)
-        if compiled is None:
+        finger = self._on_line(name)
+        if finger is None:
             return LEFT_ALONE
-        done = compiled.step_values(values, counter, stamp, arrival, now)
+        done = finger.step_values(values, counter, stamp, arrival, now)
         if done == LEFT_ALONE:
-            self._take_back([compiled.finger])  # the objects answer, and refuse by name
+            finger.leave_line()  # the codec decodes it, or refuses by name
         return done
 
     def on_batch(self, payload: bytes, rows: int, arrival: int, now: int) -> tuple[bytearray, int] | None:
@@ -287,13 +266,13 @@ class GraspForce(NodeBase):
         What is left alone is for :meth:`on_message`; the answer is :meth:`batch_commands`.
         """
         batch = self._batch
-        if batch is None or not self._all_lent(batch.fingers):
+        if batch is None or not self._are_on_line(batch.fingers):
             return None
         done, commands = batch.step(payload, rows, arrival, now)
         row = done.find(LEFT_ALONE, 0, rows)
         while row >= 0:
             if (refused := batch.finger_of(payload, row)) is not None:
-                self._take_back([refused.finger])  # the objects answer, and refuse by name
+                refused.leave_line()  # the codec decodes it, or refuses by name
             row = done.find(LEFT_ALONE, row + 1, rows)
         return done, commands
 
@@ -308,16 +287,14 @@ class GraspForce(NodeBase):
         What is behind them, and what the step leaves alone, is for :meth:`on_frame`.
         """
         packets = self._packets
-        if packets is None or not self._all_lent(packets.fingers):
+        if packets is None or not self._are_on_line(packets.fingers):
             return None
         return packets.step(packet, expected, now)
 
     def report_packet(self, name: str, now: int) -> memoryview | None:
-        """Return requests to send contact and slip margin, None where the compiled step cannot tell them."""
+        """Return requests to send contact and slip margin, None where frames cannot tell them."""
         packets = self._packets
-        if not self._active or packets is None or not self._compiled[name].lent:
-            return None
-        return packets.report(name, now)
+        return None if not self._active or packets is None else packets.report(name, now)
 
     @property
     def batch_commands(self) -> bytearray:
@@ -330,7 +307,7 @@ class GraspForce(NodeBase):
 
     def command_frame(self, name: str) -> np.ndarray:
         """Return the bytes of the last command that :meth:`on_frame` gave."""
-        return self._compiled[name].answer
+        return self.fingers[name].answer_frame
 
     def reports(self, name: str, now: int) -> Iterator[Message]:
         """Return what is due to be told of a finger; worked out when it is taken."""
@@ -338,18 +315,16 @@ class GraspForce(NodeBase):
         return iter(()) if controller is None else self._reports(controller, controller.fingers[name], now)
 
     def report_frames(self, name: str, now: int) -> Iterable[tuple[int, np.ndarray]]:
-        """Return identifiers and frames of contact and slip margin, if the compiled step can tell them."""
-        compiled = self._compiled.get(name)
-        if not self._active or compiled is None or not compiled.lent or not compiled.tell(now):
+        """Return identifiers and frames of contact and slip margin, if frames can tell them."""
+        finger = self.fingers.get(name)
+        if not self._active or finger is None or not finger.is_on_line or not finger.tell(now):
             return ()
-        return zip(compiled.report_ids, compiled.report_frames, strict=True)
+        return zip(finger.report_ids, finger.report_frames, strict=True)
 
     def report_batch(self, names: Sequence[str], now: int) -> list[str]:
         """Pack contacts and slip margins of fingers into :attr:`batch_reports`; return whose were told."""
         batch = self._batch
-        if not self._active or batch is None:
-            return []
-        return batch.report([name for name in names if self._compiled[name].lent], now)
+        return [] if not self._active or batch is None else batch.report(names, now)
 
     @property
     def batch_reports(self) -> tuple[bytearray, bytearray]:
@@ -359,152 +334,86 @@ class GraspForce(NodeBase):
 
     def has_more_to_tell(self, name: str, now: int) -> bool:
         """Return whether :meth:`reports` has something to tell besides :meth:`report_frames`."""
-        compiled = self._compiled.get(name)
-        return compiled is None or not compiled.lent or compiled.has_more_to_tell(now)
+        finger = self.fingers.get(name)
+        return finger is None or finger.has_more_to_tell(now)
 
     def felt(self, name: str) -> tuple[float, float]:
-        """Return normal force [N] and displacement [m] of the last frame that ran compiled."""
-        return self._compiled[name].felt()
+        """Return normal force [N] and displacement [m] of the last state."""
+        return self.fingers[name].felt()
 
     def state_taken(self, name: str) -> Unmade:
-        """Return the state of the last frame that ran compiled."""
-        return self._compiled[name].state_taken()
+        """Return the last state."""
+        return self.fingers[name].state_taken()
 
     def command_given(self, name: str) -> Unmade:
-        """Return the last command that was given compiled."""
-        return self._compiled[name].command_given()
+        """Return the last command."""
+        return self.fingers[name].command_given()
 
     def command_numbers(self, name: str) -> tuple[int, float, float, int, int]:
         """Return counter, force [N], its change [N], reason and lifetime [ns] of that command."""
-        return self._compiled[name].command_numbers()
+        return self.fingers[name].command_numbers()
 
-    def take_back(self, name: str = "") -> None:
-        """Bring the objects up to date with what ran compiled, of the finger ``name`` or of all."""
-        self._take_back([self.fingers[name]] if name else self.fingers.values())
+    def leave_lines(self, name: str = "") -> None:
+        """Let the codec go on with the counters of the finger ``name`` or of all, and decode."""
+        for finger in [self.fingers[name]] if name else self.fingers.values():
+            finger.leave_line()
 
     def read_counters(self) -> None:
-        """Bring up to date what was counted of frames; what runs compiled goes on doing so.
-
-        To take everything back for that, and to lend it again, would stop the loop for milliseconds.
-        """
-        for compiled in self._compiled.values():
-            compiled.read_counters()
+        """Bring up to date what was counted of frames; the steps go on counting."""
+        for finger in self.fingers.values():
+            finger.read_counters()
 
     def standing_commands(self) -> list[ForceCommand]:
         """Return the last command of each finger that has one."""
-        self.take_back()
-        controllers = [finger.controller for finger in self.fingers.values()]
-        return [controller.standing_command() for controller in controllers if controller.started]
+        return [finger.standing_command() for finger in self.fingers.values() if finger.started]
 
     def number_commands_from(self, numbers: Mapping[str, int]) -> None:
         """Give every next command a number above those that were sent in the node's place."""
-        self.take_back()
         for name, number in numbers.items():
             if name in self.fingers:
-                self.fingers[name].controller.number_from(number)
+                self.fingers[name].number_from(number)
 
-    def _lent(self, name: str) -> CompiledFinger | None:
-        """Return the compiled finger ``name`` with all that it needs, None where the objects answer."""
-        compiled, controller = self._compiled.get(name), self.controller
-        if compiled is None or controller is None or not self._active:
-            return None
-        return compiled if compiled.lent or compiled.lend(controller, self._periods) else None
+    def _on_line(self, name: str) -> GraspFinger | None:
+        """Return the finger ``name`` if its frames can be answered as they are."""
+        finger = self.fingers.get(name)
+        return finger if finger is not None and self._active and finger.take_line() else None
 
-    def _all_lent(self, fingers: Iterable[CompiledFinger]) -> bool:
-        """Return whether the compiled steps of all fingers have what they need."""
-        controller = self.controller
-        if controller is None or not self._active:
-            return False
-        return all(compiled.lent or compiled.lend(controller, self._periods) for compiled in fingers)
+    def _are_on_line(self, fingers: Iterable[GraspFinger]) -> bool:
+        """Return whether the frames of all fingers can be answered as they are."""
+        return self._active and all(finger.is_on_line or finger.take_line() for finger in fingers)
 
-    def _forget_compiled(self) -> None:
-        self._compiled, self._batch, self._packets = {}, None, None
-
-    def _compile(self) -> None:
-        """Prepare the compiled step of every finger that can have one, from the state of its objects."""
-        controller, thumb = self.controller, self.parameters.thumb
-        thumb_number = self._names.index(thumb) if thumb in self._names else -1
-        if controller is not None:
-            self._shared = controller.friction.shared
-        self._shared[: len(self._names)] = np.nan
-        self._compiled = {
-            name: CompiledFinger(
-                finger,
-                self._lines[name],
-                Place(self._names.index(name), len(self._names), thumb_number),
-                self._shared,
-                self._kernel_mode,
-            )
-            for name, finger in self.fingers.items()
-            if name in self._lines and not why_not_compiled(finger, self.parameters)
-        }
-        fingers = list(self._compiled.values())
+    def _join(self) -> None:
+        """Prepare one call for the frames of all fingers, where that is possible."""
+        fingers = list(self.compiled_fingers.values())
         is_whole = bool(fingers) and len(fingers) == len(self.fingers)
         self._batch = self._packets = None
-        if is_whole and can_batch(fingers):
-            self._batch = CompiledBatch(fingers, self._shared, STATE_BYTES)
-        elif is_whole and can_take_packets(fingers):
-            self._packets = CompiledPackets(fingers, self._shared)
-        self._tell_needs()
+        if is_whole and self.controller is not None:
+            shared = self.controller.friction.shared
+            if can_batch(fingers):
+                self._batch = CompiledBatch(fingers, shared, STATE_BYTES)
+            elif can_take_packets(fingers):
+                self._packets = CompiledPackets(fingers, shared)
 
     @property
     def path_taken(self) -> str:
-        """How states are answered: by the compiled step or by objects, and why, in a sentence."""
-        lifetime = self.parameters.limits.lifetime
-        if self._lines and not all(line.carries(lifetime) for line in self._lines.values()):
+        """How states are answered, and why, in a sentence."""
+        fingers, lifetime = list(self.fingers.values()), self.parameters.limits.lifetime
+        if not fingers:
+            return "no finger is configured"
+        way = f"states are answered by the compiled step ({fingers[0].runs_by})"
+        if not self._lines:
             return (
-                f"states are answered by objects: no frame can say that a command lives for {lifetime:g} s"
+                f"{way}, as messages: they come through a map, in restored order (order_window) or by the"
+                " hand's clock (estimate_clock)"
+            )
+        if not all(line.carries(lifetime) for line in self._lines.values()):
+            return (
+                f"{way}, as messages: no frame can say that a command lives for {lifetime:g} s"
                 " (limits.lifetime)"
             )
-        if self._compiled and len(self._compiled) == len(self.fingers):
-            compiled = next(iter(self._compiled.values()))
-            how = "all fingers at once" if self._batch is not None else "finger by finger"
-            return f"states are answered by the compiled step ({compiled.runs_by}), {how}"
-        if not self._lines:
-            return f"states are answered by objects: {WHY_NO_LINES}"
-        reasons = {why_not_compiled(finger, self.parameters) for finger in self.fingers.values()} - {""}
-        told = ", ".join(sorted(reasons)) or "a new model has been taken over"
-        return (
-            f"states are answered by objects ({len(self._compiled)} of {len(self.fingers)} compiled): {told}"
-        )
-
-    @property
-    def _periods(self) -> tuple[float, float]:
-        return self.parameters.report_period, self.parameters.health_period
-
-    def _look(self, finger: GraspFinger) -> None:
-        """Let the objects see the contact, whichever way it was followed."""
-        compiled = self._compiled.get(finger.name)
-        if compiled is not None and compiled.lent and (kept := compiled.look()) is not None:
-            self.diagnoser.note_kept(kept)
-
-    def _told(self, finger: GraspFinger) -> None:
-        """Let the compiled step know what has been reported."""
-        compiled = self._compiled.get(finger.name)
-        if compiled is not None and compiled.lent:
-            compiled.told(self._periods)
-
-    def _take_back(self, fingers: Iterable[GraspFinger]) -> None:
-        """Put the objects of these fingers in force."""
-        for finger in fingers:
-            compiled = self._compiled.get(finger.name)
-            if compiled is not None and compiled.lent:
-                self.diagnoser.note_kept(compiled.take_back())
-
-    def _tell_needs(self) -> None:
-        """Let the compiled fingers know what those need that the objects are in force of."""
-        for number, (name, finger) in enumerate(self.fingers.items()):
-            compiled = self._compiled.get(name)
-            if compiled is None or not compiled.lent:
-                self._shared[number] = need_of(finger)
-
-    def _is_quiet(self, finger: GraspFinger, now: int) -> bool:
-        compiled = self._compiled.get(finger.name)
-        return compiled is not None and compiled.lent and compiled.is_quiet(now)
-
-    def _need(self, finger: GraspFinger) -> float:
-        compiled = self._compiled.get(finger.name)
-        return compiled.need if compiled is not None and compiled.lent else need_of(finger)
+        if reasons := sorted({finger.why_split for finger in fingers} - {""}):
+            return f"{way}, in halves: {', '.join(reasons)}"
+        return f"{way}, {'all fingers at once' if self._batch is not None else 'finger by finger'}"
 
     def _known_object(self) -> ObjectFriction | None:
         objects = self._known_objects()
@@ -530,19 +439,21 @@ class GraspForce(NodeBase):
         return self._make_estimator(finger)  # another one after a change of the model
 
     def _reports(self, controller: GripController, finger: GraspFinger, now: int) -> Iterator[Message]:
-        looks = finger.health_due(now, self.parameters.health_period)
-        self._look(finger)
+        looks = finger.health_due(now)
+        self._note_past(finger)
         for report in controller.reports(finger.name, now):
-            self._told(finger)
             yield self._with_suspects(report, controller)
-            self._look(finger)  # a frame that came meanwhile may have run compiled
-        self._told(finger)
         if looks:
             self._tell_probing(controller)
             self._drive_log.tell(finger.name, controller.friction, self.parameters.grip)
         # last, so that a state that has come meanwhile need not wait for it
         if looks and (learned := self._learned_store.observe(finger.name, now)):
-            yield from finger.learned_messages(learned, now, self.parameters.learned_period)
+            yield from finger.learned_messages(learned, now)
+
+    def _note_past(self, finger: GraspFinger) -> None:
+        """Keep what was felt for a diagnosis."""
+        if (kept := finger.fetch()) is not None:
+            self.diagnoser.note_kept(kept)
 
     def _with_suspects(self, report: Message, controller: GripController) -> Message:
         if isinstance(report, ContactEstimate):

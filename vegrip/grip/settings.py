@@ -6,7 +6,6 @@ from typing import Any
 
 from vegrip.config import build, parameter
 from vegrip.errors import ConfigError
-from vegrip.grip.allocation.balance import balance_forces
 from vegrip.grip.allocation.internal_forces import InternalForces, contacts_of
 from vegrip.grip.friction_settings import FrictionSettings
 from vegrip.grip.policies import find_policy
@@ -49,10 +48,20 @@ class ControlSettings:
     def __post_init__(self) -> None:
         policy_settings(self)  # says what cannot be used
 
+    @property
+    def is_built_in(self) -> bool:
+        """Whether the policy is one that the finger step has."""
+        return find_policy(self.policy).make is None
+
 
 def make_policy(settings: ControlSettings) -> GripPolicy:
-    """Return a new policy of the kind the settings name."""
-    return find_policy(settings.policy).make(policy_settings(settings))
+    """Return a new policy of the kind the settings name, one of another package."""
+    make = find_policy(settings.policy).make
+    if make is None:
+        raise ConfigError(
+            f"the policy {settings.policy!r} is one of the finger step; there is no object of it"
+        )
+    return make(policy_settings(settings))
 
 
 def apply_policy(policy: GripPolicy, settings: ControlSettings) -> None:
@@ -81,15 +90,15 @@ Share = Callable[[Mapping[str, float]], Mapping[str, float]]
 """From what each finger needs [N] to what each is to press with [N]."""
 
 
-def make_share(settings: ControlSettings, fingers: Sequence[str]) -> Share:
-    """Return how the ``fingers`` share internal forces: by their contacts, else against the thumb.
+def make_share(settings: ControlSettings, fingers: Sequence[str]) -> Share | None:
+    """Return how the ``fingers`` share internal forces by their contacts; None: against the thumb.
 
     Raises:
         ConfigError: ``contacts`` names a finger that the hand does not have, or they cannot balance.
 
     """
     if not settings.contacts:
-        return lambda needs: balance_forces(needs, settings.thumb)
+        return None
     unknown = settings.contacts.keys() - set(fingers)
     if unknown:
         raise ConfigError(

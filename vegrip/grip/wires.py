@@ -1,14 +1,14 @@
-"""How states come and commands leave, for the compiled step: which texts it has, and what is called."""
+"""How states come and commands leave, for the finger step: what is called, with which arguments."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Final
+from collections.abc import Mapping
+from typing import Final, NamedTuple
 
 from vegrip.c99 import BYTES, LONG, LONGS, MEMORY
 from vegrip.c99.kinds import Kind
-from vegrip.transport.codec.kernel_text import wire_text
 from vegrip.transport.codec.line import CLASSIC, FD, TOPIC
-from vegrip.transport.codec.part_text import part_text, payload_bytes
+
+MESSAGE: Final = ""
+"""No wire: states come as messages alone, from a map, in restored order, or from a program."""
 
 ENTRIES: Final = {
     "finger_step": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
@@ -18,49 +18,50 @@ ENTRIES: Final = {
 }
 """What is called from outside where a state is one frame, with the kinds of its arguments."""
 
+_JUDGED: Final = (MEMORY, LONGS, MEMORY, MEMORY, LONG, LONG, LONG)
+_TIMED: Final = (MEMORY, LONGS, MEMORY, LONG)
+MESSAGE_ENTRIES: Final[Mapping[str, tuple[Kind, ...]]] = {
+    **dict.fromkeys(("finger_message", "finger_sense", "finger_judge"), _JUDGED),
+    **dict.fromkeys(
+        ("finger_take", "finger_bound", "finger_need", "finger_settle", "finger_watch", "finger_ride_out"),
+        _TIMED,
+    ),
+}  # fmt: skip
+"""What a node calls of every finger (:mod:`vegrip.grip.kernels.finger_message`)."""
 
-@dataclass(frozen=True)
-class Wire:
+
+NODE_ENTRIES: Final[Mapping[str, tuple[Kind, ...]]] = {
+    **ENTRIES,
+    "finger_part": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES),
+    "finger_values": (MEMORY, LONGS, MEMORY, MEMORY, LONG, LONG, LONG, LONG),
+    **MESSAGE_ENTRIES,
+}
+"""What is called of the module of a finger in a node, whatever its wire."""
+
+NODE_KERNELS: Final = (
+    "reports", "part_protection", "receive_part", "finger_part", "finger_values", "finger_message",
+)  # fmt: skip
+
+
+class Wire(NamedTuple):
     """One way of states and commands.
 
     Args:
         step: what answers a state: one of the entries.
-        entries: what is called from outside, with the kinds of its arguments.
-        kernels: files beside those that every step has.
-        text: gives the functions that are written from the DBC.
-        part_bytes: gives the length of the values of all frames of a state, where several make one.
         writes: whether the step writes the bytes of commands.
         reports: what a node calls besides the step: of the entries those that pack reports.
 
     """
 
     step: str
-    entries: Mapping[str, tuple[Kind, ...]]
-    kernels: tuple[str, ...] = ()
-    text: Callable[[], str] = wire_text
-    part_bytes: Callable[[], int] = field(default=lambda: 0)
     writes: bool = True
     reports: tuple[str, ...] = ()
 
 
-def _with_parts() -> str:
-    return wire_text() + part_text()
-
-
 WIRES: Final[Mapping[str, Wire]] = {
-    FD: Wire("finger_step", ENTRIES, ("reports",), reports=("finger_report",)),
-    CLASSIC: Wire(
-        "finger_part",
-        {"finger_part": (MEMORY, LONGS, MEMORY, BYTES, LONG, LONG, LONG, BYTES)},
-        ("part_protection", "receive_part", "finger_part"),
-        _with_parts,
-        payload_bytes,
-    ),
-    TOPIC: Wire(
-        "finger_values",
-        {"finger_values": (MEMORY, LONGS, MEMORY, MEMORY, LONG, LONG, LONG, LONG)},
-        ("finger_values",),
-        writes=False,
-    ),
+    FD: Wire("finger_step", reports=("finger_report",)),
+    CLASSIC: Wire("finger_part"),
+    TOPIC: Wire("finger_values", writes=False),
+    MESSAGE: Wire("finger_message", writes=False),
 }
 """By the name that a line has (:mod:`vegrip.transport.codec.line`)."""

@@ -1,10 +1,9 @@
-"""What your sensors give you: from the channels a fingertip measures to the outputs that can be had of them.
+"""From the channels that a fingertip measures to the outputs that can be had of them.
 
 >>> lacking({"normal_force", "displacement", "slip"})
 ['no slip margin and no grip command: tangential_force_x and tangential_force_y are not measured']
 """
 
-import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Final
@@ -12,8 +11,6 @@ from typing import Final
 import numpy as np
 
 from vegrip.identification.recording import Recording
-from vegrip.identification.recording.channels import CHANNELS
-from vegrip.messages import FingertipState
 
 GRAVITY: Final = 9.81  # [m/s^2]
 TANGENTIAL_CHANNELS: Final = ("tangential_force_x", "tangential_force_y")
@@ -24,22 +21,13 @@ Channels = Collection[str]
 
 @dataclass(frozen=True)
 class Output:
-    """One thing that vegrip tells.
+    """One thing that vegrip tells."""
 
-    Attributes:
-        name: for people.
-        short: the same as a heading.
-        needs: which channels, in words.
-        given: whether it can be had of some channels.
-        otherwise: what is done without.
-
-    """
-
-    name: str
-    short: str
-    needs: str
-    given: Callable[[Channels], bool]
-    otherwise: str
+    name: str  # for people
+    short: str  # the same as a heading
+    needs: str  # which channels, in words
+    given: Callable[[Channels], bool]  # whether it can be had of some channels
+    otherwise: str  # what is done without
 
 
 def _presses(channels: Channels) -> bool:
@@ -97,11 +85,6 @@ USUAL_SENSORS: Final = {
     "and slip": ("normal_force", "displacement", *TANGENTIAL_CHANNELS, "torque_z", "slip"),
 }
 """Sets of sensors that hands have, each with what the next one adds."""
-
-
-def channels_of(state: FingertipState) -> frozenset[str]:
-    """Return the channels that are measured in ``state``."""
-    return frozenset(name for name in CHANNELS if not math.isnan(getattr(state, name)))
 
 
 def answers(channels: Channels) -> dict[str, bool]:

@@ -1,4 +1,4 @@
-"""How late a slip channel is, and from which slip speed on it speaks: from slides of which the load tells.
+"""Delay of a slip channel, and the slip speed from which on it speaks: from slides of which the load tells.
 
 While a fingertip sticks, the utilisation u = |tangential force| / normal force follows the load; from the
 moment it slides, u = mu, however the load goes on. So a slide begins where u stops growing: at t0 of
@@ -46,20 +46,12 @@ class Slide:
 
 @dataclass(frozen=True)
 class SlipChannel:
-    """What is known of a slip channel; NaN: not measured.
+    """Delay and threshold of a slip channel; NaN: not measured."""
 
-    Attributes:
-        threshold: slip speed from which it speaks [m/s].
-        delay: by which it is late [s].
-        slides: from which the delay was found.
-        unfelt: fastest slip speed that it was silent at [m/s].
-
-    """
-
-    threshold: float
-    delay: float
-    slides: int
-    unfelt: float = math.nan
+    threshold: float  # slip speed from which it speaks [m/s]
+    delay: float  # by which it is late [s]
+    slides: int  # from which the delay was found
+    unfelt: float = math.nan  # fastest slip speed that it was silent at [m/s]
 
     @property
     def lacking(self) -> str:

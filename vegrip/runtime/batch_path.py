@@ -82,7 +82,7 @@ class BatchPath(ShortWay[AnswersBatches, GivesBatches]):
         """Answer a batch; return what was done with each row and who has something to report, or None."""
         telemetry = self._telemetry
         if not self.knows_all(self._fingers):
-            self.node.take_back()
+            self.node.leave_lines()
             return None
         answered = self.node.on_batch(payload, rows, arrival, self._clock.now())
         if answered is None:

@@ -84,8 +84,8 @@ class AnswersFrames(Protocol):
     def path_taken(self) -> str:
         """Which way states go, and why, in a sentence."""
 
-    def take_back(self, name: str = "") -> None:
-        """Bring up to date what messages, counts and settings rest on, of the finger ``name`` or of all."""
+    def leave_lines(self, name: str = "") -> None:
+        """Let the codec go on with the counters of the finger ``name`` or of all."""
 
     def read_counters(self) -> None:
         """Bring up to date what was counted of frames, and nothing else."""
@@ -132,7 +132,7 @@ class HotPath(ShortWay[AnswersFrames, GivesFrames]):
         finger, part, command = known
         telemetry, length = self._telemetry, len(frame.data)
         if self._channels is not None and not self._channels.knows(finger):
-            self.node.take_back(finger)
+            self.node.leave_lines(finger)
             return LEFT_ALONE, finger
         self._bytes[:length] = frame.data
         done = self.node.on_frame(finger, self._array, length, frame.stamp, self._clock.now(), part)

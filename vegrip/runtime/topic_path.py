@@ -68,11 +68,11 @@ class TopicPath(ShortWay[AnswersValues, GivesTopics]):
             return LEFT_ALONE, ""
         finger, line = known
         if self._channels is not None and not self._channels.knows(finger):
-            self.node.take_back(finger)
+            self.node.leave_lines(finger)
             return LEFT_ALONE, finger
         found = line.unpack(payload, arrival, self._bytes)
         if found is None:
-            self.node.take_back(finger)
+            self.node.leave_lines(finger)
             return LEFT_ALONE, finger
         now = self._clock.now()
         done = self.node.on_values(finger, self._values, *found, arrival, now)

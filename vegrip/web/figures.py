@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vegrip.identification.compare.words import format_quantity
+from vegrip.identification.compare.where import format_quantity
 from vegrip.web.axes import Axes, extent, runs
 
 WIDE, LOW = (1300, 260), (1300, 170)  # [px]

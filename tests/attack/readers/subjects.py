@@ -24,7 +24,7 @@ from vegrip.errors import VegripError
 from vegrip.estimator.learning import fingerprint
 from vegrip.grip.learned_store import OnDisk
 from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
-from vegrip.identification.recording.mcap_write import write_mcap
+from vegrip.identification.recording.mcap import write_mcap
 from vegrip.identification.recording.session import read_output
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.identification.simulate.protocol import read_protocol

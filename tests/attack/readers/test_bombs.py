@@ -13,7 +13,8 @@ import pytest
 from can.io import blf
 
 from vegrip.errors import RecordingError
-from vegrip.identification.recording import mcap_read, read_recording, table
+from vegrip.identification.recording import mcap as mcap_file
+from vegrip.identification.recording import read_recording, table
 from vegrip.identification.recording.can_log import read_can_log
 
 ABOUT = "[fingertip]\nradius = 0.008\n"
@@ -104,9 +105,9 @@ def test_a_chunk_that_unpacks_to_more_than_the_bound_is_refused_and_nothing_is_l
     compression: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = mcap(tmp_path / "x.mcap", "t,normal_force", 5, compression, bytes(2**21))
-    monkeypatch.setattr(mcap_read, "MAX_RECORD_BYTES", 2**20)
+    monkeypatch.setattr(mcap_file, "MAX_RECORD_BYTES", 2**20)
     with pytest.raises(RecordingError, match=r"unpacks to more than|is not a whole MCAP file"):
-        mcap_read.read_mcap(path, tmp_path / "out")
+        mcap_file.read_mcap(path, tmp_path / "out")
     assert [each.name for each in tmp_path.iterdir()] == ["x.mcap"]
 
 
@@ -114,10 +115,10 @@ def test_tables_that_are_too_large_for_the_memory_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = mcap(tmp_path / "x.mcap", "t,normal_force", 100)
-    assert len(next(iter(mcap_read.read_mcap(path, tmp_path / "out").values()))) == 100
-    monkeypatch.setattr(mcap_read, "MOST_TEXT", 5000)
+    assert len(next(iter(mcap_file.read_mcap(path, tmp_path / "out").values()))) == 100
+    monkeypatch.setattr(mcap_file, "MOST_TEXT", 5000)
     with pytest.raises(RecordingError, match="more than 5000 bytes of tables"):
-        mcap_read.read_mcap(path, tmp_path / "other")
+        mcap_file.read_mcap(path, tmp_path / "other")
 
 
 @pytest.mark.parametrize("t", ["9" * 5000, "1e999", '"x"'])
@@ -134,7 +135,7 @@ def test_an_mcap_file_that_is_refused_late_leaves_nothing(t: str, tmp_path: Path
         writer.add_message(channel, 0, b'{"t": %s, "normal_force": 1.0}' % t.encode(), 0, 0)
         writer.finish()
     with pytest.raises(RecordingError):
-        mcap_read.read_mcap(whole, tmp_path / "out")
+        mcap_file.read_mcap(whole, tmp_path / "out")
     assert [each.name for each in tmp_path.iterdir()] == ["x.mcap"]
 
 

@@ -17,9 +17,8 @@ from vegrip.identification.calibration.session import CALIBRATION_FILE
 from vegrip.identification.calibration.session import load as load_calibration
 from vegrip.identification.recording import Recording, read_recording, write_recording
 from vegrip.identification.recording.column_map import read_column_map
-from vegrip.identification.recording.mcap_cells import from_json
-from vegrip.identification.recording.mcap_write import write_mcap
-from vegrip.identification.recording.rosbag_fields import BagField
+from vegrip.identification.recording.mcap import from_json, write_mcap
+from vegrip.identification.recording.rosbag import BagField
 from vegrip.identification.recording.units import to_si
 from vegrip.identification.recording.writer import RecordingWriter
 from vegrip.model import paper_model, read_model, write_model

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.grip.allocation.balance import balance_forces
+from tests.grip.stages import balance_forces
 
 force = st.just(0.0) | st.floats(1e-12, 100.0)
 OTHERS = ("index", "middle", "ring", "little")

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
+from tests.grip.stages import balance_forces
 from vegrip.errors import ConfigError
 from vegrip.grip.allocation import internal_forces
-from vegrip.grip.allocation.balance import balance_forces
 from vegrip.grip.allocation.internal_forces import ContactPlace, InternalForces, contacts_of, grasp_map
 
 force = st.floats(0.01, 20.0)

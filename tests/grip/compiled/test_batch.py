@@ -11,7 +11,7 @@ import pytest
 from validation.compiled_finger import Log
 from vegrip.clock import WallClock
 from vegrip.grip.batch_text import COMMANDED
-from vegrip.grip.compiled_finger import LEFT_ALONE
+from vegrip.grip.finger import LEFT_ALONE
 from vegrip.grip.node import GraspForce
 from vegrip.messages import FingertipState, ForceCommand, SlipMargin
 from vegrip.runtime.batch_path import BatchPath

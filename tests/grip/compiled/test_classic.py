@@ -1,4 +1,4 @@
-"""States in several classic frames are answered compiled as the objects answer them, to the last byte."""
+"""States in several classic frames are answered compiled as the messages answer them, to the last byte."""
 
 import os
 from dataclasses import replace
@@ -10,7 +10,7 @@ from validation.compiled_finger import Answers, Log, Replay, bits_left, differen
 from validation.faults.table import CASES, Case
 from validation.faults.testbed import Scene
 from vegrip.c99 import host
-from vegrip.grip.compiled_finger import LEFT_ALONE
+from vegrip.grip.finger import LEFT_ALONE
 from vegrip.messages import Condition
 from vegrip.model.native import kernel_mode
 from vegrip.runtime.hot_path import PART
@@ -29,7 +29,7 @@ def classic_log() -> Log:
 
 
 @pytest.fixture(scope="module")
-def by_objects(classic_log: Log) -> Answers:
+def by_messages(classic_log: Log) -> Answers:
     return Replay(classic_log).run()
 
 
@@ -37,9 +37,11 @@ def short(log: Log, events: int = EVENTS) -> Log:
     return replace(log, events=log.events[:events])
 
 
-def test_every_command_of_a_recorded_grasp_is_equal(classic_log: Log, by_objects: Answers, mode: str) -> None:
+def test_every_command_of_a_recorded_grasp_is_equal(
+    classic_log: Log, by_messages: Answers, mode: str
+) -> None:
     compiled = Replay(classic_log, mode).run()
-    assert differences(by_objects, compiled) == []
+    assert differences(by_messages, compiled) == []
     assert len(compiled.commands) > 1000
     assert {len(data) for _, data in compiled.commands} == {8}
     assert compiled.compiled_frames >= classic_log.frames - 10, "it hardly ran compiled"
@@ -54,9 +56,9 @@ def test_every_command_under_a_fault_is_equal(case: Case, mode: str) -> None:
 @pytest.mark.parametrize("seed", range(30 if LONG else 4))
 def test_every_command_to_hostile_frames_is_equal(classic_log: Log, seed: int, mode: str) -> None:
     log = hostile(classic_log, seed)
-    objects, compiled = Replay(log).run(), Replay(log, mode).run()
-    assert differences(objects, compiled) == []
-    assert {"checksum", "counter", "incomplete"} <= set(objects.rejected), "the frames were not hostile"
+    messages, compiled = Replay(log).run(), Replay(log, mode).run()
+    assert differences(messages, compiled) == []
+    assert {"checksum", "counter", "incomplete"} <= set(messages.rejected), "the frames were not hostile"
     assert compiled.compiled_frames > 0.5 * log.frames
 
 
@@ -68,25 +70,25 @@ def test_hostile_frames_are_refused_for_every_reason(classic_log: Log) -> None:
 
 
 def test_going_to_and_fro_in_the_middle_of_a_state_changes_nothing(
-    classic_log: Log, by_objects: Answers, mode: str
+    classic_log: Log, by_messages: Answers, mode: str
 ) -> None:
     rng = np.random.default_rng(7)
     replay = Replay(classic_log, mode)
     for event in classic_log.events:
         if rng.random() < 0.2:
-            replay.node.take_back(str(rng.choice(classic_log.fingers)))
+            replay.node.leave_lines(str(rng.choice(classic_log.fingers)))
         replay.meet(event)
     answers = replay.finish()
-    assert differences(by_objects, answers) == []
+    assert differences(by_messages, answers) == []
     assert answers.compiled_frames > 0.5 * classic_log.frames
 
 
 def test_forces_beyond_the_frame_are_clipped_and_counted_alike(classic_log: Log, mode: str) -> None:
     base = demo_parameters()
     strong = replace(base, limits=replace(base.limits, min_force=33.0, max_force=60.0, raise_rate=1e3))
-    objects = Replay(classic_log, "", strong).run()
-    assert differences(objects, Replay(classic_log, mode, strong).run()) == []
-    assert objects.clipped["normal_force"] > 100
+    messages = Replay(classic_log, "", strong).run()
+    assert differences(messages, Replay(classic_log, mode, strong).run()) == []
+    assert messages.clipped["normal_force"] > 100
 
 
 @pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
@@ -110,10 +112,14 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(classic_log: Log, mode: 
     finger = replay.lines[frames[first].frame.arbitration_id][0]  # type: ignore[union-attr]
     parts = [e for e in frames[first:] if e.frame and replay.lines[e.frame.arbitration_id][0] == finger][:3]
     one = replay.node.compiled_fingers[finger]
-    one.lend(replay.node.controller, (0.02, 0.2))
+    one.take_line()
     for number, event in enumerate(parts, 1):
         assert event.frame is not None
-        before = one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._shared.tobytes()
+        before = (
+            one.memory.f.tobytes(),
+            one.memory.t.tobytes(),
+            replay.node.controller.friction.shared.tobytes(),
+        )
         whole = np.frombuffer(event.frame.data, dtype=np.uint8).copy()
         for bit in range(64):
             broken = whole.copy()
@@ -123,25 +129,29 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(classic_log: Log, mode: 
             assert one.step_part(whole, length, number, event.frame.stamp, event.now) == LEFT_ALONE
         for other in {1, 2, 3} - {number}:
             assert one.step_part(whole, 8, other, event.frame.stamp, event.now) == LEFT_ALONE
-        assert (one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._shared.tobytes()) == before
+        assert (
+            one.memory.f.tobytes(),
+            one.memory.t.tobytes(),
+            replay.node.controller.friction.shared.tobytes(),
+        ) == before
         done = one.step_part(whole, 8, number, event.frame.stamp, event.now)
         assert done & 1 if number == 3 else done == PART
         assert one.step_part(whole, 8, number, event.frame.stamp, event.now) == LEFT_ALONE, "the same twice"
 
 
 def test_a_hand_on_classic_can_is_held_with_the_same_forces_on_both_ways() -> None:
-    compiled, objects = Scene("hand", fd=False), Scene("hand", fd=False)
-    objects.grip.endpoint.intercept = None
-    for scene in (compiled, objects):
+    compiled, messages = Scene("hand", fd=False), Scene("hand", fd=False)
+    messages.grip.endpoint.intercept = None
+    for scene in (compiled, messages):
         scene.run_until(1.2)
     path = compiled.grip.runner.hot_path
     assert path is not None
     assert path.frames > 900
     assert compiled.grip.runner.path_taken.startswith("states are answered by the compiled step (")
-    assert compiled.course.force == objects.course.force
-    assert compiled.course.command == objects.course.command
+    assert compiled.course.force == messages.course.force
+    assert compiled.course.command == messages.course.command
     assert compiled.course.condition[-1] == (Condition.OK,) * 5
-    assert compiled.grip.runner.statistics.states == objects.grip.runner.statistics.states
+    assert compiled.grip.runner.statistics.states == messages.grip.runner.statistics.states
 
 
 def test_a_lifetime_that_no_classic_frame_can_carry_is_told_and_answered_alike(

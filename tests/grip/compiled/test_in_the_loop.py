@@ -13,6 +13,7 @@ from vegrip.messages import Condition, Lifecycle, Message
 from vegrip.runtime.telemetry import Direction, Offered, Telemetry
 
 UNTIL = 1.2  # [s]
+FACING = {"thumb": {"normal": [0.0, 0.0, 1.0]}, "index": {"normal": [0.0, 0.0, -1.0]}}
 
 
 class Listener:
@@ -50,14 +51,14 @@ def frames(scene: Scene) -> int:
 
 
 def test_a_hand_is_held_with_the_same_forces_on_both_ways() -> None:
-    compiled, objects = Scene("hand", sender_time=True), Scene("hand", sender_time=True)
-    objects.grip.endpoint.intercept = None
-    for scene in (compiled, objects):
+    compiled, messages = Scene("hand", sender_time=True), Scene("hand", sender_time=True)
+    messages.grip.endpoint.intercept = None
+    for scene in (compiled, messages):
         scene.run_until(UNTIL)
-    assert frames(objects) == 0
+    assert frames(messages) == 0
     assert frames(compiled) > 1000
-    assert compiled.course.force == objects.course.force
-    assert compiled.course.command == objects.course.command
+    assert compiled.course.force == messages.course.force
+    assert compiled.course.command == messages.course.command
 
 
 def test_the_loop_says_which_way_states_go(caplog: pytest.LogCaptureFixture) -> None:
@@ -70,7 +71,11 @@ def test_the_loop_says_which_way_states_go(caplog: pytest.LogCaptureFixture) -> 
     node.parameters = replace(node.parameters, policy="cone")
     node.cleanup()
     node.configure()
-    assert runner.path_taken.endswith("by objects (0 of 2 compiled): the policy is cone")
+    assert runner.path_taken.endswith("finger by finger")
+    node.parameters = replace(node.parameters, contacts=FACING)
+    node.cleanup()
+    node.configure()
+    assert runner.path_taken.endswith("in halves: the places of the contacts are given")
     node.run_compiled({})
     assert runner.path_taken.endswith("by the hand's clock (estimate_clock)")
 
@@ -101,7 +106,7 @@ def test_a_status_counts_what_the_step_has_lost_and_the_step_goes_on() -> None:
     first, *_ = fingers = list(node.compiled_fingers.values())
     first.memory["LINE_LOST"] += 3
     assert scene.grip.runner._rejected()["lost"] == 3
-    assert all(finger.lent for finger in fingers)
+    assert all(finger.is_on_line for finger in fingers)
     scene.run_until(UNTIL)
     assert scene.grip.runner.status is not None
     assert scene.grip.runner.status.rejected == {"lost": 3}
@@ -120,12 +125,12 @@ def shown(scene: Scene) -> list[str]:
     return list(map(repr, listener.got))
 
 
-def test_a_reader_of_the_messages_gets_those_of_the_objects_and_frames_still_run_compiled() -> None:
-    compiled, objects = Scene("pinch", sender_time=True), Scene("pinch", sender_time=True)
-    objects.grip.endpoint.intercept = None
+def test_a_reader_of_the_messages_gets_the_same_and_frames_still_run_compiled() -> None:
+    compiled, messages = Scene("pinch", sender_time=True), Scene("pinch", sender_time=True)
+    messages.grip.endpoint.intercept = None
     compiled.run_until(0.6)
     before = frames(compiled)
-    assert shown(compiled) == shown(objects)
+    assert shown(compiled) == shown(messages)
     assert frames(compiled) - before == 2 * 60  # of two fingers at 200 Hz, 0.3 s
 
 

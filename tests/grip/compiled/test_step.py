@@ -15,13 +15,11 @@ from validation.compiled_finger import Log, Replay, bits_left, hostile
 from vegrip.c99 import BYTES, LONGS, MEMORY, host
 from vegrip.clock import NS
 from vegrip.contact.limit_surface import fast
-from vegrip.estimator import ContactEstimator
 from vegrip.grip.compiled import compile_now
-from vegrip.grip.compiled_finger import LEFT_ALONE
-from vegrip.grip.finger import RECENT_STATES
+from vegrip.grip.finger import LEFT_ALONE
 from vegrip.grip.layout import CHANNELS, FingerLayout
 from vegrip.grip.safety.ranges import CHECKED_CHANNELS
-from vegrip.grip.wires import WIRES
+from vegrip.grip.wires import NODE_ENTRIES, WIRES
 from vegrip.messages import FingertipState
 from vegrip.model.native import kernel_mode
 from vegrip.transport.codec.line import FD
@@ -59,8 +57,9 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(hand_log: Log, mode: str
     assert event.frame is not None
     finger = replay.lines[event.frame.arbitration_id][0]
     one = replay.node.compiled_fingers[finger]
-    one.lend(replay.node.controller, (0.02, 0.2))
-    before = one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._shared.tobytes()
+    assert one.take_line()
+    shared = replay.node.controller.friction.shared
+    before = one.memory.f.tobytes(), one.memory.t.tobytes(), shared.tobytes()
     whole = np.zeros(64, dtype=np.uint8)
     whole[:48] = np.frombuffer(event.frame.data, dtype=np.uint8)
     for bit in range(48 * 8):
@@ -69,7 +68,7 @@ def test_a_frame_that_is_left_alone_has_changed_nothing(hand_log: Log, mode: str
         assert one.step(broken, 48, event.frame.stamp, event.now) == LEFT_ALONE
     for length in (0, 8, 47, 49, 64):
         assert one.step(whole, length, event.frame.stamp, event.now) == LEFT_ALONE
-    assert (one.memory.f.tobytes(), one.memory.t.tobytes(), replay.node._shared.tobytes()) == before
+    assert (one.memory.f.tobytes(), one.memory.t.tobytes(), shared.tobytes()) == before
     assert one.step(whole, 48, event.frame.stamp, event.now) != LEFT_ALONE
     assert one.step(whole, 48, event.frame.stamp, event.now) == LEFT_ALONE, "the same frame twice"
 
@@ -78,15 +77,16 @@ def test_before_the_first_frame_numba_has_compiled_what_a_node_calls() -> None:
     """Else it would do so within the loop. These functions stand for the module's, which take minutes."""
     table = WIRES[FD]
     names = (table.step, *table.reports)
+    finger = FingerLayout(9, is_shared=True)
     module = SimpleNamespace(
         finger_step=numba.njit(lambda a, b, c, d, e, f, g, h: (a, b, c, d, e, f, g, h)),
         finger_report=numba.njit(lambda a, b, c, d, e, f: (a, b, c, d, e, f)),
     )
     arrays = {MEMORY: np.zeros(9), LONGS: np.zeros(9, dtype=np.int64), BYTES: np.zeros(64, dtype=np.uint8)}
-    compile_now(module, FD, arrays[MEMORY], arrays[LONGS], arrays[BYTES])
+    compile_now(module, finger, FD, arrays[MEMORY], arrays[LONGS], arrays[BYTES])
     with install_recorder("numba:compile") as compiled:
         for name in names:
-            kinds = table.entries[name]
+            kinds = NODE_ENTRIES[name]
             assert len(getattr(module, name)(*[arrays.get(kind, 7) for kind in kinds])) == len(kinds)
     assert not compiled.buffer
 
@@ -104,20 +104,6 @@ def test_the_first_states_after_activation_compile_nothing(hand_log: Log) -> Non
     assert not compiled.buffer
     assert {name: function.signatures for name, function in known.items()} == before
     assert all(len(signatures) == 1 for signatures in before.values())
-
-
-def test_what_is_handed_to_and_fro_comes_back_as_it_was(hand_log: Log, mode: str) -> None:
-    replay = Replay(hand_log, mode)
-    for event in hand_log.events[:FRAMES]:
-        replay.meet(event)
-    for one in replay.node.compiled_fingers.values():
-        if one.lent:
-            one.take_back()
-        one.lend(replay.node.controller, (0.02, 0.2))
-        before = one.memory.f.tobytes(), one.memory.t.tobytes()
-        assert len(one.take_back()) == 0
-        one.lend(replay.node.controller, (0.02, 0.2))
-        assert (one.memory.f.tobytes(), one.memory.t.tobytes()) == before
 
 
 def test_channels_stand_in_one_order_everywhere() -> None:
@@ -141,25 +127,3 @@ def test_kernels_multiply_where_python_and_c_would_raise_to_a_power_differently(
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
                 assert not isinstance(getattr(node.right, "value", None), int), (path, node.lineno)
-
-
-@pytest.mark.parametrize("frames", [3, 40, 90, 1400])
-def test_the_objects_know_the_same_past_and_the_same_rewinds_afterwards(
-    hand_log: Log, mode: str, frames: int
-) -> None:
-    """Reports have looked in between, and the memory went to and fro; as text, where NaN equals NaN."""
-    known = []
-    for way in ("", mode):
-        replay = Replay(hand_log, way)
-        for number, event in enumerate(hand_log.events[:frames]):
-            replay.meet(event)
-            if number == frames // 2:
-                replay.node.take_back()
-        replay.node.take_back()
-        for finger in replay.node.fingers.values():
-            estimator = finger.estimator
-            assert isinstance(estimator, ContactEstimator)
-            kept = [*estimator._rewind._samples], estimator._rewind.next_slot, estimator._clock.__dict__
-            known.append((way, repr((list(finger.past)[-RECENT_STATES:], kept))))
-    half = len(known) // 2
-    assert [text for _, text in known[:half]] == [text for _, text in known[half:]]

@@ -1,4 +1,4 @@
-"""States on single topics are answered compiled as the objects answer them, to the last byte."""
+"""States on single topics are answered compiled as the messages answer them, to the last byte."""
 
 import math
 import os
@@ -37,13 +37,13 @@ def topic_log(hand_log: Log) -> Log:
 
 
 @pytest.fixture(scope="module")
-def by_objects(topic_log: Log) -> Answers:
+def by_messages(topic_log: Log) -> Answers:
     return TopicReplay(topic_log).run()
 
 
-def test_every_command_of_a_recorded_grasp_is_equal(topic_log: Log, by_objects: Answers, mode: str) -> None:
+def test_every_command_of_a_recorded_grasp_is_equal(topic_log: Log, by_messages: Answers, mode: str) -> None:
     compiled = TopicReplay(topic_log, mode).run()
-    assert differences(by_objects, compiled) == []
+    assert differences(by_messages, compiled) == []
     assert len(compiled.commands) > 1000
     assert compiled.compiled_frames == topic_log.frames
 
@@ -57,9 +57,9 @@ def test_every_command_under_a_fault_is_equal(case: Case, mode: str) -> None:
 @pytest.mark.parametrize("seed", range(40 if LONG else 4))
 def test_every_command_to_hostile_payloads_is_equal(topic_log: Log, seed: int, mode: str) -> None:
     log = replace(hostile_topics(topic_log, seed), sender_time=seed % 2 == 0)
-    objects, compiled = TopicReplay(log).run(), TopicReplay(log, mode).run()
-    assert differences(objects, compiled) == []
-    assert sum(objects.rejected.values()) > 50, "the payloads were not hostile"
+    messages, compiled = TopicReplay(log).run(), TopicReplay(log, mode).run()
+    assert differences(messages, compiled) == []
+    assert sum(messages.rejected.values()) > 50, "the payloads were not hostile"
     assert compiled.compiled_frames > 0.5 * log.frames
 
 
@@ -71,15 +71,15 @@ def test_hostile_payloads_are_refused_for_every_reason(topic_log: Log) -> None:
 
 
 def test_going_to_and_fro_between_both_ways_changes_nothing(
-    topic_log: Log, by_objects: Answers, mode: str
+    topic_log: Log, by_messages: Answers, mode: str
 ) -> None:
     rng = np.random.default_rng(7)
     replay = TopicReplay(topic_log, mode)
     for event in topic_log.events:
         if rng.random() < 0.2:
-            replay.node.take_back(str(rng.choice(topic_log.fingers)))
+            replay.node.leave_lines(str(rng.choice(topic_log.fingers)))
         replay.meet(event)
-    assert differences(by_objects, replay.finish()) == []
+    assert differences(by_messages, replay.finish()) == []
 
 
 @pytest.mark.skipif(host.compiler() is None, reason="no C compiler")
@@ -124,8 +124,8 @@ def test_a_stamp_out_of_all_time_is_left_to_messages(
     for place in numbers[40:43]:
         events[place] = replace(events[place], payload=stamped(events[place].payload, stamp))
     log = replace(topic_log, events=events, sender_time=use_sender_time)
-    objects, compiled = TopicReplay(log).run(), TopicReplay(log, mode).run()
-    assert differences(objects, compiled) == []
+    messages, compiled = TopicReplay(log).run(), TopicReplay(log, mode).run()
+    assert differences(messages, compiled) == []
     assert compiled.compiled_frames > 0.5 * log.frames
 
 

@@ -11,7 +11,9 @@ MS = 10**6
 def put(kernels, f, t, **values) -> None:
     """Set numbers by name: real ones in ``f``, whole ones in ``t``."""
     for name, value in values.items():
-        array = t if name.startswith(("TURN_", "NEED_", "SAMPLE_", "SETUP_", "INPUT_", "NEWS_")) else f
+        array = (
+            t if name.startswith(("TURN_", "NEED_", "SAMPLE_", "SETUP_", "INPUT_", "NEWS_", "CHOICE_")) else f
+        )
         array[getattr(kernels, name)] = value
 
 
@@ -200,7 +202,7 @@ def test_a_finger_needs_the_least_force_for_its_load(
         name: getattr(kernels, value) if isinstance(value, str) else value for name, value in changed.items()
     }
     put(kernels, f, t, STATE_TANGENTIAL_FORCE_X=3.0, STATE_TANGENTIAL_FORCE_Y=-4.0, STATE_TORQUE_Z=-0.1,
-        TAKEN_BOUND=0.25, ASKED_MARGIN=0.3, ASKED_QUANTILE=1.6, **GOOD | changed)  # fmt: skip
+        TAKEN_BOUND=0.25, ASKED_MARGIN=0.3, ASKED_QUANTILE=1.6, CHOICE_ASKS=1, **GOOD | changed)  # fmt: skip
     kernels.demand_force(f, t, f)
     assert (f[kernels.DEMAND_LOAD], f[kernels.DEMAND_TORQUE], t[kernels.NEED_SLIPPING]) == (5.0, 0.1, 1)
     assert f[kernels.DEMAND_LEAST] == pytest.approx(least, nan_ok=True)

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.grip.stages import Policy, margin_grip
 from vegrip.grip.policies.demand import Demand
-from vegrip.grip.policies.margin_grip import GripSettings, MarginGrip
+from vegrip.grip.policies.margin_grip import GripSettings
 from vegrip.messages import Reason
 
 DT = 0.002
@@ -21,7 +22,7 @@ def need(force: float, bound: float = 0.1, **changes: bool) -> Demand:
     return Demand(least_force=force, tangential_force=1.0, margin_bound=bound, **given)
 
 
-def run(grip: MarginGrip, demand: Demand, held: float, seconds: float) -> tuple[float, set[Reason]]:
+def run(grip: Policy, demand: Demand, held: float, seconds: float) -> tuple[float, set[Reason]]:
     reasons = set()
     for _ in range(round(seconds / DT)):
         held, reason = grip.wanted(held, demand, DT)
@@ -30,15 +31,15 @@ def run(grip: MarginGrip, demand: Demand, held: float, seconds: float) -> tuple[
 
 
 def test_a_greater_need_is_met_at_once() -> None:
-    assert MarginGrip(SETTINGS).wanted(2.0, need(5.0), DT) == (5.0, Reason.RAISE)
+    assert margin_grip(SETTINGS).wanted(2.0, need(5.0), DT) == (5.0, Reason.RAISE)
 
 
 def test_a_need_that_only_the_forecast_has_says_so() -> None:
-    assert MarginGrip(SETTINGS).wanted(2.0, need(5.0, bound=0.3), DT) == (5.0, Reason.FORECAST)
+    assert margin_grip(SETTINGS).wanted(2.0, need(5.0, bound=0.3), DT) == (5.0, Reason.FORECAST)
 
 
 def test_nothing_is_lowered_while_the_rise_settles() -> None:
-    grip = MarginGrip(SETTINGS)
+    grip = margin_grip(SETTINGS)
     held, _ = grip.wanted(2.0, need(5.0), DT)
     held, reasons = run(grip, need(1.0), held, 0.28)
     assert held == 5.0
@@ -47,7 +48,7 @@ def test_nothing_is_lowered_while_the_rise_settles() -> None:
 
 def test_lowering_follows_the_release_time() -> None:
     """The envelope falls as exp(-t / release_time) after the settling time; the command is one play above."""
-    grip = MarginGrip(SETTINGS)
+    grip = margin_grip(SETTINGS)
     held, _ = grip.wanted(2.0, need(5.0), DT)
     held, _ = run(grip, need(1.0), held, 0.3 + 2.0)
     envelope = 1.0 + 4.0 * math.exp(-2.0)
@@ -55,7 +56,7 @@ def test_lowering_follows_the_release_time() -> None:
 
 
 def test_the_command_never_falls_below_the_need() -> None:
-    grip = MarginGrip(SETTINGS)
+    grip = margin_grip(SETTINGS)
     held, rng = 1.0, np.random.default_rng(1)
     for wanted in 3.0 + np.cumsum(rng.normal(0.0, 0.05, 4000)):
         held, _ = grip.wanted(held, need(abs(wanted)), DT)
@@ -63,7 +64,7 @@ def test_the_command_never_falls_below_the_need() -> None:
 
 
 def test_noise_within_the_dead_band_never_reaches_the_actuator() -> None:
-    grip = MarginGrip(SETTINGS)
+    grip = margin_grip(SETTINGS)
     noise = np.random.default_rng(2).normal(0.0, 0.015, 500)  # the same every second: no new extremes
     needs = 4.0 * (1.0 + np.tile(noise.clip(-0.04, 0.04) / 4.0, 10))
     held, commands = float(needs[0]), []
@@ -74,24 +75,24 @@ def test_noise_within_the_dead_band_never_reaches_the_actuator() -> None:
 
 
 def test_felt_slip_raises_the_grip_whatever_the_model_says() -> None:
-    grip = MarginGrip(SETTINGS)
+    grip = margin_grip(SETTINGS)
     held, reasons = run(grip, need(1.0, slipping=True), 4.0, 0.1)
     assert held == pytest.approx(4.0 * (1.0 + 5.0 * DT) ** 50)
     assert reasons == {Reason.SLIP}
 
 
 def test_felt_slip_raises_the_grip_without_a_trusted_estimate() -> None:
-    force, reason = MarginGrip(SETTINGS).wanted(4.0, Demand(slipping=True), DT)
+    force, reason = margin_grip(SETTINGS).wanted(4.0, Demand(slipping=True), DT)
     assert force > 4.0
     assert reason == Reason.SLIP
 
 
 def test_an_untrusted_estimate_holds() -> None:
-    assert MarginGrip(SETTINGS).wanted(4.0, need(1.0, trusted=False), DT) == (4.0, Reason.UNTRUSTED)
+    assert margin_grip(SETTINGS).wanted(4.0, need(1.0, trusted=False), DT) == (4.0, Reason.UNTRUSTED)
 
 
 def test_in_the_air_the_grip_opens_slowly() -> None:
-    held, reasons = run(MarginGrip(SETTINGS), need(math.nan, in_contact=False), 4.0, 1.3)
+    held, reasons = run(margin_grip(SETTINGS), need(math.nan, in_contact=False), 4.0, 1.3)
     assert held == pytest.approx(4.0 * math.exp(-1.0) / 0.95, rel=0.01)
     assert Reason.LOWER in reasons
 
@@ -104,7 +105,7 @@ USUAL = GripSettings(wanted_margin=0.2, dead_band=0.05, release_time=1.0, settle
 def test_a_need_that_is_wrong_for_a_second_neither_lets_the_grip_down_nor_keeps_it_up(
     wrong: float, seconds: float
 ) -> None:
-    grip = MarginGrip(USUAL)
+    grip = margin_grip(USUAL)
     held, _ = run(grip, need(2.0), 2.0, 3.0)
     usual = held
     held, _ = run(grip, need(wrong), held, seconds)
@@ -116,7 +117,7 @@ def test_a_need_that_is_wrong_for_a_second_neither_lets_the_grip_down_nor_keeps_
 
 
 def test_a_need_that_has_fallen_for_good_is_followed() -> None:
-    grip = MarginGrip(USUAL)
+    grip = margin_grip(USUAL)
     held, _ = run(grip, need(5.0), 5.0, 3.0)
     held, _ = run(grip, need(1.0), held, 8.0)
     assert held < 1.1
@@ -126,7 +127,7 @@ def test_a_need_that_was_usual_before_is_gone_back_to_at_once() -> None:
     """After a burst of 2 s the grip goes back to the need of before; without ``proven_time`` it waits."""
     held_after = {}
     for proven in (0.0, 20.0):
-        grip = MarginGrip(replace(SETTINGS, usual_time=2.5, proven_time=proven, release_time=0.1))
+        grip = margin_grip(replace(SETTINGS, usual_time=2.5, proven_time=proven, release_time=0.1))
         held, _ = run(grip, need(2.0), 2.0, 4.0)
         held, _ = run(grip, need(5.0), held, 2.0)
         held_after[proven], _ = run(grip, need(2.0), held, 0.8)
@@ -136,7 +137,7 @@ def test_a_need_that_was_usual_before_is_gone_back_to_at_once() -> None:
 
 def test_a_need_lower_than_any_before_still_has_to_last() -> None:
     """A sensor that says there is no load for a second does not let the grip down."""
-    grip = MarginGrip(replace(SETTINGS, usual_time=2.5, proven_time=20.0, release_time=0.1))
+    grip = margin_grip(replace(SETTINGS, usual_time=2.5, proven_time=20.0, release_time=0.1))
     held, _ = run(grip, need(2.0), 2.0, 5.0)
     held, _ = run(grip, need(0.1), held, 1.0)
     assert held >= 0.99 * 2.0

@@ -3,7 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vegrip.grip.safety.fail_safe import FailSafe, FailSafeSettings
+from tests.grip.stages import FailSafe
+from vegrip.grip.safety.fail_safe import FailSafeSettings
 from vegrip.messages import Reason
 
 SETTINGS = FailSafeSettings(force=5.0, hold_time=0.2, ramp_rate=10.0)

@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.grip.stages import clamp_force, limit_force
 from vegrip.config import build
 from vegrip.errors import ConfigError
-from vegrip.grip.safety.limits import LimitSettings, clamp_force, limit_force
+from vegrip.grip.safety.limits import LimitSettings
 from vegrip.grip.settings import ControlSettings
 from vegrip.messages import Reason
 from vegrip.runtime.parameter_table import rows

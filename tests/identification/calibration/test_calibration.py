@@ -7,27 +7,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.identification.reach import greatest_depth, greatest_speed
 from vegrip.errors import InputError, RecordingError, UsageError
 from vegrip.identification.calibration.checks import check_trial
-from vegrip.identification.calibration.finish import finish
 from vegrip.identification.calibration.plan import first_of, next_of
-from vegrip.identification.calibration.practice import practice_tip, practise
 from vegrip.identification.calibration.session import (
     JOINED,
     MODEL,
     Calibration,
     Done,
+    finish,
     judge,
     load,
     save,
     usual_limits,
 )
-from vegrip.identification.calibration.trials import TRIAL_KINDS
-from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.calibration.trials import TRIAL_KINDS, practice_tip, practise
+from vegrip.identification.experiment.design_space import RigLimits
 from vegrip.identification.fit import fit
 from vegrip.identification.fit.noise import in_air
 from vegrip.identification.recording import Fingertip, Recording, read_recording
-from vegrip.identification.simulate.protocol import greatest_depth, greatest_speed
 from vegrip.model import read_model
 from vegrip.parameters import coordinate
 

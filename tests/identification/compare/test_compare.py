@@ -9,9 +9,14 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.identification.compare import compare
-from vegrip.identification.compare.features import PHASES, Features
-from vegrip.identification.compare.where import Residuals, where
-from vegrip.identification.compare.words import format_quantity, format_span
+from vegrip.identification.compare.where import (
+    PHASES,
+    Features,
+    Residuals,
+    format_quantity,
+    format_span,
+    where,
+)
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Fingertip, Recording, write_recording
 from vegrip.model import write_model

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from vegrip.identification.diagnosis import diagnose
-from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate
+from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, held_out_groups
 from vegrip.identification.diagnosis.change_point import find_change
 from vegrip.identification.diagnosis.discrepancy import find_discrepancy
-from vegrip.identification.diagnosis.regimes import held_out_groups
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Recording
 

@@ -73,7 +73,7 @@ def pressed(*, rows: int = 800, depth: float = 1e-3, late: int = 0, missing: int
     ],
 )
 def test_each_fault_of_a_recording_is_a_doubt_of_its_own_and_grave_but_for_a_loss(fault, words) -> None:
-    found = check_before_search(pressed(**fault))
+    found = list(check_before_search(pressed(**fault)))
     assert [one.is_grave for one in found] == ["missing" not in fault] * bool(words)
     assert all(words in one.text for one in found)
 

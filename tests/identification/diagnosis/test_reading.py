@@ -11,7 +11,7 @@ import pytest
 from tools import make_samples
 from vegrip.cli import main
 from vegrip.effects import BUILT_IN, effect
-from vegrip.identification.compare.words import format_height
+from vegrip.identification.compare.where import format_height
 from vegrip.identification.samples import recording
 from vegrip.model import read_model
 from vegrip.parameters import SCALES, in_si

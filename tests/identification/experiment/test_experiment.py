@@ -7,25 +7,23 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.identification.reach import greatest_depth, greatest_speed
 from vegrip.cli import main
 from vegrip.effects import effect
 from vegrip.errors import ConfigError, UsageError
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.experiment import NO_EFFECT, Hypotheses, RigLimits, design, hypotheses_of
-from vegrip.identification.experiment.design import MIN_SEPARATION_NATS, rig_of
-from vegrip.identification.experiment.design_space import MENU
-from vegrip.identification.experiment.discrimination import (
+from vegrip.identification.experiment.design import MIN_SEPARATION_NATS, next_experiment, rig_of
+from vegrip.identification.experiment.design_space import MENU, complete_limits, limits_of, read_limits
+from vegrip.identification.experiment.hypotheses import (
     chance_to_decide,
     expected_separation,
     measure_separation,
 )
-from vegrip.identification.experiment.limits import complete_limits, limits_of, read_limits
-from vegrip.identification.experiment.next_experiment import next_experiment
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import Recording, write_recording
 from vegrip.identification.simulate import DEFAULT_NOISE, read_protocol, simulate
-from vegrip.identification.simulate.protocol import greatest_depth, greatest_speed
-from vegrip.identification.simulate.standard import standard
+from vegrip.identification.simulate.protocol import standard
 from vegrip.model import paper_model
 
 BASE = paper_model(8e-3)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from vegrip.identification.fit.motion import _shared, motion_of
-from vegrip.identification.fit.straight import straight
+from vegrip.identification.fit.motion import _shared, motion_of, straight
 
 NOISE = 5e-6
 T = np.arange(0.0, 6.0, 5e-3)

@@ -6,11 +6,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vegrip.identification.fit.events import find_events
-from vegrip.identification.fit.noise import ABOUT, at_rest, noise_of, rough
-from vegrip.identification.fit.ou_noise import MAX_ROWS, estimate_ou_noise, spread_rows
-from vegrip.identification.fit.preprocess import find_spikes, preprocess
-from vegrip.identification.fit.replicates import Pair, find_pairs, noise_of_pairs
+from vegrip.identification.fit.noise import (
+    ABOUT,
+    MAX_ROWS,
+    Pair,
+    at_rest,
+    estimate_ou_noise,
+    find_pairs,
+    noise_of,
+    noise_of_pairs,
+    rough,
+    spread_rows,
+)
+from vegrip.identification.fit.preprocess import find_events, find_spikes, preprocess
 from vegrip.identification.recording import Fingertip, Recording
 from vegrip.model import paper_model
 from vegrip.types import Floats

@@ -4,9 +4,16 @@ import numpy as np
 import pytest
 
 from vegrip.identification.fit.motion import motion_of
-from vegrip.identification.fit.ou_noise import innovations
-from vegrip.identification.fit.sensitivity import Sensitivity, by_position, by_speed, follows
-from vegrip.identification.fit.whitening import ForceNoise, Whitener, gains
+from vegrip.identification.fit.noise import innovations
+from vegrip.identification.fit.whitening import (
+    ForceNoise,
+    Sensitivity,
+    Whitener,
+    by_position,
+    by_speed,
+    follows,
+    gains,
+)
 
 N = 60
 T = np.cumsum(np.r_[0.0, np.random.default_rng(3).uniform(3e-3, 7e-3, N - 1)])

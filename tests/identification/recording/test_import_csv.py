@@ -9,8 +9,7 @@ import pytest
 from vegrip.errors import RecordingError, UsageError
 from vegrip.identification.recording import Kind
 from vegrip.identification.recording.column_map import ColumnMap, read_column_map, with_columns
-from vegrip.identification.recording.correct import baseline_noise, first_touch
-from vegrip.identification.recording.import_csv import import_csv
+from vegrip.identification.recording.import_csv import baseline_noise, first_touch, import_csv
 
 MAP = """
 [time]

@@ -16,11 +16,8 @@ from vegrip.cli import main
 from vegrip.errors import RecordingError, UsageError
 from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
 from vegrip.identification.recording.channels import CHANNELS
-from vegrip.identification.recording.mcap_cells import from_json, properties, to_json
-from vegrip.identification.recording.mcap_read import read_mcap
-from vegrip.identification.recording.mcap_write import write_mcap
-from vegrip.identification.recording.rows import FILE_OF_MESSAGE, csv_header
-from vegrip.identification.recording.writer import RecordingWriter
+from vegrip.identification.recording.mcap import from_json, properties, read_mcap, to_json, write_mcap
+from vegrip.identification.recording.writer import FILE_OF_MESSAGE, RecordingWriter, csv_header
 from vegrip.messages import (
     Channel,
     ContactEstimate,

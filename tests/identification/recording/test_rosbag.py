@@ -18,8 +18,7 @@ from vegrip.cli import main
 from vegrip.errors import RecordingError, UsageError
 from vegrip.identification.recording import Kind, Recording, read_recording
 from vegrip.identification.recording.column_map import ColumnMap, read_column_map
-from vegrip.identification.recording.rosbag_fields import BagField
-from vegrip.identification.recording.rosbag_import import hold, import_rosbag
+from vegrip.identification.recording.rosbag import BagField, hold, import_rosbag
 
 typesys = pytest.importorskip("rosbags.typesys", reason="the extra `bags` is not installed")
 rosbag1 = pytest.importorskip("rosbags.rosbag1", reason="the extra `bags` is not installed")

@@ -13,10 +13,9 @@ import pytest
 
 from vegrip.errors import RecordingError
 from vegrip.identification.recording import Kind, read_recording
-from vegrip.identification.recording.background import BackgroundWriter
 from vegrip.identification.recording.session import merge_states, read_fingers, read_output
 from vegrip.identification.recording.table_file import TableFile
-from vegrip.identification.recording.writer import RecordingWriter
+from vegrip.identification.recording.writer import BackgroundWriter, RecordingWriter
 from vegrip.messages import (
     Channel,
     Condition,

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.identification.reach import greatest_depth, greatest_speed
 from vegrip.errors import ConfigError
 from vegrip.identification.simulate import Protocol, Segment, read_protocol, write_protocol
-from vegrip.identification.simulate.protocol import greatest_depth, greatest_speed
-from vegrip.identification.simulate.standard import standard
-from vegrip.identification.simulate.timeline import timeline
+from vegrip.identification.simulate.protocol import standard
+from vegrip.identification.simulate.run import timeline
 from vegrip.model import paper_model
 
 MODEL = paper_model(8e-3)

@@ -11,7 +11,7 @@ from vegrip.errors import UsageError
 from vegrip.identification.fit import fit
 from vegrip.identification.recording import read_recording
 from vegrip.identification.simulate import DEFAULT_NOISE, Protocol, Segment, like, simulate, write_protocol
-from vegrip.identification.simulate.standard import standard
+from vegrip.identification.simulate.protocol import standard
 from vegrip.model import paper_model, write_model
 
 MODEL = paper_model(8e-3).with_value("nu1", 4.0).with_value("mu", 0.6)

@@ -6,10 +6,11 @@ from collections import Counter
 import pytest
 from hands import load, seeded, written
 
+from tests.grip.stages import Watchdog
 from vegrip.clock import NS, SimulatedClock
 from vegrip.config import build
 from vegrip.estimator.settings import SensorNoise
-from vegrip.grip.safety.watchdog import InputWatchdog, WatchdogSettings
+from vegrip.grip.safety.watchdog import WatchdogSettings
 from vegrip.messages import Condition, ForceCommand, Reason
 from vegrip.transport.codec import Frame
 from vegrip.transport.mapped.codec import MappedCodec
@@ -114,7 +115,7 @@ def watched(bus, seconds, noise):
     """Let the hand speak at 200 Hz; return the watchdog and when it first called the finger frozen [s]."""
     bus.noise, bus.answers = noise, False
     given = build(WatchdogSettings, settings(bus.plan).get("watchdog", {}), "watchdog")
-    watchdog, frozen = InputWatchdog(given), math.inf
+    watchdog, frozen = Watchdog(given), math.inf
     for n in range(1, round(seconds * 200)):
         bus.say()
         for state in bus.turn(n * 5 * MS):

@@ -1,8 +1,12 @@
-"""The control of one finger, from its demand to its command (:mod:`vegrip.grip.finger_controller`)."""
+"""The control of one finger, from its demand to its command: policy, fail-safe, limits.
+
+The first command equals the force that is there (no bump at activation); before it there is none at all.
+"""
 
 import math
 
 from vegrip.estimator.elapsed import elapsed_time
+from vegrip.grip.kernels.choice import asked_force, forget_policy
 from vegrip.grip.kernels.fail_safe import end_fault, is_at_fault, ride_out_fault
 from vegrip.grip.kernels.generated import (
     CONDITION_DEGRADED,
@@ -25,7 +29,6 @@ from vegrip.grip.kernels.generated import (
     Wholes,
 )
 from vegrip.grip.kernels.limits import clamped, limited
-from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
 
 
 def start_control(f: Floats, t: Wholes, present: float, now: int) -> None:
@@ -33,19 +36,18 @@ def start_control(f: Floats, t: Wholes, present: float, now: int) -> None:
     f[GRIP_HELD] = f[GRIP_REQUIRED] = clamped(f, present)
     t[TURN_COMMANDED] = t[TURN_ASKED] = now
     t[TURN_STARTED] = 1
-    forget_grip(f, t)
+    forget_policy(f, t)
     end_fault(f)
 
 
 def require_force(f: Floats, t: Wholes, now: int) -> None:
     """Find what this finger needs at ``now`` [ns]."""
-    dt = max(0.0, float(elapsed_time(now, t[TURN_ASKED])) / 1e9)
-    t[TURN_ASKED] = max(t[TURN_ASKED], now)
     if t[INPUT_CONDITION] > CONDITION_DEGRADED:
-        ride_out_fault(f, t, dt, REASON_INPUT_HOLD)
+        ride_out_input(f, t, now)
         return
-    base = f[GRIP_HELD] if t[NEED_SLIPPING] == 1 or is_at_fault(f) else f[GRIP_REQUIRED]
-    force, reason = wanted_force(f, t, base, dt)
+    dt = time_asked(t, now)
+    t[TURN_ASKED] = max(t[TURN_ASKED], now)
+    force, reason = asked_force(f, t, base_force(f, t), dt)
     if reason == REASON_UNTRUSTED or math.isnan(force):
         ride_out_fault(f, t, dt, REASON_UNTRUSTED)
         return
@@ -53,6 +55,23 @@ def require_force(f: Floats, t: Wholes, now: int) -> None:
     f[GRIP_REQUIRED] = clamped(f, force)
     limit = REASON_MAX_LIMIT if force > f[GRIP_REQUIRED] else REASON_MIN_LIMIT
     t[TURN_REASON] = reason if f[GRIP_REQUIRED] == force else limit
+
+
+def ride_out_input(f: Floats, t: Wholes, now: int) -> None:
+    """Require what a finger needs whose input is not believed, or not looked at."""
+    dt = time_asked(t, now)
+    t[TURN_ASKED] = max(t[TURN_ASKED], now)
+    ride_out_fault(f, t, dt, REASON_INPUT_HOLD)
+
+
+def time_asked(t: Wholes, now: int) -> float:
+    """Return the time [s] since the need was last asked."""
+    return max(0.0, float(elapsed_time(now, t[TURN_ASKED])) / 1e9)
+
+
+def base_force(f: Floats, t: Wholes) -> float:
+    """Return the force [N] from which the policy starts: after slip or a fault what is held."""
+    return f[GRIP_HELD] if t[NEED_SLIPPING] == 1 or is_at_fault(f) else f[GRIP_REQUIRED]
 
 
 def command_share(f: Floats, t: Wholes, share: float, now: int) -> tuple[float, int]:

@@ -4,6 +4,7 @@ import math
 
 from vegrip.estimator.kernels.forecast import least_force
 from vegrip.grip.confirmed_load import confirm_load
+from vegrip.grip.kernels.choice import asks_least_force
 from vegrip.grip.kernels.friction_shared import is_slipping, load_to_answer
 from vegrip.grip.kernels.generated import (
     ASKED_MARGIN,
@@ -48,7 +49,7 @@ def demand_force(f: Floats, t: Wholes, g: Floats) -> None:
         t[NEED_IN_CONTACT], t[NEED_TRUSTED] = 0, 1 if is_force_known(f, t) else 0
         return
     f[DEMAND_LEAST], f[DEMAND_BOUND] = math.nan, f[TAKEN_BOUND]
-    if (t[INPUT_LOST] & LOADING) == 0:
+    if asks_least_force(t) and (t[INPUT_LOST] & LOADING) == 0:
         x, y, torque = f[STATE_TANGENTIAL_FORCE_X], f[STATE_TANGENTIAL_FORCE_Y], f[STATE_TORQUE_Z]
         x, y, torque = confirm_load(f, CONFIRMED0, x, y, torque, f[SET_S_TANGENTIAL], f[SET_S_TORQUE])
         load, torque = load_to_answer(f, t, g, x, y, torque)

@@ -1,7 +1,16 @@
-"""Hold, then ramp, while input or estimate are not believed (:mod:`vegrip.grip.safety.fail_safe`)."""
+"""What a finger does while its input or its estimate cannot be believed.
+
+::
+
+    normal --fault--> hold (last safe command) --hold_time--> ramp to the fail-safe grip --recovered--> normal
+
+Never make the grip worse because of a fault: from the first faulty instant the command does not fall, neither
+to zero nor to a fail-safe grip that happens to be smaller than what is held.
+"""
 
 import math
 
+from vegrip.grip.kernels.choice import forget_policy
 from vegrip.grip.kernels.generated import (
     GRIP_ELAPSED,
     GRIP_HELD,
@@ -14,7 +23,6 @@ from vegrip.grip.kernels.generated import (
     Floats,
     Wholes,
 )
-from vegrip.grip.kernels.margin_grip import forget_grip
 
 
 def end_fault(f: Floats) -> None:
@@ -30,7 +38,7 @@ def is_at_fault(f: Floats) -> bool:
 def ride_out_fault(f: Floats, t: Wholes, dt: float, holding: int) -> None:
     """Require what is held, or was asked for while all was well, and after a while the fail-safe grip."""
     safe = max(f[GRIP_HELD], f[GRIP_REQUIRED])
-    forget_grip(f, t)
+    forget_policy(f, t)
     f[GRIP_ELAPSED] = f[GRIP_ELAPSED] + dt if is_at_fault(f) else 0.0
     if f[GRIP_ELAPSED] < f[RULE_HOLD_TIME] or safe >= f[RULE_SAFE_FORCE]:
         f[GRIP_REQUIRED] = safe

@@ -2,6 +2,7 @@
 
 import math
 
+from vegrip.grip.kernels.choice import shared_force
 from vegrip.grip.kernels.control import (
     command_share,
     is_renewal_due,
@@ -18,6 +19,7 @@ from vegrip.grip.kernels.generated import (
     GRIP_REQUIRED,
     HISTORY_STATES,
     INPUT_CONDITION,
+    NEED_BELIEVED,
     REP_FORCE,
     REP_RADIUS,
     SETUP_COMMAND_ID,
@@ -41,8 +43,8 @@ from vegrip.grip.kernels.generated import (
 )
 from vegrip.grip.kernels.protection import protect
 from vegrip.grip.kernels.receive import is_welcome, is_whole, take_frame
-from vegrip.grip.kernels.sense import assimilate, margin_bound
-from vegrip.grip.kernels.share import shared_force, tell_need
+from vegrip.grip.kernels.sense import assimilate, margin_bound, note_history
+from vegrip.grip.kernels.share import tell_need
 from vegrip.grip.kernels.takeover import begin_transfer, bound_takeover
 from vegrip.grip.kernels.watchdog import accept_state, note_broken, watch_silence
 
@@ -95,7 +97,11 @@ def finger_tick(f: Floats, t: Wholes, g: Floats, now: int, out: Bytes) -> int:
 def answer_state(f: Floats, t: Wholes, g: Floats, now: int) -> int:
     """Answer the present state at ``now`` [ns] with numbers; return what was done, in bits."""
     sense(f, t, g, now)
-    tell_need(f, t, g)
+    return settle_state(f, t, g, now)
+
+
+def settle_state(f: Floats, t: Wholes, g: Floats, now: int) -> int:
+    """Command this finger's share once it has begun; return what was done with its state, in bits."""
     done = STEP_TAKEN
     if t[TURN_STARTED] == 1:
         settle_command(f, t, g, now)
@@ -105,35 +111,58 @@ def answer_state(f: Floats, t: Wholes, g: Floats, now: int) -> int:
 
 def sense(f: Floats, t: Wholes, g: Floats, now: int) -> None:
     """Judge the present state, take it in, and find what the finger needs."""
+    judge_state(f, t, g, now)
+    if t[NEED_BELIEVED] == 1:
+        take_estimate(f, t, g)
+    bound_demand(f, t, now)
+    settle_need(f, t, g, now)
+
+
+def judge_state(f: Floats, t: Wholes, g: Floats, now: int) -> None:
+    """Judge the present state: whether the estimate may use it."""
     demand_nothing(f, t)
     prepare_friction(f, t, g)
-    is_believed = accept_state(f, t, now)
-    if is_believed:
-        assimilate(f, t)
-        first = t[TURN_SEEN] == 0
-        t[TURN_SEEN] = 1
-        if t[TURN_HAS_MARGIN] == 0:
-            f[TAKEN_BOUND] = margin_bound(f, t)
-            t[TURN_HAS_MARGIN] = 1
+    t[NEED_BELIEVED] = 1 if accept_state(f, t, now) else 0
+
+
+def take_estimate(f: Floats, t: Wholes, g: Floats) -> None:
+    """Take a state that is believed into the estimate, and find the demand."""
+    assimilate(f, t)
+    if t[TURN_HAS_MARGIN] == 0:
+        f[TAKEN_BOUND] = margin_bound(f, t)
+        t[TURN_HAS_MARGIN] = 1
+    demand_force(f, t, g)
+
+
+def bound_demand(f: Floats, t: Wholes, now: int) -> None:
+    """Begin with the first state that is believed; bound the demand by what is known besides the estimate."""
+    if t[NEED_BELIEVED] == 1:
         t[TURN_USED] = now
-        demand_force(f, t, g)
         if t[TURN_STARTED] == 0:
             measured = f[STATE_NORMAL_FORCE]
             start_control(f, t, f[REP_FORCE] if math.isnan(measured) else measured, now)
-        if first:
+        if t[TURN_SEEN] == 0:
             begin_transfer(f, t, f[GRIP_REQUIRED], f[REP_RADIUS], now)
+        t[TURN_SEEN] = 1
+        note_history(f, t)
     if t[TURN_STARTED] == 1:
         bound_takeover(f, t, now)
         hold_doubtful(f, t)
+
+
+def settle_need(f: Floats, t: Wholes, g: Floats, now: int) -> None:
+    """Find what the finger needs, as its policy answers the demand; let the grasp know, and learn."""
+    if t[TURN_STARTED] == 1:
         require_force(f, t, now)
-    if is_believed:
+    if t[NEED_BELIEVED] == 1:
         update_shared_friction(f, t, g)
     restore_slip(f, t)
+    tell_need(f, t, g)
 
 
 def settle_command(f: Floats, t: Wholes, g: Floats, now: int) -> None:
     """Settle the command for this finger's share of the grasp."""
-    adjustment, reason = command_share(f, t, shared_force(t, g), now)
+    adjustment, reason = command_share(f, t, shared_force(f, t, g), now)
     f[GRIP_ADJUSTMENT], t[TURN_GIVEN_REASON] = adjustment, reason
 
 

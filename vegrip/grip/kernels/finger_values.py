@@ -9,19 +9,18 @@ from vegrip.grip.kernels.generated import (
     MEASURED,
     NEWS_SEQ,
     NEWS_STAMP,
-    SETUP_ALONE,
     STATE0,
     Floats,
     Wholes,
 )
-from vegrip.grip.kernels.receive import count_on, follows, is_next
+from vegrip.grip.kernels.receive import count_on, is_next
 
 
 def finger_values(
     f: Floats, t: Wholes, g: Floats, values: Floats, counter: int, stamp: int, arrival: int, now: int
 ) -> int:
     """Answer the state of ``values`` and ``stamp`` [ns]; the command stays in the memory."""
-    if not are_welcome(t, values, counter, stamp, arrival):
+    if not are_welcome(t, values, counter, arrival):
         return LEFT_ALONE
     count_on(t, counter, arrival)
     t[NEWS_SEQ], t[NEWS_STAMP] = t[LINE_LAST], bounded_time(stamp)
@@ -30,11 +29,9 @@ def finger_values(
     return answer_state(f, t, g, now)
 
 
-def are_welcome(t: Wholes, values: Floats, counter: int, stamp: int, arrival: int) -> bool:
-    """Return whether the values mean something and the state is new, and can be taken here."""
+def are_welcome(t: Wholes, values: Floats, counter: int, arrival: int) -> bool:
+    """Return whether the values mean something and the state is new."""
     for i in range(MEASURED):
         if math.isinf(values[i]):
             return False
-    if t[LINE_LAST] >= 0 and not is_next(t, counter, arrival):
-        return False
-    return t[SETUP_ALONE] == 1 or follows(t, stamp)
+    return t[LINE_LAST] < 0 or is_next(t, counter, arrival)

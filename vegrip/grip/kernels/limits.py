@@ -1,4 +1,4 @@
-"""Limits that every command passes: rate first, then magnitude (:mod:`vegrip.grip.safety.limits`)."""
+"""Limits that every command passes: rate first, then magnitude, so that the magnitude always holds."""
 
 import math
 

@@ -1,4 +1,16 @@
-"""Whether the noise of a living sensor has vanished (:mod:`vegrip.grip.safety.stuck_noise`)."""
+"""Whether the noise that a sensor shows while it lives has vanished: a value that stands still much too long.
+
+A live sensor whose noise is not small against its resolution seldom says the same number twice running. With
+the share *p* of such repeats, *n* of them in a row happen by chance once in *p^-n* states, so a handful of
+equal values proves that it is stuck. What is seldom is learned from the sensor itself while it is well:
+
+* *p*, the share of states that repeat the one before; twice that and three standard deviations more are
+  counted on, because motion makes repeats rarer than they are at rest;
+* *r*, the share of states that turn the direction of the last change: 2/3 for white noise, 0 for a smooth
+  signal. Only with *r* > 0.3 are the changes the work of noise (a drift of at most 1.5 of its standard
+  deviations a state, which takes *p* to 0.57 of its value at rest). A coarse sensor at rest, one that is
+  filtered, and one that is read more often than it measures are not judged.
+"""
 
 import math
 

@@ -7,10 +7,6 @@ from vegrip.grip.kernels.generated import (
     LINE_STAMP,
     NEWS_SEQ,
     NEWS_STAMP,
-    SAMPLE_BEGUN,
-    SAMPLE_RESUMED,
-    SAMPLE_STAMP,
-    SETUP_ALONE,
     SETUP_SENDER_TIME,
     SETUP_STATE_ID,
     STATE_LENGTH,
@@ -33,12 +29,10 @@ ALL_TIME = 4294967295
 
 
 def is_welcome(t: Wholes, frame: Bytes, length: int, arrival: int) -> bool:
-    """Return whether a frame is whole, new and plausible, and can be taken here; changes nothing."""
+    """Return whether a frame is whole, new and plausible; changes nothing."""
     if not is_whole(t, frame, length):
         return False
-    if t[LINE_LAST] >= 0 and not is_next(t, counter_of_state(frame), arrival):
-        return False
-    return t[SETUP_ALONE] == 1 or follows(t, stamp_of(t, frame, arrival))
+    return t[LINE_LAST] < 0 or is_next(t, counter_of_state(frame), arrival)
 
 
 def is_whole(t: Wholes, frame: Bytes, length: int) -> bool:
@@ -53,11 +47,6 @@ def is_next(t: Wholes, counter: int, arrival: int) -> bool:
     step = counter - t[LINE_LAST] & ALL_TIME
     silent = elapsed_time(arrival, t[LINE_STAMP]) > SILENT
     return step != 0 and (step <= MOST_LOST or silent)
-
-
-def follows(t: Wholes, stamp: int) -> bool:
-    """Return whether the estimator need not go back in time for a state of this ``stamp`` [ns]."""
-    return t[SAMPLE_RESUMED] == 0 and (t[SAMPLE_BEGUN] == 0 or stamp > t[SAMPLE_STAMP])
 
 
 def stamp_of(t: Wholes, frame: Bytes, arrival: int) -> int:

@@ -20,7 +20,6 @@ from vegrip.grip.kernels.generated import (
     PARTS_EXPECTED,
     PARTS_INCOMPLETE,
     PARTS_STAMP,
-    SETUP_ALONE,
     SETUP_STATE_ID,
     STATE_PARTS,
     Bytes,
@@ -33,7 +32,7 @@ from vegrip.grip.kernels.generated import (
     version_of_part,
 )
 from vegrip.grip.kernels.part_protection import is_part_intact
-from vegrip.grip.kernels.receive import SILENT, follows
+from vegrip.grip.kernels.receive import SILENT
 
 PART_WINDOW = 5_000_000  # [ns] see assembly.WINDOW_NS
 RING = 15  # counters of profile 11
@@ -41,14 +40,11 @@ PART_HEAD = 2  # bytes before the values
 
 
 def is_part_welcome(t: Wholes, frame: Bytes, part: int, arrival: int) -> bool:
-    """Return whether part number ``part`` is whole, is the next one, and can be taken here."""
+    """Return whether part number ``part`` is whole and the next one."""
     data_id = t[SETUP_STATE_ID] + int(PART_OFFSETS[part - 1])
     if not is_part_intact(frame, PART_LENGTH, data_id) or version_of_part(frame) != PART_VERSION:
         return False
-    if not part_means_something(frame, part) or not is_next_part(t, counter_of_part(frame), part, arrival):
-        return False
-    begun = arrival if part == 1 else t[PARTS_STAMP]
-    return not completes(frame, part) or t[SETUP_ALONE] == 1 or follows(t, begun)
+    return part_means_something(frame, part) and is_next_part(t, counter_of_part(frame), part, arrival)
 
 
 def is_next_part(t: Wholes, counter: int, part: int, arrival: int) -> bool:

@@ -1,6 +1,6 @@
-"""What is told of a finger: its contact in two frames and its slip margin in one, as the objects tell it.
+"""What is told of a finger: its contact in two frames and its slip margin in one, as messages tell it.
 
-The objects tell the first report, and every one while the input is not believed
+A message tells the first report, and every one while the input is not believed
 (:meth:`vegrip.grip.finger.GraspFinger.reports`).
 """
 
@@ -79,7 +79,7 @@ from vegrip.grip.kernels.sense import is_sound, touches
 
 LARGEST_SINGLE = 3.4028234663852886e38
 SLIP_CHANNEL = 6  # of a state that is kept
-NOT_TOLD = 0  # the objects have to tell it; nothing has changed
+NOT_TOLD = 0  # messages have to tell it; nothing has changed
 TOLD = 1
 
 

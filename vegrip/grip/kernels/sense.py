@@ -18,6 +18,7 @@ from vegrip.grip.kernels.generated import (
     HISTORY_STATES,
     LASTING_SIZE,
     LATE_SAMPLES,
+    LATER0,
     LEAST_SLIDING_SPEED,
     MEASURED,
     MU_LEARNED,
@@ -31,10 +32,17 @@ from vegrip.grip.kernels.generated import (
     REP_GAUGE_REL,
     REP_SOUND,
     REWIND0,
+    REWIND_BEFORE0,
+    REWIND_BEGUN0,
+    REWIND_STAMP0,
+    REWIND_STATE0,
     SAMPLE_BACKWARDS,
     SAMPLE_BEGUN,
+    SAMPLE_FOLLOWED,
     SAMPLE_INFORMED,
     SAMPLE_IS_INFORMED,
+    SAMPLE_KEPT,
+    SAMPLE_LATE,
     SAMPLE_REFUSED,
     SAMPLE_RESUMED,
     SAMPLE_REWIND_NEXT,
@@ -66,32 +74,38 @@ from vegrip.grip.kernels.generated import (
 
 
 def assimilate(f: Floats, t: Wholes) -> None:
-    """Take in the present state; one whose stamp does not advance only where the finger works alone."""
+    """Take in the present state; one that comes late in its place, if that is not too long ago.
+
+    After enough stamps in a row that do not advance, the sender's clock counts as started anew.
+    """
     t[SAMPLE_SHOWN], t[SAMPLE_TRUSTED] = t[NEWS_STAMP], 0
     if t[SAMPLE_RESUMED] == 1:
         t[SAMPLE_RESUMED] = 0
         follow_clock(f, t)
-    elif t[SAMPLE_BEGUN] == 1 and t[NEWS_STAMP] <= t[SAMPLE_STAMP]:
+    elif t[SAMPLE_BEGUN] == 0 or t[NEWS_STAMP] > t[SAMPLE_STAMP]:
+        t[SAMPLE_BACKWARDS] = 0
+        take_state(f, t)
+    elif not take_late(f, t):
         t[SAMPLE_REFUSED] += 1
         t[SAMPLE_BACKWARDS] += 1
         if t[SAMPLE_BACKWARDS] >= t[SETUP_RECOVERY]:
             follow_clock(f, t)
-    else:
-        t[SAMPLE_BACKWARDS] = 0
-        take_state(f, t)
-    note_history(f, t)
 
 
 def follow_clock(f: Floats, t: Wholes) -> None:
     """Take the present state by a clock that has started anew: after a gap of unknown length."""
-    t[SAMPLE_BACKWARDS] = 0
-    t[SAMPLE_STAMP] = t[NEWS_STAMP] - t[SETUP_GAP]
+    t[SAMPLE_BACKWARDS] = t[SAMPLE_KEPT] = 0
+    t[SAMPLE_FOLLOWED] += 1
+    t[SAMPLE_BEGUN], t[SAMPLE_STAMP] = 1, t[NEWS_STAMP] - t[SETUP_GAP]
     t[SAMPLE_INFORMED], t[SAMPLE_IS_INFORMED] = t[SAMPLE_STAMP], 1
     take_state(f, t)
 
 
 def take_state(f: Floats, t: Wholes) -> None:
-    """Take the state that follows the last one."""
+    """Take the state that follows the last one; the first must measure force or displacement."""
+    is_usable = math.isfinite(f[STATE_NORMAL_FORCE]) or math.isfinite(f[STATE_DISPLACEMENT])
+    if t[SAMPLE_BEGUN] == 0 and not is_usable:
+        return
     passed = float(elapsed_time(t[NEWS_STAMP], t[SAMPLE_STAMP])) / 1e9
     dt = passed if t[SAMPLE_BEGUN] == 1 else -1.0
     keep_for_rewind(f, t)
@@ -104,8 +118,7 @@ def take_state(f: Floats, t: Wholes) -> None:
     force, displacement = f[STATE_NORMAL_FORCE], f[STATE_DISPLACEMENT]
     radius, slip = f[STATE_CONTACT_RADIUS], sensed_slip(f)
     update(f, dt, force, displacement, radius, f[TAKEN_LOAD], f[TAKEN_TORQUE], slip)
-    used = is_used(f, CHANNEL_DISPLACEMENT) or is_used(f, CHANNEL_FORCE)
-    if used and (math.isfinite(force) or math.isfinite(displacement)):
+    if is_usable and (is_used(f, CHANNEL_DISPLACEMENT) or is_used(f, CHANNEL_FORCE)):
         t[SAMPLE_INFORMED], t[SAMPLE_IS_INFORMED] = t[NEWS_STAMP], 1
     t[SAMPLE_SEQ] += 1
 
@@ -116,12 +129,66 @@ def is_used(f: Floats, channel: int) -> bool:
 
 
 def keep_for_rewind(f: Floats, t: Wholes) -> None:
-    """Keep what lasts of the memory before this state, so that a late one can still take its place."""
+    """Keep this state and what lasts of the memory before it, so that a late one can still take its place."""
     if LATE_SAMPLES > 0:
-        start = REWIND0 + t[SAMPLE_REWIND_NEXT] * LASTING_SIZE
+        slot = t[SAMPLE_REWIND_NEXT]
         for i in range(LASTING_SIZE):
-            f[start + i] = f[i]
-        t[SAMPLE_REWIND_NEXT] = (t[SAMPLE_REWIND_NEXT] + 1) % max(LATE_SAMPLES, 1)
+            f[REWIND0 + slot * LASTING_SIZE + i] = f[i]
+        copy_measured(f, REWIND_STATE0 + slot * MEASURED, STATE0)
+        t[REWIND_STAMP0 + slot] = t[NEWS_STAMP]
+        t[REWIND_BEFORE0 + slot], t[REWIND_BEGUN0 + slot] = t[SAMPLE_STAMP], t[SAMPLE_BEGUN]
+        t[SAMPLE_REWIND_NEXT] = (slot + 1) % max(LATE_SAMPLES, 1)
+        t[SAMPLE_KEPT] = min(t[SAMPLE_KEPT] + 1, LATE_SAMPLES)
+
+
+def take_late(f: Floats, t: Wholes) -> bool:
+    """Go back, take the present state, and again those that came after it; False: that is not possible."""
+    later = samples_after(t, t[NEWS_STAMP])
+    if later == 0:
+        return False
+    first = slot_back(t, later)
+    if t[REWIND_BEGUN0 + first] == 0 or t[REWIND_BEFORE0 + first] >= t[NEWS_STAMP]:
+        return False
+    for i in range(LASTING_SIZE):
+        f[i] = f[REWIND0 + first * LASTING_SIZE + i]
+    t[SAMPLE_STAMP] = t[REWIND_BEFORE0 + first]
+    t[SAMPLE_SEQ] -= later
+    t[SAMPLE_KEPT] -= later
+    t[SAMPLE_REWIND_NEXT] = first
+    stamp, carried = t[NEWS_STAMP], t[NEWS_STAMP]
+    copy_measured(f, LATER0, STATE0)
+    for i in range(later + 1):
+        slot = t[SAMPLE_REWIND_NEXT]  # it is written by the state before the one that it holds
+        if i < later:
+            carried = t[REWIND_STAMP0 + slot]
+            copy_measured(f, LATER0 + MEASURED, REWIND_STATE0 + slot * MEASURED)
+        take_state(f, t)
+        t[NEWS_STAMP] = carried
+        copy_measured(f, STATE0, LATER0 + MEASURED)
+    t[NEWS_STAMP] = stamp
+    copy_measured(f, STATE0, LATER0)
+    t[SAMPLE_LATE] += 1
+    return True
+
+
+def samples_after(t: Wholes, stamp: int) -> int:
+    """Return how many of the kept samples are later than ``stamp`` [ns]; 0 too if one has that very stamp."""
+    later = 0
+    if t[SAMPLE_KEPT] > 0 and t[REWIND_STAMP0 + slot_back(t, 1)] != stamp:
+        while later < t[SAMPLE_KEPT] and t[REWIND_STAMP0 + slot_back(t, later + 1)] > stamp:
+            later += 1
+    return later
+
+
+def slot_back(t: Wholes, samples: int) -> int:
+    """Return the slot of the sample before so many ``samples``, at most all that are kept."""
+    return (t[SAMPLE_REWIND_NEXT] - samples + LATE_SAMPLES) % max(LATE_SAMPLES, 1)
+
+
+def copy_measured(f: Floats, to: int, start: int) -> None:
+    """Copy the measured values of a state."""
+    for i in range(MEASURED):
+        f[to + i] = f[start + i]
 
 
 def note_history(f: Floats, t: Wholes) -> None:

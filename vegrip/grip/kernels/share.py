@@ -1,7 +1,19 @@
-"""A finger's share of the grasp: balance against a thumb (:mod:`vegrip.grip.allocation.balance`).
+"""Balance of the internal forces of a grasp: the thumb carries what the fingers press.
+
+The fingers press the object against the thumb, so at rest the normal forces obey (no weight along the normal)
+
+    N_thumb = sum_i N_i .
+
+Given the least force ``m`` that each finger needs on its own, the smallest forces that obey it and give every
+finger at least its need are
+
+    S = max(m_thumb, sum_i m_i),      N_i = S m_i / sum_i m_i,      N_thumb = S .
+
+Every finger's minimum comes first: nothing is ever lowered to reach the balance. What the balance adds is
+internal force that the wrench does not need; it is the price of one thumb.
 
 ``g[i]`` is the force [N] that finger ``i`` needs, NaN while it has no command. Every finger writes its own;
-whatever is known of the whole grasp has its place between :func:`tell_need` and :func:`shared_force`.
+whatever is known of the whole grasp has its place between :func:`tell_need` and :func:`balanced_force`.
 """
 
 import math
@@ -22,7 +34,7 @@ def tell_need(f: Floats, t: Wholes, g: Floats) -> None:
     g[t[SETUP_FINGER]] = f[GRIP_REQUIRED] if t[TURN_STARTED] == 1 else math.nan
 
 
-def shared_force(t: Wholes, g: Floats) -> float:
+def balanced_force(t: Wholes, g: Floats) -> float:
     """Return the force [N] of this finger with which the grasp balances and every need is met."""
     own, thumb = g[t[SETUP_FINGER]], t[SETUP_THUMB]
     pressed, others = 0.0, 0.0

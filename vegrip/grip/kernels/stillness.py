@@ -1,4 +1,12 @@
-"""For how long channels have repeated themselves (:mod:`vegrip.grip.safety.frozen_signal`, `travel`)."""
+"""For how long channels have repeated themselves to the last bit: a live sensor has noise.
+
+A missing channel cannot freeze, others beside it can.
+
+A coarse sensor may stand still at rest, but not while the indentation changes by several of its steps. Creep
+under a held force does that too, but slowly: what counts is how far the indentation is from its average over
+``TRAVEL_SECONDS``, for ``doubt_after``, so a few wrong values prove nothing. What is proven stays until
+the force moves. Below ``HELD_FORCE`` the finger may be in the air.
+"""
 
 import math
 
@@ -22,8 +30,8 @@ from vegrip.grip.kernels.generated import (
     Wholes,
 )
 
-TRAVEL_SECONDS = 0.5  # see travel.TRAVEL_TIME_S
-HELD_FORCE = 0.3  # [N] see travel.HELD_N
+TRAVEL_SECONDS = 0.5
+HELD_FORCE = 0.3  # [N]
 
 
 def all_still(f: Floats, t: Wholes, now: int) -> int:

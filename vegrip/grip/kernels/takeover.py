@@ -1,4 +1,15 @@
-"""The force of a contact that is met in its middle (:mod:`vegrip.grip.bumpless_transfer` has the reasons)."""
+"""Bumpless transfer: a finger whose contact is met in its middle goes on with the force that is there.
+
+An estimator that has not seen a contact begin knows little of it, and its first samples may ask for several
+times the force that is needed. What is known without it: the load of that instant is held, by the normal
+force of that instant. So for ``TRANSFER_TIME`` the least force is bounded by what this shows::
+
+    bound = max(N0 g^2, min(N0 + ramp_rate t, fail-safe force)),    g = max(1, load / load at the beginning)
+
+The load is ``hypot(f_t, m / a)``. Coulomb's friction needs ``N0 g``; the friction coefficient of soft tips
+falls as the normal force grows, hardly faster than with its square root, and then ``N0 g^2`` is needed.
+Slip ends it at once: then what was held is held no more.
+"""
 
 import math
 
@@ -19,7 +30,7 @@ from vegrip.grip.kernels.generated import (
     Wholes,
 )
 
-TRANSFER_TIME = 0.3  # [s]
+TRANSFER_TIME = 0.3  # [s] after which the estimate rules whatever it says; within 0.1 s it has mostly settled
 
 
 def begin_transfer(f: Floats, t: Wholes, force: float, arm: float, now: int) -> None:

@@ -1,4 +1,4 @@
-"""The usual need of the last seconds (:mod:`vegrip.grip.policies.running_median`)."""
+"""The usual need of the last seconds: a median in slots, to which short errors of a sensor do not matter."""
 
 import math
 

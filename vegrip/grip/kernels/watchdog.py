@@ -1,4 +1,25 @@
-"""Supervision of the input (:mod:`vegrip.grip.safety.watchdog` has the table of what is seen)."""
+"""Supervision of one finger's input: what arrives must be new, alive, believable and in time.
+
+======================  ====================================================================================
+what is seen            condition
+======================  ====================================================================================
+nothing for `time_out`  STALE (MISSING when there never was anything; CORRUPT while frames come but are bad)
+state too late          STALE: it took `time_out` longer than the quickest one; clocks need not agree
+counter or stamp        REPLAYED: runs backwards or stands still
+a value out of range    OUT_OF_RANGE, infinities included
+all values frozen       FROZEN: the counter runs, every mechanical channel repeats itself to the last bit
+normal force frozen     FROZEN: the same of the normal force alone, for longer; at once when it has noise,
+                        or when the tip is pressed in or let go meanwhile
+no force, no position   MISSING
+a channel went missing  DEGRADED: it had been there; the rest is good
+======================  ====================================================================================
+
+Before a normal force that stands still counts as frozen, it is `doubtful`: it may be a coarse sensor at rest,
+so control goes on, but lowers nothing on its word.
+
+A fault is seen at once and left only after `recover_after` good states in a row: hysteresis, so that a loose
+plug does not toggle the controller. This protects against faults, not attackers (keys are the transport's).
+"""
 
 import math
 
@@ -47,9 +68,10 @@ from vegrip.grip.kernels.generated import (
 from vegrip.grip.kernels.noise import noise_vanished
 from vegrip.grip.kernels.stillness import all_still, force_still, has_travelled
 
-FAR_AHEAD = 86_400_000_000_000  # [ns] see watchdog.LEAP
-DRIFT_PART = 5000  # see watchdog.DRIFT_PART
-NO_QUICKEST = 4611686018427387904  # [ns] see watchdog.NO_QUICKEST
+# [ns] by which a stamp may be ahead of the sender's clock as it was; more is no clock of a hand
+FAR_AHEAD = 86_400_000_000_000
+DRIFT_PART = 5000  # two quartz clocks part by less than one part in so many, with a wide berth
+NO_QUICKEST = 4611686018427387904  # [ns] nothing has come yet
 
 
 def accept_state(f: Floats, t: Wholes, now: int) -> bool:

@@ -21,15 +21,10 @@ needs for the wanted probability of the grasp (``confidence.py``), and ``c`` the
        c                         otherwise
 """
 
-import math
 from dataclasses import dataclass
 
 from vegrip.config import parameter
-from vegrip.grip.policies.demand import Demand
 from vegrip.grip.policies.policy import PolicyKind
-from vegrip.grip.policies.running_median import RunningMedian
-from vegrip.messages import Reason
-from vegrip.types import NamedNumbers
 
 
 @dataclass(frozen=True)
@@ -72,71 +67,4 @@ class GripSettings:
     )
 
 
-class MarginGrip:
-    """Keep the lower bound of the slip margin at the wanted margin with the least force."""
-
-    uses_least_force = True
-
-    def __init__(self, settings: GripSettings) -> None:
-        self.settings = settings
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the past."""
-        self._envelope = math.nan  # [N]
-        self._quiet = 0.0  # [s] since the need last rose
-        self._usual = RunningMedian(self.settings.usual_time, self.settings.proven_time)
-
-    def wanted(self, held: float, demand: Demand, dt: float) -> tuple[float, Reason]:
-        """Return the wanted normal force [N] and its reason; an untrusted demand holds."""
-        if demand.slipping:
-            return self._against_slip(held, demand, dt), Reason.SLIP
-        if not demand.trusted:
-            return held, Reason.UNTRUSTED
-        need = demand.least_force if demand.in_contact else 0.0
-        return self._with_play(held, self._follow(held, need, dt), demand)
-
-    def write_to(self, memory: NamedNumbers) -> None:
-        """Put settings and state into a memory, but for the confidence, which the grasp decides."""
-        settings = self.settings
-        memory["RULE_DEAD_BAND"], memory["RULE_RELEASE_TIME"] = settings.dead_band, settings.release_time
-        memory["RULE_SETTLE_TIME"], memory["RULE_USUAL_TIME"] = settings.settle_time, settings.usual_time
-        memory["RULE_PROVEN_TIME"] = settings.proven_time
-        memory["RULE_SLIP_GROWTH"], memory["RULE_WANTED_MARGIN"] = (
-            settings.slip_growth,
-            settings.wanted_margin,
-        )
-        memory["GRIP_ENVELOPE"], memory["GRIP_QUIET"] = self._envelope, self._quiet
-        self._usual.write_to(memory)
-
-    def read_from(self, memory: NamedNumbers) -> None:
-        """Take the state from where :meth:`write_to` puts it."""
-        self._envelope, self._quiet = memory["GRIP_ENVELOPE"], memory["GRIP_QUIET"]
-        self._usual.read_from(memory)
-
-    def _follow(self, held: float, need: float, dt: float) -> float:
-        before = min(held, self._envelope)  # what a limit cut off was never there; NaN gives held
-        floor = max(need, min(self._usual.add(need, dt), before))
-        self._quiet = 0.0 if need > before else self._quiet + dt
-        if need > before or self._quiet < self.settings.settle_time:
-            self._envelope = max(need, before)
-        else:
-            self._envelope = floor + (before - floor) * math.exp(-dt / self.settings.release_time)
-        return self._envelope
-
-    def _against_slip(self, held: float, demand: Demand, dt: float) -> float:
-        need = demand.least_force if demand.trusted else 0.0
-        self._envelope = max(held * (1.0 + self.settings.slip_growth * dt), need)
-        self._quiet = 0.0
-        return self._envelope
-
-    def _with_play(self, held: float, envelope: float, demand: Demand) -> tuple[float, Reason]:
-        if envelope > held:
-            # The margin suffices now, so what asks for more is the contact relaxing within the horizon.
-            forecast = demand.margin_bound >= self.settings.wanted_margin
-            return envelope, Reason.FORECAST if forecast else Reason.RAISE
-        upper = envelope / (1.0 - self.settings.dead_band)
-        return (upper, Reason.LOWER) if upper < held else (held, Reason.HOLD)
-
-
-POLICY = PolicyKind(MarginGrip, GripSettings, "grip")
+POLICY = PolicyKind(None, GripSettings, "grip")

@@ -40,13 +40,13 @@ class PolicyKind:
 
     Args:
         make: gives a new policy for its settings, one for each finger. The policy keeps them as ``settings``,
-            where new ones are put while it runs.
+            where new ones are put while it runs. None: the finger step has it.
         settings: their type, a frozen dataclass of :func:`vegrip.config.parameter` fields.
         section: where a built-in policy finds its own among the parameters of the node; empty: in
             ``policy_settings``.
 
     """
 
-    make: Callable[[Any], GripPolicy]
+    make: Callable[[Any], GripPolicy] | None
     settings: type[Any]
     section: str = ""

@@ -1,4 +1,4 @@
-"""Limits that every command passes: rate first, then magnitude, so that the magnitude always holds."""
+"""Bounds of the commanded grip force (:mod:`vegrip.grip.kernels.limits` keeps them)."""
 
 import math
 from dataclasses import dataclass
@@ -6,7 +6,6 @@ from typing import Final
 
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
-from vegrip.messages import Reason
 
 MAX_FORCE_N: Final = 1e3
 """[N] Beyond any fingertip; a limit that is set higher by mistake would be none."""
@@ -35,33 +34,3 @@ class LimitSettings:
                 f"limits: 'min_force' is {self.min_force:g} N and 'max_force' {self.max_force:g} N;"
                 " the least force must not exceed the largest, which must be finite"
             )
-
-
-def clamp_force(force: float, limits: LimitSettings) -> float:
-    """Return ``force`` [N] within the least and largest force; NaN gives the least."""
-    return min(max(limits.min_force, force), limits.max_force)  # this order: max(x, nan) is x
-
-
-def limit_force(
-    wanted: float, reason: Reason, held: float, dt: float, limits: LimitSettings
-) -> tuple[float, Reason]:
-    """Return ``wanted`` [N] after rate and magnitude limits, and the last stage that changed it.
-
-    Args:
-        wanted: force asked for [N]; one that is not a number holds.
-        reason: why it was asked for.
-        held: force commanded last [N], finite.
-        dt: time since then [s]; negative counts as zero.
-        limits: the bounds.
-
-    """
-    if math.isnan(wanted):
-        wanted, reason = held, Reason.UNTRUSTED
-    dt = max(0.0, dt)
-    reachable = min(max(wanted, held - limits.lower_rate * dt), held + limits.raise_rate * dt)
-    force = clamp_force(reachable, limits)
-    if force > reachable:
-        return force, Reason.MIN_LIMIT
-    if force < reachable:
-        return force, Reason.MAX_LIMIT
-    return force, reason if reachable == wanted else Reason.RATE_LIMIT

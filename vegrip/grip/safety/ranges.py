@@ -1,13 +1,11 @@
 """The range within which each measured quantity can be true; outside it the sensor, or the wire, lies."""
 
 import dataclasses
-import math
 from dataclasses import dataclass
 from operator import attrgetter
 
 from vegrip.config import parameter
 from vegrip.errors import ConfigError
-from vegrip.messages import FingertipState
 
 
 def _range(low: float, high: float, unit: str) -> tuple[float, float]:
@@ -37,21 +35,9 @@ class Ranges:
             if len(bounds) != 2 or not bounds[0] < bounds[1]:
                 raise ConfigError(f"ranges: {name!r} is {list(bounds)}; it must be [least, largest]")
 
-    def first_outside(self, state: FingertipState) -> str:
-        """Name the first channel whose value cannot be true; "" = none. NaN is missing, not wrong."""
-        for (low, high), value, name in zip(
-            bounds_of(self), checked_values(state), CHECKED_CHANNELS, strict=True
-        ):
-            if not (low <= value <= high or math.isnan(value)):
-                return name
-        return ""
-
 
 CHECKED_CHANNELS = tuple(field.name for field in dataclasses.fields(Ranges))
 """The measured quantities of a fingertip, by name."""
 
-checked_values = attrgetter(*CHECKED_CHANNELS)
-"""Their values in a state, in this order, in one call: this runs for every state of every finger."""
-
-bounds_of = checked_values
+bounds_of = attrgetter(*CHECKED_CHANNELS)
 """Their ranges: the fields of :class:`Ranges` have the same names."""

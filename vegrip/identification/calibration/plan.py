@@ -1,4 +1,4 @@
-"""Which trial is next: one of each kind, then the one that brings the parameters nearest to their goals.
+"""The next trial: one of each kind, then the one that brings the parameters nearest to their goals.
 
 The information of a trial that was not done is that of the model in it,
 
@@ -10,35 +10,86 @@ eliminated from ``A`` (they are the trial's own). D-optimal design would maximis
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vegrip.identification.calibration.goals import distance, known_of
 from vegrip.identification.calibration.trials import TRIAL_KINDS, Trial, first_trial, trials_of, why_not
 from vegrip.identification.experiment.design import rig_of
+from vegrip.identification.experiment.design_space import RigLimits
 from vegrip.identification.experiment.hypotheses import Hypotheses, rate_of, sensors_of
-from vegrip.identification.experiment.limits import RigLimits
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.result import Fit
+from vegrip.identification.fit.solve import Report
 from vegrip.identification.simulate import DEFAULT_NOISE, simulate
 from vegrip.model import ContactModel, paper_model
 from vegrip.types import Floats
 
+GOALS: Mapping[str, float] = {"K": 0.03, "p": 0.03, "c1": 0.02, "nu1": 0.15, "k0": 0.1, "mu": 0.05}
+"""Standard error that suffices, of the coordinate: relative where a parameter is fitted by its logarithm."""
+SHARE = 0.3  # of the prior's standard deviation, for parameters of further effects
 MAX_ATTEMPTS = 2  # at a kind of trial, after which the rest goes on without a good one
 MIN_TRIAL_GAIN_NATS = 0.1  # [nats] that a trial must bring the parameters nearer to their goals
 GENTLE_FORCE = 0.5  # of the greatest force, while the stiffness is only guessed
 PLAN_RATE = 100.0  # [Hz] of planned trials at most: the information per second grows no more above it
 
-Report = Callable[[str], None]
+
+@dataclass(frozen=True)
+class Known:
+    """A parameter of the model, and the standard error that suffices for it."""
+
+    symbol: str
+    effect: str
+    value: float
+    std: float  # of its coordinate
+    goal: float
+    unit: str
+    is_log: bool
+
+    @property
+    def is_known(self) -> bool:
+        return self.std <= self.goal
+
+    def errors_off(self, true: float) -> float:
+        """Return by how many standard errors the value is off ``true``."""
+        off = math.log(self.value / true) if self.is_log else self.value - true
+        return off / self.std
+
+    def as_dict(self) -> dict[str, object]:
+        return {
+            "effect": self.effect,
+            "value": self.value,
+            "std": self.std,
+            "goal": self.goal,
+            "unit": self.unit,
+            "scale": "log" if self.is_log else "identity",
+            "known": self.is_known,
+        }
+
+
+def known_of(fit: Fit) -> list[Known]:
+    """Return how well each parameter of the model is known."""
+    found, values = [], fit.model.values
+    for symbol in fit.problem.symbols:
+        if (declared := fit.declared(symbol)) is not None:
+            effect, p = declared
+            value, goal = values[symbol].value, GOALS.get(symbol, SHARE * p.std)
+            is_log = p.transform == "log"
+            found.append(Known(symbol, effect.name, value, fit.std[symbol], goal, p.unit, is_log))
+    return found
+
+
+def distance(stds: Floats, goals: Floats) -> float:
+    """Return how far the parameters are from being known [nats]: 0 when all are."""
+    return float(np.sum(np.log(np.maximum(stds / goals, 1.0))))
 
 
 @dataclass(frozen=True)
 class Next:
-    """What to do next, and why; ``trial`` is None when nothing more is to be done."""
+    """The next trial, and why; ``trial`` is None when nothing more is to be done."""
 
     trial: Trial | None
     why: str
@@ -47,10 +98,7 @@ class Next:
 
 def first_of(radius: float, limits: RigLimits) -> Next:
     """Return the first trial of a fingertip of ``radius`` [m], of which nothing is known."""
-    gentle = RigLimits(
-        limits.depth, GENTLE_FORCE * limits.force, limits.speed, limits.tangential_force,
-        limits.torque, limits.duration, limits.pause,
-    )  # fmt: skip
+    gentle = replace(limits, force=GENTLE_FORCE * limits.force)
     contest = _contest(paper_model(radius), DEFAULT_NOISE, PLAN_RATE)
     why = "nothing is known yet: gentle presses show the stiffness, and how deep the fingertip may be pressed"
     return Next(first_trial(rig_of(contest, gentle)), why, {})
@@ -115,7 +163,6 @@ def _contest(model: ContactModel, sensors: Mapping[str, float], rate: float) -> 
 
 
 def _now(fit: Fit) -> tuple[Floats, Floats]:
-    """Return covariance and information of the parameters, whatever the zeros are."""
     places = [fit.problem.unknowns.names.index(symbol) for symbol in fit.problem.symbols]
     C = fit.covariance[np.ix_(places, places)]
     return C, np.asarray(np.linalg.inv(C), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""What a calibration has so far: limits, trials with their recordings; kept in a folder.
+"""A calibration in its folder: limits, trials with their recordings, and its end, the model and an account.
 
 ::
 
@@ -19,18 +19,20 @@ from typing import Any
 import numpy as np
 
 from vegrip.errors import InputError, UsageError
-from vegrip.identification.calibration.checks import check_trial
-from vegrip.identification.calibration.goals import Known, known_of
-from vegrip.identification.calibration.plan import Next, Report, first_of, next_of
+from vegrip.identification.calibration.checks import check_trial, without_zeros
+from vegrip.identification.calibration.plan import Known, Next, first_of, known_of, next_of
 from vegrip.identification.calibration.trials import TRIAL_KINDS
-from vegrip.identification.calibration.zeros import without_zeros
-from vegrip.identification.experiment.limits import RigLimits
-from vegrip.identification.fit import Fit, fit
+from vegrip.identification.diagnosis import diagnose
+from vegrip.identification.diagnosis.account import account
+from vegrip.identification.experiment.design import next_experiment
+from vegrip.identification.experiment.design_space import RigLimits, complete_limits
+from vegrip.identification.fit import Fit, fit, noise_of
 from vegrip.identification.fit.result import MISFIT
+from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Fingertip, Recording, read_recording, write_recording
-from vegrip.identification.recording.joined import join_recordings
+from vegrip.identification.recording.data import join_recordings
 from vegrip.identification.slip_channel import SlipChannel, slides_of, slip_channel
-from vegrip.model import read_model
+from vegrip.model import read_model, write_model
 from vegrip.whole_file import write_whole
 
 CALIBRATION_FILE = "calibration.json"
@@ -54,28 +56,18 @@ class Done:
 
     @property
     def is_good(self) -> bool:
-        """Whether it shows what it is for."""
         return not self.problems
 
 
 @dataclass
 class Calibration:
-    """One fingertip on its way to a model.
+    """One fingertip on its way to a model."""
 
-    Args:
-        folder: where everything is kept.
-        radius: of the fingertip [m].
-        limits: of the rig, all given.
-        trials: done so far.
-        asked: the next one, as it was asked for: ``kind``, ``name`` and ``speeds``.
-
-    """
-
-    folder: Path
-    radius: float
-    limits: RigLimits
-    trials: list[Done] = field(default_factory=list)
-    asked: dict[str, Any] = field(default_factory=dict)
+    folder: Path  # where everything is kept
+    radius: float  # of the fingertip [m]
+    limits: RigLimits  # of the rig, all given
+    trials: list[Done] = field(default_factory=list)  # done so far
+    asked: dict[str, Any] = field(default_factory=dict)  # the next one, as asked for: kind, name and speeds
 
     def take(self, recording: Recording, kind: str = "") -> Done:
         """Keep the recording of the trial that was asked for, or of a ``kind``.
@@ -204,15 +196,8 @@ def other_limits(limits: RigLimits, given: RigLimits) -> RigLimits:
 
 def usual_limits(given: RigLimits, radius: float) -> RigLimits:
     """Return the limits with what was not given as it is usual for a fingertip of ``radius`` [m]."""
-    usual = {
-        "depth": DEPTH_SHARE * radius,
-        "force": FORCE_N,
-        "speed": SPEED_SHARE * radius,
-        "tangential_force": FORCE_N,
-        "torque": FORCE_N * radius,
-    }
-    missing = {name: value for name, value in usual.items() if getattr(given, name) != getattr(given, name)}
-    return replace(given, **missing)
+    usual = RigLimits(DEPTH_SHARE * radius, FORCE_N, SPEED_SHARE * radius, FORCE_N, FORCE_N * radius)
+    return complete_limits(given, usual)
 
 
 def save(calibration: Calibration) -> None:
@@ -257,3 +242,62 @@ def load(folder: Path) -> Calibration | None:
         )
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise InputError(f"{file} cannot be read ({error}); begin anew in another folder") from None
+
+
+@dataclass(frozen=True, eq=False)
+class Ended:
+    """The result of a calibration."""
+
+    verdict: str  # of the diagnosis: adequate, named, ambiguous or unexplained
+    added: list[str]  # effects that the paper's model lacked
+    error: float  # rms of the whitened residuals; 1 is the noise
+    known: list[Known]  # how well each parameter is known
+    slip: SlipChannel  # what the slides tell of the channel that feels them
+    account: dict[str, Any]  # everything that the report needs
+
+    def as_dict(self) -> dict[str, Any]:
+        return {
+            "verdict": self.verdict,
+            "added": self.added,
+            "error": self.error,
+            "parameters": {one.symbol: one.as_dict() for one in self.known},
+            "friction": self.slip.settings,
+            "slip_channel": self.slip.lacking or "measured",
+            "slip_felt": "" if self.slip.lacking else self.slip.bracket,
+        }
+
+
+def finish(calibration: Calibration, command: str, report: Report = lambda _: None) -> Ended:
+    """Look for what the paper's model lacks, and write recording and model into the folder.
+
+    Raises:
+        UsageError: nothing was recorded yet.
+
+    """
+    whole, trials = calibration.joined()
+    folder = calibration.folder / JOINED
+    found = diagnose(whole, noise=noise_of(whole), zeros=trials, report=report)
+    write_recording(_from_touch(whole, found.result), folder)
+    write_model(found.model, calibration.folder / MODEL)
+    known = known_of(found.result)
+    told = account(found, folder, [command], next_experiment(found))
+    told["calibration"] = {
+        "trials": [
+            {"kind": one.kind, "name": one.name, "problems": one.problems} for one in calibration.trials
+        ],
+        "known": {one.symbol: one.as_dict() for one in known},
+        "again": calibration.again,
+    }
+    added = [rung["effect"] for rung in told["ladder"] if rung["effect"] is not None]
+    return Ended(
+        found.verdict, added, float(told["ladder"][-1]["error"]), known, calibration.slip_channel(), told
+    )
+
+
+def _from_touch(whole: Recording, fitted: Fit) -> Recording:
+    """Return ``whole`` without the zeros that were fitted to its trials, so that one zero goes for all."""
+    _, (depth, force) = fitted.problem.parts(fitted.optimum.u)
+    columns = dict(whole.columns)
+    columns["displacement"] = columns["displacement"] - depth
+    columns["normal_force"] = columns["normal_force"] - force
+    return replace(whole, columns=columns)

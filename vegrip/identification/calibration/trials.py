@@ -4,12 +4,17 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from vegrip.identification.experiment.design import suited_rig
-from vegrip.identification.experiment.design_space import MENU, Item, Rig, slow_slide
+from vegrip.identification.experiment.design_space import MENU, Item, Rig, RigLimits, slow_slide
 from vegrip.identification.experiment.hypotheses import Hypotheses
-from vegrip.identification.experiment.limits import RigLimits
-from vegrip.identification.simulate import Protocol
+from vegrip.identification.recording import Fingertip, Recording
+from vegrip.identification.recording.channels import CHANNELS
+from vegrip.identification.simulate import DEFAULT_NOISE, Protocol
 from vegrip.virtual.bench.protocol import Episode
+from vegrip.virtual.bench.trial import run_trial
+from vegrip.virtual.settings import FingertipSettings, SensorSettings, random_fingertip
 
 TRIAL_KINDS = ("press", "hold", "slide", "twist")
 """In the order of a calibration: each needs what the one before has told."""
@@ -25,25 +30,18 @@ SLOW_SLIDE_M_S = 1e-4
 """Of the last slide of a trial: a slip channel that feels it is fine enough to probe for friction."""
 SLOW_DEPTH = 0.3  # of the greatest depth: a light press, which slides after a short way
 GENTLE = 0.5  # of the greatest force, in the first trial: the stiffness is then only guessed
+PRACTICE_RATE_HZ = 200.0  # [Hz]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What to do next with the fingertip.
+    """A motion of the fingertip, for a rig and for a person."""
 
-    Attributes:
-        kind: one of :data:`KINDS`.
-        protocol: the motion; a rig does it as it is, a person as the words say.
-        words: one sentence for each thing to do.
-
-    """
-
-    kind: str
-    protocol: Protocol
-    words: tuple[str, ...]
+    kind: str  # one of TRIAL_KINDS
+    protocol: Protocol  # the motion; a rig does it as it is, a person as the words say
+    words: tuple[str, ...]  # one sentence for each thing to do
 
     def as_dict(self) -> dict[str, object]:
-        """Return it for JSON."""
         return {
             "kind": self.kind,
             "name": self.protocol.name,
@@ -90,7 +88,6 @@ def why_not(kind: str, contest: Hypotheses, limits: RigLimits, rig: Rig) -> str:
 
 
 def first_trial(rig: Rig) -> Trial:
-    """Return the trial to begin with: gentle presses."""
     item = next(item for item in MENU if item.name == MENU_ITEMS["press"][0])
     return _trial("press", item, rig, {"depth": GENTLE})
 
@@ -133,3 +130,26 @@ def _episode_in_words(episode: Episode) -> str:
         how += f" at {1e3 * SLOW_SLIDE_M_S:g} mm/s" if is_slow else ""
         said.append(f"{how} for {move.duration:.2g} s until it slides")
     return ", ".join([*said, "and let go"])
+
+
+def practice_tip(seed: int) -> FingertipSettings:
+    """Return a fingertip as different from others as soft fingertips are."""
+    return random_fingertip(np.random.default_rng(seed))
+
+
+def true_values(tip: FingertipSettings) -> dict[str, float]:
+    """Return what a calibration of ``tip`` should find: K at a tenth of the radius, p and mu."""
+    deeper = 0.1 * tip.radius / tip.reference_indentation
+    return {"K": tip.reference_force * deeper**tip.exponent, "p": tip.exponent, "mu": tip.friction}
+
+
+def practise(trial: Trial, tip: FingertipSettings, seed: int = 0) -> Recording:
+    """Return what sensors measure of ``tip`` in ``trial``."""
+    sensors = SensorSettings(rate=PRACTICE_RATE_HZ)
+    episodes, pause = trial.protocol.episodes, trial.protocol.pause
+    made = run_trial(tip, episodes, sensors, seed, pause=pause, rings=8, spokes=16, truth=False)
+    columns = {name: values for name, values in made.columns.items() if name in CHANNELS}
+    noise = {name: getattr(sensors, name) for name in DEFAULT_NOISE}
+    source: dict[str, str | int | float | bool] = {"made_by": "vegrip calibrate --virtual", "seed": seed}
+    t, episode = made.columns["t"], made.columns["episode"].astype(np.int64)
+    return Recording(trial.protocol.name, t, episode, columns, Fingertip(tip.radius), noise, source)

@@ -1,16 +1,15 @@
 """A model against a recording: error of every channel, and where it fails."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from vegrip.identification.compare.features import Features, features_of
-from vegrip.identification.compare.where import Regime, Residuals, where
-from vegrip.identification.fit.channels import ChannelError, channel_errors, overall_error
+from vegrip.identification.compare.where import Features, Regime, Residuals, features_of, where
+from vegrip.identification.fit.channels import ChannelError, channel_errors, loads_at_slip, overall_error
 from vegrip.identification.fit.fitting import solve
 from vegrip.identification.fit.noise import Noise
-from vegrip.identification.fit.problem import AT, Problem, Zeros
+from vegrip.identification.fit.problem import Problem, Zeros
 from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
@@ -19,22 +18,14 @@ from vegrip.types import Floats
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """How a model and a recording agree.
+    """A model and a recording, at the coordinates that were compared."""
 
-    Attributes:
-        problem: with both.
-        u: coordinates at which they were compared.
-        fitted: whether the model was fitted to this recording first.
-
-    """
-
-    problem: Problem
-    u: Floats
-    fitted: bool
+    problem: Problem  # with both
+    u: Floats  # coordinates at which they were compared
+    fitted: bool  # whether the model was fitted to this recording first
 
     @property
     def channels(self) -> dict[str, ChannelError]:
-        """Error of every channel."""
         return channel_errors(self.problem, self.u)
 
     @property
@@ -44,7 +35,6 @@ class Comparison:
 
     @property
     def features(self) -> Features:
-        """In which state the contact was at each row."""
         return features_of(self.problem, self.problem.table(self.u))
 
     @property
@@ -58,8 +48,8 @@ class Comparison:
             "recording": self.problem.measured.recording.name,
             "fitted": self.fitted,
             "error": self.error,
-            "channels": {name: one.as_dict() for name, one in self.channels.items()},
-            "where": [one.as_dict() for one in self.where],
+            "channels": {name: asdict(one) for name, one in self.channels.items()},
+            "where": [asdict(one) for one in self.where],
         }
 
 
@@ -92,17 +82,8 @@ def residuals_of(problem: Problem, u: Floats) -> list[Residuals]:
     n, k = len(m.recording), m.sliding.size
     used = np.flatnonzero(problem.used)
     out = [Residuals("normal_force", used, raw[0][used], z[used])]
-    if k:
-        pull = np.abs(table[m.sliding, AT["tangential_force"]])
-        turn = np.abs(table[m.sliding, AT["torque_z"]])
-        pulled = pull * np.maximum(table[m.sliding, AT["limit_torque"]], 0.0) >= turn * np.maximum(
-            table[m.sliding, AT["limit_force"]], 0.0
-        )
-        certain = np.isfinite(problem.slip_std)
-        for name, size, which in (("tangential_force", pull, pulled), ("torque_z", turn, ~pulled)):
-            rows = which & certain
-            if rows.any():
-                out.append(Residuals(name, m.sliding[rows], (raw[1] * size)[rows], z[n : n + k][rows]))
+    for name, size, rows in loads_at_slip(problem, table):
+        out.append(Residuals(name, m.sliding[rows], (raw[1] * size)[rows], z[n : n + k][rows]))
     if m.seen.size:
         sure = np.isfinite(problem.radius_std)
         out.append(Residuals("contact_radius", m.seen[sure], raw[2][sure], z[n + k :][sure]))

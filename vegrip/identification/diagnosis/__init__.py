@@ -1,4 +1,4 @@
-"""What a model lacks: which effect of the catalogue explains what it leaves."""
+"""The diagnosis of a model that lacks something: which effect of the catalogue explains what it leaves."""
 
 from vegrip.identification.diagnosis.diagnosis import Diagnosis, diagnose
 

@@ -1,4 +1,4 @@
-"""What a candidate has to pass before it is named. More evidence alone names something on every recording.
+"""The gates before a candidate is named. More evidence alone names something on every recording.
 
 1. the evidence pays for its parameters: ``ln Z`` grows by more than 8 nats,
 2. episodes that were held out agree: their scores grow in sum, what some lose is little, and the gain is not
@@ -14,25 +14,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.catalogue import Candidate
-from vegrip.identification.diagnosis.thresholds import (
-    AT_BOUND_STD,
-    CHANCE_NATS,
-    MAX_LOST_SHARE,
-    MAX_LOST_SHARE_OF_MOST,
-    MAX_NOISE_CHI2,
-    MIN_GAIN_NATS,
-    MIN_STANDARD_ERRORS,
-    MOST_OF_LEFT_SHARE,
-)
 from vegrip.model import BASE
 from vegrip.types import Floats
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Which gates a candidate passed; ``failed`` names the others."""
+    """Gains of a candidate, and the gates that it ``failed``."""
 
     gain: float  # of evidence [nats]
     heldout: float  # of held-out score [nats]
@@ -40,7 +31,6 @@ class Verdict:
 
     @property
     def is_passed(self) -> bool:
-        """Whether it may be named."""
         return not self.failed
 
 
@@ -49,7 +39,7 @@ def judge_candidate(
     base: CandidateFit,
     new: CandidateFit,
     regimes: tuple[float, float],
-    pays: float = MIN_GAIN_NATS,
+    pays: float = thresholds.MIN_GAIN_NATS,
     left: float = math.inf,
 ) -> Verdict:
     """Judge a candidate.
@@ -63,10 +53,9 @@ def judge_candidate(
     if not gain > max(pays, candidate.effect.min_gain):
         failed.append("evidence")
     up, down = float(change[change > 0.0].sum()), -float(change[change < 0.0].sum())
-    takes_most = gain >= MOST_OF_LEFT_SHARE * left and regimes[0] > MAX_NOISE_CHI2
-    if not (
-        up > down and down <= (MAX_LOST_SHARE_OF_MOST if takes_most else MAX_LOST_SHARE) * up + CHANCE_NATS
-    ):
+    takes_most = gain >= thresholds.MOST_OF_LEFT_SHARE * left and regimes[0] > thresholds.MAX_NOISE_CHI2
+    may_lose = thresholds.MAX_LOST_SHARE_OF_MOST if takes_most else thresholds.MAX_LOST_SHARE
+    if not (up > down and down <= may_lose * up + thresholds.CHANCE_NATS):
         failed.append("held-out episodes")
     if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
         failed.append("one episode only")
@@ -93,7 +82,7 @@ def drives_onto_bound(base: CandidateFit, new: CandidateFit) -> bool:
 
 def _at_bounds(fitted: CandidateFit) -> set[str]:
     k, u = fitted.problem.unknowns, fitted.optimum.u
-    near = AT_BOUND_STD * k.std
+    near = thresholds.AT_BOUND_STD * k.std
     return {n for n, at in zip(k.names, (u - k.low < near) | (k.high - u < near), strict=True) if at}
 
 
@@ -111,7 +100,7 @@ def is_resolved(candidate: Candidate, new: CandidateFit) -> bool:
         least = amounts.get(p.symbol, 0.0)
         if p.symbol in noises:
             least = noises[p.symbol] * noise.displacement / problem.depth
-        if amount > MIN_STANDARD_ERRORS * std[j] and abs(new.value(p.symbol) - p.null) > least:
+        if amount > thresholds.MIN_STANDARD_ERRORS * std[j] and abs(new.value(p.symbol) - p.null) > least:
             return True
     return False
 

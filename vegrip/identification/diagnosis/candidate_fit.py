@@ -12,17 +12,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vegrip.identification.compare.where import features_of
 from vegrip.identification.diagnosis.catalogue import Candidate
-from vegrip.identification.diagnosis.cross_validation import scores
 from vegrip.identification.diagnosis.score_tests import Hint, carrier, with_candidates
 from vegrip.identification.fit.channels import rms
+from vegrip.identification.fit.preprocess import Mask
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.sensitivity import has_play
 from vegrip.identification.fit.solve import Optimum, refine_optimum, scaled
+from vegrip.identification.fit.whitening import has_play
 from vegrip.model import BASE
 from vegrip.parameters import coordinate
 from vegrip.types import Floats
 
+HELD_OUT = 0.95  # of what an episode knows; the rest stays, for values that only this episode tells
+# error / noise above which the fits without an episode are made and not foretold, if they are
+REFIT_ERROR = 1.5
+MAX_FOLDS = 12
+REFIT_STEPS = 15
 EVALUATIONS = 20
 START_FACTORS = (1.0, 0.3)  # of the multiple that the screen asks for, when it leads nowhere
 NEXT_TO_NOTHING = 0.01
@@ -31,34 +37,58 @@ SLOPPY = 1e-4  # of what the screen expects of it, before it is known to contend
 FAR_NATS = 100.0  # [nats] from the base, beyond which the last steps are taken with derivatives made anew
 ASTRAY = 0.05  # [x_ref] of the zero of the displacement, from which the base is far from what there is
 BOUND_DISTANCE = 1e-3  # of the range, from a bound at which derivatives vanish
+DEPTH_REGIMES = 4
+CONTACT_TIMES_S = (0.3, 1.5)  # [s] in contact
+
+
+class Weighted(Problem):
+    """A problem whose residuals count with positive ``weights`` (rows,)."""
+
+    def __init__(self, problem: Problem, weights: Floats) -> None:
+        self.__dict__.update(problem.__dict__)
+        self._weights = weights
+
+    def white(self, raw: tuple[Floats, Floats, Floats]) -> Floats:
+        return super().white(raw) * self._weights
+
+
+def scores(problem: Problem, optimum: Optimum, A: Floats, groups: Floats) -> Floats:
+    """Return minus half the squares of each group (numbered by ``groups``, (rows,)) under a fit without it.
+
+    ``A``: information of the optimum, priors included. One linear step tells the fit without a group where
+    the model is nearly right. Where much is left the step is wild (it once foretold -1e8 nats where a fit
+    gained), so the fits are made.
+    """
+    numbers = np.unique(groups)
+    misfit = 2.0 * optimum.cost / max(int(np.count_nonzero(problem.counted)), 1)
+    if misfit > REFIT_ERROR**2 and numbers.size <= MAX_FOLDS:
+        return np.array([_fitted(problem, optimum, groups == number) for number in numbers])
+    return np.array([_foretold(optimum, A, groups == number) for number in numbers])
+
+
+def _foretold(optimum: Optimum, A: Floats, rows: Mask) -> float:
+    J, r = optimum.jacobian[rows], optimum.residual[rows]
+    step = np.linalg.solve(A - HELD_OUT * J.T @ J, HELD_OUT * J.T @ r)
+    return -0.5 * float(np.sum((r + J @ step) ** 2))
+
+
+def _fitted(problem: Problem, optimum: Optimum, rows: Mask) -> float:
+    weights = np.where(rows, math.sqrt(1.0 - HELD_OUT), 1.0)
+    found = refine_optimum(Weighted(problem, weights), optimum.u, REFIT_STEPS)
+    return -0.5 * float(np.sum((found.residual[rows] / weights[rows]) ** 2))
 
 
 @dataclass(frozen=True, eq=False)
 class CandidateFit:
-    """A model at its best, with what is needed to judge it.
+    """A model at its best, with what is needed to judge it."""
 
-    Attributes:
-        problem: the model and the recording.
-        optimum: where it is best.
-        evidence: ln Z [nats].
-        heldout: (episodes,) ln probability of each episode under a fit without it, but for a constant [nats].
-        heldout_error: rms of the whitened residuals of the episodes under fits without them.
-        error: rms of the whitened residuals over all channels; 1 is noise.
-
-    """
-
-    problem: Problem
-    optimum: Optimum
-    evidence: float
+    problem: Problem  # the model and the recording
+    optimum: Optimum  # where it is best
+    evidence: float  # ln Z [nats]
+    # (episodes,) ln probability of each episode under a fit without it, but for a constant [nats]
     heldout: Floats
-    heldout_error: float
-    error: float
-
-    @property
-    def std(self) -> Floats:
-        """Standard errors of the coordinates."""
-        J, s = self.optimum.jacobian, self.problem.unknowns.std
-        return np.sqrt(np.maximum(np.diag(np.linalg.inv(J.T @ J + np.diag(s**-2.0))), 0.0))
+    heldout_error: float  # rms of the whitened residuals of the episodes under fits without them
+    error: float  # rms of the whitened residuals over all channels; 1 is noise
 
     def whitened(self, other: "CandidateFit") -> Floats:
         """Return the residual of another model of the same rows in units of this one's noise."""
@@ -166,13 +196,11 @@ def _unshifted(problem: Problem, start: Floats) -> Floats:
 
 
 def _as_declared(hint: Hint) -> Hint:
-    """Return the hint at the declared shape and size."""
     trial = {p.symbol: p.default for p in hint.candidate.effect.parameters}
     return dataclasses.replace(hint, trial=trial, multiple=1.0)
 
 
 def _start(problem: Problem, base: CandidateFit, hint: Hint, factor: float) -> Floats:
-    """Return the base optimum beside the trial, its amount scaled as the screen asks, within reason."""
     k, known = problem.unknowns, base.problem.unknowns
     u = k.start.copy()
     for j, name in enumerate(k.names):
@@ -187,3 +215,35 @@ def _start(problem: Problem, base: CandidateFit, hint: Hint, factor: float) -> F
             value = min(max(value, p.low + inside), p.high - inside)
         u[k.names.index(p.symbol)] = coordinate(p, min(max(value, p.low), p.high))
     return u
+
+
+def regime_map(problem: Problem, u: Floats) -> Floats:
+    """Return a number for every residual, -1 for those that do not count."""
+    features = features_of(problem, problem.table(u))
+    depth = features.values["indentation"]
+    contact = features.values["time_in_contact"]
+    edges = (
+        np.linspace(0.0, float(np.nanmax(depth)), DEPTH_REGIMES + 1)[1:-1] * 0.93
+    )  # off the levels of holds
+    half = (problem.episodes > np.median(problem.episodes)).astype(np.int64)
+    number = features.phase.astype(np.int64)
+    number = number * DEPTH_REGIMES + np.searchsorted(edges, depth)
+    number = number * (len(CONTACT_TIMES_S) + 1) + np.searchsorted(CONTACT_TIMES_S, contact)
+    number = number * 2 + half
+    rows = problem.rows
+    block = np.concatenate([
+        np.zeros(len(problem.measured.recording), dtype=np.int64),
+        np.full(problem.measured.sliding.size, 1),
+        np.full(problem.measured.seen.size, 2),
+    ])  # fmt: skip
+    every = number[rows] * 3 + block
+    return np.where(problem.counted, every, -1).astype(np.float64)
+
+
+def held_out_groups(problem: Problem) -> Floats:
+    """Return for every residual what is held out with it: its episode, or a tenth of a single one."""
+    if problem.episodes.max() >= 2:
+        group = problem.episodes
+    else:
+        group = np.arange(problem.episodes.size) * 10 // problem.episodes.size
+    return group[problem.rows].astype(np.float64)

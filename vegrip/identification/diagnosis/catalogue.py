@@ -14,6 +14,7 @@ import numpy as np
 from vegrip.effects import BUILT_IN, Effect, effect, names
 from vegrip.errors import ModelError
 from vegrip.identification.fit.preprocess import Measured
+from vegrip.identification.fit.whitening import arguments_of
 from vegrip.model import BASE, ContactModel
 from vegrip.model.composer import share_a_name
 from vegrip.parameters import Parameter
@@ -38,7 +39,6 @@ class Candidate:
 
     @property
     def name(self) -> str:
-        """Name of the effect."""
         return self.effect.name
 
 
@@ -74,7 +74,7 @@ def _unfit(model: ContactModel, one: Effect) -> str:
 def why_unseen(one: Effect, measured: Measured) -> str:
     """Return why the recording cannot show an effect, empty where it can."""
     columns = measured.recording.columns
-    takes = {name for hook in one.hooks for name in _arguments(hook.function)}
+    takes = {name for hook in one.hooks for name in arguments_of(hook.function)}
     if "temperature" in takes:
         if "temperature" not in columns:
             return "no temperature was recorded"
@@ -95,11 +95,6 @@ def why_unseen(one: Effect, measured: Measured) -> str:
             else "it shows only in the radius"
         )
     return ""
-
-
-def _arguments(function: object) -> tuple[str, ...]:
-    code = getattr(function, "__code__", None)
-    return tuple(code.co_varnames[: code.co_argcount]) if code is not None else ()
 
 
 def null(one: Effect) -> dict[str, float]:

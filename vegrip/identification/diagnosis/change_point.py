@@ -22,8 +22,8 @@ from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.thresholds import CONTENDER_SHARE, MIN_POINTING_NATS
 from vegrip.identification.fit.channels import overall_error
 from vegrip.identification.fit.problem import AT, Problem
-from vegrip.identification.fit.sensitivity import Sensitivity
 from vegrip.identification.fit.solve import refine_optimum
+from vegrip.identification.fit.whitening import Sensitivity
 from vegrip.types import Floats
 
 VARIABLES = ("time", "displacement")
@@ -41,30 +41,18 @@ BRANCHES = (("c1", "nu1"), ("c2", "nu2"))
 
 @dataclass(frozen=True)
 class Change:
-    """A change of the stiffness.
+    """A change of the stiffness at one place."""
 
-    Attributes:
-        variable: time or displacement.
-        at: where, [s] on the recording's clock or [m] as recorded.
-        interval: that holds it with 95 %.
-        change: share of the stiffness, or stiffness that is added [N/m].
-        std: its standard error.
-        gain: of evidence [nats].
-        error: that is left, in units of the noise.
-
-    """
-
-    variable: str
-    at: float
-    interval: tuple[float, float]
-    change: float
-    std: float
-    gain: float
-    error: float
+    variable: str  # time or displacement
+    at: float  # where, [s] on the recording's clock or [m] as recorded
+    interval: tuple[float, float]  # that holds it with 95 %
+    change: float  # share of the stiffness, or stiffness that is added [N/m]
+    std: float  # its standard error
+    gain: float  # of evidence [nats]
+    error: float  # that is left, in units of the noise
 
     @property
     def note(self) -> str:
-        """A sentence."""
         goes = "rises" if self.change > 0.0 else "falls"
         if self.variable == "time":
             low, high = (f"{one:.6g}" for one in self.interval)
@@ -107,7 +95,6 @@ class Changed(Problem):
         return out
 
     def freeze(self, u: Floats) -> None:
-        """Set up the noise of every block at ``u``."""
         self.amount = float(u[-1])
         super().freeze(u)
 

@@ -1,4 +1,4 @@
-"""What must be doubted before an effect is named: the recording itself.
+"""Doubts about the recording itself, which come before any effect is named.
 
 Some faults of a recording look like physics: clocks that disagree like a lag, a wrong radius like another law
 of the radius. Others leave too little to say anything. Each is told in a sentence; a grave one forbids names.
@@ -12,18 +12,8 @@ import numpy as np
 
 from vegrip.effects import effect
 from vegrip.errors import RecordingError
+from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
-from vegrip.identification.diagnosis.thresholds import (
-    BRIEF_CONTACT_S,
-    MAX_CLOCK_SHIFT_S,
-    MAX_DEPTH_RADII,
-    MIN_CONTACT_ROWS,
-    MIN_RATE_CORRELATION,
-    MIN_SHIFT_NATS,
-    MIN_VISIBLE_SHIFT_S,
-    MIN_VISIBLE_SHIFT_SAMPLES,
-    SHIFT_ADVANTAGE_SHARE,
-)
 from vegrip.identification.fit.preprocess import Measured
 from vegrip.identification.fit.problem import AT, Problem
 from vegrip.identification.recording import Recording
@@ -57,18 +47,14 @@ def refuse_unusable(recording: Recording, measured: Measured) -> None:
         )
 
 
-def check_before_search(problem: Problem) -> list[Doubt]:
-    """Return what is wrong with a recording before anything is looked for."""
-    return list(_before(problem))
-
-
-def _before(problem: Problem) -> Iterator[Doubt]:
+def check_before_search(problem: Problem) -> Iterator[Doubt]:
+    """Yield what is wrong with a recording before anything is looked for."""
     m = problem.measured
     t = m.recording.t
     touching = problem.stiffness > 0.0
     step = float(np.median(np.diff(t)))
     lasted = float(np.count_nonzero(touching)) * step
-    if np.count_nonzero(touching) < MIN_CONTACT_ROWS or lasted < BRIEF_CONTACT_S:
+    if np.count_nonzero(touching) < thresholds.MIN_CONTACT_ROWS or lasted < thresholds.BRIEF_CONTACT_S:
         yield Doubt(
             f"only {lasted:.2g} s ({np.count_nonzero(touching)} rows) are in contact: "
             "too little to distinguish effects",
@@ -80,14 +66,14 @@ def _before(problem: Problem) -> Iterator[Doubt]:
     for sentence in suspect_columns(m.recording.episode, m.recording.columns, m.recording.fingertip.radius):
         yield Doubt(sentence, is_grave=True)
     deepest = float(np.nanmax(m.motion.displacement))
-    if deepest > MAX_DEPTH_RADII * problem.model.tip_radius:
+    if deepest > thresholds.MAX_DEPTH_RADII * problem.model.tip_radius:
         yield Doubt(
             f"the deepest indentation is {1e3 * deepest:.3g} mm, the radius of the tip is stated as "
             f"{1e3 * problem.model.tip_radius:.3g} mm: radius or unit of the displacement is wrong",
             is_grave=True,
         )
     late = shift(t, m.first, m.motion.displacement, m.force)
-    if abs(late) > max(MIN_VISIBLE_SHIFT_S, MIN_VISIBLE_SHIFT_SAMPLES * step):
+    if abs(late) > max(thresholds.MIN_VISIBLE_SHIFT_S, thresholds.MIN_VISIBLE_SHIFT_SAMPLES * step):
         yield Doubt(
             f"the force changes {abs(1e3 * late):.0f} ms {'after' if late > 0.0 else 'before'} the "
             "displacement: their clocks disagree; shift one of them and diagnose again",
@@ -105,14 +91,14 @@ def shift(t: Floats, first: Floats, displacement: Floats, force: Floats) -> floa
     quick = np.where(same, np.diff(displacement), 0.0)
     push = np.where(same & np.isfinite(np.diff(force)), np.diff(np.nan_to_num(force)), 0.0)
     quick[displacement[1:] <= 0.0] = 0.0
-    most = min(int(MAX_CLOCK_SHIFT_S / step), quick.size // 4)
+    most = min(int(thresholds.MAX_CLOCK_SHIFT_S / step), quick.size // 4)
     if most < 1 or not quick.any() or not push.any():
         return 0.0
     size = 2 ** math.ceil(math.log2(2 * quick.size))
     crossed = np.fft.irfft(np.fft.rfft(push, size) * np.conj(np.fft.rfft(quick, size)), size)
     lags = np.r_[np.arange(most + 1), np.arange(-most, 0)]
     best = int(lags[np.argmax(crossed[lags])])
-    if crossed[best] < MIN_RATE_CORRELATION * math.sqrt(float(push @ push) * float(quick @ quick)):
+    if crossed[best] < thresholds.MIN_RATE_CORRELATION * math.sqrt(float(push @ push) * float(quick @ quick)):
         return 0.0
     return best * step
 
@@ -150,7 +136,7 @@ def _rate(t: Floats, first: Floats, values: Floats) -> Floats:
 def check_clocks(base: CandidateFit, best: float) -> list[Doubt]:
     """Return the doubt that clocks disagree, if that explains more than the ``best`` effect [nats]."""
     late, gain = apart(base)
-    if gain < MIN_SHIFT_NATS + (1.0 + SHIFT_ADVANTAGE_SHARE) * max(best, 0.0):
+    if gain < thresholds.MIN_SHIFT_NATS + (1.0 + thresholds.SHIFT_ADVANTAGE_SHARE) * max(best, 0.0):
         return []
     return [
         Doubt(

@@ -8,12 +8,13 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
 from vegrip.identification.compare.comparison import Comparison
 from vegrip.identification.compare.where import Regime
+from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.data_checks import (
     Doubt,
     check_before_search,
@@ -22,28 +23,12 @@ from vegrip.identification.diagnosis.data_checks import (
     refuse_unusable,
 )
 from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
-from vegrip.identification.diagnosis.search import Report, Search, Step, Tried, search_effects
-from vegrip.identification.diagnosis.thresholds import (
-    FORM_NATS,
-    FORM_SHARE,
-    INDISTINGUISHABLE_NATS,
-    INDISTINGUISHABLE_SHARE,
-    MAX_ERROR,
-    MAX_ERROR_BY_REGIME,
-    MAX_ERROR_EVEN,
-    MAX_EXCESS_SHARE,
-    MAX_NOISE_CHI2,
-    MIN_CURVE_NATS,
-    MIN_CURVE_SHARE,
-    PATCHWORK_EFFECTS,
-    ROUGH_FORM_SHARE,
-    SAME_CHANGE_COSINE,
-)
-from vegrip.identification.fit.blas import on_one_thread
-from vegrip.identification.fit.fitting import fit
+from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
+from vegrip.identification.fit.fitting import fit, on_one_thread
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import Zeros
 from vegrip.identification.fit.result import Fit, fit_of
+from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
 
@@ -56,25 +41,19 @@ def are_alike(one: Tried, other: Tried, *, is_rough: bool = False) -> bool:
     a, b = one.change, other.change
     cosine = float(a @ b) / math.sqrt(max(float(a @ a) * float(b @ b), 1e-300))
     apart = abs(one.verdict.gain - other.verdict.gain)
-    most = min(FORM_NATS, FORM_SHARE * one.verdict.gain)
-    return cosine > SAME_CHANGE_COSINE and apart <= (
-        max(most, ROUGH_FORM_SHARE * one.verdict.gain) if is_rough else most
+    most = min(thresholds.FORM_NATS, thresholds.FORM_SHARE * one.verdict.gain)
+    return cosine > thresholds.SAME_CHANGE_COSINE and apart <= (
+        max(most, thresholds.ROUGH_FORM_SHARE * one.verdict.gain) if is_rough else most
     )
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What was found.
+    """A verdict with the search behind it."""
 
-    Attributes:
-        start: the fit of the model that was given, or the paper's.
-        search: every step.
-        doubts: what is wrong with the recording; a grave one forbids names.
-
-    """
-
-    start: Fit
-    search: Search
+    start: Fit  # the fit of the model that was given, or the paper's
+    search: Search  # every step
+    # what is wrong with the recording; a grave one forbids names
     doubts: list[Doubt] = field(default_factory=list)
 
     @property
@@ -86,20 +65,15 @@ class Diagnosis:
     def verdict(self) -> str:
         """adequate, named, ambiguous or unexplained."""
         s = self.search
-        after = s.misfit(s.last)
+        depends = s.misfit(s.last) > thresholds.MAX_NOISE_CHI2  # on the regime
         if not s.accepted:
             rest = self._rest
-            return (
-                "unexplained"
-                if rest is not None and (after > MAX_NOISE_CHI2 or rest.gain > MIN_CURVE_NATS)
-                else "adequate"
-            )
-        if after > MAX_NOISE_CHI2 and not self._is_sufficient:
+            is_left = rest is not None and (depends or rest.gain > thresholds.MIN_CURVE_NATS)
+            return "unexplained" if is_left else "adequate"
+        if depends and not self._is_sufficient:
             return "unexplained"
-        if (
-            s.last.error > (MAX_ERROR_BY_REGIME if after > MAX_NOISE_CHI2 else MAX_ERROR_EVEN)
-            and not self._explains_nearly_all
-        ):
+        most = thresholds.MAX_ERROR_BY_REGIME if depends else thresholds.MAX_ERROR_EVEN
+        if s.last.error > most and not self._explains_nearly_all:
             return "unexplained"
         return "ambiguous" if self.indistinguishable else "named"
 
@@ -107,9 +81,9 @@ class Diagnosis:
     def _is_sufficient(self) -> bool:
         """Whether what still stands out beside what is accepted may be the forms of its laws."""
         s, rest = self.search, self._rest
-        if len(s.accepted) >= PATCHWORK_EFFECTS:
+        if len(s.accepted) >= thresholds.PATCHWORK_EFFECTS:
             return False
-        return rest is None or rest.gain <= MIN_CURVE_SHARE * (s.last.evidence - s.first.evidence)
+        return rest is None or rest.gain <= thresholds.MIN_CURVE_SHARE * (s.last.evidence - s.first.evidence)
 
     @cached_property
     def _rest(self) -> Discrepancy | None:
@@ -120,25 +94,22 @@ class Diagnosis:
     def _explains_nearly_all(self) -> bool:
         """Whether what is accepted takes nearly all of the excess of the squared error over the noise's."""
         first, last = (one.error**2 - 1.0 for one in (self.search.first, self.search.last))
-        return last <= MAX_EXCESS_SHARE * first and self.search.last.error <= MAX_ERROR
+        return last <= thresholds.MAX_EXCESS_SHARE * first and self.search.last.error <= thresholds.MAX_ERROR
 
     @cached_property
     def indistinguishable(self) -> list[list[str]]:
         """Sets of effects that explain the same equally well."""
         sets = []
-        is_rough = self.search.misfit(self.search.last) > MAX_NOISE_CHI2
+        is_rough = self.search.misfit(self.search.last) > thresholds.MAX_NOISE_CHI2
         for step in self.search.steps:
             if step.taken is None or step.taken.candidate.name in self.search.dropped:
                 continue
-            best = step.taken.verdict.gain
+            best, passed = step.taken.verdict.gain, [one for one in step.tried if one.verdict.is_passed]
+            within = thresholds.INDISTINGUISHABLE_NATS + thresholds.INDISTINGUISHABLE_SHARE * best
             close = [
                 one.candidate.name
-                for one in step.tried
-                if one.verdict.is_passed
-                and (
-                    best - one.verdict.gain <= INDISTINGUISHABLE_NATS + INDISTINGUISHABLE_SHARE * best
-                    or are_alike(step.taken, one, is_rough=is_rough)
-                )
+                for one in passed
+                if best - one.verdict.gain <= within or are_alike(step.taken, one, is_rough=is_rough)
             ]
             if len(close) > 1:
                 sets.append(close)
@@ -153,33 +124,26 @@ class Diagnosis:
         s = self.search
         if self.verdict == "unexplained":
             return find_discrepancy(s.first, with_changes=True)
-        return self._rest if s.misfit(s.last) > MAX_NOISE_CHI2 else None
+        return self._rest if s.misfit(s.last) > thresholds.MAX_NOISE_CHI2 else None
 
     @cached_property
     def where(self) -> list[Regime]:
-        """Where the model that was given fails."""
-        first = self.start
-        return Comparison(first.problem, first.optimum.u, fitted=True).where
+        return Comparison(self.start.problem, self.start.optimum.u, fitted=True).where
 
     @cached_property
     def where_after(self) -> list[Regime]:
         """Where the model with everything that was accepted fails."""
         last = self.search.last
-        return (
-            Comparison(last.problem, last.optimum.u, fitted=True).where
-            if self.search.accepted
-            else self.where
-        )
+        after = Comparison(last.problem, last.optimum.u, fitted=True)
+        return after.where if self.search.accepted else self.where
 
     @cached_property
     def result(self) -> Fit:
-        """The fit with everything that was accepted."""
         last = self.search.last
         return fit_of(last.problem, last.optimum)
 
     @property
     def model(self) -> ContactModel:
-        """The model with everything that was accepted, refitted."""
         return self.result.model
 
     @property
@@ -211,13 +175,9 @@ class Diagnosis:
         return {name: si for name in symbols if (si := last.in_si(name)) is not None}
 
     def _told(self, one: Tried, step: Step) -> dict[str, Any]:
-        beside = step.tried
-        best = max(0.0, *(other.verdict.gain for other in beside if other.verdict.is_passed), 0.0)
-        weights = {
-            other.candidate.name: math.exp(other.verdict.gain - best)
-            for other in beside
-            if other.verdict.is_passed
-        }
+        gains = {other.candidate.name: other.verdict.gain for other in step.tried if other.verdict.is_passed}
+        best = max(0.0, *gains.values(), 0.0)
+        weights = {name: math.exp(gain - best) for name, gain in gains.items()}
         total = sum(weights.values()) + math.exp(-best)
         return {
             "name": one.candidate.name,
@@ -232,7 +192,6 @@ class Diagnosis:
         }
 
     def _outcome(self, one: Tried, step: Step) -> str:
-        """Return what became of a candidate, and why."""
         if one.verdict.failed:
             return f"fails: {', '.join(one.verdict.failed)}"
         if one is step.taken:
@@ -249,10 +208,10 @@ class Diagnosis:
         """Return what ``--json`` prints.
 
         ``experiment`` is the answer of
-        :func:`~vegrip.identification.experiment.next_experiment.next_experiment` to this diagnosis: planning
+        :func:`~vegrip.identification.experiment.design.next_experiment` to this diagnosis: planning
         builds on diagnoses, not the other way round.
         """
-        s = self.search
+        s, noise = self.search, thresholds.MAX_NOISE_CHI2
         return {
             "recording": self.start.problem.measured.recording.name,
             "verdict": self.verdict,
@@ -262,9 +221,9 @@ class Diagnosis:
             "indistinguishable": self.indistinguishable,
             "error": self.error,
             "si": {name: {"value": value, "unit": unit} for name, (value, unit) in self.in_si().items()},
-            "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": MAX_NOISE_CHI2},
-            "where": [one.as_dict() for one in self.where],
-            "where_after": [one.as_dict() for one in self.where_after],
+            "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": noise},
+            "where": [asdict(one) for one in self.where],
+            "where_after": [asdict(one) for one in self.where_after],
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
             "experiment": experiment,
             "out_of_sight": s.out_of_sight,
@@ -296,7 +255,7 @@ def diagnose(
     """
     start = fit(recording, model, noise=noise, zeros=zeros, report=report)
     refuse_unusable(recording, start.problem.measured)
-    doubts = check_before_search(start.problem)
+    doubts = list(check_before_search(start.problem))
     is_unreliable = any(doubt.is_grave for doubt in doubts)
     found = search_effects(
         start.problem, start.optimum, most=0 if is_unreliable else most, threads=threads, report=report

@@ -1,4 +1,4 @@
-"""What a misfit depends on when no effect of the catalogue explains it: a curve over one variable.
+"""The variable that a misfit depends on, and the curve over it, when no effect of the catalogue explains it.
 
 For each variable the residual is regressed on a curve over it, a Gaussian process on a linear spline
 
@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from vegrip.identification.compare.features import Features, features_of
+from vegrip.identification.compare.where import Features, features_of
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.change_point import Change, find_change
 from vegrip.identification.diagnosis.thresholds import MIN_POINTING_NATS
@@ -37,34 +37,20 @@ MIN_CURVE_ROWS = 20
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """The curve that explains most of what is left.
+    """The curve that explains most of what is left."""
 
-    Attributes:
-        variable: time, displacement, normal_force, speed, direction, ...
-        channel: whose residual.
-        gain: of evidence [nats].
-        share: of the misfit of that channel that it takes.
-        at: knots [unit of the variable].
-        value: measured less model there [N, or relative load at slip, or m].
-        times: what the value is multiplied by, "normal_force" for a stiffness that changes; or nothing.
-        others: variable -> gain, of the next best ones.
-        change: of the stiffness at one place, where that has more evidence than any curve.
-
-    """
-
-    variable: str
-    channel: str
-    gain: float
-    share: float
-    at: list[float]
-    value: list[float]
-    times: str
-    others: dict[str, float]
-    change: Change | None = None
+    variable: str  # time, displacement, normal_force, speed, direction, ...
+    channel: str  # whose residual
+    gain: float  # of evidence [nats]
+    share: float  # of the misfit of that channel that it takes
+    at: list[float]  # knots [unit of the variable]
+    value: list[float]  # measured less model there [N, or relative load at slip, or m]
+    times: str  # what the value is multiplied by, "normal_force" for a stiffness that changes; or nothing
+    others: dict[str, float]  # variable -> gain, of the next best ones
+    change: Change | None = None  # of the stiffness at one place, where that has more evidence than any curve
 
     @property
     def note(self) -> str:
-        """A sentence."""
         depends = f"what is left depends on {self.variable} ({self.channel})"
         return depends if self.change is None else f"{depends}: {self.change.note}"
 
@@ -173,7 +159,6 @@ def _variables(
 
 
 def _tents(values: Floats, knots: Floats) -> Floats:
-    """Return the linear spline's basis, (rows, knots)."""
     out = np.zeros((values.size, knots.size))
     for j in range(knots.size):
         unit = np.zeros(knots.size)

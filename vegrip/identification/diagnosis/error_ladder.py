@@ -3,19 +3,22 @@
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from vegrip.effects import effect
 from vegrip.errors import UsageError
-from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, extend_problem
+from vegrip.identification.diagnosis.candidate_fit import (
+    CandidateFit,
+    evaluate_candidate,
+    extend_problem,
+    held_out_groups,
+)
 from vegrip.identification.diagnosis.catalogue import Candidate, candidates
 from vegrip.identification.diagnosis.diagnosis import Diagnosis, diagnose
-from vegrip.identification.diagnosis.regimes import held_out_groups
 from vegrip.identification.diagnosis.score_tests import Hint, screen_candidates
 from vegrip.identification.diagnosis.search import drop_unneeded
-from vegrip.identification.fit.blas import on_one_thread
+from vegrip.identification.fit.fitting import on_one_thread
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import Zeros
 from vegrip.identification.fit.result import Fit, fit_of
@@ -33,10 +36,6 @@ class Rung:
     error: float
     heldout_error: float
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
-        return {"effect": self.effect, "error": self.error, "heldout_error": self.heldout_error}
-
 
 @dataclass(frozen=True)
 class Refinement:
@@ -47,7 +46,6 @@ class Refinement:
 
     @property
     def model(self) -> ContactModel:
-        """The fitted model with the effects that were added."""
         return self.diagnosis.model
 
 

@@ -30,7 +30,7 @@ MIN_SIGNATURE_SHARE = 1e-12  # of a signature's power that must be left beside t
 
 @dataclass(frozen=True, eq=False)
 class Hint:
-    """What the screen says of one candidate: gain [nats], trial, and the best multiple of its amount."""
+    """The screen's answer for one candidate: gain [nats], trial, and the best multiple of its amount."""
 
     candidate: Candidate
     gain: float
@@ -53,10 +53,10 @@ def screen_candidates(
         (group, c, trial) for group in _groups(problem, candidates) for c in group[1] for trial in c.trials
     ]
 
-    def look(job: tuple[tuple[Problem, list[Candidate]], Candidate, Trial]) -> Hint | None:
+    def screen(job: tuple[tuple[Problem, list[Candidate]], Candidate, Trial]) -> Hint | None:
         (wide, _), candidate, trial = job
         s = np.zeros(basis.shape[0])
-        s[:rows] = _residual(wide, trial, optimum.u) - optimum.residual
+        s[:rows] = wide.white(wide.raw(wide.table(optimum.u, trial))) - optimum.residual
         power = float(s @ s)
         if not 0.0 < power < math.inf:
             return None
@@ -74,7 +74,7 @@ def screen_candidates(
 
     best: dict[str, Hint] = {}
     with ThreadPoolExecutor(threads) as pool:
-        for hint in pool.map(look, jobs):
+        for hint in pool.map(screen, jobs):
             if hint is not None and (
                 hint.candidate.name not in best or hint.gain > best[hint.candidate.name].gain
             ):
@@ -137,10 +137,6 @@ def with_candidates(model: ContactModel, candidates: Sequence[Candidate]) -> Con
     return dataclasses.replace(model, effects=tuple(effects), values=values)  # once: every model is tried out
 
 
-def _residual(wide: Problem, trial: Trial, u: Floats) -> Floats:
-    return wide.white(wide.raw(wide.table(u, trial)))
-
-
 def _prior(candidate: Candidate, trial: Trial) -> float:
     """Return the square of what the trial's amount is in standard deviations of its prior."""
     total = 0.0
@@ -151,7 +147,6 @@ def _prior(candidate: Candidate, trial: Trial) -> float:
 
 
 def _is_allowed(candidate: Candidate, trial: Trial, multiple: float) -> bool:
-    """Whether the amount stays on the side of its bounds."""
     for p in candidate.effect.parameters:
         if p.null is not None and trial[p.symbol] != p.null:
             value = p.null + multiple * (trial[p.symbol] - p.null)

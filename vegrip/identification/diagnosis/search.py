@@ -4,12 +4,15 @@ Effects that are hidden together are found one after the other, each beside thos
 effect that the accepted ones have made superfluous goes again.
 """
 
-from collections.abc import Callable
+import math
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from vegrip.effects import Effect
+from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.acceptance import Verdict, judge_candidate, misfit_by_regime
 from vegrip.identification.diagnosis.candidate_fit import (
     EVALUATIONS,
@@ -17,26 +20,57 @@ from vegrip.identification.diagnosis.candidate_fit import (
     evaluate_candidate,
     extend_problem,
     finish_fit,
+    held_out_groups,
+    regime_map,
 )
 from vegrip.identification.diagnosis.catalogue import Candidate, candidates
-from vegrip.identification.diagnosis.evidence_threshold import required_evidence
-from vegrip.identification.diagnosis.regimes import held_out_groups, regime_map
 from vegrip.identification.diagnosis.score_tests import Hint, carrier, screen_candidates
-from vegrip.identification.diagnosis.thresholds import (
-    CONTENDER_SHARE,
-    MAX_NAMED_EFFECTS,
-    MAX_NOISE_CHI2,
-    MAX_REFITS,
-    MAX_RIVALS,
-    MIN_GAIN_NATS,
-    MIN_SCREEN_SHARE,
-    RIVAL_SHARE,
-)
 from vegrip.identification.fit.problem import Problem
-from vegrip.identification.fit.solve import Optimum, refine_optimum
+from vegrip.identification.fit.solve import Optimum, Report, refine_optimum
 from vegrip.types import Floats
 
-Report = Callable[[str], None]
+
+@dataclass(frozen=True)
+class EvidenceThreshold:
+    """Nats that were gained so far and are left to be gained, the misfit by regime, and accepted effects.
+
+    The first effect pays for being one of many, a further one for not being form: the law of an effect that
+    was accepted need not have exactly the form of what is there. What it leaves invites further effects which
+    only mend that form: they gain little of what was gained before, and little of what is left.
+    """
+
+    gained: float
+    left: float
+    misfit: float
+    accepted: tuple[Effect, ...]
+
+    def of(self, candidate: Effect) -> float:
+        """Return what a candidate has to gain [nats]."""
+        if not self.accepted:
+            return thresholds.MIN_GAIN_NATS
+        fits_noise = self.misfit <= thresholds.MAX_NOISE_CHI2
+        share = thresholds.MIN_SHARE_OF_GAIN if fits_noise else thresholds.MIN_SHARE_OF_GAIN_IN_MISFIT
+        least = thresholds.MIN_LATER_GAIN_NATS if fits_noise else thresholds.MIN_GAIN_NATS
+        asked = max(least, share * self.gained)
+        if self.left < thresholds.LITTLE_LEFT_SHARE * self.gained:
+            asked = max(asked, thresholds.MIN_SHARE_OF_LEFT * self.left)
+        if candidate.shifts_time and any(one.shifts_time for one in self.accepted):
+            asked = max(asked, thresholds.MIN_TIMING_SHARE_OF_GAIN * self.gained)
+        return asked
+
+
+def required_evidence(
+    first: CandidateFit, base: CandidateFit, misfit: float, accepted: Iterable[Effect]
+) -> EvidenceThreshold:
+    """Return what a further effect costs beside ``accepted`` ones, which led from ``first`` to ``base``."""
+    return EvidenceThreshold(base.evidence - first.evidence, left(base), misfit, tuple(accepted))
+
+
+def left(fitted: CandidateFit) -> float:
+    """Return what is certainly more than noise in the sum of squares [nats]."""
+    power = fitted.optimum.residual[fitted.problem.counted] ** 2
+    by_chance = thresholds.SURELY_LEFT_STD * math.sqrt(0.5 * power.size)
+    return max(0.5 * float(np.sum(power - 1.0)) - by_chance, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +104,10 @@ class Search:
 
     @property
     def first(self) -> CandidateFit:
-        """The model before anything was added."""
         return self.steps[0].base
 
     @property
     def last(self) -> CandidateFit:
-        """The model with what was accepted."""
         return self.steps[-1].base
 
     @property
@@ -86,7 +118,6 @@ class Search:
 
     @property
     def untaken(self) -> "Search":
-        """The first round, with nothing taken."""
         first = self.steps[0]
         return Search([Step(first.base, first.hints, first.tried)], self.out_of_sight, self.regimes)
 
@@ -99,7 +130,7 @@ def search_effects(
     problem: Problem,
     optimum: Optimum,
     *,
-    most: int = MAX_NAMED_EFFECTS,
+    most: int = thresholds.MAX_NAMED_EFFECTS,
     threads: int = 2,
     report: Report = lambda _: None,
 ) -> Search:
@@ -117,7 +148,7 @@ def search_effects(
     for rival in rivals(best):
         report(f"begins with {rival.candidate.name}")
         other = _grown(first, rival, groups, empty, most, threads, report)
-        if other.last.evidence > best.last.evidence + MIN_GAIN_NATS:
+        if other.last.evidence > best.last.evidence + thresholds.MIN_GAIN_NATS:
             best = other
     return best
 
@@ -125,11 +156,11 @@ def search_effects(
 def rivals(found: Search) -> list[Tried]:
     """Return with what else a search might have begun, when it is worth while."""
     first, names = found.steps[0], {one.candidate.name for one in found.accepted}
-    if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= MAX_NOISE_CHI2):
+    if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= thresholds.MAX_NOISE_CHI2):
         return []
-    least = RIVAL_SHARE * first.taken.verdict.gain
+    least = thresholds.RIVAL_SHARE * first.taken.verdict.gain
     passed = [one for one in first.tried if one.verdict.is_passed and one.verdict.gain >= least]
-    return [one for one in passed if one.candidate.name not in names][:MAX_RIVALS]
+    return [one for one in passed if one.candidate.name not in names][: thresholds.MAX_RIVALS]
 
 
 def _grown(
@@ -178,9 +209,8 @@ def _refitted(base: CandidateFit, chosen: list[Hint], groups: Floats, threads: i
     """Return the fits with each of the ``chosen``; only those that contend are made to the end."""
     with ThreadPoolExecutor(threads) as pool:
         fits = list(pool.map(lambda hint: extend_problem(base, hint, groups), chosen))
-        least = base.evidence + CONTENDER_SHARE * max(
-            (one.evidence - base.evidence for one in fits), default=0.0
-        )
+        gained = max((one.evidence - base.evidence for one in fits), default=0.0)
+        least = base.evidence + thresholds.CONTENDER_SHARE * gained
         return list(
             pool.map(lambda one: finish_fit(base, one, groups) if one.evidence >= least else one, fits)
         )
@@ -190,8 +220,8 @@ def shortlist(hints: list[Hint]) -> list[Hint]:
     """Return the hints that are worth a refit."""
     if not hints:
         return []
-    least = max(MIN_GAIN_NATS, MIN_SCREEN_SHARE * hints[0].gain)
-    chosen = [hint for hint in hints if hint.gain >= least][:MAX_REFITS]
+    least = max(thresholds.MIN_GAIN_NATS, thresholds.MIN_SCREEN_SHARE * hints[0].gain)
+    chosen = [hint for hint in hints if hint.gain >= least][: thresholds.MAX_REFITS]
     names = {hint.candidate.name for hint in chosen}
     others = [hint for hint in hints if hint.candidate.name not in names]
     kinked = [h for h in others if h.candidate.effect.kinked and h.gain >= 0.5 * least]
@@ -216,7 +246,7 @@ def _drop_superfluous(found: Search, groups: Floats) -> None:
         rest = evaluate_candidate(
             without, refine_optimum(without, _shared(last, without), EVALUATIONS), groups
         )
-        if last.evidence - rest.evidence < MIN_GAIN_NATS:
+        if last.evidence - rest.evidence < thresholds.MIN_GAIN_NATS:
             found.dropped.append(one.candidate.name)
             found.steps.append(Step(drop_unneeded(rest, groups), [], []))
 

@@ -1,7 +1,7 @@
 """The next experiment: which motion would tell apart what a recording cannot tell apart."""
 
 from vegrip.identification.experiment.design import Design, Planned, design
+from vegrip.identification.experiment.design_space import RigLimits
 from vegrip.identification.experiment.hypotheses import NO_EFFECT, Hypotheses, hypotheses_of
-from vegrip.identification.experiment.limits import RigLimits
 
 __all__ = ["NO_EFFECT", "Design", "Hypotheses", "Planned", "RigLimits", "design", "hypotheses_of"]

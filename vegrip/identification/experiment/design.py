@@ -1,7 +1,7 @@
 """The choice: every item of the menu at its best amplitudes, the best of them, and whether it will do."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -10,15 +10,27 @@ import numpy as np
 
 from vegrip.effects import effect
 from vegrip.errors import UsageError
-from vegrip.identification.experiment.design_space import MENU, Item, Rig
-from vegrip.identification.experiment.discrimination import (
+from vegrip.identification.diagnosis.diagnosis import Diagnosis
+from vegrip.identification.experiment.design_space import (
+    MENU,
+    Item,
+    Rig,
+    RigLimits,
+    complete_limits,
+    limits_of,
+)
+from vegrip.identification.experiment.hypotheses import (
+    NO_EFFECT,
+    Hypotheses,
     Separation,
     chance_to_decide,
     expected_separation,
     measure_separation,
+    rate_of,
+    sensors_of,
 )
-from vegrip.identification.experiment.hypotheses import NO_EFFECT, Hypotheses
-from vegrip.identification.experiment.limits import RigLimits
+from vegrip.identification.fit.result import fit_of
+from vegrip.identification.fit.solve import Report
 from vegrip.identification.simulate import Protocol, simulate
 
 SUFFICIENT_NATS = 20.0  # [nats] with which an experiment decides in 99 of 100 cases
@@ -30,8 +42,6 @@ QUICK_REPETITIONS = 3  # or so many
 AMPLITUDE_FACTORS = (1.25, 0.8, 1.1, 0.9)  # factors tried on each amplitude, until one is better
 WITHIN = ("depth", "stroke")  # amplitudes that are shares
 DURATION_COST = 0.05  # of the score that the whole allowed duration costs
-
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -52,11 +62,9 @@ class Planned:
 
     @property
     def whole(self) -> Protocol:
-        """The protocol with its repetitions."""
         return self.protocol.repeated(self.times)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
         return {
             "item": self.item,
             "nats": self.nats,
@@ -73,23 +81,14 @@ class Planned:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """What was found.
+    """Experiments that were weighed for a contest, and the one to do."""
 
-    Attributes:
-        contest: the hypotheses to separate.
-        limits: of the rig.
-        depth: greatest depth [m] that force and depth allow.
-        tried: each item at its best, best first.
-        left_out: item -> why it was not tried.
-        achieved: in a simulated experiment of the best kind, nats by (truth, rival).
-
-    """
-
-    contest: Hypotheses
-    limits: RigLimits
-    depth: float
-    tried: tuple[Planned, ...]
-    left_out: Mapping[str, str] = field(default_factory=dict)
+    contest: Hypotheses  # the hypotheses to separate
+    limits: RigLimits  # of the rig
+    depth: float  # greatest depth [m] that force and depth allow
+    tried: tuple[Planned, ...]  # each item at its best, best first
+    left_out: Mapping[str, str] = field(default_factory=dict)  # item -> why it was not tried
+    # in a simulated experiment of the best kind, nats by (truth, rival)
     achieved: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     @property
@@ -155,7 +154,7 @@ def design(
             left_out[item.name] = reason or f"it takes longer than {limits.duration:g} s"
         jobs += [(item, own, a) for a in fits if not reason]
 
-    def look(job: tuple[Item, Rig, Mapping[str, float]]) -> Planned:
+    def plan(job: tuple[Item, Rig, Mapping[str, float]]) -> Planned:
         item, own, amplitudes = job
         protocol = item.protocol(own, amplitudes)
         return Planned(item.name, amplitudes, protocol, expected_separation(contest, protocol))
@@ -165,7 +164,7 @@ def design(
 
     with ThreadPoolExecutor(threads) as pool:
         report(f"{len(jobs)} experiments on the menu")
-        scanned = sorted(pool.map(look, jobs), key=score, reverse=True)
+        scanned = sorted(pool.map(plan, jobs), key=score, reverse=True)
         chosen = _promising(scanned)[: REFITTED if is_thorough else QUICK_REPETITIONS]
         report(f"refits for {len(chosen)} of them")
         refitted = list(pool.map(lambda one: _refitted(one, contest), chosen))
@@ -198,7 +197,6 @@ def _refitted(planned: Planned, contest: Hypotheses) -> Planned:
 
 
 def _one_each(ranked: list[Planned], scanned: list[Planned]) -> list[Planned]:
-    """Return each item once, as it was ranked first; those that were not refitted come last."""
     found = {one.item: one for one in reversed([*ranked, *scanned])}
     order = dict.fromkeys(one.item for one in [*ranked, *scanned])
     return [found[name] for name in order]
@@ -261,7 +259,6 @@ def _score(planned: Planned, limits: RigLimits, enough: float) -> float:
 
 
 def _polished(planned: Planned, contest: Hypotheses, limits: RigLimits, rig: Rig, enough: float) -> Planned:
-    """Search on along each amplitude, one after the other."""
     item = next(item for item in MENU if item.name == planned.item)
     own, _ = suited_rig(item, contest, limits, rig)
     best = planned
@@ -287,3 +284,29 @@ def _often(planned: Planned, limits: RigLimits, enough: float) -> Planned:
     room = int((limits.duration + planned.protocol.pause) // once)
     times = int(np.clip(math.ceil(enough / nats), 1, min(room, MAX_REPETITIONS)))
     return replace(planned, times=times)
+
+
+def hypotheses_after(found: Diagnosis) -> Hypotheses | None:
+    """Return the first set that ``found`` could not tell apart; None where there is none."""
+    if not found.indistinguishable:
+        return None
+    names = set(found.indistinguishable[0])
+    for step in found.search.steps:
+        tried = {one.candidate.name: one for one in step.tried if one.candidate.name in names}
+        if tried.keys() == names:
+            models = {n: fit_of(one.fitted.problem, one.fitted.optimum).model for n, one in tried.items()}
+            measured = found.start.problem.measured
+            return Hypotheses(models, (), sensors_of(measured), rate_of(measured))
+    return None
+
+
+def next_experiment(found: Diagnosis) -> dict[str, Any] | None:
+    """Return what a diagnosis says of the next experiment: a quick look at the menu, within what was done."""
+    contest = hypotheses_after(found)
+    if contest is None:
+        return None
+    limits = complete_limits(RigLimits(), limits_of(found.start.problem.measured.recording))
+    made = design(contest, limits, is_thorough=False).as_dict()
+    effects = {e.name: e for model in contest.models.values() for e in model.effects}
+    told = {name: effects[name].experiment for name in contest.names if effects[name].experiment}
+    return {**made, "suggestions": told}

@@ -1,4 +1,4 @@
-"""The contestants: models that a recording does not tell apart, each fitted to it.
+"""The contestants: models that a recording does not tell apart, and how far an experiment puts them apart.
 
 Where a recording does not show an effect at all, its fitted amount is nothing and no experiment would tell it
 from its absence; it then stands in at its declared size, and that is said.
@@ -6,20 +6,30 @@ from its absence; it then stands in at its declared size, and that is said.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
+from scipy.special import ndtr
 
 from vegrip.effects import effect
 from vegrip.errors import UsageError
-from vegrip.identification.diagnosis.candidate_fit import CandidateFit, evaluate_candidate, extend_problem
+from vegrip.identification.diagnosis.candidate_fit import (
+    EVALUATIONS,
+    evaluate_candidate,
+    extend_problem,
+    held_out_groups,
+)
 from vegrip.identification.diagnosis.catalogue import candidates
-from vegrip.identification.diagnosis.regimes import held_out_groups
 from vegrip.identification.diagnosis.score_tests import screen_candidates
-from vegrip.identification.diagnosis.thresholds import MIN_GAIN_NATS
-from vegrip.identification.fit.preprocess import LOADS_AT_SLIP, Measured
+from vegrip.identification.diagnosis.thresholds import INDISTINGUISHABLE_NATS, MIN_GAIN_NATS
+from vegrip.identification.fit.noise import noise_of
+from vegrip.identification.fit.preprocess import LOADS_AT_SLIP, Measured, preprocess
+from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.result import Fit, fit_of
-from vegrip.identification.simulate import DEFAULT_NOISE
+from vegrip.identification.fit.solve import refine_optimum
+from vegrip.identification.simulate import DEFAULT_NOISE, Protocol, simulate
 from vegrip.model import ContactModel
+from vegrip.types import Floats
 
 NO_EFFECT = "nothing"
 """Name of the model as it was given, without a further effect."""
@@ -27,24 +37,15 @@ NO_EFFECT = "nothing"
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """What an experiment is to tell apart.
+    """The models that an experiment is to tell apart."""
 
-    Attributes:
-        models: by the name of the effect that each has.
-        assumed: names whose size is the declared one, because the recording does not show them.
-        sensors: std of the noise of the channels that are measured, SI.
-        rate: of the samples [Hz].
-
-    """
-
-    models: Mapping[str, ContactModel]
-    assumed: tuple[str, ...]
-    sensors: Mapping[str, float]
-    rate: float
+    models: Mapping[str, ContactModel]  # by the name of the effect that each has
+    assumed: tuple[str, ...]  # names whose size is the declared one, because the recording does not show them
+    sensors: Mapping[str, float]  # std of the noise of the channels that are measured, SI
+    rate: float  # of the samples [Hz]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The contestants."""
         return tuple(self.models)
 
     @property
@@ -89,19 +90,14 @@ def hypotheses_of(
             if candidate.name == name and (hints := screen_candidates(problem, start.optimum, [candidate])):
                 found = extend_problem(base, hints[0], groups)
         if found is not None and found.evidence - base.evidence > MIN_GAIN_NATS:
-            models[name] = _model(found)
+            models[name] = fit_of(found.problem, found.optimum).model
         else:
             models[name] = start.model.with_effect(effect(name))
             assumed.append(name)
     return Hypotheses(models, tuple(assumed), sensors_of(problem.measured), rate_of(problem.measured))
 
 
-def _model(found: CandidateFit) -> ContactModel:
-    return fit_of(found.problem, found.optimum).model
-
-
 def _is_reachable(name: str, measured: Measured) -> bool:
-    """Whether another motion would show the effect with the channels that were recorded."""
     loaded = bool(LOADS_AT_SLIP & set(measured.recording.columns))
     return loaded and bool({"tangential_force", "torque_z"} & set(effect(name).channels))
 
@@ -112,17 +108,140 @@ def sensors_of(measured: Measured) -> dict[str, float]:
     sensors = {"normal_force": noise.normal_force, "displacement": noise.displacement}
     if LOADS_AT_SLIP & columns:
         usual = {name: DEFAULT_NOISE[name] for name in ("tangential_force", "torque_z")}
-        sensors |= {name: _known(getattr(noise, name), value) for name, value in usual.items()}
+        known = {name: getattr(noise, name) for name in usual}
+        sensors |= {name: known[name] if known[name] > 0.0 else usual[name] for name in usual}
         sensors["slip_speed"] = DEFAULT_NOISE["slip_speed"]
     if "contact_radius" in columns and noise.contact_radius > 0.0:
         sensors["contact_radius"] = noise.contact_radius
     return sensors
 
 
-def _known(value: float, otherwise: float) -> float:
-    return value if value > 0.0 else otherwise
-
-
 def rate_of(measured: Measured) -> float:
     """Return the usual rate of the samples [Hz]."""
     return float(1.0 / np.median(np.diff(measured.recording.t)))
+
+
+@dataclass(frozen=True)
+class Separation:
+    """Expected difference of the costs, by (truth, rival) [nats]."""
+
+    pairs: dict[tuple[str, str], float]
+
+    @property
+    def nats(self) -> float:
+        """The smallest of them: the separation under any truth."""
+        return min(self.pairs.values())
+
+    @property
+    def hardest(self) -> tuple[str, str]:
+        """Truth and rival that it belongs to."""
+        return min(self.pairs, key=lambda pair: self.pairs[pair])
+
+
+def chance_to_decide(nats: float) -> float:
+    """Return the probability that one experiment tells a pair apart by more than the limit of ambiguity."""
+    return float(ndtr((nats - INDISTINGUISHABLE_NATS) / np.sqrt(2.0 * nats))) if nats > 0.0 else 0.0
+
+
+def expected_separation(
+    contest: Hypotheses, protocol: Protocol, *, refit: bool = False, seed: int = 0
+) -> Separation:
+    """Return how far ``protocol`` puts the contestants apart: T-optimality [AtkinsonFedorov1975]_.
+
+    With data of model i, and model j fitted to them, the costs (half the squared whitened residuals and
+    priors) differ on average by what is left of the difference when the other has imitated as much of it as
+    it can,
+
+        ``T_ij = c_j - c_i``  [nats],
+        ``c_j = 1/2 min || W (y_i - y_j) - J_j d ||^2 + || S_j^-1 (u_j + d - p_j) ||^2``
+
+    W whitening the noise, J_j the derivatives of the model by all that it may refit, p_j and S_j its priors;
+    c_i is that of the right model, with no difference. In one experiment the costs' difference scatters by
+    ``sqrt(2 T)`` about that.
+
+    Linear in what each may refit, as above, or with ``refit`` by refits, which costs ten times as much: rates
+    and lengths that are far off bend the linear answer by a factor of two, now and then of ten.
+    """
+    pairs = {}
+    for one, other in combinations(contest.names, 2):
+        truth = _problem(contest, one, _recorded(contest, one, protocol, seed))
+        rival = _problem(contest, other, truth.measured, truth)
+        difference = _at_start(rival) - _at_start(truth)
+        kind = _Refit if refit else _Linear
+        right, wrong = kind(truth), kind(rival)
+        none = np.zeros_like(difference)
+        pairs[one, other] = max(wrong.cost(difference) - right.cost(none), 0.0)
+        pairs[other, one] = max(right.cost(-difference) - wrong.cost(none), 0.0)
+    return Separation(pairs)
+
+
+def measure_separation(
+    contest: Hypotheses, protocol: Protocol, seed: int = 0
+) -> dict[tuple[str, str], float]:
+    """Simulate the experiment and refit all: by how many nats each truth beats each of its rivals."""
+    out = {}
+    for one in contest.names:
+        truth = _problem(contest, one, _recorded(contest, one, protocol, seed))
+        right = refine_optimum(truth, truth.unknowns.start, EVALUATIONS).cost
+        for other in contest.names:
+            if other != one:
+                rival = _problem(contest, other, truth.measured, truth)
+                out[one, other] = refine_optimum(rival, rival.unknowns.start, 2 * EVALUATIONS).cost - right
+    return out
+
+
+def _recorded(contest: Hypotheses, name: str, protocol: Protocol, seed: int) -> Measured:
+    made = simulate(contest.models[name], protocol, sensors=contest.sensors, rate=contest.rate, seed=seed)
+    return preprocess(made, noise_of(made))
+
+
+def _problem(contest: Hypotheses, name: str, measured: Measured, like: Problem | None = None) -> Problem:
+    return Problem(contest.models[name], measured, like=like)
+
+
+def _at_start(problem: Problem) -> Floats:
+    return problem.residual(problem.unknowns.start)
+
+
+class _Linear:
+    """The part of a change of the data that a model leaves, linear about its start."""
+
+    def __init__(self, problem: Problem) -> None:
+        k = problem.unknowns
+        J = problem.jacobian(k.start)
+        self._away = (k.start - k.prior) / k.std
+        self._basis, _ = np.linalg.qr(np.vstack([J, np.diag(1.0 / k.std)]))
+
+    def cost(self, change: Floats) -> float:
+        y = np.concatenate([change, self._away])
+        taken = self._basis.T @ y
+        return 0.5 * float(y @ y - taken @ taken)
+
+
+class _Refit:
+    """The same, by a refit within the bounds."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self._at_start = _at_start(problem)
+
+    def cost(self, change: Floats) -> float:
+        changed = _Changed(self._problem, change - self._at_start)
+        return refine_optimum(changed, self._problem.unknowns.start, 2 * EVALUATIONS).cost
+
+
+class _Changed(Problem):
+    """A problem with other data: a change is added to its residual."""
+
+    def __init__(self, problem: Problem, change: Floats) -> None:
+        self.__dict__.update(problem.__dict__)
+        self._problem, self._change = problem, change
+
+    def residual(self, u: Floats) -> Floats:
+        return super().residual(u) + self._change
+
+    def jacobian(
+        self, u: Floats, residual: Floats | None = None, known: Mapping[str, Floats] | None = None
+    ) -> Floats:
+        unchanged = None if residual is None else residual - self._change
+        return self._problem.jacobian(u, unchanged, known)

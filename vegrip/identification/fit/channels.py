@@ -1,10 +1,11 @@
 """The error of every channel: in its own unit and against its noise, its whiteness, its coverage."""
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtri
 
 from vegrip.identification.fit.problem import AT, Problem
@@ -15,28 +16,14 @@ LAGS = 20  # of the test for whiteness
 
 @dataclass(frozen=True)
 class ChannelError:
-    """One channel.
+    """The error of one channel."""
 
-    Attributes:
-        rmse: of the residual, in the unit of the channel.
-        noise: rms of what its noise (and that of the displacement) leaves of a perfect model, same unit.
-        ratio: rms of the standardised residual; 1 is the noise.
-        whiteness_p: probability of so much correlation between neighbours by chance (Ljung-Box, 20 lags).
-        coverage95: share of residuals within 1.96 standard deviations.
-        rows: how many.
-
-    """
-
-    rmse: float
-    noise: float
-    ratio: float
-    whiteness_p: float
-    coverage95: float
-    rows: int
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
-        return asdict(self)
+    rmse: float  # of the residual, in the unit of the channel
+    noise: float  # rms of what its noise (and that of the displacement) leaves of a perfect model, same unit
+    ratio: float  # rms of the standardised residual; 1 is the noise
+    whiteness_p: float  # probability of so much correlation between neighbours by chance (Ljung-Box, 20 lags)
+    coverage95: float  # share of residuals within 1.96 standard deviations
+    rows: int  # how many
 
 
 def overall_error(problem: Problem, u: Floats) -> float:
@@ -61,26 +48,29 @@ def channel_errors(problem: Problem, u: Floats) -> dict[str, ChannelError]:
         out["displacement"] = _error(
             -raw[0] / stiffness, problem.force_std / stiffness, white[:n], firm, episode
         )
-    if k:
-        pulled = np.abs(table[m.sliding, AT["tangential_force"]]) * np.maximum(
-            table[m.sliding, AT["limit_torque"]], 0.0
-        )
-        turned = np.abs(table[m.sliding, AT["torque_z"]]) * np.maximum(
-            table[m.sliding, AT["limit_force"]], 0.0
-        )
-        sure = np.isfinite(problem.slip_std)
-        for name, which in (("tangential_force", pulled >= turned), ("torque_z", pulled < turned)):
-            rows = which & sure
-            if rows.any():
-                size = np.abs(table[m.sliding, AT[name]])
-                z = white[n : n + k]
-                out[name] = _error(raw[1] * size, problem.slip_std * size, z, rows, episode[m.sliding])
+    for name, size, rows in loads_at_slip(problem, table):
+        z = white[n : n + k]
+        out[name] = _error(raw[1] * size, problem.slip_std * size, z, rows, episode[m.sliding])
     if m.seen.size:
         everything = np.isfinite(problem.radius_std)
         out["contact_radius"] = _error(
             raw[2], problem.radius_std, white[n + k :], everything, episode[m.seen]
         )
     return out
+
+
+def loads_at_slip(problem: Problem, table: Floats) -> Iterator[tuple[str, Floats, NDArray[np.bool_]]]:
+    """Yield pull [N] and torque [N m] of the rows that slide (k,), and where each is most of the load.
+
+    ``table``: the prediction of ``problem``.
+    """
+    rows = problem.measured.sliding
+    pull, turn = (np.abs(table[rows, AT[name]]) for name in ("tangential_force", "torque_z"))
+    force, torque = (np.maximum(table[rows, AT[name]], 0.0) for name in ("limit_force", "limit_torque"))
+    pulled, sure = pull * torque >= turn * force, np.isfinite(problem.slip_std)
+    for name, size, which in (("tangential_force", pull, pulled), ("torque_z", turn, ~pulled)):
+        if (which & sure).any():
+            yield name, size, which & sure
 
 
 def _error(raw: Floats, std: Floats, white: Floats, rows: np.ndarray, episode: np.ndarray) -> ChannelError:

@@ -1,9 +1,12 @@
 """From a recording to a fitted model, in one call."""
 
 import math
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar, cast
+
+from threadpoolctl import threadpool_limits
 
 from vegrip.errors import RecordingError
-from vegrip.identification.fit.blas import on_one_thread
 from vegrip.identification.fit.noise import Noise, noise_of
 from vegrip.identification.fit.preprocess import preprocess
 from vegrip.identification.fit.problem import Problem, Zeros
@@ -11,6 +14,17 @@ from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.fit.solve import Optimum, Report, fit_problem
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel, paper_model
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
+    """Let ``function`` run without BLAS threads of its own; several of it may still run side by side.
+
+    The matrices here are small, and BLAS threads that wait for them spin.
+    """
+    return cast("Callable[P, R]", threadpool_limits.wrap(limits=1, user_api="blas")(function))
 
 
 @on_one_thread

@@ -1,4 +1,4 @@
-"""How well the sensors of a recording measure: as stated, checked on replicates or in air, else from signals.
+"""The noise of the sensors of a recording: as stated, checked on replicates or in air, else from signals.
 
 Noise that is white stands out in differences of neighbouring samples, where motion and contact hardly show:
 the third difference of white noise has the variance ``20 sigma^2``.
@@ -6,18 +6,33 @@ the third difference of white noise has the variance ``20 sigma^2``.
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import OptimizeResult, minimize
 
-from vegrip.identification.fit.ou_noise import OuNoise, estimate_ou_noise
-from vegrip.identification.fit.replicates import find_pairs, noise_of_pairs
+from vegrip.compiled import njit
 from vegrip.identification.fit.whitening import ForceNoise
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.channels import noise_name
 from vegrip.types import Floats
 
+MIN_SLOW_GAIN_NATS = 8.0  # [nats] that the slow part has to gain
+LOG_LOW, LOG_HIGH = (
+    (-5.0, -7.0, -7.0),
+    (5.0, 3.0, 7.0),
+)  # ln of white and slow over the guess, of the time [s]
+MAX_ROWS = 40_000  # from which a noise is estimated, to half a percent
+START_TIMES_S = (0.3, 1.0, 3.0, 10.0)  # [s] where the search begins
+# times the noise that the motions of a pair may differ by (rms), beside a constant, and
+MAX_MOTION_NOISES = 1.15
+MAX_ROW_NOISES = 7.0  # times in any row; a stiff contact turns 20 um into more than any noise
+MIN_PAIR_ROWS = 100
+MAX_LENGTH_DIFFERENCE_SAMPLES = 1.5  # [samples] by which the lengths of a pair may differ
+LIGHT = 5.0  # noises of the force below which there is no contact
 SERVED = ("normal_force", "displacement", "tangential_force_x", "torque_z", "contact_radius")
 LEAST_AIR = 100  # rows in air from which their scatter is believed
 ABOUT = 5  # samples to either side of one that is at rest
@@ -25,6 +40,209 @@ STATED = "stated by the recording"
 NEIGHBOURS = "differences of neighbouring samples"
 SAME_VALUE = 1e-9  # of the range: values that differ by less are the same number, converted
 DISAGREE = 1.4  # stated and found noise differ by more than this factor
+
+
+@dataclass(frozen=True)
+class OuNoise:
+    """White std, slow std and its time constant; slow is 0 where it does not pay, or is ``beyond`` noise."""
+
+    white: float
+    slow: float
+    time: float
+    gain: float  # [nats] of the slow part
+    beyond: bool = False
+
+
+def estimate_ou_noise(t: Floats, first: Floats, y: Floats, X: Floats, rough: float) -> OuNoise:
+    """Estimate the noise of ``y`` (n,), NaN where it does not count, beside ``X`` (n, m): white and slow.
+
+        ``y = X b + w + e``,   ``w+ = w exp(-dt / tau) + noise``,   ``e ~ N(0, white^2)``
+
+    an Ornstein-Uhlenbeck process by maximum likelihood, in stretches where nothing else acts: clear of the
+    surface, or in the difference of two episodes with the same motion. X holds what is no noise there (a
+    constant, a drift, another gain); its coefficients b are integrated out (restricted likelihood
+    [PattersonThompson1971]_: profiled out, they take a third of the slow part along). The slow part is
+    believed when the likelihood pays for its two parameters.
+
+    ``first`` is 1 where a stretch begins that does not know of the one before; ``rough``: a guess of the
+    white std, same unit as y. Of more than MAX_ROWS rows, stretches spread evenly over them count.
+    """
+    if t.size > MAX_ROWS:
+        some = spread_rows(first)
+        t, first, y, X = t[some], first[some], y[some], X[some]
+        X = X[:, np.any(X != 0.0, axis=0)]
+    used = np.isfinite(y).astype(np.float64)
+    columns = np.nan_to_num(np.column_stack([y, X]))
+    longest = max((t[-1] - t[0]) / 3.0, 1e-9)
+
+    def cost(white: float, slow: float, time: float) -> float:
+        errors, scale = innovations(t, first, white**2, slow**2, time, used, columns)
+        G = errors.T @ errors
+        if G.shape[0] == 1:
+            return 0.5 * float(G[0, 0]) + scale
+        L = np.linalg.cholesky(G[1:, 1:] + 1e-12 * np.diag(np.diag(G)[1:]))
+        along = np.linalg.solve(L, G[1:, 0])
+        return 0.5 * float(G[0, 0] - along @ along) + scale + float(np.sum(np.log(np.diag(L))))
+
+    def alone(p: Floats) -> float:
+        return cost(rough * float(np.exp(np.clip(p[0], -5.0, 5.0))), 0.0, 2.0)
+
+    def of(p: Floats) -> tuple[float, float, float]:
+        a, b, c = np.clip(p, LOG_LOW, LOG_HIGH)
+        return rough * float(np.exp(a)), rough * float(np.exp(b)), min(float(np.exp(c)), longest)
+
+    def both(p: Floats) -> float:
+        return cost(*of(p))
+
+    plain = _least(alone, np.array([0.0]))
+    white = rough * float(np.exp(plain.x[0]))
+    starts = [[plain.x[0], -0.7, float(np.log(time))] for time in START_TIMES_S if time < longest]
+    if not starts:
+        return OuNoise(white, 0.0, 2.0, 0.0)
+    best = min(starts, key=lambda p: both(np.array(p)))
+    found = _least(both, np.array(best))
+    gain = float(plain.fun - found.fun)
+    if gain < MIN_SLOW_GAIN_NATS:
+        return OuNoise(white, 0.0, 2.0, max(gain, 0.0))
+    if found.x[1] > LOG_HIGH[1] - 0.1:
+        return OuNoise(rough, 0.0, 2.0, gain, beyond=True)
+    return OuNoise(*of(found.x), gain)
+
+
+def spread_rows(first: Floats, most: int = MAX_ROWS) -> NDArray[np.int64]:
+    """Return at most ``most`` rows: whole stretches spread evenly, or the beginnings of a few long ones."""
+    starts = np.flatnonzero(first > 0.5)
+    lengths = np.diff(np.append(starts, first.size))
+    count = min(starts.size, max(4, most * starts.size // first.size))
+    chosen = np.linspace(0, starts.size - 1, count).round().astype(int)
+    each = np.minimum(lengths[chosen], most // count)
+    return np.concatenate([np.arange(starts[i], starts[i] + n) for i, n in zip(chosen, each, strict=True)])
+
+
+@njit
+def innovations(
+    t: Floats, first: Floats, white: float, slow: float, time: float, used: Floats, columns: Floats
+) -> tuple[Floats, float]:
+    """Return the one-step prediction errors of ``columns`` (n, m) over their std, and the sum of ln std.
+
+    ``white`` and ``slow`` are variances; the recursion of :mod:`vegrip.identification.fit.whitening` for a
+    tip that rests.
+    """
+    n, m = columns.shape
+    out, x = np.zeros((n, m)), np.zeros(m)
+    scale, P = 0.0, slow
+    for i in range(n):
+        if first[i] > 0.5:
+            x[:] = 0.0
+            P = slow
+        else:
+            kept = np.exp(-(t[i] - t[i - 1]) / time)
+            x *= kept
+            P = kept * kept * P + slow * (1.0 - kept * kept)
+        if used[i] > 0.5:
+            S = P + white
+            scale += 0.5 * np.log(S)
+            for c in range(m):
+                v = columns[i, c] - x[c]
+                x[c] += P / S * v
+                out[i, c] = v / np.sqrt(S)
+            P -= P * P / S
+    return out, scale
+
+
+def _least(cost: Callable[[Floats], float], start: Floats) -> OptimizeResult:
+    """Minimise by simplex; its first steps given, because scipy's are relative and one start is ln 1 = 0."""
+    simplex = np.vstack([start, *(start + 0.3 * row for row in np.eye(start.size))])
+    options: Any = {"xatol": 1e-2, "fatol": 1e-2, "initial_simplex": simplex}
+    return minimize(cost, start, method="Nelder-Mead", options=options)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Rows of two episodes with the same motion. What they differ by is noise, whatever the model lacks."""
+
+    one: np.ndarray
+    other: np.ndarray
+
+
+def find_pairs(recording: Recording, noise: float) -> list[Pair]:
+    """Return the pairs of episodes whose displacement agrees to ``noise`` [m], each episode in one pair."""
+    depth = recording.columns["displacement"]
+    rows = [
+        np.flatnonzero(recording.episode == number) for number in dict.fromkeys(recording.episode.tolist())
+    ]
+    rows = [one for one in rows if one.size >= MIN_PAIR_ROWS and np.isfinite(depth[one]).all()]
+    found: list[Pair] = []
+    free = list(range(len(rows)))
+    while free:
+        i = free.pop(0)
+        for j in free:
+            if _is_same(recording.t, depth, rows[i], rows[j], noise):
+                n = min(rows[i].size, rows[j].size)
+                found.append(Pair(rows[i][:n], rows[j][:n]))
+                free.remove(j)
+                break
+    return found
+
+
+def _is_same(t: Floats, depth: Floats, one: np.ndarray, other: np.ndarray, noise: float) -> bool:
+    if abs(one.size - other.size) > MAX_LENGTH_DIFFERENCE_SAMPLES:
+        return False
+    n = min(one.size, other.size)
+    a, b = one[:n], other[:n]
+    step = float(np.median(np.diff(t[a])))
+    if np.abs((t[a] - t[a[0]]) - (t[b] - t[b[0]])).max() > 0.1 * step:
+        return False
+    apart = depth[a] - depth[b]
+    moved = depth[a].max() - depth[a].min()
+    both = np.sqrt(2.0) * noise
+    off = np.abs(apart - apart.mean())
+    return bool(
+        np.std(apart) < MAX_MOTION_NOISES * both
+        and off.max() < MAX_ROW_NOISES * both
+        and moved > 20.0 * noise
+    )
+
+
+def noise_of_pairs(recording: Recording, found: list[Pair], white: float) -> OuNoise:
+    """Return the noise of one force sensor from the differences of pairs; ``white`` [N] is a guess.
+
+    Beside a constant, a pair may differ by a gain and by a shift of the surface (its stiffness goes about as
+    the cube root of the force): what a first press changes for the second is an effect, no noise.
+    """
+    force = recording.columns["normal_force"]
+    found = _some(found)
+    times, first, y, columns = [], [], [], []
+    begin = 0.0
+    for pair in found:
+        t = recording.t[pair.one]
+        times.append(t - t[0] + begin)
+        begin = times[-1][-1] + 1e3
+        first.append(np.r_[1.0, np.zeros(t.size - 1)])
+        y.append((force[pair.one] - force[pair.other]) / np.sqrt(2.0))
+        columns.append(np.column_stack(list(_beside(0.5 * (force[pair.one] + force[pair.other]), white))))
+    m = columns[0].shape[1]
+    X = np.zeros((sum(one.size for one in y), m * len(found)))
+    row = 0
+    for i, block in enumerate(columns):
+        X[row : row + len(block), m * i : m * (i + 1)] = block
+        row += len(block)
+    X = X[:, np.any(X != 0.0, axis=0)]
+    return estimate_ou_noise(np.concatenate(times), np.concatenate(first), np.concatenate(y), X, white)
+
+
+def _some(found: list[Pair]) -> list[Pair]:
+    """Return pairs spread evenly over all, of no more than MAX_ROWS rows where there are several."""
+    rows = sum(pair.one.size for pair in found)
+    count = max(1, min(len(found), MAX_ROWS * len(found) // max(rows, 1)))
+    return [found[i] for i in np.linspace(0, len(found) - 1, count).round().astype(int)]
+
+
+def _beside(force: Floats, white: float) -> Iterator[Floats]:
+    pressed = np.where(np.nan_to_num(force) > LIGHT * white, np.nan_to_num(force), 0.0)
+    yield np.ones(force.size)
+    yield pressed
+    yield np.cbrt(pressed)
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.errors import RecordingError
-from vegrip.identification.fit.events import Event, find_events
 from vegrip.identification.fit.motion import Motion, motion_of
 from vegrip.identification.fit.noise import LEAST_AIR, Noise, in_air
 from vegrip.identification.recording import Recording
 from vegrip.types import Floats
 
+AROUND = 6  # samples to either side that say what is usual
+MIN_SUDDEN_RATIO = 10.0  # times the steepest of those
+MIN_FORCE_NOISES = 30.0  # of the force
+MIN_FORCE_SHARE = 0.3  # of the force must be left, else the contact parted
+RECOVERY_FACTOR = 2.0  # times as long as it took to regain the lost force is left out
 Mask = NDArray[np.bool_]
-
 SPIKE = 8.0  # standard deviations off the line through both neighbours
 MIN_FIT_ROWS = 50
 LONGEST_STRETCH = 20  # rows, and
@@ -23,36 +26,78 @@ LOADS_AT_SLIP = {"tangential_force_x", "tangential_force_y", "torque_z"}
 AVERAGED = {"normal_force", "tangential_force_x", "tangential_force_y", "torque_z", "slip_speed"}
 
 
+@dataclass(frozen=True)
+class Event:
+    """A loss of force: row after which it begins, first row that counts again, time [s] and size [N]."""
+
+    begin: int
+    end: int
+    time: float
+    loss: float
+
+    @property
+    def rows(self) -> slice:
+        return slice(self.begin + 1, self.end)
+
+
+def find_events(t: Floats, first: Floats, displacement: Floats, force: Floats, noise: float) -> list[Event]:
+    """Return the sudden losses of ``force`` (n,) [N], NaN where missing, with white ``noise`` [N].
+
+    The material slipped or tore, and recovers. No effect of a contact model makes them, and one such event
+    pulls every parameter. A loss counts when the force falls between neighbouring samples by far more than
+    the noise and ten times faster than around it, while the displacement goes on as before and the contact
+    stays closed (a pull-off ends in air and is no event).
+
+    Usual is the steepest change before a loss, and the middle one after it (the force springs back a little).
+    """
+    found: list[Event] = []
+    fall, move = -np.diff(force), np.abs(np.diff(displacement))
+    fall[first[1:] > 0.5] = np.nan
+    ends = np.append(np.flatnonzero(first > 0.5), t.size)  # of the episodes
+    for i in np.flatnonzero(np.nan_to_num(fall) > MIN_FORCE_NOISES * noise).tolist():
+        if found and i < found[-1].end:
+            continue
+        before, after = slice(max(i - AROUND, 0), i), slice(i + 3, i + 3 + AROUND)
+        usual, moved = np.abs(fall[before]), np.r_[move[before], move[after]]
+        if usual.size < AROUND or not np.isfinite(np.r_[usual, fall[after]]).all():
+            continue
+        usually = max(float(usual.max()), float(np.median(np.abs(fall[after]))) if fall[after].size else 0.0)
+        low = force[i + 1 : i + 4].min()
+        if (
+            force[i] - low > MIN_SUDDEN_RATIO * usually
+            and move[i] <= 2.0 * moved.max()
+            and low > MIN_FORCE_SHARE * force[i] > 0.0
+        ):
+            found.append(_event(i, t, int(ends[np.searchsorted(ends, i, side="right")]), force, low))
+    return found
+
+
+def _event(i: int, t: Floats, last: int, force: Floats, low: float) -> Event:
+    """Follow an event until the force has long been back; at most to ``last``, the end of its episode."""
+    back = np.flatnonzero(force[i + 1 : last] >= force[i])
+    if not back.size:
+        return Event(i, last, float(t[i + 1]), float(force[i] - low))
+    again = t[i] + RECOVERY_FACTOR * (t[i + 1 + int(back[0])] - t[i])
+    end = min(int(np.searchsorted(t, again, side="right")), last)
+    return Event(i, end, float(t[i + 1]), float(force[i] - low))
+
+
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Rows of one recording.
+    """A recording ready for a fit."""
 
-    Attributes:
-        recording: as it was read.
-        noise: of its sensors.
-        motion: smoothed displacement and its error.
-        first: (n,) 1 where an episode begins.
-        force: (n,) [N], NaN where missing or an outlier.
-        sliding: (k,) rows in the middle of short stretches in which the whole contact slides under a load.
-        stretch: (k,) how many rows each stretch has.
-        seen: (m,) rows with a contact radius.
-        outliers: channel -> how many rows were taken out.
-        tare: channel -> what it showed in air, which was taken off.
-        events: sudden losses of force, whose rows were taken out.
-
-    """
-
-    recording: Recording
-    noise: Noise
-    motion: Motion
-    first: Floats
-    force: Floats
+    recording: Recording  # as it was read
+    noise: Noise  # of its sensors
+    motion: Motion  # smoothed displacement and its error
+    first: Floats  # (n,) 1 where an episode begins
+    force: Floats  # (n,) [N], NaN where missing or an outlier
+    # (k,) rows in the middle of short stretches in which the whole contact slides under a load
     sliding: NDArray[np.int64]
-    stretch: NDArray[np.int64]
-    seen: NDArray[np.int64]
-    outliers: dict[str, int]
-    tare: dict[str, float]
-    events: tuple[Event, ...] = ()
+    stretch: NDArray[np.int64]  # (k,) how many rows each stretch has
+    seen: NDArray[np.int64]  # (m,) rows with a contact radius
+    outliers: dict[str, int]  # channel -> how many rows were taken out
+    tare: dict[str, float]  # channel -> what it showed in air, which was taken off
+    events: tuple[Event, ...] = ()  # sudden losses of force, whose rows were taken out
 
     @property
     def recovered(self) -> bool:

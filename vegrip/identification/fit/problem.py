@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.identification.fit.preprocess import Measured
-from vegrip.identification.fit.sensitivity import (
+from vegrip.identification.fit.whitening import (
     Sensitivity,
+    Whitener,
     by_position,
     by_speed,
     feels_speed,
     follows,
     has_play,
 )
-from vegrip.identification.fit.whitening import Whitener
 from vegrip.identification.recording import Recording
 from vegrip.model import BASE, ContactModel, Predictor
 from vegrip.model.channels import QUANTITIES
@@ -33,14 +33,12 @@ Zeros = Literal["recording", "episode"] | tuple[int, ...]
 """What has zeros of its own: the recording, each episode, or a group: the number of that of each episode."""
 
 AT = {name: i for i, name in enumerate(QUANTITIES)}
-PRIOR_WIDENING = (
-    3.0  # the prior of a fit is this many times wider than declared, of the base model and of shapes
-)
+# the prior of a fit is this many times wider than declared, of the base model and of shapes
+PRIOR_WIDENING = 3.0
 VAGUE_LOG_SCALE = 5.0  # and that of a stiffness, whose unit may be a cell or a car tyre
 FREE_ZERO = 0.5  # [x_ref], [greatest force] prior std and bound of the zeros
-FIRM = (
-    5.0  # standard deviations of the force: with less a model may take the surface for lifted, without radius
-)
+# standard deviations of the force: with less a model may take the surface for lifted, without radius
+FIRM = 5.0
 UNSURE = 0.07  # of the load at slip that noise may be
 FORGOTTEN = 2.0  # relaxation times after a contact was made anew
 LONGEST_GAP_S = 5.0  # [s]
@@ -124,7 +122,6 @@ class Problem:
 
     @property
     def symbols(self) -> tuple[str, ...]:
-        """Parameters that are fitted."""
         return tuple(n for n, at in zip(self.unknowns.names, self.unknowns.place, strict=True) if at >= 0)
 
     def _unknowns(self, symbols: tuple[str, ...] | None) -> Unknowns:
@@ -325,7 +322,6 @@ class Problem:
         return np.concatenate([force, raw[1] / self.slip_std, raw[2] / self.radius_std])
 
     def residual(self, u: Floats) -> Floats:
-        """Return the whitened residual at ``u``."""
         return self.white(self.raw(self.table(u)))
 
     def jacobian(

@@ -1,9 +1,9 @@
-"""What a fit found: the model, how well each value is known, what is left, and what to be wary of."""
+"""The result of a fit: the model, how well each value is known, what is left, and what to be wary of."""
 
 import datetime
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -59,10 +59,7 @@ class Fit:
             "date": datetime.date.today().isoformat(),
             "error": f"{self.error:.4g} (rms of whitened residuals; 1 is noise)",
         }
-        m = problem.model
-        return ContactModel(
-            m.effects, values, m.tip_radius, m.reference_depth, m.reference_temperature, provenance
-        )
+        return replace(problem.model, values=values, provenance=provenance)
 
     @property
     def zeros(self) -> dict[str, float]:
@@ -72,7 +69,6 @@ class Fit:
 
     @property
     def channels(self) -> dict[str, ChannelError]:
-        """Error of every channel."""
         return channel_errors(self.problem, self.optimum.u)
 
     @property
@@ -135,7 +131,7 @@ class Fit:
             "parameters": told,
             "zeros": self.zeros,
             "correlations": [list(pair) for pair in self.correlations()],
-            "channels": {name: error.as_dict() for name, error in self.channels.items()},
+            "channels": {name: asdict(error) for name, error in self.channels.items()},
             "error": self.error,
             "noise": {
                 "source": dict(noise.source),
@@ -151,7 +147,6 @@ class Fit:
 
 
 def fit_of(problem: Problem, optimum: Optimum) -> Fit:
-    """Return the result of an optimum."""
     return Fit(problem, optimum, covariance(problem, optimum))
 
 
@@ -167,7 +162,6 @@ def _warnings(fit: Fit, *, advise: bool) -> Iterator[str]:
 
 
 def _about_data(fit: Fit) -> Iterator[str]:
-    """What was left out, and what is doubtful of the noise."""
     measured = fit.problem.measured
     yield from measured.noise.doubts
     for channel, count in measured.outliers.items():
@@ -182,7 +176,6 @@ def _about_data(fit: Fit) -> Iterator[str]:
 
 
 def _about_unknown(fit: Fit, j: int, name: str) -> Iterator[str]:
-    """What is wrong with unknown ``j``: not determined, or on a bound."""
     k = fit.problem.unknowns
     found = fit.declared(name)
     if found is None:
@@ -205,7 +198,6 @@ def _about_unknown(fit: Fit, j: int, name: str) -> Iterator[str]:
 
 
 def _about_misfit(fit: Fit, *, advise: bool) -> Iterator[str]:
-    """What is left of the noise, and what to do about it."""
     if fit.error > MISFIT:
         advice = "; `vegrip diagnose` looks for what is missing" if advise else ""
         yield f"the model leaves {fit.error:.2f} times the noise{advice}"
@@ -232,7 +224,6 @@ def _about_misfit(fit: Fit, *, advise: bool) -> Iterator[str]:
 
 
 def _airless(fit: Fit) -> Iterator[str]:
-    """Say that a recording is of one contact that was there before it and after it."""
     if not np.any(fit.problem.table(fit.optimum.u)[:, AT["contact_radius"]] == 0.0):
         yield (
             "the fingertip is never in the air, so neither the zeros of the sensors are known nor what the "
@@ -254,10 +245,5 @@ def _missing(fit: Fit) -> Iterator[str]:
     force = measured.force[np.isfinite(measured.force)]
     top = force.max()
     flat = np.count_nonzero(force > top - 0.5 * measured.noise.normal_force)
-    if flat > max(20, 0.002 * force.size) and _is_clipped(force):
+    if flat > max(20, 0.002 * force.size) and np.count_nonzero(force == top) > 10:  # as at the end of a scale
         yield f"the force ends flat at {top:.4g} N in {flat} rows: the sensor may saturate"
-
-
-def _is_clipped(force: Floats) -> bool:
-    """Return whether the greatest value repeats, as it does at the end of a scale."""
-    return bool(np.count_nonzero(force == force.max()) > 10)

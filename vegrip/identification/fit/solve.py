@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -21,36 +20,12 @@ START_RATE_FACTORS = (0.1, 1.0, 10.0)  # factors on the rate of relaxation, the 
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """Where a problem is at its best.
+    """Where a problem is at its best."""
 
-    Attributes:
-        u: (p,) coordinates.
-        residual: (rows,) whitened.
-        jacobian: (rows, p).
-        cost: half the sum of squares of residuals and priors.
-
-    """
-
-    u: Floats
-    residual: Floats
-    jacobian: Floats
-    cost: float
-
-
-class LeastSquares(Protocol):
-    """Residuals of unknowns with bounds and priors, as :class:`Problem` has them."""
-
-    @property
-    def unknowns(self) -> Unknowns:
-        """The unknowns, with start, bounds and priors."""
-
-    def residual(self, u: Floats) -> Floats:
-        """Return the whitened residual, (rows,)."""
-
-    def jacobian(
-        self, u: Floats, residual: Floats | None = None, known: Mapping[str, Floats] | None = None
-    ) -> Floats:
-        """Return the derivative, (rows, p), from the residual at ``u``; ``known``: columns that are given."""
+    u: Floats  # (p,) coordinates
+    residual: Floats  # (rows,) whitened
+    jacobian: Floats  # (rows, p)
+    cost: float  # half the sum of squares of residuals and priors
 
 
 def fit_problem(problem: Problem, report: Report = lambda _: None, plain: Problem | None = None) -> Optimum:
@@ -141,7 +116,7 @@ def scaled(problem: Problem, u: Floats) -> Floats:
 
 
 def refine_optimum(
-    problem: LeastSquares,
+    problem: Problem,
     start: Floats,
     evaluations: int,
     known: Mapping[str, Floats] | None = None,

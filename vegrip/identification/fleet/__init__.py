@@ -1,8 +1,7 @@
 """Many recordings at once: which hand, which pad, which effect, since when."""
 
 from vegrip.identification.fleet.findings import Finding, summarize_rows
-from vegrip.identification.fleet.found import Found, find_recordings
-from vegrip.identification.fleet.row import Row, examine_recording
+from vegrip.identification.fleet.row import Found, Row, examine_recording, find_recordings
 from vegrip.identification.fleet.workers import run
 
 __all__ = ["Finding", "Found", "Row", "examine_recording", "find_recordings", "run", "summarize_rows"]

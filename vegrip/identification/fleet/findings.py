@@ -5,10 +5,8 @@ import io
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
-from typing import Any
 
-from vegrip.identification.fleet.found import Found
-from vegrip.identification.fleet.row import FAILED, Row
+from vegrip.identification.fleet.row import FAILED, Found, Row
 
 NONE = "none"
 UNEXPLAINED = "unexplained"
@@ -16,37 +14,20 @@ UNEXPLAINED = "unexplained"
 
 @dataclass(frozen=True)
 class Finding:
-    """One effect of one pad.
-
-    Attributes:
-        hand, pad: where.
-        effect: its name, a set "a or b", "unexplained", "none", or "failed".
-        since: date of the first recording from which on it was always found; of the first one at all
-            where it is not found any more.
-        until: date of the last recording that shows it.
-        present: whether the latest recording of the pad that could be judged shows it.
-        shown, judged: in how many of the pad's recordings, of how many that could be judged.
-        size: its parameters in the latest recording that shows it.
-        dated_by: "recording", or "file" where a date is only that of a file.
-        note: a remark.
-
-    """
+    """One effect of one pad."""
 
     hand: str
     pad: str
-    effect: str
+    effect: str  # its name, a set "a or b", "unexplained", "none", or "failed"
+    # date of the first recording from which on it was always found; of the first one if it is found no more
     since: str
-    until: str
-    present: bool
-    shown: int
-    judged: int
-    size: str = ""
-    dated_by: str = "recording"
+    until: str  # date of the last recording that shows it
+    present: bool  # whether the latest recording of the pad that could be judged shows it
+    shown: int  # in how many of the pad's recordings
+    judged: int  # how many of them could be judged
+    size: str = ""  # its parameters in the latest recording that shows it
+    dated_by: str = "recording"  # or "file" where a date is only that of a file
     note: str = ""
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
-        return asdict(self)
 
 
 def summarize_rows(examined: Sequence[tuple[Found, Row]]) -> list[Finding]:
@@ -107,5 +88,5 @@ def write_csv(table: Sequence[Finding]) -> str:
     stream = io.StringIO()
     writer = csv.DictWriter(stream, [f.name for f in fields(Finding)], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(one.as_dict() for one in table)
+    writer.writerows(asdict(one) for one in table)
     return stream.getvalue()

@@ -1,45 +1,109 @@
-"""One recording examined: a row that says what was found, or why nothing could be."""
+"""The recordings below a folder, a row for each that says what was found, and a ledger of the rows."""
 
+import hashlib
+import json
+import math
 from dataclasses import asdict, dataclass, field
+from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
 
-from vegrip.errors import DeviceError, VegripError
+from vegrip import __version__
+from vegrip.config import read_toml
+from vegrip.errors import ConfigError, DeviceError, InputError, UsageError, VegripError
+from vegrip.identification.recording.folder import CSV, TOML
 
+DATES = ("date", "began", "recorded")
 FAILED = "failed"
 
 
 @dataclass(frozen=True)
-class Row:
-    """What came of one recording.
-
-    Attributes:
-        path: of its folder.
-        verdict: of the diagnosis, or "failed".
-        effects: what was named; a set that was not separated is one text, "a or b".
-        sizes: parameters of what was named.
-        before, after: error in units of the noise; NaN when it failed.
-        note: why it failed, or what is left that nothing explains.
-        doubts: what else may have caused what was named.
-        lost: what of the recording could not be read, and was left out.
-        is_machine_failure: whether it failed for a reason of the machine, so that another run tries it again.
-
-    """
+class Found:
+    """A folder that should be a recording."""
 
     path: str
-    verdict: str
-    effects: tuple[str, ...] = ()
-    sizes: dict[str, float] = field(default_factory=dict)
-    before: float = float("nan")
-    after: float = float("nan")
-    note: str = ""
-    doubts: tuple[str, ...] = ()
-    lost: str = ""
-    is_machine_failure: bool = False
+    hand: str
+    pad: str
+    date: str  # ISO 8601, the day or the instant
+    dated_by: str  # "recording" or "file"
+    fingerprint: str  # of the files' size and time
+    is_alone: bool = False  # it does not say of which pad it is, and counts as one by itself
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
-        return asdict(self)
+
+def find_recordings(folder: Path) -> list[Found]:
+    """Return every recording below ``folder``, by date, and of which hand and pad each is.
+
+    What ``[source]`` of ``recording.toml`` says counts: ``hand``, ``pad`` and ``date`` (or ``began``, as the
+    recorder writes it). Else the hand is the folder right below the one that is looked through, the pad the
+    name of the fingertip, and the date that of the file, which is marked as such. A recording that lies right
+    below that folder and says neither may be of any pad: it is not put together with others.
+
+    Raises:
+        UsageError: there is no such folder, or no recording in it.
+
+    """
+    if not folder.is_dir():
+        raise UsageError(f"{folder}: there is no such folder")
+    paths = sorted(path.parent for path in folder.rglob(TOML))
+    if not paths:
+        raise UsageError(f"{folder}: no recording in it; a recording is a folder with {TOML} and {CSV}")
+    return sorted((_found(path, folder) for path in paths), key=lambda one: (one.date, one.path))
+
+
+def _found(path: Path, root: Path) -> Found:
+    try:
+        about = read_toml(path / TOML)
+    except ConfigError:
+        about = {}  # the diagnosis says what is wrong
+    sections = (about.get(name) for name in ("source", "fingertip"))
+    source, tip = (one if isinstance(one, dict) else {} for one in sections)
+    parts = path.relative_to(root).parts
+    told = next((text for key in DATES if (text := _date(source.get(key)))), "")
+    changed = max(p.stat().st_mtime for p in _files(path))
+    is_alone = len(parts) < 2 and not {"hand", "pad"} & source.keys()
+    return Found(
+        str(path),
+        str(source.get("hand", parts[0] if len(parts) > 1 else root.resolve().name)),
+        path.name if is_alone else str(source.get("pad", tip.get("name", path.name))),
+        told or datetime.fromtimestamp(changed, UTC).isoformat(timespec="seconds"),
+        "recording" if told else "file",
+        _fingerprint(path),
+        is_alone,
+    )
+
+
+def _date(value: Any) -> str:
+    if isinstance(value, date):  # a datetime is one, too
+        return value.isoformat()
+    try:
+        return datetime.fromisoformat(str(value)).isoformat() if value else ""
+    except ValueError:
+        return ""
+
+
+def _files(path: Path) -> list[Path]:
+    return sorted(p for name in (TOML, CSV, f"{CSV}.gz") if (p := path / name).is_file())
+
+
+def _fingerprint(path: Path) -> str:
+    told = [(p.name, p.stat().st_size, p.stat().st_mtime_ns) for p in _files(path)]
+    return hashlib.sha256(repr(told).encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Row:
+    """The verdict on one recording, or why there is none."""
+
+    path: str  # of its folder
+    verdict: str  # of the diagnosis, or "failed"
+    effects: tuple[str, ...] = ()  # what was named; a set that was not separated is one text, "a or b"
+    sizes: dict[str, float] = field(default_factory=dict)  # parameters of what was named
+    before: float = float("nan")  # error in units of the noise; NaN when it failed
+    after: float = float("nan")
+    note: str = ""  # why it failed, or what is left that nothing explains
+    doubts: tuple[str, ...] = ()  # what else may have caused what was named
+    lost: str = ""  # what of the recording could not be read, and was left out
+    is_machine_failure: bool = False  # whether the machine was the reason, so that another run tries it again
 
 
 def examine_recording(path: str, model: str = "") -> Row:
@@ -61,7 +125,7 @@ def examine_recording(path: str, model: str = "") -> Row:
     try:
         recording = read_recording(Path(path), announce=False)
         is_whole = not recording.report.rows_lost and MISSING not in recording.source
-        lost = "" if is_whole else _in_a_line(recording.report.summary())
+        lost = "" if is_whole else "; ".join(line.strip() for line in recording.report.summary().splitlines())
         found = diagnose(recording, read_model(Path(model)) if model else None, threads=1)
         grave = [one.text for one in found.doubts if one.is_grave]
         if grave:
@@ -86,5 +150,54 @@ def examine_recording(path: str, model: str = "") -> Row:
     return Row(path, verdict, effects, sizes, error["before"], error["after"], note, doubts, lost)
 
 
-def _in_a_line(text: str) -> str:
-    return "; ".join(line.strip() for line in text.splitlines())
+class Ledger:
+    """Rows of what has been examined already: a file of JSON lines, so that a run that was stopped goes on.
+
+    Args:
+        path: of the file; made when it is not there.
+        model: text of the model file that diagnoses start from; other models have other lines.
+
+    """
+
+    def __init__(self, path: Path, model: str = "") -> None:
+        self.path = path
+        self._context = hashlib.sha256(f"{__version__}\n{model}".encode()).hexdigest()[:16]
+        self._known: dict[str, Row] = {}
+        if path.exists():
+            self._read()
+
+    def row(self, found: Found) -> Row | None:
+        """Return what is known of a recording as it is now; None when it has to be examined."""
+        return self._known.get(self._key(found))
+
+    def add(self, found: Found, row: Row) -> None:
+        """Write a row down at once, unless only the machine kept the recording from being examined.
+
+        Raises:
+            InputError: it cannot be written.
+
+        """
+        if row.is_machine_failure:
+            return
+        self._known[self._key(found)] = row
+        told = {key: None if value != value else value for key, value in asdict(row).items()}  # noqa: PLR0124 (NaN)
+        try:
+            with self.path.open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps({"key": self._key(found), **told}) + "\n")
+        except OSError as error:
+            raise InputError(f"{self.path}: cannot be written ({error.strerror or error})") from None
+
+    def _key(self, found: Found) -> str:
+        return f"{self._context}:{found.fingerprint}:{found.path}"
+
+    def _read(self) -> None:
+        """Take in what is there; a last line that was cut off is examined again."""
+        for line in self.path.read_text(encoding="utf-8").splitlines():
+            try:
+                told = json.loads(line)
+                key = told.pop("key")
+                told |= {name: tuple(told[name]) for name in ("effects", "doubts")}
+                told |= {name: math.nan for name in ("before", "after") if told[name] is None}
+                self._known[key] = Row(**told)
+            except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+                continue

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vegrip.errors import DeviceError, UsageError
-from vegrip.identification.fleet.found import Found
-from vegrip.identification.fleet.row import FAILED, Row, examine_recording
+from vegrip.identification.fleet.row import FAILED, Found, Row, examine_recording
 
 CONNECT = 10.0  # [s] to reach a scheduler
 TASKS_PER_CORE = 2  # in flight on a cluster: one at work, one on its way

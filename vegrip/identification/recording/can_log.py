@@ -67,7 +67,8 @@ def read_can_log(
     for codec in codecs.values():
         refused.update(codec.rejected)
     if not states:
-        raise RecordingError(f"{path}: none of its {frames} frames is a fingertip's state {_counts(refused)}")
+        told = ", ".join(f"{count} {cause}" for cause, count in sorted(refused.items()))
+        raise RecordingError(f"{path}: none of its {frames} frames is a fingertip's state (refused: {told})")
     start = min(found[0].stamp for found in states.values())
     return {f: _recording(path, f, states[f], start, refused, radius) for f in fingers if f in states}
 
@@ -161,7 +162,3 @@ def _recording(
     name = f"{path.stem} {finger}"
     fingertip = Fingertip(radius, finger)
     return Recording(name, t[keep], episode, columns, fingertip, {}, source, start, report)
-
-
-def _counts(refused: Counter[str]) -> str:
-    return f"(refused: {', '.join(f'{count} {cause}' for cause, count in sorted(refused.items()))})"

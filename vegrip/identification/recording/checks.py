@@ -1,4 +1,4 @@
-"""What a table of measurements must satisfy to be a recording, and what makes its units doubtful."""
+"""Conditions on a table of measurements: those of a recording, and those of plausible units."""
 
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping
@@ -48,6 +48,12 @@ def usable_rows(t: Floats, lines: Lines, report: LoadReport, what: str = "") -> 
     report_if(report, Kind.DUPLICATE, what, lines[twice])
     report_if(report, Kind.BACKWARDS, what, lines[left_out & ~twice])
     return keep
+
+
+def stretches_of(episode: NDArray[np.int64]) -> Iterator[slice]:
+    """Yield the rows of each run of equal numbers."""
+    edges = [0, *(np.flatnonzero(np.diff(episode)) + 1).tolist(), len(episode)]
+    return (slice(low, high) for low, high in pairwise(edges))
 
 
 def longest_increasing(values: Floats) -> NDArray[np.int64]:
@@ -144,9 +150,8 @@ def suspect_columns(
 
 def _is_exchanged(episode: NDArray[np.int64], depth: Floats, force: Floats) -> bool:
     work, bulges, sizes = 0.0, [], []
-    edges = [0, *(np.flatnonzero(np.diff(episode)) + 1).tolist(), episode.size]
-    for low, high in pairwise(edges):
-        d, f = depth[low:high] - depth[low], force[low:high] - force[low]
+    for rows in stretches_of(episode):
+        d, f = depth[rows] - depth[rows][0], force[rows] - force[rows][0]
         across, up = float(np.ptp(d)), float(np.ptp(f))
         if across * up == 0.0:
             continue

@@ -56,7 +56,7 @@ class ChannelMap:
 
 @dataclass(frozen=True)
 class TimeMap:
-    """Which column is the time."""
+    """The column of the time."""
 
     column: str = parameter("t", doc="name of the column")
     unit: str = parameter("", doc="unit; seconds when left out")
@@ -64,7 +64,7 @@ class TimeMap:
 
 @dataclass(frozen=True)
 class EpisodeMap:
-    """Which column tells the trials apart; any text, numbered in order of appearance."""
+    """The column that tells the trials apart; any text, numbered in order of appearance."""
 
     column: str = parameter("", doc="name of the column; empty: all is one trial")
     gap: float = parameter(5.0, unit="s", low=0.0, doc="put between trials whose time begins anew")
@@ -79,7 +79,7 @@ class BaselineMap:
 
 @dataclass(frozen=True)
 class ContactMap:
-    """How contact is found."""
+    """The force at which contact begins."""
 
     threshold: float = parameter(
         0.0, unit="N", low=0.0, doc="normal force of first contact; 0: five times the noise of the baseline"
@@ -88,7 +88,7 @@ class ContactMap:
 
 @dataclass(frozen=True)
 class TableMap:
-    """How the table is written."""
+    """The form of the table."""
 
     delimiter: str = parameter("", doc="between fields; empty: found")
     decimal: str = parameter("", choices=("", ".", ","), doc="decimal sign; empty: found")
@@ -97,7 +97,7 @@ class TableMap:
 
 @dataclass(frozen=True)
 class BagMap:
-    """How several topics of a rosbag become rows."""
+    """The rule by which several topics of a rosbag become rows."""
 
     time: str = parameter("", doc="topic whose messages make the rows; may be left out when there is one")
     stamp: str = parameter("header", choices=("header", "receive"), doc="whose clock; no header: receive")
@@ -201,7 +201,6 @@ def _built(table: Mapping[str, Any], path: Path) -> ColumnMap:
 
 
 def _changed(base: ColumnMap, name: str, key: str, value: str) -> ColumnMap:
-    """Return ``base`` with the key ``column`` or ``unit`` of one channel set."""
     if name == "t":
         return dataclasses.replace(base, time=replace(base.time, key, value))
     if name == "episode":

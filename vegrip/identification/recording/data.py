@@ -1,15 +1,15 @@
-"""A recording in memory: what one fingertip measured, in SI units, and how well its sensors measure."""
+"""A recording in memory: what a fingertip measured, in SI units, and how well its sensors measure."""
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vegrip.clock import NS
 from vegrip.config import parameter
-from vegrip.errors import RecordingError
+from vegrip.errors import InputError, RecordingError, UsageError
 from vegrip.identification.recording.channels import CHANNELS, NOISE_NAMES
 from vegrip.identification.recording.report import LoadReport
 from vegrip.messages import FingertipState
@@ -17,6 +17,8 @@ from vegrip.spelling import suggestion
 from vegrip.types import Floats
 
 Columns = dict[str, Floats]
+PAUSE_BETWEEN_S = 60.0  # [s] put between two recordings: long enough for a contact to recover
+MAX_EPISODES = 100_000  # episodes in one range
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,13 +102,112 @@ class Recording:
     def select(self, rows: NDArray[np.bool_], name: str = "") -> "Recording":
         """Return the recording of the chosen ``rows`` (n,) only."""
         columns = {channel: values[rows] for channel, values in self.columns.items()}
-        return Recording(
-            name or self.name,
-            self.t[rows],
-            self.episode[rows],
-            columns,
-            self.fingertip,
-            self.sensors,
-            self.source,
-            self.start,
+        t, episode = self.t[rows], self.episode[rows]
+        return replace(
+            self, name=name or self.name, t=t, episode=episode, columns=columns, report=LoadReport()
         )
+
+
+def join_recordings(recordings: Sequence[Recording], name: str) -> Recording:
+    """Return ``recordings`` as one; clocks begin anew in each, so they follow with a pause of a minute.
+
+    Raises:
+        RecordingError: their channels or fingertips differ; says which.
+
+    """
+    first = recordings[0]
+    for other in recordings[1:]:
+        if set(other.columns) != set(first.columns):
+            lacking = set(first.columns) ^ set(other.columns)
+            raise RecordingError(
+                f"{first.name} and {other.name} do not go together: only one has {', '.join(sorted(lacking))}"
+            )
+        mine, its = first.fingertip.radius, other.fingertip.radius
+        if mine != its and not (math.isnan(mine) and math.isnan(its)):
+            raise RecordingError(
+                f"{first.name} and {other.name} do not go together: radius {mine:g} m and {its:g} m"
+            )
+    times, episodes = [], []
+    begin, number = 0.0, 0
+    for one in recordings:
+        times.append(one.t - one.t[0] + begin)
+        _, counted = np.unique(one.episode, return_inverse=True)
+        episodes.append(counted.astype(np.int64) + number)
+        begin, number = float(times[-1][-1]) + PAUSE_BETWEEN_S, number + int(counted.max()) + 1
+    columns = {key: np.concatenate([one.columns[key] for one in recordings]) for key in first.columns}
+    sensors = {
+        key: float(np.median([one.sensors[key] for one in recordings]))
+        for key in first.sensors
+        if all(key in one.sensors for one in recordings)
+    }
+    source: dict[str, str | int | float | bool] = {
+        "files": ", ".join(str(one.source.get("file", one.name)) for one in recordings)
+    }
+    if not all(one.source.get("recovered", True) for one in recordings):
+        source["recovered"] = False
+    return Recording(
+        name, np.concatenate(times), np.concatenate(episodes), columns, first.fingertip, sensors, source,
+        report=_reports(recordings),
+    )  # fmt: skip
+
+
+def _reports(recordings: Sequence[Recording]) -> LoadReport:
+    report = LoadReport()
+    for one in recordings:
+        report.rows_read += one.report.rows_read
+        report.rows_kept += one.report.rows_kept
+        for finding in one.report.findings:
+            report.add(finding.kind, f"{one.name}: {finding.what}".rstrip(": "), finding.lines)
+    return report
+
+
+def parse_episodes(text: str, option: str) -> list[int]:
+    """Return the numbers in ``text``.
+
+    Raises:
+        UsageError: it is no list of numbers and ranges; names ``option``.
+
+    """
+    found: set[int] = set()
+    for part in (part.strip() for part in text.split(",") if part.strip()):
+        first, dots, last = part.partition("..")
+        try:
+            low, high = int(first), int(last) if dots else int(first)
+        except ValueError:
+            low, high = 0, -1
+        if not 0 <= high - low < MAX_EPISODES:
+            raise UsageError(f"{option} has {part!r}; write episodes as in 2,5..7")
+        found |= set(range(low, high + 1))
+    return sorted(found)
+
+
+def episodes_text(numbers: list[int]) -> str:
+    """Return sorted ``numbers`` as they are written: ``2,5..7``."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return ",".join(f"{run[0]}..{run[-1]}" if len(run) > 2 else ",".join(map(str, run)) for run in runs)
+
+
+def select_episodes(recording: Recording, *, only: str = "", without: str = "") -> Recording:
+    """Return the recording with the episodes ``only``, or ``without`` those; as it is where both are empty.
+
+    Raises:
+        UsageError: not a list of episodes.
+        InputError: the recording has no such episode, or none is left.
+
+    """
+    chosen, dropped = parse_episodes(only, "--episodes"), parse_episodes(without, "--hold-back")
+    there = dict.fromkeys(recording.episode.tolist())
+    if missing := [number for number in (*chosen, *dropped) if number not in there]:
+        raise InputError(
+            f"{recording.name} has no episode {missing[0]}; its episodes are {episodes_text(sorted(there))}"
+        )
+    keep = np.isin(recording.episode, chosen) if chosen else np.ones(len(recording), dtype=bool)
+    keep &= ~np.isin(recording.episode, dropped)
+    if not keep.any():
+        raise InputError(f"no episode of {recording.name} is left; it has {episodes_text(sorted(there))}")
+    return recording if keep.all() else recording.select(keep)

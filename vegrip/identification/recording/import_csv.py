@@ -1,9 +1,7 @@
 """From any table of numbers to a recording: rename, convert to SI, zero, correct, check."""
 
 import dataclasses
-import itertools
 import math
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,16 +10,90 @@ from numpy.typing import NDArray
 from vegrip.clock import NS
 from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS, noise_name
-from vegrip.identification.recording.checks import report_doubts, usable_rows
+from vegrip.identification.recording.checks import report_doubts, stretches_of, usable_rows
 from vegrip.identification.recording.column_map import ColumnMap, own_columns
-from vegrip.identification.recording.correct import baseline_noise, correct_trial
 from vegrip.identification.recording.data import Columns, Recording
 from vegrip.identification.recording.report import Kind, LoadReport
-from vegrip.identification.recording.table import Layout, Progress, Table, read_header, read_table
+from vegrip.identification.recording.table import Progress, Table, read_header, read_table
 from vegrip.identification.recording.table_form import find_layout
 from vegrip.identification.recording.units import to_si
 from vegrip.spelling import suggestion
 from vegrip.types import Floats
+
+
+def correct_trial(
+    t: Floats, columns: Columns, force_noise: float, chart: ColumnMap, report: LoadReport
+) -> None:
+    """Correct the ``columns`` of one trial in place: first the force, because the others need its zero.
+
+    A cantilever of stiffness ``k`` bends by ``N / k`` under the force ``N``, so that of its travel only
+    ``travel - N / k`` is indentation: ``compliance = 1 / k``.
+    """
+    for name in sorted(columns, key=lambda name: name != "normal_force"):
+        entry, values = chart.channels[name], columns[name]
+        if entry.compliance:
+            values -= entry.compliance * _force(columns, name)
+        if entry.zero == "first":
+            known = values[~np.isnan(values)]
+            values -= known[0] if len(known) else 0.0
+        elif entry.zero == "baseline":
+            values -= _baseline_mean(t, values, name, chart.baseline.duration)
+        elif entry.zero == "contact":
+            threshold = chart.contact.threshold or 5.0 * force_noise
+            values -= _value_at_touch(values, columns, name, threshold, report)
+
+
+def first_touch(force: Floats, threshold: float) -> int | None:
+    """Return the row of first contact: the last rise through ``threshold`` [N] before the peak force.
+
+    Seen from the peak backwards, so that spikes before contact (an oscillating lever, an impact that
+    bounces off) do not count. None when the force never reaches the threshold.
+    """
+    if np.all(np.isnan(force)):
+        return None
+    peak = int(np.nanargmax(force))
+    if not force[peak] >= threshold:
+        return None
+    below = np.flatnonzero(force[:peak] < threshold)
+    return int(below[-1]) + 1 if len(below) else 0
+
+
+def baseline_noise(values: Floats) -> float:
+    """Return the standard deviation of white noise in ``values``, blind to slow drift; 0 if not to be had.
+
+    From first differences, ``std(x[i+1] - x[i]) / sqrt(2)``, with the median absolute deviation (1.4826 for
+    a Gaussian) so that single spikes do not count.
+    """
+    differences = np.diff(values[~np.isnan(values)])
+    if len(differences) < 10:
+        return 0.0
+    spread = np.median(np.abs(differences - np.median(differences)))
+    return float(1.4826 * spread / np.sqrt(2.0))
+
+
+def _baseline_mean(t: Floats, values: Floats, name: str, duration: float) -> float:
+    quiet = values[t < t[0] + duration]
+    if not len(quiet) or np.all(np.isnan(quiet)):
+        raise RecordingError(f"{name}: zero = 'baseline' needs a [baseline] duration longer than a sample")
+    return float(np.nanmean(quiet))
+
+
+def _value_at_touch(
+    values: Floats, columns: Columns, name: str, threshold: float, report: LoadReport
+) -> float:
+    if not threshold:
+        raise RecordingError(f"{name}: zero = 'contact' needs a [contact] threshold or a [baseline] duration")
+    touch = first_touch(_force(columns, name), threshold)
+    if touch is None:
+        report.add(Kind.NOTE, f"no contact found above {threshold:g} N; {name} keeps its zero")
+        return 0.0
+    return float(values[touch])
+
+
+def _force(columns: Columns, name: str) -> Floats:
+    if "normal_force" not in columns:
+        raise RecordingError(f"{name}: its correction needs normal_force; map a column to it")
+    return columns["normal_force"]
 
 
 def import_csv(
@@ -53,7 +125,9 @@ def import_csv(
     if taken := chart.channels.keys() - mapped.channels.keys() if mapped.channels else ():
         report.add(Kind.NOTE, f"taken by their names: {', '.join(sorted(taken))}")
     _check_mapped(path, chart, header)
-    table = _read(path, chart, layout, report, progress)
+    numbers = [chart.time.column, *(entry.column for entry in chart.channels.values())]
+    words = [chart.episode.column] if chart.episode.column else []
+    table = read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
     return recording_of(path, table, chart, report, radius)
 
 
@@ -95,7 +169,7 @@ def recording_of(
     if not columns:
         raise RecordingError(f"{path}: no channel holds a single value")
     noise = _noise(t, trial, columns, chart)
-    for rows in _stretches(trial):
+    for rows in stretches_of(trial):
         one = {name: values[rows] for name, values in columns.items()}  # views: corrected in place
         correct_trial(t[rows], one, noise.get("normal_force", 0.0), chart, report)
     fingertip = chart.fingertip if math.isnan(radius) else dataclasses.replace(chart.fingertip, radius=radius)
@@ -103,8 +177,9 @@ def recording_of(
         report.add(Kind.NOTE, "the fingertip's radius is unknown; give --radius if it is known")
     report_doubts(t, trial, columns, fingertip.radius, lines, report)
     source = {"file": path.name, "map": chart.name or "command line"}
-    ordered = {name: columns[name] for name in CHANNELS if name in columns}
-    return Recording(_stem(path), t, trial, ordered, fingertip, noise, source, start, report)
+    ordered = {key: columns[key] for key in CHANNELS if key in columns}
+    name = path.name.removesuffix(".gz").rsplit(".", 1)[0]
+    return Recording(name, t, trial, ordered, fingertip, noise, source, start, report)
 
 
 def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
@@ -126,12 +201,6 @@ def _check_mapped(path: Path, chart: ColumnMap, header: list[str]) -> None:
         )
 
 
-def _read(path: Path, chart: ColumnMap, layout: Layout, report: LoadReport, progress: Progress) -> Table:
-    numbers = [chart.time.column, *(entry.column for entry in chart.channels.values())]
-    words = [chart.episode.column] if chart.episode.column else []
-    return read_table(path, list(dict.fromkeys(numbers)), words, layout, report, progress)
-
-
 def _trials(table: Table, chart: ColumnMap) -> NDArray[np.int64]:
     if not chart.episode.column:
         return np.zeros(len(table.lines), dtype=np.int64)
@@ -147,7 +216,7 @@ def _seconds(
     scale, offset = to_si(chart.time.unit, "s", f"{path}: time column {chart.time.column!r}")
     t = table.numbers[chart.time.column] * scale + offset
     moved = 0
-    for rows in _stretches(trial):
+    for rows in stretches_of(trial):
         if rows.start and t[rows.start] <= t[rows.start - 1]:
             t[rows] += t[rows.start - 1] + chart.episode.gap - t[rows.start]
             moved += 1
@@ -173,12 +242,3 @@ def _noise(t: Floats, trial: NDArray[np.int64], columns: Columns, chart: ColumnM
         if std > 0.0 and name != "slip":
             noise[noise_name(name)] = std
     return noise
-
-
-def _stretches(trial: NDArray[np.int64]) -> Iterator[slice]:
-    edges = [0, *(np.flatnonzero(np.diff(trial)) + 1).tolist(), len(trial)]
-    return (slice(low, high) for low, high in itertools.pairwise(edges))
-
-
-def _stem(path: Path) -> str:
-    return path.name.removesuffix(".gz").rsplit(".", 1)[0]

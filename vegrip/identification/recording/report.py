@@ -1,4 +1,4 @@
-"""What was found while a table was read: every row left out and every doubt, with line numbers."""
+"""The report on a table that was read: every row left out and every doubt, with line numbers."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ SHOWN = 8
 
 
 class Kind(Enum):
-    """What can be wrong with a row; ``lost`` says whether the row had to be left out."""
+    """Kinds of trouble with a row; ``lost`` says whether the row had to be left out."""
 
     CUT = ("the last line is cut", True)
     FIELDS = ("wrong number of fields", True)
@@ -28,12 +28,10 @@ class Kind(Enum):
 
     @property
     def text(self) -> str:
-        """What it means, in words."""
         return self.value[0]
 
     @property
     def lost(self) -> bool:
-        """Whether rows with it are left out."""
         return self.value[1]
 
 
@@ -60,7 +58,7 @@ class Finding:
 
 @dataclass(slots=True)
 class LoadReport:
-    """How many rows were read and kept, and what was found on the way.
+    """Counts of the rows that were read and kept, and the findings.
 
     ``place`` says what is numbered in a finding: the lines of a file, or the messages of a topic from 0.
     """
@@ -87,15 +85,12 @@ class LoadReport:
 
     @property
     def is_clean(self) -> bool:
-        """Whether there is nothing to report."""
         return not self.findings
 
     def count(self, kind: Kind) -> int:
-        """How often ``kind`` was found, over all columns."""
         return sum(f.count for f in self.findings if f.kind is kind)
 
     def summary(self) -> str:
-        """The report in a few lines."""
         head = f"{self.rows_kept} of {self.rows_read} rows kept"
         return "\n".join([head, *(f"  {finding}" for finding in self.findings)])
 

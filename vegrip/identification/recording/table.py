@@ -45,7 +45,7 @@ Progress = Callable[[int], None]
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """How a table is written."""
+    """The form of a table."""
 
     delimiter: str = ","
     decimal: str = "."
@@ -64,7 +64,6 @@ class Table:
 
 
 def read_header(path: Path, layout: Layout) -> list[str]:
-    """Return the column names of ``path``."""
     with _opened(path, layout) as file:
         return _header(path, _texts(path, file, layout), layout)
 
@@ -195,7 +194,6 @@ def _first_foreign(path: Path, otherwise: int) -> int:
 
 
 def _rows(path: Path, block: list[tuple[int, str]], layout: Layout) -> list[tuple[int, Cells, bool]]:
-    """Return line number, cells, and whether the line is cut."""
     rows = []
     for line, text in block:
         try:
@@ -332,6 +330,5 @@ def _joined(blocks: list[Table], numbers: Sequence[str], words: Sequence[str]) -
 
 
 def report_if(report: LoadReport, kind: Kind, what: str, lines: Sequence[int] | NDArray[np.int64]) -> None:
-    """Add a finding when there is at least one line of it."""
     if len(lines):
         report.add(kind, what, map(int, lines))

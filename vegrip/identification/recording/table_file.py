@@ -85,11 +85,11 @@ class TableFile:
             self._file = self._open()
             self._place = self._found()
         if not self._headed:
-            self._put_lines(deque([self._header]))
+            self._write_lines(deque([self._header]))
             self._headed = True
         waiting = len(self._waiting)
         try:
-            self._put_lines(self._waiting)
+            self._write_lines(self._waiting)
         finally:
             self._rows += waiting - len(self._waiting)
 
@@ -133,7 +133,7 @@ class TableFile:
         self._headed, self._torn = lines > 0, last != b"\n"
         return lost
 
-    def _put_lines(self, lines: deque[str]) -> None:
+    def _write_lines(self, lines: deque[str]) -> None:
         """Write ``lines`` and take out those that are on disk whole, also when the disk refuses the rest."""
         data = ("\n".join(lines) + "\n").encode()
         if self._torn:  # seal a torn line, so that a reader loses it alone and not the one after it
@@ -141,7 +141,7 @@ class TableFile:
         done = 0
         try:
             while done < len(data):
-                written = self._put(data[done:])
+                written = self._write_some(data[done:])
                 if not written:
                     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
                 self._torn = data[done + written - 1 : done + written] != b"\n"
@@ -152,5 +152,5 @@ class TableFile:
             for _ in range(whole):
                 lines.popleft()
 
-    def _put(self, data: bytes) -> int:
+    def _write_some(self, data: bytes) -> int:
         return (self._file.write(data) if self._file else 0) or 0

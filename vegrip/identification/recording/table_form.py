@@ -1,4 +1,4 @@
-"""How a table from elsewhere is written, found by a look at its beginning.
+"""The form of a table from elsewhere, found from its beginning.
 
 A spreadsheet's export has semicolons or tabs between the fields, decimal commas, lines of its own before the
 header, UTF-16 or a mark of UTF-8, as its language and its maker want it. What the column map says stands; the
@@ -78,7 +78,6 @@ def _head(path: Path) -> bytes:
 
 
 def _encoding(head: bytes) -> tuple[str, str]:
-    """Return the encoding, and what to say of the mark at its beginning."""
     for mark, encoding in MARKS.items():
         if head.startswith(mark):
             return encoding, " with a byte order mark"
@@ -131,7 +130,6 @@ def _split(line: str, delimiter: str) -> list[str]:
 
 
 def _signs(row: Sequence[str]) -> Iterator[str]:
-    """Yield the decimal sign of every cell that is a number."""
     for cell in row if len(row) > 1 else ():
         if found := NUMBER.fullmatch(cell):
             yield found[1] or found[2] or ""

@@ -14,31 +14,135 @@ is deleted while it is written, is counted in :attr:`RecordingWriter.lost`, told
 and summed up in :attr:`RecordingWriter.problem`.
 """
 
+import contextlib
+import dataclasses
 import logging
+import math
 import os
-from collections import Counter, defaultdict
-from collections.abc import Mapping
+import sys
+import threading
+import time
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
+from enum import Enum, IntFlag
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Final, Self
 
 import numpy as np
 
+from vegrip.clock import NS
 from vegrip.errors import RecordingError
+from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.folder import toml_text
 from vegrip.identification.recording.missing import MISSING, MissingStates, told
-from vegrip.identification.recording.rows import FILE_OF_MESSAGE, csv_header, csv_row
 from vegrip.identification.recording.table_file import BUFFERED_ROWS, TableFile
-from vegrip.messages import FingertipState, Message, NodeStatus
+from vegrip.messages import (
+    ContactEstimate,
+    Estimate,
+    FingertipState,
+    ForceCommand,
+    LearnedParameter,
+    Message,
+    ModelHealth,
+    NodeStatus,
+    SlipMargin,
+)
 from vegrip.whole_file import write_whole
 
+FILE_OF_MESSAGE: Final[dict[type[Message], str]] = {
+    FingertipState: "recording.csv",
+    ContactEstimate: "contact.csv",
+    SlipMargin: "slip_margin.csv",
+    ForceCommand: "force_command.csv",
+    ModelHealth: "model_health.csv",
+    LearnedParameter: "learned.csv",
+    NodeStatus: "diagnostics.csv",
+}
+"""Which file of a finger's folder a message goes to; diagnostics lie beside the fingers."""
+STATE_HEADER: Final = ",".join(("t", "episode", *CHANNELS))
 SESSION = "session.toml"
 MOST_TABLES = 400
 """Files of a session; each keeps a descriptor, and a sender of made-up fingers must not use them all."""
-
 log = logging.getLogger(__name__)
+# messages; four seconds of five fingers at 500 Hz with all that is said of them
+QUEUE_MESSAGES: Final = 100_000
+# [s] between two looks at the queue; what gathers in a second takes a core for a while
+LOOK_PERIOD_S: Final = 0.05
+FLUSH_PERIOD_S: Final = 1.0  # [s] between two flushes: the most that a power cut costs
+NICENESS: Final = 10  # of the writing thread: the loops of a hand on the same machine come first
+
+
+def csv_header(kind: type[Message]) -> str:
+    """Return the first line of the file of ``kind``."""
+    if kind is FingertipState:
+        return STATE_HEADER
+    names = ["t"]
+    for name, is_estimate in _FIELDS[kind]:
+        names += [name, f"{name}_std", f"{name}_valid", f"{name}_age"] if is_estimate else [name]
+    return ",".join(names)
+
+
+def csv_row(message: Message, start: int) -> str:
+    """Return ``message`` as a line without its end; ``start`` [ns] is the stamp of t = 0."""
+    seconds, rest = divmod(message.stamp - start, NS)
+    t = f"{seconds}.{rest:09d}" if seconds >= 0 else repr((message.stamp - start) / NS)
+    if isinstance(message, FingertipState):
+        return ",".join((t, "0", *(exact_cell(getattr(message, name)) for name in CHANNELS)))
+    cells = [t]
+    for name, is_estimate in _FIELDS[type(message)]:
+        value = getattr(message, name)
+        cells += _estimate(value) if is_estimate else [_cell(value)]
+    return ",".join(cells)
+
+
+def _written(kind: type[Message]) -> tuple[tuple[str, bool], ...]:
+    """Return the fields that are written, and whether each is an estimate."""
+    known = [field for field in dataclasses.fields(kind) if field.name not in ("stamp", "finger")]
+    return tuple((field.name, isinstance(field.default, Estimate)) for field in known)
+
+
+_FIELDS: Final = {kind: _written(kind) for kind in FILE_OF_MESSAGE}
+
+
+def _estimate(estimate: Estimate) -> list[str]:
+    return [_float(estimate.value), _float(estimate.std), str(int(estimate.valid)), _float(estimate.age)]
+
+
+def _cell(value: Any) -> str:
+    for kind, text in _CELLS.items():
+        if isinstance(value, kind):
+            return text(value)
+    raise TypeError(f"no way to write {value!r}")
+
+
+def _float(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.8g}"
+
+
+def exact_cell(value: float) -> str:
+    return "" if math.isnan(value) else repr(value)
+
+
+def _mapping(value: Mapping[str, int]) -> str:
+    return ";".join(f"{_text(key)}={count}" for key, count in value.items())
+
+
+def _text(value: str) -> str:
+    return "".join(" " if c in ',;="\r\n' else c for c in value)
+
+
+_CELLS: Final[dict[type, Callable[[Any], str]]] = {  # in order: a bool is an int, an enum may be one
+    bool: lambda value: str(int(value)),
+    IntFlag: lambda value: str(int(value)),
+    Enum: lambda value: value.name.lower(),
+    int: str,
+    float: _float,
+    str: _text,
+    Mapping: _mapping,
+}
 
 
 class RecordingWriter:
@@ -182,7 +286,6 @@ class RecordingWriter:
             self._files[name].accident = ""
 
     def _tell_refusal(self, lost: int) -> None:
-        """Tell when the disk begins to refuse, when that costs rows, and when it is over."""
         refusal = next((file.refusal for file in self._files.values() if file.refusal), "")
         if refusal and not self._refusal:
             log.error(
@@ -261,3 +364,54 @@ def _file(message: Message) -> str:
 def _name(finger: str) -> str:
     """Return the folder of a finger, whose name may come from the wire and must not lead out of it."""
     return "".join(c if c.isalnum() or c in "-_" else "_" for c in finger) or "_"
+
+
+class BackgroundWriter:
+    """Hands messages to a :class:`RecordingWriter` in a thread; the oldest give way, and are counted."""
+
+    def __init__(
+        self, writer: RecordingWriter, capacity: int = QUEUE_MESSAGES, period: float = LOOK_PERIOD_S
+    ) -> None:
+        self.writer = writer
+        self._queue: deque[Message] = deque(maxlen=capacity)
+        self._offered = 0  # raised by the loop only
+        self._taken = 0  # raised by the writing thread only
+        self._period = period
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
+        self._thread.start()
+
+    @property
+    def dropped(self) -> int:
+        """Messages that newer ones pushed out before they were written."""
+        return max(self._offered - self._taken - len(self._queue), 0)
+
+    def offer(self, message: Message) -> None:
+        """Queue ``message``; never waits."""
+        self._queue.append(message)
+        self._offered += 1
+
+    def close(self) -> None:
+        """Write what is left and close the recording."""
+        self._stop.set()
+        self._thread.join()
+        self._drain()
+        self.writer.dropped = self.dropped
+        self.writer.close()
+
+    def _run(self) -> None:
+        if sys.platform == "linux":  # elsewhere this is the priority of the whole process
+            with contextlib.suppress(OSError):
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
+        due = 0.0
+        while not self._stop.wait(self._period):
+            self._drain()
+            if time.monotonic() >= due:
+                due = time.monotonic() + FLUSH_PERIOD_S
+                self.writer.flush()
+
+    def _drain(self) -> None:
+        for _ in range(len(self._queue)):
+            message = self._queue.popleft()
+            self._taken += 1
+            self.writer.write(message)

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from vegrip.clock import NS
+from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.simulate.protocol import Protocol, Segment
 from vegrip.messages import NAN, FingertipState
 from vegrip.virtual.bench.trial import Trial, run_trial
@@ -17,17 +18,6 @@ from vegrip.virtual.settings import FingertipSettings, HandSettings, SensorSetti
 Hidden = Mapping[str, Mapping[str, float]]
 
 LEAD_IN_S = 0.5  # [s] out of contact before the first segment
-BENCH_CHANNELS = (
-    "normal_force",
-    "tangential_force_x",
-    "tangential_force_y",
-    "torque_z",
-    "displacement",
-    "temperature",
-    "slip",
-    "slip_speed",
-    "contact_radius",
-)
 
 
 class Benches:
@@ -65,7 +55,6 @@ class Benches:
 
     @property
     def finished(self) -> bool:
-        """Whether the protocol is over."""
         return self.time >= self.duration
 
     def prepare(self) -> None:
@@ -79,7 +68,6 @@ class Benches:
             self._rows = sorted(rows, key=lambda row: row[0])
 
     def rewind(self) -> None:
-        """Begin anew."""
         self.time, self._next = 0.0, 0
 
     def step(self, dt: float) -> list[FingertipState]:
@@ -92,9 +80,7 @@ class Benches:
             time, finger, values = self._rows[self._next]
             stamp = self.epoch + round(time * NS)
             seq = self._next // len(self.fingers) + 1
-            states.append(
-                FingertipState(stamp, finger, seq, **dict(zip(BENCH_CHANNELS, values, strict=True)))
-            )
+            states.append(FingertipState(stamp, finger, seq, **dict(zip(CHANNELS, values, strict=True))))
             self._next += 1
         return states
 
@@ -120,5 +106,5 @@ def _trial(job: _Job) -> Trial:
 def _felt(finger: str, job: _Job) -> list[tuple[float, str, tuple[float, ...]]]:
     columns = _trial(job).columns
     missing = np.full(columns["t"].size, NAN)
-    values = [columns.get(name, missing).tolist() for name in BENCH_CHANNELS]
+    values = [columns.get(name, missing).tolist() for name in CHANNELS]
     return [(t, finger, row) for t, row in zip(columns["t"].tolist(), zip(*values, strict=True), strict=True)]

@@ -21,20 +21,22 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from vegrip.config import build, parameter, read_toml
 from vegrip.errors import ConfigError
+from vegrip.model import ContactModel
 from vegrip.spelling import suggestion
-from vegrip.virtual.bench.protocol import Episode, Segment
+from vegrip.virtual.bench.protocol import Episode, Segment, standard_protocol
+from vegrip.virtual.settings import FingertipSettings
 from vegrip.whole_file import write_whole
 
 __all__ = ["Episode", "Protocol", "Segment", "read_protocol", "write_protocol"]
-
 EPISODE_PAUSE_S = 20.0  # [s]
 MAX_PROTOCOL_S = 1e5  # [s] of a whole protocol
+CLEARANCE_XREF = 0.1  # [x_ref] between tip and object before and after
+STANDARD_AIR_S = 0.3  # [s]
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,6 @@ class Protocol:
         return moving + self.pause * (len(self.episodes) - 1)
 
     def repeated(self, times: int) -> "Protocol":
-        """Return the protocol done several times over."""
         notes = self.notes or ("",) * len(self.episodes)
         return replace(self, episodes=self.episodes * times, notes=notes * times)
 
@@ -100,26 +101,24 @@ def read_protocol(path: Path | str) -> Protocol:
 
     """
     table = read_toml(Path(path))
-    for key in table:
-        if key not in ("name", "pause", "episode"):
-            raise ConfigError(
-                f"{path}: unknown key {key!r}; {suggestion(key, ('name', 'pause', 'episode'), 'known are')}"
-            )
+    _check_keys(table, ("name", "pause", "episode"), str(path))
     pause = _number(table.get("pause", EPISODE_PAUSE_S), f"{path}: 'pause'", 0.0)
     episodes, notes = [], []
     for i, section in enumerate(_list(table.get("episode", []), f"{path}: 'episode'")):
         where = f"{path} episode {i + 1}"
-        for key in section:
-            if key not in ("note", "segments"):
-                raise ConfigError(
-                    f"{where}: unknown key {key!r}; {suggestion(key, ('note', 'segments'), 'known are')}"
-                )
+        _check_keys(section, ("note", "segments"), where)
         entries = _list(section.get("segments", []), f"{where}: 'segments'")
         episodes.append(tuple(_segments(entries, where)))
         notes.append(str(section.get("note", "")))
     if not episodes:
         raise ConfigError(f"{path}: it has no [[episode]]; a protocol needs one with segments")
     return Protocol(str(table.get("name", Path(path).stem)), tuple(episodes), pause, tuple(notes))
+
+
+def _check_keys(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
+    for key in table:
+        if key not in known:
+            raise ConfigError(f"{where}: unknown key {key!r}; {suggestion(key, known, 'known are')}")
 
 
 def _segments(entries: list[Mapping[str, Any]], where: str) -> Iterator[Segment]:
@@ -198,26 +197,23 @@ def _text(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ") + '"'
 
 
-def greatest_depth(protocol: Protocol) -> float:
-    """Return the greatest depth that is imposed [m], sines included; forces are not looked at."""
-    deepest = 0.0
-    for episode in protocol.episodes:
-        level = 0.0
-        for segment in episode:
-            level = segment.depth if segment.depth is not None else level
-            deepest = max(deepest, level + (segment.amplitude if segment.force is None else 0.0))
-    return deepest
+def clear(model: ContactModel) -> Segment:
+    """Return a stretch out of contact, long enough to tell the zeros of the sensors."""
+    return Segment(STANDARD_AIR_S, depth=-CLEARANCE_XREF * model.reference_depth)
 
 
-def greatest_speed(protocol: Protocol) -> float:
-    """Return the greatest speed of the normal axis where depth is imposed [m/s], sines included."""
-    fastest = 0.0
-    for episode in protocol.episodes:
-        levels = [0.0]
-        for segment in episode:
-            levels.append(segment.depth if segment.depth is not None else levels[-1])
-            if segment.force is None:
-                fastest = max(fastest, 2.0 * math.pi * segment.frequency * segment.amplitude)
-        moves = zip(episode, pairwise(levels), strict=True)
-        fastest = max(fastest, *(abs(b - a) / s.duration for s, (a, b) in moves if s.force is None))
-    return fastest
+def standard(model: ContactModel, size: float = 0.8) -> Protocol:
+    """Return 20 episodes scaled to the fingertip; the deepest press reaches ``size`` x 20 % of its radius."""
+    tip = FingertipSettings(
+        radius=model.tip_radius,
+        reference_indentation=model.reference_depth,
+        reference_force=model.values["K"].value if "K" in model.values else 1.0,
+        exponent=min(max(model.values["p"].value if "p" in model.values else 1.5, 1.0), 3.0),
+    )
+    episodes = tuple(_in_air(episode, clear(model)) for episode in standard_protocol(tip, size=size))
+    return Protocol("standard", episodes, 20.0)
+
+
+def _in_air(episode: Episode, air: Segment) -> Episode:
+    away = [replace(s, depth=air.depth) if s.depth == 0.0 else s for s in episode]
+    return (air, *away[1:], air)

@@ -27,7 +27,7 @@ class FingerLine(Protocol):
         """Return whether a command can say that it lives for ``lifetime`` [s]."""
 
     def can_hand_over(self, memory: NamedNumbers) -> bool:
-        """Return whether what the objects have written into a ``memory`` can go on there."""
+        """Return whether what :meth:`write_to` has put into a ``memory`` can go on there."""
 
     def write_to(self, memory: NamedNumbers, lifetime: float) -> None:
         """Put what the step needs into a memory."""
@@ -63,7 +63,7 @@ class Line:
         return self._raw(lifetime) is not None
 
     def can_hand_over(self, memory: NamedNumbers) -> bool:  # noqa: ARG002 (other lines look at it)
-        """Return whether what the objects have written into a ``memory`` can go on there."""
+        """Return whether what :meth:`write_to` has put into a ``memory`` can go on there."""
         return True
 
     def write_to(self, memory: NamedNumbers, lifetime: float) -> None:

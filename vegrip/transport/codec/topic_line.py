@@ -17,7 +17,7 @@ from vegrip.types import NamedNumbers
 
 FARTHEST_NS: Final = 1 << 61
 """[ns] A stamp so far from its arrival, 73 years, is left to messages: their numbers have no end."""
-NOTHING_CAME: Final = 1 << 62  # [ns] see vegrip.grip.safety.watchdog.NO_QUICKEST
+NOTHING_CAME: Final = 1 << 62  # [ns] see vegrip.grip.kernels.watchdog
 TIMES: Final = ("INPUT_STAMP", "INPUT_QUICKEST", "SAMPLE_STAMP", "SAMPLE_INFORMED")
 NUMBER: Final = frozenset({float, int})  # whole ones come from other languages
 NO_FRAME: Final = -1

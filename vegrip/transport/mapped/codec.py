@@ -61,7 +61,8 @@ class MappedCodec(ForeignHand):
 
     def decode(self, frame: Frame) -> Message | None:
         """Return the first state that ``frame`` completes; :meth:`decode_all` returns all of them."""
-        return next(iter(self.decode_all(frame)), None)
+        states = self.decode_all(frame)
+        return states[0] if states else None
 
     def decode_all(self, frame: Frame) -> Sequence[FingertipState]:
         """Return the states that ``frame`` completes."""

@@ -3,6 +3,7 @@
 import math
 import struct
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,6 +19,10 @@ from vegrip.transport.mapped.schema import CommandMap, frames_in
 _FLOATS: Final = {16: "<e", 32: "<f", 64: "<d"}
 
 
+BitField = tuple[int, int, bool]
+"""Shift, mask, and whether the bits are counted from the end of the frame."""
+
+
 @dataclass(slots=True, kw_only=True)
 class _Target(Target):
     signal: Signal
@@ -29,6 +34,7 @@ class _Target(Target):
 class _Outgoing(Outgoing):
     message: ForeignMessage
     blank: dict[str, int]
+    places: dict[str, BitField]  # of its signals
     counter: str = ""
     modulus: int = 1
     guard: Protection | None = None
@@ -68,20 +74,22 @@ class CommandEncoder(Commands[Frame]):
             frames += self._request
         return frames
 
-    def _packed(self, outgoing: _Outgoing, values: list[float]) -> Frame:
-        raws = dict(outgoing.blank)
-        for target, value in zip(outgoing.targets, values, strict=True):
-            for signal, ratio in ((target.signal, 1.0), *target.shares):
+    def _packed(self, outgoing: _Outgoing, values: list[tuple[_Target, float, int]]) -> Frame:
+        raws = outgoing.blank.copy()
+        for target, value, raw in values:
+            raws[target.signal.name] = raw
+            for signal, ratio in target.shares:
                 raws[signal.name] = raw_of(signal, ratio * value, raw=target.raw)[0]
         if outgoing.counter:
             raws[outgoing.counter] = outgoing.count % outgoing.modulus
-        data = pack(outgoing.message, raws)
+        message = outgoing.message
+        data = packed(outgoing.places, message.length, raws)
         if outgoing.guard is not None:
             outgoing.guard.protect(data)
-        return Frame(outgoing.message.identifier, bytes(data), outgoing.message.fd)
+        return Frame(message.identifier, bytes(data), message.fd)
 
-    def _is_beyond(self, target: _Target, value: float) -> bool:
-        return raw_of(target.signal, value, raw=target.raw)[1]
+    def _raw(self, target: _Target, value: float) -> tuple[int, bool]:
+        return raw_of(target.signal, value, raw=target.raw)
 
     def _add(self, finger: str, command: CommandMap, where: str) -> tuple[_Outgoing, _Target]:
         message, signal = find_signal(self._plan.database, command.signal, where)
@@ -106,12 +114,13 @@ class CommandEncoder(Commands[Frame]):
     def _open(self, message: ForeignMessage, selectors: dict[str, int]) -> _Outgoing:
         spec = self._plan.protection.get(message.name)
         if spec is None:
-            return _Outgoing(targets=[], message=message, blank=dict(selectors))
+            return _Outgoing(targets=[], message=message, blank=dict(selectors), places=places_of(message))
         where = f"{self._plan.hand.path} [messages.{message.name}.checksum]"
         return _Outgoing(
             targets=[],
             message=message,
             blank=dict(selectors),
+            places=places_of(message),
             counter=spec.counter,
             modulus=spec.modulus or (1 << message.signals[spec.counter].length if spec.counter else 1),
             guard=protection(spec.checksum, message, where),
@@ -119,18 +128,26 @@ class CommandEncoder(Commands[Frame]):
         )
 
 
-def pack(message: ForeignMessage, values: dict[str, int]) -> bytearray:
-    """Return a frame with the raw ``values``, all other bits zero."""
+def places_of(message: ForeignMessage) -> dict[str, BitField]:
+    """Return where the bits of each signal go."""
+    return {
+        name: (signal.shift(message.length), (1 << signal.length) - 1, signal.is_big_endian)
+        for name, signal in message.signals.items()
+    }
+
+
+def packed(places: Mapping[str, BitField], length: int, values: Mapping[str, int]) -> bytearray:
+    """Return a frame of ``length`` bytes with the raw ``values``, all other bits zero."""
     little = big = 0
     for name, raw in values.items():
-        signal = message.signals[name]
-        bits = (raw & (1 << signal.length) - 1) << signal.shift(message.length)
-        if signal.is_big_endian:
-            big |= bits
+        shift, mask, is_big_endian = places[name]
+        if is_big_endian:
+            big |= (raw & mask) << shift
         else:
-            little |= bits
-    mirrored = int.from_bytes(big.to_bytes(message.length, "big"), "little")
-    return bytearray((little | mirrored).to_bytes(message.length, "little"))
+            little |= (raw & mask) << shift
+    if big:
+        little |= int.from_bytes(big.to_bytes(length, "big"), "little")
+    return bytearray(little.to_bytes(length, "little"))
 
 
 def raw_of(signal: Signal, value: float, *, raw: bool = False) -> tuple[int, bool]:

@@ -94,7 +94,7 @@ from vegrip.trials.kernels.learning import give_evidence, take_belief
 
 LONGEST_STEP = 0.1  # [s], as finger.LONGEST_STEP_S
 LEAST_SLIDING = 2e-4  # [m/s], as estimator.LEAST_SLIP_SPEED
-TRANSFER_TIME = 0.3  # [s], as bumpless_transfer.TRANSFER_DURATION_S
+TRANSFER_TIME = 0.3  # [s], as in grip.kernels.takeover
 
 
 def reset_policy(h: Floats, i: int) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vegrip.errors import InputError, UsageError
-from vegrip.identification.recording.chosen import episodes_text, parse_episodes
+from vegrip.identification.recording.data import episodes_text, parse_episodes
 from vegrip.web.check.render import body, verdict
 from vegrip.web.check.session import Rung, Session, load, save
 from vegrip.web.job_page import JobPage

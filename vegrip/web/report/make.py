@@ -9,11 +9,11 @@ from typing import Any
 from vegrip.errors import InputError, UsageError
 from vegrip.identification.diagnosis import diagnose
 from vegrip.identification.diagnosis.account import account, described, versions
-from vegrip.identification.experiment.next_experiment import next_experiment
+from vegrip.identification.experiment.design import next_experiment
 from vegrip.identification.fit import noise_of
 from vegrip.identification.recording import read_recording
 from vegrip.identification.recording.folder import TOML
-from vegrip.identification.recording.run_summary import is_run, summarise_run
+from vegrip.identification.recording.session import is_run, summarise_run
 from vegrip.model import ContactModel
 from vegrip.web.check.session import CHECK_FILE, load
 from vegrip.web.report.model_report import account_of_check, model_report

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vegrip.identification.compare.words import format_quantity
+from vegrip.identification.compare.where import format_quantity
 from vegrip.web.check.render import VERDICTS, channels, comparison, parameters, ranking, where
 from vegrip.web.check.session import Rung, Session
 from vegrip.web.figures import ladder

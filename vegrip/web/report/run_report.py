@@ -13,7 +13,7 @@ FAULTY = 0.01  # share of the time under a fault from which on it is said
 
 
 def run_report(told: Told, commands_run: list[str], versions: Told) -> str:
-    """Return the report of :func:`~vegrip.identification.recording.run_summary.summarise_run`."""
+    """Return the report of :func:`~vegrip.identification.recording.session.summarise_run`."""
     fingers = told["fingers"]
     parts = (
         section("what happened", listed(_findings(told))),

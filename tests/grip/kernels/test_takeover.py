@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
+from tests.grip.stages import KERNELS, Takeover
 from vegrip.clock import NS
-from vegrip.grip.bumpless_transfer import TRANSFER_DURATION_S, BumplessTransfer
 from vegrip.grip.policies.demand import Demand
 from vegrip.grip.safety.fail_safe import FailSafeSettings
 
@@ -17,9 +17,9 @@ BEGIN = 7 * NS
 
 def bound(after: float = 0.0, force: float = 3.0, least: float = 11.0, **changes: float | bool) -> float:
     """Bound ``after`` [s] when ``force`` [N] was met holding 1 N and no torque, at an arm of 4 mm."""
-    takeover = BumplessTransfer()
+    takeover = Takeover(RAMP)
     takeover.begin(force, LOAD, 4e-3, BEGIN)
-    return takeover.bounded(least, replace(LOAD, **changes), BEGIN + round(after * NS), RAMP)
+    return takeover.bounded(least, replace(LOAD, **changes), BEGIN + round(after * NS))
 
 
 def test_the_first_command_is_the_force_that_is_there() -> None:
@@ -39,14 +39,14 @@ def test_less_than_is_held_is_asked_for_as_it_is() -> None:
 
 
 def test_after_its_duration_the_estimate_rules() -> None:
-    assert bound(TRANSFER_DURATION_S) == 11.0
+    assert bound(KERNELS.TRANSFER_TIME) == 11.0
 
 
 def test_slip_ends_it_for_good() -> None:
-    takeover = BumplessTransfer()
+    takeover = Takeover(RAMP)
     takeover.begin(3.0, LOAD, 4e-3, BEGIN)
-    assert takeover.bounded(11.0, replace(LOAD, slipping=True), BEGIN, RAMP) == 11.0
-    assert takeover.bounded(11.0, LOAD, BEGIN, RAMP) == 11.0
+    assert takeover.bounded(11.0, replace(LOAD, slipping=True), BEGIN) == 11.0
+    assert takeover.bounded(11.0, LOAD, BEGIN) == 11.0
 
 
 def test_a_load_that_grows_needs_more_than_in_proportion() -> None:
@@ -57,20 +57,20 @@ def test_a_load_that_grows_needs_more_than_in_proportion() -> None:
 
 
 def test_what_held_no_load_shows_nothing() -> None:
-    takeover = BumplessTransfer()
+    takeover = Takeover(RAMP)
     takeover.begin(3.0, replace(LOAD, tangential_force=0.0), math.nan, BEGIN)
-    assert takeover.bounded(11.0, LOAD, BEGIN, RAMP) == 11.0
+    assert takeover.bounded(11.0, LOAD, BEGIN) == 11.0
 
 
 @pytest.mark.parametrize("first", [5e-324, 1e-200, math.nan, math.inf, 1e300])
 @pytest.mark.parametrize("then", [0.0, 60.0, math.nan, math.inf])
 @pytest.mark.parametrize("force", [0.0, 3.0])
 def test_no_load_breaks_it(first: float, then: float, force: float) -> None:
-    takeover = BumplessTransfer()
+    takeover = Takeover(RAMP)
     takeover.begin(force, replace(LOAD, tangential_force=first), 5e-324, BEGIN)
-    found = takeover.bounded(11.0, replace(LOAD, tangential_force=then, torque=2.0), BEGIN, RAMP)
+    found = takeover.bounded(11.0, replace(LOAD, tangential_force=then, torque=2.0), BEGIN)
     assert 0.0 <= found <= 11.0
 
 
 def test_before_it_began_nothing_is_bounded() -> None:
-    assert BumplessTransfer().bounded(11.0, LOAD, BEGIN, RAMP) == 11.0
+    assert Takeover(RAMP).bounded(11.0, LOAD, BEGIN) == 11.0

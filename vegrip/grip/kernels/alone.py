@@ -1,6 +1,6 @@
-"""Friction as the finger's own estimate has it, and the load as it is felt: a finger that shares nothing.
+"""A finger that works alone: friction as its own estimate has it, the load as it is felt, the margin grip.
 
-In the place of :mod:`vegrip.grip.kernels.friction_shared` where a finger works alone.
+In the place of :mod:`vegrip.grip.kernels.friction_shared` and :mod:`vegrip.grip.kernels.choice`.
 """
 
 import math
@@ -15,6 +15,8 @@ from vegrip.grip.kernels.generated import (
     Floats,
     Wholes,
 )
+from vegrip.grip.kernels.margin_grip import forget_grip, wanted_force
+from vegrip.grip.kernels.share import balanced_force
 
 
 def prepare_friction(f: Floats, _t: Wholes, _g: Floats) -> None:
@@ -45,3 +47,23 @@ def told_friction(_f: Floats, _t: Wholes, mu: float, std: float) -> tuple[float,
 
 def restore_slip(_f: Floats, _t: Wholes) -> None:
     """Leave the state as it is: nothing was taken out of it."""
+
+
+def asks_least_force(_t: Wholes) -> bool:
+    """Return whether the policy looks at the least force."""
+    return True
+
+
+def forget_policy(f: Floats, t: Wholes) -> None:
+    """Forget the past of the need."""
+    forget_grip(f, t)
+
+
+def asked_force(f: Floats, t: Wholes, base: float, dt: float) -> tuple[float, int]:
+    """Return the normal force [N] that the policy asks for, and its reason."""
+    return wanted_force(f, t, base, dt)
+
+
+def shared_force(_f: Floats, t: Wholes, g: Floats) -> float:
+    """Return this finger's share of the grasp [N]."""
+    return balanced_force(t, g)

@@ -1,4 +1,4 @@
-"""The compiled finger step answers every frame as the objects do, to the last byte."""
+"""A frame is answered as the message that it carries, to the last byte."""
 
 import os
 from dataclasses import replace
@@ -18,17 +18,25 @@ SEEDS = range(40 if LONG else 3)
 
 
 @pytest.fixture(scope="session")
-def by_objects(hand_log: Log) -> Answers:
-    """Return what the objects answer."""
+def as_messages(hand_log: Log) -> Answers:
+    """Return what is answered to the messages."""
     return Replay(hand_log).run()
 
 
-def test_every_command_of_a_recorded_grasp_is_equal(hand_log: Log, by_objects: Answers, mode: str) -> None:
+@pytest.mark.parametrize("policy", ["constant", "cone", "elastic"])
+def test_the_baseline_policies_run_compiled(hand_log: Log, policy: str, mode: str) -> None:
+    parameters = replace(demo_parameters(), policy=policy)
+    compiled = Replay(hand_log, mode, parameters).run()
+    assert compiled.compiled_frames >= hand_log.frames - 10
+    assert differences(Replay(hand_log, "", parameters).run(), compiled) == []
+
+
+def test_every_command_of_a_recorded_grasp_is_equal(hand_log: Log, as_messages: Answers, mode: str) -> None:
     compiled = Replay(hand_log, mode).run()
-    assert differences(by_objects, compiled) == []
+    assert differences(as_messages, compiled) == []
     assert len(compiled.commands) > 1000
     assert compiled.compiled_frames >= hand_log.frames - 10, "it hardly ran compiled"
-    assert compiled.packed_reports > 0.9 * len(by_objects.reports), "reports were hardly packed by it"
+    assert compiled.packed_reports > 0.9 * len(as_messages.reports), "reports were hardly packed by it"
 
 
 @pytest.mark.parametrize("case", FAULTS, ids=[case.name for case in FAULTS])
@@ -40,9 +48,9 @@ def test_every_command_under_a_fault_is_equal(case: Case, mode: str) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_every_command_to_hostile_states_is_equal(hand_log: Log, seed: int, mode: str) -> None:
     log = hostile(replace(hand_log, sender_time=seed % 2 == 0), seed)
-    objects, compiled = Replay(log).run(), Replay(log, mode).run()
-    assert differences(objects, compiled) == []
-    assert sum(sum(faults.values()) for faults in objects.faults.values()) > 8, "the states were not hostile"
+    messages, compiled = Replay(log).run(), Replay(log, mode).run()
+    assert differences(messages, compiled) == []
+    assert sum(sum(faults.values()) for faults in messages.faults.values()) > 8, "the states were not hostile"
 
 
 def test_hostile_states_go_through_most_conditions(hand_log: Log) -> None:
@@ -56,15 +64,15 @@ def test_hostile_states_go_through_most_conditions(hand_log: Log) -> None:
 
 
 def test_going_to_and_fro_between_both_ways_changes_nothing(
-    hand_log: Log, by_objects: Answers, mode: str
+    hand_log: Log, as_messages: Answers, mode: str
 ) -> None:
     rng = np.random.default_rng(7)
     replay = Replay(hand_log, mode)
     for event in hand_log.events:
         if rng.random() < 0.2:
-            replay.node.take_back(str(rng.choice(hand_log.fingers)))
+            replay.node.leave_lines(str(rng.choice(hand_log.fingers)))
         replay.meet(event)
-    assert differences(by_objects, replay.finish()) == []
+    assert differences(as_messages, replay.finish()) == []
 
 
 def test_parameters_changed_on_the_way_count_at_once_on_both_ways(hand_log: Log, mode: str) -> None:
@@ -80,21 +88,19 @@ def test_parameters_changed_on_the_way_count_at_once_on_both_ways(hand_log: Log,
             replay.meet(event)
         return replay.finish()
 
-    objects = answers("")
-    assert differences(objects, answers(mode)) == []
-    assert objects.commands != Replay(hand_log).run().commands
+    messages = answers("")
+    assert differences(messages, answers(mode)) == []
+    assert messages.commands != Replay(hand_log).run().commands
 
 
 @pytest.mark.parametrize(
     "special",
     [
-        {"policy": "constant"},
-        {"policy": "cone"},
         {"contacts": {"thumb": {"normal": [0.0, 0.0, 1.0]}, "index": {"normal": [0.0, 0.0, -1.0]}}},
     ],
     ids="-".join,
 )
-def test_what_is_not_compiled_goes_by_the_objects(
+def test_where_python_takes_part_frames_are_decoded(
     hand_log: Log, special: dict[str, object], mode: str
 ) -> None:
     parameters = replace(demo_parameters(), **special)  # type: ignore[arg-type]
@@ -110,9 +116,9 @@ def learning_log() -> Log:
 
 
 def test_every_command_is_equal_where_friction_is_shared_and_probed(learning_log: Log, mode: str) -> None:
-    objects, replay = Replay(learning_log).run(), Replay(learning_log, mode)
+    messages, replay = Replay(learning_log).run(), Replay(learning_log, mode)
     compiled = replay.run()
-    assert differences(objects, compiled) == []
+    assert differences(messages, compiled) == []
     assert compiled.compiled_frames >= learning_log.frames - 20, "it hardly ran compiled"
     assert replay.node.controller is not None
     assert replay.node.controller.friction.belief("thumb")[1] < 0.35, "nothing was learned"
@@ -131,7 +137,7 @@ def test_going_to_and_fro_changes_nothing_where_friction_is_shared(learning_log:
     replay = Replay(learning_log, mode)
     for event in learning_log.events:
         if rng.random() < 0.2:
-            replay.node.take_back(str(rng.choice(learning_log.fingers)))
+            replay.node.leave_lines(str(rng.choice(learning_log.fingers)))
         replay.meet(event)
     assert differences(Replay(learning_log).run(), replay.finish()) == []
 
@@ -176,9 +182,9 @@ def test_lag_and_proven_time_changed_on_the_way_count_at_once_on_both_ways(
             replay.meet(event)
         return replay.finish()
 
-    objects = answers("")
-    assert differences(objects, answers(mode)) == []
-    assert objects.commands != Replay(learning_log).run().commands
+    messages = answers("")
+    assert differences(messages, answers(mode)) == []
+    assert messages.commands != Replay(learning_log).run().commands
 
 
 @pytest.mark.other_model

@@ -1,0 +1,183 @@
+"""Single stages of the finger step as plain Python runs them, to test their laws; each has its own memory."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from vegrip.estimator.layout import layout_of
+from vegrip.grip.compiled import channels_of, finger_module
+from vegrip.grip.finger import FRESH, UNHEARD
+from vegrip.grip.layout import CHANNELS, FingerLayout
+from vegrip.grip.memory import FingerMemory
+from vegrip.grip.policies.demand import Demand
+from vegrip.grip.policies.margin_grip import GripSettings
+from vegrip.grip.rules import write_choice, write_rules
+from vegrip.grip.safety.fail_safe import FailSafeSettings
+from vegrip.grip.safety.limits import LimitSettings
+from vegrip.grip.safety.watchdog import WatchdogSettings
+from vegrip.grip.settings import ControlSettings
+from vegrip.messages import Condition, FingertipState, Reason
+from vegrip.model import paper_model
+from vegrip.transport.codec.part_text import payload_bytes
+
+MODEL = paper_model(8e-3)
+PLACES = layout_of(MODEL)
+FINGER = FingerLayout(
+    PLACES.size, PLACES.lasting, late=3, history=5, is_shared=True, part_bytes=payload_bytes()
+)
+KERNELS: ModuleType = finger_module(MODEL, PLACES, FINGER, mode="python")
+
+
+class Stage:
+    """A fresh memory with the rules of some settings."""
+
+    def __init__(self, **settings: Any) -> None:
+        self.memory = FingerMemory(FINGER)
+        for name, value in {**FRESH, **UNHEARD}.items():
+            self.memory[name] = value
+        self.memory.section("REPEATED")[:] = self.memory.section("REPEATED_FORCE")[:] = math.nan
+        self.apply(ControlSettings(**settings))
+        self.f, self.t = self.memory.f, self.memory.t
+
+    def apply(self, settings: ControlSettings) -> None:
+        """Go by other settings."""
+        write_rules(self.memory, settings)
+        write_choice(self.memory, settings)
+
+    def put(self, state: FingertipState) -> None:
+        """Let this be the present state."""
+        self.memory["NEWS_SEQ"], self.memory["NEWS_STAMP"] = state.seq, state.stamp
+        self.memory.section("STATE")[:] = [getattr(state, name) for name in CHANNELS]
+
+    def demand(self, demand: Demand) -> None:
+        """Let this be the demand."""
+        given = demand.least_force, demand.tangential_force, demand.torque, demand.margin_bound
+        self.memory.section("DEMAND")[:] = given
+        self.memory.section("NEED")[:3] = demand.in_contact, demand.slipping, demand.trusted
+
+
+class Watchdog(Stage):
+    """The supervision of the input."""
+
+    def __init__(self, settings: WatchdogSettings) -> None:
+        super().__init__(watchdog=settings)
+        self.settings = settings
+
+    def accept(self, state: FingertipState, now: int) -> bool:
+        self.put(state)
+        return bool(KERNELS.accept_state(self.f, self.t, now))
+
+    def tick(self, now: int) -> Condition:
+        KERNELS.watch_silence(self.f, self.t, now)
+        return self.condition
+
+    def corrupt(self, now: int) -> None:
+        KERNELS.note_broken(self.t, now)
+
+    @property
+    def condition(self) -> Condition:
+        return Condition(self.memory["INPUT_CONDITION"])
+
+    @property
+    def doubtful(self) -> bool:
+        return bool(self.memory["INPUT_DOUBTFUL"])
+
+    @property
+    def lost(self) -> frozenset[str]:
+        return channels_of(self.memory["INPUT_LOST"])
+
+    @property
+    def faults(self) -> dict[Condition, int]:
+        counts = zip(Condition, self.memory.section("FAULTS").tolist(), strict=True)
+        return {condition: count for condition, count in counts if count}
+
+
+class StuckNoise(Stage):
+    """Whether the noise of the normal force has vanished."""
+
+    def vanished(self, force: float, chance: float) -> bool:
+        self.memory["STATE_NORMAL_FORCE"], self.memory["RULE_FROZEN_CHANCE"] = force, chance
+        return bool(KERNELS.noise_vanished(self.f, self.t))
+
+
+class Policy(Stage):
+    """A policy that the step has."""
+
+    def __init__(self, name: str, **settings: Any) -> None:
+        super().__init__(policy=name, **settings)
+        KERNELS.forget_grip(self.f, self.t)
+
+    def wanted(self, held: float, demand: Demand, dt: float) -> tuple[float, Reason]:
+        self.demand(demand)
+        force, reason = KERNELS.asked_force(self.f, self.t, held, dt)
+        return float(force), Reason(int(reason))
+
+
+def margin_grip(settings: GripSettings) -> Policy:
+    return Policy("margin", grip=settings)
+
+
+class FailSafe(Stage):
+    """Hold, then ramp."""
+
+    def __init__(self, settings: FailSafeSettings) -> None:
+        super().__init__(fail_safe=settings)
+
+    def command(self, held: float, dt: float, holding: Reason) -> tuple[float, Reason]:
+        self.memory["GRIP_HELD"] = self.memory["GRIP_REQUIRED"] = held
+        KERNELS.ride_out_fault(self.f, self.t, dt, int(holding))
+        return self.memory["GRIP_REQUIRED"], Reason(self.memory["TURN_REASON"])
+
+    def recovered(self) -> None:
+        KERNELS.end_fault(self.f)
+
+    @property
+    def active(self) -> bool:
+        return bool(KERNELS.is_at_fault(self.f))
+
+
+class Takeover(Stage):
+    """The bound of the least force after a contact was met in its middle."""
+
+    def __init__(self, ramp: FailSafeSettings) -> None:
+        super().__init__(fail_safe=ramp)
+
+    def begin(self, force: float, demand: Demand, arm: float, now: int) -> None:
+        self.demand(demand)
+        with np.errstate(all="ignore"):
+            KERNELS.begin_transfer(self.f, self.t, force, arm, now)
+
+    def bounded(self, least: float, demand: Demand, now: int) -> float:
+        self.demand(replace(demand, least_force=least))
+        with np.errstate(all="ignore"):  # the kernels compute as IEEE 754 does
+            KERNELS.bound_takeover(self.f, self.t, now)
+        return float(self.memory["DEMAND_LEAST"])
+
+
+def limit_force(
+    wanted: float, reason: Reason, held: float, dt: float, limits: LimitSettings
+) -> tuple[float, Reason]:
+    stage = Stage(limits=limits)
+    stage.memory["GRIP_HELD"] = held
+    force, why = KERNELS.limited(stage.f, wanted, int(reason), dt)
+    return float(force), Reason(int(why))
+
+
+def clamp_force(force: float, limits: LimitSettings) -> float:
+    return float(KERNELS.clamped(Stage(limits=limits).f, force))
+
+
+def balance_forces(needs: Mapping[str, float], thumb: str) -> dict[str, float]:
+    """Return the share of every finger; ``needs`` are NaN for fingers without a command."""
+    names, stage = list(needs), Stage()
+    stage.memory["SETUP_FINGERS"] = len(names)
+    stage.memory["SETUP_THUMB"] = names.index(thumb) if thumb in names else -1
+    g, shares = np.array([needs[name] for name in names]), {}
+    for i, name in enumerate(names):
+        stage.memory["SETUP_FINGER"] = i
+        shares[name] = float(KERNELS.balanced_force(stage.t, g))
+    return shares
