@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import cantools.database
 import numpy as np
@@ -100,7 +101,7 @@ class ForeignHand:
         values = dict(zip(CHANNELS, event.values, strict=True))
         found = []
         for identifier, kind in ((LOAD + event.finger, "Load"), (MOTION + event.finger, "Motion")):
-            message = self._database.get_message_by_frame_id(identifier)
+            message = self._database.get_message_by_frame_id(identifier)  # type: ignore[union-attr]
             raw: dict[str, int | float] = {"Cnt": event.seq % 16, "Crc": 0}
             for signal in message.signals:
                 channel = PLACES.get(signal.name.rstrip("0123456789"))
@@ -117,9 +118,9 @@ class ForeignHand:
         finger = identifier - SET
         if not 0 <= finger < len(self.fingers):
             return None
-        said = self._database.decode_message(identifier, data, scaling=True)
+        values: Any = self._database.decode_message(identifier, data, scaling=True)  # type: ignore[union-attr]
         self._seq[finger] += 1
-        force = float(said[f"Grip{finger}"])
+        force = float(values[f"Grip{finger}"])
         return ForceCommand(at, self.fingers[finger], self._seq[finger], force, 0.0, Reason.HOLD, at)
 
 

@@ -18,6 +18,7 @@ from validation.golden.world import World, present
 from vegrip.clock import SimulatedClock
 from vegrip.grip.controller import GripController
 from vegrip.grip.node import GraspForce
+from vegrip.grip.policies import POLICIES
 from vegrip.messages import Condition, ContactEstimate, ForceCommand, Message, NodeStatus
 from vegrip.runtime.replay.bus import RecordedBus
 from vegrip.runtime.runner import LoopSettings, Runner
@@ -98,11 +99,12 @@ class _Session:
         world.stands = True
         self.endpoint: Any = self.wire.open()
         if self._way == "objects":
-            self.endpoint.line = self.endpoint.topic_line = lambda _: None
+            for line in ("line", "topic_line"):
+                setattr(self.endpoint, line, lambda _: None)
         self.node = make_node(self._setting, self.wire.fingers)
         if self._way in ("c", "numba", "python"):
             run, way = self.node.run_compiled, self._way
-            self.node.run_compiled = lambda lines, _="": run(lines, way)  # type: ignore[method-assign]
+            self.node.run_compiled = lambda lines, _="": run(lines, way)  # type: ignore[method-assign,assignment]
         self.runner = Runner(self.node, self.endpoint, world, LOOP)
         self.runner.start()
         world.stands = False
@@ -122,6 +124,7 @@ class _Session:
                 if count:
                     self.totals[f"{name} {condition.name}"] += count
         self.wire.close(self.endpoint)
+        POLICIES.pop("golden", None)
 
     def conditions(self) -> tuple[int, ...]:
         """Return what is wrong with the input of each finger."""

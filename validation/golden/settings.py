@@ -45,7 +45,8 @@ class Setting:
     def parameters(self, fingers: Sequence[str]) -> dict[str, Any]:
         """Return the table ``[parameters]`` for a hand with ``fingers``."""
         found: dict[str, Any] = {"suspects": False, "tip": TIPS["tip"]}
-        found["tips"] = {name: tip for name, tip in TIPS["tips"].items() if name in fingers}
+        tips: Any = TIPS["tips"]
+        found["tips"] = {name: tip for name, tip in tips.items() if name in fingers}
         found["estimator"] = {"hold": "force", **self.table.get("estimator", {})}
         found |= {key: value for key, value in self.table.items() if key != "estimator"}
         if self.has_contacts:
@@ -110,7 +111,6 @@ class OwnPolicy:
 
 
 POLICY = PolicyKind(OwnPolicy, OwnSettings)
-POLICIES["golden"] = "validation.golden.settings:POLICY"
 
 
 class OwnEstimator:
@@ -131,9 +131,10 @@ class OwnEstimator:
 
 def make_node(setting: Setting, fingers: tuple[str, ...]) -> GraspForce:
     """Return the node that grips, not configured yet."""
+    POLICIES["golden"] = "validation.golden.settings:POLICY"
     node = find_program("grasp_force")(setting.parameters(fingers), NodeContext("grip", fingers=fingers))
     assert isinstance(node, GraspForce)  # noqa: S101 (that is the program's)
     if setting.own_estimator:
         make: Any = node._make_estimator
-        node._make_estimator = lambda name: OwnEstimator(make(name))  # type: ignore[assignment, return-value]
+        node._make_estimator = lambda name: OwnEstimator(make(name))
     return node

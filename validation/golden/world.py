@@ -115,7 +115,7 @@ def _scripted_select(readable: Any, writable: Any, failed: Any, timeout: float |
 time.monotonic = _told(time.monotonic, lambda world: world.time / NS)
 time.monotonic_ns = _told(time.monotonic_ns, lambda world: world.time)
 time.time_ns = _told(time.time_ns, lambda world: world.time)
-time.sleep = _sleep
+time.sleep = _sleep  # type: ignore[assignment]
 select.select = _scripted_select
 
 

@@ -22,10 +22,13 @@ def need(force: float, bound: float = 0.1, **changes: bool) -> Demand:
     return Demand(least_force=force, tangential_force=1.0, margin_bound=bound, **given)
 
 
+LARGEST = 60.0  # [N] that the limits let through
+
+
 def run(grip: Policy, demand: Demand, held: float, seconds: float) -> tuple[float, set[Reason]]:
     reasons = set()
     for _ in range(round(seconds / DT)):
-        held, reason = grip.wanted(held, demand, DT)
+        held, reason = grip.wanted(min(held, LARGEST), demand, DT)
         reasons.add(reason)
     return held, reasons
 

@@ -133,12 +133,12 @@ class Commands(ABC, Generic[Packed]):
         """Return the outgoing message and the target of ``command``."""
 
     @abstractmethod
-    def _packed(self, outgoing: Any, values: list[float]) -> Packed:
-        """Return the message with ``values``, one for each target."""
+    def _packed(self, outgoing: Any, values: list[tuple[Any, float, Any]]) -> Packed:
+        """Return the message with ``values``: target, value in its unit, value on the wire."""
 
-    def _is_beyond(self, target: Any, value: float) -> bool:  # noqa: ARG002
-        """Whether the signal cannot hold ``value``."""
-        return False
+    def _raw(self, target: Any, value: float) -> tuple[Any, bool]:  # noqa: ARG002
+        """Return ``value`` on the wire, and whether the signal cannot hold it."""
+        return value, False
 
     def encode(self, command: ForceCommand) -> list[Packed]:
         """Return the message with ``command``, once all fingers in it have theirs."""
@@ -149,7 +149,7 @@ class Commands(ABC, Generic[Packed]):
             self._clipped[command.finger] += 1
             return []
         target.command, target.is_fresh = command, True
-        if not all(each.is_fresh for each in outgoing.targets):
+        if len(outgoing.targets) > 1 and not all(each.is_fresh for each in outgoing.targets):
             return []
         return self._message(outgoing, command.stamp)
 
@@ -170,28 +170,23 @@ class Commands(ABC, Generic[Packed]):
         return found
 
     def _message(self, outgoing: Any, now: int) -> list[Packed]:
-        values: list[float] = []
+        values: list[tuple[Any, float, Any]] = []
+        forces: list[float] = []
         for target in outgoing.targets:
-            values.append(self._value(target))
-            if math.isnan(values[-1]):  # no command and no measurement yet: the hand holds by itself
+            measured, position = self._state_of(target.finger)
+            force = measured if target.command is None else target.command.normal_force
+            value = target.law.value(force, target.sent, measured, position)
+            if not math.isfinite(value):  # no command and no measurement yet: the hand holds by itself
                 return []
+            bounded = min(max(value, target.low), target.high)
+            raw, is_beyond = self._raw(target, bounded)
+            if bounded != value or is_beyond:
+                self._clipped[target.finger] += 1
+            values.append((target, bounded, raw))
+            forces.append(force)
         packed = self._packed(outgoing, values)
-        for target in outgoing.targets:
-            target.is_fresh, target.sent = False, self._force_of(target)
+        for target, force in zip(outgoing.targets, forces, strict=True):
+            target.is_fresh, target.sent = False, force
         outgoing.count += 1
         outgoing.last = now
         return [packed]
-
-    def _force_of(self, target: Target) -> float:
-        """Return the wanted force [N]; without a command the measured one."""
-        return self._state_of(target.finger)[0] if target.command is None else target.command.normal_force
-
-    def _value(self, target: Target) -> float:
-        measured, position = self._state_of(target.finger)
-        value = target.law.value(self._force_of(target), target.sent, measured, position)
-        if not math.isfinite(value):
-            return math.nan
-        bounded = min(max(value, target.low), target.high)
-        if bounded != value or self._is_beyond(target, bounded):
-            self._clipped[target.finger] += 1
-        return bounded

@@ -19,15 +19,15 @@ from vegrip.transport.mapped.schema import CommandMap, frames_in
 _FLOATS: Final = {16: "<e", 32: "<f", 64: "<d"}
 
 
+BitField = tuple[int, int, bool]
+"""Shift, mask, and whether the bits are counted from the end of the frame."""
+
+
 @dataclass(slots=True, kw_only=True)
 class _Target(Target):
     signal: Signal
     raw: bool
     shares: tuple[tuple[Signal, float], ...]  # other signals that get so much of the value
-
-
-BitField = tuple[int, int, bool]
-"""Shift, mask, and whether the bits are counted from the end of the frame."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -74,20 +74,22 @@ class CommandEncoder(Commands[Frame]):
             frames += self._request
         return frames
 
-    def _packed(self, outgoing: _Outgoing, values: list[float]) -> Frame:
-        raws = dict(outgoing.blank)
-        for target, value in zip(outgoing.targets, values, strict=True):
-            for signal, ratio in ((target.signal, 1.0), *target.shares):
+    def _packed(self, outgoing: _Outgoing, values: list[tuple[_Target, float, int]]) -> Frame:
+        raws = outgoing.blank.copy()
+        for target, value, raw in values:
+            raws[target.signal.name] = raw
+            for signal, ratio in target.shares:
                 raws[signal.name] = raw_of(signal, ratio * value, raw=target.raw)[0]
         if outgoing.counter:
             raws[outgoing.counter] = outgoing.count % outgoing.modulus
-        data = packed(outgoing.places, outgoing.message.length, raws)
+        message = outgoing.message
+        data = packed(outgoing.places, message.length, raws)
         if outgoing.guard is not None:
             outgoing.guard.protect(data)
-        return Frame(outgoing.message.identifier, bytes(data), outgoing.message.fd)
+        return Frame(message.identifier, bytes(data), message.fd)
 
-    def _is_beyond(self, target: _Target, value: float) -> bool:
-        return raw_of(target.signal, value, raw=target.raw)[1]
+    def _raw(self, target: _Target, value: float) -> tuple[int, bool]:
+        return raw_of(target.signal, value, raw=target.raw)
 
     def _add(self, finger: str, command: CommandMap, where: str) -> tuple[_Outgoing, _Target]:
         message, signal = find_signal(self._plan.database, command.signal, where)

@@ -50,8 +50,8 @@ class TopicEncoder(Commands[tuple[str, bytes]]):
         self._bodies = bodies
         super().__init__(plan, state_of, clipped)
 
-    def _packed(self, outgoing: _Outgoing, values: list[float]) -> tuple[str, bytes]:
-        entries = [(target.steps, value) for target, value in zip(outgoing.targets, values, strict=True)]
+    def _packed(self, outgoing: _Outgoing, values: list[tuple[_Target, float, float]]) -> tuple[str, bytes]:
+        entries = [(target.steps, value) for target, value, _ in values]
         entries += outgoing.constants
         if outgoing.counter:
             entries.append((outgoing.counter, outgoing.count))
