@@ -4,11 +4,11 @@ All on the same recorded frames of a closed loop, in processor time, so that a b
 
 * ``finger_step_vs_physics``: the step (checks, watchdog, grip, limits, frames and the physics) against update
   and least force alone, each called from Python;
-* ``message_path_vs_finger_step``: codec, node and codec by messages against the step;
+* ``object_path_vs_finger_step``: codec, node and codec by messages against the step;
 * ``loop_vs_finger_step``: the loop of the node, five states at a wake-up, without reports, against the step;
   the ratio is the share of the step;
 * ``loop_of_packets_vs_finger_step``: the same where the bus brings the five states in one packet;
-* ``message_report_vs_packed``: contact and slip margin as messages to frames, and packed by the step;
+* ``object_report_vs_packed``: contact and slip margin as messages to frames, and packed by the step;
 * ``wire_fd``, ``wire_classic``, ``wire_canopen``, ``wire_topics``, ``wire_batch``: a state from its bytes to
   those of its command on this wire, codec and node by messages against codec and node without them;
 * ``wire_map``: the same of a hand of another make behind a map, which gives messages, against ``wire_fd``;
@@ -90,10 +90,10 @@ def run() -> dict[str, Timed]:
     step = finger_step(log, mode)
     results = {
         "finger_step_vs_physics": row(step, physics(log)),
-        "message_path_vs_finger_step": row(step, messages(log)),
+        "object_path_vs_finger_step": row(step, messages(log)),
         "loop_vs_finger_step": row(loop(log, 1), step),
         "loop_of_packets_vs_finger_step": row(loop(log, FINGERS), step),
-        "message_report_vs_packed": reports(log),
+        "object_report_vs_packed": reports(log),
     }
     results |= {name: wire_row(name, log, mode) for name in WIRES}
     results["wire_map"] = row(results["wire_fd"]["ours_us"] / 1e6, results["wire_map"]["ours_us"] / 1e6)
