@@ -140,9 +140,6 @@ class ScriptedBus(can.BusABC):
         ScriptedBus.on_sent(msg)
 
 
-can.interfaces.BACKENDS["virtual"] = (__name__, "ScriptedBus")  # new names are not taken there
-
-
 class Frames(Wire):
     """Frames of our own layout on a bus of python-can."""
 
@@ -212,7 +209,12 @@ class Frames(Wire):
     def open(self) -> Endpoint:
         """Open it on the scripted bus."""
         ScriptedBus.on_sent = self._keep
-        return open_endpoint(self.table(), Hand(self.fingers))
+        backends = can.interfaces.BACKENDS
+        usual, backends["virtual"] = backends["virtual"], (__name__, "ScriptedBus")  # takes no new names
+        try:
+            return open_endpoint(self.table(), Hand(self.fingers))
+        finally:
+            backends["virtual"] = usual
 
     def deliver(self, item: Item) -> None:
         """Put a frame into the inbox of the bus."""
