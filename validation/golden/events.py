@@ -69,7 +69,7 @@ def save(tapes: Mapping[str, Tape], path: Path = PATH) -> None:
         numbers = np.where(np.isnan(values), MISSING, np.rint(np.nan_to_num(values) / STEPS)).astype(np.int64)
         for key, column in (*zip(WHOLE, columns, strict=True), *zip(CHANNELS, numbers.T, strict=True)):
             arrays[f"{name}/{key}"] = _narrow(_differences(column, len(tape.fingers)))
-    np.savez_compressed(path, allow_pickle=False, **arrays)
+    np.savez_compressed(path, **arrays)  # type: ignore[arg-type]
 
 
 @functools.cache
