@@ -14,7 +14,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from validation.golden import bus, offline, store
+from validation.golden import offline, store
 from validation.golden.cases import Case, cases
 from validation.golden.play import lines_of, numbers_of, play
 from validation.golden.settings import SETTINGS
@@ -58,8 +58,6 @@ def jobs(way: str = "") -> Iterator[Job]:
         yield Job(case.name, OfNode(case, way), case.is_quick)
     if way:
         return
-    for number, scripts in enumerate(bus.scripts()):
-        yield Job(scripts.name, scripts, is_quick=number % 10 == 0)
     for export in offline.exports():
         yield Job(export.name, export, is_quick=export.model == "paper")
     for recording in offline.recordings():
