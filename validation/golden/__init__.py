@@ -4,10 +4,3 @@
 ``validation/golden.json``. Nothing here asks how an answer is found: bytes (or messages) go in at given
 times, bytes come out.
 """
-
-from validation.golden import (
-    world as _world,
-)  # first: vegrip keeps some functions of ``time`` from its import
-
-__all__: list[str] = []
-del _world

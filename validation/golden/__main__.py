@@ -4,6 +4,8 @@ Exit code 0: all is as it was; 4: something differs, and what is printed. Who me
 ``--update`` and looks at what ``git diff`` shows of the plain numbers.
 """
 
+import validation.golden.scripted  # isort: skip # noqa: F401 (first: vegrip keeps functions of time)
+
 import argparse
 import multiprocessing
 import os

@@ -1,7 +1,7 @@
 """The time that the endpoints of a case see: it moves from one arrival to the next, and nothing waits.
 
 ``time.monotonic`` and its like, ``time.sleep`` and ``select.select`` ask :data:`WORLD` while a case runs, so
-that endpoints run as they are, whatever they look at. To be imported before vegrip.
+that endpoints run as they are, whatever they look at.
 """
 
 import select
@@ -112,11 +112,13 @@ def _scripted_select(readable: Any, writable: Any, failed: Any, timeout: float |
     return _select(readable, writable, failed, 0.0)
 
 
-time.monotonic = _told(time.monotonic, lambda world: world.time / NS)
-time.monotonic_ns = _told(time.monotonic_ns, lambda world: world.time)
-time.time_ns = _told(time.time_ns, lambda world: world.time)
-time.sleep = _sleep  # type: ignore[assignment]
-select.select = _scripted_select
+def install() -> None:
+    """Let ``time`` and ``select`` ask the world; before vegrip is imported, which keeps some of them."""
+    time.monotonic = _told(time.monotonic, lambda world: world.time / NS)
+    time.monotonic_ns = _told(time.monotonic_ns, lambda world: world.time)
+    time.time_ns = _told(time.time_ns, lambda world: world.time)
+    time.sleep = _sleep  # type: ignore[assignment]
+    select.select = _scripted_select
 
 
 def now() -> int:

@@ -1,0 +1,5 @@
+"""Scripted time for this process, to be imported before vegrip."""
+
+from validation.golden import world
+
+world.install()
