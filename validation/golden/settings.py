@@ -50,8 +50,12 @@ class Setting:
         found["estimator"] = {"hold": "force", **self.table.get("estimator", {})}
         found |= {key: value for key, value in self.table.items() if key != "estimator"}
         if self.has_contacts:
+            width = float(len(fingers) > 2)  # two fingers press straight against each other
             found["contacts"] = {
-                name: {"place": list(PLACES[name]), "normal": [0.0, 0.0, 1.0 if name == "thumb" else -1.0]}
+                name: {
+                    "place": [width * PLACES[name][0], *PLACES[name][1:]],
+                    "normal": [0.0, 0.0, 1.0 if name == "thumb" else -1.0],
+                }
                 for name in fingers
             }
         return found

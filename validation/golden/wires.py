@@ -318,7 +318,7 @@ class Packets(Frames):
         self._far.setblocking(False)
         self._number, self._busy = 0, 0
         join, answer = virtual_can._join, {"node": 1, "timing": {}, "busy": 0}
-        virtual_can._join = lambda *_: (near, answer)  # type: ignore[assignment]
+        virtual_can._join = lambda *_: (near, answer)
         try:
             return open_endpoint(self.table(), Hand(self.fingers))
         finally:
