@@ -2,7 +2,7 @@
 
 Usage: ``python -m validation.controllers.robustness --seeds 20``.
 
-Every case changes one thing of the usual scenarios. A trial is compiled as in :mod:`.compiled_loop`; the
+Every case changes one thing of the usual scenarios. A trial is one of :mod:`vegrip.trials.closed_loop`; the
 figures are those of :mod:`.grip_quality`, with the force over least of the first seconds after wet faces have
 dried besides.
 """
@@ -21,11 +21,12 @@ from rich.table import Table
 
 from vegrip.grip.parameters import GraspParameters
 from vegrip.trials.candidates import KNOBS, parameters, told_of_slip
-from vegrip.trials.compiled_loop import SAMPLING_S, run_compiled
+from vegrip.trials.closed_loop import SAMPLING_S, run_grip
 from vegrip.trials.fronts import Surroundings
-from vegrip.trials.grip_quality import GripRecord, figures_of, record_of
+from vegrip.trials.grip_quality import GripRecord, figures_of, force_over_least, record_of
 from vegrip.trials.scenario import GRASPS, Scenario
-from vegrip.virtual import Disturbance, HandSettings, disturbances
+from vegrip.trials.slip_channels import wrong_slip
+from vegrip.virtual import Disturbance, HandSettings, VirtualHand, disturbances
 from vegrip.virtual.disturbance import Wetting
 
 NAMES = ("vegrip", "learning", "elastic")
@@ -125,12 +126,10 @@ def record_of_trial(trial: RobustnessTrial) -> tuple[GripRecord, float]:
     """Run one trial; return its record, and the force over least after wet faces have dried (or NaN)."""
     hand, events = trial.case.settings(trial.seed), trial.case.events(trial.seed, trial.duration)
     settings, channel = settings_of(trial, hand), trial.case.surroundings.slip_channel
-    run = run_compiled(hand, trial.seed, events, settings, trial.duration, slip_channel=channel)
-    least = run.truth["least"]
-    grip = np.maximum(least[:, 0], least[:, 1:].sum(axis=1))
+    held = VirtualHand(hand, trial.seed, events)
+    run = run_grip(held, settings, trial.duration, spoil=wrong_slip(channel, trial.seed))
     dry = WET_START_S + WET_S
-    after = (run.time > dry) & (run.time <= dry + DRYING_S) & trial.case.only_wet & np.isfinite(grip)
-    ratio = float(run.truth["force"][after, 0].sum() / grip[after].sum()) if after.any() else math.nan
+    ratio = force_over_least(run, dry, dry + DRYING_S) if trial.case.only_wet else math.nan
     return record_of(run, events, hand.actuator.close_time), ratio
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vegrip.trials.candidates import demo_parameters
-from vegrip.trials.compiled_loop import SAMPLING_S, run_compiled
+from vegrip.trials.closed_loop import SAMPLING_S, run_grip
 from vegrip.trials.grip_quality import CLASSES, figures_of, record_of
 from vegrip.trials.scenario import GRASPS, Scenario
 
@@ -50,9 +50,8 @@ def measure(grasp: str, probability: float, seeds: Sequence[int], duration: floa
     records = []
     for seed in seeds:
         scenario = Scenario(seed, duration, grasp)
-        hand = scenario.settings
-        run = run_compiled(hand, seed, scenario.events, settings, duration)
-        records.append(record_of(run, scenario.events, hand.actuator.close_time))
+        run = run_grip(scenario.hand(), settings, duration)
+        records.append(record_of(run, scenario.events, scenario.settings.actuator.close_time))
     acting = sum(int(np.sum(record.classes != CLASSES.index("static"))) for record in records)
     figures = figures_of(records, SAMPLING_S)
     return Row(probability, acting * SAMPLING_S, figures["slips"], figures["force_over_least"])

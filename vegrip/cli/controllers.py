@@ -124,7 +124,7 @@ def _surroundings(
     bandwidth: float | None, scale: float, threshold: float | None, delay: float | None, channel: str
 ) -> "Surroundings":
     from vegrip.trials.fronts import USUAL_SENSOR, Surroundings
-    from vegrip.trials.trial_memory import SLIP_CHANNELS
+    from vegrip.trials.slip_channels import SLIP_CHANNELS
 
     if channel not in SLIP_CHANNELS:
         raise UsageError(f"there is no slip channel {channel!r}; {suggestion(channel, SLIP_CHANNELS)}")

@@ -5,17 +5,11 @@ force that vegrip took here. The first shows what their safety costs, the second
 second slips, they run once more with the least force that slips no more than vegrip did.
 """
 
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-
-from vegrip.c99 import host
-from vegrip.trials.candidates import KNOBS, LABEL, parameters
+from vegrip.trials.candidates import KNOBS, LABEL
 from vegrip.trials.closed_loop import Course, run_scenario
-from vegrip.trials.compiled_loop import CompiledRun, run_compiled
 from vegrip.trials.result import result_of
 from vegrip.trials.scenario import Scenario
 
-CONTACT = ("tangential", "torque", "mu", "radius", "exponent")
 AS_FORCEFUL = ", same force"
 """Ends the name of a controller whose knob gives it the mean force of vegrip."""
 SAME_FORCE = 0.01
@@ -48,10 +42,10 @@ def run_other_controllers(scenario: Scenario, ours: Course) -> dict[str, Course]
             knobs[name] = max((least + knobs[name]) / ratio - least, 0.0)
         same |= _run_all({name: knobs[name] for name in off}, scenario)
     sure: dict[str, Course] = {}
-    if host.compiler() is not None and not ours.dropped:  # else each run takes as long as the demonstration
+    if not ours.dropped:
         for name in (name for name, course in same.items() if not is_as_sure(course, ours.slips)):
             if (knob := sure_knob(name, scenario, ours.slips, tuned_knobs[name])) is not None:
-                sure[name + AS_SURE] = compiled_course(name, knob, scenario)
+                sure[name + AS_SURE] = run_scenario(scenario, name, knob)
     return {**tuned, **{name + AS_FORCEFUL: course for name, course in same.items()}, **sure}
 
 
@@ -62,12 +56,12 @@ def is_as_sure(course: Course, slips: int) -> bool:
 
 def sure_knob(name: str, scenario: Scenario, slips: int, enough: float) -> float | None:
     """Return the least knob with no more than ``slips``, by halving; None when ``enough`` slips more."""
-    if not is_as_sure(compiled_course(name, enough, scenario), slips):
+    if not is_as_sure(run_scenario(scenario, name, enough), slips):
         return None
     too_low = 0.0
     for _ in range(HALVINGS):
         knob = 0.5 * (too_low + enough)
-        if is_as_sure(compiled_course(name, knob, scenario), slips):
+        if is_as_sure(run_scenario(scenario, name, knob), slips):
             enough = knob
         else:
             too_low = knob
@@ -81,32 +75,4 @@ def force_ratio(theirs: Course, ours: Course) -> float:
 
 
 def _run_all(knobs: dict[str, float], scenario: Scenario) -> dict[str, Course]:
-    if host.compiler() is not None:
-        return {name: compiled_course(name, knob, scenario) for name, knob in knobs.items()}
-    with ProcessPoolExecutor(len(knobs)) as pool:
-        courses = pool.map(partial(run_scenario, scenario), knobs, knobs.values())
-        return dict(zip(knobs, courses, strict=True))
-
-
-def compiled_course(name: str, knob: float, scenario: Scenario) -> Course:
-    """Return the run of a controller with its knob set."""
-    settings = parameters(name, knob)
-    run = run_compiled(scenario.settings, scenario.seed, scenario.events, settings, scenario.duration)
-    return course_of(run)
-
-
-def course_of(run: CompiledRun) -> Course:
-    """Return a compiled run in the form of the uncompiled one."""
-    truth = run.truth
-    columns = [truth[name].tolist() for name in CONTACT]
-    return Course(
-        run.fingers,
-        slips=run.slips,
-        dropped=run.dropped,
-        time=run.time.tolist(),
-        margin=truth["margin"].tolist(),
-        force=truth["force"].tolist(),
-        command=truth["command"].tolist(),
-        slipped=[int(count) for count in run.slipped],
-        contact=[[tuple(values) for values in zip(*row, strict=True)] for row in zip(*columns, strict=True)],
-    )
+    return {name: run_scenario(scenario, name, knob) for name, knob in knobs.items()}

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vegrip.demo.least import force_over_least, least_grip_force
+from vegrip.trials.grip_quality import force_over_least, least_grip_force
 from vegrip.demo.others import AS_FORCEFUL
 from vegrip.demo.run import DESCRIPTION
 from vegrip.plotting import save_figure
@@ -121,7 +121,7 @@ def _width(name: str) -> dict[str, Any]:
 def _least(course: Course) -> tuple[Floats, Floats]:
     time, least = np.array(course.time), least_grip_force(course)
     kept = time >= SETTLED_S
-    return time[kept], np.nan_to_num(least[kept])
+    return time[kept], np.nan_to_num(least[kept], posinf=0.0)
 
 
 def _told(name: str, course: Course) -> str:

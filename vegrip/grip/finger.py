@@ -319,6 +319,11 @@ class GraspFinger:
             seq, stamp = _whole(seq), _whole(stamp)
         return self._message(seq, stamp, now)
 
+    def answer_values(self, values: Floats, seq: int, stamp: int, now: int) -> None:
+        """Answer a state of which no message was made, as :meth:`answer`."""
+        self._values[:] = values
+        self._message(seq, stamp, now)
+
     def sense(self, state: FingertipState, now: int) -> bool:
         """Take in one state and find what the finger needs; return whether the state is believed."""
         self._put(state)

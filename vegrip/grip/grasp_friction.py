@@ -241,11 +241,15 @@ class GraspFriction:
         mu = contact.friction_coefficient
         if not (self.active and contact.finger in self._places and 0.0 < mu.value < math.inf):
             return contact
-        i = self._places[contact.finger]
-        level, spread, unknown = self._change_of(i)
-        mean, std = stated_friction(math.log(mu.value), mu.std / mu.value, level, spread, unknown)
+        mean, std = self.stated_friction(contact.finger, math.log(mu.value), mu.std / mu.value)
         value = math.exp(mean)
         return replace(contact, friction_coefficient=Estimate(value, value * std, mu.valid, mu.age))
+
+    def stated_friction(self, finger: str, mean: float, std: float) -> tuple[float, float]:
+        """Return mean and standard deviation of ln mu that are stated where these are believed."""
+        if not self.active:
+            return mean, std
+        return stated_friction(mean, std, *self._change_of(self._places[finger]))
 
     @property
     def learned_object(self) -> ObjectFriction | None:

@@ -44,7 +44,7 @@ DEMONSTRATED = "learning"
 """What the demonstration shows as vegrip: the parameters that suit a hand that feels slip at once."""
 
 BOUND = "known"
-"""What knows the truth; only the compiled trial has it (``run_compiled(known=True)``)."""
+"""What knows the truth (:mod:`vegrip.trials.known_contact`); only a simulated hand tells it."""
 
 LABEL = {"vegrip": "vegrip", "constant": "constant grip", "cone": "Coulomb cone"}
 """What those of the demonstration are called in tables and pictures."""

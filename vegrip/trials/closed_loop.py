@@ -1,24 +1,32 @@
-"""Hand and node in one loop of simulated time: no bus, no waiting, the same bits every time.
+"""Hand and controller in one loop of simulated time: no bus, no waiting, the same bits every time.
 
-The node is the very :class:`~vegrip.grip.node.GraspForce` that runs on the bus. Its answers to the states
-of one period act on the hand from the next period on, which is the delay that a bus would bring.
+The controller is the very :class:`~vegrip.grip.GripController` of the node on the bus, and its compiled step
+answers every state. What it answers to the states of one period acts on the hand from the next period on,
+which is the delay that a bus would bring.
 """
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from vegrip.clock import NS
+from vegrip.grip.controller import GripController
 from vegrip.grip.node import GraspForce
-from vegrip.messages import ContactEstimate, ForceCommand, Message
-from vegrip.trials.candidates import make_node, parameters
+from vegrip.grip.parameters import GraspParameters, estimator_factory
+from vegrip.hand_sample import HandSample
+from vegrip.messages import ContactEstimate, FingertipState, ForceCommand, Message
+from vegrip.trials.candidates import BOUND, parameters
+from vegrip.trials.known_contact import KnownContact
 from vegrip.trials.scenario import Scenario
 from vegrip.types import Floats
 from vegrip.virtual import VirtualHand
 from vegrip.virtual.hand import TRUTHS
 
+PERIOD_S = 0.002
+SAMPLING_S = 0.01
 BELIEF_PERIOD_S = 0.05
 
 FORCE, FORCE_X, FORCE_Y, TORQUE, FRICTION, RADIUS, K, UTILISATION = (
@@ -29,23 +37,30 @@ FORCE, FORCE_X, FORCE_Y, TORQUE, FRICTION, RADIUS, K, UTILISATION = (
     )
 )  # fmt: skip
 
+Spoil = Callable[[Floats], None]
+"""Changes the sensed values of all fingers in place, (n, 9): what is wrong with the sensors."""
+
 
 @dataclass
 class Course:
-    """What happened, sampled every :attr:`Loop.sampling`; columns in the order of ``fingers``."""
+    """What happened, sampled every :data:`SAMPLING_S`; columns in the order of ``fingers``."""
 
     fingers: tuple[str, ...]
     slips: int = 0
     dropped: bool = False
     time: list[float] = field(default_factory=list)  # [s]
-    margin: list[list[float]] = field(default_factory=list)  # [-] true margins
-    force: list[list[float]] = field(default_factory=list)  # [N] true normal forces
-    command: list[list[float]] = field(default_factory=list)  # [N] NaN = none
+    margin: list[Floats] = field(default_factory=list)  # [-] true margins
+    force: list[Floats] = field(default_factory=list)  # [N] true normal forces
+    command: list[Floats] = field(default_factory=list)  # [N] NaN = none
     slipped: list[int] = field(default_factory=list)  # slips so far
-    contact: list[list[tuple[float, ...]]] = field(default_factory=list)
+    contact: list[Floats] = field(default_factory=list)
     """True tangential force [N], torque [N m], friction, contact radius [m] and pressure exponent."""
+    stated: list[Floats] = field(default_factory=list)
+    """Mean and std of ln mu as stated of each finger, (fingers, 2); NaN without a contact."""
     friction: list[tuple[float, float, float]] = field(default_factory=list)
-    """What is believed of the first finger's friction: time [s], estimate [-], its std [-]."""
+    """What is told of the first finger's friction: time [s], estimate [-], its std [-]."""
+    largest_micro_slip: float = 0.0  # [m] of slides of a whole patch that are too short to count as a slip
+    lags: tuple[float, ...] = ()  # [s] measured lag of each drive at the end; NaN = not known
 
     def since(self, start: float) -> tuple[Floats, Floats, Floats]:
         """Return time (n,) [s], margins (n, fingers) [-] and forces (n, fingers) [N] from ``start`` on."""
@@ -53,23 +68,25 @@ class Course:
         kept = time >= start
         return time[kept], np.array(self.margin)[kept], np.array(self.force)[kept]
 
-    def sample(self, hand: VirtualHand, commands: Mapping[str, float]) -> None:
-        """Add the truth of ``hand``, whose fingers are those of the course, as it is now."""
-        rows = hand.truths().tolist()
+    def sample(self, hand: VirtualHand, commands: Iterable[float]) -> None:
+        """Add the truth of ``hand``, whose fingers are those of the course, and the commands [N]."""
+        truth = hand.truths()
         self.time.append(hand.time)
         self.slipped.append(hand.slips)
-        self.margin.append([1.0 - row[UTILISATION] for row in rows])
-        self.force.append([row[FORCE] for row in rows])
-        self.contact.append(
-            [
-                (math.hypot(row[FORCE_X], row[FORCE_Y]), abs(row[TORQUE]), row[FRICTION], row[RADIUS], row[K])
-                for row in rows
-            ]
-        )
-        self.command.append([commands.get(finger, np.nan) for finger in self.fingers])
+        self.margin.append(1.0 - truth[:, UTILISATION])
+        self.force.append(truth[:, FORCE])
+        pull = np.hypot(truth[:, FORCE_X], truth[:, FORCE_Y])
+        rest = truth[:, [FRICTION, RADIUS, K]]
+        self.contact.append(np.column_stack([pull, np.abs(truth[:, TORQUE]), rest]))
+        self.command.append(np.array(commands))
+
+    def finish(self, hand: VirtualHand) -> None:
+        """Take from ``hand`` what is counted over the whole run."""
+        self.slips, self.dropped = hand.slips, hand.dropped
+        self.largest_micro_slip = hand.largest_micro_slip
 
     def believe(self, contact: ContactEstimate, time: float) -> None:
-        """Note what is believed of friction at ``time`` [s], every :data:`BELIEF_PERIOD_S`."""
+        """Note what is told of friction at ``time`` [s], every :data:`BELIEF_PERIOD_S`."""
         mu = contact.friction_coefficient
         if contact.finger != self.fingers[0] or not (contact.in_contact and mu.valid):
             return
@@ -78,55 +95,122 @@ class Course:
 
 
 class Loop:
-    """Steps a hand and a node against each other.
+    """Steps a hand and its controller against each other.
 
     Args:
         hand: the virtual hand, with its disturbances.
-        node: configured and activated here.
-        period: [s] of the loop; commands act one period after the state that asked for them.
-        sampling: [s] of the course.
+        grip: that grips with it.
+        spoil: what is wrong with its sensors.
 
     """
 
-    def __init__(
-        self, hand: VirtualHand, node: GraspForce, period: float = 0.002, sampling: float = 0.01
-    ) -> None:
-        self.hand, self.node, self.period, self.sampling = hand, node, period, sampling
-        self.commands: dict[str, ForceCommand] = {}
+    def __init__(self, hand: VirtualHand, grip: GripController, spoil: Spoil | None = None) -> None:
+        self.hand, self.grip, self._spoil = hand, grip, spoil
+        self.commands = np.full(len(hand.fingers), np.nan)  # [N]
         self.course = Course(hand.fingers)
-        node.configure()
-        node.activate()
 
     def run(self, duration: float) -> Course:
         """Run to ``duration`` [s] of simulated time, or until the object is lost."""
-        while self.hand.time < duration - 0.5 * self.period and not self.hand.dropped:
+        while self.hand.time < duration - 0.5 * PERIOD_S and not self.hand.dropped:
             self.step()
-        self.course.slips, self.course.dropped = self.hand.slips, self.hand.dropped
+        self.course.finish(self.hand)
         return self.course
 
     def step(self) -> None:
         """Advance by one period."""
-        now = round(self.hand.time * NS)
-        valid = {finger: c.normal_force for finger, c in self.commands.items() if now <= c.expires}
-        states = self.hand.step(self.period, valid)
-        now = round(self.hand.time * NS)
-        for state in states:
-            self._take(self.node.on_message(state, now))
-        self._take(self.node.on_tick(now))
-        if self.hand.time >= len(self.course.time) * self.sampling:
-            self.course.sample(self.hand, {f: c.normal_force for f, c in self.commands.items()})
+        hand, course = self.hand, self.course
+        samples = hand.advance(PERIOD_S, self.commands)
+        now = round(hand.time * NS)
+        for sample in samples:
+            if self._spoil is not None:
+                self._spoil(sample.values)
+        self.answer(samples, now)
+        if hand.time >= len(course.time) * SAMPLING_S:
+            course.sample(hand, self.commands)
+            self.note_belief()
 
-    def _take(self, answers: Iterable[Message]) -> None:
+    def answer(self, samples: Iterable[HandSample], now: int) -> None:
+        """Let the controller answer what came at ``now`` [ns]."""
+        grip, fingers = self.grip, self.grip.fingers.values()
+        heard = 0
+        for sample in samples:
+            rows = zip(fingers, sample.values, sample.stamps.tolist(), sample.lost.tolist(), strict=True)
+            for finger, values, stamp, lost in rows:
+                if finger.is_whole and not lost:
+                    finger.answer_values(values, sample.seq, stamp, now)
+                elif not lost:
+                    grip.answer(FingertipState(stamp, finger.name, sample.seq, *values.tolist()), now)
+                heard += not lost
+        if heard < len(fingers):  # else nothing is silent
+            for name in grip.names:
+                grip.watch(name, now)
+        self.commands[:] = [finger.held for finger in fingers]
+
+    def note_belief(self) -> None:
+        """Note what is stated of the friction of each finger."""
+        stated = np.full((len(self.hand.fingers), 2), np.nan)
+        for row, (name, finger) in zip(stated, self.grip.fingers.items(), strict=True):
+            if finger.estimator.in_contact:
+                mean, variance, _, _ = finger.estimator.friction
+                row[:] = self.grip.friction.stated_friction(name, mean, math.sqrt(variance))
+        self.course.stated.append(stated)
+
+
+class NodeLoop(Loop):
+    """The loop with the node of the bus, which hears messages and answers by messages.
+
+    Args:
+        hand: the virtual hand, with its disturbances.
+        node: configured and activated here.
+
+    """
+
+    def __init__(self, hand: VirtualHand, node: GraspForce) -> None:
+        node.configure()
+        node.activate()
+        self.node = node
+        super().__init__(hand, node.controller)
+
+    def answer(self, samples: Iterable[HandSample], now: int) -> None:
+        """Let the node answer what came at ``now`` [ns]."""
+        for sample in samples:
+            for state in sample.states(self.hand.fingers):
+                self.take(self.node.on_message(state, now))
+        self.take(self.node.on_tick(now))
+
+    def take(self, answers: Iterable[Message]) -> None:
+        """Obey the commands of the node; note what it tells of friction."""
         for message in answers:
             if isinstance(message, ForceCommand):
-                self.commands[message.finger] = message
+                self.commands[self.hand.fingers.index(message.finger)] = message.normal_force
             elif isinstance(message, ContactEstimate):
                 self.course.believe(message, self.hand.time)
 
 
+def run_grip(
+    hand: VirtualHand,
+    settings: GraspParameters,
+    duration: float,
+    *,
+    knows: bool = False,
+    spoil: Spoil | None = None,
+) -> Course:
+    """Run a controller to ``duration`` [s], or until the object is lost.
+
+    One that ``knows`` has the truth of friction and contact instead of an estimate.
+    """
+    tips = {finger: tip for finger, tip in settings.tips.items() if finger in hand.fingers}
+    settings = replace(settings, tips=tips)
+    make = estimator_factory(settings, hand.fingers, "trial")
+    if knows:
+        make = partial(KnownContact, hand)
+    grip = GripController(hand.fingers, settings=settings, make_estimator=make)
+    course = Loop(hand, grip, spoil).run(duration)
+    course.lags = tuple(map(grip.drive_lag, hand.fingers))
+    return course
+
+
 def run_scenario(scenario: Scenario, name: str, knob: float) -> Course:
     """Run the controller ``name`` through ``scenario``."""
-    hand = scenario.hand()
     settings = parameters(name, knob, scenario.settings.tip.friction)
-    node = make_node(settings, hand.fingers)
-    return Loop(hand, node).run(scenario.duration)
+    return run_grip(scenario.hand(), settings, scenario.duration, knows=name == BOUND)

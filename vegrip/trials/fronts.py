@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from vegrip.trials.candidates import BOUND, KNOBS, parameters, told_of_slip
-from vegrip.trials.compiled_loop import SAMPLING_S, CompiledRun, run_compiled
+from vegrip.trials.closed_loop import SAMPLING_S, Course, run_grip
 from vegrip.trials.grip_quality import GripRecord, figures_of, record_of
 from vegrip.trials.scenario import Scenario
-from vegrip.virtual import HandSettings
+from vegrip.trials.slip_channels import wrong_slip
+from vegrip.virtual import HandSettings, VirtualHand
 from vegrip.virtual.settings import SensorSettings
 
 SWEEPS = {
@@ -79,16 +80,16 @@ class QualityTrial:
     measures_lag: bool = False  # of the drives, instead of being told
 
 
-def run_quality_trial(trial: QualityTrial) -> CompiledRun:
+def run_quality_trial(trial: QualityTrial) -> Course:
     """Run one trial."""
     scenario = Scenario(trial.seed, trial.duration, trial.grasp)
     hand = trial.surroundings.applied(scenario.settings)
     settings = told_of_slip(parameters(trial.name, trial.knob, hand.tip.friction), hand.sensor)
     grip = replace(settings.grip, measure_lag=trial.measures_lag and settings.grip.drive_lag > 0.0)
     settings = replace(settings, grip=grip)
-    return run_compiled(
-        hand, trial.seed, scenario.events, settings, trial.duration, known=trial.name == BOUND,
-        slip_channel=trial.surroundings.slip_channel,
+    return run_grip(
+        VirtualHand(hand, trial.seed, scenario.events), settings, trial.duration,
+        knows=trial.name == BOUND, spoil=wrong_slip(trial.surroundings.slip_channel, trial.seed),
     )  # fmt: skip
 
 

@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from scipy.special import betaincinv
 
-from vegrip.trials.compiled_loop import CompiledRun
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.known_contact import least_force
 from vegrip.trials.scenario import SETTLED_S
 from vegrip.types import Floats
 from vegrip.virtual import Disturbance
@@ -61,26 +62,53 @@ class GripRecord:
     lags: Floats = field(default_factory=lambda: np.zeros(0))  # (m,) [s] of the drives, as far as known
 
 
-def record_of(run: CompiledRun, events: Sequence[Disturbance], lift_start: float) -> GripRecord:
-    """Return the record of ``run`` from ``lift_start`` [s] on."""
-    kept = run.time >= lift_start
-    time = run.time[kept]
-    least = run.truth["least"][kept]
-    std = run.truth["ln_mu_std"][kept]
-    error = (run.truth["ln_mu_stated"] - np.log(run.truth["mu"]))[kept]
+def least_forces(course: Course) -> Floats:
+    """Return the least possible force [N] of each finger at every time of ``course``; (n, fingers)."""
+    rows = [
+        [least_force(force, *of) for force, of in zip(forces.tolist(), contact.tolist(), strict=True)]
+        for forces, contact in zip(course.force, course.contact, strict=True)
+    ]
+    return np.array(rows).reshape(len(rows), len(course.fingers))
+
+
+def least_grip_force(course: Course) -> Floats:
+    """Return the least possible grip force [N] at every time of ``course``."""
+    each = least_forces(course)
+    larger: Floats = np.maximum(each[:, 0], each[:, 1:].sum(axis=1))
+    return larger
+
+
+def force_over_least(course: Course, start: float, end: float = math.inf) -> float:
+    """Return the sum of the grip force over the sum of the least from ``start`` to ``end`` [s].
+
+    NaN where it is never held.
+    """
+    least, force, time = least_grip_force(course), np.array(course.force), np.array(course.time)
+    counted = (time >= start) & (time <= end) & np.isfinite(least)
+    total = float(least[counted].sum())
+    return float(force[counted, 0].sum()) / total if total > 0.0 else math.nan
+
+
+def record_of(course: Course, events: Sequence[Disturbance], lift_start: float) -> GripRecord:
+    """Return the record of ``course`` from ``lift_start`` [s] on."""
+    time = np.array(course.time)
+    kept = time >= lift_start
+    time = time[kept]
+    stated, mu = np.array(course.stated)[kept], np.array(course.contact)[kept, :, 2]
+    error, std = stated[:, :, 0] - np.log(mu), stated[:, :, 1]
     return GripRecord(
-        slips=run.slips,
-        dropped=run.dropped,
-        largest_micro_slip=run.largest_micro_slip,
-        force=run.truth["force"][kept, 0],
-        least=np.maximum(least[:, 0], least[:, 1:].sum(axis=1)),
-        margin=run.truth["margin"][kept].min(axis=1),
-        slipped=np.diff(run.slipped[kept], prepend=0.0),
+        slips=course.slips,
+        dropped=course.dropped,
+        largest_micro_slip=course.largest_micro_slip,
+        force=np.array(course.force)[kept, 0],
+        least=least_grip_force(course)[kept],
+        margin=np.array(course.margin)[kept].min(axis=1),
+        slipped=np.diff(np.array(course.slipped, float)[kept], prepend=0.0),
         classes=classes_of(time, events),
         settled=time >= SETTLED_S,
         friction_error=np.divide(error, std, out=np.full_like(std, math.nan), where=std > 0.0),
         friction_std=std,
-        lags=run.lags[np.isfinite(run.lags)],
+        lags=np.array([lag for lag in course.lags if math.isfinite(lag)]),
     )
 
 

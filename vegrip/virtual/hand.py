@@ -116,6 +116,11 @@ class VirtualHand:
         return self._counter.count
 
     @property
+    def largest_micro_slip(self) -> float:
+        """The longest slide of a whole patch that is too short to count as a slip [m]."""
+        return self._counter.largest_micro_slip
+
+    @property
     def dropped(self) -> bool:
         """Whether the object was lost."""
         return bool(self._state[1] > 0.0)
@@ -158,6 +163,12 @@ class VirtualHand:
         row = self.truths()[self.fingers.index(finger)].tolist()
         row[SLIDING] = row[SLIDING] > 0.0
         return FingerTruth(*row)
+
+    def contact(self, number: int) -> tuple[float, float, float, float]:
+        """Return true normal force [N], friction, contact radius [m] and exponent of a finger."""
+        of = (self.soft.force, self._mu, self._a, self._k)
+        force, mu, radius, exponent = (float(values[number]) for values in of)
+        return force, mu, radius, exponent
 
     def truths(self) -> Floats:
         """Return what is really the case at all contacts, in the order of :data:`TRUTHS`; (n, 14)."""

@@ -338,8 +338,9 @@ def watch_slips(
 ) -> None:
     """Note which patches slide as a whole, and count the slips; in place: ``sliding``, ``slid``, ``count``.
 
-    ``count`` holds the slips so far, whether an event is open and counted, and for how long [s] none has
-    slid; ``slid`` how far each patch went in the event [m]. ``constants`` are those of
+    ``count`` holds the slips so far, whether an event is open and counted, for how long [s] none has slid, and
+    how far one slid at most in an event that does not count [m]; ``slid`` how far each patch went in the event
+    [m]. ``constants`` are those of
     :mod:`vegrip.virtual.slips`, in its order.
     """
     whole, creeping, distance, rest = constants[0], constants[1], constants[2], constants[3]
@@ -360,7 +361,10 @@ def watch_slips(
             count[0] += 1.0
     elif count[1] > 0.0:
         count[3] += dt
-        count[1] = 1.0 if count[3] < rest else 0.0
+        if count[3] >= rest:
+            count[1] = 0.0
+            if count[2] == 0.0:
+                count[4] = max(count[4], slid.max())
 
 
 @njit

@@ -41,12 +41,19 @@ class SlipCounter:
     def __init__(self, fingers: int) -> None:
         self.sliding = np.zeros(fingers)  # 1 for a patch that slides as a whole
         self.slid = np.zeros(fingers)  # [m] of each patch in this event
-        self.event = np.zeros(4)  # slips so far, 1 in an event, 1 when it was counted, [s] of rest in it
+        self.event = np.zeros(5)  # slips so far, 1 in an event, 1 when it was counted, [s] of rest in it,
+        # [m] largest slide of an event that was not counted
 
     @property
     def count(self) -> int:
         """Number of distinct slips so far."""
         return int(self.event[0])
+
+    @property
+    def largest_micro_slip(self) -> float:
+        """How far a patch slid at most in an event that is too short to count as a slip [m]."""
+        _, is_open, is_counted, _, largest = self.event.tolist()
+        return max(largest, float(self.slid.max())) if is_open and not is_counted else largest
 
     def watch(self, slip: Floats, a: Floats, dt: float) -> None:
         """Look at the slip of every patch over ``dt`` [s].

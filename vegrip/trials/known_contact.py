@@ -1,0 +1,93 @@
+"""An estimator that knows the truth of its contact: the bound of what any of them can reach."""
+
+import math
+
+from vegrip.contact.limit_surface.fast import least_normal_force
+from vegrip.messages import ContactEstimate, Estimate, FingertipState, ModelHealth, SlipMargin
+from vegrip.virtual import VirtualHand
+
+HERTZ_POWER = 1.0 / 3.0
+
+
+def least_force(
+    force: float, tangential: float, torque: float, mu: float, radius: float, exponent: float
+) -> float:
+    """Return the normal force [N] at which a load is on the limit surface.
+
+    The contact ``radius`` [m] at the present ``force`` [N] goes with its cube root; without a contact only no
+    load can be carried.
+    """
+    if not (force > 0.0 and radius > 0.0):
+        return 0.0 if tangential + torque == 0.0 else math.inf
+    return least_normal_force(tangential, torque, mu, radius, exponent, force, HERTZ_POWER, 0.0)
+
+
+class KnownContact:
+    """The contact of one finger of a simulated hand, as it is.
+
+    Args:
+        hand: that feels it.
+        finger: of the hand.
+
+    """
+
+    def __init__(self, hand: VirtualHand, finger: str) -> None:
+        self._hand, self._finger, self._number = hand, finger, hand.fingers.index(finger)
+        self.reset()
+
+    @property
+    def in_contact(self) -> bool:
+        """Whether the fingertip touches."""
+        return self._hand.contact(self._number)[0] > 0.0
+
+    @property
+    def normal_force(self) -> Estimate:
+        """The normal force [N]."""
+        return Estimate(self._hand.contact(self._number)[0], 0.0, valid=True, age=0.0)
+
+    @property
+    def friction(self) -> tuple[float, float, float, float]:
+        """Mean and variance of ln mu: now, and before the present loading."""
+        mean = math.log(self._hand.contact(self._number)[1])
+        return mean, 0.0, mean, 0.0
+
+    def assimilate(self, state: FingertipState) -> None:
+        """Take in one state."""
+        self._stamp = state.stamp
+        self._load = math.hypot(state.tangential_force_x, state.tangential_force_y), abs(state.torque_z)
+
+    def contact_estimate(self) -> ContactEstimate:
+        """Return what is known of the contact."""
+        force, mu, radius, exponent = (
+            Estimate(value, 0.0, valid=True, age=0.0) for value in self._hand.contact(self._number)
+        )
+        return ContactEstimate(
+            self._stamp, self._finger, 0, in_contact=self.in_contact, normal_force=force,
+            contact_radius=radius, pressure_exponent=exponent, friction_coefficient=mu,
+        )  # fmt: skip
+
+    def slip_margin(self) -> SlipMargin:
+        """Return the margin at the last state, which nothing here asks for."""
+        return SlipMargin(self._stamp, self._finger, 0)
+
+    def health(self) -> ModelHealth:
+        """Return whether the truth explains what was measured."""
+        return ModelHealth(self._stamp, self._finger, 0, nis=1.0, consistent=True)
+
+    def reset_health(self) -> None:
+        """Forget nothing."""
+
+    def least_force(
+        self,
+        margin: float,
+        confidence: float,  # noqa: ARG002 (the truth is certain)
+        load: tuple[float, float] | None = None,
+    ) -> float:
+        """Return the least normal force [N] for the wanted margin, under the last load or the given one."""
+        force, mu, radius, exponent = self._hand.contact(self._number)
+        tangential, torque = self._load if load is None else load
+        return least_force(force, tangential, abs(torque), mu * (1.0 - margin), radius, exponent)
+
+    def reset(self) -> None:
+        """Forget the last state."""
+        self._stamp, self._load = 0, (0.0, 0.0)
