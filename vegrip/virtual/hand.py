@@ -18,14 +18,11 @@ from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.disturbance import Burden, Disturbance, burden_rows, total
-from vegrip.virtual.drive import Drives
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.patch import even_grid
-from vegrip.virtual.plate import Plate
-from vegrip.virtual.profile import FIRST, RATIO, coefficient_logarithms, ring_shares
+from vegrip.virtual.profile import coefficient_logarithms, ring_shares
 from vegrip.virtual.sensor import Sensors
 from vegrip.virtual.settings import HandSettings
-from vegrip.virtual.slips import CONSTANTS, SlipCounter
 from vegrip.virtual.thermal import Warming
 
 CLEARANCE_M = 2e-4
@@ -81,24 +78,26 @@ class VirtualHand:
         self.fingers, self.events = s.fingers, tuple(events)
         self._names = frozenset(s.fingers)
         make, noise = (np.random.default_rng([seed, stream]) for stream in (0, 1))
-        self.tips = s.tips(make)
-        self.soft = Fingertips(self.tips, s.step)
-        n = len(self.tips)
-        self._side = np.where(np.arange(n) == 0, 1.0, -1.0)  # an opposed finger is relieved when z grows
-        self._turned = np.where(self._side[:, None] > 0.0, [-1.0, 1.0, -1.0], [1.0, 1.0, 1.0])
-        self._drives = Drives(s.actuator, n - 1)
-        self._drives.position[:] = -CLEARANCE_M
+        self.soft = Fingertips(s.tips(make), s.step)
         self._grid = even_grid(s.rings, s.spokes)
-        self.plate = Plate(s.plate, self.tips, np.column_stack([s.x, s.y]), self._grid)
         self._sensors = Sensors(s.sensor, s.fingers, noise)
         self._warming = Warming(s.thermal)
-        self._counter = SlipCounter(n)
-        self._friction = np.array([tip.friction for tip in self.tips])
-        self._mu = self._friction.copy()
-        self._a, self._k = self.soft.contact_radius, self.soft.pressure_exponent
-        self._state = np.zeros(2)  # place of the object along the normals [m], 1 when it was dropped
-        self._closing = np.array([s.actuator.initial_force, s.actuator.close_time, s.actuator.lift_time])
-        self._tables = coefficient_logarithms(), ring_shares(self._grid.edges), FIRST, RATIO
+        self.tips = tips = self.soft.records
+        """Of the tips, by the names of :data:`vegrip.virtual.kernels.TIP`."""
+        tips["x"], tips["y"], tips["side"] = s.x, s.y, -1.0
+        tips["side"][0] = 1.0  # an opposed finger is relieved when z grows
+        tips["position"][1:], tips["target"] = -CLEARANCE_M, np.nan
+        kernels.find_exponents(tips, coefficient_logarithms())
+        self.body = np.zeros(1, kernels.BODY)
+        """What the fingers share, by the names of :data:`vegrip.virtual.kernels.BODY`."""
+        for part in (s, s.actuator, s.plate):
+            for name in set(kernels.BODY.names) & vars(part).keys():
+                self.body[name] = getattr(part, name)
+        self.body["pose"][0, :2] = self.body["start"][0, :2] = s.plate.offset_x, s.plate.offset_y
+        self._state = kernels.Hand(
+            self.body, self._grid.contacts(tips), self.soft.history.memory, coefficient_logarithms(),
+            ring_shares(self._grid.edges),
+        )  # fmt: skip
         self._burdens, self._burdens_from = np.zeros((0, 6)), 0  # of the steps from that number on
         self._ticks = 0
         self.asked = 0.0  # [s] simulated time asked for
@@ -113,17 +112,25 @@ class VirtualHand:
     @property
     def slips(self) -> int:
         """Number of distinct slips so far."""
-        return self._counter.count
+        return int(self.body["slips"][0])
 
     @property
     def largest_micro_slip(self) -> float:
-        """The longest slide of a whole patch that is too short to count as a slip [m]."""
-        return self._counter.largest_micro_slip
+        """The longest slide of a whole patch that was too short to count as a slip [m]."""
+        ended = self.body.copy()
+        kernels.end_event(ended[0], self.tips)
+        return float(ended["largest_micro_slip"][0])
 
     @property
     def dropped(self) -> bool:
         """Whether the object was lost."""
-        return bool(self._state[1] > 0.0)
+        return bool(self.body["dropped"][0] > 0.0)
+
+    @property
+    def shift(self) -> Floats:
+        """How far the object has moved from where it was grasped: x, y [m], angle [rad]."""
+        moved: Floats = self.body["pose"][0] - self.body["start"][0]
+        return moved
 
     @property
     def burden(self) -> Burden:
@@ -166,17 +173,12 @@ class VirtualHand:
 
     def contact(self, number: int) -> tuple[float, float, float, float]:
         """Return true normal force [N], friction, contact radius [m] and exponent of a finger."""
-        of = (self.soft.force, self._mu, self._a, self._k)
-        force, mu, radius, exponent = (float(values[number]) for values in of)
-        return force, mu, radius, exponent
+        tip = self.tips[number]
+        return float(tip["force"]), float(tip["mu"]), float(tip["a"]), float(tip["k"])
 
     def truths(self) -> Floats:
         """Return what is really the case at all contacts, in the order of :data:`TRUTHS`; (n, 14)."""
-        plate, grid = self.plate, self._grid
-        return kernels.true_contacts(
-            self.soft.force, plate.wrench, self._turned, self.soft.indentation, self._a, self._k, self._mu,
-            plate.slip, self._counter.sliding, grid.reach, grid.cosine, grid.sine, *self._tables[1:],
-        )  # fmt: skip
+        return kernels.true_contacts(self._state.contacts, self._state.shares)
 
     def _steps_at_once(self) -> int:
         """Return how many steps to take before something other than mechanics is due: one at least."""
@@ -206,20 +208,8 @@ class VirtualHand:
         """Take ``steps`` steps of the mechanics."""
         if self.settings.thermal.warming:
             self._warm((self._ticks + 1) * self.settings.step)
-        soft, drives, plate, grid, counter = self.soft, self._drives, self.plate, self._grid, self._counter
-        past = soft.history
-        kernels.hand_ticks(
-            steps, self._ticks, self.settings.step, self._closing, commands, self._acting(steps), self._state,
-            self._side, soft.radius, soft.d0, soft.p, soft.F0, self._friction,
-            soft.indentation, soft.force, soft.before, soft.reference, self._mu, self._a, self._k,
-            drives.position, drives.target, drives.limits,
-            past.recent, past.reversed_weights, past.instant, past.older, past.newer, past.filled,
-            past.fine, past.block,
-            plate.pose, plate.start, plate.bristle, plate.wrench, plate.slip, plate.place,
-            plate.stiffness, plate.damping, plate.laws,
-            counter.sliding, counter.slid, counter.event, CONSTANTS,
-            grid.area, grid.reach, grid.cosine, grid.sine, *self._tables, soft.fresh_coefficient,
-        )  # fmt: skip
+        past, step = self.soft.history, self._ticks
+        kernels.advance(self._state, step, steps, past.filled, commands, self._acting(steps))
         past.grow(steps)
         self._ticks += steps
 
@@ -229,8 +219,5 @@ class VirtualHand:
             self.soft.heat(*material)
 
     def _sense(self) -> HandSample:
-        return self._sensors.sample_tips(
-            self.soft.force, self.plate.wrench, self._turned, self.soft.indentation,
-            self._warming.temperature(self.time), self.plate.slip, self._a, self._counter.sliding,
-            self.time, self.epoch,
-        )  # fmt: skip
+        warmth = self._warming.temperature(self.time)
+        return self._sensors.sample_tips(self.tips, warmth, self.time, self.epoch)

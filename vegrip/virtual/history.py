@@ -16,6 +16,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from vegrip.types import Floats
+from vegrip.virtual import kernels
+from vegrip.virtual.kernels import Memory
 from vegrip.virtual.quadrature import gauss_legendre
 from vegrip.virtual.relaxation import Relaxation
 
@@ -46,13 +48,17 @@ class History:
         self.filled = 0
         self._merged = np.zeros((n, blocks))  # newest block first
         self._lumped = np.zeros(n)
+        self.memory = Memory(
+            self.recent, np.zeros((n, fine + block - 1)), np.zeros(n), np.zeros(n), np.array([fine, block])
+        )
+        """What the compiled steps look at."""
         self.reweigh(relaxations)
 
     def reweigh(self, relaxations: Sequence[Relaxation]) -> None:
         """Take other relaxation functions for the same history (a warmer material relaxes faster)."""
         length, step = self.recent.shape[1], self._step
         self._weights = np.stack([_means(g, 0.0, step, length) for g in relaxations])
-        self.reversed_weights = np.ascontiguousarray(self._weights[:, :0:-1])
+        self.memory.weights[:] = self._weights[:, :0:-1]
         start, long = (self.fine + 1) * step, self.block * step  # where the newest block begins
         blocks = self._merged.shape[1]
         self._block_weights = np.stack([_means(g, start, long, blocks + 1) for g in relaxations])
@@ -75,12 +81,7 @@ class History:
 
     def past(self) -> Floats:
         """Return what all earlier increments contribute at the end of the present step [N]; (n,)."""
-        m = self.filled
-        fresh = np.vecdot(self.recent[:, :m], self.reversed_weights[:, self.reversed_weights.shape[1] - m :])
-        part = max(0.0, (m - self.fine) / self.block)  # of a block since the last merge
-        older: Floats = (1.0 - part) * self.older + part * self.newer
-        total: Floats = fresh + older
-        return total
+        return kernels.summed_past(self.memory, self.filled)
 
     def append(self, increment: Floats) -> None:
         """Close the present step with the increment of N_e it brought [N]; (n,)."""
@@ -100,7 +101,7 @@ class History:
 
     def clear(self) -> None:
         """Forget everything: a fully recovered material."""
-        for store in (self.recent, self._merged, self._lumped, self.older, self.newer):
+        for store in (self.recent, self._merged, self._lumped, self.memory.older, self.memory.newer):
             store[:] = 0.0
         self.filled = 0
 
@@ -116,8 +117,8 @@ class History:
 
     def _sum_blocks(self) -> None:
         w = self._block_weights
-        self.older: Floats = np.vecdot(self._merged, w[:, :-1]) + self._lumped
-        self.newer: Floats = np.vecdot(self._merged, w[:, 1:]) + self._lumped
+        self.memory.older[:] = np.vecdot(self._merged, w[:, :-1]) + self._lumped
+        self.memory.newer[:] = np.vecdot(self._merged, w[:, 1:]) + self._lumped
 
 
 def _means(g: Relaxation, start: float, width: float, count: int) -> Floats:

@@ -1,81 +1,256 @@
-"""The compiled loops of the virtual hand, all in one file (see :mod:`vegrip.compiled` for why).
+"""The compiled steps of the virtual hand, all in one file (see :mod:`vegrip.compiled` for why).
 
-Arrays: n fingers, R rings of S elements in the unit disc. ``load`` is the share of the normal force on one
-element of each ring (n, R), ``area`` the share of the contact area of one element (R,), ``reach`` the radius
-of each ring in the unit disc (R,), ``cosine`` and ``sine`` of the spokes (S,).
+They work on the records of this file, whose fields have names; units are SI. A hand is a :class:`Hand`, a
+tip on a bench :class:`Contacts` of one.
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vegrip.compiled import njit
 from vegrip.types import Floats
 
+LOWEST_EXPONENT, HIGHEST_EXPONENT, EXPONENTS = 1.0, 200.0, 400
+EXPONENT_RATIO = math.log(HIGHEST_EXPONENT / LOWEST_EXPONENT) / (EXPONENTS - 1)
+"""The tables of the pressure are given at ``k_j = LOWEST_EXPONENT e^(EXPONENT_RATIO j)``."""
+
+COURANT = 0.4
+"""Greatest phase and damping per substep of the fastest vibration of the plate on its bristles."""
+
+SLIDING = 0.95
+"""Ratio of slip speed to speed of the object over the patch from which the patch counts as sliding [-]."""
+CREEPING = 1e-3
+"""A patch that slips slower than this many contact radii per second is creeping [1/s]."""
+DISTANCE = 1e-4
+"""A patch that slid less than this in an event was creeping, not slipping [m]."""
+SEPARATING_REST_S = 0.05
+"""A slip is over when no patch has slid for this long [s]."""
+
+Records = NDArray[Any]
+
+
+def _reals(*names: str) -> list[tuple[str, type]]:
+    return [(name, float) for name in names]
+
+
+TIP = np.dtype([
+    *_reals("side", "x", "y", "radius", "d0", "p", "F0", "friction", "stiffness", "damping", "instant",
+            "C_fresh"),
+    *_reals("position", "target", "wanted"),
+    *_reals("past", "before", "increment", "force", "depth", "reference", "a", "C", "k", "mu"),
+    *_reals("pull_x", "pull_y", "torque", "sliding_share", "slip_speed", "slip_distance"),
+    *_reals("slides", "slid"),
+])  # fmt: skip
+"""One fingertip.
+
+* What it is: ``side`` is 1 for the first finger, which the others oppose, and -1 for them; place of the contact;
+  ``radius``, ``d0``, ``p``, ``F0`` (at the present temperature), ``friction``, bristles: as in FingertipSettings;
+  ``instant``: share of an increment of N_e that is felt within the step; ``C_fresh`` of a contact just made.
+* Its drive: ``position`` towards the object, ``target`` of the force loop, NaN = it holds its position, and
+  the ``wanted`` force.
+* Its contact: what the ``past`` contributes to the force of this step, N_e of the surface ``before``, its
+  ``increment`` in this step, ``force``, ``depth`` of the imposed position (negative out of contact),
+  ``reference``: greatest force of this contact; radius ``a``, pressure coefficient ``C`` and exponent ``k``;
+  friction ``mu`` now.
+* What the object does to it, in the hand's frame: ``pull_x``, ``pull_y``, ``torque``; slip speed over the speed
+  of the object over the patch, 0 = sticks, 1 = slides everywhere that matters (the very middle of a twisted
+  patch hardly moves and does not); mean slip speed over the normal force; distance slid since the start.
+* ``slides``: 1 for a patch that slides as a whole; ``slid``: how far it went in this event.
+"""
+
+RING = np.dtype(_reals("reach", "area"))
+"""Elements on one ring of a patch, in the unit disc: where they sit, share of the disc of one of them."""
+SPOKE = np.dtype(_reals("cosine", "sine"))
+
+BODY = np.dtype([
+    *_reals("step", "initial_force", "close_time", "lift_time"),
+    *_reals("force_limit", "force_rate", "stiction", "speed", "bandwidth"),
+    *_reals("mass", "inertia", "gravity", "drop_distance", "drop_angle"),
+    *_reals("z", "dropped", "vx", "vy", "spin"),
+    ("pose", float, 3), ("start", float, 3),
+    *_reals("slips", "in_event", "is_counted", "rest", "largest_micro_slip"),
+])  # fmt: skip
+"""What the fingers share: the step of the simulation; how the hand closes; limits of the drives, as in
+ActuatorSettings; the object, as in ObjectSettings; its place ``z`` along the normals, 1 when it was dropped, its
+motion, ``pose`` and where it was at the ``start``: x, y, angle; slips so far, whether an event is open and counted,
+for how long none has slid in it, and how far one slid at most in an event that did not count."""
+
+CHANNEL = np.dtype(_reals("step", "present"))
+"""A quantity that is sensed: its resolution, 0 = exact; 0 where there is no sensor."""
+
+
+class Contacts(NamedTuple):
+    """Fingertips and the elements of their patches."""
+
+    tips: Records  # (n,) TIP
+    bristles: Floats  # (n, R, S, 2) [m]
+    load: Floats  # (n, R) share of the normal force on one element of each ring
+    rings: Records  # (R,) RING
+    spokes: Records  # (S,) SPOKE
+
+
+class Memory(NamedTuple):
+    """The history of all tips (:mod:`.history`)."""
+
+    recent: Floats  # (n, m) increments of N_e kept one by one
+    weights: Floats  # (n, m) of them, the newest last
+    older: Floats  # (n,) what the merged blocks contribute now
+    newer: Floats  # (n,) and a block later
+    sizes: NDArray[np.int64]  # (2,) increments kept one by one, and those of a block
+
+
+class Hand(NamedTuple):
+    """All that moves, and the tables of the pressure profile."""
+
+    body: Records  # (1,) BODY
+    contacts: Contacts
+    memory: Memory
+    coefficients: Floats  # (EXPONENTS,) -ln(C_k - 1)
+    shares: Floats  # (EXPONENTS, R) of the normal force on a ring
+
 
 @njit
-def pressure_exponents(C: Floats, table: Floats, first: float, ratio: float) -> Floats:
-    """Return the exponents k with coefficients C; ``table`` is -ln(C_k - 1) at k = first e^(ratio j)."""
-    k = np.empty(len(C))
-    last = len(table) - 1
-    for i in range(len(C)):
-        wanted = -math.log(max(C[i] - 1.0, 1e-12))
-        j = min(max(int(np.searchsorted(table, wanted)) - 1, 0), last - 1)
-        part = (wanted - table[j]) / (table[j + 1] - table[j])
-        k[i] = first * math.exp(ratio * (j + min(max(part, 0.0), 1.0)))
-    return k
+def advance(
+    hand: Hand, tick: int, ticks: int, filled: int, commands: Floats, burdens: Floats
+) -> None:
+    """Advance the whole hand by ``ticks`` steps after step number ``tick``.
+
+    There is room for them in the history, which is ``filled`` so far; ``commands`` are the normal forces asked
+    of all fingers [N], NaN = none; ``burdens`` force x, y [N], torque [N m], mass [kg], turn [rad] and factor
+    of friction of each step.
+    """
+    body, tips, memory = hand.body[0], hand.contacts.tips, hand.memory
+    for step in range(ticks):
+        now, full = (tick + step + 1) * body.step, filled + step
+        for i in range(len(tips)):
+            tips[i].past = past_of(memory, full, i)
+        share_forces(tips, commands)
+        if body.dropped > 0.0 or now <= body.close_time:
+            for i in range(len(tips)):
+                tips[i].wanted = math.nan if body.dropped > 0.0 else body.initial_force
+        move_drives(body, tips)
+        if body.dropped == 0.0:
+            body.z = balanced_place(tips, body.z)
+        for i in range(len(tips)):
+            tip = tips[i]
+            # once it is lost, nothing is between the fingers any more
+            press(tip, tip.position + tip.side * body.z if body.dropped == 0.0 else -tip.d0)
+            memory.recent[i, full] = tip.increment
+            find_contact(tip)
+            tip.k = pressure_exponent(tip.C, hand.coefficients)
+            tip.mu = burdens[step, 5] * tip.friction
+        if body.dropped == 0.0:
+            hold_object(hand, burdens[step], now)
 
 
 @njit
-def ring_loads(k: Floats, table: Floats, first: float, ratio: float) -> Floats:
-    """Return rows of ``table`` (400, R) interpolated in ln k; they are given at k = first e^(ratio j)."""
-    load = np.empty((len(k), table.shape[1]))
-    last = len(table) - 1
-    for i in range(len(k)):
-        place = min(max(math.log(k[i] / first) / ratio, 0.0), float(last))
-        j = min(int(place), last - 1)
-        for ring in range(table.shape[1]):
-            load[i, ring] = table[j, ring] + (place - j) * (table[j + 1, ring] - table[j, ring])
-    return load
+def summed_past(memory: Memory, filled: int) -> Floats:
+    """Return what all earlier increments contribute to the force of the coming step [N]; (n,)."""
+    past = np.empty(len(memory.recent))
+    for i in range(len(past)):
+        past[i] = past_of(memory, filled, i)
+    return past
 
 
 @njit
-def normal_force(
-    past: float, instant: float, before: float, F0: float, d0: float, p: float, d: float
-) -> float:
-    """Return the force [N] at indentation d: ``past + w_0 (N_e(d) - N_e before)``, never pulling."""
-    Ne: float = F0 * (max(d, 0.0) / d0) ** p
-    return max(0.0, past + instant * (Ne - before))
+def past_of(memory: Memory, filled: int, i: int) -> float:
+    """Return the same of tip ``i``, where so many increments are kept one by one.
+
+    Four partial sums: one alone would wait for each addition.
+    """
+    recent, weights = memory.recent, memory.weights
+    first = weights.shape[1] - filled
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    whole = filled - filled % 4
+    for j in range(0, whole, 4):
+        a += recent[i, j] * weights[i, first + j]
+        b += recent[i, j + 1] * weights[i, first + j + 1]
+        c += recent[i, j + 2] * weights[i, first + j + 2]
+        d += recent[i, j + 3] * weights[i, first + j + 3]
+    for j in range(whole, filled):
+        a += recent[i, j] * weights[i, first + j]
+    part = max(0.0, (filled - memory.sizes[0]) / memory.sizes[1])  # of a block since the last merge
+    return (a + b) + (c + d) + ((1.0 - part) * memory.older[i] + part * memory.newer[i])
 
 
 @njit
-def balance(
-    x: Floats,
-    side: Floats,
-    past: Floats,
-    instant: Floats,
-    before: Floats,
-    F0: Floats,
-    d0: Floats,
-    p: Floats,
-    z: float,
-) -> float:
+def share_forces(tips: Records, commands: Floats) -> None:
+    """Set what is wanted of the opposed fingers, by the commands of all [N], the first finger's included.
+
+    The first finger carries the sum of the others. If it asks for more, all of them give more in proportion
+    (or evenly, if they ask for nothing); it can never make them give less. NaN = no valid command.
+    """
+    first, asked, valid = commands[0], 0.0, 0
+    for i in range(1, len(tips)):
+        if not math.isnan(commands[i]):
+            asked += commands[i]
+            valid += 1
+    for i in range(1, len(tips)):
+        tips[i].wanted = commands[i]
+        if first > asked and asked > 0.0:
+            tips[i].wanted *= first / asked
+        elif first > asked and not math.isnan(commands[i]):
+            tips[i].wanted = first / valid
+
+
+@njit
+def move_drives(body: Any, tips: Records) -> None:
+    """Move the drives of the opposed fingers by a step; each works against its tip and the first in series."""
+    n, first = len(tips), stiffness(tips[0])
+    for i in range(1, n):
+        move_drive(body, tips[i], 1.0 / (1.0 / stiffness(tips[i]) + (n - 1) / first))
+
+
+@njit
+def stiffness(tip: Any) -> float:
+    """Return the stiffness [N/m] of a tip; in the air that of a light touch."""
+    d = max(tip.depth, 0.05 * tip.d0)
+    return tip.instant * tip.p * tip.F0 * (d / tip.d0) ** tip.p / d
+
+
+@njit
+def move_drive(body: Any, tip: Any, stiffness: float) -> None:
+    """Move a drive by a step towards the wanted force; NaN holds the position.
+
+    It tracks the force, limited in rate, with a first-order loop against a ``stiffness`` [N/m]; a force error
+    below the stiction moves nothing.
+    """
+    if math.isnan(tip.wanted):
+        tip.target = math.nan
+        return
+    start = tip.force if math.isnan(tip.target) else tip.target
+    change, most = min(max(tip.wanted, 0.0), body.force_limit) - start, body.force_rate * body.step
+    tip.target = start + min(max(change, -most), most)
+    error = tip.target - tip.force
+    pull = error - min(max(error, -body.stiction), body.stiction)
+    speed = 2.0 * math.pi * body.bandwidth * pull / stiffness
+    if not math.isnan(speed):
+        tip.position += body.step * min(max(speed, -body.speed), body.speed)
+
+
+@njit
+def balanced_place(tips: Records, z: float) -> float:
     """Return the place z [m] of the object at which the normal forces of all fingers cancel.
 
     Finger i is indented by ``x_i + side_i z``; ``sum_i side_i N_i`` grows with z, so Newton's step is kept
     inside the bracket found so far. Where nothing touches, z stays.
     """
-    low, high = -math.inf, math.inf
-    scale = d0.max()
+    low, high, scale = -math.inf, math.inf, 0.0
+    for i in range(len(tips)):
+        scale = max(scale, tips[i].d0)
     for _ in range(200):
         residual, slope, total = 0.0, 0.0, 0.0
-        for i in range(len(x)):
-            d = x[i] + side[i] * z
-            N = normal_force(past[i], instant[i], before[i], F0[i], d0[i], p[i], d)
+        for i in range(len(tips)):
+            tip = tips[i]
+            d = tip.position + tip.side * z
+            N = normal_force(tip, d)
             if N > 0.0 and d > 0.0:
-                residual += side[i] * N
+                residual += tip.side * N
                 total += N
-                slope += instant[i] * p[i] * F0[i] * (d / d0[i]) ** (p[i] - 1.0) / d0[i]
+                slope += tip.instant * tip.p * tip.F0 * (d / tip.d0) ** (tip.p - 1.0) / tip.d0
         if slope == 0.0 or abs(residual) <= 1e-13 * total:
             break
         if residual > 0.0:
@@ -92,374 +267,245 @@ def balance(
 
 
 @njit
-def rub(
-    bristle: Floats,
-    load: Floats,
-    area: Floats,
-    reach: Floats,
-    cosine: Floats,
-    sine: Floats,
-    a: float,
-    N: float,
-    mu: float,
-    stiffness: float,
-    damping: float,
-    vx: float,
-    vy: float,
-    spin: float,
-    dt: float,
-) -> tuple[float, float, float, float, float]:
-    """Move the object over one patch for ``dt`` [s]; return force x, y, torque, sliding, slip speed.
+def normal_force(tip: Any, depth: float) -> float:
+    """Return the force [N] at a depth [m]: ``past + w_0 (N_e(depth) - N_e before)``, never pulling."""
+    elastic = tip.F0 * (max(depth, 0.0) / tip.d0) ** tip.p
+    return max(0.0, tip.past + tip.instant * (elastic - tip.before))
 
-    Every element is a bristle (R, S, 2) [m] that follows the object at (vx, vy) [m/s] and ``spin`` [rad/s]
-    with traction ``s q + c q'`` and lets go at ``mu`` times its share of the normal force (implicit return to
-    Coulomb's limit, so the limit is never exceeded). Slip speed is the mean over the normal force [m/s];
-    sliding its ratio to the mean speed of the object over the patch, 0 = sticks, 1 = slides everywhere that
-    matters (the very middle of a twisted patch hardly moves and does not).
+
+@njit
+def press(tip: Any, depth: float) -> None:
+    """Impose an indentation [m] at the end of a step."""
+    settle(tip, depth, normal_force(tip, depth))
+
+
+@njit
+def settle(tip: Any, depth: float, force: float) -> None:
+    """Close a step with an indentation [m] and the normal force [N] that belongs to it.
+
+    Where the force would turn negative the surface has left the object: it recovers freely, and the history
+    keeps the N_e that gives zero force instead of the one of the imposed displacement.
     """
+    tip.increment = (force - tip.past) / tip.instant
+    tip.before += tip.increment
+    tip.force, tip.depth = force, depth
+    tip.reference = max(tip.reference, force) if force > 0.0 else 0.0
+
+
+@njit
+def press_tips(tips: Records, depths: Floats) -> None:
+    """Impose indentations [m] on all tips."""
+    for i in range(len(tips)):
+        press(tips[i], depths[i])
+
+
+@njit
+def settle_tips(tips: Records, depths: Floats, forces: Floats) -> None:
+    """Close a step of all tips with indentations [m] and the normal forces [N] that belong to them."""
+    for i in range(len(tips)):
+        settle(tips[i], depths[i], forces[i])
+
+
+@njit
+def find_contact(tip: Any) -> None:
+    """Set contact radius ``a = sqrt(2 R delta)`` and pressure coefficient, ``C_k = C_2 / H``.
+
+    The creep is ``H = delta / delta_e(N_ref)`` with the greatest force of this contact, so a held indentation
+    keeps its profile and a held force flattens it ([TiezziKao2007]_, eq. (36); H is never below one).
+    """
+    tip.a = math.sqrt(2.0 * tip.radius * max(tip.depth, 0.0)) if tip.force > 0.0 else 0.0
+    fresh = tip.d0 * (max(tip.reference, 0.0) / tip.F0) ** (1.0 / tip.p)
+    creep = tip.depth / fresh if fresh > 0.0 else 1.0
+    tip.C = tip.C_fresh / max(creep, 1.0)
+
+
+@njit
+def pressure_exponent(C: float, coefficients: Floats) -> float:
+    """Return the exponent k with the coefficient C; beyond the table its first or last k."""
+    wanted = -math.log(max(C - 1.0, 1e-12))
+    j = min(max(int(np.searchsorted(coefficients, wanted)) - 1, 0), EXPONENTS - 2)
+    part = (wanted - coefficients[j]) / (coefficients[j + 1] - coefficients[j])
+    return LOWEST_EXPONENT * math.exp(EXPONENT_RATIO * (j + min(max(part, 0.0), 1.0)))
+
+
+@njit
+def find_exponents(tips: Records, coefficients: Floats) -> None:
+    """Find contacts and exponents of all tips."""
+    for i in range(len(tips)):
+        find_contact(tips[i])
+        tips[i].k = pressure_exponent(tips[i].C, coefficients)
+
+
+@njit
+def share_out(k: float, shares: Floats, spokes: int, load: Floats) -> None:
+    """Set the share of the normal force on one element of each ring, ``load`` (R,), for an exponent k."""
+    last = len(shares) - 1
+    place = min(max(math.log(k / LOWEST_EXPONENT) / EXPONENT_RATIO, 0.0), float(last))
+    j = min(int(place), last - 1)
+    for ring in range(len(load)):
+        share = shares[j, ring] + (place - j) * (shares[j + 1, ring] - shares[j, ring])
+        load[ring] = share / spokes
+
+
+@njit
+def rub(contacts: Contacts, i: int, vx: float, vy: float, spin: float, dt: float) -> None:
+    """Move the object over patch ``i`` for ``dt`` [s], at (vx, vy) [m/s] and ``spin`` [rad/s].
+
+    Every element is a bristle [m] that follows the object with traction ``s q + c q'`` and lets go at ``mu``
+    times its share of the normal force (implicit return to Coulomb's limit, so the limit is never exceeded).
+    """
+    tip, bristle, load = contacts.tips[i], contacts.bristles[i], contacts.load[i]
+    rings, spokes = contacts.rings, contacts.spokes
     fx, fy, torque, speed, passing = 0.0, 0.0, 0.0, 0.0, 0.0
-    if N <= 0.0 or a <= 0.0:
+    if tip.force <= 0.0 or tip.a <= 0.0:
         bristle[:] = 0.0
-        return fx, fy, torque, 0.0, 0.0
-    patch = math.pi * a * a
-    for i in range(len(reach)):
-        s = stiffness * patch * area[i]
-        c = s * damping
-        limit = mu * N * load[i]
-        rho = a * reach[i]
-        for j in range(len(cosine)):
-            x, y = rho * cosine[j], rho * sine[j]
-            wx, wy = vx - spin * y, vy + spin * x
-            passing += load[i] * math.sqrt(wx * wx + wy * wy)
-            qx, qy = bristle[i, j, 0], bristle[i, j, 1]
-            nx, ny = qx + wx * dt, qy + wy * dt
-            tx, ty = s * nx + c * wx, s * ny + c * wy
-            t = math.sqrt(tx * tx + ty * ty)
-            if t > limit:
-                tx *= limit / t
-                ty *= limit / t
-                mx, my = (tx + c * qx / dt) / (s + c / dt), (ty + c * qy / dt) / (s + c / dt)
-                speed += load[i] * math.sqrt((nx - mx) ** 2 + (ny - my) ** 2) / dt
-                nx, ny = mx, my
-            bristle[i, j, 0], bristle[i, j, 1] = nx, ny
-            fx += tx
-            fy += ty
-            torque += x * ty - y * tx
-    return fx, fy, torque, min(1.0, speed / passing) if passing > 0.0 else 0.0, speed
+    else:
+        patch = math.pi * tip.a * tip.a
+        for ring in range(len(rings)):
+            s = tip.stiffness * patch * rings[ring].area
+            c = s * tip.damping
+            limit = tip.mu * tip.force * load[ring]
+            rho = tip.a * rings[ring].reach
+            for j in range(len(spokes)):
+                x, y = rho * spokes[j].cosine, rho * spokes[j].sine
+                wx, wy = vx - spin * y, vy + spin * x
+                passing += load[ring] * math.sqrt(wx * wx + wy * wy)
+                qx, qy = bristle[ring, j, 0], bristle[ring, j, 1]
+                nx, ny = qx + wx * dt, qy + wy * dt
+                tx, ty = s * nx + c * wx, s * ny + c * wy
+                t = math.sqrt(tx * tx + ty * ty)
+                if t > limit:
+                    tx *= limit / t
+                    ty *= limit / t
+                    mx, my = (tx + c * qx / dt) / (s + c / dt), (ty + c * qy / dt) / (s + c / dt)
+                    speed += load[ring] * math.sqrt((nx - mx) ** 2 + (ny - my) ** 2) / dt
+                    nx, ny = mx, my
+                bristle[ring, j, 0], bristle[ring, j, 1] = nx, ny
+                fx += tx
+                fy += ty
+                torque += x * ty - y * tx
+    tip.pull_x, tip.pull_y, tip.torque = fx, fy, torque
+    tip.sliding_share = min(1.0, speed / passing) if passing > 0.0 else 0.0
+    tip.slip_speed = speed
 
 
 @njit
-def carry(
-    pose: Floats,
-    bristle: Floats,
-    wrench: Floats,
-    slip: Floats,
-    load: Floats,
-    area: Floats,
-    reach: Floats,
-    cosine: Floats,
-    sine: Floats,
-    a: Floats,
-    N: Floats,
-    mu: Floats,
-    stiffness: Floats,
-    damping: Floats,
-    place: Floats,
-    mass: float,
-    inertia: float,
-    applied: Floats,
-    substeps: int,
-    dt: float,
-) -> None:
-    """Move the held object by ``substeps`` of ``dt`` [s]; symplectic Euler, forces from :func:`rub`.
-
-    ``pose`` is x, y, angle of the centre of mass and their rates (6,); ``place`` the contacts (n, 2);
-    ``applied`` force and torque from outside (3,). Returns in place: pose, bristle (n, R, S, 2), ``wrench``
-    of the object on each finger (n, 3), ``slip`` = sliding, slip speed, slid distance (n, 3).
-    """
-    for _ in range(substeps):
-        fx, fy, torque = applied[0], applied[1], applied[2]
-        for i in range(len(N)):
-            lx, ly = place[i, 0] - pose[0], place[i, 1] - pose[1]
-            tx, ty, m, sliding, speed = rub(
-                bristle[i], load[i], area, reach, cosine, sine, a[i], N[i], mu[i], stiffness[i], damping[i],
-                pose[3] - pose[5] * ly, pose[4] + pose[5] * lx, pose[5], dt,
-            )  # fmt: skip
-            wrench[i, 0], wrench[i, 1], wrench[i, 2] = tx, ty, m
-            slip[i, 0], slip[i, 1] = sliding, speed
-            slip[i, 2] += speed * dt
-            fx -= tx
-            fy -= ty
-            torque -= m + lx * ty - ly * tx
-        pose[3] += dt * fx / mass
-        pose[4] += dt * fy / mass
-        pose[5] += dt * torque / inertia
-        for k in range(3):
-            pose[k] += dt * pose[3 + k]
+def hold_object(hand: Hand, burden: Floats, now: float) -> None:
+    """Carry the object for a step, and see whether it slips or is lost."""
+    body, contacts = hand.body[0], hand.contacts
+    tips = contacts.tips
+    gone = now - body.close_time
+    stand = 1.0 if gone <= 0.0 else 0.0  # share of the weight on it
+    if body.lift_time > 0.0:
+        stand = min(max(1.0 - gone / body.lift_time, 0.0), 1.0)
+    mass = body.mass + burden[3]
+    weight = (1.0 - stand) * mass * body.gravity
+    fx, fy = burden[0] + weight * math.sin(burden[4]), burden[1] - weight * math.cos(burden[4])
+    for i in range(len(tips)):
+        share_out(tips[i].k, hand.shares, len(contacts.spokes), contacts.load[i])
+    carry(body, contacts, mass, fx, fy, burden[2])
+    watch_slips(body, tips)
+    x, y = body.pose[0] - body.start[0], body.pose[1] - body.start[1]
+    if math.hypot(x, y) > body.drop_distance or abs(body.pose[2] - body.start[2]) > body.drop_angle:
+        body.dropped = 1.0
+        for i in range(len(tips)):
+            tips[i].pull_x, tips[i].pull_y, tips[i].torque = 0.0, 0.0, 0.0
+            tips[i].sliding_share, tips[i].slip_speed, tips[i].slides = 0.0, 0.0, 0.0
 
 
 @njit
-def substeps_of(
-    pose: Floats, place: Floats, a: Floats, stiffness: Floats, damping: Floats,
-    mass: float, inertia: float, courant: float, dt: float,
-) -> int:  # fmt: skip
+def carry(body: Any, contacts: Contacts, mass: float, force_x: float, force_y: float, torque: float) -> None:
+    """Move the object by a step under force and torque from outside; symplectic Euler, forces from rub."""
+    parts = substeps(body, contacts.tips, mass)
+    dt = body.step / parts
+    for _ in range(parts):
+        fx, fy, turning = force_x, force_y, torque
+        for i in range(len(contacts.tips)):
+            tip = contacts.tips[i]
+            lx, ly = tip.x - body.pose[0], tip.y - body.pose[1]
+            rub(contacts, i, body.vx - body.spin * ly, body.vy + body.spin * lx, body.spin, dt)
+            tip.slip_distance += tip.slip_speed * dt
+            fx -= tip.pull_x
+            fy -= tip.pull_y
+            turning -= tip.torque + lx * tip.pull_y - ly * tip.pull_x
+        body.vx += dt * fx / mass
+        body.vy += dt * fy / mass
+        body.spin += dt * turning / body.inertia
+        body.pose[0] += dt * body.vx
+        body.pose[1] += dt * body.vy
+        body.pose[2] += dt * body.spin
+
+
+@njit
+def substeps(body: Any, tips: Records, mass: float) -> int:
     """Return how finely to divide a step so that the explicit scheme is far inside its stability limit."""
     push, turn, push_damped, turn_damped = 0.0, 0.0, 0.0, 0.0
-    for i in range(len(a)):
-        s = stiffness[i] * math.pi * a[i] * a[i]
-        lx, ly = place[i, 0] - pose[0], place[i, 1] - pose[1]
-        turning = s * (lx * lx + ly * ly + 0.5 * a[i] * a[i]) / inertia
+    for i in range(len(tips)):
+        tip = tips[i]
+        s = tip.stiffness * math.pi * tip.a * tip.a
+        lx, ly = tip.x - body.pose[0], tip.y - body.pose[1]
+        turning = s * (lx * lx + ly * ly + 0.5 * tip.a * tip.a) / body.inertia
         push += s / mass
         turn += turning
-        push_damped += s / mass * damping[i]
-        turn_damped += turning * damping[i]
+        push_damped += s / mass * tip.damping
+        turn_damped += turning * tip.damping
     square = max(push, turn)  # of the greatest angular frequency
     viscous = max(push_damped, turn_damped)
-    return max(1, math.ceil(dt * max(math.sqrt(square), viscous) / courant))
+    return max(1, math.ceil(body.step * max(math.sqrt(square), viscous) / COURANT))
 
 
 @njit
-def share_forces(commands: Floats) -> Floats:
-    """Return the forces of the opposed fingers [N] from the commands of all, the first finger's included.
+def slides_whole(tip: Any) -> bool:
+    """Return whether a patch slides as a whole."""
+    return tip.sliding_share > SLIDING and tip.slip_speed > CREEPING * tip.a
 
-    The first finger carries the sum of the others. If it asks for more, all of them give more in proportion
-    (or evenly, if they ask for nothing); it can never make them give less. NaN = no valid command.
+
+@njit
+def watch_slips(body: Any, tips: Records) -> None:
+    """Note which patches slide as a whole in this step, and count the slips.
+
+    Patches that slide within :data:`SEPARATING_REST_S` are one slip.
     """
-    first, others = commands[0], commands[1:].copy()
-    asked, valid = 0.0, 0
-    for force in others:
-        if not math.isnan(force):
-            asked += force
-            valid += 1
-    if first > asked:
-        for i in range(len(others)):
-            if asked > 0.0:
-                others[i] *= first / asked
-            elif not math.isnan(others[i]):
-                others[i] = first / max(1, valid)
-    return others
-
-
-@njit
-def move_drives(
-    position: Floats, target: Floats, limits: Floats, wanted: Floats, force: Floats, stiffness: Floats,
-    dt: float,
-) -> None:  # fmt: skip
-    """Move drives for ``dt`` [s] towards the ``wanted`` forces [N]; NaN holds the position.
-
-    ``force`` [N] and ``stiffness`` [N/m] are those of the contacts now; ``limits`` the greatest force [N],
-    the fastest change of it [N/s], stiction [N], fastest motion [m/s] and bandwidth [Hz]. Returns in place:
-    position [m] and ``target`` [N].
-    """
-    most, rate, stiction, fastest, bandwidth = limits[0], limits[1], limits[2], limits[3], limits[4]
-    for i in range(len(position)):
-        if math.isnan(wanted[i]):
-            target[i] = math.nan
-            continue
-        start = force[i] if math.isnan(target[i]) else target[i]
-        change = min(max(wanted[i], 0.0), most) - start
-        target[i] = start + min(max(change, -rate * dt), rate * dt)
-        error = target[i] - force[i]
-        pull = error - min(max(error, -stiction), stiction)
-        speed = 2.0 * math.pi * bandwidth * pull / stiffness[i]
-        if not math.isnan(speed):
-            position[i] += dt * min(max(speed, -fastest), fastest)
-
-
-@njit
-def chain_stiffness(
-    depth: Floats, instant: Floats, F0: Floats, d0: Floats, p: Floats
-) -> Floats:  # fmt: skip
-    """Return the stiffness [N/m] each drive works against when all move: its tip and the first in series."""
-    n = len(depth)
-    own = np.empty(n)
-    for i in range(n):
-        d = max(depth[i], 0.05 * d0[i])
-        own[i] = instant[i] * p[i] * F0[i] * (d / d0[i]) ** p[i] / d
-    chain = np.empty(n - 1)
-    for i in range(1, n):
-        chain[i - 1] = 1.0 / (1.0 / own[i] + (n - 1) / own[0])
-    return chain
-
-
-@njit
-def fresh_past(recent: Floats, reversed_weights: Floats, filled: int, i: int) -> float:
-    """Return what the increments of finger ``i`` that are kept one by one contribute [N].
-
-    Four partial sums: one alone would wait for each addition.
-    """
-    first = reversed_weights.shape[1] - filled
-    a, b, c, d = 0.0, 0.0, 0.0, 0.0
-    whole = filled - filled % 4
-    for j in range(0, whole, 4):
-        a += recent[i, j] * reversed_weights[i, first + j]
-        b += recent[i, j + 1] * reversed_weights[i, first + j + 1]
-        c += recent[i, j + 2] * reversed_weights[i, first + j + 2]
-        d += recent[i, j + 3] * reversed_weights[i, first + j + 3]
-    for j in range(whole, filled):
-        a += recent[i, j] * reversed_weights[i, first + j]
-    return (a + b) + (c + d)
-
-
-@njit
-def press_tips(
-    depth: Floats, past: Floats, instant: Floats, F0: Floats, d0: Floats, p: Floats,
-    before: Floats, force: Floats, reference: Floats, increment: Floats,
-) -> None:  # fmt: skip
-    """Impose indentations [m] on all tips, as :meth:`vegrip.virtual.fingertip.Fingertips.press` does.
-
-    Returns in place: ``before`` (N_e of the surface), ``force``, ``reference`` (greatest force of this
-    contact) and ``increment`` (of N_e in this step), all [N].
-    """
-    for i in range(len(depth)):
-        force[i] = normal_force(past[i], instant[i], before[i], F0[i], d0[i], p[i], depth[i])
-        surface = before[i] + (force[i] - past[i]) / instant[i]  # the N_e that gives this force
-        increment[i] = surface - before[i]
-        before[i] = surface
-        reference[i] = max(reference[i], force[i]) if force[i] > 0.0 else 0.0
-
-
-@njit
-def find_contacts(
-    depth: Floats, force: Floats, reference: Floats, radius: Floats, F0: Floats, d0: Floats, p: Floats,
-    fresh_coefficient: float, a: Floats, C: Floats,
-) -> None:  # fmt: skip
-    """Return in place the contact radii ``a`` [m] and pressure coefficients ``C`` [-] of all tips."""
-    for i in range(len(depth)):
-        a[i] = math.sqrt(2.0 * radius[i] * max(depth[i], 0.0)) if force[i] > 0.0 else 0.0
-        fresh = d0[i] * (max(reference[i], 0.0) / F0[i]) ** (1.0 / p[i])
-        creep = depth[i] / fresh if fresh > 0.0 else 1.0
-        C[i] = fresh_coefficient / max(creep, 1.0)
-
-
-@njit
-def watch_slips(
-    slip: Floats, a: Floats, sliding: Floats, slid: Floats, count: Floats, constants: Floats, dt: float
-) -> None:
-    """Note which patches slide as a whole, and count the slips; in place: ``sliding``, ``slid``, ``count``.
-
-    ``count`` holds the slips so far, whether an event is open and counted, for how long [s] none has slid, and
-    how far one slid at most in an event that does not count [m]; ``slid`` how far each patch went in the event
-    [m]. ``constants`` are those of
-    :mod:`vegrip.virtual.slips`, in its order.
-    """
-    whole, creeping, distance, rest = constants[0], constants[1], constants[2], constants[3]
-    some = False
-    for i in range(len(a)):
-        slides = slip[i, 0] > whole and slip[i, 1] > creeping * a[i]
-        sliding[i] = 1.0 if slides else 0.0
-        some = some or slides
+    some, furthest = False, 0.0
+    for i in range(len(tips)):
+        tips[i].slides = 1.0 if slides_whole(tips[i]) else 0.0
+        some = some or tips[i].slides > 0.0
+    if some and body.in_event == 0.0:
+        body.in_event, body.is_counted = 1.0, 0.0
+        for i in range(len(tips)):
+            tips[i].slid = 0.0
+    for i in range(len(tips)):
+        tips[i].slid += tips[i].slip_speed * body.step * tips[i].slides
+        furthest = max(furthest, tips[i].slid)
     if some:
-        if count[1] == 0.0:
-            count[1], count[2] = 1.0, 0.0
-            slid[:] = 0.0
-        count[3] = 0.0
-        for i in range(len(a)):
-            slid[i] += slip[i, 1] * dt * sliding[i]
-        if count[2] == 0.0 and slid.max() > distance:
-            count[2] = 1.0
-            count[0] += 1.0
-    elif count[1] > 0.0:
-        count[3] += dt
-        if count[3] >= rest:
-            count[1] = 0.0
-            if count[2] == 0.0:
-                count[4] = max(count[4], slid.max())
+        body.rest = 0.0
+        if body.is_counted == 0.0 and furthest > DISTANCE:
+            body.is_counted = 1.0
+            body.slips += 1.0
+    elif body.in_event > 0.0:
+        body.rest += body.step
+        if body.rest >= SEPARATING_REST_S:
+            end_event(body, tips)
 
 
 @njit
-def hand_ticks(
-    ticks: int, tick: int, dt: float, closing: Floats, commands: Floats, burdens: Floats, state: Floats,
-    side: Floats, radius: Floats, d0: Floats, p: Floats, F0: Floats, friction: Floats,
-    depth: Floats, force: Floats, before: Floats, reference: Floats, mu: Floats, a: Floats, k: Floats,
-    position: Floats, target: Floats, limits: Floats,
-    recent: Floats, reversed_weights: Floats, instant: Floats, older: Floats, newer: Floats, filled: int,
-    fine: int, block: int,
-    pose: Floats, start: Floats, bristle: Floats, wrench: Floats, slip: Floats, place: Floats,
-    stiffness: Floats, damping: Floats, plate: Floats,
-    sliding: Floats, slid: Floats, count: Floats, slips: Floats,
-    area: Floats, reach: Floats, cosine: Floats, sine: Floats,
-    exponents: Floats, rings: Floats, first: float, ratio: float, fresh_coefficient: float,
-) -> None:  # fmt: skip
-    """Advance the whole hand by ``ticks`` steps of ``dt`` [s] after step number ``tick``; all in place.
-
-    * ``ticks``: no more than there is room for in ``recent``; ``tick``: number of steps so far;
-    * ``closing``: force [N] and time [s] of closing, time of lifting [s]; ``commands``: normal forces asked
-      of all fingers [N], NaN = none; ``burdens``: force x, y [N], torque [N m], mass [kg], turn [rad] and
-      factor of friction of each step;
-    * ``state``: place of the object along the normals [m], 1 when it was dropped; ``side``: 1 for the first
-      finger, -1 for the opposed ones;
-    * ``radius`` to ``friction``: of the tips; ``depth`` to ``k``: of the contacts, as in Fingertips;
-    * ``position`` to ``limits``: of the drives, see :func:`move_drives`;
-    * ``recent`` to ``block``: the history, see :meth:`~vegrip.virtual.history.History.past`; ``older`` and
-      ``newer`` are what the merged blocks contribute now and a block later;
-    * ``pose`` to ``damping``: of the plate, see :func:`carry`; ``plate``: mass, inertia, gravity, distance
-      and angle at which it is lost, Courant number;
-    * ``sliding`` to ``slips``: see :func:`watch_slips`, its constants last;
-    * ``area`` to ``sine``: of the patch; the rest: tables of the pressure profile.
-    """
-    n = len(depth)
-    past, increment, C, applied = np.empty(n), np.empty(n), np.empty(n), np.empty(3)
-    for step in range(ticks):
-        now, full = (tick + step + 1) * dt, filled + step
-        part = max(0.0, (full - fine) / block)  # of a block since the last merge
-        for i in range(n):
-            past[i] = fresh_past(recent, reversed_weights, full, i)
-            past[i] += (1.0 - part) * older[i] + part * newer[i]
-        wanted = share_forces(commands)
-        if state[1] > 0.0:
-            wanted[:] = math.nan
-        elif now <= closing[1]:
-            wanted[:] = closing[0]
-        chain = chain_stiffness(depth, instant, F0, d0, p)
-        move_drives(position, target, limits, wanted, force[1:], chain, dt)
-        depth[0], depth[1:] = 0.0, position
-        if state[1] > 0.0:
-            depth[:] = -d0  # nothing is between the fingers any more
-        else:
-            state[0] = balance(depth, side, past, instant, before, F0, d0, p, state[0])
-            depth += side * state[0]
-        press_tips(depth, past, instant, F0, d0, p, before, force, reference, increment)
-        recent[:, full] = increment
-        find_contacts(depth, force, reference, radius, F0, d0, p, fresh_coefficient, a, C)
-        k[:] = pressure_exponents(C, exponents, first, ratio)
-        mu[:] = burdens[step, 5] * friction
-        if state[1] > 0.0:
-            continue
-        gone = now - closing[1]
-        stand = (
-            min(max(1.0 - gone / closing[2], 0.0), 1.0) if closing[2] > 0.0 else (1.0 if gone <= 0.0 else 0.0)
-        )
-        mass = plate[0] + burdens[step, 3]
-        weight = (1.0 - stand) * mass * plate[2]
-        applied[0] = burdens[step, 0] + weight * math.sin(burdens[step, 4])
-        applied[1] = burdens[step, 1] - weight * math.cos(burdens[step, 4])
-        applied[2] = burdens[step, 2]
-        load = ring_loads(k, rings, first, ratio) / len(cosine)
-        parts = substeps_of(pose, place, a, stiffness, damping, mass, plate[1], plate[5], dt)
-        carry(
-            pose, bristle, wrench, slip, load, area, reach, cosine, sine, a, force, mu, stiffness, damping,
-            place, mass, plate[1], applied, parts, dt / parts,
-        )  # fmt: skip
-        watch_slips(slip, a, sliding, slid, count, slips, dt)
-        far = math.hypot(pose[0] - start[0], pose[1] - start[1]) > plate[3]
-        if far or abs(pose[2] - start[2]) > plate[4]:
-            state[1] = 1.0
-            sliding[:] = 0.0
-            wrench[:] = 0.0
-            slip[:, :2] = 0.0
+def end_event(body: Any, tips: Records) -> None:
+    """End the present event, if there is one; a slide that does not count as a slip is a micro-slip."""
+    if body.in_event > 0.0 and body.is_counted == 0.0:
+        for i in range(len(tips)):
+            body.largest_micro_slip = max(body.largest_micro_slip, tips[i].slid)
+    body.in_event = 0.0
 
 
 @njit
 def sense(
     values: Floats, slides: Floats, threshold: float, felt: Floats, number: int, errors: Floats,
-    step: Floats, present: Floats,
+    channels: Records,
 ) -> Floats:  # fmt: skip
     """Return what is sensed of the true ``values`` (n, 8): with errors, in steps, NaN without a sensor.
 
     Slip is told from a ``threshold`` of its speed [m/s] on, and late: ``felt`` (delay + 1, n, 2) keeps flag
-    and speed of as many samples, in turn, and ``number`` is that of this one from 0. ``step`` is the
-    resolution of each quantity, 0 = exact; ``present`` 0 for a quantity without a sensor. The last two are
+    and speed of as many samples, in turn, and ``number`` is that of this one from 0. The last two are
     magnitudes. The slip flag stands before them: (n, 9).
     """
     sensed = np.empty((values.shape[0], 9))
@@ -470,51 +516,38 @@ def sense(
         felt[place, i, 1] = values[i, 6] if slips else 0.0
         for j in range(8):
             value = (felt[late, i, 1] if j == 6 else values[i, j]) + errors[i, j]
-            if step[j] > 0.0:
-                value = round(value / step[j]) * step[j]
+            if channels[j].step > 0.0:
+                value = round(value / channels[j].step) * channels[j].step
             if j >= 6:
                 value = max(value, 0.0)
-            sensed[i, j if j < 6 else j + 1] = value if present[j] > 0.0 else math.nan
-        sensed[i, 6] = felt[late, i, 0] if present[6] > 0.0 else math.nan
+            sensed[i, j if j < 6 else j + 1] = value if channels[j].present > 0.0 else math.nan
+        sensed[i, 6] = felt[late, i, 0] if channels[6].present > 0.0 else math.nan
     return sensed
 
 
 @njit
-def read_tips(
-    force: Floats, wrench: Floats, turned: Floats, depth: Floats, temperature: float, slip: Floats, a: Floats
-) -> Floats:
-    """Return the true quantities of all fingers (n, 8) in the order of the sensors.
-
-    ``wrench`` on the tips (n, 3) in the hand's frame, ``turned`` its signs in the contact frames; ``slip``
-    has the slip speed in its second column.
-    """
-    values = np.empty((len(force), 8))
-    for i in range(len(force)):
-        values[i, 0] = force[i]
-        for j in range(3):
-            values[i, 1 + j] = turned[i, j] * wrench[i, j]
-        values[i, 4], values[i, 5], values[i, 6], values[i, 7] = depth[i], temperature, slip[i, 1], a[i]
-    return values
-
-
-@njit
 def sense_tips(
-    force: Floats, wrench: Floats, turned: Floats, depth: Floats, temperature: float, slip: Floats, a: Floats,
-    slides: Floats, threshold: float, felt: Floats, number: int, errors: Floats, step: Floats,
-    present: Floats,
+    tips: Records, temperature: float, threshold: float, felt: Floats, number: int, errors: Floats,
+    channels: Records,
 ) -> Floats:  # fmt: skip
-    """Return what is sensed of the tips, (n, 9): :func:`sense` of :func:`read_tips`."""
-    values = read_tips(force, wrench, turned, depth, temperature, slip, a)
-    return sense(values, slides, threshold, felt, number, errors, step, present)
+    """Return what is sensed of the tips in their contact frames, (n, 9): :func:`sense` of what they feel."""
+    values, slides = np.empty((len(tips), 8)), np.empty(len(tips))
+    for i in range(len(tips)):
+        tip = tips[i]
+        values[i, 0] = tip.force
+        values[i, 1], values[i, 2], values[i, 3] = -tip.side * tip.pull_x, tip.pull_y, -tip.side * tip.torque
+        values[i, 4], values[i, 5], values[i, 6], values[i, 7] = tip.depth, temperature, tip.slip_speed, tip.a
+        slides[i] = tip.slides
+    return sense(values, slides, threshold, felt, number, errors, channels)
 
 
 @njit
-def limit_point(load: Floats, reach: Floats, cosine: Floats, sine: Floats, d: float) -> tuple[float, float]:
+def limit_point(load: Floats, rings: Records, spokes: Records, d: float) -> tuple[float, float]:
     """Return |f|/(mu N) and |m|/(mu N a) when all elements slide about a centre at distance ``d`` [a]."""
     f, m = 0.0, 0.0
-    for i in range(len(reach)):
-        for j in range(len(cosine)):
-            x, y = reach[i] * cosine[j], reach[i] * sine[j]
+    for i in range(len(rings)):
+        for j in range(len(spokes)):
+            x, y = rings[i].reach * spokes[j].cosine, rings[i].reach * spokes[j].sine
             rho = math.sqrt((x - d) ** 2 + y * y)
             if rho > 0.0:
                 f -= load[i] * (x - d) / rho
@@ -523,7 +556,7 @@ def limit_point(load: Floats, reach: Floats, cosine: Floats, sine: Floats, d: fl
 
 
 @njit
-def limit_along(load: Floats, reach: Floats, cosine: Floats, sine: Floats, f: float, m: float) -> float:
+def limit_along(load: Floats, rings: Records, spokes: Records, f: float, m: float) -> float:
     """Return the distance from the origin to the limit surface along the load (f/(mu N), m/(mu N a)).
 
     The centre of rotation lies between the middle of the patch and infinity, d = part / (1 - part); the
@@ -532,9 +565,9 @@ def limit_along(load: Floats, reach: Floats, cosine: Floats, sine: Floats, f: fl
     three steps.
     """
     low, high = 0.0, 1.0  # of d / (1 + d)
-    there_f, there_m = limit_point(load, reach, cosine, sine, 0.0)
+    there_f, there_m = limit_point(load, rings, spokes, 0.0)
     below = there_f * m - there_m * f  # too much torque: the centre lies further out
-    above = load.sum() * len(cosine) * m  # a centre at infinity: force alone
+    above = load.sum() * len(spokes) * m  # a centre at infinity: force alone
     radius, before, last, steps, part = 1.0, 1.0, 0, 0, 0.0
     for _ in range(120):
         previous, part = part, 0.5 * (low + high)
@@ -542,7 +575,7 @@ def limit_along(load: Floats, reach: Floats, cosine: Floats, sine: Floats, f: fl
             secant = high - above * (high - low) / (above - below)
             if low < secant < high:
                 part = secant
-        there_f, there_m = limit_point(load, reach, cosine, sine, part / (1.0 - part))
+        there_f, there_m = limit_point(load, rings, spokes, part / (1.0 - part))
         radius = math.hypot(there_f, there_m)
         turn = there_f * m - there_m * f
         if turn < 0.0:
@@ -562,31 +595,24 @@ def limit_along(load: Floats, reach: Floats, cosine: Floats, sine: Floats, f: fl
 
 
 @njit
-def true_contacts(
-    force: Floats, wrench: Floats, turned: Floats, depth: Floats, a: Floats, k: Floats, mu: Floats,
-    slip: Floats, sliding: Floats, reach: Floats, cosine: Floats, sine: Floats,
-    rings: Floats, first: float, ratio: float,
-) -> Floats:  # fmt: skip
-    """Return what is really the case at all contacts, (n, 14): the fields of FingerTruth, in its order.
-
-    ``wrench`` (n, 3) on the tips in the hand's frame, ``turned`` its signs in the contact frames; ``slip``
-    and ``sliding`` as :func:`carry` and :func:`watch_slips` give them; ``rings`` to ``ratio``: the table of
-    :func:`ring_loads`.
-    """
-    truth = np.empty((len(force), 14))
-    load = ring_loads(k, rings, first, ratio) / len(cosine)
-    for i in range(len(force)):
-        fx, fy, torque = turned[i, 0] * wrench[i, 0], turned[i, 1] * wrench[i, 1], turned[i, 2] * wrench[i, 2]
-        most, along = mu[i] * force[i], math.hypot(fx, fy)
+def true_contacts(contacts: Contacts, shares: Floats) -> Floats:
+    """Return what is really the case at all contacts, (n, 14): the fields of FingerTruth, in its order."""
+    tips, load = contacts.tips, contacts.load
+    truth = np.empty((len(tips), 14))
+    for i in range(len(tips)):
+        tip = tips[i]
+        share_out(tip.k, shares, len(contacts.spokes), load[i])
+        fx, fy, torque = -tip.side * tip.pull_x, tip.pull_y, -tip.side * tip.torque
+        most, along = tip.mu * tip.force, math.hypot(fx, fy)
         used, size = 0.0, 0.0
-        if force[i] > 0.0 and a[i] > 0.0:
-            f, m = along / most, torque / (most * a[i])
+        if tip.force > 0.0 and tip.a > 0.0:
+            f, m = along / most, torque / (most * tip.a)
             size = math.hypot(f, m)
             if size > 0.0:
-                used = size / limit_along(load[i], reach, cosine, sine, abs(f), abs(m))
-        radius = math.hypot(along, torque / a[i]) / used if used > 0.0 else most
-        truth[i, 0], truth[i, 1], truth[i, 2], truth[i, 3] = force[i], depth[i], a[i], k[i]
-        truth[i, 4], truth[i, 5], truth[i, 6], truth[i, 7] = mu[i], fx, fy, torque
-        truth[i, 8], truth[i, 9], truth[i, 10] = used, radius, sliding[i]
-        truth[i, 11], truth[i, 12], truth[i, 13] = slip[i, 0], slip[i, 1], slip[i, 2]
+                used = size / limit_along(load[i], contacts.rings, contacts.spokes, abs(f), abs(m))
+        radius = math.hypot(along, torque / tip.a) / used if used > 0.0 else most
+        truth[i, 0], truth[i, 1], truth[i, 2], truth[i, 3] = tip.force, tip.depth, tip.a, tip.k
+        truth[i, 4], truth[i, 5], truth[i, 6], truth[i, 7] = tip.mu, fx, fy, torque
+        truth[i, 8], truth[i, 9], truth[i, 10] = used, radius, tip.slides
+        truth[i, 11], truth[i, 12], truth[i, 13] = tip.sliding_share, tip.slip_speed, tip.slip_distance
     return truth

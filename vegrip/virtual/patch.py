@@ -12,6 +12,7 @@ import numpy as np
 
 from vegrip.types import Floats
 from vegrip.virtual import kernels
+from vegrip.virtual.kernels import Contacts, Records
 from vegrip.virtual.profile import shares_on_rings
 
 
@@ -21,28 +22,27 @@ class Grid:
 
     edges: tuple[float, ...]  # of the rings, 0..1
     spokes: int
-    reach: Floats = field(init=False, repr=False, compare=False)  # (R,) where the elements of a ring sit
-    area: Floats = field(init=False, repr=False, compare=False)  # (R,) share of the disc of one element
-    cosine: Floats = field(init=False, repr=False, compare=False)  # (S,)
-    sine: Floats = field(init=False, repr=False, compare=False)  # (S,)
+    rings: Records = field(init=False, repr=False, compare=False)  # (R,) kernels.RING
+    rays: Records = field(init=False, repr=False, compare=False)  # (S,) kernels.SPOKE
 
     def __post_init__(self) -> None:
-        r = np.array(self.edges)
-        angle = 2.0 * np.pi * (np.arange(self.spokes) + 0.5) / self.spokes
-        set_once = object.__setattr__
-        set_once(self, "reach", 2.0 / 3.0 * np.diff(r**3) / np.diff(r**2))  # centroid of a thin sector
-        set_once(self, "area", np.diff(r**2) / self.spokes)
-        set_once(self, "cosine", np.cos(angle))
-        set_once(self, "sine", np.sin(angle))
+        r, rings = np.array(self.edges), np.zeros(len(self.edges) - 1, kernels.RING)
+        rings["reach"] = 2.0 / 3.0 * np.diff(r**3) / np.diff(r**2)  # centroid of a thin sector
+        rings["area"] = np.diff(r**2) / self.spokes
+        angle, rays = 2.0 * np.pi * (np.arange(self.spokes) + 0.5) / self.spokes, np.zeros(self.spokes, kernels.SPOKE)
+        rays["cosine"], rays["sine"] = np.cos(angle), np.sin(angle)
+        object.__setattr__(self, "rings", rings)
+        object.__setattr__(self, "rays", rays)
+
+    def contacts(self, tips: Records) -> Contacts:
+        """Return patches of ``tips`` with unbent bristles."""
+        n, elements = len(tips), (len(self.rings), self.spokes)
+        return Contacts(tips, np.zeros((n, *elements, 2)), np.zeros((n, len(self.rings))), self.rings, self.rays)
 
     def load(self, k: Floats) -> Floats:
         """Return the share of the normal force on one element of each ring for exponents k; (n, R)."""
         shares: Floats = shares_on_rings(k, self.edges) / self.spokes
         return shares
-
-    def bristles(self, fingers: int) -> Floats:
-        """Return unbent bristles for ``fingers`` patches; (n, R, S, 2) [m]."""
-        return np.zeros((fingers, len(self.reach), self.spokes, 2))
 
 
 @cache
@@ -54,7 +54,7 @@ def even_grid(rings: int, spokes: int) -> Grid:
 def limit_points(grid: Grid, k: float, distances: Floats) -> Floats:
     """Return ``(f/(mu N), m/(mu N a))`` of a patch sliding about centres at ``distances`` [a]; (len, 2)."""
     load = grid.load(np.array([k]))[0]
-    points = [kernels.limit_point(load, grid.reach, grid.cosine, grid.sine, float(d)) for d in distances]
+    points = [kernels.limit_point(load, grid.rings, grid.rays, float(d)) for d in distances]
     return np.array(points)
 
 
@@ -64,4 +64,4 @@ def utilisation(grid: Grid, k: float, f: float, m: float) -> float:
     if size == 0.0:
         return 0.0
     load = grid.load(np.array([k]))[0]
-    return size / kernels.limit_along(load, grid.reach, grid.cosine, grid.sine, abs(f), abs(m))
+    return size / kernels.limit_along(load, grid.rings, grid.rays, abs(f), abs(m))

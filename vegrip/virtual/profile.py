@@ -13,11 +13,8 @@ from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.quadrature import tanh_sinh
 
-EXPONENTS = np.geomspace(1.0, 200.0, 400)
+EXPONENTS = np.geomspace(kernels.LOWEST_EXPONENT, kernels.HIGHEST_EXPONENT, kernels.EXPONENTS)
 """Pressure exponents k of the tables [-]: from sharper than Hertz to nearly uniform."""
-
-FIRST, RATIO = float(EXPONENTS[0]), float(np.log(EXPONENTS[1] / EXPONENTS[0]))
-"""``EXPONENTS[j] = FIRST e^(RATIO j)``."""
 
 HERTZ = 2.0
 """Exponent of a contact that has just been made [-]."""
@@ -57,7 +54,7 @@ def coefficient(k: Floats) -> Floats:
 
 def exponent(C: Floats) -> Floats:
     """Return the k [-] whose coefficients C > 1 [-] are given; beyond the table its first or last k."""
-    return kernels.pressure_exponents(C, coefficient_logarithms(), FIRST, RATIO)
+    return np.array([kernels.pressure_exponent(one, coefficient_logarithms()) for one in C.tolist()])
 
 
 @cache
@@ -70,4 +67,7 @@ def ring_shares(edges: tuple[float, ...]) -> Floats:
 
 def shares_on_rings(k: Floats, edges: tuple[float, ...]) -> Floats:
     """Return the share of the normal force on each ring for exponents k; (n, rings), rows sum to one."""
-    return kernels.ring_loads(k, ring_shares(edges), FIRST, RATIO)
+    shares = np.empty((len(k), len(edges) - 1))
+    for one, row in zip(k.tolist(), shares, strict=True):
+        kernels.share_out(one, ring_shares(edges), 1, row)
+    return shares

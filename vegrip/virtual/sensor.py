@@ -9,6 +9,7 @@ from vegrip.hand_sample import HandSample
 from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
+from vegrip.virtual.kernels import CHANNEL, Records
 from vegrip.virtual.settings import SensorSettings
 
 SENSED_CHANNELS = (
@@ -45,9 +46,9 @@ class Sensors:
             s.normal_force, s.tangential_force, s.tangential_force, s.torque_z, s.displacement, s.temperature,
             s.slip_speed, s.contact_radius,
         ])  # fmt: skip
-        steps = [s.force_step, s.force_step, s.force_step, s.torque_step, s.displacement_step, 0.0, 0.0, 0.0]
-        self._step = np.array(steps)
-        self._present = np.array([1.0] * 6 + [float(s.slip_sensor), float(s.radius_sensor)])
+        self._channels = np.zeros(len(SENSED_CHANNELS), CHANNEL)
+        self._channels["step"][:5] = [s.force_step] * 3 + [s.torque_step, s.displacement_step]
+        self._channels["present"] = [1.0] * 6 + [float(s.slip_sensor), float(s.radius_sensor)]
         spread = np.array([force, force, force, 0.0, shift, 0.0, 0.0, 0.0])
         n = len(fingers)
         self.bias = spread * rng.standard_normal((n, len(SENSED_CHANNELS)))
@@ -64,24 +65,16 @@ class Sensors:
         errors, chance, shifts = self.draw()
         values = kernels.sense(
             reading.values, reading.slip, self.settings.slip_threshold, self._felt, self._seq, errors,
-            self._step, self._present,
+            self._channels,
         )  # fmt: skip
         return self._sample(values, chance, shifts, time, epoch).states(self.fingers)
 
-    def sample_tips(
-        self, force: Floats, wrench: Floats, turned: Floats, depth: Floats, temperature: float, slip: Floats,
-        a: Floats, slides: Floats, time: float, epoch: int,
-    ) -> HandSample:  # fmt: skip
-        """Return what is sensed of the tips at ``time`` [s] after ``epoch`` [ns].
-
-        The arguments up to ``a`` are those of :func:`~vegrip.virtual.kernels.read_tips`; ``slides`` (n,)
-        is 1 for a tip that slides.
-        """
+    def sample_tips(self, tips: Records, temperature: float, time: float, epoch: int) -> HandSample:
+        """Return what is sensed of the ``tips`` at ``time`` [s] after ``epoch`` [ns]."""
         errors, chance, shifts = self.draw()
         values = kernels.sense_tips(
-            force, wrench, turned, depth, temperature, slip, a, slides, self.settings.slip_threshold,
-            self._felt, self._seq, errors, self._step, self._present,
-        )  # fmt: skip
+            tips, temperature, self.settings.slip_threshold, self._felt, self._seq, errors, self._channels
+        )
         return self._sample(values, chance, shifts, time, epoch)
 
     def draw(self) -> tuple[Floats, Floats, Floats]:

@@ -1,5 +1,6 @@
 """A test bench for one simulated fingertip: runs a protocol, returns what was measured and what was true."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -14,7 +15,6 @@ from vegrip.virtual.hidden.specimen import Specimen
 from vegrip.virtual.patch import even_grid, utilisation
 from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
-from vegrip.virtual.slips import is_sliding
 
 TRUTH = (
     "indentation",
@@ -120,6 +120,10 @@ class _Bench:
         self._tip, self._step, self._hidden = tip, step, hidden
         self._soft = Specimen(tip, step, hidden) if hidden else Fingertips([tip], step)
         self._grid = even_grid(rings, spokes)
+        self._contacts = self._grid.contacts(self._soft.records.copy())
+        self._felt = self._contacts.tips
+        """What the counter-surface meets: the tip with all that is hidden."""
+        self._felt["side"] = -1.0
 
     def reset(self, pause: float, temperature: float) -> None:
         """Start an episode after ``pause`` [s]: recovered material, unbent bristles."""
@@ -128,9 +132,9 @@ class _Bench:
             one.warmed(temperature)
         self._soft.reset()
         self._drive = 0.0
-        self._mu = self._tip.friction
-        self._bristle = self._grid.bristles(1)
-        self._rub = (0.0, 0.0, 0.0, 0.0, 0.0)
+        self._contacts.bristles[:] = 0.0
+        for name in ("pull_x", "pull_y", "torque", "sliding_share", "slip_speed"):
+            self._felt[name] = 0.0
         self._bent = False
 
     @property
@@ -153,36 +157,35 @@ class _Bench:
 
     def slide(self, segment: Segment) -> None:
         """Move the counter-surface for one step."""
-        tip, grid = self._tip, self._grid
-        self._a = float(self._soft.contact_radius[0])
-        speed = self._rub[4]
-        self._mu = tip.friction
+        soft, felt, speed = self._soft, self._felt, float(self._felt["slip_speed"][0])
+        felt["a"], felt["force"], felt["k"] = soft.contact_radius, soft.force, soft.pressure_exponent
+        mu = self._tip.friction
         for one in self._hidden:
-            self._mu = one.friction(self._mu, self.force, speed)
+            mu = one.friction(mu, self.force, speed)
+        felt["mu"] = mu
         if segment.pull_x or segment.pull_y or segment.spin:
             self._bent = True
         if self._bent:
-            self._rub = kernels.rub(
-                self._bristle[0], grid.load(self._soft.pressure_exponent)[0], grid.area, grid.reach,
-                grid.cosine, grid.sine, self._a, self.force, self._mu, tip.bristle_stiffness,
-                tip.bristle_damping, segment.pull_x, segment.pull_y, segment.spin, self._step,
-            )  # fmt: skip
-        self._shown = self.force
+            self._contacts.load[:] = self._grid.load(felt["k"])
+            kernels.rub(self._contacts, 0, segment.pull_x, segment.pull_y, segment.spin, self._step)
+        shown, tip = self.force, felt[0]
         for one in self._hidden:
-            one.rubbed(self.force, self._rub[4], self._step)
-            self._shown = one.sensed(self._shown, float(np.hypot(*self._rub[:2])), self._step)
+            one.rubbed(self.force, float(tip["slip_speed"]), self._step)
+            shown = one.sensed(shown, float(np.hypot(tip["pull_x"], tip["pull_y"])), self._step)
+        self._shown = shown
 
     def reading(self, temperature: float) -> Reading:
         """Return what perfect sensors would read."""
-        fx, fy, torque, sliding, speed = self._rub
-        values = np.array([[self._shown, fx, fy, torque, self.depth, temperature, speed, self._a]])
-        whole = is_sliding(np.array([sliding]), np.array([speed]), np.array([self._a]))
-        return Reading(values, whole.astype(float))
+        tip = self._felt[0]
+        slides = kernels.slides_whole(tip)
+        sensed = (tip[name] for name in ("pull_x", "pull_y", "torque"))
+        values = [self._shown, *sensed, self.depth, temperature, tip["slip_speed"], tip["a"]]
+        return Reading(np.array([values]), np.array([float(slides)]))
 
     def truth(self) -> tuple[float, ...]:
         """Return the columns of :data:`TRUTH`."""
-        fx, fy, torque, _, _ = self._rub
-        f, k, mu = float(np.hypot(fx, fy)), float(self._soft.pressure_exponent[0]), self._mu
+        tip = {name: float(self._felt[name][0]) for name in ("pull_x", "pull_y", "torque", "a", "k", "mu")}
+        f, a, k, mu = math.hypot(tip["pull_x"], tip["pull_y"]), tip["a"], tip["k"], tip["mu"]
         limit = mu * self.force
-        used = utilisation(self._grid, k, f / limit, torque / (limit * self._a)) if limit * self._a else 0.0
-        return float(self._soft.indentation[0]), self.force, self._a, k, mu, f, torque, used
+        used = utilisation(self._grid, k, f / limit, tip["torque"] / (limit * a)) if limit * a else 0.0
+        return float(self._soft.indentation[0]), self.force, a, k, mu, f, tip["torque"], used

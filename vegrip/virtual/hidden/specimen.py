@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vegrip.types import Floats
+from vegrip.virtual import profile
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.hidden.base import Hidden
 from vegrip.virtual.history import History
@@ -27,7 +28,7 @@ class Specimen(Fingertips):
         self._g = tip.relaxing()
         for one in hidden:
             self._g = one.relaxation(self._g)
-        self.history = History([self._g], step, fine)
+        self.follow(History([self._g], step, fine))
         self._changes = bool(_those(hidden, "warmed"))
         self._indented, self._stressed = _those(hidden, "indentation"), _those(hidden, "elastic")
         self._more, self._pulls = _those(hidden, "more"), _those(hidden, "pull")
@@ -41,6 +42,7 @@ class Specimen(Fingertips):
         super().reset()
         if self._changes:
             self.history.reweigh([self._g])
+            self.follow(self.history)
         self.position = 0.0
         """Where the drive stands [m]."""
         self._pressed = 0.0
@@ -114,7 +116,9 @@ class Specimen(Fingertips):
     @property
     def pressure_exponent(self) -> Floats:
         """Pressure exponent k [-]."""
-        k = float(super().pressure_exponent[0])
+        x, fresh = float(self.indentation[0]), float(self.elastic_indentation(self.reference)[0])
+        creep = max(x / fresh, 1.0) if fresh > 0.0 else 1.0
+        k = float(profile.exponent(self.records["C_fresh"] / creep)[0])
         for one in self._hidden:
             k = one.flattened(k)
         return np.array([k])
@@ -149,10 +153,9 @@ class Specimen(Fingertips):
         elastic = self._elastic(x) if pressed > 0.0 else float(self.before[0])
         more = self._added(x, elastic)
         self._x = x
-        largest = np.maximum(self.reference, pressed) if pressed > 0.0 else np.zeros(1)
+        largest = max(float(self.reference[0]), pressed) if pressed > 0.0 else 0.0
         self._close(np.array([x]), np.array([pressed - more]))
-        self._pressed, self.reference = pressed, largest
-        self.force = np.array([force])
+        self._pressed, self.reference[:], self.force[:] = pressed, largest, force
         for one in self._hidden:
             one.remember(x, force, self.step)
             one.strained(float(self.before[0]), x, self.step)
