@@ -21,7 +21,7 @@ from vegrip.grip.parameters import estimator_factory
 from vegrip.messages import Lifecycle, Message, NodeStatus
 from vegrip.runtime.monitor import Board
 from vegrip.trials.candidates import demonstrated_parameters
-from vegrip.trials.closed_loop import Loop
+from vegrip.trials.closed_loop import NodeLoop
 from vegrip.trials.scenario import Scenario
 from vegrip.virtual import Disturbance, HandSettings
 from vegrip.virtual.disturbance import AddedMass, Wetting
@@ -115,7 +115,7 @@ def head(time: float) -> str:
     return HEAD.format(x=side, X=54.0 - side, y=level, drops=wet, said=said)
 
 
-def film(stage: Stage, loop: Loop, node: Overheard, browser: Any) -> list[Image.Image]:
+def film(stage: Stage, loop: NodeLoop, node: Overheard, browser: Any) -> list[Image.Image]:
     """Return the pictures of the page."""
     page = browser.new_context(viewport=WINDOW, bypass_csp=True, color_scheme="light").new_page()
     page.goto(stage.address)
@@ -147,7 +147,7 @@ def main() -> int:
     node = Overheard(
         "grasp_force", fingers, estimator_factory(parameters, fingers, "grasp_force"), parameters
     )
-    loop = Loop(scenario.hand(), node)
+    loop = NodeLoop(scenario.hand(), node)
     with closing(Stage(parameters.grip.wanted_margin)) as stage, sync_playwright() as playwright:
         chromium = shutil.which("chromium")
         first, *rest = film(

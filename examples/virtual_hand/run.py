@@ -35,7 +35,7 @@ while hand.time < DURATION and not hand.dropped:
     force.append([t.normal_force for t in truth])
     load.append([np.hypot(t.tangential_force_x, t.tangential_force_y) for t in truth])
     margin.append([t.margin for t in truth])
-    shift.append(hand.plate.shift)
+    shift.append(hand.shift)
     slipping.append(any(t.sliding for t in truth))
 
 print(f"{hand.time:.1f} s, {hand.slips} slips, {'dropped' if hand.dropped else 'held'}")

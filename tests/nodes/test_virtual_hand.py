@@ -12,7 +12,7 @@ from vegrip.nodes.virtual_hand import VirtualHandNode, build
 from vegrip.errors import ConfigError
 from vegrip.messages import FingertipState, ForceCommand, Message, ModelHealth, Reason
 from vegrip.runtime import NodeContext
-from vegrip.trials.closed_loop import Loop
+from vegrip.trials.closed_loop import NodeLoop
 
 TICK = 2_000_000  # [ns]
 START = 10**12
@@ -52,9 +52,9 @@ def test_commands_are_obeyed_until_they_expire() -> None:
         assert not list(node.on_message(command(finger, 2.0, now, life=10**9), now))
     _, now = run(node, 490, now)
     assert node.hand.truth("ring").normal_force == pytest.approx(2.0, abs=0.05)
-    position = node.hand._drives.position.copy()
+    position = node.hand.tips["position"].copy()
     run(node, 500, now + 10**9)
-    assert node.hand._drives.position == pytest.approx(position, abs=1e-12)
+    assert node.hand.tips["position"] == pytest.approx(position, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -123,18 +123,18 @@ def test_a_running_hand_refuses_to_become_another_one() -> None:
     node.deactivate()
     node.parameters = replace(node.parameters, seed=5)
     node.activate()
-    assert node.hand.tips != active().hand.tips
+    assert node.hand.soft.tips != active().hand.soft.tips
 
 
-class Listening(Loop):
+class Listening(NodeLoop):
     """A loop that keeps what the node says of its model."""
 
     misfits: set[tuple[str, str]]
 
-    def _take(self, answers: Iterable[Message]) -> None:
+    def take(self, answers: Iterable[Message]) -> None:
         answers = list(answers)
         self.misfits |= {(m.finger, m.channel) for m in answers if isinstance(m, ModelHealth) and m.channel}
-        super()._take(answers)
+        super().take(answers)
 
 
 @pytest.mark.parametrize("relaxes_slowly", [False, True])

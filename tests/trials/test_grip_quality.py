@@ -9,61 +9,63 @@ import pytest
 from scipy.stats import binom
 
 from vegrip.cli import main
-from vegrip.trials.compiled_loop import CompiledRun
-from vegrip.trials.fronts import (
-    QualityTrial,
-    Surroundings,
-    record_trial,
-    run_quality_trial,
-)
+from vegrip.trials.closed_loop import Course
+from vegrip.trials.fronts import QualityTrial, Surroundings, record_trial, run_quality_trial
 from vegrip.trials.grip_quality import (
     CLASSES,
     GripRecord,
     classes_of,
     clopper_pearson,
     figures_of,
+    force_over_least,
+    least_forces,
 )
 from vegrip.trials.scenario import GRASPS
-from vegrip.trials.trial_memory import noise_table
+from vegrip.trials.slip_channels import FLAG, SPEED, wrong_slip
 from vegrip.virtual import HandSettings
 from vegrip.virtual.disturbance import Push, Twist, Wetting
 from vegrip.virtual.patch import even_grid, utilisation
 
 
 @pytest.fixture(scope="module")
-def pinch() -> CompiledRun:
+def pinch() -> Course:
     """A constant grip in a pinch, where force and torque both load the contacts."""
     return run_quality_trial(QualityTrial("constant", 3, 4.0, 8.0, "pinch"))
 
 
-def scanned(row: dict[str, float]) -> float:
+def scanned(now: float, tangential: float, torque: float, mu: float, radius: float, k: float) -> float:
     """Return the least force by trying forces on a fine patch of elements, without any limit surface."""
     grid = even_grid(24, 48)
     for force in np.geomspace(0.02, 20.0, 1500):
-        a = row["radius"] * (force / row["force"]) ** (1.0 / 3.0)
-        limit = row["mu"] * force
-        if utilisation(grid, row["exponent"], row["tangential"] / limit, row["torque"] / (limit * a)) <= 1.0:
+        a = radius * (force / now) ** (1.0 / 3.0)
+        limit = mu * force
+        if utilisation(grid, k, tangential / limit, torque / (limit * a)) <= 1.0:
             return float(force)
     return math.inf
 
 
 def test_the_least_possible_force_is_the_least_that_holds_when_forces_are_tried_one_by_one(
-    pinch: CompiledRun,
+    pinch: Course,
 ) -> None:
+    least = least_forces(pinch)
     for row in (150, 250, 380):
         for finger in (0, 1):
-            truth = {name: float(values[row, finger]) for name, values in pinch.truth.items()}
-            assert truth["least"] == pytest.approx(scanned(truth), rel=0.01)
+            tried = scanned(pinch.force[row][finger], *pinch.contact[row][finger])
+            assert least[row, finger] == pytest.approx(tried, rel=0.01)
 
 
-def test_a_grip_never_holds_with_less_than_the_least_possible_force(pinch: CompiledRun) -> None:
-    settled = pinch.time > 1.0
-    assert np.all(pinch.truth["least"][settled] < pinch.truth["force"][settled])
+def test_a_grip_never_holds_with_less_than_the_least_possible_force(pinch: Course) -> None:
+    settled = np.array(pinch.time) > 1.0
+    assert np.all((least_forces(pinch) < np.array(pinch.force))[settled])
     assert pinch.slips == 0
 
 
-def test_without_load_nothing_is_needed(pinch: CompiledRun) -> None:
-    assert np.all(pinch.truth["least"][pinch.time < 0.05] < 0.01)
+def test_without_load_nothing_is_needed(pinch: Course) -> None:
+    assert np.all(least_forces(pinch)[np.array(pinch.time) < 0.05] < 0.01)
+
+
+def test_what_was_never_held_has_no_ratio() -> None:
+    assert math.isnan(force_over_least(Course(("thumb",), dropped=True), 1.0))
 
 
 def record(**changes: object) -> GripRecord:
@@ -140,7 +142,7 @@ def test_quicker_drives_and_rougher_surfaces_are_what_they_say() -> None:
 def test_a_dead_slip_channel_tells_of_no_slide_and_a_stuck_or_noisy_one_of_slides_that_are_not() -> None:
     """Seen by a controller that believes them all: it raises the grip by what it feels."""
 
-    def run(channel: str, friction: float) -> CompiledRun:
+    def run(channel: str, friction: float) -> Course:
         around = Surroundings(friction_scale=friction, slip_channel=channel)
         return run_quality_trial(QualityTrial("vegrip", 3, 2.0, 0.15, "pinch", around))
 
@@ -148,18 +150,22 @@ def test_a_dead_slip_channel_tells_of_no_slide_and_a_stuck_or_noisy_one_of_slide
     assert not run("sound", slippery).dropped
     assert run("dead", slippery).dropped
     assert run("absent", slippery).dropped
-    sound = run("sound", usual).truth["force"].mean()
-    assert run("dead", usual).truth["force"].mean() == pytest.approx(sound, rel=1e-3)
+    sound = np.mean(run("sound", usual).force)
+    assert np.mean(run("dead", usual).force) == pytest.approx(sound, rel=1e-3)
     for channel in ("stuck", "noisy"):
-        assert run(channel, usual).truth["force"].mean() > 1.1 * sound
+        assert np.mean(run(channel, usual).force) > 1.05 * sound
 
 
 def test_a_noisy_slip_channel_has_two_flags_in_a_hundred_wrong_and_two_millimetres_a_second() -> None:
-    sound, noisy = (noise_table(_hand(), 5, 20_000, channel) for channel in ("sound", "noisy"))
-    assert not sound[:, :, 7].any()
-    assert noisy[:, :, 7].mean() == pytest.approx(0.02, abs=0.002)
-    assert (noisy - sound)[:, :, 6].std() == pytest.approx(2e-3, rel=0.02)
-    assert np.array_equal(noisy[:, :, :6], sound[:, :, :6])
+    assert wrong_slip("sound", 5) is None
+    spoil = wrong_slip("noisy", 5)
+    assert spoil is not None
+    values = np.full((40_000, 9), 1.0)
+    values[:, FLAG] = 0.0
+    spoil(values)
+    assert values[:, FLAG].mean() == pytest.approx(0.02, abs=0.002)
+    assert values[:, SPEED].std() == pytest.approx(2e-3, rel=0.02)
+    assert np.all(values[:, [0, 1, 2, 3, 4, 5, 8]] == 1.0)
 
 
 def _hand() -> HandSettings:

@@ -3,23 +3,24 @@
 import numpy as np
 import pytest
 
-from vegrip.virtual.drive import Drives
-from vegrip.virtual.kernels import share_forces
+from tests.virtual.build import body_of, tips_of
+from vegrip.virtual import kernels
 from vegrip.virtual.settings import ActuatorSettings
 
 DT = 1e-3
 SPRING = 2000.0  # [N/m]
 
 
-def run(settings: ActuatorSettings, wanted: float, duration: float, drives: Drives | None = None):
-    """Press springs with two drives; return the forces over time (steps, 2)."""
-    drives = drives or Drives(settings, 2)
+def run(settings: ActuatorSettings, wanted: float, duration: float, tips: kernels.Records | None = None):
+    """Press springs with two drives; return the forces over time (steps, 2), and the drives."""
+    body, tips = body_of(settings, step=DT), tips_of(2, target=np.nan) if tips is None else tips
     history = []
     for _ in range(round(duration / DT)):
-        force = np.maximum(SPRING * drives.position, 0.0)
-        drives.move(np.full(2, wanted), force, np.full(2, SPRING), DT)
-        history.append(SPRING * drives.position.copy())
-    return np.array(history), drives
+        tips["force"], tips["wanted"] = np.maximum(SPRING * tips["position"], 0.0), wanted
+        for i in range(2):
+            kernels.move_drive(body[0], tips[i], SPRING)
+        history.append(SPRING * tips["position"])
+    return np.array(history), tips
 
 
 def test_force_is_reached_within_the_stiction() -> None:
@@ -47,9 +48,9 @@ def test_motion_is_limited_in_speed() -> None:
 
 def test_without_a_command_the_position_is_held() -> None:
     _, drives = run(ActuatorSettings(), 3.0, 1.0)
-    before = drives.position.copy()
+    before = drives["position"].copy()
     run(ActuatorSettings(), np.nan, 1.0, drives)
-    assert np.array_equal(drives.position, before)
+    assert np.array_equal(drives["position"], before)
 
 
 def test_a_command_after_a_hold_starts_from_the_present_force() -> None:
@@ -69,7 +70,9 @@ def test_forces_outside_the_range_are_held_inside(wanted) -> None:
 
 def share(first: float, *others: float) -> list[float]:
     """Return the forces of the opposed fingers."""
-    return share_forces(np.array([first, *others])).tolist()
+    tips = tips_of(1 + len(others))
+    kernels.share_forces(tips, np.array([first, *others]))
+    return tips["wanted"][1:].tolist()
 
 
 def test_first_finger_can_raise_but_never_lower_the_others() -> None:

@@ -47,10 +47,10 @@ def test_friction_carries_exactly_the_weight() -> None:
 def test_object_stays_where_it_is_while_the_margin_is_ample() -> None:
     hand = VirtualHand(CALM)
     grip(hand, 2.5, 3.0)
-    before = hand.plate.shift.copy()
+    before = hand.shift.copy()
     grip(hand, 2.5, 5.0)
     assert min(t.margin for t in truths(hand)) > 0.3
-    assert np.abs(hand.plate.shift - before)[:2].max() < 5e-6  # only the stiffness of the contacts creeps
+    assert np.abs(hand.shift - before)[:2].max() < 5e-6  # only the stiffness of the contacts creeps
     assert hand.slips == 0
 
 
@@ -62,7 +62,7 @@ def test_object_slips_when_the_grip_falls_below_the_least_force_of_the_patches()
     least = WEIGHT / (2.0 * mu) / 4.0
     grip(hand, 1.05 * least + settings.actuator.stiction, 3.0)
     assert not hand.dropped
-    assert hand.plate.slip[:, 2].max() < 1e-3
+    assert hand.tips["slip_distance"].max() < 1e-3
     grip(hand, 0.9 * least - settings.actuator.stiction, 3.0)
     assert hand.slips >= 1
     assert hand.dropped
@@ -75,7 +75,7 @@ def test_friction_never_exceeds_the_limit_of_the_patch(seed) -> None:
     for _ in range(400):
         grip(hand, 0.9, 0.02)
         assert max(t.utilisation for t in truths(hand)) <= 1.0 + 5e-3
-        f = np.hypot(hand.plate.wrench[:, 0], hand.plate.wrench[:, 1])
+        f = np.hypot(hand.tips["pull_x"], hand.tips["pull_y"])
         limit = np.array([t.friction_coefficient * t.normal_force for t in truths(hand)])
         assert np.all(f <= limit * (1.0 + 1e-9) + 1e-12)
         if hand.dropped:
@@ -157,7 +157,7 @@ def test_more_asked_of_the_thumb_makes_all_others_give_more() -> None:
 def test_object_rests_on_its_stand_while_the_hand_closes() -> None:
     hand = VirtualHand(CALM)
     hand.step(CALM.actuator.close_time, {})
-    assert hand.plate.shift == pytest.approx(0.0, abs=1e-9)
+    assert hand.shift == pytest.approx(0.0, abs=1e-9)
     assert hand.truth("index").normal_force == pytest.approx(CALM.actuator.initial_force, abs=0.05)
 
 

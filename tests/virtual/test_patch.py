@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.virtual.build import tips_of
 from vegrip.virtual import kernels
 from vegrip.virtual.patch import even_grid, limit_points, utilisation
 
@@ -71,17 +72,17 @@ class Bench:
     """One patch under constant normal force, moved step by step."""
 
     def __init__(self, k: float = 2.0, rings: int = 16, spokes: int = 32, damping: float = 0.0) -> None:
-        self.grid = even_grid(rings, spokes)
-        self.load = self.grid.load(np.array([k]))[0]
-        self.bristle = self.grid.bristles(1)[0]
-        self.damping = damping
+        grid = even_grid(rings, spokes)
+        self.tips = tips_of(1, mu=0.8, stiffness=1e8, damping=damping)
+        self.contacts = grid.contacts(self.tips)
+        self.contacts.load[:] = grid.load(np.array([k]))
+        self.bristle = self.contacts.bristles[0]
 
     def move(self, vx: float, vy: float, spin: float, dt: float = 1e-3, N: float = 2.0, a: float = 4e-3):
-        g = self.grid
-        return kernels.rub(
-            self.bristle, self.load, g.area, g.reach, g.cosine, g.sine,
-            a, N, 0.8, 1e8, self.damping, vx, vy, spin, dt,
-        )  # fmt: skip
+        self.tips["force"], self.tips["a"] = N, a
+        kernels.rub(self.contacts, 0, vx, vy, spin, dt)
+        found = ("pull_x", "pull_y", "torque", "sliding_share", "slip_speed")
+        return tuple(float(self.tips[name][0]) for name in found)
 
 
 @pytest.mark.parametrize("k", GOLDEN)
@@ -158,7 +159,7 @@ def limit_by_bisection(load, grid, f, m):
     low, high = 0.0, 1.0
     while high - low >= 1e-13:
         part = 0.5 * (low + high)
-        there_f, there_m = kernels.limit_point(load, grid.reach, grid.cosine, grid.sine, part / (1.0 - part))
+        there_f, there_m = kernels.limit_point(load, grid.rings, grid.rays, part / (1.0 - part))
         low, high = (part, high) if there_f * m < there_m * f else (low, part)
     return math.hypot(there_f, there_m)
 
@@ -168,5 +169,5 @@ def test_the_limit_along_a_load_is_that_of_bisection():
     loads = [(1.0, 0.0), (0.0, 1.0), (1.0, 1e-9), (1e-9, 1.0), *10.0 ** rng.uniform(-4.0, 0.0, (60, 2))]
     for f, m in loads:
         load = grid.load(rng.uniform(1.5, 8.0, 1))[0]
-        found = kernels.limit_along(load, grid.reach, grid.cosine, grid.sine, f, m)
+        found = kernels.limit_along(load, grid.rings, grid.rays, f, m)
         assert found == pytest.approx(limit_by_bisection(load, grid, f, m), rel=1e-12)

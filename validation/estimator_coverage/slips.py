@@ -203,8 +203,8 @@ def pressed(tip: FingertipSettings, t: Floats, depth: Floats, drive: float, fric
 
 def standing(soft: Fingertips, origin: float, fresh: float, drive: float) -> float:
     """Indentation [m] at which the tip balances the drive, ``N + k_d delta = const``, by Newton's method."""
-    past, instant, before, p = (float(v[0]) for v in (soft.past, soft.instant, soft.before, soft.p))
-    delta, F0, d0 = float(soft.indentation[0]), float(soft.F0[0]), float(soft.d0[0])
+    names = ("past", "instant", "before", "p", "depth", "F0", "d0")
+    past, instant, before, p, delta, F0, d0 = (float(soft.records[name][0]) for name in names)
     for _ in range(3):
         elastic = F0 * (delta / d0) ** p
         left = past + instant * (elastic - before) + drive * (delta - origin) - fresh

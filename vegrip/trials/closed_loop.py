@@ -13,7 +13,8 @@ from functools import partial
 import numpy as np
 
 from vegrip.clock import NS
-from vegrip.grip.controller import GripController
+from vegrip.estimator import ContactEstimator
+from vegrip.grip.controller import GripController, MakeEstimator
 from vegrip.grip.node import GraspForce
 from vegrip.grip.parameters import GraspParameters, estimator_factory
 from vegrip.hand_sample import HandSample
@@ -28,6 +29,7 @@ from vegrip.virtual.hand import TRUTHS
 PERIOD_S = 0.002
 SAMPLING_S = 0.01
 BELIEF_PERIOD_S = 0.05
+STATED_EVERY = 5  # samples of the course
 
 FORCE, FORCE_X, FORCE_Y, TORQUE, FRICTION, RADIUS, K, UTILISATION = (
     TRUTHS.index(name)
@@ -56,7 +58,7 @@ class Course:
     contact: list[Floats] = field(default_factory=list)
     """True tangential force [N], torque [N m], friction, contact radius [m] and pressure exponent."""
     stated: list[Floats] = field(default_factory=list)
-    """Mean and std of ln mu as stated of each finger, (fingers, 2); NaN without a contact."""
+    """Mean and std of ln mu as stated of each finger, (fingers, 2); NaN without a contact or look."""
     friction: list[tuple[float, float, float]] = field(default_factory=list)
     """What is told of the first finger's friction: time [s], estimate [-], its std [-]."""
     largest_micro_slip: float = 0.0  # [m] of slides of a whole patch that are too short to count as a slip
@@ -127,7 +129,7 @@ class Loop:
         self.answer(samples, now)
         if hand.time >= len(course.time) * SAMPLING_S:
             course.sample(hand, self.commands)
-            self.note_belief()
+            course.stated.append(self.stated())
 
     def answer(self, samples: Iterable[HandSample], now: int) -> None:
         """Let the controller answer what came at ``now`` [ns]."""
@@ -146,14 +148,16 @@ class Loop:
                 grip.watch(name, now)
         self.commands[:] = [finger.held for finger in fingers]
 
-    def note_belief(self) -> None:
-        """Note what is stated of the friction of each finger."""
+    def stated(self) -> Floats:
+        """Return what is stated of the friction of each finger, now and then: it costs what a step costs."""
         stated = np.full((len(self.hand.fingers), 2), np.nan)
-        for row, (name, finger) in zip(stated, self.grip.fingers.items(), strict=True):
-            if finger.estimator.in_contact:
-                mean, variance, _, _ = finger.estimator.friction
-                row[:] = self.grip.friction.stated_friction(name, mean, math.sqrt(variance))
-        self.course.stated.append(stated)
+        if len(self.course.stated) % STATED_EVERY == 0:
+            for row, (name, finger) in zip(stated, self.grip.fingers.items(), strict=True):
+                estimator = finger.estimator
+                if isinstance(estimator, ContactEstimator) and estimator.in_contact:
+                    mean, variance, _, _ = estimator.friction
+                    row[:] = self.grip.friction.stated_friction(name, mean, math.sqrt(variance))
+        return stated
 
 
 class NodeLoop(Loop):
@@ -187,6 +191,16 @@ class NodeLoop(Loop):
                 self.course.believe(message, self.hand.time)
 
 
+def grip_of(
+    settings: GraspParameters, fingers: tuple[str, ...], make: MakeEstimator | None = None
+) -> GripController:
+    """Return a controller of these parameters; ``make`` gives other estimators than theirs."""
+    tips = {finger: tip for finger, tip in settings.tips.items() if finger in fingers}
+    settings = replace(settings, tips=tips)
+    make = make or estimator_factory(settings, fingers, "trial")
+    return GripController(fingers, settings=settings, make_estimator=make)
+
+
 def run_grip(
     hand: VirtualHand,
     settings: GraspParameters,
@@ -199,12 +213,7 @@ def run_grip(
 
     One that ``knows`` has the truth of friction and contact instead of an estimate.
     """
-    tips = {finger: tip for finger, tip in settings.tips.items() if finger in hand.fingers}
-    settings = replace(settings, tips=tips)
-    make = estimator_factory(settings, hand.fingers, "trial")
-    if knows:
-        make = partial(KnownContact, hand)
-    grip = GripController(hand.fingers, settings=settings, make_estimator=make)
+    grip = grip_of(settings, hand.fingers, partial(KnownContact, hand) if knows else None)
     course = Loop(hand, grip, spoil).run(duration)
     course.lags = tuple(map(grip.drive_lag, hand.fingers))
     return course

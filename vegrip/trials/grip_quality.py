@@ -64,11 +64,9 @@ class GripRecord:
 
 def least_forces(course: Course) -> Floats:
     """Return the least possible force [N] of each finger at every time of ``course``; (n, fingers)."""
-    rows = [
-        [least_force(force, *of) for force, of in zip(forces.tolist(), contact.tolist(), strict=True)]
-        for forces, contact in zip(course.force, course.contact, strict=True)
-    ]
-    return np.array(rows).reshape(len(rows), len(course.fingers))
+    forces, contacts = np.array(course.force), np.array(course.contact).reshape(-1, 5)
+    rows = zip(forces.ravel().tolist(), contacts.tolist(), strict=True)
+    return np.array([least_force(force, *contact) for force, contact in rows]).reshape(-1, len(course.fingers))
 
 
 def least_grip_force(course: Course) -> Floats:

@@ -45,12 +45,6 @@ class KnownContact:
         """The normal force [N]."""
         return Estimate(self._hand.contact(self._number)[0], 0.0, valid=True, age=0.0)
 
-    @property
-    def friction(self) -> tuple[float, float, float, float]:
-        """Mean and variance of ln mu: now, and before the present loading."""
-        mean = math.log(self._hand.contact(self._number)[1])
-        return mean, 0.0, mean, 0.0
-
     def assimilate(self, state: FingertipState) -> None:
         """Take in one state."""
         self._stamp = state.stamp

@@ -1,47 +1,15 @@
-"""The least grip force of a course is that of the compiled trial, and others take the force of vegrip."""
-
-import math
+"""The other controllers of the demonstration take the force of vegrip, or as few slips."""
 
 import numpy as np
 import pytest
 
-from validation.controllers.comparison import Trial, run_course
 from vegrip.clock import NS
-from vegrip.demo.least import force_over_least, least_grip_force
-from vegrip.demo.others import (
-    AS_FORCEFUL,
-    AS_SURE,
-    compiled_course,
-    course_of,
-    run_other_controllers,
-    sure_knob,
-)
+from vegrip.demo.others import AS_FORCEFUL, AS_SURE, run_other_controllers, sure_knob
 from vegrip.messages import ContactEstimate, Estimate
 from vegrip.trials.candidates import KNOBS
-from vegrip.trials.closed_loop import BELIEF_PERIOD_S, Course
-from vegrip.trials.fronts import QualityTrial, run_quality_trial
+from vegrip.trials.closed_loop import BELIEF_PERIOD_S, Course, run_scenario
 from vegrip.trials.result import result_of
 from vegrip.trials.scenario import Scenario
-
-
-def test_the_least_force_of_a_course_is_that_of_the_compiled_trial() -> None:
-    run = run_quality_trial(QualityTrial("constant", 3, 2.5, 8.0, "pinch"))
-    least = run.truth["least"]
-    expected = np.maximum(least[:, 0], least[:, 1:].sum(axis=1))
-    held = run.time > 0.7
-    assert np.allclose(least_grip_force(course_of(run))[held], expected[held], rtol=1e-9)
-
-
-def test_the_uncompiled_loop_keeps_what_the_least_force_needs() -> None:
-    slow = run_course(Trial("constant", 3, 1.6, 8.0, "pinch"))
-    fast = course_of(run_quality_trial(QualityTrial("constant", 3, 1.6, 8.0, "pinch")))
-    late = np.array(slow.time) > 1.0
-    assert np.allclose(least_grip_force(slow)[late], least_grip_force(fast)[late], rtol=0.02)
-    assert force_over_least(slow, 1.0) == pytest.approx(force_over_least(fast, 1.0), rel=0.01)
-
-
-def test_what_was_never_held_has_no_ratio() -> None:
-    assert math.isnan(force_over_least(Course(("thumb",), dropped=True), 1.0))
 
 
 def test_constant_grip_and_cone_run_as_tuned_and_with_the_force_of_vegrip() -> None:
@@ -66,7 +34,7 @@ def test_the_least_knob_is_found_that_slips_no_more_than_vegrip() -> None:
         assert result_of(sure).mean_grip_force < result_of(tuned).mean_grip_force
         knob = sure_knob(name, scenario, 0, KNOBS["pinch"][name])
         assert knob is not None
-        fewer = compiled_course(name, 0.9 * knob, scenario)
+        fewer = run_scenario(scenario, name, 0.9 * knob)
         assert fewer.slips or fewer.dropped
 
 
