@@ -24,7 +24,7 @@ def body_of(*settings: object, **values: float) -> kernels.Records:
     """Return the record that the fingers share, with what settings have of it."""
     body = np.zeros(1, kernels.BODY)
     known = {f.name: getattr(one, f.name) for one in settings for f in fields(one)} | values  # type: ignore[arg-type]
-    for name in known.keys() & set(kernels.BODY.names or ()):
+    for name in known.keys() & kernels.Body.__annotations__.keys():
         body[name] = known[name]
     return body
 

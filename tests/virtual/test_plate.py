@@ -20,7 +20,8 @@ class Held:
 
     def __init__(self, damping: float = 3e-3, settings: ObjectSettings = SETTINGS) -> None:
         self.body = body_of(settings, step=DT, close_time=1.0)
-        self.body["pose"][0, :2] = self.body["start"][0, :2] = settings.offset_x, settings.offset_y
+        self.body["x"] = self.body["start_x"] = settings.offset_x
+        self.body["y"] = self.body["start_y"] = settings.offset_y
         x, y = PLACE.T
         self.tips = tips_of(3, x=x, y=y, a=5e-3, k=2.0, mu=0.8, stiffness=8e7, damping=damping)
         self.hand = hand_of(self.body, self.tips, GRID)
@@ -34,7 +35,8 @@ class Held:
 
     @property
     def shift(self) -> np.ndarray:
-        return self.body["pose"][0] - self.body["start"][0]
+        b = self.body
+        return np.array([b["x"] - b["start_x"], b["y"] - b["start_y"], b["angle"]]).ravel()
 
     @property
     def motion(self) -> np.ndarray:
@@ -67,7 +69,7 @@ def test_at_rest_friction_balances_weight_and_torque() -> None:
     held.carry(1.0, N=3.0, burden=Burden(force_x=0.5, mass=0.1))
     force = held.tips["pull_x"].sum(), held.tips["pull_y"].sum()
     assert force == pytest.approx([0.5, -0.4 * 9.81], rel=1e-6)
-    x, y = (PLACE - held.body["pose"][0, :2]).T
+    x, y = PLACE[:, 0] - held.body["x"], PLACE[:, 1] - held.body["y"]
     turning = held.tips["torque"] + x * held.tips["pull_y"] - y * held.tips["pull_x"]
     assert turning.sum() == pytest.approx(0.0, abs=1e-7)
     assert held.motion == pytest.approx(0.0, abs=1e-7)
@@ -76,7 +78,9 @@ def test_at_rest_friction_balances_weight_and_torque() -> None:
 def test_turned_gravity_pulls_sideways() -> None:
     held = Held()
     held.carry(1.0, N=3.0, burden=Burden(turn=np.pi / 2))
-    assert (held.tips["pull_x"].sum(), held.tips["pull_y"].sum()) == pytest.approx([0.3 * 9.81, 0.0], abs=1e-5)
+    assert (held.tips["pull_x"].sum(), held.tips["pull_y"].sum()) == pytest.approx(
+        [0.3 * 9.81, 0.0], abs=1e-5
+    )
 
 
 def test_kinetic_and_elastic_energy_only_fall_after_a_push() -> None:
@@ -118,12 +122,12 @@ def test_a_light_plate_does_not_blow_up() -> None:
     assert kernels.substeps(held.body[0], held.tips, 1e-3) > 10
 
 
-@pytest.mark.parametrize(("axis", "moved"), [(0, 0.05), (2, 1.3)])
-def test_it_is_lost_after_sliding_or_turning_far(axis: int, moved: float) -> None:
+@pytest.mark.parametrize(("axis", "moved"), [("x", 0.05), ("angle", 1.3)])
+def test_it_is_lost_after_sliding_or_turning_far(axis: str, moved: float) -> None:
     held = Held()
     held.carry(DT, N=3.0, stand=1.0)
     assert not held.body["dropped"][0]
-    held.body["pose"][0, axis] += moved
+    held.body[axis] += moved
     held.carry(DT, N=3.0, stand=1.0)
     assert held.body["dropped"][0]
     assert not held.tips["pull_y"].any()

@@ -1,5 +1,6 @@
 """The virtual hand of the demonstration: the node on the bus, and beside the bus what it alone knows."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -43,7 +44,8 @@ class DemoHand(VirtualHandNode):
         """Simulate up to now, and note the truth."""
         samples = super().sample(now)
         if self.hand.time >= len(self.course.time) * SAMPLING and not self.hand.dropped:
-            forces = {finger: command.normal_force for finger, command in self.commands.items()}
+            asked = (self.commands.get(finger) for finger in self.hand.fingers)
+            forces = [math.nan if one is None else one.normal_force for one in asked]
             self.course.sample(self.hand, forces)
         self.finished = self.finished or self.hand.dropped
         return samples

@@ -6,10 +6,10 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from vegrip.trials.grip_quality import force_over_least
 from vegrip.demo.others import AS_FORCEFUL, AS_SURE, SAME_FORCE, label_of
 from vegrip.demo.run import Outcome
 from vegrip.trials.closed_loop import Course
+from vegrip.trials.grip_quality import force_over_least
 from vegrip.trials.result import Result, result_of
 from vegrip.trials.scenario import CORES_OF_THE_HAND, SETTLED_S, Scenario
 

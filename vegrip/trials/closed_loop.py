@@ -173,6 +173,7 @@ class NodeLoop(Loop):
         node.configure()
         node.activate()
         self.node = node
+        assert node.controller is not None  # noqa: S101 (it is configured)
         super().__init__(hand, node.controller)
 
     def answer(self, samples: Iterable[HandSample], now: int) -> None:

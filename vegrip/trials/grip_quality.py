@@ -66,7 +66,8 @@ def least_forces(course: Course) -> Floats:
     """Return the least possible force [N] of each finger at every time of ``course``; (n, fingers)."""
     forces, contacts = np.array(course.force), np.array(course.contact).reshape(-1, 5)
     rows = zip(forces.ravel().tolist(), contacts.tolist(), strict=True)
-    return np.array([least_force(force, *contact) for force, contact in rows]).reshape(-1, len(course.fingers))
+    least = [least_force(force, *contact) for force, contact in rows]
+    return np.array(least).reshape(-1, len(course.fingers))
 
 
 def least_grip_force(course: Course) -> Floats:

@@ -16,7 +16,7 @@ from vegrip.virtual.settings import FingertipSettings
 class Fingertips:
     """n soft fingertips: ``N = int g(t-s) dN_e(delta)``, ``N_e = F0 (delta/d0)^p``, never pulling.
 
-    ``records`` are those of the compiled steps (:data:`vegrip.virtual.kernels.TIP`), and all the rest views of them.
+    ``records`` are those of the compiled steps (:class:`vegrip.virtual.kernels.Tip`), the rest views of them.
     """
 
     def __init__(self, tips: Sequence[FingertipSettings], step: float, fine: int = 1024) -> None:

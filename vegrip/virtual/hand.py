@@ -83,17 +83,19 @@ class VirtualHand:
         self._sensors = Sensors(s.sensor, s.fingers, noise)
         self._warming = Warming(s.thermal)
         self.tips = tips = self.soft.records
-        """Of the tips, by the names of :data:`vegrip.virtual.kernels.TIP`."""
+        """Of the tips, by the names of :class:`vegrip.virtual.kernels.Tip`."""
         tips["x"], tips["y"], tips["side"] = s.x, s.y, -1.0
         tips["side"][0] = 1.0  # an opposed finger is relieved when z grows
         tips["position"][1:], tips["target"] = -CLEARANCE_M, np.nan
         kernels.find_exponents(tips, coefficient_logarithms())
         self.body = np.zeros(1, kernels.BODY)
-        """What the fingers share, by the names of :data:`vegrip.virtual.kernels.BODY`."""
-        for part in (s, s.actuator, s.plate):
-            for name in set(kernels.BODY.names) & vars(part).keys():
+        """What the fingers share, by the names of :class:`vegrip.virtual.kernels.Body`."""
+        self.body["step"] = s.step
+        for part in (s.actuator, s.plate):
+            for name in kernels.Body.__annotations__.keys() & vars(part).keys():
                 self.body[name] = getattr(part, name)
-        self.body["pose"][0, :2] = self.body["start"][0, :2] = s.plate.offset_x, s.plate.offset_y
+        self.body["x"] = self.body["start_x"] = s.plate.offset_x
+        self.body["y"] = self.body["start_y"] = s.plate.offset_y
         self._state = kernels.Hand(
             self.body, self._grid.contacts(tips), self.soft.history.memory, coefficient_logarithms(),
             ring_shares(self._grid.edges),
@@ -129,8 +131,8 @@ class VirtualHand:
     @property
     def shift(self) -> Floats:
         """How far the object has moved from where it was grasped: x, y [m], angle [rad]."""
-        moved: Floats = self.body["pose"][0] - self.body["start"][0]
-        return moved
+        b = self.body
+        return np.concatenate([b["x"] - b["start_x"], b["y"] - b["start_y"], b["angle"]])
 
     @property
     def burden(self) -> Burden:

@@ -1,7 +1,7 @@
 """The compiled steps of the virtual hand, all in one file (see :mod:`vegrip.compiled` for why).
 
-They work on the records of this file, whose fields have names; units are SI. A hand is a :class:`Hand`, a
-tip on a bench :class:`Contacts` of one.
+They work on records, whose fields the classes of this file name: a :class:`Hand` has all of them, a tip on a
+bench is :class:`Contacts` of one.
 """
 
 import math
@@ -32,64 +32,120 @@ SEPARATING_REST_S = 0.05
 Records = NDArray[Any]
 
 
-def _reals(*names: str) -> list[tuple[str, type]]:
-    return [(name, float) for name in names]
+class Tip:
+    """One fingertip."""
+
+    # what it is
+    side: float  # 1 for the first finger, -1 for those that oppose it
+    x: float  # [m] place of the contact
+    y: float
+    radius: float  # [m]
+    d0: float  # [m] N_e = F0 (delta / d0)^p
+    p: float
+    F0: float  # [N] at the present temperature
+    instant: float  # [-] share of an increment of N_e that is felt within the step
+    friction: float  # [-] of the dry surface
+    stiffness: float  # [N/m^3] of the bristles
+    damping: float  # [s] of them
+    C_fresh: float  # [-] pressure coefficient of a contact that has just been made
+    # its drive
+    position: float  # [m] towards the object
+    wanted: float  # [N]
+    target: float  # [N] what the force loop follows; NaN = it holds its position
+    # its contact
+    past: float  # [N] what the past contributes to the force of this step
+    before: float  # [N] N_e of the surface
+    increment: float  # [N] of it in this step
+    force: float  # [N]
+    depth: float  # [m] of the imposed position; negative out of contact
+    reference: float  # [N] greatest force of this contact
+    a: float  # [m] radius
+    C: float  # [-] pressure coefficient
+    k: float  # [-] and exponent
+    mu: float  # [-]
+    # what the object does to it, in the hand's frame
+    pull_x: float  # [N]
+    pull_y: float
+    torque: float  # [N m]
+    slip_speed: float  # [m/s] mean over the normal force
+    sliding_share: float
+    """[-] Slip speed over the speed of the object over the patch: 0 = sticks, 1 = slides everywhere that
+    matters (the very middle of a twisted patch hardly moves and does not)."""
+    slip_distance: float  # [m] since the start
+    slides: float  # 1 for a patch that slides as a whole
+    slid: float  # [m] in the present event
 
 
-TIP = np.dtype([
-    *_reals("side", "x", "y", "radius", "d0", "p", "F0", "friction", "stiffness", "damping", "instant",
-            "C_fresh"),
-    *_reals("position", "target", "wanted"),
-    *_reals("past", "before", "increment", "force", "depth", "reference", "a", "C", "k", "mu"),
-    *_reals("pull_x", "pull_y", "torque", "sliding_share", "slip_speed", "slip_distance"),
-    *_reals("slides", "slid"),
-])  # fmt: skip
-"""One fingertip.
+class Ring:
+    """The elements on one ring of a patch, in the unit disc."""
 
-* What it is: ``side`` is 1 for the first finger, which the others oppose, and -1 for them; place of the contact;
-  ``radius``, ``d0``, ``p``, ``F0`` (at the present temperature), ``friction``, bristles: as in FingertipSettings;
-  ``instant``: share of an increment of N_e that is felt within the step; ``C_fresh`` of a contact just made.
-* Its drive: ``position`` towards the object, ``target`` of the force loop, NaN = it holds its position, and
-  the ``wanted`` force.
-* Its contact: what the ``past`` contributes to the force of this step, N_e of the surface ``before``, its
-  ``increment`` in this step, ``force``, ``depth`` of the imposed position (negative out of contact),
-  ``reference``: greatest force of this contact; radius ``a``, pressure coefficient ``C`` and exponent ``k``;
-  friction ``mu`` now.
-* What the object does to it, in the hand's frame: ``pull_x``, ``pull_y``, ``torque``; slip speed over the speed
-  of the object over the patch, 0 = sticks, 1 = slides everywhere that matters (the very middle of a twisted
-  patch hardly moves and does not); mean slip speed over the normal force; distance slid since the start.
-* ``slides``: 1 for a patch that slides as a whole; ``slid``: how far it went in this event.
-"""
+    reach: float  # where they sit
+    area: float  # share of the disc of one of them
 
-RING = np.dtype(_reals("reach", "area"))
-"""Elements on one ring of a patch, in the unit disc: where they sit, share of the disc of one of them."""
-SPOKE = np.dtype(_reals("cosine", "sine"))
 
-BODY = np.dtype([
-    *_reals("step", "initial_force", "close_time", "lift_time"),
-    *_reals("force_limit", "force_rate", "stiction", "speed", "bandwidth"),
-    *_reals("mass", "inertia", "gravity", "drop_distance", "drop_angle"),
-    *_reals("z", "dropped", "vx", "vy", "spin"),
-    ("pose", float, 3), ("start", float, 3),
-    *_reals("slips", "in_event", "is_counted", "rest", "largest_micro_slip"),
-])  # fmt: skip
-"""What the fingers share: the step of the simulation; how the hand closes; limits of the drives, as in
-ActuatorSettings; the object, as in ObjectSettings; its place ``z`` along the normals, 1 when it was dropped, its
-motion, ``pose`` and where it was at the ``start``: x, y, angle; slips so far, whether an event is open and counted,
-for how long none has slid in it, and how far one slid at most in an event that did not count."""
+class Spoke:
+    """The elements on one spoke of a patch."""
 
-CHANNEL = np.dtype(_reals("step", "present"))
-"""A quantity that is sensed: its resolution, 0 = exact; 0 where there is no sensor."""
+    cosine: float
+    sine: float
+
+
+class Channel:
+    """A quantity that is sensed."""
+
+    step: float  # resolution; 0 = exact
+    present: float  # 0 where there is no sensor
+
+
+class Body:
+    """What the fingers share: settings of hand, drives and object, by their names there, and the object."""
+
+    step: float
+    initial_force: float
+    close_time: float
+    lift_time: float
+    force_limit: float
+    force_rate: float
+    stiction: float
+    speed: float
+    bandwidth: float
+    mass: float
+    inertia: float
+    gravity: float
+    drop_distance: float
+    drop_angle: float
+    z: float  # [m] place of the object along the normals
+    x: float  # [m] its pose
+    y: float
+    angle: float  # [rad]
+    vx: float  # [m/s]
+    vy: float
+    spin: float  # [rad/s]
+    start_x: float  # [m]
+    start_y: float
+    dropped: float  # 1 when it was lost
+    slips: float  # so far
+    in_event: float  # 1 while patches slide, or did just now
+    is_counted: float  # 1 when this event was counted as a slip
+    rest: float  # [s] for which none has slid in it
+    largest_micro_slip: float  # [m] largest slide of an event that was not counted
+
+
+def _record(fields: type) -> np.dtype[Any]:
+    return np.dtype([(name, float) for name in fields.__annotations__])
+
+
+TIP, RING, SPOKE, CHANNEL, BODY = map(_record, (Tip, Ring, Spoke, Channel, Body))
 
 
 class Contacts(NamedTuple):
     """Fingertips and the elements of their patches."""
 
-    tips: Records  # (n,) TIP
+    tips: Records  # (n,) of TIP
     bristles: Floats  # (n, R, S, 2) [m]
     load: Floats  # (n, R) share of the normal force on one element of each ring
-    rings: Records  # (R,) RING
-    spokes: Records  # (S,) SPOKE
+    rings: Records  # (R,) of RING
+    spokes: Records  # (S,) of SPOKE
 
 
 class Memory(NamedTuple):
@@ -105,7 +161,7 @@ class Memory(NamedTuple):
 class Hand(NamedTuple):
     """All that moves, and the tables of the pressure profile."""
 
-    body: Records  # (1,) BODY
+    body: Records  # (1,) of BODY
     contacts: Contacts
     memory: Memory
     coefficients: Floats  # (EXPONENTS,) -ln(C_k - 1)
@@ -113,16 +169,15 @@ class Hand(NamedTuple):
 
 
 @njit
-def advance(
-    hand: Hand, tick: int, ticks: int, filled: int, commands: Floats, burdens: Floats
-) -> None:
+def advance(hand: Hand, tick: int, ticks: int, filled: int, commands: Floats, burdens: Floats) -> None:
     """Advance the whole hand by ``ticks`` steps after step number ``tick``.
 
-    There is room for them in the history, which is ``filled`` so far; ``commands`` are the normal forces asked
-    of all fingers [N], NaN = none; ``burdens`` force x, y [N], torque [N m], mass [kg], turn [rad] and factor
-    of friction of each step.
+    There is room for them in the history, which is ``filled`` so far; ``commands`` are the normal forces
+    asked of all fingers [N], NaN = none; ``burdens`` force x, y [N], torque [N m], mass [kg], turn [rad] and
+    factor of friction of each step.
     """
-    body, tips, memory = hand.body[0], hand.contacts.tips, hand.memory
+    body: Body = hand.body[0]
+    tips, memory = hand.contacts.tips, hand.memory
     for step in range(ticks):
         now, full = (tick + step + 1) * body.step, filled + step
         for i in range(len(tips)):
@@ -135,7 +190,7 @@ def advance(
         if body.dropped == 0.0:
             body.z = balanced_place(tips, body.z)
         for i in range(len(tips)):
-            tip = tips[i]
+            tip: Tip = tips[i]
             # once it is lost, nothing is between the fingers any more
             press(tip, tip.position + tip.side * body.z if body.dropped == 0.0 else -tip.d0)
             memory.recent[i, full] = tip.increment
@@ -173,7 +228,8 @@ def past_of(memory: Memory, filled: int, i: int) -> float:
     for j in range(whole, filled):
         a += recent[i, j] * weights[i, first + j]
     part = max(0.0, (filled - memory.sizes[0]) / memory.sizes[1])  # of a block since the last merge
-    return (a + b) + (c + d) + ((1.0 - part) * memory.older[i] + part * memory.newer[i])
+    older: float = (1.0 - part) * memory.older[i] + part * memory.newer[i]
+    return (a + b) + (c + d) + older
 
 
 @njit
@@ -190,29 +246,30 @@ def share_forces(tips: Records, commands: Floats) -> None:
             valid += 1
     for i in range(1, len(tips)):
         tips[i].wanted = commands[i]
-        if first > asked and asked > 0.0:
+        if first > asked > 0.0:
             tips[i].wanted *= first / asked
         elif first > asked and not math.isnan(commands[i]):
             tips[i].wanted = first / valid
 
 
 @njit
-def move_drives(body: Any, tips: Records) -> None:
-    """Move the drives of the opposed fingers by a step; each works against its tip and the first in series."""
+def move_drives(body: Body, tips: Records) -> None:
+    """Move the drives of the opposed fingers by a step, each against its tip and the first one in series."""
     n, first = len(tips), stiffness(tips[0])
     for i in range(1, n):
         move_drive(body, tips[i], 1.0 / (1.0 / stiffness(tips[i]) + (n - 1) / first))
 
 
 @njit
-def stiffness(tip: Any) -> float:
+def stiffness(tip: Tip) -> float:
     """Return the stiffness [N/m] of a tip; in the air that of a light touch."""
     d = max(tip.depth, 0.05 * tip.d0)
-    return tip.instant * tip.p * tip.F0 * (d / tip.d0) ** tip.p / d
+    own: float = tip.instant * tip.p * tip.F0 * (d / tip.d0) ** tip.p / d
+    return own
 
 
 @njit
-def move_drive(body: Any, tip: Any, stiffness: float) -> None:
+def move_drive(body: Body, tip: Tip, stiffness: float) -> None:
     """Move a drive by a step towards the wanted force; NaN holds the position.
 
     It tracks the force, limited in rate, with a first-order loop against a ``stiffness`` [N/m]; a force error
@@ -244,7 +301,7 @@ def balanced_place(tips: Records, z: float) -> float:
     for _ in range(200):
         residual, slope, total = 0.0, 0.0, 0.0
         for i in range(len(tips)):
-            tip = tips[i]
+            tip: Tip = tips[i]
             d = tip.position + tip.side * z
             N = normal_force(tip, d)
             if N > 0.0 and d > 0.0:
@@ -267,20 +324,20 @@ def balanced_place(tips: Records, z: float) -> float:
 
 
 @njit
-def normal_force(tip: Any, depth: float) -> float:
+def normal_force(tip: Tip, depth: float) -> float:
     """Return the force [N] at a depth [m]: ``past + w_0 (N_e(depth) - N_e before)``, never pulling."""
-    elastic = tip.F0 * (max(depth, 0.0) / tip.d0) ** tip.p
+    elastic: float = tip.F0 * (max(depth, 0.0) / tip.d0) ** tip.p
     return max(0.0, tip.past + tip.instant * (elastic - tip.before))
 
 
 @njit
-def press(tip: Any, depth: float) -> None:
+def press(tip: Tip, depth: float) -> None:
     """Impose an indentation [m] at the end of a step."""
     settle(tip, depth, normal_force(tip, depth))
 
 
 @njit
-def settle(tip: Any, depth: float, force: float) -> None:
+def settle(tip: Tip, depth: float, force: float) -> None:
     """Close a step with an indentation [m] and the normal force [N] that belongs to it.
 
     Where the force would turn negative the surface has left the object: it recovers freely, and the history
@@ -307,7 +364,7 @@ def settle_tips(tips: Records, depths: Floats, forces: Floats) -> None:
 
 
 @njit
-def find_contact(tip: Any) -> None:
+def find_contact(tip: Tip) -> None:
     """Set contact radius ``a = sqrt(2 R delta)`` and pressure coefficient, ``C_k = C_2 / H``.
 
     The creep is ``H = delta / delta_e(N_ref)`` with the greatest force of this contact, so a held indentation
@@ -354,8 +411,8 @@ def rub(contacts: Contacts, i: int, vx: float, vy: float, spin: float, dt: float
     Every element is a bristle [m] that follows the object with traction ``s q + c q'`` and lets go at ``mu``
     times its share of the normal force (implicit return to Coulomb's limit, so the limit is never exceeded).
     """
-    tip, bristle, load = contacts.tips[i], contacts.bristles[i], contacts.load[i]
-    rings, spokes = contacts.rings, contacts.spokes
+    tip: Tip = contacts.tips[i]
+    bristle, load, rings, spokes = contacts.bristles[i], contacts.load[i], contacts.rings, contacts.spokes
     fx, fy, torque, speed, passing = 0.0, 0.0, 0.0, 0.0, 0.0
     if tip.force <= 0.0 or tip.a <= 0.0:
         bristle[:] = 0.0
@@ -392,8 +449,8 @@ def rub(contacts: Contacts, i: int, vx: float, vy: float, spin: float, dt: float
 @njit
 def hold_object(hand: Hand, burden: Floats, now: float) -> None:
     """Carry the object for a step, and see whether it slips or is lost."""
-    body, contacts = hand.body[0], hand.contacts
-    tips = contacts.tips
+    body: Body = hand.body[0]
+    contacts, tips = hand.contacts, hand.contacts.tips
     gone = now - body.close_time
     stand = 1.0 if gone <= 0.0 else 0.0  # share of the weight on it
     if body.lift_time > 0.0:
@@ -405,8 +462,8 @@ def hold_object(hand: Hand, burden: Floats, now: float) -> None:
         share_out(tips[i].k, hand.shares, len(contacts.spokes), contacts.load[i])
     carry(body, contacts, mass, fx, fy, burden[2])
     watch_slips(body, tips)
-    x, y = body.pose[0] - body.start[0], body.pose[1] - body.start[1]
-    if math.hypot(x, y) > body.drop_distance or abs(body.pose[2] - body.start[2]) > body.drop_angle:
+    x, y = body.x - body.start_x, body.y - body.start_y
+    if math.hypot(x, y) > body.drop_distance or abs(body.angle) > body.drop_angle:
         body.dropped = 1.0
         for i in range(len(tips)):
             tips[i].pull_x, tips[i].pull_y, tips[i].torque = 0.0, 0.0, 0.0
@@ -414,15 +471,15 @@ def hold_object(hand: Hand, burden: Floats, now: float) -> None:
 
 
 @njit
-def carry(body: Any, contacts: Contacts, mass: float, force_x: float, force_y: float, torque: float) -> None:
+def carry(body: Body, contacts: Contacts, mass: float, force_x: float, force_y: float, torque: float) -> None:
     """Move the object by a step under force and torque from outside; symplectic Euler, forces from rub."""
     parts = substeps(body, contacts.tips, mass)
     dt = body.step / parts
     for _ in range(parts):
         fx, fy, turning = force_x, force_y, torque
         for i in range(len(contacts.tips)):
-            tip = contacts.tips[i]
-            lx, ly = tip.x - body.pose[0], tip.y - body.pose[1]
+            tip: Tip = contacts.tips[i]
+            lx, ly = tip.x - body.x, tip.y - body.y
             rub(contacts, i, body.vx - body.spin * ly, body.vy + body.spin * lx, body.spin, dt)
             tip.slip_distance += tip.slip_speed * dt
             fx -= tip.pull_x
@@ -431,19 +488,19 @@ def carry(body: Any, contacts: Contacts, mass: float, force_x: float, force_y: f
         body.vx += dt * fx / mass
         body.vy += dt * fy / mass
         body.spin += dt * turning / body.inertia
-        body.pose[0] += dt * body.vx
-        body.pose[1] += dt * body.vy
-        body.pose[2] += dt * body.spin
+        body.x += dt * body.vx
+        body.y += dt * body.vy
+        body.angle += dt * body.spin
 
 
 @njit
-def substeps(body: Any, tips: Records, mass: float) -> int:
+def substeps(body: Body, tips: Records, mass: float) -> int:
     """Return how finely to divide a step so that the explicit scheme is far inside its stability limit."""
     push, turn, push_damped, turn_damped = 0.0, 0.0, 0.0, 0.0
     for i in range(len(tips)):
-        tip = tips[i]
+        tip: Tip = tips[i]
         s = tip.stiffness * math.pi * tip.a * tip.a
-        lx, ly = tip.x - body.pose[0], tip.y - body.pose[1]
+        lx, ly = tip.x - body.x, tip.y - body.y
         turning = s * (lx * lx + ly * ly + 0.5 * tip.a * tip.a) / body.inertia
         push += s / mass
         turn += turning
@@ -455,13 +512,13 @@ def substeps(body: Any, tips: Records, mass: float) -> int:
 
 
 @njit
-def slides_whole(tip: Any) -> bool:
+def slides_whole(tip: Tip) -> bool:
     """Return whether a patch slides as a whole."""
     return tip.sliding_share > SLIDING and tip.slip_speed > CREEPING * tip.a
 
 
 @njit
-def watch_slips(body: Any, tips: Records) -> None:
+def watch_slips(body: Body, tips: Records) -> None:
     """Note which patches slide as a whole in this step, and count the slips.
 
     Patches that slide within :data:`SEPARATING_REST_S` are one slip.
@@ -489,7 +546,7 @@ def watch_slips(body: Any, tips: Records) -> None:
 
 
 @njit
-def end_event(body: Any, tips: Records) -> None:
+def end_event(body: Body, tips: Records) -> None:
     """End the present event, if there is one; a slide that does not count as a slip is a micro-slip."""
     if body.in_event > 0.0 and body.is_counted == 0.0:
         for i in range(len(tips)):
@@ -533,7 +590,7 @@ def sense_tips(
     """Return what is sensed of the tips in their contact frames, (n, 9): :func:`sense` of what they feel."""
     values, slides = np.empty((len(tips), 8)), np.empty(len(tips))
     for i in range(len(tips)):
-        tip = tips[i]
+        tip: Tip = tips[i]
         values[i, 0] = tip.force
         values[i, 1], values[i, 2], values[i, 3] = -tip.side * tip.pull_x, tip.pull_y, -tip.side * tip.torque
         values[i, 4], values[i, 5], values[i, 6], values[i, 7] = tip.depth, temperature, tip.slip_speed, tip.a
@@ -600,7 +657,7 @@ def true_contacts(contacts: Contacts, shares: Floats) -> Floats:
     tips, load = contacts.tips, contacts.load
     truth = np.empty((len(tips), 14))
     for i in range(len(tips)):
-        tip = tips[i]
+        tip: Tip = tips[i]
         share_out(tip.k, shares, len(contacts.spokes), load[i])
         fx, fy, torque = -tip.side * tip.pull_x, tip.pull_y, -tip.side * tip.torque
         most, along = tip.mu * tip.force, math.hypot(fx, fy)

@@ -22,22 +22,24 @@ class Grid:
 
     edges: tuple[float, ...]  # of the rings, 0..1
     spokes: int
-    rings: Records = field(init=False, repr=False, compare=False)  # (R,) kernels.RING
-    rays: Records = field(init=False, repr=False, compare=False)  # (S,) kernels.SPOKE
+    rings: Records = field(init=False, repr=False, compare=False)  # (R,) of kernels.RING
+    rays: Records = field(init=False, repr=False, compare=False)  # (S,) of kernels.SPOKE
 
     def __post_init__(self) -> None:
         r, rings = np.array(self.edges), np.zeros(len(self.edges) - 1, kernels.RING)
         rings["reach"] = 2.0 / 3.0 * np.diff(r**3) / np.diff(r**2)  # centroid of a thin sector
         rings["area"] = np.diff(r**2) / self.spokes
-        angle, rays = 2.0 * np.pi * (np.arange(self.spokes) + 0.5) / self.spokes, np.zeros(self.spokes, kernels.SPOKE)
+        angle = 2.0 * np.pi * (np.arange(self.spokes) + 0.5) / self.spokes
+        rays = np.zeros(self.spokes, kernels.SPOKE)
         rays["cosine"], rays["sine"] = np.cos(angle), np.sin(angle)
         object.__setattr__(self, "rings", rings)
         object.__setattr__(self, "rays", rays)
 
     def contacts(self, tips: Records) -> Contacts:
         """Return patches of ``tips`` with unbent bristles."""
-        n, elements = len(tips), (len(self.rings), self.spokes)
-        return Contacts(tips, np.zeros((n, *elements, 2)), np.zeros((n, len(self.rings))), self.rings, self.rays)
+        load = np.zeros((len(tips), len(self.rings)))
+        bristles = np.zeros((*load.shape, self.spokes, 2))
+        return Contacts(tips, bristles, load, self.rings, self.rays)
 
     def load(self, k: Floats) -> Floats:
         """Return the share of the normal force on one element of each ring for exponents k; (n, R)."""
