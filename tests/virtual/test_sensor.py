@@ -5,7 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from vegrip.virtual.sensor import DRAWN_AHEAD, SENSED_CHANNELS, Reading, Sensors
+from tests.virtual.build import tips_of
+from vegrip.messages import FingertipState
+from vegrip.virtual.kernels import Records
+from vegrip.virtual.sensor import DRAWN_AHEAD, SENSED_CHANNELS, Sensors
 from vegrip.virtual.settings import SensorSettings
 
 TRUE = np.array([[3.0, 0.5, -1.0, 0.01, 1e-3, 25.0, 0.02, 4e-3]])
@@ -29,9 +32,20 @@ EXACT = dict.fromkeys(
 AT_ONCE = {"slip_threshold": 0.0, "slip_delay": 0.0}
 
 
+def tips(values: np.ndarray, slides: float | np.ndarray = 0.0) -> Records:
+    """Return tips that feel these quantities, but for the temperature."""
+    names = ("force", "pull_x", "pull_y", "torque", "depth", "", "slip_speed", "a")
+    felt = {name: column for name, column in zip(names, values.T, strict=True) if name}
+    return tips_of(len(values), side=-1.0, slides=slides, **felt)
+
+
+def sensed_by(sensors: Sensors, felt: Records, time: float, epoch: int = 0) -> list[FingertipState]:
+    return sensors.sample(felt, TRUE[0, 5], time, epoch).states(sensors.fingers)
+
+
 def measured(settings: SensorSettings, count: int, seed: int = 0) -> np.ndarray:
     sensors = Sensors(settings, ("index",), np.random.default_rng(seed))
-    states = [s for i in range(count) for s in sensors.measure(Reading(TRUE, np.zeros(1)), 0.002 * i)]
+    states = [s for i in range(count) for s in sensed_by(sensors, tips(TRUE), 0.002 * i)]
     return np.array([[getattr(state, name) for name in SENSED_CHANNELS] for state in states])
 
 
@@ -64,14 +78,14 @@ def test_values_are_multiples_of_the_resolution() -> None:
 
 def test_missing_sensors_read_nan() -> None:
     sensors = Sensors(SensorSettings(slip_sensor=False), ("index",), np.random.default_rng(0))
-    state = sensors.measure(Reading(TRUE, np.ones(1)), 0.0)[0]
+    state = sensed_by(sensors, tips(TRUE, 1.0), 0.0)[0]
     assert all(math.isnan(v) for v in (state.slip, state.slip_speed, state.contact_radius))
 
 
 def test_lost_samples_leave_gaps_in_the_numbers() -> None:
     sensors = Sensors(SensorSettings(dropout=0.3), ("a", "b"), np.random.default_rng(0))
-    reading = Reading(np.repeat(TRUE, 2, 0), np.zeros(2))
-    states = [s for i in range(2000) for s in sensors.measure(reading, 0.002 * i)]
+    reading = tips(np.repeat(TRUE, 2, 0))
+    states = [s for i in range(2000) for s in sensed_by(sensors, reading, 0.002 * i)]
     numbers = [s.seq for s in states if s.finger == "a"]
     assert len(numbers) == pytest.approx(1400, rel=0.05)
     assert numbers == sorted(set(numbers))
@@ -80,8 +94,10 @@ def test_lost_samples_leave_gaps_in_the_numbers() -> None:
 
 def test_stamps_follow_the_time_with_the_stated_jitter() -> None:
     sensors = Sensors(SensorSettings(jitter=1e-4), ("a",), np.random.default_rng(0))
-    reading = Reading(TRUE, np.zeros(1))
-    late = [sensors.measure(reading, 0.002 * i, 10**9)[0].stamp - 10**9 - 2_000_000 * i for i in range(4000)]
+    reading = tips(TRUE)
+    late = [
+        sensed_by(sensors, reading, 0.002 * i, 10**9)[0].stamp - 10**9 - 2_000_000 * i for i in range(4000)
+    ]
     assert np.std(late) == pytest.approx(1e5, rel=0.05)
     assert np.mean(late) == pytest.approx(0.0, abs=1e4)
 
@@ -93,8 +109,7 @@ def test_the_slip_channel_is_late_and_shows_nothing_below_its_threshold() -> Non
     values = np.repeat(TRUE, 2, 0)
     values[1, SENSED_CHANNELS.index("slip_speed")] = 9e-4
     shown = [
-        [(s.slip, s.slip_speed) for s in sensors.measure(Reading(values, np.ones(2)), 0.002 * i)]
-        for i in range(20)
+        [(s.slip, s.slip_speed) for s in sensed_by(sensors, tips(values, 1.0), 0.002 * i)] for i in range(20)
     ]
     assert [slides for slides, _ in shown] == [(0.0, 0.0)] * 10 + [(1.0, 0.02)] * 10
     assert {creeps for _, creeps in shown} == {(0.0, 0.0)}
@@ -117,14 +132,14 @@ def test_what_is_sensed_is_what_numbers_drawn_sample_by_sample_give() -> None:
     slips, truth = [np.zeros((2, 2))] * 3, np.random.default_rng(4)
     for number in range(1, 3 * DRAWN_AHEAD):
         values, slides = truth.uniform(0.0, 2.0, (2, 8)), truth.integers(2, size=2).astype(float)
-        values[:, 6] *= 1e-4
+        values[:, 5], values[:, 6] = TRUE[0, 5], 1e-4 * values[:, 6]
         slips.append(np.where(values[:, 6:7] >= settings.slip_threshold, np.c_[slides, values[:, 6]], 0.0))
         errors = sensors.bias + noise * rng.standard_normal((2, 8))
         lost, shifts = rng.random(2) < 0.2, rng.standard_normal(2)
         sensed = np.c_[values[:, :6], slips[number - 1][:, 1], values[:, 7]] + errors
         sensed = np.where(step > 0.0, np.round(sensed / np.where(step, step, 1.0)) * step, sensed)
         sensed[:, 6:] = np.maximum(sensed[:, 6:], 0.0)
-        states = sensors.measure(Reading(values, slides), 0.002 * number, 10**9)
+        states = sensed_by(sensors, tips(values, slides), 0.002 * number, 10**9)
         told = [i for i in range(2) if not lost[i]]
         assert [s.finger for s in states] == [fingers[i] for i in told]
         assert {s.seq for s in states} <= {number}

@@ -50,11 +50,6 @@ class Fingertips:
             values[:] = 0.0
 
     @property
-    def error_bound(self) -> Floats:
-        """Largest error of the force per unit of total variation of N_e [-]; see :class:`History`."""
-        return self.history.error_bound
-
-    @property
     def past(self) -> Floats:
         """What all earlier increments contribute to the force of the coming step [N]."""
         return self.records["past"]

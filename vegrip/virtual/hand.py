@@ -17,7 +17,7 @@ from vegrip.hand_sample import HandSample
 from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
-from vegrip.virtual.disturbance import Burden, Disturbance, burden_rows, total
+from vegrip.virtual.disturbance import Disturbance, burden_rows
 from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.patch import even_grid
 from vegrip.virtual.profile import coefficient_logarithms, ring_shares
@@ -134,11 +134,6 @@ class VirtualHand:
         b = self.body
         return np.concatenate([b["x"] - b["start_x"], b["y"] - b["start_y"], b["angle"]])
 
-    @property
-    def burden(self) -> Burden:
-        """What acts on the object now besides its own weight."""
-        return total(self.events, self.time)
-
     def step(self, dt: float, forces: Mapping[str, float]) -> list[FingertipState]:
         """Advance by ``dt`` [s] under the normal forces commanded [N]; return the states sampled on the way.
 
@@ -222,4 +217,4 @@ class VirtualHand:
 
     def _sense(self) -> HandSample:
         warmth = self._warming.temperature(self.time)
-        return self._sensors.sample_tips(self.tips, warmth, self.time, self.epoch)
+        return self._sensors.sample(self.tips, warmth, self.time, self.epoch)

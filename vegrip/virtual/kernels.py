@@ -556,46 +556,35 @@ def end_event(body: Body, tips: Records) -> None:
 
 @njit
 def sense(
-    values: Floats, slides: Floats, threshold: float, felt: Floats, number: int, errors: Floats,
+    tips: Records, temperature: float, threshold: float, felt: Floats, number: int, errors: Floats,
     channels: Records,
 ) -> Floats:  # fmt: skip
-    """Return what is sensed of the true ``values`` (n, 8): with errors, in steps, NaN without a sensor.
+    """Return what is sensed of the tips in their contact frames: with errors, in steps, NaN without a sensor.
 
     Slip is told from a ``threshold`` of its speed [m/s] on, and late: ``felt`` (delay + 1, n, 2) keeps flag
-    and speed of as many samples, in turn, and ``number`` is that of this one from 0. The last two are
-    magnitudes. The slip flag stands before them: (n, 9).
+    and speed of as many samples, in turn, and ``number`` is that of this one from 0. ``errors`` (n, 8) and
+    ``channels`` are those of the measured quantities; the slip flag stands before the last two: (n, 9).
     """
-    sensed = np.empty((values.shape[0], 9))
+    sensed = np.empty((len(tips), 9))
     place, late = number % len(felt), (number + 1) % len(felt)
-    for i in range(values.shape[0]):
-        slips = values[i, 6] >= threshold
-        felt[place, i, 0] = slides[i] if slips else 0.0
-        felt[place, i, 1] = values[i, 6] if slips else 0.0
+    for i in range(len(tips)):
+        tip: Tip = tips[i]
+        slips = tip.slip_speed >= threshold
+        felt[place, i, 0] = tip.slides if slips else 0.0
+        felt[place, i, 1] = tip.slip_speed if slips else 0.0
+        true = (
+            tip.force, -tip.side * tip.pull_x, tip.pull_y, -tip.side * tip.torque, tip.depth, temperature,
+            felt[late, i, 1], tip.a,
+        )  # fmt: skip
         for j in range(8):
-            value = (felt[late, i, 1] if j == 6 else values[i, j]) + errors[i, j]
+            value = true[j] + errors[i, j]
             if channels[j].step > 0.0:
                 value = round(value / channels[j].step) * channels[j].step
-            if j >= 6:
+            if j >= 6:  # a magnitude
                 value = max(value, 0.0)
             sensed[i, j if j < 6 else j + 1] = value if channels[j].present > 0.0 else math.nan
         sensed[i, 6] = felt[late, i, 0] if channels[6].present > 0.0 else math.nan
     return sensed
-
-
-@njit
-def sense_tips(
-    tips: Records, temperature: float, threshold: float, felt: Floats, number: int, errors: Floats,
-    channels: Records,
-) -> Floats:  # fmt: skip
-    """Return what is sensed of the tips in their contact frames, (n, 9): :func:`sense` of what they feel."""
-    values, slides = np.empty((len(tips), 8)), np.empty(len(tips))
-    for i in range(len(tips)):
-        tip: Tip = tips[i]
-        values[i, 0] = tip.force
-        values[i, 1], values[i, 2], values[i, 3] = -tip.side * tip.pull_x, tip.pull_y, -tip.side * tip.torque
-        values[i, 4], values[i, 5], values[i, 6], values[i, 7] = tip.depth, temperature, tip.slip_speed, tip.a
-        slides[i] = tip.slides
-    return sense(values, slides, threshold, felt, number, errors, channels)
 
 
 @njit

@@ -53,13 +53,6 @@ def even_grid(rings: int, spokes: int) -> Grid:
     return Grid(tuple(float(r) for r in np.linspace(0.0, 1.0, rings + 1)), spokes)
 
 
-def limit_points(grid: Grid, k: float, distances: Floats) -> Floats:
-    """Return ``(f/(mu N), m/(mu N a))`` of a patch sliding about centres at ``distances`` [a]; (len, 2)."""
-    load = grid.load(np.array([k]))[0]
-    points = [kernels.limit_point(load, grid.rings, grid.rays, float(d)) for d in distances]
-    return np.array(points)
-
-
 def utilisation(grid: Grid, k: float, f: float, m: float) -> float:
     """Return how much of the limit the load ``f = f_t/(mu N)``, ``m = m_n/(mu N a)`` uses: 1 = slides."""
     size = float(np.hypot(f, m))

@@ -1,12 +1,9 @@
 """The sensors of the fingertips: noise, bias, resolution, lost and jittered samples."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vegrip.clock import NS
 from vegrip.hand_sample import HandSample
-from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.kernels import CHANNEL, Records
@@ -25,14 +22,6 @@ SENSED_CHANNELS = (
 """Order of the measured quantities in the arrays of this module."""
 
 DRAWN_AHEAD = 16  # samples; numbers drawn one after the other cost a third of those drawn sample by sample
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """The true quantities of all fingers at one instant."""
-
-    values: Floats  # (n, 8) in the order of SENSED_CHANNELS
-    slip: Floats  # (n,) 1 sliding, 0 not
 
 
 class Sensors:
@@ -57,25 +46,22 @@ class Sensors:
         self._chance, self._shifts = np.zeros((DRAWN_AHEAD, n)), np.zeros((DRAWN_AHEAD, n))
         self._drawn = self._seq = 0
 
-    def measure(self, reading: Reading, time: float, epoch: int = 0) -> list[FingertipState]:
-        """Return what the hand reports at ``time`` [s] after ``epoch`` [ns].
+    def sample(self, tips: Records, temperature: float, time: float, epoch: int = 0) -> HandSample:
+        """Return what is sensed of the ``tips`` at ``time`` [s] after ``epoch`` [ns].
 
-        Lost samples are missing and their sequence numbers are used up.
+        The sequence numbers of lost samples are used up.
         """
         errors, chance, shifts = self.draw()
         values = kernels.sense(
-            reading.values, reading.slip, self.settings.slip_threshold, self._felt, self._seq, errors,
-            self._channels,
-        )  # fmt: skip
-        return self._sample(values, chance, shifts, time, epoch).states(self.fingers)
-
-    def sample_tips(self, tips: Records, temperature: float, time: float, epoch: int) -> HandSample:
-        """Return what is sensed of the ``tips`` at ``time`` [s] after ``epoch`` [ns]."""
-        errors, chance, shifts = self.draw()
-        values = kernels.sense_tips(
             tips, temperature, self.settings.slip_threshold, self._felt, self._seq, errors, self._channels
         )
-        return self._sample(values, chance, shifts, time, epoch)
+        s = self.settings
+        stamps = np.empty(len(self.fingers), np.int64)
+        stamps.fill(epoch + round(time * NS))
+        if s.jitter > 0.0:
+            stamps[:] = [epoch + round((time + s.jitter * shift) * NS) for shift in shifts.tolist()]
+        self._seq += 1
+        return HandSample(self._seq, stamps, values, chance < s.dropout)
 
     def draw(self) -> tuple[Floats, Floats, Floats]:
         """Draw the errors of one sample: bias with noise (n, 8), chance of loss (n,), shift in time (n,).
@@ -93,12 +79,3 @@ class Sensors:
             self._errors += self.bias
         self._drawn += 1
         return self._errors[i], self._chance[i], self._shifts[i]
-
-    def _sample(self, values: Floats, chance: Floats, shifts: Floats, time: float, epoch: int) -> HandSample:
-        s = self.settings
-        stamps = np.empty(len(self.fingers), np.int64)
-        stamps.fill(epoch + round(time * NS))
-        if s.jitter > 0.0:
-            stamps[:] = [epoch + round((time + s.jitter * shift) * NS) for shift in shifts.tolist()]
-        self._seq += 1
-        return HandSample(self._seq, stamps, values, chance < s.dropout)

@@ -13,7 +13,7 @@ from vegrip.virtual.fingertip import Fingertips
 from vegrip.virtual.hidden import Hidden, make
 from vegrip.virtual.hidden.specimen import Specimen
 from vegrip.virtual.patch import even_grid, utilisation
-from vegrip.virtual.sensor import SENSED_CHANNELS, Reading, Sensors
+from vegrip.virtual.sensor import SENSED_CHANNELS, Sensors
 from vegrip.virtual.settings import FingertipSettings, SensorSettings
 
 TRUTH = (
@@ -27,6 +27,7 @@ TRUTH = (
     "utilisation",
 )
 """Columns of the truth, SI."""
+TIP = ("tip",)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +72,7 @@ def run_trial(
     """
     bench = _Bench(tip, step, rings, spokes, make(hidden or {}))
     at_once = replace(noise, slip_threshold=0.0, slip_delay=0.0)
-    sensors = Sensors(at_once, ("tip",), np.random.default_rng(seed))
+    sensors = Sensors(at_once, TIP, np.random.default_rng(seed))
     every = max(1, round(1.0 / (noise.rate * step)))
     rows: list[tuple[float, ...]] = []
     truths: list[tuple[float, ...]] = []
@@ -84,7 +85,7 @@ def run_trial(
             bench.slide(segment)
             if ticks % every == 0:
                 true = bench.truth() if truth else ()
-                for state in sensors.measure(bench.reading(warm), start + ticks * step):
+                for state in sensors.sample(bench.felt, warm, start + ticks * step).states(TIP):
                     measured = [getattr(state, channel) for channel in (*SENSED_CHANNELS, "slip")]
                     rows.append((state.stamp * 1e-9, number, *measured))
                     truths.append(true)
@@ -121,9 +122,9 @@ class _Bench:
         self._soft = Specimen(tip, step, hidden) if hidden else Fingertips([tip], step)
         self._grid = even_grid(rings, spokes)
         self._contacts = self._grid.contacts(self._soft.records.copy())
-        self._felt = self._contacts.tips
+        self.felt = self._contacts.tips
         """What the counter-surface meets: the tip with all that is hidden."""
-        self._felt["side"] = -1.0
+        self.felt["side"] = -1.0
 
     def reset(self, pause: float, temperature: float) -> None:
         """Start an episode after ``pause`` [s]: recovered material, unbent bristles."""
@@ -134,7 +135,7 @@ class _Bench:
         self._drive = 0.0
         self._contacts.bristles[:] = 0.0
         for name in ("pull_x", "pull_y", "torque", "sliding_share", "slip_speed"):
-            self._felt[name] = 0.0
+            self.felt[name] = 0.0
         self._bent = False
 
     @property
@@ -157,7 +158,7 @@ class _Bench:
 
     def slide(self, segment: Segment) -> None:
         """Move the counter-surface for one step."""
-        soft, felt, speed = self._soft, self._felt, float(self._felt["slip_speed"][0])
+        soft, felt, speed = self._soft, self.felt, float(self.felt["slip_speed"][0])
         felt["a"], felt["force"], felt["k"] = soft.contact_radius, soft.force, soft.pressure_exponent
         mu = self._tip.friction
         for one in self._hidden:
@@ -168,23 +169,17 @@ class _Bench:
         if self._bent:
             self._contacts.load[:] = self._grid.load(felt["k"])
             kernels.rub(self._contacts, 0, segment.pull_x, segment.pull_y, segment.spin, self._step)
-        shown, tip = self.force, felt[0]
+        felt["slides"] = kernels.slides_whole(felt[0])
+        speed, pull = float(felt["slip_speed"][0]), float(np.hypot(felt["pull_x"], felt["pull_y"])[0])
+        shown = self.force
         for one in self._hidden:
-            one.rubbed(self.force, float(tip["slip_speed"]), self._step)
-            shown = one.sensed(shown, float(np.hypot(tip["pull_x"], tip["pull_y"])), self._step)
-        self._shown = shown
-
-    def reading(self, temperature: float) -> Reading:
-        """Return what perfect sensors would read."""
-        tip = self._felt[0]
-        slides = kernels.slides_whole(tip)
-        sensed = (tip[name] for name in ("pull_x", "pull_y", "torque"))
-        values = [self._shown, *sensed, self.depth, temperature, tip["slip_speed"], tip["a"]]
-        return Reading(np.array([values]), np.array([float(slides)]))
+            one.rubbed(self.force, speed, self._step)
+            shown = one.sensed(shown, pull, self._step)
+        felt["force"], felt["depth"] = shown, self.depth  # as the sensors have them
 
     def truth(self) -> tuple[float, ...]:
         """Return the columns of :data:`TRUTH`."""
-        tip = {name: float(self._felt[name][0]) for name in ("pull_x", "pull_y", "torque", "a", "k", "mu")}
+        tip = {name: float(self.felt[name][0]) for name in ("pull_x", "pull_y", "torque", "a", "k", "mu")}
         f, a, k, mu = math.hypot(tip["pull_x"], tip["pull_y"]), tip["a"], tip["k"], tip["mu"]
         limit = mu * self.force
         used = utilisation(self._grid, k, f / limit, tip["torque"] / (limit * a)) if limit * a else 0.0
