@@ -72,7 +72,7 @@ def controllers(
 
     Example: vegrip controllers --grasp pinch --seeds 2 --only vegrip --only constant
 
-    Fifty scenarios of all controllers take about a minute; with --sweep, five.
+    Fifty scenarios of all controllers take about two minutes; with --sweep, ten.
     """
     from vegrip.cli._fits import print_json
     from vegrip.cli._progress import progress

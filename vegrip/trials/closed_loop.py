@@ -6,7 +6,7 @@ which is the delay that a bus would bring.
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -122,30 +122,29 @@ class Loop:
         """Advance by one period."""
         hand, course = self.hand, self.course
         samples = hand.advance(PERIOD_S, self.commands)
-        now = round(hand.time * NS)
         for sample in samples:
             if self._spoil is not None:
                 self._spoil(sample.values)
-        self.answer(samples, now)
+        self.answer(samples, round(hand.time * NS))
         if hand.time >= len(course.time) * SAMPLING_S:
             course.sample(hand, self.commands)
             course.stated.append(self.stated())
 
-    def answer(self, samples: Iterable[HandSample], now: int) -> None:
+    def answer(self, samples: Sequence[HandSample], now: int) -> None:
         """Let the controller answer what came at ``now`` [ns]."""
         grip, fingers = self.grip, self.grip.fingers.values()
-        heard = 0
+        is_quiet = not samples
         for sample in samples:
             rows = zip(fingers, sample.values, sample.stamps.tolist(), sample.lost.tolist(), strict=True)
             for finger, values, stamp, lost in rows:
-                if finger.is_whole and not lost:
+                if lost:
+                    is_quiet = True
+                elif finger.is_whole:
                     finger.answer_values(values, sample.seq, stamp, now)
-                elif not lost:
+                else:
                     grip.answer(FingertipState(stamp, finger.name, sample.seq, *values.tolist()), now)
-                heard += not lost
-        if heard < len(fingers):  # else nothing is silent
-            for name in grip.names:
-                grip.watch(name, now)
+        for name in grip.names if is_quiet else ():
+            grip.watch(name, now)
         self.commands[:] = [finger.held for finger in fingers]
 
     def stated(self) -> Floats:
@@ -176,7 +175,7 @@ class NodeLoop(Loop):
         assert node.controller is not None  # noqa: S101 (it is configured)
         super().__init__(hand, node.controller)
 
-    def answer(self, samples: Iterable[HandSample], now: int) -> None:
+    def answer(self, samples: Sequence[HandSample], now: int) -> None:
         """Let the node answer what came at ``now`` [ns]."""
         for sample in samples:
             for state in sample.states(self.hand.fingers):
