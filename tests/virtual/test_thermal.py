@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from vegrip.virtual.fingertip import Warming
 from vegrip.virtual.settings import ThermalSettings
-from vegrip.virtual.thermal import Warming
 
 ON = ThermalSettings(warming=True, start=20.0, rise=10.0, time=100.0, softening=0.01, quickening=0.05)
 

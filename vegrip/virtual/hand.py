@@ -18,12 +18,11 @@ from vegrip.messages import FingertipState
 from vegrip.types import Floats
 from vegrip.virtual import kernels
 from vegrip.virtual.disturbance import Disturbance, burden_rows
-from vegrip.virtual.fingertip import Fingertips
+from vegrip.virtual.fingertip import Fingertips, Warming
 from vegrip.virtual.patch import even_grid
 from vegrip.virtual.profile import coefficient_logarithms, ring_shares
 from vegrip.virtual.sensor import Sensors
 from vegrip.virtual.settings import HandSettings
-from vegrip.virtual.thermal import Warming
 
 CLEARANCE_M = 2e-4
 """Distance of the opposed fingers from the object at the start [m]."""
