@@ -41,11 +41,13 @@ def pressed(
     crack: tuple[float, float] | None = None,
     second: tuple[float, float] | None = None,
     exponent: float = 1.5,
+    pull: float = 0.0,
 ) -> Recording:
     """A power law of the depth through exponential relaxation, cut off at zero.
 
     ``branches``: amplitude and rate [1/s]; ``zeros`` of displacement [mm] and force [N]; ``crack``: when [s]
-    which share is added to the stiffness; ``second``: at which depth [mm] a spring [N/mm] is touched.
+    which share is added to the stiffness; ``second``: at which depth [mm] a spring [N/mm] is touched;
+    ``pull``: force [N] with which the surfaces stick, on the way out over a neck of 0.1 mm.
     """
     rng = np.random.default_rng(seed)
     rows, began = [], 0.0
@@ -63,6 +65,8 @@ def pressed(
                 branch = branch * keep + share * step * np.sqrt(keep)
                 force[i] += branch
         force = np.maximum(force, 0.0) * (depth > 0.0)
+        touched = np.maximum.accumulate(depth) > 0.0
+        force -= pull * touched * np.clip(1.0 + depth / 0.1, 0.0, 1.0)
         rows.append(np.c_[t + began, np.full(t.size, episode), 1e-3 * (depth + zeros[0]), force + zeros[1]])
         began += t[-1] + 20.0
     t, episodes, depth, force = np.vstack(rows).T

@@ -23,7 +23,7 @@ from vegrip.identification.diagnosis.data_checks import (
     refuse_unusable,
 )
 from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
-from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
+from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects, within_noise
 from vegrip.identification.fit.fitting import fit, on_one_thread
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import Zeros
@@ -33,18 +33,13 @@ from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
 
 
-def are_alike(one: Tried, other: Tried, *, is_rough: bool = False) -> bool:
-    """Whether two candidates do nearly the same: between them only the form of a law decides.
-
-    ``is_rough``: the forms of the laws that were accepted leave more than noise, and so may these.
-    """
+def are_alike(one: Tried, other: Tried) -> bool:
+    """Whether two candidates do nearly the same: between them only the form of a law decides."""
     a, b = one.change, other.change
     cosine = float(a @ b) / math.sqrt(max(float(a @ a) * float(b @ b), 1e-300))
     apart = abs(one.verdict.gain - other.verdict.gain)
     most = min(thresholds.FORM_NATS, thresholds.FORM_SHARE * one.verdict.gain)
-    return cosine > thresholds.SAME_CHANGE_COSINE and apart <= (
-        max(most, thresholds.ROUGH_FORM_SHARE * one.verdict.gain) if is_rough else most
-    )
+    return cosine > thresholds.SAME_CHANGE_COSINE and apart <= most
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,19 +95,19 @@ class Diagnosis:
     def indistinguishable(self) -> list[list[str]]:
         """Sets of effects that explain the same equally well."""
         sets = []
-        is_rough = self.search.misfit(self.search.last) > thresholds.MAX_NOISE_CHI2
-        for step in self.search.steps:
-            if step.taken is None or step.taken.candidate.name in self.search.dropped:
-                continue
-            best, passed = step.taken.verdict.gain, [one for one in step.tried if one.verdict.is_passed]
-            within = thresholds.INDISTINGUISHABLE_NATS + thresholds.INDISTINGUISHABLE_SHARE * best
+        for name, contest in self.search.contests.items():
+            own, *others = contest.tried
             close = [
                 one.candidate.name
-                for one in passed
-                if best - one.verdict.gain <= within or are_alike(step.taken, one, is_rough=is_rough)
+                for one in others
+                if one.verdict.is_passed
+                and (
+                    own.verdict.gain - one.verdict.gain <= within_noise(own.verdict.gain)
+                    or are_alike(own, one)
+                )
             ]
-            if len(close) > 1:
-                sets.append(close)
+            if close:
+                sets.append([name, *close])
         return sets
 
     @cached_property
@@ -196,7 +191,7 @@ class Diagnosis:
             return f"fails: {', '.join(one.verdict.failed)}"
         if one is step.taken:
             if one.candidate.name in self.search.dropped:
-                return "taken, and not needed beside those after it"
+                return "taken, and not needed beside the others"
             return "taken, not enough" if self.verdict == "unexplained" else "taken"
         if step.taken is not None:
             return f"passes, {step.taken.candidate.name} gains more"

@@ -1,9 +1,11 @@
-"""The search: screen, refit the best, judge, accept one, and again; then what is not needed is dropped.
+"""The search: screen, refit the best, judge, accept one, and again; and each has to hold its place.
 
-Effects that are hidden together are found one after the other, each beside those that were accepted. An
-effect that the accepted ones have made superfluous goes again.
+Effects that are hidden together are found one after the other, each beside those that were accepted. What is
+best beside few need not be best beside all: whatever resembles an accepted effect is refitted in its place,
+and takes it where it is better. An effect that the others have made superfluous goes again.
 """
 
+import dataclasses
 import math
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -101,6 +103,8 @@ class Search:
     out_of_sight: dict[str, str] = field(default_factory=dict)
     regimes: Floats = field(default_factory=lambda: np.zeros(0))
     dropped: list[str] = field(default_factory=list)
+    # accepted effect -> the last model without it, and what was refitted in its place, itself the first
+    contests: dict[str, Step] = field(default_factory=dict)
 
     @property
     def first(self) -> CandidateFit:
@@ -171,14 +175,104 @@ def _grown(
     while True:
         step = found.steps[-1]
         passed = [one for one in step.tried if one.verdict.is_passed]
-        if not passed or len(found.accepted) >= most:
+        is_taking = bool(passed) and len(found.accepted) < most
+        if not is_taking and (found.contests or not found.accepted):
+            return found
+        if is_taking:
+            step.taken = choice or max(passed, key=lambda one: one.verdict.gain)
+            choice = None
+            report(f"takes {step.taken.candidate.name}")
+            found.steps.append(Step(drop_unneeded(step.taken.fitted, groups), [], []))
+            found.contests = {}
+        # the rivals of the first effect were refitted in its place just now
+        if not is_taking or len(found.accepted) > 1:
+            hold_contests(found, groups, threads, report)
+        if not found.steps[-1].hints:
+            found.steps[-1] = _step(found.last, groups, found, threads, report)
+
+
+def hold_contests(found: Search, groups: Floats, threads: int, report: Report) -> None:
+    """Let what resembles each accepted effect contest its place, until none takes it."""
+    for _ in range(thresholds.MAX_EXCHANGES):
+        found.contests = {}
+        for one in found.accepted:
+            contest = contest_place(found, one, groups, threads)
+            name, own, better = one.candidate.name, contest.tried[0], contest.taken
+            is_needed = own.verdict.gain >= thresholds.MIN_GAIN_NATS or len(found.accepted) == 1
+            if better is own and is_needed:
+                found.contests[name] = contest
+                continue
+            report(f"drops {name}")
+            found.dropped.append(name)
+            if better is own:
+                found.steps.append(Step(drop_unneeded(contest.base, groups), [], []))
+            else:
+                found.steps[-1] = contest
+                found.steps.append(Step(drop_unneeded(better.fitted, groups), [], []))
             break
-        step.taken = choice or max(passed, key=lambda one: one.verdict.gain)
-        choice = None
-        report(f"takes {step.taken.candidate.name}")
-        found.steps.append(_step(drop_unneeded(step.taken.fitted, groups), groups, found, threads, report))
-    _drop_superfluous(found, groups)
-    return found
+        else:
+            return
+
+
+def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> Step:
+    """Refit what resembles ``one`` in its place; return all that was tried, ``one`` first, and the better.
+
+    Each from two starts: the optimum without it, and the values that the others have beside it, where the
+    rival has to make up for what it explains.
+    """
+    last = found.last
+    problem = _without(last, one.candidate)
+    beside = _shared(last, problem)
+    rest = evaluate_candidate(problem, refine_optimum(problem, beside, EVALUATIONS), groups)
+    r, k = problem.residual(beside), problem.unknowns
+    cost = 0.5 * float(r @ r + np.sum(((beside - k.prior) / k.std) ** 2))
+    nulled = dataclasses.replace(rest, optimum=Optimum(beside, r, problem.jacobian(beside, r), cost))
+    misfit = found.misfit(rest)
+
+    def told(candidate: Candidate, new: CandidateFit) -> Tried:
+        verdict = judge_candidate(candidate, rest, new, (misfit, found.misfit(new)))
+        return Tried(candidate, new, verdict, rest.whitened(new) - rest.optimum.residual)
+
+    own = told(one.candidate, last)
+    taken = {each.candidate.name for each in found.accepted} - {one.candidate.name}
+    possible = [c for c in candidates(problem.model, problem.measured)[0] if c.name not in taken]
+    screened = screen_candidates(problem, rest.optimum, possible, threads)
+    hints = resembling(one.candidate, own.verdict.gain, screened)
+    fits: dict[str, CandidateFit] = {}
+    names = {hint.candidate.name for hint in hints}
+    again = screen_candidates(problem, nulled.optimum, [c for c in possible if c.name in names], threads)
+    for start, some in ((rest, hints), (nulled, again)):
+        for hint, new in zip(some, _refitted(start, some, groups, threads), strict=True):
+            best = fits.get(hint.candidate.name, new)
+            fits[hint.candidate.name] = max(best, new, key=lambda each: each.evidence)
+    rivals = [told(hint.candidate, fits[hint.candidate.name]) for hint in hints]
+    rivals.sort(key=lambda each: -each.verdict.gain)
+    passed = [each for each in rivals if each.verdict.is_passed]
+    wins = bool(passed) and passed[0].verdict.gain > own.verdict.gain + within_noise(own.verdict.gain)
+    return Step(rest, hints, [own, *rivals], passed[0] if wins else own)
+
+
+def within_noise(gain: float) -> float:
+    """Return by how much [nats] two candidates may differ that gain about so much, and not be told apart."""
+    return max(thresholds.INDISTINGUISHABLE_NATS, thresholds.INDISTINGUISHABLE_SHARE * gain)
+
+
+def resembling(own: Candidate, gain: float, hints: list[Hint]) -> list[Hint]:
+    """Return the hints that may take the place of ``own``, which gains so much [nats] there.
+
+    Those that explain as much, have a signature like its own, or are known to resemble it.
+    """
+    kin = {*own.effect.companions, *own.effect.confounded}
+    signature = next((hint.signature for hint in hints if hint.candidate.name == own.name), np.zeros(0))
+
+    def resembles(hint: Hint) -> bool:
+        other = hint.candidate
+        is_kin = other.name in kin or (bool(own.effect.group) and own.effect.group == other.effect.group)
+        alike = abs(float(signature @ hint.signature)) if signature.size else 0.0
+        return is_kin or hint.gain >= thresholds.PLACE_SHARE * gain or alike >= thresholds.PLACE_COSINE
+
+    told = [h for h in hints if h.candidate.name != own.name and h.gain >= thresholds.MIN_GAIN_NATS]
+    return [hint for hint in told if resembles(hint)][: thresholds.MAX_REFITS]
 
 
 def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, report: Report) -> Step:
@@ -238,26 +332,13 @@ def drop_unneeded(fitted: CandidateFit, groups: Floats) -> CandidateFit:
     return evaluate_candidate(problem, best, groups)
 
 
-def _drop_superfluous(found: Search, groups: Floats) -> None:
-    """Take each accepted effect but the last out again; it stays away if that costs too little."""
-    for one in found.accepted[:-1]:
-        last = found.last
-        without = _without(last, one.candidate)
-        rest = evaluate_candidate(
-            without, refine_optimum(without, _shared(last, without), EVALUATIONS), groups
-        )
-        if last.evidence - rest.evidence < thresholds.MIN_GAIN_NATS:
-            found.dropped.append(one.candidate.name)
-            found.steps.append(Step(drop_unneeded(rest, groups), [], []))
-
-
 def _without(fitted: CandidateFit, candidate: Candidate) -> Problem:
-    """Return the problem with an effect held at nothing."""
+    """Return the problem without an effect."""
     problem = fitted.problem
-    model = problem.model
     own = {p.symbol for p in candidate.effect.parameters}
-    for symbol in own:
-        model = model.with_value(symbol, candidate.null[symbol])
+    effects = tuple(one for one in problem.model.effects if one.name != candidate.name)
+    values = {symbol: value for symbol, value in problem.model.values.items() if symbol not in own}
+    model = dataclasses.replace(problem.model, effects=effects, values=values)
     symbols = tuple(s for s in problem.symbols if s not in own)
     within = carrier(model, [])
     return Problem(model, problem.measured, zeros=problem.zeros, symbols=symbols, like=problem, within=within)

@@ -63,6 +63,12 @@ RIVAL_SHARE = 0.6
 """Of the best first gain, from which another first effect is followed (origin: trials)."""
 MAX_RIVALS = 2
 """Other first effects that are followed (origin: speed)."""
+PLACE_SHARE = 0.4
+"""Of the gain of an accepted effect, from which on the screen another contests its place (origin: speed)."""
+PLACE_COSINE = 0.7
+"""Cosine of the signatures, from which it does too (origin: rule)."""
+MAX_EXCHANGES = 3
+"""Times that one effect takes the place of another before the next is looked for (origin: speed)."""
 
 # What the recording must allow
 
@@ -105,7 +111,7 @@ PATCHWORK_EFFECTS = 3
 """Effects after which, with something still standing out, none of them is what is there (origin: trials)."""
 INDISTINGUISHABLE_NATS = 5.0
 """[nats] within which candidates cannot be told apart (origin: trials)."""
-INDISTINGUISHABLE_SHARE = 1e-3
+INDISTINGUISHABLE_SHARE = 1e-2
 """Of the gain, the same: no model of a measured contact is exact (origin: measured)."""
 SAME_CHANGE_COSINE = 0.95
 """Cosine of what two candidates do, from which only the form of a law differs (origin: trials)."""
@@ -113,5 +119,3 @@ FORM_NATS = 20.0
 """[nats] from which the form of a law decides (origin: trials)."""
 FORM_SHARE = 0.25
 """Of the gain, from which it decides (origin: trials)."""
-ROUGH_FORM_SHARE = 0.01
-"""Of the gain, from which it decides where forms leave a misfit anyhow (origin: trials)."""
