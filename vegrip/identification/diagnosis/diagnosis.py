@@ -255,7 +255,7 @@ def diagnose(
     found = search_effects(
         start.problem, start.optimum, most=0 if is_unreliable else most, threads=threads, report=report
     )
-    if not is_unreliable:
+    if not is_unreliable and (found.accepted or found.misfit(found.first) > thresholds.MAX_NOISE_CHI2):
         gains = [one.verdict.gain for one in found.steps[0].tried]
         doubts += check_clocks(found.first, max(gains, default=0.0))
     if any(doubt.is_grave for doubt in doubts):

@@ -280,6 +280,10 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     if "K" in model.values:  # the scale of forces, which a saturation is measured by
         model = model.with_value("K", base.value("K"))
     possible, out_of_sight = candidates(model, base.problem.measured)
+    groups_taken = {one.candidate.effect.group for one in found.accepted} - {
+        ""
+    }  # two of one are never told apart
+    possible = [one for one in possible if one.effect.group not in groups_taken]
     found.out_of_sight = found.out_of_sight or out_of_sight
     report(f"screens {len(possible)} effects")
     hints = screen_candidates(base.problem, base.optimum, possible, threads)

@@ -62,6 +62,14 @@ class Unknowns:
     prior: Floats
     std: Floats
 
+    def with_one(self, name: str, low: float, high: float, std: float) -> "Unknowns":
+        """Return the same with one more at the end, which is no parameter of the model and absent at 0."""
+        last = {"names": name, "log": False, "place": -1, "start": 0.0, "low": low, "high": high}
+        last |= {"prior": 0.0, "std": std}
+        names = (*self.names, name)
+        more = {key: np.append(getattr(self, key), value) for key, value in last.items()}
+        return Unknowns(**more | {"names": names})
+
 
 class Problem:
     """Residuals and derivatives.
