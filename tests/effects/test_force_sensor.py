@@ -56,8 +56,8 @@ def test_a_delay_shows_what_was(late, model_with):
     )
     found = model.simulate(t, depth + 0.02 * DEPTH * wave)
     error = found.sensed_force - np.interp(t - late, t, found.normal_force)
-    assert np.abs(error[t > 0.1]).max() < 0.02 * found.normal_force.max()
-    assert np.sqrt(np.mean(error[t > 0.1] ** 2)) < 3e-3 * found.normal_force.max()
+    assert np.abs(error[t > 0.1]).max() < 0.04 * found.normal_force.max()
+    assert np.sqrt(np.mean(error[t > 0.1] ** 2)) < 0.01 * found.normal_force.max()
 
 
 def test_a_lag_of_the_displacement_leads_by_its_time_and_touches_earlier(model_with):

@@ -1,8 +1,8 @@
 """Lag of the force sensor: ``tau ds/dt = N - s``, the sensor shows s.
 
 A first-order hold like a relaxation branch, exact for a force that is linear within the step. (A zero-order
-hold loses half a step: fitted lags came out 0.7 ms too long at 1.4 ms per step.) A lag smears what a pure delay
-(:mod:`sensor_delay <vegrip.effects.sensor_delay>`) only moves; slow motions show no difference.
+hold loses half a step: fitted lags came out 0.7 ms too long at 1.4 ms per step.) A lag smears what a pure
+delay (:mod:`sensor_delay <vegrip.effects.sensor_delay>`) only moves; slow motions show no difference.
 """
 
 from vegrip.effects.contract import Effect, State, hook

@@ -108,7 +108,7 @@ def test_a_force_that_is_early_has_a_wrong_clock_and_no_effect_is_named(tip, sec
     """No sensor shows what will be; a slow one of the displacement looks like it, but touches otherwise."""
     found = diagnose(tip(15, kinds=KINDS, late=("delay", -seconds)))
     assert (found.verdict, found.named) == ("unexplained", [])
-    assert any(f"{1e3 * seconds:.0f} ms early" in one.text for one in found.doubts if one.is_grave)
+    assert any("ms early explains more" in one.text for one in found.doubts if one.is_grave)
 
 
 @pytest.mark.slow

@@ -120,15 +120,15 @@ def amount_std(candidate: Candidate, new: CandidateFit) -> Floats:
     return out
 
 
-def misfit_by_regime(residual: Floats, regimes: Floats) -> float:
+def misfit_by_regime(residual: Floats, regimes: Floats, weights: Floats | None = None) -> float:
     """Return chi-square per regime of the summed whitened residuals: 1 is noise.
 
     ``regimes`` (rows,) numbers them, negative where there is none. Sums, because noise averages out of them
-    and a misfit does not.
+    and a misfit does not. ``weights`` (rows,) of the residuals, 1 when not given.
     """
     keep = regimes >= 0
-    numbers = regimes[keep].astype(np.int64)
-    count = np.bincount(numbers)
-    total = np.bincount(numbers, weights=residual[keep])
-    there = count >= 10
-    return float(np.mean(total[there] ** 2 / count[there])) if there.any() else 1.0
+    numbers, w = regimes[keep].astype(np.int64), np.ones(residual.size) if weights is None else weights
+    total = np.bincount(numbers, weights=(w * residual)[keep])
+    power = np.bincount(numbers, weights=(w * w)[keep])
+    there = np.bincount(numbers) >= 10
+    return float(np.mean(total[there] ** 2 / power[there])) if there.any() else 1.0

@@ -15,6 +15,7 @@ from typing import Any
 from vegrip.identification.compare.comparison import Comparison
 from vegrip.identification.compare.where import Regime
 from vegrip.identification.diagnosis import thresholds
+from vegrip.identification.diagnosis.candidate_fit import held_out_groups
 from vegrip.identification.diagnosis.data_checks import (
     Doubt,
     check_before_search,
@@ -31,6 +32,7 @@ from vegrip.identification.fit.result import Fit, fit_of
 from vegrip.identification.fit.solve import Report
 from vegrip.identification.recording import Recording
 from vegrip.model import ContactModel
+from vegrip.types import Floats
 
 
 def are_alike(one: Tried, other: Tried) -> bool:
@@ -40,6 +42,21 @@ def are_alike(one: Tried, other: Tried) -> bool:
     apart = abs(one.verdict.gain - other.verdict.gain)
     most = min(thresholds.FORM_NATS, thresholds.FORM_SHARE * one.verdict.gain)
     return cosine > thresholds.SAME_CHANGE_COSINE and apart <= most
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left: chi-square per regime, errors of the first and of the last model over the noise."""
+
+    misfit: float
+    first: float
+    error: float
+
+    @property
+    def is_explained(self) -> bool:
+        """Whether the last one takes nearly all of the excess of the squared error over the noise's."""
+        first, last = (one**2 - 1.0 for one in (self.first, self.error))
+        return last <= thresholds.MAX_EXCESS_SHARE * first and self.error <= thresholds.MAX_ERROR
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,24 +77,28 @@ class Diagnosis:
     def verdict(self) -> str:
         """adequate, named, ambiguous or unexplained."""
         s = self.search
-        depends = s.misfit(s.last) > thresholds.MAX_NOISE_CHI2  # on the regime
-        if not s.accepted:
+        left = Left(s.misfit(s.last), s.first.error, s.last.error)
+        return self.verdict_of(len(s.accepted), left, is_ambiguous=bool(self.indistinguishable))
+
+    def verdict_of(self, count: int, left: "Left", *, is_ambiguous: bool) -> str:
+        """Return the verdict where so many effects leave that much."""
+        depends = left.misfit > thresholds.MAX_NOISE_CHI2  # on the regime
+        if not count:
             rest = self._rest
             is_left = rest is not None and (depends or rest.gain > thresholds.MIN_CURVE_NATS)
             return "unexplained" if is_left else "adequate"
-        if depends and not self._is_sufficient:
+        if depends and not self._is_sufficient(count):
             return "unexplained"
         most = thresholds.MAX_ERROR_BY_REGIME if depends else thresholds.MAX_ERROR_EVEN
-        if s.last.error > most and not self._explains_nearly_all:
+        if left.error > most and not left.is_explained:
             return "unexplained"
-        return "ambiguous" if self.indistinguishable else "named"
+        return "ambiguous" if is_ambiguous else "named"
 
-    @property
-    def _is_sufficient(self) -> bool:
-        """Whether what still stands out beside what is accepted may be the forms of its laws."""
-        s, rest = self.search, self._rest
-        if len(s.accepted) >= thresholds.PATCHWORK_EFFECTS:
+    def _is_sufficient(self, count: int) -> bool:
+        """Whether what still stands out beside so many effects may be the forms of their laws."""
+        if count >= thresholds.PATCHWORK_EFFECTS:
             return False
+        s, rest = self.search, self._rest
         return rest is None or rest.gain <= thresholds.MIN_CURVE_SHARE * (s.last.evidence - s.first.evidence)
 
     @cached_property
@@ -85,11 +106,10 @@ class Diagnosis:
         """The curve that explains most of what the last model leaves."""
         return find_discrepancy(self.search.last)
 
-    @property
-    def _explains_nearly_all(self) -> bool:
-        """Whether what is accepted takes nearly all of the excess of the squared error over the noise's."""
-        first, last = (one.error**2 - 1.0 for one in (self.search.first, self.search.last))
-        return last <= thresholds.MAX_EXCESS_SHARE * first and self.search.last.error <= thresholds.MAX_ERROR
+    @cached_property
+    def groups(self) -> Floats:
+        """What every residual (rows,) is drawn or held out with."""
+        return held_out_groups(self.start.problem)
 
     @cached_property
     def indistinguishable(self) -> list[list[str]]:
@@ -199,12 +219,15 @@ class Diagnosis:
             return "passes, the recording is in doubt"
         return f"passes, {len(self.search.accepted)} are taken already"
 
-    def as_dict(self, experiment: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    def as_dict(
+        self, experiment: Mapping[str, Any] | None = None, certainty: Mapping[str, Any] | None = None
+    ) -> dict[str, Any]:
         """Return what ``--json`` prints.
 
-        ``experiment`` is the answer of
-        :func:`~vegrip.identification.experiment.design.next_experiment` to this diagnosis: planning
-        builds on diagnoses, not the other way round.
+        ``experiment`` and ``certainty`` are the answers of
+        :func:`~vegrip.identification.experiment.design.next_experiment` and
+        :func:`~vegrip.identification.diagnosis.certainty.certainty_of` to this diagnosis: they build on
+        diagnoses, not the other way round.
         """
         s, noise = self.search, thresholds.MAX_NOISE_CHI2
         return {
@@ -221,6 +244,7 @@ class Diagnosis:
             "where_after": [asdict(one) for one in self.where_after],
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
             "experiment": experiment,
+            "certainty": certainty,
             "out_of_sight": s.out_of_sight,
             "doubts": [doubt.text for doubt in self.doubts],
             "noise": dict(self.start.problem.measured.noise.source),
