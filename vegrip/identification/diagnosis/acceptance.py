@@ -53,13 +53,15 @@ def judge_candidate(
     if not gain > max(pays, candidate.effect.min_gain):
         failed.append("evidence")
     up, down = float(change[change > 0.0].sum()), -float(change[change < 0.0].sum())
-    takes_most = gain >= thresholds.MOST_OF_LEFT_SHARE * left and regimes[0] > thresholds.MAX_NOISE_CHI2
-    may_lose = thresholds.MAX_LOST_SHARE_OF_MOST if takes_most else thresholds.MAX_LOST_SHARE
+    before, after = (one > thresholds.MAX_NOISE_CHI2 for one in regimes)
+    takes_most = gain >= thresholds.MOST_OF_LEFT_SHARE * left > 0.0
+    may_lose = thresholds.MAX_LOST_SHARE_OF_MOST if takes_most and before else thresholds.MAX_LOST_SHARE
     if not (up > down and down <= may_lose * up + thresholds.CHANCE_NATS):
         failed.append("held-out episodes")
     if change.size > 2 and not float(change.sum() - change.max()) > 0.0:
         failed.append("one episode only")
-    if not (regimes[1] < regimes[0] or takes_most):
+    # among regimes that all are noise it is chance which has the lesser misfit
+    if not (regimes[1] < regimes[0] or (takes_most and before >= after)):
         failed.append("regimes")
     if not new.error < base.error:
         failed.append("error")

@@ -230,7 +230,7 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     misfit = found.misfit(rest)
 
     def told(candidate: Candidate, new: CandidateFit) -> Tried:
-        verdict = judge_candidate(candidate, rest, new, (misfit, found.misfit(new)))
+        verdict = judge_candidate(candidate, rest, new, (misfit, found.misfit(new)), left=left(rest))
         return Tried(candidate, new, verdict, rest.whitened(new) - rest.optimum.residual)
 
     own = told(one.candidate, last)
