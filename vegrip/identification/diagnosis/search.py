@@ -220,13 +220,27 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     Each from two starts: the optimum without it, and the values that the others have beside it, where the
     rival has to make up for what it explains.
     """
-    last = found.last
-    problem = _without(last, one.candidate)
-    beside = _shared(last, problem)
-    rest = evaluate_candidate(problem, refine_optimum(problem, beside, EVALUATIONS), groups)
-    r, k = problem.residual(beside), problem.unknowns
-    cost = 0.5 * float(r @ r + np.sum(((beside - k.prior) / k.std) ** 2))
-    nulled = dataclasses.replace(rest, optimum=Optimum(beside, r, problem.jacobian(beside, r), cost))
+    step = next(step for step in found.steps if step.taken is one)
+    fits: dict[str, CandidateFit] = {}
+    if len(found.accepted) == 1 and step.base is found.first:  # what was tried was tried in its place
+        rest, last, hints = step.base, one.fitted, step.hints
+        fits = {each.candidate.name: each.fitted for each in step.tried}
+    else:
+        last, problem = found.last, _without(found.last, one.candidate)
+        rest = evaluate_candidate(
+            problem, refine_optimum(problem, _shared(last, problem), EVALUATIONS), groups
+        )
+        seen = {h.candidate.name for s in found.steps for h in s.hints if h.gain >= thresholds.MIN_GAIN_NATS}
+        seen = seen - {each.candidate.name for each in found.accepted} | {one.candidate.name}
+        possible = [c for c in candidates(problem.model, problem.measured)[0] if c.name in seen]
+        hints = screen_candidates(problem, rest.optimum, possible, threads)
+    hints = resembling(one.candidate, last.evidence - rest.evidence, hints)
+    nulled = _at(rest, _shared(last, rest.problem))
+    again = screen_candidates(rest.problem, nulled.optimum, [hint.candidate for hint in hints], threads)
+    for start, some in ((rest, [h for h in hints if h.candidate.name not in fits]), (nulled, again)):
+        for hint, new in zip(some, _refitted(start, some, groups, threads), strict=True):
+            best = fits.get(hint.candidate.name, new)
+            fits[hint.candidate.name] = max(best, new, key=lambda each: each.evidence)
     misfit = found.misfit(rest)
 
     def told(candidate: Candidate, new: CandidateFit) -> Tried:
@@ -234,22 +248,19 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
         return Tried(candidate, new, verdict, rest.whitened(new) - rest.optimum.residual)
 
     own = told(one.candidate, last)
-    taken = {each.candidate.name for each in found.accepted} - {one.candidate.name}
-    possible = [c for c in candidates(problem.model, problem.measured)[0] if c.name not in taken]
-    screened = screen_candidates(problem, rest.optimum, possible, threads)
-    hints = resembling(one.candidate, own.verdict.gain, screened)
-    fits: dict[str, CandidateFit] = {}
-    names = {hint.candidate.name for hint in hints}
-    again = screen_candidates(problem, nulled.optimum, [c for c in possible if c.name in names], threads)
-    for start, some in ((rest, hints), (nulled, again)):
-        for hint, new in zip(some, _refitted(start, some, groups, threads), strict=True):
-            best = fits.get(hint.candidate.name, new)
-            fits[hint.candidate.name] = max(best, new, key=lambda each: each.evidence)
     rivals = [told(hint.candidate, fits[hint.candidate.name]) for hint in hints]
     rivals.sort(key=lambda each: -each.verdict.gain)
     passed = [each for each in rivals if each.verdict.is_passed]
     wins = bool(passed) and passed[0].verdict.gain > own.verdict.gain + within_noise(own.verdict.gain)
     return Step(rest, hints, [own, *rivals], passed[0] if wins else own)
+
+
+def _at(fitted: CandidateFit, u: Floats) -> CandidateFit:
+    """Return a fit as if it had ended at ``u``."""
+    problem, k = fitted.problem, fitted.problem.unknowns
+    r = problem.residual(u)
+    cost = 0.5 * float(r @ r + np.sum(((u - k.prior) / k.std) ** 2))
+    return dataclasses.replace(fitted, optimum=Optimum(u, r, problem.jacobian(u, r), cost))
 
 
 def within_noise(gain: float) -> float:
