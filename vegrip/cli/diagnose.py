@@ -137,6 +137,8 @@ def _print(found: "Diagnosis", draws: int) -> None:
     for group in told["indistinguishable"]:
         console.print(f"not separated: {', '.join(group)}")
     console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
+    if told["holds"]:
+        console.print(told["holds"]["note"])
     if told["certainty"]:
         console.print(told["certainty"]["note"])
     table = Table(box=None, padding=(0, 2))

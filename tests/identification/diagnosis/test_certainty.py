@@ -7,7 +7,7 @@ import pytest
 
 from vegrip.cli import main
 from vegrip.identification.diagnosis import diagnose
-from vegrip.identification.diagnosis.certainty import Redrawn, certainty_of
+from vegrip.identification.diagnosis.certainty import Redrawn, certainty_of, certify, chance_of
 from vegrip.identification.recording import write_recording
 
 KINDS = ("hold", "ramp", "hold", "ramp", "hold", "ramp")
@@ -41,3 +41,16 @@ def test_the_command_says_it_when_asked(tip, tmp_path, capsys) -> None:
     assert main(["diagnose", str(tmp_path / "tip"), "--draws", "10", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)["certainty"]
     assert (told["draws"], told["same"]) == (10, 10)
+
+
+@pytest.mark.parametrize(("seed", "pull"), [(13, 0.03), (12, 0.012)])
+def test_an_effect_is_certified_by_episodes_that_did_not_tell_its_values(tip, seed, pull) -> None:
+    assert certify(diagnose(tip(seed, kinds=KINDS, pull=pull)))["adhesion"] < 1e-6
+
+
+def test_the_certificate_has_exact_size_without_an_effect() -> None:
+    rng = np.random.default_rng(4)
+    J, s, draws = rng.normal(size=(30, 3)), rng.normal(size=30), 2000
+    chances = np.array([chance_of(s, 1.7 * rng.standard_normal(30), J) for _ in range(draws)])
+    for level in (0.01, 0.05, 0.5):
+        assert np.mean(chances < level) == pytest.approx(level, abs=3.0 * np.sqrt(level / draws))

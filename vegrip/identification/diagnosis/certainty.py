@@ -8,6 +8,11 @@ over the groups g of rows,
     ``cost = sum w_g |r_g|^2 / 2 + |S^-1 (u - p)|^2 / 2 - b' A^-1 b / 2``,
 
 which costs next to nothing, because the sums over rows are made once.
+
+And each accepted effect is certified by rows that did not tell its values. These are fitted to one half of the
+episodes and foretell the change s that it makes in the other half. There the residual is regressed on s, beside
+the derivatives of the model without it: over its standard error the coefficient is Student's t, exactly,
+whatever the size of the noise. Both halves are tested in turn, and the worse counts.
 """
 
 from collections import Counter
@@ -17,13 +22,21 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtr
 
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.acceptance import misfit_by_regime
-from vegrip.identification.diagnosis.candidate_fit import CandidateFit
+from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS, CandidateFit, Weighted
 from vegrip.identification.diagnosis.diagnosis import Diagnosis, Left
 from vegrip.identification.diagnosis.search import required_evidence, within_noise
+from vegrip.identification.fit.solve import refine_optimum
 from vegrip.types import Floats
+
+OUTSIDE = 1e-3  # weight of the rows that tell no values
+SPLIT = np.array(
+    [0, 1, 1, 0, 1, 0, 0, 1]
+)  # of neighbouring episodes: kinds that alternate are in both halves
 
 
 @dataclass(frozen=True)
@@ -33,11 +46,14 @@ class Certainty:
     draws: int
     same: int
     answers: Mapping[str, int]
+    certified: Mapping[str, float]  # accepted effect -> chance that noise does as much on episodes held apart
 
     @property
     def note(self) -> str:
         others = ", ".join(f"{answer} in {n}" for answer, n in list(self.answers.items())[1:])
-        return f"the same answer in {self.same} of {self.draws} draws" + (f" ({others})" if others else "")
+        drawn = f"the same answer in {self.same} of {self.draws} draws" + (f" ({others})" if others else "")
+        held = ", ".join(f"{name} p = {chance:.1g}" for name, chance in self.certified.items())
+        return drawn + (f"; on episodes held apart {held}" if held else "")
 
     def as_dict(self) -> dict[str, Any]:
         return {**asdict(self), "note": self.note}
@@ -137,4 +153,37 @@ def certainty_of(found: Diagnosis, draws: int = 20, seed: int = 0) -> Certainty:
     weights = rng.exponential(size=(draws, redraw.count))
     answers = Counter(redraw.answer(one * redraw.count / one.sum()) for one in weights)
     rest = [(answer, n) for answer, n in answers.most_common() if answer != given]
-    return Certainty(draws, answers[given], dict([(given, answers[given]), *rest]))
+    return Certainty(draws, answers[given], dict([(given, answers[given]), *rest]), certify(found))
+
+
+def certify(found: Diagnosis) -> dict[str, float]:
+    """Return for each accepted effect the probability that chance alone does as much."""
+    half = SPLIT[np.unique(found.groups, return_inverse=True)[1] % SPLIT.size]
+    out = {}
+    for name, contest in found.search.contests.items():
+        base, new = contest.base, contest.tried[0].fitted
+        worst = 0.0
+        for tested in (half == 0, half == 1):
+            change = _without(base, tested) - _without(new, tested)
+            rows = tested & base.problem.counted
+            r, J = base.optimum.residual[rows], base.optimum.jacobian[rows]
+            worst = max(worst, chance_of(change[rows], r, J))
+        out[name] = worst
+    return out
+
+
+def _without(fitted: CandidateFit, rows: NDArray[np.bool_]) -> Floats:
+    """Return the residual everywhere under a fit to other ``rows`` than these."""
+    weighted = Weighted(fitted.problem, np.where(rows, OUTSIDE, 1.0))
+    return fitted.problem.residual(refine_optimum(weighted, fitted.optimum.u, EVALUATIONS, near=0.5).u)
+
+
+def chance_of(s: Floats, r: Floats, J: Floats) -> float:
+    """Return the chance that ``s`` (n,) explains as much of the residual ``r`` beside ``J`` (n, p)."""
+    basis, _ = np.linalg.qr(J)
+    s, r = s - basis @ (basis.T @ s), r - basis @ (basis.T @ r)
+    power, freedom = float(s @ s), r.size - J.shape[1] - 1
+    if power <= 0.0 or freedom < 1:
+        return 1.0
+    a = float(s @ r) / power
+    return float(stdtr(freedom, -a / np.sqrt(np.sum((r - a * s) ** 2) / freedom / power)))

@@ -16,6 +16,7 @@ from vegrip.identification.compare.comparison import Comparison
 from vegrip.identification.compare.where import Regime
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.candidate_fit import held_out_groups
+from vegrip.identification.diagnosis.clean import Clean, find_clean
 from vegrip.identification.diagnosis.data_checks import (
     Doubt,
     check_before_search,
@@ -153,6 +154,11 @@ class Diagnosis:
         return after.where if self.search.accepted else self.where
 
     @cached_property
+    def holds(self) -> Clean | None:
+        """The widest range in which the start model leaves only noise, where it does not everywhere."""
+        return None if self.verdict == "adequate" else find_clean(self.search.first)
+
+    @cached_property
     def result(self) -> Fit:
         last = self.search.last
         return fit_of(last.problem, last.optimum)
@@ -242,6 +248,7 @@ class Diagnosis:
             "misfit": {"before": s.misfit(s.first), "after": s.misfit(s.last), "noise": noise},
             "where": [asdict(one) for one in self.where],
             "where_after": [asdict(one) for one in self.where_after],
+            "holds": self.holds.as_dict() if self.holds is not None else None,
             "unexplained": self.unexplained.as_dict() if self.unexplained is not None else None,
             "experiment": experiment,
             "certainty": certainty,
