@@ -137,10 +137,6 @@ def _print(found: "Diagnosis", draws: int) -> None:
     for group in told["indistinguishable"]:
         console.print(f"not separated: {', '.join(group)}")
     console.print(f"error in units of the noise: {error['before']:.3f} -> {error['after']:.3f} (floor 1)")
-    if told["holds"]:
-        console.print(told["holds"]["note"])
-    if told["certainty"]:
-        console.print(told["certainty"]["note"])
     table = Table(box=None, padding=(0, 2))
     for heading in ("round", "effect", "evidence [nats]", "held out [nats]", "error", "outcome"):
         table.add_column(heading, justify="left" if heading in ("effect", "outcome") else "right")
@@ -157,8 +153,8 @@ def _print(found: "Diagnosis", draws: int) -> None:
         )
     for name, si in told["si"].items():
         console.print(f"{name} is {si['value']:.3g} {si['unit']}")
-    if told["unexplained"]:
-        console.print(told["unexplained"]["note"])
+    for note in [one["note"] for one in (told["unexplained"], told["holds"], told["certainty"]) if one]:
+        console.print(note, soft_wrap=True)
     if told["experiment"]:
         for name, text in told["experiment"]["suggestions"].items():
             console.print(f"to distinguish {name}: {text}")

@@ -39,7 +39,6 @@ class Comparison:
 
     @property
     def where(self) -> list[Regime]:
-        """Where the model fails, largest share of the misfit first."""
         return where(residuals_of(self.problem, self.u), self.features)
 
     def as_dict(self) -> dict[str, Any]:

@@ -9,8 +9,8 @@ over the groups g of rows,
 
 which costs next to nothing, because the sums over rows are made once.
 
-And each accepted effect is certified by rows that did not tell its values. These are fitted to one half of the
-episodes and foretell the change s that it makes in the other half. There the residual is regressed on s, beside
+And each accepted effect is certified by rows that did not tell its values. These are fitted to half of the
+episodes and foretell the change s that it makes in the others. There the residual is regressed on s, beside
 the derivatives of the model without it: over its standard error the coefficient is Student's t, exactly,
 whatever the size of the noise. Both halves are tested in turn, and the worse counts.
 """
@@ -29,7 +29,7 @@ from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.acceptance import misfit_by_regime
 from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS, CandidateFit, Weighted
 from vegrip.identification.diagnosis.diagnosis import Diagnosis, Left
-from vegrip.identification.diagnosis.search import required_evidence, within_noise
+from vegrip.identification.diagnosis.search import required_evidence
 from vegrip.identification.fit.solve import refine_optimum
 from vegrip.types import Floats
 
@@ -125,7 +125,7 @@ class Redraw:
             best = max(gains, key=gains.__getitem__)
             if gains[best] < thresholds.MIN_GAIN_NATS:
                 continue
-            close = sorted(n for n, gain in gains.items() if gains[best] - gain <= within_noise(gains[best]))
+            close = sorted(n for n, gain in gains.items() if gains[best] - gain <= s.within(gains[best]))
             told = [one for one in self._found.indistinguishable if name in one]
             close = sorted({*close, *(told[0] if told and best in told[0] else ())})
             is_ambiguous = is_ambiguous or len(close) > 1

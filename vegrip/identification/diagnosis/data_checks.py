@@ -154,6 +154,5 @@ def check_clocks(base: CandidateFit, best: float) -> list[Doubt]:
 
 
 def check_lookalikes(names: list[str], values: dict[str, float], radius: float) -> list[Doubt]:
-    """Return which named effects a fault of the recording would imitate."""
     sentences = [effect(name).imitated_by for name in names]
     return [Doubt(sentence.format(**values | {"radius": radius})) for sentence in sentences if sentence]

@@ -25,7 +25,7 @@ from vegrip.identification.diagnosis.data_checks import (
     refuse_unusable,
 )
 from vegrip.identification.diagnosis.discrepancy import Discrepancy, find_discrepancy
-from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects, within_noise
+from vegrip.identification.diagnosis.search import Search, Step, Tried, search_effects
 from vegrip.identification.fit.fitting import fit, on_one_thread
 from vegrip.identification.fit.noise import Noise
 from vegrip.identification.fit.problem import Zeros
@@ -55,7 +55,6 @@ class Left:
 
     @property
     def is_explained(self) -> bool:
-        """Whether the last one takes nearly all of the excess of the squared error over the noise's."""
         first, last = (one**2 - 1.0 for one in (self.first, self.error))
         return last <= thresholds.MAX_EXCESS_SHARE * first and self.error <= thresholds.MAX_ERROR
 
@@ -71,7 +70,6 @@ class Diagnosis:
 
     @property
     def named(self) -> list[str]:
-        """The effects it would add, in the order in which they explain most."""
         return [one.candidate.name for one in self.search.accepted] if self.verdict == "named" else []
 
     @property
@@ -96,7 +94,6 @@ class Diagnosis:
         return "ambiguous" if is_ambiguous else "named"
 
     def _is_sufficient(self, count: int) -> bool:
-        """Whether what still stands out beside so many effects may be the forms of their laws."""
         if count >= thresholds.PATCHWORK_EFFECTS:
             return False
         s, rest = self.search, self._rest
@@ -104,7 +101,6 @@ class Diagnosis:
 
     @cached_property
     def _rest(self) -> Discrepancy | None:
-        """The curve that explains most of what the last model leaves."""
         return find_discrepancy(self.search.last)
 
     @cached_property
@@ -123,7 +119,7 @@ class Diagnosis:
                 for one in others
                 if one.verdict.is_passed
                 and (
-                    own.verdict.gain - one.verdict.gain <= within_noise(own.verdict.gain)
+                    own.verdict.gain - one.verdict.gain <= self.search.within(own.verdict.gain)
                     or are_alike(own, one)
                 )
             ]

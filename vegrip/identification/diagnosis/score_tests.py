@@ -138,7 +138,6 @@ def with_candidates(model: ContactModel, candidates: Sequence[Candidate]) -> Con
 
 
 def _prior(candidate: Candidate, trial: Trial) -> float:
-    """Return the square of what the trial's amount is in standard deviations of its prior."""
     total = 0.0
     for p in candidate.effect.parameters:
         if p.null is not None and trial[p.symbol] != p.null:

@@ -125,6 +125,13 @@ class Search:
         first = self.steps[0]
         return Search([Step(first.base, first.hints, first.tried)], self.out_of_sight, self.regimes)
 
+    def within(self, gain: float) -> float:
+        """Return by how much [nats] two candidates that gain about so much may differ and not be told apart."""
+        is_rough = self.misfit(self.last) > thresholds.MAX_NOISE_CHI2
+        is_rough = is_rough or self.last.error > thresholds.MAX_EXACT_ERROR
+        share = thresholds.ROUGH_SHARE if is_rough else thresholds.INDISTINGUISHABLE_SHARE
+        return max(thresholds.INDISTINGUISHABLE_NATS, share * gain)
+
     def misfit(self, fitted: CandidateFit) -> float:
         """Chi-square per regime; 1 is noise."""
         return misfit_by_regime(fitted.optimum.residual, self.regimes)
@@ -138,40 +145,10 @@ def search_effects(
     threads: int = 2,
     report: Report = lambda _: None,
 ) -> Search:
-    """Look for what ``problem``'s model lacks, from its optimum.
-
-    What is best alone need not be part of what is best together: a second relaxation time imitates a power
-    law and damping at once. Where several effects are named, or too few, the search is therefore made again
-    from what came next, and the greatest evidence counts.
-    """
+    """Look for what ``problem``'s model lacks, from its optimum."""
     groups = held_out_groups(problem)
-    base = evaluate_candidate(problem, optimum, groups)
-    empty = Search(regimes=regime_map(problem, optimum.u))
-    first = _step(base, groups, empty, threads, report)
-    best = _grown(first, None, groups, empty, most, threads, report)
-    for rival in rivals(best):
-        report(f"begins with {rival.candidate.name}")
-        other = _grown(first, rival, groups, empty, most, threads, report)
-        if other.last.evidence > best.last.evidence + thresholds.MIN_GAIN_NATS:
-            best = other
-    return best
-
-
-def rivals(found: Search) -> list[Tried]:
-    """Return with what else a search might have begun, when it is worth while."""
-    first, names = found.steps[0], {one.candidate.name for one in found.accepted}
-    if first.taken is None or (len(names) < 2 and found.misfit(found.last) <= thresholds.MAX_NOISE_CHI2):
-        return []
-    least = thresholds.RIVAL_SHARE * first.taken.verdict.gain
-    passed = [one for one in first.tried if one.verdict.is_passed and one.verdict.gain >= least]
-    return [one for one in passed if one.candidate.name not in names][: thresholds.MAX_RIVALS]
-
-
-def _grown(
-    first: Step, choice: Tried | None, groups: Floats, empty: Search, most: int, threads: int, report: Report
-) -> Search:
-    """Take effects one after the other, the first of them the ``choice``, the best when not given."""
-    found = Search([Step(first.base, first.hints, first.tried)], empty.out_of_sight, empty.regimes)
+    found = Search(regimes=regime_map(problem, optimum.u))
+    found.steps = [_step(evaluate_candidate(problem, optimum, groups), groups, found, threads, report)]
     while True:
         step = found.steps[-1]
         passed = [one for one in step.tried if one.verdict.is_passed]
@@ -179,8 +156,7 @@ def _grown(
         if not is_taking and (found.contests or not found.accepted):
             return found
         if is_taking:
-            step.taken = choice or max(passed, key=lambda one: one.verdict.gain)
-            choice = None
+            step.taken = max(passed, key=lambda one: one.verdict.gain)
             report(f"takes {step.taken.candidate.name}")
             found.steps.append(Step(drop_unneeded(step.taken.fitted, groups), [], []))
             found.contests = {}
@@ -204,11 +180,10 @@ def hold_contests(found: Search, groups: Floats, threads: int, report: Report) -
                 continue
             report(f"drops {name}")
             found.dropped.append(name)
-            if better is own:
-                found.steps.append(Step(drop_unneeded(contest.base, groups), [], []))
-            else:
-                found.steps[-1] = contest
-                found.steps.append(Step(drop_unneeded(better.fitted, groups), [], []))
+            next_model = contest.base
+            if better is not None and better is not own:
+                found.steps[-1], next_model = contest, better.fitted
+            found.steps.append(Step(drop_unneeded(next_model, groups), [], []))
             break
         else:
             return
@@ -251,7 +226,7 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
     rivals = [told(hint.candidate, fits[hint.candidate.name]) for hint in hints]
     rivals.sort(key=lambda each: -each.verdict.gain)
     passed = [each for each in rivals if each.verdict.is_passed]
-    wins = bool(passed) and passed[0].verdict.gain > own.verdict.gain + within_noise(own.verdict.gain)
+    wins = bool(passed) and passed[0].verdict.gain > own.verdict.gain + found.within(own.verdict.gain)
     return Step(rest, hints, [own, *rivals], passed[0] if wins else own)
 
 
@@ -261,11 +236,6 @@ def _at(fitted: CandidateFit, u: Floats) -> CandidateFit:
     r = problem.residual(u)
     cost = 0.5 * float(r @ r + np.sum(((u - k.prior) / k.std) ** 2))
     return dataclasses.replace(fitted, optimum=Optimum(u, r, problem.jacobian(u, r), cost))
-
-
-def within_noise(gain: float) -> float:
-    """Return by how much [nats] two candidates may differ that gain about so much, and not be told apart."""
-    return max(thresholds.INDISTINGUISHABLE_NATS, thresholds.INDISTINGUISHABLE_SHARE * gain)
 
 
 def resembling(own: Candidate, gain: float, hints: list[Hint]) -> list[Hint]:

@@ -59,10 +59,6 @@ MIN_SCREEN_SHARE = 0.05
 """Of the best one's gain on the screen, below which no refit is tried (origin: speed)."""
 CONTENDER_SHARE = 0.4
 """Of the best one's gain, from which a candidate is fitted to the end (origin: speed)."""
-RIVAL_SHARE = 0.6
-"""Of the best first gain, from which another first effect is followed (origin: trials)."""
-MAX_RIVALS = 2
-"""Other first effects that are followed (origin: speed)."""
 PLACE_SHARE = 0.4
 """Of the gain of an accepted effect, from which on the screen another contests its place (origin: speed)."""
 PLACE_COSINE = 0.7
@@ -109,8 +105,12 @@ PATCHWORK_EFFECTS = 3
 """Effects after which, with something still standing out, none of them is what is there (origin: trials)."""
 INDISTINGUISHABLE_NATS = 5.0
 """[nats] within which candidates cannot be told apart (origin: trials)."""
-INDISTINGUISHABLE_SHARE = 1e-2
+INDISTINGUISHABLE_SHARE = 1e-3
 """Of the gain, the same: no model of a measured contact is exact (origin: measured)."""
+ROUGH_SHARE = 1e-2
+"""The same where the forms of the laws leave more than noise anyhow (origin: measured)."""
+MAX_EXACT_ERROR = 1.02
+"""Error over noise, from which they do (origin: rule)."""
 SAME_CHANGE_COSINE = 0.95
 """Cosine of what two candidates do, from which only the form of a law differs (origin: trials)."""
 FORM_NATS = 20.0

@@ -57,7 +57,6 @@ class Planned:
 
     @property
     def nats(self) -> float:
-        """Expected separation of the pair that is hardest to tell apart, all repetitions together."""
         return self.times * self.separation.nats
 
     @property
@@ -183,7 +182,6 @@ def design(
 
 
 def _promising(scanned: list[Planned]) -> list[Planned]:
-    """Return the best of each item, of those that tell anything, in the order given."""
     best = {one.item: one for one in reversed(scanned)}
     order = dict.fromkeys(one.item for one in scanned)
     some = [best[name] for name in order if best[name].nats >= FAINT]

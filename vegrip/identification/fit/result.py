@@ -36,7 +36,6 @@ class Fit:
 
     @property
     def std(self) -> dict[str, float]:
-        """Standard error of every unknown, of its coordinate."""
         values = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         return dict(zip(self.problem.unknowns.names, values.tolist(), strict=True))
 

@@ -252,7 +252,6 @@ def _descriptions(folder: Path, recordings: dict[Path, Recording]) -> Iterator[t
 
 
 def _missing(recordings: dict[Path, Recording]) -> dict[str, str]:
-    """Return finger -> states that its recorder lost, for programs that read no attachment."""
     return {
         recording.fingertip.name: str(recording.source[MISSING])
         for recording in recordings.values()

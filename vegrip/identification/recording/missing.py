@@ -36,5 +36,4 @@ class MissingStates:
 
 
 def told(count: int) -> str:
-    """Return what it means for who reads the recording."""
     return f"{count} states were sent and are not in it: the recorder was too slow, or the bus lost them"

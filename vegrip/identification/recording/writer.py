@@ -99,7 +99,6 @@ def csv_row(message: Message, start: int) -> str:
 
 
 def _written(kind: type[Message]) -> tuple[tuple[str, bool], ...]:
-    """Return the fields that are written, and whether each is an estimate."""
     known = [field for field in dataclasses.fields(kind) if field.name not in ("stamp", "finger")]
     return tuple((field.name, isinstance(field.default, Estimate)) for field in known)
 
