@@ -126,7 +126,7 @@ class Search:
         return Search([Step(first.base, first.hints, first.tried)], self.out_of_sight, self.regimes)
 
     def within(self, gain: float) -> float:
-        """Return by how much [nats] two candidates that gain about so much may differ and not be told apart."""
+        """Return by how much [nats] two that gain about so much may differ and not be told apart."""
         is_rough = self.misfit(self.last) > thresholds.MAX_NOISE_CHI2
         is_rough = is_rough or self.last.error > thresholds.MAX_EXACT_ERROR
         share = thresholds.ROUGH_SHARE if is_rough else thresholds.INDISTINGUISHABLE_SHARE
