@@ -18,7 +18,8 @@ def test_a_step_says_how_many_effects_it_screens_and_which_it_refits(monkeypatch
     def refitted(*_):
         raise RefitsBeginError
 
-    monkeypatch.setattr(search, "candidates", lambda *_: ([1, 2, 3], {}))
+    some = [SimpleNamespace(effect=SimpleNamespace(group="")) for _ in range(3)]
+    monkeypatch.setattr(search, "candidates", lambda *_: (some, {}))
     monkeypatch.setattr(search, "screen_candidates", lambda *_: hints)
     monkeypatch.setattr(search, "shortlist", lambda given: given)
     monkeypatch.setattr(search, "required_evidence", lambda *_: None)

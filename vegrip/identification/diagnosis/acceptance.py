@@ -16,7 +16,7 @@ import numpy as np
 
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
-from vegrip.identification.diagnosis.catalogue import Candidate
+from vegrip.identification.diagnosis.score_tests import Candidate
 from vegrip.model import BASE
 from vegrip.types import Floats
 

@@ -19,8 +19,8 @@ import numpy as np
 from vegrip.compiled import njit
 from vegrip.identification.diagnosis.candidate_fit import CandidateFit
 from vegrip.identification.diagnosis.thresholds import CONTENDER_SHARE, MIN_POINTING_NATS
-from vegrip.identification.fit.channels import overall_error
 from vegrip.identification.fit.problem import AT, Problem
+from vegrip.identification.fit.result import overall_error
 from vegrip.identification.fit.solve import refine_optimum
 from vegrip.identification.fit.whitening import Sensitivity
 from vegrip.types import Floats

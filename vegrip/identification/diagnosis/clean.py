@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vegrip.identification.compare.where import features_of, format_span
 from vegrip.identification.diagnosis import thresholds
 from vegrip.identification.diagnosis.candidate_fit import EVALUATIONS, CandidateFit, Weighted
-from vegrip.identification.fit.channels import rms
+from vegrip.identification.fit.result import rms
 from vegrip.identification.fit.solve import refine_optimum, scaled
 from vegrip.types import Floats
 

@@ -19,7 +19,7 @@ from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.solve import refine_optimum
 from vegrip.identification.recording import Recording
 from vegrip.identification.recording.checks import suspect_columns
-from vegrip.identification.recording.missing import MISSING, told
+from vegrip.identification.recording.report import MISSING, told
 from vegrip.types import Floats
 
 

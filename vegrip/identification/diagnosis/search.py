@@ -25,8 +25,13 @@ from vegrip.identification.diagnosis.candidate_fit import (
     held_out_groups,
     regime_map,
 )
-from vegrip.identification.diagnosis.catalogue import Candidate, candidates
-from vegrip.identification.diagnosis.score_tests import Hint, carrier, screen_candidates
+from vegrip.identification.diagnosis.score_tests import (
+    Candidate,
+    Hint,
+    candidates,
+    carrier,
+    screen_candidates,
+)
 from vegrip.identification.fit.problem import Problem
 from vegrip.identification.fit.solve import Optimum, Report, refine_optimum
 from vegrip.types import Floats

@@ -19,8 +19,7 @@ from vegrip.identification.diagnosis.candidate_fit import (
     extend_problem,
     held_out_groups,
 )
-from vegrip.identification.diagnosis.catalogue import candidates
-from vegrip.identification.diagnosis.score_tests import screen_candidates
+from vegrip.identification.diagnosis.score_tests import candidates, screen_candidates
 from vegrip.identification.diagnosis.thresholds import INDISTINGUISHABLE_NATS, MIN_GAIN_NATS
 from vegrip.identification.fit.noise import noise_of
 from vegrip.identification.fit.preprocess import LOADS_AT_SLIP, Measured, preprocess

@@ -37,7 +37,7 @@ from vegrip.errors import RecordingError
 from vegrip.identification.recording.channels import CHANNELS
 from vegrip.identification.recording.data import Fingertip, Recording
 from vegrip.identification.recording.folder import toml_text
-from vegrip.identification.recording.missing import MISSING, MissingStates, told
+from vegrip.identification.recording.report import MISSING, MissingStates, told
 from vegrip.identification.recording.table_file import BUFFERED_ROWS, TableFile
 from vegrip.messages import (
     ContactEstimate,
