@@ -118,7 +118,7 @@ def examine_recording(path: str, model: str = "") -> Row:
     """
     from vegrip.identification.diagnosis import diagnose  # noqa: PLC0415 (in the worker, not in the command)
     from vegrip.identification.recording import read_recording  # noqa: PLC0415
-    from vegrip.identification.recording.missing import MISSING  # noqa: PLC0415
+    from vegrip.identification.recording.report import MISSING  # noqa: PLC0415
     from vegrip.model import read_model  # noqa: PLC0415
 
     for needed in (path, model or path):
