@@ -214,6 +214,9 @@ def contest_place(found: Search, one: Tried, groups: Floats, threads: int) -> St
         seen = seen - {each.candidate.name for each in found.accepted} | {one.candidate.name}
         possible = [c for c in candidates(problem.model, problem.measured)[0] if c.name in seen]
         hints = screen_candidates(problem, rest.optimum, possible, threads)
+    hints = [
+        hint for hint in hints if hint.candidate.name not in found.dropped
+    ]  # what was dropped stays away
     hints = resembling(one.candidate, last.evidence - rest.evidence, hints)
     nulled = _at(rest, _shared(last, rest.problem))
     again = screen_candidates(rest.problem, nulled.optimum, [hint.candidate for hint in hints], threads)
@@ -266,10 +269,8 @@ def _step(base: CandidateFit, groups: Floats, found: Search, threads: int, repor
     if "K" in model.values:  # the scale of forces, which a saturation is measured by
         model = model.with_value("K", base.value("K"))
     possible, out_of_sight = candidates(model, base.problem.measured)
-    groups_taken = {one.candidate.effect.group for one in found.accepted} - {
-        ""
-    }  # two of one are never told apart
-    possible = [one for one in possible if one.effect.group not in groups_taken]
+    groups_taken = {one.candidate.effect.group for one in found.accepted} - {""}  # never told apart
+    possible = [c for c in possible if c.effect.group not in groups_taken and c.name not in found.dropped]
     found.out_of_sight = found.out_of_sight or out_of_sight
     report(f"screens {len(possible)} effects")
     hints = screen_candidates(base.problem, base.optimum, possible, threads)
