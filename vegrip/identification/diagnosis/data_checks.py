@@ -74,11 +74,16 @@ def check_before_search(problem: Problem) -> Iterator[Doubt]:
             is_grave=True,
         )
     late = shift(t, m.first, m.motion.displacement, m.force)
-    if abs(late) > thresholds.MAX_SENSOR_LAG_S:
+    if abs(late) > max(thresholds.MIN_VISIBLE_SHIFT_S, thresholds.MIN_VISIBLE_SHIFT_SAMPLES * step):
+        is_grave = abs(late) > thresholds.MAX_SENSOR_LAG_S
+        cause = (
+            "their clocks disagree; shift one of them"
+            if is_grave
+            else "a slow sensor, or their clocks disagree"
+        )
+        order = "after" if late > 0.0 else "before"
         yield Doubt(
-            f"the force changes {abs(1e3 * late):.0f} ms {'after' if late > 0.0 else 'before'} the "
-            "displacement: their clocks disagree; shift one of them and diagnose again",
-            is_grave=True,
+            f"the force changes {abs(1e3 * late):.0f} ms {order} the displacement: {cause}", is_grave=is_grave
         )
 
 

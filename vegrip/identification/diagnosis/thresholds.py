@@ -74,6 +74,10 @@ BRIEF_CONTACT_S = 1.0
 """[s] in contact, below which effects are not told apart (origin: rule)."""
 MAX_CLOCK_SHIFT_S = 1.0
 """[s] between the clocks that is looked for (origin: rule)."""
+MIN_VISIBLE_SHIFT_S = 0.015
+"""[s] from which a shift of the clocks is seen by eye (origin: rule)."""
+MIN_VISIBLE_SHIFT_SAMPLES = 2.5
+"""Samples, of which a visible shift has to be more as well (origin: rule)."""
 MAX_SENSOR_LAG_S = 0.2
 """[s] by which a sensor may be late; more is a fault of the clocks (origin: rule)."""
 MIN_RATE_CORRELATION = 0.3
